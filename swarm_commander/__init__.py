@@ -1,0 +1,1 @@
+"""The operator: bring-up, missions, reports; imports swarm_common only."""

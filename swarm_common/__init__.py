@@ -1,0 +1,1 @@
+"""Vocabulary shared by the world, the robots and the operator; may be imported by every package."""

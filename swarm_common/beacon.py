@@ -1,0 +1,99 @@
+"""The radio message: `Beacon` as a numpy record whose bytes are its CDR body.
+
+Every member of swarm_interfaces/Beacon is 4 bytes wide or a fixed array of such members, so that
+the CDR encoding has no padding and a fixed size. Beacons can therefore be joined to a
+NeighborArray, and taken apart again, by copying bytes; `tests/graph/test_beacon_codec.py` checks
+the claim against the ROS serialiser.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+HELD_POINTS = 24  # capacity of the held tube's polyline
+WANTED_POINTS = 8  # capacity of the requested continuation
+INTENT_POINTS = 31  # capacity of the announced path
+FOOTPRINT_POINTS = 8
+NO_ROBOT = 0  # ids start at 1
+
+MODE_DRIVE, MODE_HOLD, MODE_YIELD, MODE_PAUSE, MODE_DONE = range(5)
+FLAG_STUCK = 1
+FLAG_ACTIVE = 2  # the navigator is active (lifecycle)
+FLAG_CIRCUIT = 4  # driving the holding circuit
+
+BEACON_DTYPE = np.dtype(
+    [
+        ("sec", "<i4"),
+        ("nanosec", "<u4"),
+        ("id", "<u4"),
+        ("tick", "<u4"),
+        ("radius", "<f4"),
+        ("pose", "<f4", (3,)),
+        ("twist", "<f4", (2,)),
+        ("priority", "<u4", (2,)),
+        ("blocked_ticks", "<u4"),
+        ("blocked_by", "<u4"),
+        ("yields_for", "<u4"),
+        ("flags", "<u4"),
+        ("mode", "<u4"),
+        ("target", "<f4", (2,)),
+        ("station", "<f4", (2,)),
+        ("station_tick", "<u4"),
+        ("gate_tick", "<u4"),
+        ("held_size", "<u4"),
+        ("wanted_size", "<u4"),
+        ("intent_size", "<u4"),
+        ("footprint_size", "<u4"),
+        ("held", "<f4", (HELD_POINTS, 2)),
+        ("wanted", "<f4", (WANTED_POINTS, 2)),
+        ("intent", "<f4", (INTENT_POINTS, 2)),
+        ("footprint", "<f4", (FOOTPRINT_POINTS, 2)),
+    ]
+)
+BEACON_SIZE = BEACON_DTYPE.itemsize
+
+ENCAPSULATION = b"\x00\x01\x00\x00"  # CDR, little endian
+
+BeaconArray = NDArray[np.void]  # shape (n,), dtype BEACON_DTYPE
+
+
+def empty_beacons(count: int) -> BeaconArray:
+    """Return `count` zeroed beacons."""
+    return np.zeros(count, BEACON_DTYPE)
+
+
+def serialize_beacon(beacon: np.void) -> bytes:
+    """Return the CDR message of one beacon, ready for `publisher.publish`."""
+    return ENCAPSULATION + beacon.tobytes()
+
+
+def deserialize_beacon(data: bytes) -> np.void:
+    """Return the beacon in a CDR message.
+
+    Raises:
+        ValueError: If the message does not have a beacon's size.
+    """
+    if len(data) < 4 + BEACON_SIZE:
+        raise ValueError(f"beacon message of {len(data)} bytes; expected {4 + BEACON_SIZE}")
+    return np.frombuffer(data, BEACON_DTYPE, 1, 4)[0]
+
+
+def serialize_neighbors(sec: int, nanosec: int, beacons: BeaconArray) -> bytes:
+    """Return the CDR message of a NeighborArray."""
+    head = np.array([sec, nanosec, len(beacons)], "<u4")
+    return ENCAPSULATION + head.tobytes() + beacons.tobytes()
+
+
+def deserialize_neighbors(data: bytes) -> tuple[int, int, BeaconArray]:
+    """Return (sec, nanosec, beacons) of a NeighborArray message; the beacons are a view.
+
+    Raises:
+        ValueError: If the message is shorter than its own count says.
+    """
+    if len(data) < 16:
+        raise ValueError(f"neighbour message of {len(data)} bytes; expected at least 16")
+    sec, nanosec, count = np.frombuffer(data, "<u4", 3, 4)
+    if len(data) < 16 + int(count) * BEACON_SIZE:
+        raise ValueError(f"neighbour message of {len(data)} bytes is too short for {count} beacons")
+    return int(sec), int(nanosec), np.frombuffer(data, BEACON_DTYPE, int(count), 16)

@@ -1,0 +1,50 @@
+"""Errors that carry a message for the user: what was found, where, what to do."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class SwarmError(Exception):
+    """Base of every error that this project raises on purpose."""
+
+
+class ConfigError(SwarmError):
+    """A parameter file, mission, sites file or command-line value is unusable."""
+
+
+class MapError(SwarmError):
+    """A map file is unusable or disagrees with the world."""
+
+
+class WorldError(SwarmError):
+    """A world file is unusable."""
+
+
+class RobotModelError(SwarmError):
+    """A robot description is unusable."""
+
+
+class UnknownNameError(ConfigError):
+    """A name is not among the known ones.
+
+    Attributes:
+        kind: What the name stands for, for example ``world``.
+        name: The name as given.
+        known: All valid names, sorted.
+    """
+
+    def __init__(self, kind: str, name: str, known: Iterable[str], where: str = "") -> None:
+        """Compose the message with the closest known names."""
+        self.kind = kind
+        self.name = name
+        self.known = sorted(known)
+        place = f" in {where}" if where else ""
+        super().__init__(f"unknown {kind} '{name}'{place}; {self._advice()}")
+
+    def _advice(self) -> str:
+        close = difflib.get_close_matches(self.name, self.known, n=3, cutoff=0.5)
+        if close:
+            return "did you mean " + " or ".join(f"'{name}'" for name in close) + "?"
+        return "known: " + (", ".join(self.known) or "none")

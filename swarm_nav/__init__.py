@@ -1,0 +1,1 @@
+"""One robot: its navigator; imports swarm_common only."""

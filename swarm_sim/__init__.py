@@ -1,0 +1,1 @@
+"""The world: physics, sensing, radio and ground truth; imports swarm_common only."""
