@@ -1,0 +1,173 @@
+"""Provides the ROS 2 interface packages that PyPI lacks; the command `swarm-setup`.
+
+What the environment already has (a full ROS 2 installation) is used as it is. The rest is built
+from `interfaces/` once, kept in the user's cache by content, and copied into the environment.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import importlib.util
+import os
+import shutil
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+from swarm_common import assets
+from swarm_common.errors import SwarmError
+from swarm_common.rosidl import compile as compiling
+from swarm_common.rosidl import generate, install, packages, toolchain
+from swarm_common.rosidl.packages import InterfacePackage
+
+Report = Callable[[int], None]
+
+
+def ensure_interfaces(*, quiet: bool = False) -> list[str]:
+    """Build and install the interface packages that are missing or out of date.
+
+    Args:
+        quiet: No progress on the terminal.
+
+    Returns:
+        The names of the packages that were installed by this call.
+
+    Raises:
+        SwarmError: A tool is missing or the build failed.
+    """
+    environment = install.Environment.current()
+    wanted = [
+        package for package in packages.load_packages(assets.directory("interfaces"))
+        if not _is_provided(package.name, environment)
+    ]
+    stale = [p for p in wanted if environment.installed().get(p.name) != _source_key(p, wanted)]
+    if not stale:
+        return []
+    tools = toolchain.find_toolchain(os.environ)
+    platform = toolchain.platform_key(tools)
+    with _lock(cache_folder()):
+        trees = {p.name: cache_folder() / f"{p.name}-{_key(p, wanted, platform)}" for p in wanted}
+        missing = [package for package in wanted if not trees[package.name].exists()]
+        if missing:
+            ready = tuple(tree for tree in trees.values() if tree.exists())
+            _build(missing, trees, ready, tools, quiet=quiet)
+        for package in stale:
+            key = _source_key(package, wanted)
+            install.install(package.name, key, trees[package.name], environment)
+    importlib.invalidate_caches()
+    return [package.name for package in stale]
+
+
+def cache_folder() -> Path:
+    """Return where finished builds are kept."""
+    base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    return Path(base) / "swarm-workbench" / "interfaces"
+
+
+def main() -> None:
+    """Run the command `swarm-setup`."""
+    console = Console(stderr=True)
+    try:
+        names = ensure_interfaces()
+    except SwarmError as error:
+        console.print(f"[bold red]error:[/] {error}", soft_wrap=True, highlight=False)
+        sys.exit(2)
+    console.print(
+        f"ROS 2 interfaces installed: {', '.join(names)}" if names
+        else "ROS 2 interfaces are up to date", highlight=False,
+    )
+
+
+def _is_provided(name: str, environment: install.Environment) -> bool:
+    """Tell whether somebody else installed a package (importable and in an ament index)."""
+    if name in environment.installed() or importlib.util.find_spec(name) is None:
+        return False
+    marker = Path("share/ament_index/resource_index/packages") / name
+    return any((prefix / marker).exists() for prefix in toolchain.ros_prefixes(os.environ))
+
+
+def _closure(package: InterfacePackage, among: list[InterfacePackage]) -> list[InterfacePackage]:
+    """Return a package and those among the others that it depends on, directly or not."""
+    names = {package.name}
+    for other in reversed(among):
+        if other.name in names:
+            names.update(other.depends)
+    return [other for other in among if other.name in names]
+
+
+def _source_key(package: InterfacePackage, among: list[InterfacePackage]) -> str:
+    return _key(package, among, sys.version)
+
+
+def _key(package: InterfacePackage, among: list[InterfacePackage], platform: str) -> str:
+    return packages.content_key(_closure(package, among), platform)
+
+
+@contextmanager
+def _lock(folder: Path) -> Iterator[None]:
+    """Let one process at a time build and install."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / "lock").open("w") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        yield
+
+
+def _build(
+    missing: list[InterfacePackage], trees: dict[str, Path], ready: tuple[Path, ...],
+    tools: compiling.Toolchain, *, quiet: bool,
+) -> None:
+    """Build packages and put each one's results into its tree in the cache."""
+    tools = compiling.Toolchain(tools.c, tools.cxx, (*ready, *tools.prefixes), tools.include)
+    columns = (TextColumn("{task.description}"), BarColumn(),
+               TextColumn("{task.completed}/{task.total}"), TimeElapsedColumn())
+    build = Path(tempfile.mkdtemp(prefix="build-", dir=cache_folder()))
+    try:
+        with Progress(*columns, console=Console(stderr=True), disable=quiet) as progress:
+            task = progress.add_task("", total=None)
+            names = ", ".join(package.name for package in missing)
+            progress.update(task, description=f"generating {names}")
+            jobs = max(1, len(os.sched_getaffinity(0)))
+            _generate(missing, build, tools.prefixes, jobs, lambda: progress.advance(task))
+            libraries = [lib for package in missing for lib in compiling.plan(package, build)]
+            progress.reset(task, total=compiling.count_calls(libraries))
+            progress.update(task, description=f"compiling {names}")
+            compiling.build_all(libraries, build, tools, jobs, lambda: progress.advance(task))
+        for package in missing:
+            install.collect(package, build, trees[package.name])
+    finally:
+        shutil.rmtree(build, ignore_errors=True)
+
+
+def _generate(
+    missing: list[InterfacePackage], build: Path, prefixes: tuple[Path, ...], jobs: int,
+    done: Callable[[], None],
+) -> None:
+    for package in missing:
+        generate.prepare(package, build, prefixes)
+        done()
+    with ProcessPoolExecutor(jobs) as pool:
+        futures = [
+            pool.submit(generate.generate, package, build, _resources(generator, prefixes), generator)
+            for package in missing for generator in generate.GENERATORS
+        ]
+        for future in futures:
+            future.result()
+            done()
+
+
+def _resources(generator: str, prefixes: tuple[Path, ...]) -> Path:
+    """Return the prefix that holds a generator's templates."""
+    for prefix in prefixes:
+        if (prefix / "share" / generator / "resource").is_dir():
+            return prefix
+    raise SwarmError(f"the templates of {generator} are missing under {prefixes}")
+
+
+if __name__ == "__main__":
+    main()
