@@ -1,0 +1,263 @@
+"""A run from the first process to the report: what `swarm-up` does after its input is checked."""
+
+from __future__ import annotations
+
+import json
+import os
+import selectors
+import signal
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import psutil
+
+from swarm_common.errors import ConfigError, SwarmError
+from swarm_common.records import Pose
+from swarm_commander.launch import ProcessChild
+from swarm_commander.params import write_parameter_file
+from swarm_commander.plan import RunPlan
+from swarm_commander.progress import Progress
+from swarm_commander.rundir import RunFolder
+from swarm_commander.supervisor import Exit, ProcessSpec, Supervisor
+from swarm_commander.tally import Tally
+from swarm_commander.usage import UsageMeter, process_tree
+
+WORLD, HOST, RUNNER = "world", "navigators", "mission"
+STOP_ORDER = (WORLD, RUNNER, HOST)  # the world first, so that nobody is late for it
+POLL_PERIOD = 0.1  # [s] of wall time
+SAMPLE_PERIOD = 2.0  # [s] between two readings of CPU time and memory
+START_LIMIT = 600.0  # [s] for all to be active; the first start compiles the kernels
+
+
+class RefusedError(SwarmError):
+    """A process refused the user's input."""
+
+
+class Run:
+    """One run. `run` returns when nothing is left running.
+
+    Attributes:
+        tally: Events added up.
+        usage: CPU time and memory.
+        failures: What broke, for the user; empty if nothing did.
+        active_after_wall: [s] from the start until every navigator was active.
+    """
+
+    def __init__(self, plan: RunPlan, folder: RunFolder, progress: Progress, tally: Tally) -> None:
+        self.tally = tally
+        self.usage = UsageMeter()
+        self.failures: list[str] = []
+        self.active_after_wall: float | None = None
+        self._plan = plan
+        self._folder = folder
+        self._progress = progress
+        self._refusal: str | None = None
+        self._children: dict[str, ProcessChild] = {}
+        self._selector = selectors.DefaultSelector()
+        self._supervisor = Supervisor(self._spawn, time.monotonic)
+        self._started = psutil.Process().create_time()
+        self._next_sample = 0.0
+        self._is_stopping = False
+        self._signals = 0
+
+    def run(self) -> None:
+        """Start everything, follow it to its end, stop everything.
+
+        Raises:
+            RefusedError: If the world or the navigators refuse their input.
+        """
+        with self._signals_caught():
+            try:
+                self._start(WORLD, "swarm_sim.node", self._plan.world_config(self._folder.verdict))
+                while not self._supervisor.all_gone:
+                    self._turn()
+            finally:
+                self._clean_up()
+        if self._refusal is not None:
+            raise RefusedError(self._refusal)
+
+    def _turn(self) -> None:
+        for key, _ in self._selector.select(POLL_PERIOD):
+            key.data()
+        for exit_ in self._supervisor.poll():
+            self._read(exit_.name)
+            self._on_exit(exit_)
+        if self._signals == 1:
+            self._stop("stopping (press Ctrl-C again to kill)")
+        elif self._signals > 1:
+            self._supervisor.kill()
+        self._check_start()
+        self._sample()
+        self._progress.update()
+
+    # Processes
+
+    def _start(self, name: str, module: str, config: dict[str, Any]) -> None:
+        path = self._folder.configs / f"{name}.json"
+        path.write_text(json.dumps(config, indent=1), encoding="utf-8")
+        self._supervisor.start(ProcessSpec(name, (sys.executable, "-m", module, str(path)), 10.0))
+
+    def _spawn(self, spec: ProcessSpec) -> ProcessChild:
+        child = ProcessChild(spec, self._folder.log(spec.name), os.environ)
+        self._children[spec.name] = child
+        self._selector.register(
+            child.event_fd, selectors.EVENT_READ, lambda: self._read(spec.name)
+        )
+        return child
+
+    def _start_robots(self, poses: list[list[float]]) -> None:
+        homes = [Pose(*pose) for pose in poses]
+        robots = []
+        for number, (name, home) in enumerate(
+            zip(self._plan.options.robot_names, homes, strict=True), 1
+        ):
+            path = self._folder.params / f"{name}.yaml"
+            write_parameter_file(path, self._plan.parameter_file(number, home))
+            robots.append({"name": name, "params": str(path)})
+        config = {
+            "robots": robots,
+            "pack": self._plan.options.pack,
+            "log_dir": str(self._folder.logs),
+        }
+        self._start(HOST, "swarm_nav.host", config)
+        self._start(RUNNER, "swarm_commander.runner", self._plan.runner_config(homes))
+
+    # What they say
+
+    def _read(self, name: str) -> None:
+        for event in self._children[name].read_events():
+            self.tally.apply(event)
+            handler = getattr(self, f"_on_{event.get('event')}_event", None)
+            if handler is not None:
+                handler(event)
+
+    def _on_spawn_event(self, event: dict[str, Any]) -> None:
+        if not self._is_stopping:
+            self._progress.phase("starting navigators")
+            self._start_robots(event["poses"])
+
+    def _on_active_event(self, _: dict[str, Any]) -> None:
+        if self.tally.active == len(self.tally.robots) and self.active_after_wall is None:
+            self.active_after_wall = time.time() - self._started
+            self._sample(now=True)
+            self.usage.mark()
+            self._progress.phase("running")
+
+    def _on_died_event(self, event: dict[str, Any]) -> None:
+        if self._is_stopping:
+            return
+        message = f"{event['robot']} died: {describe_exit(int(event['returncode']))}"
+        self._fail(f"{message}; its log is in {self._folder.logs}")
+        self._children[WORLD].tell({"cmd": "dead", "robot": event["robot"]})
+        if RUNNER in self._children:
+            self._children[RUNNER].tell({"cmd": "dead", "robot": event["robot"]})
+        if all(robot.died for robot in self.tally.robots.values()):
+            self._stop("no robot is left")
+
+    def _on_collision_event(self, event: dict[str, Any]) -> None:
+        who = " and ".join(event["robots"])
+        place = f"({event['x']:.2f}, {event['y']:.2f})"
+        self._progress.note(f"collision of {who} at {place}, t = {event['sim_time']:.1f} s", "red")
+
+    def _on_note_event(self, event: dict[str, Any]) -> None:
+        self._progress.note(event["message"])
+
+    def _on_error_event(self, event: dict[str, Any]) -> None:
+        if self._refusal is None:
+            self._refusal = str(event["message"])
+        self._stop("stopping")
+
+    def _on_done_event(self, _: dict[str, Any]) -> None:
+        if self._plan.options.until_done:
+            self._stop("mission done, stopping")
+        else:
+            self._progress.phase("mission done")
+
+    def _on_over_event(self, _: dict[str, Any]) -> None:
+        self._stop("time is up, stopping")
+
+    def _on_exit(self, exit_: Exit) -> None:
+        self._selector.unregister(self._children[exit_.name].event_fd)
+        if exit_.expected or self._is_stopping or self._refusal is not None:
+            return
+        if exit_.name == WORLD and exit_.returncode == 0:  # --duration is over
+            self._stop("time is up, stopping")
+            return
+        log = self._folder.log(exit_.name)
+        self._fail(
+            f"the {exit_.name} process ended: {describe_exit(exit_.returncode)};"
+            f" {last_line(log)} (see {log})"
+        )
+        self._stop("stopping")
+
+    # Time
+
+    def _check_start(self) -> None:
+        waited = time.time() - self._started
+        awaited = self._plan.options.autostart and self.active_after_wall is None
+        if awaited and waited > START_LIMIT and not self._is_stopping:
+            missing = [name for name, robot in self.tally.robots.items() if not robot.active]
+            self._fail(f"after {waited:.0f} s not active: {', '.join(missing)}")
+            self._stop("stopping")
+
+    def _sample(self, *, now: bool = False) -> None:
+        if self._is_stopping or (time.monotonic() < self._next_sample and not now):
+            return
+        self._next_sample = time.monotonic() + SAMPLE_PERIOD
+        self.usage.sample("world", process_tree(self._supervisor.pid(WORLD)))
+        self.usage.sample("navigators", process_tree(self._supervisor.pid(HOST)))
+        own = [psutil.Process(), *process_tree(self._supervisor.pid(RUNNER))]
+        self.usage.sample("operator", own)
+
+    # The end
+
+    def _fail(self, message: str) -> None:
+        self.failures.append(message)
+        self._progress.note(message, "bold red")
+
+    def _stop(self, phase: str) -> None:
+        if self._is_stopping:
+            return
+        self._sample(now=True)
+        self._is_stopping = True
+        self._progress.phase(phase)
+        self._supervisor.stop(STOP_ORDER)
+
+    def _clean_up(self) -> None:
+        self._supervisor.kill()
+        for child in self._children.values():
+            child.close()
+        self._selector.close()
+
+    @contextmanager
+    def _signals_caught(self) -> Iterator[None]:
+        numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+        before = {number: signal.signal(number, self._on_signal) for number in numbers}
+        try:
+            yield
+        finally:
+            for number, handler in before.items():
+                signal.signal(number, handler)
+
+    def _on_signal(self, *_: object) -> None:
+        self._signals += 1
+
+
+def describe_exit(returncode: int) -> str:
+    """Return a return code in words."""
+    if returncode < 0:
+        return f"killed by {signal.Signals(-returncode).name}"
+    return f"exit code {returncode}"
+
+
+def last_line(log: Path) -> str:
+    """Return the last line that is not empty of a log file."""
+    try:
+        lines = log.read_text(encoding="utf-8", errors="replace").split("\n")
+    except OSError as error:
+        raise ConfigError(f"cannot read {log}: {error.strerror}") from None
+    return next((line.strip() for line in reversed(lines) if line.strip()), "it said nothing")

@@ -1,0 +1,157 @@
+"""One robot's way through the stops of its mission: what to send next, decided without ROS."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+from swarm_commander.mission import Stop
+
+RETRY_TICKS = 10  # [ticks] between a failed goal and the next try
+
+
+class State(Enum):
+    """Where a robot is in its mission."""
+
+    READY = "ready"  # nothing sent yet
+    UNDER_WAY = "under way"
+    GIVING_WAY = "giving way"  # somebody else's goal took the robot over
+    DONE = "done"
+    LOST = "lost"
+
+
+class Event(Enum):
+    """What may happen to it."""
+
+    START = "start"
+    REACHED = "reached"
+    FAILED = "failed"
+    TAKEN_OVER = "taken over"
+    FREE_AGAIN = "free again"
+    LOST = "lost"
+
+
+# START, FAILED and so on may lead to DONE instead when no stop is left; see `_advance`.
+TRANSITIONS: dict[State, dict[Event, State]] = {
+    State.READY: {Event.START: State.UNDER_WAY, Event.LOST: State.LOST},
+    State.UNDER_WAY: {
+        Event.REACHED: State.UNDER_WAY,
+        Event.FAILED: State.UNDER_WAY,
+        Event.TAKEN_OVER: State.GIVING_WAY,
+        Event.LOST: State.LOST,
+    },
+    State.GIVING_WAY: {Event.FREE_AGAIN: State.UNDER_WAY, Event.LOST: State.LOST},
+    State.DONE: {Event.LOST: State.DONE},
+    State.LOST: {event: State.LOST for event in Event},
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """A goal to send.
+
+    Attributes:
+        stop: Where to.
+        start_tick: Tick at which to set off; 0 for at once.
+        number: Of the stop within the mission, from 1.
+        attempt: 1 for the first try.
+    """
+
+    stop: Stop
+    start_tick: int
+    number: int
+    attempt: int
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """A stop that is settled."""
+
+    stop: Stop
+    reached: bool
+    tick: int
+
+
+class Itinerary:
+    """State of one robot's mission.
+
+    Attributes:
+        state: Where it is.
+        outcomes: The settled stops in order.
+        retries_used: Times that a goal was tried again.
+    """
+
+    def __init__(self, stops: Sequence[Stop], retries: int) -> None:
+        self.state = State.READY
+        self.outcomes: list[Outcome] = []
+        self.retries_used = 0
+        self._stops = tuple(stops)
+        self._retries = retries
+        self._attempt = 1
+        self._first_tick = 0
+
+    @property
+    def total(self) -> int:
+        """Number of stops."""
+        return len(self._stops)
+
+    @property
+    def is_over(self) -> bool:
+        """Whether nothing more will be sent."""
+        return self.state in (State.DONE, State.LOST)
+
+    def start(self) -> Order | None:
+        """Begin; return the first goal, or None if there is none at all."""
+        self._enter(Event.START)
+        return self._advance(0)
+
+    def on_end(self, reached: bool, tick: int) -> Order | None:
+        """Settle the goal under way, at the tick in which it ended; return the next one."""
+        stop = self._stops[len(self.outcomes)]
+        if self._enter(Event.REACHED if reached else Event.FAILED) is State.LOST:
+            return None
+        if not reached and self._attempt <= self._retries:
+            self._attempt += 1
+            self.retries_used += 1
+            return self._order(tick + RETRY_TICKS)
+        self.outcomes.append(Outcome(stop, reached, tick))
+        self._attempt = 1
+        return self._advance(tick + stop.pause_ticks if reached else tick + RETRY_TICKS)
+
+    def on_taken_over(self) -> None:
+        """Somebody else sent the robot elsewhere: wait until it is free again."""
+        self._enter(Event.TAKEN_OVER)
+
+    def on_free_again(self, tick: int) -> Order | None:
+        """The other's goal has ended: send ours once more; this is not a failed try."""
+        if self._enter(Event.FREE_AGAIN) is State.LOST:
+            return None
+        return self._order(tick + RETRY_TICKS)
+
+    def on_lost(self, tick: int) -> list[Outcome]:
+        """The robot is gone: return its remaining stops, which count as failed."""
+        if self._enter(Event.LOST) is State.DONE:
+            return []
+        rest = [Outcome(stop, False, tick) for stop in self._stops[len(self.outcomes) :]]
+        self.outcomes.extend(rest)
+        return rest
+
+    def _advance(self, start_tick: int) -> Order | None:
+        if len(self.outcomes) == len(self._stops):
+            self.state = State.DONE
+            return None
+        return self._order(start_tick)
+
+    def _order(self, start_tick: int) -> Order:
+        number = len(self.outcomes)
+        return Order(self._stops[number], start_tick, number + 1, self._attempt)
+
+    def _enter(self, event: Event) -> State:
+        try:
+            self.state = TRANSITIONS[self.state][event]
+        except KeyError:
+            raise ValueError(
+                f"{event.name} cannot happen to a mission that is {self.state.value}"
+            ) from None
+        return self.state

@@ -1,0 +1,99 @@
+"""Options of `swarm-up`, checked once."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+from swarm_common.errors import ConfigError
+
+SIZE_LIMIT = 100  # robots, without --over-limit
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UpOptions:
+    """What the user asked for; names as on the command line."""
+
+    swarm_size: int = 5
+    world: str = "slim_blockage"
+    robot: str = "turtlebot3_waffle"
+    map: Path | None = None
+    params: Path | None = None
+    mission: str | None = None
+    laps: int = 1
+    goals_per_robot: int | None = None
+    seed: int = 0
+    speed: float | None = None  # times real time; None for as fast as possible
+    free_run: bool = False
+    pack: int = 1
+    until_done: bool = False
+    duration: float | None = None  # [s] of simulated time
+    autostart: bool = True
+    run_dir: Path | None = None
+    over_limit: bool = False
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be."""
+        _at_least(1, "--swarm-size", self.swarm_size)
+        if self.swarm_size > SIZE_LIMIT and not self.over_limit:
+            raise ConfigError(
+                f"--swarm-size is {self.swarm_size}; more than {SIZE_LIMIT} robots need"
+                " --over-limit"
+            )
+        _at_least(1, "--laps", self.laps)
+        _at_least(1, "--pack", self.pack)
+        _at_least(0, "--seed", self.seed)
+        if self.goals_per_robot is not None:
+            _at_least(1, "--goals-per-robot", self.goals_per_robot)
+        if self.duration is not None and not (self.duration > 0 and math.isfinite(self.duration)):
+            raise ConfigError(f"--duration is {self.duration}; it must be a positive time in s")
+        self._check_mission()
+
+    def _check_mission(self) -> None:
+        if self.mission is None:
+            for flag, used in (
+                ("--until-done", self.until_done),
+                ("--laps", self.laps != 1),
+                ("--goals-per-robot", self.goals_per_robot is not None),
+            ):
+                if used:
+                    raise ConfigError(f"{flag} needs a --mission, for example loading_route")
+        elif not self.autostart:
+            raise ConfigError("--mission needs active navigators: leave out --no-autostart")
+        elif self.free_run and self.until_done and self.duration is None:
+            # Without lockstep nothing bounds the simulated time of a robot that hangs.
+            raise ConfigError("--free-run with --until-done needs a --duration as a limit")
+
+    @property
+    def robot_names(self) -> list[str]:
+        """Namespaces of the robots in order."""
+        return [f"Srobot{number}" for number in range(1, self.swarm_size + 1)]
+
+
+def parse_speed(text: str | None, has_mission: bool) -> float | None:
+    """Return --speed as a factor of real time, None for as fast as possible.
+
+    Args:
+        text: As typed, None for the default: real time without a mission, else no limit.
+        has_mission: Whether there is one.
+
+    Raises:
+        ConfigError: If it is neither `max` nor a positive number.
+    """
+    if text is None:
+        return None if has_mission else 1.0
+    if text == "max":
+        return None
+    try:
+        speed = float(text)
+    except ValueError:
+        speed = math.nan
+    if not (speed > 0 and math.isfinite(speed)):
+        raise ConfigError(f"--speed is '{text}'; expected 'max' or a positive number like 2.5")
+    return speed
+
+
+def _at_least(lowest: int, flag: str, value: int) -> None:
+    if value < lowest:
+        raise ConfigError(f"{flag} is {value}; it must be {lowest} or more")

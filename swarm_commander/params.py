@@ -1,0 +1,154 @@
+"""Parameter files of the navigators: defaults, the robot's data, the user's overrides."""
+
+from __future__ import annotations
+
+import fnmatch
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from swarm_common.errors import ConfigError, UnknownNameError
+from swarm_common.records import Pose, RobotSpec
+from swarm_common.resources import share_directory
+from swarm_common.robot_params import robot_parameters
+from swarm_common.yaml_io import read_yaml
+
+NODE = "navigator"
+SECTION = "ros__parameters"
+LIMITS = ("max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta")  # of the robot model
+
+Flat = dict[str, Any]  # dotted parameter name -> value
+
+
+def flatten(tree: Mapping[str, Any], prefix: str = "") -> Flat:
+    """Return nested parameters under their dotted names."""
+    flat: Flat = {}
+    for key, value in tree.items():
+        if isinstance(value, Mapping):
+            flat.update(flatten(value, f"{prefix}{key}."))
+        else:
+            flat[f"{prefix}{key}"] = value
+    return flat
+
+
+def nest(flat: Mapping[str, Any]) -> dict[str, Any]:
+    """Return dotted parameters as the nested mapping of a parameter file."""
+    tree: dict[str, Any] = {}
+    for name, value in flat.items():
+        *groups, key = name.split(".")
+        node = tree
+        for group in groups:
+            node = node.setdefault(group, {})
+        node[key] = value
+    return tree
+
+
+def default_parameters() -> Flat:
+    """Return the navigator's parameters with their defaults, from `params/navigator.yaml`."""
+    path = share_directory() / "params" / "navigator.yaml"
+    return flatten(read_yaml(path)["/**"][SECTION])
+
+
+class Overrides:
+    """The user's --params file: per pattern of node names, some parameters."""
+
+    def __init__(self, sections: Mapping[str, Flat]) -> None:
+        self._sections = dict(sections)
+
+    def for_robot(self, robot: str) -> Flat:
+        """Return the parameters that the file sets for a robot; later sections win."""
+        merged: Flat = {}
+        for pattern, values in self._sections.items():
+            if _matches(pattern, robot):
+                merged.update(values)
+        return merged
+
+
+def load_overrides(path: Path, robots: list[str], known: Mapping[str, Any]) -> Overrides:
+    """Return the overrides in a ROS 2 parameter file.
+
+    Args:
+        path: Of the file.
+        robots: Names of all robots; a section that fits none of them is an error.
+        known: Default of each parameter by dotted name; gives the type too.
+
+    Raises:
+        ConfigError: If the file is no parameter file, or a name or a type is wrong.
+    """
+    sections: dict[str, Flat] = {}
+    for pattern, body in read_yaml(path).items():
+        where = f"{path}: {pattern}"
+        if not isinstance(body, dict) or not isinstance(body.get(SECTION), dict):
+            raise ConfigError(f"{where}: expected a section '{SECTION}:' with parameters")
+        if len(body) > 1:
+            extra = next(key for key in body if key != SECTION)
+            raise UnknownNameError("key", str(extra), [SECTION], where)
+        if not any(_matches(str(pattern), robot) for robot in robots):
+            names = ["/**", *(f"/{robot}/{NODE}" for robot in robots)]
+            raise UnknownNameError("node", str(pattern), names, str(path))
+        sections[str(pattern)] = {
+            name: _typed(name, value, known, where)
+            for name, value in flatten(body[SECTION]).items()
+        }
+    return Overrides(sections)
+
+
+def _matches(pattern: str, robot: str) -> bool:
+    """Whether a node name or ROS 2 wildcard (`*` one part, `**` any) means a robot's navigator."""
+    parts = pattern.strip("/").split("/")
+    if parts in (["**"], [NODE], ["**", NODE]):
+        return True
+    return len(parts) == 2 and all(
+        fnmatch.fnmatchcase(name, part)
+        for name, part in zip((robot, NODE), parts, strict=True)
+    )
+
+
+def _typed(name: str, value: Any, known: Mapping[str, Any], where: str) -> Any:
+    if name not in known:
+        raise UnknownNameError("parameter", name, known, where)
+    expected = type(known[name])
+    if expected is float and type(value) is int:
+        return float(value)
+    if type(value) is not expected:
+        raise ConfigError(
+            f"{where}: parameter '{name}' is {value!r} ({type(value).__name__});"
+            f" expected a {expected.__name__} like {known[name]!r}"
+        )
+    return value
+
+
+def robot_parameter_file(
+    robot: str, robot_id: int, spec: RobotSpec, initial_pose_map: Pose, values: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return the parameter file of one navigator as a tree.
+
+    Args:
+        robot: Namespace.
+        robot_id: 3 for Srobot3.
+        spec: Robot model; its limits are the defaults of the controller's.
+        initial_pose_map: Where it stands at the start.
+        values: All other parameters by dotted name; they win.
+    """
+    flat: Flat = {
+        "use_sim_time": True,
+        "robot_id": robot_id,
+        "initial_pose.x": initial_pose_map.x,
+        "initial_pose.y": initial_pose_map.y,
+        "initial_pose.yaw": initial_pose_map.yaw,
+        **{f"robot.{name}": value for name, value in robot_parameters(spec).items()},
+        **values,
+    }
+    return {f"/{robot}/{NODE}": {SECTION: nest(flat)}}
+
+
+def limits_of(spec: RobotSpec) -> Flat:
+    """Return the controller limits that follow from the robot model."""
+    return {name: getattr(spec, name) for name in LIMITS}
+
+
+def write_parameter_file(path: Path, tree: Mapping[str, Any]) -> None:
+    """Write a parameter file."""
+    path.write_text(yaml.safe_dump(dict(tree), sort_keys=False), encoding="utf-8")

@@ -1,0 +1,130 @@
+"""Everything that is checked and loaded before a run starts a single process."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from swarm_common.errors import ConfigError
+from swarm_common.map_io import load_map
+from swarm_common.records import Pose, RobotSpec
+from swarm_common.resources import find_resource
+from swarm_common.robot_io import load_robot
+from swarm_common.sites import Sites
+from swarm_common.sites_io import load_sites
+from swarm_commander.mission import Mission, load_mission
+from swarm_commander.options import UpOptions
+from swarm_commander.params import (
+    Overrides,
+    default_parameters,
+    limits_of,
+    load_overrides,
+    robot_parameter_file,
+)
+
+WORLD_FILE = "world.sdf"
+SITES_FILE = "sites.yaml"
+
+
+@dataclass(frozen=True, slots=True)
+class RunPlan:
+    """The checked input of a run.
+
+    Attributes:
+        options: As typed.
+        world: World file.
+        sites_path: Its sites file; None if there is none beside it.
+        sites: What is in it.
+        spec: Robot model.
+        mission: What the robots are to do, if anything.
+        defaults: Parameters of the navigators by dotted name.
+        overrides: Of the user.
+    """
+
+    options: UpOptions
+    world: Path
+    sites_path: Path | None
+    sites: Sites
+    spec: RobotSpec
+    mission: Mission | None
+    defaults: dict[str, Any]
+    overrides: Overrides
+
+    def world_config(self, verdict: Path) -> dict[str, Any]:
+        """Return the configuration of the world process."""
+        options = self.options
+        return {
+            "world": str(self.world),
+            "map": str(options.map.absolute()) if options.map else None,
+            "sites": str(self.sites_path) if self.sites_path else None,
+            "robots": [{"name": name, "model": options.robot} for name in options.robot_names],
+            "seed": options.seed,
+            "speed": "max" if options.speed is None else options.speed,
+            "free_run": options.free_run,
+            "duration": options.duration,
+            "verdict_path": str(verdict),
+        }
+
+    def parameter_file(self, number: int, initial_pose_map: Pose) -> dict[str, Any]:
+        """Return the parameter file of robot `number`, from 1."""
+        name = self.options.robot_names[number - 1]
+        values = {
+            "autostart": self.options.autostart,
+            "wait_for_mission": self.mission is not None and not self.options.free_run,
+            "sites": str(self.sites_path) if self.sites_path else "",
+            **self.defaults,
+            **limits_of(self.spec),
+            **self.overrides.for_robot(name),
+        }
+        return robot_parameter_file(name, number, self.spec, initial_pose_map, values)
+
+    def runner_config(self, homes_map: list[Pose]) -> dict[str, Any]:
+        """Return the configuration of the mission process."""
+        options = self.options
+        return {
+            "robots": [
+                {"name": name, "home": [home.x, home.y, home.yaw]}
+                for name, home in zip(options.robot_names, homes_map, strict=True)
+            ],
+            "mission": options.mission,
+            "sites": str(self.sites_path) if self.sites_path else None,
+            "seed": options.seed,
+            "laps": options.laps,
+            "goals_per_robot": options.goals_per_robot,
+            "stand_still_at_end": options.until_done,
+        }
+
+
+def check_plan(options: UpOptions) -> RunPlan:
+    """Return the plan of a run.
+
+    Raises:
+        SwarmError: For the first thing that is wrong with the input.
+    """
+    world = find_resource("world", options.world, WORLD_FILE).absolute()
+    sites_path = world.parent / SITES_FILE
+    has_sites = sites_path.is_file()
+    sites = load_sites(sites_path) if has_sites else Sites()
+    spec = load_robot(options.robot)
+    if options.map is not None:
+        load_map(options.map)
+    defaults = default_parameters()
+    overrides = Overrides({})
+    if options.params is not None:
+        overrides = load_overrides(options.params, options.robot_names, defaults)
+    mission = load_mission(options.mission) if options.mission is not None else None
+    if mission is not None:
+        if not has_sites and any(leg.stations for leg in mission.route):
+            raise ConfigError(f"mission {mission.name} needs stations, but {sites_path} is missing")
+        mission.check_stations(sites, f"{sites_path}, for mission {mission.name}")
+    return RunPlan(
+        options=options,
+        world=world,
+        sites_path=sites_path if has_sites else None,
+        sites=sites,
+        spec=spec,
+        mission=mission,
+        defaults=defaults,
+        overrides=overrides,
+    )

@@ -1,0 +1,134 @@
+"""What the user sees while a run goes, and the table at its end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from rich.console import Console, Group
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+from swarm_commander.tally import Tally
+
+REFRESH = 0.25  # [s] of wall time between two pictures
+LINE_PERIOD = 5.0  # [s] between two lines where there is no terminal
+SHOWN_HOLDERS = 8
+
+
+class Progress:
+    """Live picture on a terminal, a line now and then elsewhere.
+
+    Args:
+        console: Where to.
+        tally: What to show.
+        clock: Wall clock [s].
+    """
+
+    def __init__(self, console: Console, tally: Tally, clock: Callable[[], float]) -> None:
+        self._console = console
+        self._tally = tally
+        self._clock = clock
+        self._due = 0.0
+        self._phase = "starting"
+        self._last_line = ""
+        self._live = Live(console=console, auto_refresh=False, transient=True)
+
+    def start(self) -> None:
+        """Begin to draw."""
+        if self._console.is_terminal:
+            self._live.start()
+
+    def stop(self) -> None:
+        """Leave the terminal as it was."""
+        self._live.stop()
+
+    def phase(self, text: str) -> None:
+        """Say what is going on now."""
+        self._phase = text
+        self._due = 0.0
+
+    def note(self, text: str, style: str = "") -> None:
+        """Print a line that stays."""
+        self._console.print(Text(text, style=style))
+
+    def update(self) -> None:
+        """Draw if it is time to."""
+        now = self._clock()
+        if now < self._due:
+            return
+        if self._console.is_terminal:
+            self._due = now + REFRESH
+            self._live.update(self._picture(), refresh=True)
+            return
+        self._due = now + LINE_PERIOD
+        line = summary_line(self._phase, self._tally)
+        if line != self._last_line:
+            self._console.print(Text(line))
+            self._last_line = line
+
+    def _picture(self) -> Group:
+        collided = self._tally.collisions or self._tally.failed
+        head = Text(summary_line(self._phase, self._tally), style="red" if collided else "")
+        return Group(head, Text(holders_line(self._tally), style="dim"))
+
+
+def summary_line(phase: str, tally: Tally) -> str:
+    """Return the state of the run in one line."""
+    goals = f"{tally.reached}/{tally.total}" if tally.total else str(tally.reached)
+    parts = [
+        phase,
+        f"active {tally.active}/{len(tally.robots)}",
+        f"goals {goals}" + (f" ({tally.failed} failed)" if tally.failed else ""),
+        f"collisions {tally.collisions}",
+        f"holding {len(tally.holding)}",
+        f"t = {tally.sim_time:.1f} s",
+        f"{tally.real_time_factor:.2f}x real time",
+    ]
+    return " | ".join(parts)
+
+
+def holders_line(tally: Tally) -> str:
+    """Return who is in the holding pattern, and for what."""
+    holders = tally.holding
+    if not holders:
+        return "nobody holds"
+    shown = [f"{name} {tally.robots[name].detail}".strip() for name in holders[:SHOWN_HOLDERS]]
+    more = f" and {len(holders) - SHOWN_HOLDERS} more" if len(holders) > SHOWN_HOLDERS else ""
+    return "holding: " + ", ".join(shown) + more
+
+
+def summary_table(report: Mapping[str, Any], code: int) -> Table:
+    """Return the result of a run as a table."""
+    goals, collisions = report["goals"], report["collisions"]
+    cpu, rss = report["cpu_ms_per_robot_second"], report["rss_mb"]
+    rows = {
+        "goals reached": f"{goals['reached']} of {goals['sent']}",
+        "goals failed, pending": f"{goals['failed']}, {goals['pending']}",
+        "collisions robot-robot, robot-world": (
+            f"{collisions['robot_robot']}, {collisions['robot_world']}"
+        ),
+        "minimum clearance": _with_unit(report["min_clearance"], "m"),
+        "simulated time": _with_unit(report["sim_time"], "s"),
+        "real-time factor": _with_unit(report["real_time_factor"], ""),
+        "all active after": _with_unit(report["active_after_wall"], "s"),
+        "makespan": _with_unit(report["makespan"], "s"),
+        "goals per minute": _with_unit(report["throughput_per_minute"], ""),
+        "time spent holding": _with_unit(report["hold_time"], "s"),
+        "late ticks": _with_unit(report["late_ticks"], ""),
+        "CPU per robot and second": (
+            f"{cpu['total']} ms (world {cpu['world']}, navigators {cpu['navigators']})"
+        ),
+        "memory": f"world {rss['world']} MB, navigators {rss['navigators']} MB",
+    }
+    title = f"{report['swarm_size']} robots in {report['world']}, seed {report['seed']}"
+    table = Table(title=title, title_justify="left", show_header=False)
+    for name, value in rows.items():
+        table.add_row(name, value)
+    table.add_row("exit code", str(code), style="bold green" if code == 0 else "bold red")
+    return table
+
+
+def _with_unit(value: float | None, unit: str) -> str:
+    return "unknown" if value is None else f"{value} {unit}".strip()

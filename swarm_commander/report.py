@@ -1,0 +1,139 @@
+"""`report.json`: the result of a run in the form that tools outside rely on."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from swarm_commander.options import UpOptions
+from swarm_commander.tally import Tally
+from swarm_commander.usage import UsageMeter
+
+SCHEMA = 1
+OK, MISSED, BAD_INPUT, COMPONENT_FAILED = range(4)  # exit codes
+
+
+@dataclass(frozen=True, slots=True)
+class RunTimes:
+    """Wall-clock figures of a run."""
+
+    wall_time: float  # [s] from the start of the command to the end of simulated time
+    active_after_wall: float | None  # [s] until every navigator was active
+
+
+def compose_report(
+    options: UpOptions,
+    tally: Tally,
+    verdict: Mapping[str, Any],
+    usage: UsageMeter,
+    times: RunTimes,
+) -> dict[str, Any]:
+    """Return the report; what could not be measured is null.
+
+    Args:
+        options: Of the run.
+        tally: Events added up.
+        verdict: What the world measured; empty if it could not say.
+        usage: CPU time and memory.
+        times: Wall clock.
+    """
+    sim_time = float(verdict.get("sim_time", tally.sim_time))
+    seconds = options.swarm_size * sim_time
+    cpu = {group: usage.cpu(group) for group in ("world", "navigators", "operator")}
+    per_second = {
+        "world": cpu["world"],
+        "navigators": cpu["navigators"],
+        "total": sum(cpu.values()),
+    }
+    makespan = tally.last_goal_time if math.isfinite(tally.last_goal_time) else None
+    return {
+        "schema": SCHEMA,
+        "swarm_size": options.swarm_size,
+        "world": options.world,
+        "robot": options.robot,
+        "mission": options.mission,
+        "seed": options.seed,
+        "sim_time": _rounded(sim_time),
+        "wall_time": _rounded(times.wall_time),
+        "real_time_factor": _rounded(verdict.get("real_time_factor", tally.real_time_factor)),
+        "active_after_wall": _rounded(times.active_after_wall),
+        "goals": {
+            "sent": tally.sent,
+            "reached": tally.reached,
+            "failed": tally.failed,
+            "pending": tally.pending,
+        },
+        "collisions": verdict.get(
+            "collisions", {"robot_robot": tally.robot_robot, "robot_world": tally.robot_world}
+        ),
+        "min_clearance": _rounded(verdict.get("min_clearance"), 4),
+        "makespan": _rounded(makespan),
+        "throughput_per_minute": _rounded(60.0 * tally.reached / makespan if makespan else 0.0),
+        "hold_time": _rounded(sum(robot.hold_time for robot in tally.robots.values())),
+        "late_ticks": verdict.get("late_ticks"),
+        "restarts": 0,
+        "cpu_ms_per_robot_second": {
+            name: _rounded(1000.0 * value / seconds) if seconds else None
+            for name, value in per_second.items()
+        },
+        "rss_mb": {
+            group: _rounded(usage.rss_mb(group), 1) for group in ("world", "navigators")
+        },
+        "trajectory_sha256": verdict.get("trajectory_sha256"),
+        "robots": _robots(tally, verdict.get("robots", {})),
+    }
+
+
+def _robots(tally: Tally, measured: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    return {
+        name: {
+            "goals_reached": robot.reached,
+            "goals_failed": robot.failed,
+            "hold_time": _rounded(robot.hold_time),
+            "distance": _rounded(measured.get(name, {}).get("distance")),
+            "collisions": measured.get(name, {}).get("collisions"),
+            "min_clearance": _rounded(measured.get(name, {}).get("min_clearance"), 4),
+        }
+        for name, robot in tally.robots.items()
+    }
+
+
+def exit_code(report: Mapping[str, Any], *, must_finish: bool, component_failed: bool) -> int:
+    """Return the exit code of a run.
+
+    Args:
+        report: Of the run.
+        must_finish: Whether a goal that is still pending counts as missed (--until-done).
+        component_failed: Whether a process or a robot died.
+    """
+    if component_failed:
+        return COMPONENT_FAILED
+    goals, collisions = report["goals"], report["collisions"]
+    missed = goals["failed"] + (goals["pending"] if must_finish else 0)
+    if missed or collisions["robot_robot"] or collisions["robot_world"]:
+        return MISSED
+    return OK
+
+
+def load_verdict(path: Path) -> dict[str, Any]:
+    """Return what the world wrote at its end; empty if it could not."""
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return content if isinstance(content, dict) else {}
+
+
+def write_report(path: Path, report: Mapping[str, Any]) -> None:
+    """Write the report."""
+    path.write_text(json.dumps(report, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def _rounded(value: Any, digits: int = 3) -> float | None:
+    if value is None or not math.isfinite(value):
+        return None
+    return round(float(value), digits)

@@ -1,0 +1,84 @@
+"""The folder of a run: parameters, logs, report, and what another terminal must source."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import shutil
+from collections.abc import Mapping
+from datetime import datetime
+from pathlib import Path
+
+from swarm_common.errors import ConfigError
+
+RUNS = Path("runs")
+LATEST = "latest"
+ENVIRONMENT = ("ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE", "FASTDDS_BUILTIN_TRANSPORTS")
+
+
+class RunFolder:
+    """Paths within one run's folder."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path.absolute()
+        self.params = self.path / "params"
+        self.logs = self.path / "logs"
+        self.configs = self.path / "config"
+        self.report = self.path / "report.json"
+        self.verdict = self.configs / "verdict.json"
+
+    def log(self, name: str) -> Path:
+        """Return the log file of a process."""
+        return self.logs / f"{name}.log"
+
+
+def create_run_folder(chosen: Path | None, now: datetime) -> RunFolder:
+    """Make the folder of a run; what an earlier run left in it is removed.
+
+    Args:
+        chosen: --run-dir; None for a new folder in `runs/`, to which `runs/latest` then points.
+        now: Names the new folder.
+
+    Raises:
+        ConfigError: If it cannot be written.
+    """
+    folder = RunFolder(chosen or _free_name(RUNS / now.strftime("%Y-%m-%d_%H-%M-%S")))
+    try:
+        for old in (folder.params, folder.logs, folder.configs):
+            shutil.rmtree(old, ignore_errors=True)
+            old.mkdir(parents=True)
+        folder.report.unlink(missing_ok=True)
+        if chosen is None:
+            _point_latest(folder.path)
+    except OSError as error:
+        raise ConfigError(
+            f"cannot write the run folder {folder.path}: {error.strerror};"
+            " choose another with --run-dir"
+        ) from None
+    return folder
+
+
+def _free_name(path: Path) -> Path:
+    candidate, number = path, 1
+    while candidate.exists():
+        number += 1
+        candidate = path.with_name(f"{path.name}-{number}")
+    return candidate
+
+
+def _point_latest(run: Path) -> None:
+    link = run.parent / LATEST
+    fresh = run.parent / f".{LATEST}-{os.getpid()}"
+    fresh.symlink_to(run.name)
+    fresh.replace(link)
+
+
+def write_env_sh(folder: RunFolder, environment: Mapping[str, str]) -> None:
+    """Write `env.sh`: the variables with which another terminal sees this swarm."""
+    lines = [
+        f"export {name}={shlex.quote(environment[name])}"
+        for name in ENVIRONMENT
+        if name in environment
+    ]
+    text = "# Source this in another terminal to see this swarm.\n" + "\n".join(lines) + "\n"
+    (folder.path / "env.sh").write_text(text, encoding="utf-8")

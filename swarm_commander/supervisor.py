@@ -1,0 +1,164 @@
+"""Table of the processes of a run: who runs, who has ended, and the order of stopping them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import Protocol
+
+
+class Child(Protocol):
+    """A started process."""
+
+    @property
+    def pid(self) -> int:
+        """Process id."""
+
+    def poll(self) -> int | None:
+        """Return the return code (negative: the signal), or None while it runs."""
+
+    def terminate(self) -> None:
+        """Ask it to end; harmless if it has ended."""
+
+    def kill(self) -> None:
+        """End it and all of its own children; harmless if it has ended."""
+
+
+@dataclass(frozen=True, slots=True)
+class ProcessSpec:
+    """One line of the table.
+
+    Attributes:
+        name: For messages and the log file.
+        argv: Command.
+        grace: [s] of wall time to end in when asked to, before it is killed.
+    """
+
+    name: str
+    argv: tuple[str, ...]
+    grace: float = 5.0
+
+
+class State(Enum):
+    """Of a process."""
+
+    RUNNING = "running"
+    STOPPING = "stopping"
+    KILLED = "killed"
+    GONE = "gone"
+
+
+class Event(Enum):
+    """What happens to a process."""
+
+    STOP = "stop"
+    DEADLINE = "deadline"
+    EXIT = "exit"
+
+
+TRANSITIONS: dict[State, dict[Event, State]] = {
+    State.RUNNING: {Event.STOP: State.STOPPING, Event.EXIT: State.GONE},
+    State.STOPPING: {
+        Event.STOP: State.STOPPING,
+        Event.DEADLINE: State.KILLED,
+        Event.EXIT: State.GONE,
+    },
+    State.KILLED: {
+        Event.STOP: State.KILLED,
+        Event.DEADLINE: State.KILLED,
+        Event.EXIT: State.GONE,
+    },
+    State.GONE: {Event.STOP: State.GONE},
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Exit:
+    """A process has ended; `expected` if it had been asked to."""
+
+    name: str
+    returncode: int
+    expected: bool
+
+
+@dataclass(slots=True)
+class _Entry:
+    spec: ProcessSpec
+    child: Child
+    state: State = State.RUNNING
+    deadline: float = 0.0
+
+    def enter(self, event: Event) -> State:
+        self.state = TRANSITIONS[self.state][event]
+        return self.state
+
+
+class Supervisor:
+    """Starts processes, notices their end, stops them one after the other.
+
+    It never waits: `poll` does what is due and returns what happened.
+    """
+
+    def __init__(self, spawn: Callable[[ProcessSpec], Child], clock: Callable[[], float]) -> None:
+        self._spawn = spawn
+        self._clock = clock
+        self._entries: dict[str, _Entry] = {}
+        self._stop_order: list[str] = []
+
+    def start(self, spec: ProcessSpec) -> None:
+        """Start a process."""
+        if spec.name in self._entries:
+            raise ValueError(f"process {spec.name} has been started before")
+        self._entries[spec.name] = _Entry(spec, self._spawn(spec))
+
+    def pid(self, name: str) -> int | None:
+        """Return the id of a process that runs, else None."""
+        entry = self._entries.get(name)
+        return entry.child.pid if entry and entry.state is not State.GONE else None
+
+    @property
+    def all_gone(self) -> bool:
+        """Whether no process is left."""
+        return all(entry.state is State.GONE for entry in self._entries.values())
+
+    def stop(self, order: Sequence[str]) -> None:
+        """Begin to stop everything: the named first, each after the one before has ended."""
+        rest = [name for name in self._entries if name not in order]
+        self._stop_order = [name for name in order if name in self._entries] + rest
+
+    def kill(self) -> None:
+        """End everything at once."""
+        for entry in self._entries.values():
+            if entry.state is not State.GONE:
+                entry.enter(Event.STOP)
+                entry.enter(Event.DEADLINE)
+                entry.child.kill()
+
+    def poll(self) -> list[Exit]:
+        """Notice ended processes and go on stopping; return those that ended since last time."""
+        exits = []
+        for entry in self._entries.values():
+            if entry.state is State.GONE:
+                continue
+            returncode = entry.child.poll()
+            if returncode is not None:
+                exits.append(Exit(entry.spec.name, returncode, entry.state is not State.RUNNING))
+                entry.enter(Event.EXIT)
+                entry.child.kill()  # what it may have left behind
+        self._continue_stopping()
+        return exits
+
+    def _continue_stopping(self) -> None:
+        for name in self._stop_order:
+            entry = self._entries[name]
+            if entry.state is State.GONE:
+                continue
+            if entry.state is State.RUNNING:
+                entry.enter(Event.STOP)
+                entry.deadline = self._clock() + entry.spec.grace
+                entry.child.terminate()
+            elif self._clock() >= entry.deadline and entry.state is State.STOPPING:
+                entry.enter(Event.DEADLINE)
+                entry.child.kill()
+            return

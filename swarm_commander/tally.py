@@ -1,0 +1,143 @@
+"""What is known of a run while it goes: events of the processes added up."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+HOLDING = "holding"
+
+
+@dataclass(slots=True)
+class RobotTally:
+    """Of one robot."""
+
+    active: bool = False
+    died: bool = False
+    state: str = ""
+    detail: str = ""
+    hold_time: float = 0.0
+    sent: int = 0
+    reached: int = 0
+    failed: int = 0
+
+
+@dataclass(slots=True)
+class Tally:
+    """Of all; `apply` is told every event.
+
+    Attributes:
+        robots: By name.
+        has_mission: Whether goals are counted from our mission; else from what robots report.
+        total: Goals of the mission; 0 while unknown.
+        sim_time: [s] latest known.
+        real_time_factor: Latest known.
+        robot_robot: Collision episodes so far.
+        robot_world: Likewise.
+        last_goal_time: [s] of simulated time at which the latest goal was settled.
+    """
+
+    robots: dict[str, RobotTally]
+    has_mission: bool
+    total: int = 0
+    sim_time: float = 0.0
+    real_time_factor: float = 0.0
+    robot_robot: int = 0
+    robot_world: int = 0
+    last_goal_time: float = math.nan
+
+    @classmethod
+    def of(cls, names: Iterable[str], has_mission: bool) -> Tally:
+        """Return the tally at the start."""
+        return cls({name: RobotTally() for name in names}, has_mission)
+
+    def apply(self, event: Mapping[str, Any]) -> None:
+        """Add an event; kinds that do not count are ignored."""
+        handler = getattr(self, f"_on_{event.get('event')}", None)
+        if handler is not None:
+            handler(event)
+
+    @property
+    def active(self) -> int:
+        """Number of robots whose navigator is active."""
+        return sum(robot.active and not robot.died for robot in self.robots.values())
+
+    @property
+    def sent(self) -> int:
+        """Goals sent."""
+        return sum(robot.sent for robot in self.robots.values())
+
+    @property
+    def reached(self) -> int:
+        """Goals reached."""
+        return sum(robot.reached for robot in self.robots.values())
+
+    @property
+    def failed(self) -> int:
+        """Goals given up."""
+        return sum(robot.failed for robot in self.robots.values())
+
+    @property
+    def pending(self) -> int:
+        """Goals sent and not yet settled."""
+        return self.sent - self.reached - self.failed
+
+    @property
+    def collisions(self) -> int:
+        """Collision episodes of any kind."""
+        return self.robot_robot + self.robot_world
+
+    @property
+    def holding(self) -> list[str]:
+        """Names of the robots in the holding pattern."""
+        return [
+            name
+            for name, robot in self.robots.items()
+            if robot.state == HOLDING and not robot.died
+        ]
+
+    def _on_active(self, event: Mapping[str, Any]) -> None:
+        self.robots[event["robot"]].active = True
+
+    def _on_died(self, event: Mapping[str, Any]) -> None:
+        self.robots[event["robot"]].died = True
+
+    def _on_progress(self, event: Mapping[str, Any]) -> None:
+        self.sim_time = float(event["sim_time"])
+        self.real_time_factor = float(event["real_time_factor"])
+        self.robot_robot = int(event["collisions"]["robot_robot"])
+        self.robot_world = int(event["collisions"]["robot_world"])
+
+    def _on_mission(self, event: Mapping[str, Any]) -> None:
+        self.total = int(event["goals"])
+
+    def _on_sent(self, event: Mapping[str, Any]) -> None:
+        self.robots[event["robot"]].sent += 1
+
+    def _on_goal(self, event: Mapping[str, Any]) -> None:
+        robot = self.robots[event["robot"]]
+        if event["outcome"] == "reached":
+            robot.reached += 1
+        else:
+            robot.failed += 1
+        robot.sent = max(robot.sent, robot.reached + robot.failed)
+        self._settle(float(event["sim_time"]))
+
+    def _on_status(self, event: Mapping[str, Any]) -> None:
+        robot = self.robots[event["robot"]]
+        robot.state = event["state"]
+        robot.detail = event.get("detail", "")
+        robot.hold_time = float(event["hold_time"])
+        if not self.has_mission:
+            settled = robot.reached + robot.failed
+            robot.reached = int(event["goals_reached"])
+            robot.failed = int(event["goals_failed"])
+            robot.sent = robot.reached + robot.failed + bool(event["has_goal"])
+            if robot.reached + robot.failed > settled:
+                self._settle(float(event["sim_time"]))
+
+    def _settle(self, sim_time: float) -> None:
+        if not self.last_goal_time >= sim_time:
+            self.last_goal_time = sim_time

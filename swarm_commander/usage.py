@@ -1,0 +1,75 @@
+"""CPU time and memory of the processes of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import psutil
+
+MEGABYTE = 1e6
+
+
+@dataclass(slots=True)
+class Usage:
+    """CPU seconds since the start and resident memory of a group of processes.
+
+    Processes that have ended keep their last known CPU time.
+    """
+
+    cpu_by_pid: dict[int, float] = field(default_factory=dict)
+    rss_mb: float = 0.0
+
+    @property
+    def cpu(self) -> float:
+        """CPU seconds of all of them, user and system."""
+        return sum(self.cpu_by_pid.values())
+
+    def sample(self, processes: Iterable[psutil.Process]) -> None:
+        """Read the present values."""
+        rss = 0
+        for process in processes:
+            try:
+                with process.oneshot():
+                    times = process.cpu_times()
+                    rss += process.memory_info().rss
+            except psutil.Error:
+                continue
+            self.cpu_by_pid[process.pid] = times.user + times.system
+        self.rss_mb = max(self.rss_mb, rss / MEGABYTE)
+
+
+def process_tree(pid: int | None) -> list[psutil.Process]:
+    """Return a process and all of its descendants; nothing if it is gone."""
+    if pid is None:
+        return []
+    try:
+        root = psutil.Process(pid)
+        return [root, *root.children(recursive=True)]
+    except psutil.Error:
+        return []
+
+
+class UsageMeter:
+    """Usage by group (`world`, `navigators`, `operator`), from `mark` on."""
+
+    def __init__(self) -> None:
+        self._groups: dict[str, Usage] = {}
+        self._baseline: dict[str, float] = {}
+
+    def sample(self, group: str, processes: Iterable[psutil.Process]) -> None:
+        """Read the present values of a group."""
+        self._groups.setdefault(group, Usage()).sample(processes)
+
+    def mark(self) -> None:
+        """Count CPU time from here on: start-up is over."""
+        self._baseline = {name: usage.cpu for name, usage in self._groups.items()}
+
+    def cpu(self, group: str) -> float:
+        """Return the CPU seconds of a group since `mark`."""
+        usage = self._groups.get(group, Usage())
+        return usage.cpu - self._baseline.get(group, 0.0)
+
+    def rss_mb(self, group: str) -> float:
+        """Return the largest resident memory of a group [MB]; shared pages count in each."""
+        return self._groups.get(group, Usage()).rss_mb
