@@ -1,0 +1,79 @@
+"""Strict reading of YAML files: what is malformed, unknown or of a wrong type is an error."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from swarm_common.errors import ConfigError, SwarmError, UnknownNameError
+
+
+class UniqueKeyLoader(yaml.SafeLoader):
+    """PyYAML's safe loader, but a key that occurs twice is an error."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        """Return the mapping, or raise for a repeated key."""
+        seen: set[str] = set()
+        for key_node, _ in node.value:
+            if key_node.value in seen and key_node.tag != "tag:yaml.org,2002:merge":
+                raise yaml.MarkedYAMLError(
+                    problem=f"key '{key_node.value}' occurs twice", problem_mark=key_node.start_mark
+                )
+            if isinstance(key_node.value, str):
+                seen.add(key_node.value)
+        return super().construct_mapping(node, deep)
+
+
+def read_yaml(path: Path, error: type[SwarmError] = ConfigError) -> dict[str, Any]:
+    """Return the mapping at the top of a YAML file.
+
+    Args:
+        path: File to read.
+        error: Class of the exception to raise.
+
+    Raises:
+        SwarmError: `error`, naming file and line, if the file cannot be read or parsed.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as cause:
+        raise error(f"cannot read {path}: {cause}") from cause
+    try:
+        data = yaml.load(text, UniqueKeyLoader)
+    except yaml.MarkedYAMLError as cause:
+        mark = cause.problem_mark
+        line = f", line {mark.line + 1}" if mark else ""
+        raise error(f"{path}{line}: malformed YAML: {cause.problem}") from cause
+    except yaml.YAMLError as cause:
+        raise error(f"{path}: malformed YAML: {cause}") from cause
+    if not isinstance(data, dict):
+        raise error(f"{path}: expected 'key: value' lines, found {type(data).__name__}")
+    return data
+
+
+def check_keys(data: dict[str, Any], known: Iterable[str], where: str) -> None:
+    """Raise UnknownNameError for the first key that is not among the known ones."""
+    names = list(known)
+    for key in data:
+        if key not in names:
+            raise UnknownNameError("key", str(key), names, where)
+
+
+def number(value: object, what: str, error: type[SwarmError] = ConfigError) -> float:
+    """Return a finite number, or raise naming what it should have been."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise error(f"{what} is {value!r}; expected a number")
+    return float(value)
+
+
+def numbers(
+    value: object, count: int, what: str, error: type[SwarmError] = ConfigError
+) -> tuple[float, ...]:
+    """Return a tuple of `count` finite numbers, or raise."""
+    if not isinstance(value, list) or len(value) != count:
+        raise error(f"{what} is {value!r}; expected a list of {count} numbers")
+    return tuple(number(item, what, error) for item in value)

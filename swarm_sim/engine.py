@@ -1,0 +1,55 @@
+"""What the world asks of a physics engine; `planar` and `bullet` implement it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+NEAR = 0.5  # [m] clearances beyond this are not measured
+
+
+@dataclass(frozen=True, slots=True)
+class Touch:
+    """A contact seen during a control period.
+
+    Attributes:
+        robot: Index of the robot.
+        other: Index of the other robot, larger than `robot`; -1 for an obstacle.
+        obstacle: Name of the obstacle, empty if `other` is a robot.
+        x: [m] where.
+        y: [m] where.
+        step: Physics step within the period.
+    """
+
+    robot: int
+    other: int
+    obstacle: str
+    x: float
+    y: float
+    step: int
+
+
+class Engine(Protocol):
+    """Bodies and motors; arrays have one row per robot."""
+
+    poses: FloatArray  # (n, 3) true x, y, yaw of base_footprint
+    twists: FloatArray  # (n, 2) true forward and turning speed
+    travels: FloatArray  # (n,) [m] distance that the wheels report, backwards negative
+    yaws_gyro: FloatArray  # (n,) [rad] integrated gyro, not wrapped
+    clearances: FloatArray  # (n, 2) to the nearest robot, obstacle; inf beyond NEAR
+
+    def advance(self, targets: FloatArray) -> list[Touch]:
+        """Run one control period towards target speeds (n, 2); return the contacts in it."""
+        ...
+
+    def joint_state(self, robot: int) -> tuple[list[str], list[float], list[float]]:
+        """Return names, positions and velocities of a robot's joints."""
+        ...
+
+    def close(self) -> None:
+        """Release what the engine holds outside Python."""
+        ...

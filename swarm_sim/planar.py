@@ -1,0 +1,143 @@
+"""Kinematic twin of the physics engine: fast, for thousands of traffic runs.
+
+Robots are convex polygons that follow their speed commands within the acceleration limits.
+A motion that would touch something is not made: the robot stops there, and that is a contact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from swarm_common.records import CONTROL_PERIOD, Pose, RobotSpec
+from swarm_sim.engine import NEAR, FloatArray, Touch
+from swarm_sim.planar_kernels import clearances, move
+from swarm_sim.section import Section
+
+MAX_CORNERS = 8
+
+
+class PlanarEngine:
+    """Kinematic robots among fixed polygons; see `engine.Engine` for the attributes."""
+
+    def __init__(
+        self,
+        section: Section,
+        specs: Sequence[RobotSpec],
+        poses: Sequence[Pose],
+        physics_period: float,
+    ) -> None:
+        """Place the robots.
+
+        Args:
+            section: What the robots can touch.
+            specs: One per robot.
+            poses: Start poses in the map frame, one per robot.
+            physics_period: [s] of a step.
+        """
+        count = len(specs)
+        self._specs = list(specs)
+        self._steps = round(CONTROL_PERIOD / physics_period)
+        self._period = CONTROL_PERIOD / self._steps
+        self._names = section.names
+        self._walls = pack_polygons(section.outlines())
+        self._bounds = bounds_of(self._walls)
+        self._hulls = np.stack([pad_polygon(np.array(s.footprint), MAX_CORNERS) for s in specs])
+        self._limits = np.array(
+            [[s.acc_lim_x, s.acc_lim_theta, s.circumscribed_radius] for s in specs]
+        )
+        self._state = np.zeros((count, 5))
+        self._state[:, :3] = [(pose.x, pose.y, pose.yaw) for pose in poses]
+        self._robot_touches = np.zeros((count, count), np.int64)
+        self._wall_touches = np.zeros((count, len(self._walls)), np.int64)
+        self.poses: FloatArray = self._state[:, :3]
+        self.twists: FloatArray = self._state[:, 3:]
+        self.travels: FloatArray = np.zeros(count)
+        self.yaws_gyro: FloatArray = np.zeros(count)
+        self.clearances: FloatArray = np.full((count, 2), np.inf)
+        self._wheel_turns = np.zeros((count, 2))
+        self._measure()
+
+    def advance(self, targets: FloatArray) -> list[Touch]:
+        """Run one control period towards target speeds (n, 2); return the contacts in it."""
+        self._robot_touches[:] = -1
+        self._wall_touches[:] = -1
+        paths = np.zeros((len(self._state), 2))
+        touched = False
+        for step in range(self._steps):
+            touched |= move(
+                self._state,
+                targets,
+                self._limits,
+                self._hulls,
+                (self._walls, self._bounds),
+                (self._robot_touches, self._wall_touches, paths),
+                self._period,
+                step,
+            )
+        self.travels += paths[:, 0]
+        self.yaws_gyro += paths[:, 1]
+        self._measure()
+        return self._touches() if touched else []
+
+    def joint_state(self, robot: int) -> tuple[list[str], list[float], list[float]]:
+        """Return names, positions and velocities of the two wheels, as rolling would turn them."""
+        spec = self._specs[robot]
+        half, radius = spec.wheel_separation / 2.0, spec.wheel_radius
+        travel, yaw = float(self.travels[robot]), float(self.yaws_gyro[robot])
+        speed, turn = (float(value) for value in self.twists[robot])
+        return (
+            ["wheel_left_joint", "wheel_right_joint"],
+            [(travel - half * yaw) / radius, (travel + half * yaw) / radius],
+            [(speed - half * turn) / radius, (speed + half * turn) / radius],
+        )
+
+    def close(self) -> None:
+        """Release nothing: everything is in Python."""
+
+    def _measure(self) -> None:
+        clearances(
+            self._state,
+            self._limits,
+            self._hulls,
+            self._walls,
+            self._bounds,
+            NEAR,
+            self.clearances,
+        )
+
+    def _touches(self) -> list[Touch]:
+        touches = [
+            Touch(int(i), int(j), "", *self._middle(i, j), int(self._robot_touches[i, j]))
+            for i, j in np.argwhere(self._robot_touches >= 0)
+        ]
+        touches += [
+            Touch(int(i), -1, self._names[k], *self._middle(i, i), int(self._wall_touches[i, k]))
+            for i, k in np.argwhere(self._wall_touches >= 0)
+        ]
+        return sorted(touches, key=lambda touch: (touch.step, touch.robot, touch.other))
+
+    def _middle(self, i: int, j: int) -> tuple[float, float]:
+        x, y = (self._state[i, :2] + self._state[j, :2]) / 2.0
+        return float(x), float(y)
+
+
+def pad_polygon(polygon: FloatArray, corners: int) -> FloatArray:
+    """Return a polygon with its last corner repeated up to a number of corners."""
+    return np.vstack([polygon, np.repeat(polygon[-1:], corners - len(polygon), axis=0)])
+
+
+def pack_polygons(polygons: Sequence[FloatArray]) -> FloatArray:
+    """Return polygons as one array (m, k, 2)."""
+    corners = max([len(polygon) for polygon in polygons], default=3)
+    if not polygons:
+        return np.zeros((0, corners, 2))
+    return np.stack([pad_polygon(polygon, corners) for polygon in polygons])
+
+
+def bounds_of(polygons: FloatArray) -> FloatArray:
+    """Return the bounding boxes (m, 4) of packed polygons: x_min, y_min, x_max, y_max."""
+    if not len(polygons):
+        return np.zeros((0, 4))
+    return np.hstack([polygons.min(axis=1), polygons.max(axis=1)])

@@ -1,0 +1,156 @@
+"""Numba kernels of the kinematic engine."""
+
+from __future__ import annotations
+
+import math
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_sim.polygons import distance, overlap, place
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@numba.njit(cache=True)
+def ramp(value: float, target: float, limit: float) -> float:
+    """Return the speed after one step towards the target with a bounded change."""
+    return value + min(limit, max(-limit, target - value))
+
+
+@numba.njit(cache=True)
+def box_gap(bounds: FloatArray, x: float, y: float) -> float:
+    """Return the distance of a point from an axis-parallel box (4,); 0 inside."""
+    dx = max(bounds[0] - x, x - bounds[2], 0.0)
+    dy = max(bounds[1] - y, y - bounds[3], 0.0)
+    return math.hypot(dx, dy)
+
+
+@numba.njit(cache=True)
+def hits(
+    robot: int,
+    state: FloatArray,
+    limits: FloatArray,
+    placed: FloatArray,
+    walls: tuple[FloatArray, FloatArray],
+    touches: tuple[IntArray, IntArray, FloatArray],
+    step: int,
+) -> bool:
+    """Note which robots and walls a robot's placed hull meets; return whether any."""
+    polygons, bounds = walls
+    radius = limits[robot, 2]
+    any_hit = False
+    x, y = state[robot, 0], state[robot, 1]
+    for j in range(state.shape[0]):
+        reach = radius + limits[j, 2]
+        dx, dy = state[j, 0] - x, state[j, 1] - y
+        if j == robot or dx * dx + dy * dy > reach * reach:
+            continue
+        if overlap(placed[robot], placed[j]):
+            a, b = min(robot, j), max(robot, j)
+            if touches[0][a, b] < 0:
+                touches[0][a, b] = step
+            any_hit = True
+    for k in range(polygons.shape[0]):
+        if box_gap(bounds[k], x, y) <= radius and overlap(placed[robot], polygons[k]):
+            if touches[1][robot, k] < 0:
+                touches[1][robot, k] = step
+            any_hit = True
+    return any_hit
+
+
+@numba.njit(cache=True)
+def move(
+    state: FloatArray,
+    targets: FloatArray,
+    limits: FloatArray,
+    hulls: FloatArray,
+    walls: tuple[FloatArray, FloatArray],
+    touches: tuple[IntArray, IntArray, FloatArray],
+    period: float,
+    step: int,
+) -> bool:
+    """Advance all robots by one physics step, in order of index; return whether any touched.
+
+    Args:
+        state: (n, 5): x, y, yaw, v, w; changed.
+        targets: (n, 2): commanded v, w.
+        limits: (n, 3): acceleration, angular acceleration, circumscribed radius.
+        hulls: (n, k, 2) footprints in base_footprint.
+        walls: Packed polygons (m, k, 2) and their bounds (m, 4).
+        touches: First step of contact (n, n), (n, m), -1 for none; driven path (n, 2). Changed.
+        period: [s] of the step.
+        step: Its number within the control period.
+    """
+    count = state.shape[0]
+    placed = np.empty_like(hulls)
+    for i in range(count):
+        place(hulls[i], state[i, 0], state[i, 1], state[i, 2], placed[i])
+    any_touch = False
+    for i in range(count):
+        v = ramp(state[i, 3], targets[i, 0], limits[i, 0] * period)
+        w = ramp(state[i, 4], targets[i, 1], limits[i, 1] * period)
+        x, y, yaw = state[i, 0], state[i, 1], state[i, 2]
+        middle = yaw + 0.5 * w * period
+        state[i, 0] = x + v * math.cos(middle) * period
+        state[i, 1] = y + v * math.sin(middle) * period
+        state[i, 2] = -((-(yaw + w * period) + math.pi) % (2.0 * math.pi) - math.pi)
+        state[i, 3], state[i, 4] = v, w
+        if v == 0.0 and w == 0.0:
+            continue
+        place(hulls[i], state[i, 0], state[i, 1], state[i, 2], placed[i])
+        if hits(i, state, limits, placed, walls, touches, step):
+            state[i, 0], state[i, 1], state[i, 2] = x, y, yaw
+            state[i, 3], state[i, 4] = 0.0, 0.0
+            place(hulls[i], x, y, yaw, placed[i])
+            any_touch = True
+        else:
+            touches[2][i, 0] += v * period
+            touches[2][i, 1] += w * period
+    return any_touch
+
+
+@numba.njit(cache=True)
+def clearances(
+    state: FloatArray,
+    limits: FloatArray,
+    hulls: FloatArray,
+    polygons: FloatArray,
+    bounds: FloatArray,
+    near: float,
+    out: FloatArray,
+) -> None:
+    """Write the distance of each hull to the nearest other hull and wall; inf beyond `near`.
+
+    Args:
+        state: (n, 5): x, y, yaw, v, w.
+        limits: (n, 3): of which the circumscribed radius is used.
+        hulls: (n, k, 2) footprints in base_footprint.
+        polygons: Walls (m, k, 2).
+        bounds: Their bounds (m, 4).
+        near: [m] greatest distance of interest.
+        out: (n, 2).
+    """
+    count = state.shape[0]
+    placed = np.empty_like(hulls)
+    for i in range(count):
+        place(hulls[i], state[i, 0], state[i, 1], state[i, 2], placed[i])
+        out[i, 0], out[i, 1] = math.inf, math.inf
+    for i in range(count):
+        x, y = state[i, 0], state[i, 1]
+        for j in range(i):
+            reach = limits[i, 2] + limits[j, 2] + near
+            dx, dy = state[j, 0] - x, state[j, 1] - y
+            if dx * dx + dy * dy > reach * reach:
+                continue
+            gap = distance(placed[i], placed[j])
+            if gap <= near:
+                out[i, 0], out[j, 0] = min(out[i, 0], gap), min(out[j, 0], gap)
+        for k in range(polygons.shape[0]):
+            if box_gap(bounds[k], x, y) > limits[i, 2] + near:
+                continue
+            gap = distance(placed[i], polygons[k])
+            if gap <= near:
+                out[i, 1] = min(out[i, 1], gap)

@@ -1,0 +1,102 @@
+"""Drawing of a section onto an occupancy grid."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_common.grid import FREE, OCCUPIED, UNKNOWN, Grid
+from swarm_sim.section import FloatArray, Section
+
+MARGIN = 0.5  # [m] of map beyond the outermost obstacle
+SPILL = 0.005  # [m] by which an obstacle may reach into a cell without occupying it
+
+
+def draw_grid(
+    section: Section, seeds: FloatArray, resolution: float = 0.05, margin: float = MARGIN
+) -> Grid:
+    """Return the map of a section.
+
+    A cell is occupied if an obstacle reaches more than `SPILL` into it. The lower left corner of
+    the obstacles lies on a cell corner, so that walls on the lattice are drawn without excess.
+
+    Args:
+        section: Obstacles.
+        seeds: Points (n, 2) known to be accessible; what cannot be reached from them becomes
+            unknown. With n = 0 everything that is not occupied is free.
+        resolution: [m] per cell.
+        margin: [m] of map around the obstacles and seeds.
+    """
+    x_min, y_min, x_max, y_max = section.bounds()
+    columns_before = _cells_before(x_min, seeds[:, 0], margin, resolution)
+    rows_before = _cells_before(y_min, seeds[:, 1], margin, resolution)
+    x_max = max(x_max, *seeds[:, 0], x_min) + margin
+    y_max = max(y_max, *seeds[:, 1], y_min) + margin
+    origin_x = round(x_min - columns_before * resolution, 9)
+    origin_y = round(y_min - rows_before * resolution, 9)
+    width = int(np.ceil((x_max - origin_x) / resolution - 1e-6))
+    height = int(np.ceil((y_max - origin_y) / resolution - 1e-6))
+    grid = Grid(np.full((height, width), FREE, np.int8), resolution, origin_x, origin_y)
+    for outline in section.outlines():
+        _draw_polygon(grid, outline)
+    if len(seeds):
+        cells = np.array([grid.cell_of(x, y) for x, y in seeds], dtype=np.int64)
+        reached = flood(grid.cells, cells)
+        grid.cells[(grid.cells == FREE) & ~reached] = UNKNOWN
+    return grid
+
+
+def _cells_before(low: float, seeds: FloatArray, margin: float, resolution: float) -> int:
+    return int(np.ceil((low - min(low, *seeds, low) + margin) / resolution - 1e-6))
+
+
+def _draw_polygon(grid: Grid, outline: FloatArray) -> None:
+    """Mark each cell whose square, shrunk by SPILL, meets a convex polygon (separating axes)."""
+    low = outline.min(axis=0)
+    high = outline.max(axis=0)
+    row0, column0 = (max(0, index - 1) for index in grid.cell_of(low[0], low[1]))
+    row1, column1 = (index + 2 for index in grid.cell_of(high[0], high[1]))
+    rows = np.arange(row0, min(row1, grid.height))
+    columns = np.arange(column0, min(column1, grid.width))
+    x = grid.origin_x + (columns[None, :] + 0.5) * grid.resolution
+    y = grid.origin_y + (rows[:, None] + 0.5) * grid.resolution
+    half = grid.resolution / 2 - SPILL
+    meets = (x + half > low[0]) & (x - half < high[0]) & (y + half > low[1]) & (y - half < high[1])
+    edges = np.roll(outline, -1, axis=0) - outline
+    for (x0, y0), (dx, dy) in zip(outline, edges, strict=True):
+        outward = (x - x0) * dy - (y - y0) * dx  # times the edge's length
+        meets = meets & (outward - half * (abs(dx) + abs(dy)) < 0.0)
+    grid.cells[row0 : row0 + len(rows), column0 : column0 + len(columns)][meets] = OCCUPIED
+
+
+@numba.njit(cache=True)  # type: ignore[untyped-decorator, unused-ignore]
+def flood(cells: NDArray[np.int8], seeds: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Return which cells are connected to a seed through free cells (four neighbours).
+
+    Args:
+        cells: int8 (height, width); 0 is free.
+        seeds: Rows and columns (n, 2); those outside or not free are ignored.
+    """
+    height, width = cells.shape
+    reached = np.zeros((height, width), np.bool_)
+    stack = np.empty((height * width, 2), np.int64)
+    size = 0
+    for i in range(len(seeds)):
+        row, column = seeds[i, 0], seeds[i, 1]
+        if 0 <= row < height and 0 <= column < width and cells[row, column] == 0:
+            if not reached[row, column]:
+                reached[row, column] = True
+                stack[size, 0], stack[size, 1] = row, column
+                size += 1
+    while size > 0:
+        size -= 1
+        row, column = stack[size, 0], stack[size, 1]
+        for k in range(4):
+            r = row + (1 if k == 0 else -1 if k == 1 else 0)
+            c = column + (1 if k == 2 else -1 if k == 3 else 0)
+            if 0 <= r < height and 0 <= c < width and cells[r, c] == 0 and not reached[r, c]:
+                reached[r, c] = True
+                stack[size, 0], stack[size, 1] = r, c
+                size += 1
+    return reached

@@ -1,0 +1,114 @@
+"""Where robots start: a lattice that keeps off walls, stations and holding circuits."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from swarm_common.errors import WorldError
+from swarm_common.records import Pose, RobotSpec
+from swarm_common.sites import Sites, SpawnArea
+from swarm_sim.draw_map import accessible_points
+from swarm_sim.polygons import corner_distance, overlap
+from swarm_sim.raster import draw_grid, flood
+from swarm_sim.scene import Scene
+from swarm_sim.section import FloatArray, Section, section_between
+
+WALL_GAP = 0.15  # [m] between the robot's circle and an obstacle
+STATION_CLEARANCE = 1.2  # [m] from centre to station
+CIRCUIT_CLEARANCE = 0.9  # [m] from centre to circuit
+MIN_PITCH = 0.7  # [m] between neighbours
+PITCH_STEPS = 40
+
+
+def spawn_poses(scene: Scene, spec: RobotSpec, count: int) -> list[Pose]:
+    """Return places for `count` robots in the map frame, the same ones for the same input.
+
+    Rows are filled from the lower left corner of the world's spawn area. The pitch is that of
+    `sites.yaml`, or the largest smaller one at which all robots fit.
+
+    Args:
+        scene: World with its sites.
+        spec: The largest robot that may stand on any of the places.
+        count: Number of robots, at least 1.
+
+    Raises:
+        WorldError: If the area is too small for so many robots.
+    """
+    section = section_between(scene.bodies, 0.005, spec.height)
+    area = scene.sites.spawn or _default_area(section, count)
+    min_pitch = max(MIN_PITCH, 2.0 * spec.circumscribed_radius + 0.1)
+    most = 0
+    for pitch in np.linspace(max(area.pitch, min_pitch), min_pitch, PITCH_STEPS):
+        points = _places(area, float(pitch), section, scene, spec)
+        if len(points) >= count:
+            return [Pose(float(x), float(y), area.yaw) for x, y in points[:count]]
+        most = max(most, len(points))
+    raise WorldError(
+        f"the spawn area of world '{scene.name}' has room for {most} robots of "
+        f"model {spec.model}; {count} are asked for"
+    )
+
+
+def _default_area(section: Section, count: int) -> SpawnArea:
+    """Return an area for worlds without one: around the origin, inside the obstacles' bounds."""
+    side = 1.5 * np.ceil(np.sqrt(count)) + 3.0
+    x_min, y_min, x_max, y_max = section.bounds()
+    if x_max - x_min < 1.0 or y_max - y_min < 1.0 or not (x_min < 0.0 < x_max):
+        return SpawnArea(-side, -side, side, side, 1.5)
+    return SpawnArea(
+        max(-side, x_min), max(-side, y_min), min(side, x_max), min(side, y_max), 1.5
+    )
+
+
+def _places(
+    area: SpawnArea, pitch: float, section: Section, scene: Scene, spec: RobotSpec
+) -> FloatArray:
+    """Return the usable points (n, 2) of the lattice, row by row."""
+    x = np.arange(area.x_min, area.x_max + 1e-6, pitch)
+    y = np.arange(area.y_min, area.y_max + 1e-6, pitch)
+    points = np.column_stack([np.tile(x, len(y)), np.repeat(y, len(x))])
+    keep = wall_distance(points, section) > spec.circumscribed_radius + WALL_GAP
+    keep &= _site_clearance(points, scene.sites)
+    keep &= _reachable(points, section, scene)
+    return points[keep]
+
+
+def wall_distance(points: FloatArray, section: Section) -> FloatArray:
+    """Return the distance of each point (n, 2) to the nearest obstacle; 0 inside one."""
+    nearest = np.full(len(points), np.inf)
+    for outline in section.outlines():
+        for index, point in enumerate(points):
+            corner = point[None, :]
+            inside = overlap(corner, outline)
+            gap = 0.0 if inside else corner_distance(corner, outline)
+            nearest[index] = min(nearest[index], gap)
+    return nearest
+
+
+def _site_clearance(points: FloatArray, sites: Sites) -> np.ndarray:
+    keep = np.ones(len(points), np.bool_)
+    for pose in sites.stations.values():
+        keep &= np.hypot(points[:, 0] - pose.x, points[:, 1] - pose.y) >= STATION_CLEARANCE
+    for circuit in sites.circuits.values():
+        closed = np.array([*circuit, circuit[0]])
+        for a, b in zip(closed[:-1], closed[1:], strict=True):
+            edge = np.array([a, b])
+            gaps = [corner_distance(point[None, :], edge) for point in points]
+            keep &= np.array(gaps, dtype=np.float64).reshape(-1) >= CIRCUIT_CLEARANCE
+    return keep
+
+
+def _reachable(points: FloatArray, section: Section, scene: Scene) -> np.ndarray:
+    """Return which points are connected with the stations, if there are any."""
+    seeds = accessible_points(scene)
+    if not len(seeds) or not len(points):
+        return np.ones(len(points), np.bool_)
+    grid = draw_grid(section, np.vstack([points, seeds])[:0], 0.1)
+    reached = flood(grid.cells, np.array([grid.cell_of(x, y) for x, y in seeds], np.int64))
+    cells = [grid.cell_of(x, y) for x, y in points]
+    return np.array(
+        [
+            0 <= row < grid.height and 0 <= column < grid.width and bool(reached[row, column])
+            for row, column in cells
+        ]
+    )

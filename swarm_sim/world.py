@@ -1,0 +1,175 @@
+"""The world in lockstep: observe all robots at a tick, take their commands, advance one tick."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from swarm_common.beacon import BeaconArray
+from swarm_common.errors import ConfigError, UnknownNameError
+from swarm_common.records import CONTROL_PERIOD, Odometry, Pose, RobotSpec, Scan, Twist
+from swarm_sim.drive import CommandBuffer, Odometer
+from swarm_sim.engine import Engine
+from swarm_sim.planar import PlanarEngine
+from swarm_sim.radio import Radio, RadioConfig
+from swarm_sim.scene import Scene
+from swarm_sim.section import section_between
+from swarm_sim.verdict import Collision, Judge, Verdict
+
+ENGINES = ("bullet", "planar")
+GROUND_GAP = 0.005  # [m] above ground from which something counts as an obstacle
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WorldConfig:
+    """How the world is simulated."""
+
+    engine: str = "bullet"  # bullet: rigid bodies on wheels; planar: kinematic, fast
+    physics_period: float = 0.01  # [s] of a physics step
+    with_lidar: bool = True
+    radio: RadioConfig = field(default_factory=RadioConfig)
+
+    def __post_init__(self) -> None:
+        """Refuse impossible values."""
+        if self.engine not in ENGINES:
+            raise UnknownNameError("engine", self.engine, ENGINES)
+        steps = CONTROL_PERIOD / self.physics_period if self.physics_period > 0.0 else 0.0
+        if steps < 1.0 or abs(steps - round(steps)) > 1e-6:
+            raise ConfigError(
+                f"physics_period is {self.physics_period} s; "
+                f"it must divide the control period of {CONTROL_PERIOD} s"
+            )
+
+
+@dataclass(frozen=True, slots=True)
+class Observation:
+    """What one robot senses at a tick.
+
+    Attributes:
+        odom: Every tick.
+        scan: When a revolution of its LiDAR ends at this tick, else None.
+        neighbors: Beacons heard, ordered by id.
+    """
+
+    odom: Odometry
+    scan: Scan | None
+    neighbors: BeaconArray
+
+
+class World:
+    """Physics, sensors, radio and ground truth of a swarm; knows no ROS."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        specs: Sequence[RobotSpec],
+        poses: Sequence[Pose],
+        config: WorldConfig | None = None,
+        seed: int = 0,
+        names: Sequence[str] | None = None,
+    ) -> None:
+        """Place the robots and begin at tick 0.
+
+        Args:
+            scene: Where they are.
+            specs: Model of each robot.
+            poses: Start pose of each robot in the map frame.
+            config: How to simulate.
+            seed: Of everything random.
+            names: Of the robots, for verdicts; default Srobot1, Srobot2 ...
+        """
+        if len(specs) != len(poses):
+            raise ValueError(f"{len(specs)} robot models but {len(poses)} poses")
+        config = config or WorldConfig()
+        self.names = list(names or [f"Srobot{i + 1}" for i in range(len(specs))])
+        self.specs = list(specs)
+        self._config = config
+        self._tick = 0
+        self._engine = _make_engine(scene, specs, poses, config)
+        self._commands = CommandBuffer(specs)
+        self._odometer = Odometer(len(specs))
+        self._radio = Radio(config.radio, len(specs), seed)
+        self._judge = Judge(self.names, self._engine.poses, self._engine.clearances)
+
+    @property
+    def tick(self) -> int:
+        """Control ticks since the start."""
+        return self._tick
+
+    @property
+    def sim_time(self) -> float:
+        """Simulated time [s]."""
+        return round(self._tick * CONTROL_PERIOD, 6)
+
+    @property
+    def verdict(self) -> Verdict:
+        """Ground truth about the run so far."""
+        return self._judge.verdict(self.sim_time)
+
+    @property
+    def collisions(self) -> Sequence[Collision]:
+        """Contact episodes so far; cheaper than `verdict`."""
+        return self._judge.collisions
+
+    def observe(self) -> list[Observation]:
+        """Return what each robot senses at the present tick."""
+        return [
+            Observation(
+                self._odometer.reading(i, self._tick, self._engine.twists[i]),
+                None,
+                self._radio.heard(i),
+            )
+            for i in range(len(self.specs))
+        ]
+
+    def step(
+        self, commands: Sequence[Twist | None], beacons: Sequence[np.void | None]
+    ) -> list[Collision]:
+        """Advance one tick; return the collisions that began in it.
+
+        Args:
+            commands: One per robot; None if it sent none. Its last command then holds until
+                it is 0.5 s old.
+            beacons: One per robot; None if it sent none.
+        """
+        known = len(self._judge.collisions)
+        self._radio.send(self._tick, beacons, self._engine.poses[:, :2])
+        touches = self._engine.advance(self._commands.update(commands))
+        self._odometer.update(self._engine.travels, self._engine.yaws_gyro)
+        self._judge.observe(
+            self._tick * CONTROL_PERIOD,
+            self._config.physics_period,
+            touches,
+            self._engine.poses,
+            self._engine.clearances,
+        )
+        self._tick += 1
+        return list(self._judge.collisions[known:])
+
+    def ground_truth(self) -> list[tuple[Pose, Twist]]:
+        """Return the true pose in the map frame and twist of each robot."""
+        return [
+            (
+                Pose(float(pose[0]), float(pose[1]), float(pose[2])),
+                Twist(float(twist[0]), 0.0, float(twist[1])),
+            )
+            for pose, twist in zip(self._engine.poses, self._engine.twists, strict=True)
+        ]
+
+    def joint_states(self, robot: int) -> tuple[list[str], list[float], list[float]]:
+        """Return names, positions [rad] and velocities [rad/s] of a robot's joints."""
+        return self._engine.joint_state(robot)
+
+    def close(self) -> None:
+        """Release what the physics engine holds."""
+        self._engine.close()
+
+
+def _make_engine(
+    scene: Scene, specs: Sequence[RobotSpec], poses: Sequence[Pose], config: WorldConfig
+) -> Engine:
+    height = max([spec.height for spec in specs], default=1.0)
+    section = section_between(scene.bodies, GROUND_GAP, height)
+    return PlanarEngine(section, specs, poses, config.physics_period)
