@@ -20,8 +20,8 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from swarm_common import assets
 from swarm_common.errors import SwarmError
+from swarm_common.resources import share_directory
 from swarm_common.rosidl import compile as compiling
 from swarm_common.rosidl import generate, install, packages, toolchain
 from swarm_common.rosidl.packages import InterfacePackage
@@ -43,7 +43,7 @@ def ensure_interfaces(*, quiet: bool = False) -> list[str]:
     """
     environment = install.Environment.current()
     wanted = [
-        package for package in packages.load_packages(assets.directory("interfaces"))
+        package for package in packages.load_packages(share_directory("interfaces") / "interfaces")
         if not _is_provided(package.name, environment)
     ]
     stale = [p for p in wanted if environment.installed().get(p.name) != _source_key(p, wanted)]
