@@ -8,15 +8,13 @@ import selectors
 import signal
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import psutil
 
-from swarm_common.errors import ConfigError, SwarmError
-from swarm_common.records import Pose
 from swarm_commander.launch import ProcessChild
 from swarm_commander.params import write_parameter_file
 from swarm_commander.plan import RunPlan
@@ -25,10 +23,18 @@ from swarm_commander.rundir import RunFolder
 from swarm_commander.supervisor import Exit, ProcessSpec, Supervisor
 from swarm_commander.tally import Tally
 from swarm_commander.usage import UsageMeter, process_tree
+from swarm_common.errors import ConfigError, SwarmError
+from swarm_common.records import Pose
 
 WORLD, HOST, RUNNER = "world", "navigators", "mission"
+MODULES = {
+    WORLD: "swarm_sim.node",
+    HOST: "swarm_nav.host",
+    RUNNER: "swarm_commander.runner",
+}
 STOP_ORDER = (WORLD, RUNNER, HOST)  # the world first, so that nobody is late for it
 POLL_PERIOD = 0.1  # [s] of wall time
+GRACE = 10.0  # [s] for a process to end when asked to
 SAMPLE_PERIOD = 2.0  # [s] between two readings of CPU time and memory
 START_LIMIT = 600.0  # [s] for all to be active; the first start compiles the kernels
 
@@ -47,12 +53,20 @@ class Run:
         active_after_wall: [s] from the start until every navigator was active.
     """
 
-    def __init__(self, plan: RunPlan, folder: RunFolder, progress: Progress, tally: Tally) -> None:
+    def __init__(
+        self,
+        plan: RunPlan,
+        folder: RunFolder,
+        progress: Progress,
+        tally: Tally,
+        modules: Mapping[str, str] = MODULES,
+    ) -> None:
         self.tally = tally
         self.usage = UsageMeter()
         self.failures: list[str] = []
         self.active_after_wall: float | None = None
         self._plan = plan
+        self._modules = modules
         self._folder = folder
         self._progress = progress
         self._refusal: str | None = None
@@ -72,7 +86,7 @@ class Run:
         """
         with self._signals_caught():
             try:
-                self._start(WORLD, "swarm_sim.node", self._plan.world_config(self._folder.verdict))
+                self._start(WORLD, self._plan.world_config(self._folder.verdict))
                 while not self._supervisor.all_gone:
                     self._turn()
             finally:
@@ -96,17 +110,16 @@ class Run:
 
     # Processes
 
-    def _start(self, name: str, module: str, config: dict[str, Any]) -> None:
+    def _start(self, name: str, config: dict[str, Any]) -> None:
         path = self._folder.configs / f"{name}.json"
         path.write_text(json.dumps(config, indent=1), encoding="utf-8")
-        self._supervisor.start(ProcessSpec(name, (sys.executable, "-m", module, str(path)), 10.0))
+        command = (sys.executable, "-m", self._modules[name], str(path))
+        self._supervisor.start(ProcessSpec(name, command, GRACE))
 
     def _spawn(self, spec: ProcessSpec) -> ProcessChild:
         child = ProcessChild(spec, self._folder.log(spec.name), os.environ)
         self._children[spec.name] = child
-        self._selector.register(
-            child.event_fd, selectors.EVENT_READ, lambda: self._read(spec.name)
-        )
+        self._selector.register(child.event_fd, selectors.EVENT_READ, lambda: self._read(spec.name))
         return child
 
     def _start_robots(self, poses: list[list[float]]) -> None:
@@ -123,8 +136,8 @@ class Run:
             "pack": self._plan.options.pack,
             "log_dir": str(self._folder.logs),
         }
-        self._start(HOST, "swarm_nav.host", config)
-        self._start(RUNNER, "swarm_commander.runner", self._plan.runner_config(homes))
+        self._start(HOST, config)
+        self._start(RUNNER, self._plan.runner_config(homes))
 
     # What they say
 

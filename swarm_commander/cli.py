@@ -1,151 +1,34 @@
-"""Command line of `swarm-up`."""
+"""Entry points of the commands `swarm-up` and `swarm-commander`."""
 
 from __future__ import annotations
 
-import os
-import time
+import sys
 from collections.abc import Callable
-from datetime import datetime
-from pathlib import Path
-from typing import Annotated
 
-import psutil
 import typer
-from rich.console import Console
 
-from swarm_commander.bringup import Run
-from swarm_commander.domain import DomainLock, check_port, domain_id
-from swarm_commander.options import UpOptions, parse_speed
-from swarm_commander.plan import RunPlan, check_plan
-from swarm_commander.progress import Progress, summary_table
-from swarm_commander.report import (
-    BAD_INPUT,
-    RunTimes,
-    compose_report,
-    exit_code,
-    load_verdict,
-    write_report,
-)
-from swarm_commander.rundir import create_run_folder, write_env_sh
-from swarm_commander.tally import Tally
+from swarm_commander.report import BAD_INPUT
 from swarm_common import ros_env
-from swarm_common.errors import ConfigError, SwarmError
+from swarm_common.errors import SwarmError
 
 # Some versions of typer bring a click of their own, so the base is reached through typer.
 UsageError: type[Exception] = typer.BadParameter.__bases__[0]
-NOT_YET = "is not available in this version"
-
-up_app = typer.Typer(add_completion=False, rich_markup_mode=None)
-
-
-@up_app.command()
-def up(
-    swarm_size: Annotated[int, typer.Option(help="Number of robots.")] = 5,
-    world: Annotated[str, typer.Option(help="Name or path of a world.")] = "slim_blockage",
-    robot: Annotated[str, typer.Option(help="Robot model.")] = "turtlebot3_waffle",
-    fleet: Annotated[Path | None, typer.Option(help="Several robot models.", hidden=True)] = None,
-    map_: Annotated[Path | None, typer.Option("--map", help="Map yaml of your own.")] = None,
-    params: Annotated[Path | None, typer.Option(help="ROS 2 parameter file.")] = None,
-    mission: Annotated[str | None, typer.Option(help="Name or file of a mission.")] = None,
-    laps: Annotated[int, typer.Option(help="Times that the mission is driven.")] = 1,
-    goals_per_robot: Annotated[int | None, typer.Option(help="Cut the mission.")] = None,
-    seed: Annotated[int, typer.Option(help="Of everything random.")] = 0,
-    speed: Annotated[
-        str | None,
-        typer.Option(
-            help="Times real time, or max.  [default: max with a mission, else 1.0]",
-            show_default=False,
-        ),
-    ] = None,
-    free_run: Annotated[bool, typer.Option("--free-run", help="Without lockstep.")] = False,
-    pack: Annotated[int, typer.Option(help="Navigators per process.")] = 1,
-    until_done: Annotated[
-        bool, typer.Option("--until-done", help="Stop when the mission is done.")
-    ] = False,
-    duration: Annotated[
-        float | None, typer.Option(help="Stop after this many simulated seconds.")
-    ] = None,
-    headless: Annotated[bool, typer.Option("--headless", help="Without any window.")] = False,
-    viewer: Annotated[bool, typer.Option(help="3D view in the browser.", hidden=True)] = False,
-    port: Annotated[int | None, typer.Option(help="Of the viewer.", hidden=True)] = None,
-    rviz: Annotated[bool, typer.Option("--rviz", hidden=True)] = False,
-    autostart: Annotated[bool, typer.Option(help="Activate the navigators.")] = True,
-    record: Annotated[bool, typer.Option("--record", hidden=True)] = False,
-    run_dir: Annotated[
-        Path | None,
-        typer.Option(help="Folder of this run.  [default: a new one in runs/]", show_default=False),
-    ] = None,
-    over_limit: Annotated[
-        bool, typer.Option("--over-limit", help="Allow more than 100 robots.")
-    ] = False,
-) -> None:
-    """Start a swarm of robots: world, navigators and, if wanted, their mission.
-
-    Exit code: 0 all goals reached without collision, 1 a goal missed or a collision,
-    2 bad input, 3 a component failed.
-    """
-    flags = {"--fleet": fleet, "--viewer": viewer, "--rviz": rviz, "--record": record}
-    _refuse_absent({flag: value for flag, value in flags.items() if value}, headless)
-    if port is not None:
-        check_port(port)
-    options = UpOptions(
-        swarm_size=swarm_size,
-        world=world,
-        robot=robot,
-        map=map_,
-        params=params,
-        mission=mission,
-        laps=laps,
-        goals_per_robot=goals_per_robot,
-        seed=seed,
-        speed=parse_speed(speed, mission is not None),
-        free_run=free_run,
-        pack=pack,
-        until_done=until_done,
-        duration=duration,
-        autostart=autostart,
-        run_dir=run_dir,
-        over_limit=over_limit,
-    )
-    raise typer.Exit(bring_up(check_plan(options)))
-
-
-def bring_up(plan: RunPlan) -> int:
-    """Run a checked plan; return the exit code."""
-    ros_env.set_defaults()
-    lock = DomainLock(domain_id())
-    try:
-        folder = create_run_folder(plan.options.run_dir, datetime.now())
-        write_env_sh(folder, os.environ)
-        console = Console()
-        tally = Tally.of(plan.options.robot_names, plan.mission is not None)
-        progress = Progress(console, tally, time.monotonic)
-        progress.phase("starting world")
-        progress.start()
-        run = Run(plan, folder, progress, tally)
-        try:
-            run.run()
-        finally:
-            progress.stop()
-    finally:
-        lock.release()
-    verdict = load_verdict(folder.verdict)
-    times = RunTimes(time.time() - psutil.Process().create_time(), run.active_after_wall)
-    report = compose_report(plan.options, tally, verdict, run.usage, times)
-    code = exit_code(
-        report, must_finish=plan.options.until_done, component_failed=bool(run.failures)
-    )
-    write_report(folder.report, report)
-    console.print(summary_table(report, code))
-    for failure in run.failures:
-        console.print(failure, style="red", highlight=False)
-    console.print(f"report: {folder.report}", highlight=False, soft_wrap=True)
-    return code
+INTERRUPTED = 130
 
 
 def swarm_up() -> None:
-    """Entry point of `swarm-up`."""
-    raise SystemExit(run_app("swarm-up", up_app))
+    """Run `swarm-up`."""
+    from swarm_commander.up_command import up_app
+
+    sys.exit(run_app("swarm-up", up_app))
+
+
+def commander() -> None:
+    """Run `swarm-commander`."""
+    ros_env.set_defaults()  # before rclpy is imported
+    from swarm_commander.commander_command import commander_app
+
+    sys.exit(run_app("swarm-commander", commander_app))
 
 
 def run_app(name: str, app: typer.Typer) -> int:
@@ -154,21 +37,20 @@ def run_app(name: str, app: typer.Typer) -> int:
     try:
         code = command(prog_name=name, standalone_mode=False)
     except UsageError as error:
-        message = error.format_message()  # type: ignore[attr-defined]
+        message = _usage_message(error)
     except SwarmError as error:
         message = str(error)
     except (typer.Abort, KeyboardInterrupt):
-        return 130
+        return INTERRUPTED
     else:
         return code if isinstance(code, int) else 0
-    Console(stderr=True).print(
-        f"{name}: {message}", style="", markup=False, highlight=False, soft_wrap=True
-    )
+    sys.stderr.write(f"{name}: {message}\n")
     return BAD_INPUT
 
 
-def _refuse_absent(flags: dict[str, object], headless: bool) -> None:
-    for flag in flags:
-        if flag == "--viewer" and headless:
-            raise ConfigError("--viewer and --headless exclude each other")
-        raise ConfigError(f"{flag} {NOT_YET}")
+def _usage_message(error: Exception) -> str:
+    """Return the message of a usage error, with the value that was found."""
+    message = str(error.format_message())  # type: ignore[attr-defined]
+    details = getattr(error.__cause__, "errors", None)  # pydantic's, behind newer versions of typer
+    found = details()[0].get("input") if details is not None else None
+    return f"{message} (found '{found}')" if found is not None else message

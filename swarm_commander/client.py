@@ -40,10 +40,10 @@ from nav_msgs.msg import Path
 from rclpy.action import ActionClient
 from rclpy.node import Node
 from rclpy.task import Future
+from swarm_interfaces.msg import RobotStatus
 
 from swarm_common.errors import SwarmError
 from swarm_common.ros_io import RELIABLE
-from swarm_interfaces.msg import RobotStatus
 
 NANOSECONDS = 1_000_000_000
 POLL_PERIOD = 0.2  # [s] of wall time between two questions
@@ -259,7 +259,7 @@ class RobotCommander:
 
     def isReady(self) -> bool:
         """Whether goals of `goToPose` would arrive; never waits."""
-        return self._client("navigate_to_pose", NavigateToPose).server_is_ready()
+        return bool(self._client("navigate_to_pose", NavigateToPose).server_is_ready())
 
     def waitUntilNav2Active(self, timeout: float = 60.0) -> None:
         """Wait until the navigator is active and takes goals, spinning the node.
@@ -313,9 +313,7 @@ class RobotCommander:
 
     def _client(self, action: str, action_type: type) -> ActionClient:
         if action not in self._clients:
-            self._clients[action] = ActionClient(
-                self._node, action_type, f"/{self.name}/{action}"
-            )
+            self._clients[action] = ActionClient(self._node, action_type, f"/{self.name}/{action}")
         return self._clients[action]
 
     def _take_status(self, message: RobotStatus) -> None:

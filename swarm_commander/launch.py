@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from swarm_commander.pipes import LineReader
 from swarm_commander.supervisor import ProcessSpec
 
 PR_SET_PDEATHSIG = 1
@@ -28,9 +29,8 @@ class ProcessChild:
     def __init__(self, spec: ProcessSpec, log: Path, environment: Mapping[str, str]) -> None:
         self.event_fd, child_event = os.pipe()
         child_control, self._control_fd = os.pipe()
-        os.set_blocking(self.event_fd, False)
         os.set_blocking(self._control_fd, False)
-        self._partial = b""
+        self._events = LineReader(self.event_fd)
         flags = ("--event-fd", str(child_event), "--control-fd", str(child_control))
         parent = os.getpid()
         with log.open("ab") as output:
@@ -42,7 +42,7 @@ class ProcessChild:
                 pass_fds=(child_event, child_control),
                 start_new_session=True,
                 env=dict(environment),
-                preexec_fn=lambda: _die_with(parent),  # noqa: PLW1509 - we have one thread
+                preexec_fn=lambda: _die_with(parent),
             )
         os.close(child_event)
         os.close(child_control)
@@ -73,11 +73,7 @@ class ProcessChild:
 
     def read_events(self) -> list[dict[str, Any]]:
         """Return the events that have arrived."""
-        with contextlib.suppress(BlockingIOError):
-            while chunk := os.read(self.event_fd, 65536):
-                self._partial += chunk
-        *lines, self._partial = self._partial.split(b"\n")
-        return [json.loads(line) for line in lines if line.strip()]
+        return self._events.read()
 
     def close(self) -> None:
         """Close the pipes."""

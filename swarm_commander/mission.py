@@ -98,7 +98,7 @@ class Mission:
                 leg,
                 sites,
                 home_map,
-                random.Random(f"{seed}/{robot_id}/{lap}/{number}"),  # noqa: S311
+                random.Random(f"{seed}/{robot_id}/{lap}/{number}"),
             )
         ]
         return stops[:limit]

@@ -101,8 +101,7 @@ def _matches(pattern: str, robot: str) -> bool:
     if parts in (["**"], [NODE], ["**", NODE]):
         return True
     return len(parts) == 2 and all(
-        fnmatch.fnmatchcase(name, part)
-        for name, part in zip((robot, NODE), parts, strict=True)
+        fnmatch.fnmatchcase(name, part) for name, part in zip((robot, NODE), parts, strict=True)
     )
 
 

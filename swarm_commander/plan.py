@@ -6,13 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from swarm_common.errors import ConfigError
-from swarm_common.map_io import load_map
-from swarm_common.records import Pose, RobotSpec
-from swarm_common.resources import find_resource
-from swarm_common.robot_io import load_robot
-from swarm_common.sites import Sites
-from swarm_common.sites_io import load_sites
 from swarm_commander.mission import Mission, load_mission
 from swarm_commander.options import UpOptions
 from swarm_commander.params import (
@@ -22,6 +15,13 @@ from swarm_commander.params import (
     load_overrides,
     robot_parameter_file,
 )
+from swarm_common.errors import ConfigError
+from swarm_common.map_io import load_map
+from swarm_common.records import Pose, RobotSpec
+from swarm_common.resources import find_resource
+from swarm_common.robot_io import load_robot
+from swarm_common.sites import Sites
+from swarm_common.sites_io import load_sites
 
 WORLD_FILE = "world.sdf"
 SITES_FILE = "sites.yaml"

@@ -67,9 +67,10 @@ def compose_report(
             "failed": tally.failed,
             "pending": tally.pending,
         },
-        "collisions": verdict.get(
-            "collisions", {"robot_robot": tally.robot_robot, "robot_world": tally.robot_world}
-        ),
+        "collisions": {
+            "robot_robot": verdict.get("robot_robot", tally.robot_robot),
+            "robot_world": verdict.get("robot_world", tally.robot_world),
+        },
         "min_clearance": _rounded(verdict.get("min_clearance"), 4),
         "makespan": _rounded(makespan),
         "throughput_per_minute": _rounded(60.0 * tally.reached / makespan if makespan else 0.0),
@@ -80,9 +81,7 @@ def compose_report(
             name: _rounded(1000.0 * value / seconds) if seconds else None
             for name, value in per_second.items()
         },
-        "rss_mb": {
-            group: _rounded(usage.rss_mb(group), 1) for group in ("world", "navigators")
-        },
+        "rss_mb": {group: _rounded(usage.rss_mb(group), 1) for group in ("world", "navigators")},
         "trajectory_sha256": verdict.get("trajectory_sha256"),
         "robots": _robots(tally, verdict.get("robots", {})),
     }

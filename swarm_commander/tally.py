@@ -93,9 +93,7 @@ class Tally:
     def holding(self) -> list[str]:
         """Names of the robots in the holding pattern."""
         return [
-            name
-            for name, robot in self.robots.items()
-            if robot.state == HOLDING and not robot.died
+            name for name, robot in self.robots.items() if robot.state == HOLDING and not robot.died
         ]
 
     def _on_active(self, event: Mapping[str, Any]) -> None:

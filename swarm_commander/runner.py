@@ -1,0 +1,202 @@
+"""Mission process of `swarm-up`: drives all robots through their missions, or only watches them.
+
+python -m swarm_commander.runner CONFIG.json --event-fd N --control-fd M
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import signal
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import rclpy
+import rclpy.executors
+from rclpy.node import Node
+from swarm_interfaces.msg import RobotStatus
+
+from swarm_commander.driver import RobotDriver, sim_seconds
+from swarm_commander.itinerary import Itinerary, Order, Outcome
+from swarm_commander.mission import load_mission
+from swarm_commander.pipes import EventWriter, LineReader
+from swarm_common.records import Pose
+from swarm_common.sites import Sites
+from swarm_common.sites_io import load_sites
+
+TURN_PERIOD = 0.25  # [s] of wall time between two looks at everything else
+LOST_TICKS = 100  # ticks without a status, while others go on, after which a robot is lost
+LATE_STATUS = 2.0  # [s] of wall time to wait for the status of an end
+
+
+class Runner:
+    """All robots of a run, on one node."""
+
+    def __init__(self, node: Node, config: dict[str, Any], events: EventWriter) -> None:
+        """Attach to the robots of `config`, see `RunPlan.runner_config`."""
+        self._node = node
+        self._events = events
+        self._stands_still_at_end = bool(config["stand_still_at_end"])
+        self._drivers = {
+            robot["name"]: RobotDriver(node, robot["name"], itinerary, self)
+            for robot, itinerary in zip(config["robots"], itineraries(config), strict=True)
+        }
+        self._dead: set[str] = set()
+        self._fresh: set[str] = set()
+        self._is_started = False
+        self._is_done = False
+        self._ended_at: dict[str, float] = {}
+        if config["mission"] is not None:
+            goals = sum(d.itinerary.total for d in self._drivers.values() if d.itinerary)
+            events.write("mission", goals=goals)
+
+    def turn(self) -> None:
+        """Do what is not an answer to a message: start, notice the lost, pass on the status."""
+        if not self._is_started:
+            self._start_when_ready()
+        self._notice_lost()
+        self._flush()
+
+    def take_command(self, command: dict[str, Any]) -> None:
+        """Obey a line from swarm-up."""
+        if command.get("cmd") == "dead" and command["robot"] in self._drivers:
+            self._dead.add(command["robot"])
+            self._drivers[command["robot"]].lose()
+
+    def finish(self) -> None:
+        """Pass on the last status."""
+        self._flush()
+
+    # What the drivers say
+
+    def on_sent(self, driver: RobotDriver, order: Order) -> None:
+        """Count a goal when it is sent first."""
+        if order.attempt == 1:
+            self._events.write("sent", robot=driver.name, name=order.stop.name)
+
+    def on_settled(self, driver: RobotDriver, outcome: Outcome) -> None:
+        """Pass a settled stop on."""
+        self._events.write(
+            "goal",
+            robot=driver.name,
+            outcome="reached" if outcome.reached else "failed",
+            name=outcome.stop.name,
+            sim_time=sim_seconds(outcome.tick),
+        )
+
+    def on_over(self, driver: RobotDriver) -> bool:
+        """Say so when all are done; keep the last from answering so that time stands still."""
+        if self._is_done or not all(d.is_over for d in self._drivers.values()):
+            return True
+        self._is_done = True
+        self._flush()
+        self._events.write("done")
+        return not self._stands_still_at_end
+
+    def on_status(self, driver: RobotDriver, status: RobotStatus) -> None:
+        """Remember to pass it on."""
+        self._fresh.add(driver.name)
+
+    # Own work
+
+    def _start_when_ready(self) -> None:
+        alive = [d for name, d in self._drivers.items() if name not in self._dead]
+        has_mission = any(driver.itinerary is not None for driver in alive)
+        if has_mission and all(driver.robot.isReady() for driver in alive):
+            self._is_started = True
+            for driver in alive:
+                driver.start()
+
+    def _notice_lost(self) -> None:
+        now = max((driver.tick for driver in self._drivers.values()), default=0)
+        for name, driver in self._drivers.items():
+            if name not in self._dead and driver.tick and now - driver.tick > LOST_TICKS:
+                self._dead.add(name)
+                if not driver.is_over:
+                    self._events.write("note", message=f"{name} is silent; its goals count failed")
+                    driver.lose()
+            self._hurry(driver)
+
+    def _hurry(self, driver: RobotDriver) -> None:
+        if not driver.awaits_status:
+            self._ended_at.pop(driver.name, None)
+        elif time.monotonic() - self._ended_at.setdefault(driver.name, time.monotonic()) > (
+            LATE_STATUS
+        ):
+            driver.settle_late()
+
+    def _flush(self) -> None:
+        for name in sorted(self._fresh):
+            status = self._drivers[name].robot.status
+            if status is not None:
+                self._events.write("status", robot=name, **status_event(status))
+        self._fresh.clear()
+
+
+def status_event(status: RobotStatus) -> dict[str, Any]:
+    """Return what swarm-up wants to know of a status."""
+    return {
+        "state": status.state,
+        "detail": status.detail,
+        "hold_time": status.hold_time,
+        "goals_reached": status.goals_reached,
+        "goals_failed": status.goals_failed,
+        "has_goal": status.goal.x == status.goal.x,
+        "sim_time": status.stamp.sec + 1e-9 * status.stamp.nanosec,
+    }
+
+
+def itineraries(config: dict[str, Any]) -> list[Itinerary | None]:
+    """Return each robot's mission; None for all if there is none."""
+    if config["mission"] is None:
+        return [None for _ in config["robots"]]
+    mission = load_mission(config["mission"])
+    sites = load_sites(config["sites"]) if config["sites"] else Sites()
+    return [
+        Itinerary(
+            mission.stops(
+                sites,
+                Pose(*robot["home"]),
+                seed=config["seed"],
+                robot_id=number,
+                laps=config["laps"],
+                limit=config["goals_per_robot"],
+            ),
+            mission.retries,
+        )
+        for number, robot in enumerate(config["robots"], 1)
+    ]
+
+
+def main() -> None:
+    """Run until SIGTERM."""
+    config = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
+    flags = dict(zip(sys.argv[2::2], sys.argv[3::2], strict=True))
+    events = EventWriter(int(flags["--event-fd"]))
+    commands = LineReader(int(flags["--control-fd"]))
+    rclpy.init(signal_handler_options=rclpy.SignalHandlerOptions.NO)
+    node = rclpy.create_node("mission", enable_rosout=False, start_parameter_services=False)
+    stopping: list[int] = []
+    signal.signal(signal.SIGTERM, lambda number, _: stopping.append(number))
+    executor = rclpy.executors.SingleThreadedExecutor()
+    executor.add_node(node)
+    runner = Runner(node, config, events)
+    due = 0.0
+    with contextlib.suppress(BrokenPipeError):
+        while not stopping:
+            executor.spin_once(timeout_sec=TURN_PERIOD)
+            if time.monotonic() >= due:
+                due = time.monotonic() + TURN_PERIOD
+                for command in commands.read():
+                    runner.take_command(command)
+                runner.turn()
+        runner.finish()
+    # Everything of this process ends with it; taking the graph down entity by entity takes longer.
+    os._exit(0)
+
+
+if __name__ == "__main__":
+    main()

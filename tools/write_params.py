@@ -1,0 +1,58 @@
+"""Writes params/navigator.yaml from the defaults in swarm_nav/config.py, with their comments.
+
+A default has one home, the configuration class; the file is what users read and copy from, and
+what `swarm-up` checks their parameters against. A test compares the two.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+from swarm_nav.config import NavConfig
+
+TARGET = Path(__file__).resolve().parent.parent / "params" / "navigator.yaml"
+HEAD = """\
+# Parameters of a navigator with their defaults, in ROS 2's form; written by tools/write_params.py.
+# To change some: copy those lines into a file of your own and start with --params FILE. Instead of
+# /** (all robots) a section may name one: /Srobot3/navigator. Speed and acceleration limits follow
+# the robot model unless your file sets them.
+/**:
+  ros__parameters:
+"""
+
+
+def parameter_file() -> str:
+    """Return the text of params/navigator.yaml."""
+    lines = [HEAD]
+    config = NavConfig()
+    for group in dataclasses.fields(config):
+        part = getattr(config, group.name)
+        is_bare = group.name == "controller"
+        lines.append(f"    # {(inspect.getdoc(type(part)) or '').splitlines()[0]}\n")
+        if not is_bare:
+            lines.append(f"    {group.name}:\n")
+        indent = " " * (4 if is_bare else 6)
+        comments = field_comments(type(part))
+        for field in dataclasses.fields(part):
+            comment = f"  # {comments[field.name]}" if comments.get(field.name) else ""
+            lines.append(f"{indent}{field.name}: {_yaml(getattr(part, field.name))}{comment}\n")
+    return "".join(lines)
+
+
+def field_comments(config_class: type) -> dict[str, str]:
+    """Return the comment at the end of each field's line in the source."""
+    pattern = re.compile(r"^    (\w+): [\w.]+ = [^#\n]*#[ ]*(.*)$", re.MULTILINE)
+    return dict(pattern.findall(inspect.getsource(config_class)))
+
+
+def _yaml(value: Any) -> str:
+    return value if isinstance(value, str) else json.dumps(value)
+
+
+if __name__ == "__main__":
+    TARGET.write_text(parameter_file(), encoding="utf-8")
