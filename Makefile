@@ -1,0 +1,36 @@
+# make demo    all set-up, then 20 robots work through the factory hall
+# make test    all set-up, then style, types, layering and all tests
+# make setup   only the set-up that `demo` needs
+# make clean   removes the environment and all runs
+#
+# Set-up is repeated only when what it depends on has changed. PYTHON=... names another Python.
+
+PYTHON ?=
+export PYTHON
+
+inputs := pyproject.toml tools/bootstrap.sh $(shell find interfaces -type f)
+DEMO := --swarm-size 20 --world slim_blockage --mission loading_route --until-done
+
+.PHONY: demo test setup clean
+
+demo: .venv/.ready-run
+	.venv/bin/swarm-up $(DEMO)
+
+test: .venv/.ready-test
+	.venv/bin/ruff check .
+	.venv/bin/mypy
+	.venv/bin/lint-imports --no-logo
+	.venv/bin/pytest
+
+setup: .venv/.ready-run
+
+.venv/.ready-run: $(inputs)
+	tools/bootstrap.sh viewer
+	@touch $@
+
+.venv/.ready-test: $(inputs)
+	tools/bootstrap.sh dev,viewer
+	@touch $@ .venv/.ready-run
+
+clean:
+	rm -rf .venv runs
