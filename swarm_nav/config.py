@@ -93,12 +93,14 @@ class CostmapConfig:
     local_size: float = 3.0  # [m] width and height of the rolling local costmap
     wall_clearance: float = 0.30  # [m] of the robot's centre from walls where there is room
     static_tolerance: float = 0.20  # [m] from a mapped wall within which a hit is that wall
+    scan_timeout: float = 1.0  # [s] without a scan after which the robot stands
     unknown_body_margin: float = 0.25  # [m] that a body may extend beyond what the LiDAR sees
 
     def __post_init__(self) -> None:
         """Refuse impossible values."""
         _positive("costmap.", self, "inflation_radius", "cost_scaling_factor", "local_size")
         _positive("costmap.", self, "obstacle_max_range", "raytrace_max_range", "wall_clearance")
+        _positive("costmap.", self, "scan_timeout")
         _not_negative(
             "costmap.", self, "footprint_padding", "static_tolerance", "unknown_body_margin"
         )

@@ -1,0 +1,150 @@
+"""What a robot tells: its beacon to the other robots and its status to the operator."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from swarm_common.beacon import (
+    BEACON_DTYPE,
+    FLAG_ACTIVE,
+    FLAG_STUCK,
+    FOOTPRINT_POINTS,
+    HELD_POINTS,
+    INTENT_POINTS,
+    MODE_DONE,
+    MODE_DRIVE,
+    MODE_HOLD,
+    MODE_PAUSE,
+    MODE_YIELD,
+    WANTED_POINTS,
+)
+from swarm_common.records import CONTROL_PERIOD, Pose, RobotSpec, stamp_from_tick
+from swarm_common.sites import Sites
+from swarm_nav.goals import Status
+from swarm_nav.holding import SAME_STATION, HoldingPattern, Lease
+from swarm_nav.right_of_way import (
+    CLASS_DONE,
+    CLASS_DRIVING,
+    CLASS_HOLDING,
+    RightOfWay,
+    base_priority,
+)
+from swarm_nav.situation import Situation
+from swarm_nav.states import State
+from swarm_nav.tube import padded
+
+MODES = {
+    State.IDLE: MODE_DONE,
+    State.DRIVING: MODE_DRIVE,
+    State.HOLDING: MODE_HOLD,
+    State.YIELDING: MODE_YIELD,
+    State.RECOVERING: MODE_DRIVE,
+    State.BEHAVING: MODE_PAUSE,
+}
+WAITING_TICKS = 10  # ticks of being blocked after which `status` says waiting
+
+
+def compose_beacon(
+    situation: Situation,
+    spec: RobotSpec,
+    state: State,
+    right: RightOfWay,
+    lease: Lease,
+    holding: HoldingPattern,
+    last_goal_tick: int,
+    has_goal: bool,
+    is_active: bool,
+) -> np.void:
+    """Return the beacon of this tick; also stores the published priority in the situation."""
+    s = situation
+    rank = CLASS_DONE
+    if has_goal:
+        rank = CLASS_HOLDING if state in (State.HOLDING, State.BEHAVING) else CLASS_DRIVING
+    priority = max(base_priority(rank, last_goal_tick, s.robot_id), right.inherited)
+    s.priority = priority
+    held, wanted, intent = s.tube.publish(s.pose)
+    beacon = np.zeros((), BEACON_DTYPE)
+    beacon["sec"], beacon["nanosec"] = stamp_from_tick(s.tick)
+    beacon["id"] = s.robot_id
+    beacon["tick"] = s.tick
+    beacon["radius"] = s.radius
+    beacon["pose"] = (s.pose.x, s.pose.y, s.pose.yaw)
+    beacon["twist"] = (s.twist.vx, s.twist.wz)
+    beacon["priority"] = (priority >> 32, priority & 0xFFFFFFFF)
+    beacon["blocked_ticks"] = s.blocked_ticks
+    beacon["blocked_by"] = s.blocked_by
+    beacon["yields_for"] = s.yields_for
+    flags = (FLAG_STUCK if s.is_stuck else 0) | (FLAG_ACTIVE if is_active else 0)
+    beacon["flags"] = flags | holding.flags
+    beacon["mode"] = MODE_YIELD if right.is_yielding else MODES[state]
+    beacon["target"] = (math.nan, math.nan)
+    if right.is_yielding:
+        beacon["target"] = s.tube.points[-1]
+    elif holding.target is not None:
+        beacon["target"] = holding.target
+    beacon["station"] = lease.station or (math.nan, math.nan)
+    beacon["station_tick"] = lease.tick
+    beacon["held"], beacon["held_size"] = padded(held, HELD_POINTS)
+    beacon["wanted"], beacon["wanted_size"] = padded(wanted, WANTED_POINTS)
+    beacon["intent"], beacon["intent_size"] = padded(intent, INTENT_POINTS)
+    beacon["footprint"], beacon["footprint_size"] = padded(
+        np.array(spec.footprint), FOOTPRINT_POINTS
+    )
+    return beacon[()]
+
+
+def compose_status(
+    situation: Situation,
+    is_active: bool,
+    state: State,
+    target: Pose | None,
+    lease: Lease,
+    sites: Sites,
+    holding: HoldingPattern,
+    holding_since: int,
+    distance: float,
+) -> Status:
+    """Return the status for the operator."""
+    s = situation
+    name, detail = state.value, ""
+    station = _station_name(lease, sites)
+    if not is_active:
+        name = "inactive"
+    elif state is State.HOLDING:
+        where = "on the circuit" if holding.is_on_circuit else "parked"
+        detail = f"{where}, {lease.place} before it at {station or 'its goal'}"
+    elif state is State.YIELDING:
+        detail = f"makes way for Srobot{s.yields_for}" if s.yields_for else "steps back"
+    elif state is State.DRIVING and s.blocked_ticks > WAITING_TICKS:
+        name, detail = "waiting", f"for Srobot{s.blocked_by}"
+    counters = s.counters
+    return Status(
+        state=name,
+        detail=detail,
+        pose_map=s.pose,
+        goal_map=target,
+        station=station,
+        queue_place=lease.place,
+        distance_remaining=distance,
+        estimated_time_remaining=distance / s.config.controller.max_vel_x,
+        holding_since_tick=holding_since if state is State.HOLDING else 0,
+        hold_time=counters.hold_ticks * CONTROL_PERIOD,
+        number_of_recoveries=counters.recoveries,
+        goals_reached=counters.goals_reached,
+        goals_failed=counters.goals_failed,
+        pushes=counters.pushes,
+        retreats=counters.retreats,
+        deadlocks_resolved=counters.deadlocks_resolved,
+        replans=counters.replans,
+    )
+
+
+def _station_name(lease: Lease, sites: Sites) -> str:
+    if lease.station is None:
+        return ""
+    for name, pose in sites.stations.items():
+        if math.hypot(pose.x - lease.station[0], pose.y - lease.station[1]) < SAME_STATION:
+            return name
+    return ""

@@ -1,0 +1,143 @@
+"""Local controller: rotation shim and DWA along the held tube, in the manner of Nav2.
+
+Like Nav2's RotationShimController over DWB: a large heading error is turned away on the spot
+(the held disc is circumscribed, so this needs no space), otherwise the dynamic window is sampled
+and scored. The speed never exceeds what stops inside the tube.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from swarm_common.records import CONTROL_PERIOD, FloatArray, Pose, Twist, wrap_angle
+from swarm_nav import control_kernels
+from swarm_nav.config import ControllerConfig
+from swarm_nav.tube import Tube
+
+LOOKAHEAD = 3  # path points to the one that the heading error is measured to
+WINDOW = 12  # path points that the rollouts are scored on
+ARRIVED = 0.03  # [m] from a corner or the end at which the robot stands on it
+ALIGNED = 0.05  # [rad] heading error at which turning on the spot ends
+STANDING = 0.02  # [m/s]
+
+
+class Controller:
+    """Turns a tube into a twist, tick by tick."""
+
+    def __init__(self, config: ControllerConfig) -> None:
+        """Allocate the rollout."""
+        self.configure(config)
+        self._is_turning = False
+
+    def configure(self, config: ControllerConfig) -> None:
+        """Take new parameters, effective from the next tick."""
+        self.config = config
+        self.arc: FloatArray = np.zeros((max(1, round(config.sim_time / control_kernels.STEP)), 3))
+
+    def stop(self, twist: Twist) -> Twist:
+        """Return the twist that brakes as hard as the drive can."""
+        self._is_turning = False
+        self.arc[:] = 0.0
+        return Twist()
+
+    def turn_to(self, yaw: float, pose: Pose, twist: Twist) -> Twist:
+        """Return the twist that stops the robot and turns it towards `yaw` on the spot."""
+        return self._turn(wrap_angle(yaw - pose.yaw), pose, twist)
+
+    def follow(self, tube: Tube, pose: Pose, twist: Twist) -> Twist:
+        """Return the twist that follows the tube, at most to its held end."""
+        if tube.is_reverse:
+            flipped = Pose(pose.x, pose.y, wrap_angle(pose.yaw + math.pi))
+            forward = self._follow(tube, flipped, Twist(-twist.vx, 0.0, twist.wz))
+            return Twist(-forward.vx, 0.0, forward.wz)
+        return self._follow(tube, pose, twist)
+
+    def _follow(self, tube: Tube, pose: Pose, twist: Twist) -> Twist:
+        corner = tube.next_corner()
+        tube.advance(pose, min(corner, tube.stop))
+        if tube.near < corner and _gap(tube, corner, pose) < ARRIVED and corner <= tube.stop:
+            tube.near = corner
+            corner = tube.next_corner()
+        end = min(corner, tube.stop)
+        ahead = _direction(tube, pose, corner)
+        if ahead is None:
+            return self._turn(0.0, pose, twist) if self._is_turning else Twist()
+        error = wrap_angle(ahead - pose.yaw)
+        threshold = ALIGNED if self._is_turning else self.config.rotate_to_heading_angle
+        if abs(error) > threshold:
+            return self._turn(error, pose, twist)
+        self._is_turning = False
+        return self._drive(tube, pose, twist, end, corner)
+
+    def _turn(self, error: float, pose: Pose, twist: Twist) -> Twist:
+        self._is_turning = True
+        self.arc[:] = (pose.x, pose.y, pose.yaw)
+        if abs(twist.vx) > STANDING:
+            return Twist(0.0, 0.0, 0.0)
+        acc = self.config.acc_lim_theta
+        # braking distance on the spot, one control period of delay included
+        rate = acc * (math.sqrt(CONTROL_PERIOD**2 / 4 + 2 * abs(error) / acc) - CONTROL_PERIOD / 2)
+        rate = min(rate, self.config.max_vel_theta, abs(error) / CONTROL_PERIOD)
+        return Twist(0.0, 0.0, math.copysign(rate, error))
+
+    def _drive(self, tube: Tube, pose: Pose, twist: Twist, end: int, corner: int) -> Twist:
+        config = self.config
+        rest = _length(tube, tube.near, end, pose)
+        acc = config.acc_lim_x
+        v_limit = acc * (math.sqrt(CONTROL_PERIOD**2 + 2 * max(rest, 0.0) / acc) - CONTROL_PERIOD)
+        window = tube.points[max(0, tube.near - 1) : min(corner, tube.near + WINDOW) + 1]
+        if len(window) < 2:
+            return Twist()
+        v, w, _ = control_kernels.best_twist(
+            (pose.x, pose.y, pose.yaw),
+            (max(0.0, twist.vx), twist.wz),
+            window,
+            v_limit,
+            (config.max_vel_x, config.max_vel_theta, acc, config.acc_lim_theta),
+            (config.vx_samples, config.vtheta_samples),
+            config.sim_time,
+            (
+                config.path_distance_scale,
+                config.goal_distance_scale,
+                config.path_align_scale,
+                config.oscillation_scale,
+            ),
+            self.arc,
+        )
+        return Twist(float(v), 0.0, float(w))
+
+
+def _gap(tube: Tube, index: int, pose: Pose) -> float:
+    return math.hypot(tube.points[index, 0] - pose.x, tube.points[index, 1] - pose.y)
+
+
+def _direction(tube: Tube, pose: Pose, corner: int) -> float | None:
+    """Return the yaw towards the path ahead, None where there is none."""
+    k = min(tube.near + LOOKAHEAD, corner)
+    if k > tube.near and _gap(tube, k, pose) > ARRIVED:
+        return math.atan2(tube.points[k, 1] - pose.y, tube.points[k, 0] - pose.x)
+    if k + 1 < len(tube.points):
+        step = tube.points[min(k + 2, len(tube.points) - 1)] - tube.points[k]
+        return math.atan2(step[1], step[0])
+    return None
+
+
+def _length(tube: Tube, start: int, end: int, pose: Pose) -> float:
+    """Return the path length [m] from the robot to point `end`."""
+    if end <= start:
+        return _signed_rest(tube, end, pose)
+    steps = np.diff(tube.points[start : end + 1], axis=0)
+    total = float(np.hypot(steps[:, 0], steps[:, 1]).sum())
+    first = steps[0] / max(1e-9, math.hypot(*steps[0]))
+    return total - float(first @ (np.array((pose.x, pose.y)) - tube.points[start]))
+
+
+def _signed_rest(tube: Tube, end: int, pose: Pose) -> float:
+    """Return how far the robot is before point `end` along the path's last direction."""
+    if end == 0:
+        return 0.0
+    step = tube.points[end] - tube.points[end - 1]
+    step = step / max(1e-9, math.hypot(*step))
+    return max(0.0, float(step @ (tube.points[end] - np.array((pose.x, pose.y)))))

@@ -1,0 +1,214 @@
+"""Stations: leases in the order of request, and the holding pattern until it is one's turn.
+
+The order is (tick of the request, id), as in Lamport's mutual exclusion, known to all contenders
+from their beacons: a request is made within radio range of the station, no centre is asked. The
+lease orders the approach; safety does not depend on it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from swarm_common.beacon import FLAG_CIRCUIT
+from swarm_common.records import FloatArray
+from swarm_nav import crowd
+from swarm_nav.config import HoldingConfig
+from swarm_nav.planner import path_length
+from swarm_nav.situation import Situation
+
+SAME_STATION = 0.6  # [m] between targets that are one station
+PARKING_DISTANCE = 1.1  # [m] of a parking place from any station
+PARKING_GAP = 0.1  # [m] beyond the reach between parked robots
+CIRCUIT_LOOKAHEAD = 4.0  # [m] of circuit driven per plan
+CIRCUIT_RENEW = 1.5  # [m] before the end of a plan at which the next is made
+CIRCUIT_JOIN = 3.0  # [m] from the circuit up to which `auto` joins it
+CIRCUIT_CORRIDOR = 0.8  # [m] on either side of the circuit that counts as on it
+SEARCH_PAUSE = 2.0  # [s] between searches for a parking place
+
+
+@dataclass(slots=True)
+class Lease:
+    """The station that the robot is on its way to.
+
+    Attributes:
+        station: (x, y) in map, None without a goal.
+        tick: Tick of the request, 0 before it was made.
+        place: Number of earlier requests known.
+    """
+
+    station: tuple[float, float] | None = None
+    tick: int = 0
+    place: int = 0
+
+    def aim(self, station: tuple[float, float] | None) -> None:
+        """Take a new target; the old lease is given back."""
+        if station != self.station:
+            self.station = station
+            self.tick = 0
+            self.place = 0
+
+    def update(self, situation: Situation) -> None:
+        """Request within range of the station and work out the place in the queue."""
+        if self.station is None:
+            return
+        config = situation.config.holding
+        if self.tick == 0 and situation.distance_to(*self.station) <= config.request_distance:
+            self.tick = situation.tick
+        self.place = self._earlier_requests(situation) if self.tick else 0
+
+    def _earlier_requests(self, situation: Situation) -> int:
+        assert self.station is not None
+        beacons = situation.hood.beacons
+        other = beacons["station"].astype(np.float64)
+        near = np.hypot(other[:, 0] - self.station[0], other[:, 1] - self.station[1])
+        ticks = beacons["station_tick"].astype(np.int64)
+        earlier = (ticks < self.tick) | ((ticks == self.tick) & (beacons["id"] < situation.robot_id))
+        return int(((near < SAME_STATION) & (ticks > 0) & earlier & ~situation.hood.gone).sum())
+
+    def is_turn(self, config: HoldingConfig) -> bool:
+        """Whether the robot may drive the last metres."""
+        return self.place < config.approach_slots
+
+
+class HoldingPattern:
+    """Where a robot waits: on a circuit or parked out of the lanes."""
+
+    def __init__(
+        self,
+        circuits: dict[str, tuple[tuple[float, float], ...]],
+        stations: list[tuple[float, float]],
+    ) -> None:
+        """Keep the world's circuits (closed polylines) and stations, in map."""
+        self._circuits = [_closed(points) for points in circuits.values() if len(points) >= 3]
+        self._stations = stations
+        self._next_search_tick = 0
+        self.is_on_circuit = False
+        self.target: tuple[float, float] | None = None
+
+    def enter(self, situation: Situation) -> None:
+        """Choose the pattern: `circuit`, `park`, or by the room on the circuit (`auto`)."""
+        mode = situation.config.holding.mode
+        circuit = self._nearest_circuit(situation)
+        if mode == "auto":
+            self.is_on_circuit = circuit is not None and self._has_room(situation, circuit)
+        else:
+            self.is_on_circuit = mode == "circuit" and circuit is not None
+        self._next_search_tick = situation.tick
+        self.target = None
+        situation.tube.cut()
+
+    def leave(self, situation: Situation) -> None:
+        """Give up the pattern."""
+        self.is_on_circuit = False
+        self.target = None
+        situation.tube.cut()
+
+    def update(self, situation: Situation) -> None:
+        """Keep going round, or look for a parking place until one is reached."""
+        if self.is_on_circuit:
+            self._drive_circuit(situation)
+        elif situation.tick >= self._next_search_tick and self._needs_place(situation):
+            self._next_search_tick = situation.tick + situation.ticks(SEARCH_PAUSE)
+            path = parking_path(situation, self._stations)
+            if path is not None and len(path) >= 2:
+                situation.tube.adopt(path)
+                self.target = (float(path[-1, 0]), float(path[-1, 1]))
+
+    def _needs_place(self, situation: Situation) -> bool:
+        if self.target is None:
+            return True
+        if not situation.tube.is_complete:
+            return situation.blocked_ticks > situation.ticks(SEARCH_PAUSE)
+        return situation.distance_to(*self.target) > 0.3
+
+    def _nearest_circuit(self, situation: Situation) -> FloatArray | None:
+        near = [c for c in self._circuits if _circuit_gap(c, situation)[0] < CIRCUIT_JOIN]
+        if near or situation.config.holding.mode == "auto":
+            return near[0] if near else None
+        if not self._circuits:
+            return None
+        return min(self._circuits, key=lambda c: _circuit_gap(c, situation)[0])
+
+    def _has_room(self, situation: Situation, circuit: FloatArray) -> bool:
+        """Whether few enough robots are near the part of the circuit that the radio covers."""
+        x, y = situation.pose.x, situation.pose.y
+        reach = situation.config.traffic.radio_range
+        heard = circuit[np.hypot(circuit[:, 0] - x, circuit[:, 1] - y) < reach]
+        poses = situation.hood.beacons["pose"]
+        on_it = 0
+        for pose in poses:
+            gaps = np.hypot(circuit[:, 0] - pose[0], circuit[:, 1] - pose[1])
+            on_it += bool(gaps.min() < CIRCUIT_CORRIDOR)
+        room = len(heard) * _CIRCUIT_SPACING / situation.config.holding.circuit_spacing
+        return on_it + 1 <= room
+
+    def _drive_circuit(self, situation: Situation) -> None:
+        circuit = self._nearest_circuit(situation)
+        if circuit is None:
+            self.is_on_circuit = False
+            return
+        is_late = situation.tick < self._next_search_tick
+        if is_late or situation.tube.length_ahead() > CIRCUIT_RENEW:
+            return
+        self._next_search_tick = situation.tick + situation.ticks(1.0)
+        _, nearest = _circuit_gap(circuit, situation)
+        ahead = nearest + int(CIRCUIT_LOOKAHEAD / _CIRCUIT_SPACING)
+        point = circuit[ahead % len(circuit)]
+        target = (float(point[0]), float(point[1]))
+        extra = crowd.congestion(situation)
+        path = situation.planner.plan(situation.stop_point, target, extra)
+        if path_length(path) > 3.0 * CIRCUIT_LOOKAHEAD + CIRCUIT_JOIN:
+            return
+        situation.tube.adopt(path)
+        self.target = None
+
+    @property
+    def flags(self) -> int:
+        """The beacon flag of a robot on the circuit."""
+        return FLAG_CIRCUIT if self.is_on_circuit else 0
+
+
+def parking_path(
+    situation: Situation, stations: list[tuple[float, float]]
+) -> FloatArray | None:
+    """Return the way (n, 2) to the nearest free parking place, None if there is none in reach."""
+    lattice = situation.planner.lattice
+    taken = situation.planner.no_extra()
+    if stations:
+        crowd.stamp(taken, situation, np.array(stations), PARKING_DISTANCE, 1.0)
+    hood = situation.hood
+    for row in range(len(hood.beacons)):
+        reach = situation.reach(row) + PARKING_GAP
+        crowd.stamp(taken, situation, hood.tubes(row), reach, 1.0)
+        target = hood.beacons[row]["target"]
+        if math.isfinite(float(target[0])):
+            crowd.stamp(taken, situation, target, reach, 1.0)
+    places = ((taken == 0) & (lattice.parking > 0)).astype(np.uint8)
+    extra = crowd.congestion(situation)
+    return situation.planner.nearest(
+        situation.stop_point, extra, places, situation.config.holding.search_distance
+    )
+
+
+_CIRCUIT_SPACING = 0.25  # [m] between the points of a closed circuit
+
+
+def _closed(points: tuple[tuple[float, float], ...]) -> FloatArray:
+    """Return the closed polyline with a point every `_CIRCUIT_SPACING`."""
+    corners = np.array((*points, points[0]))
+    pieces = []
+    for a, b in zip(corners[:-1], corners[1:], strict=True):
+        count = max(1, round(math.hypot(*(b - a)) / _CIRCUIT_SPACING))
+        pieces.append(a + np.linspace(0.0, 1.0, count, endpoint=False)[:, None] * (b - a))
+    return np.vstack(pieces)
+
+
+def _circuit_gap(circuit: FloatArray, situation: Situation) -> tuple[float, int]:
+    """Return (distance [m], index) of the nearest point of a circuit."""
+    x, y = situation.stop_point
+    gaps = np.hypot(circuit[:, 0] - x, circuit[:, 1] - y)
+    nearest = int(gaps.argmin())
+    return float(gaps[nearest]), nearest

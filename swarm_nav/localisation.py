@@ -1,0 +1,73 @@
+"""Where the robot is in the map. The seam for scan matching: anything with this interface."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+from swarm_common.records import FloatArray, Odometry, Pose, Scan
+
+
+class Localiser(Protocol):
+    """Estimates map → odom from odometry, scans and a starting pose."""
+
+    @property
+    def map_from_odom(self) -> Pose:
+        """The transform that the navigator broadcasts."""
+        ...
+
+    def initialise(self, pose_map: Pose) -> None:
+        """Take a pose in map for the present odometry."""
+        ...
+
+    def on_odom(self, odom: Odometry) -> None:
+        """Take the newest odometry."""
+        ...
+
+    def on_scan(self, scan: Scan) -> None:
+        """Take the newest scan."""
+        ...
+
+    def particles(self) -> FloatArray:
+        """Return hypotheses (k, 3): x, y, yaw in map."""
+        ...
+
+
+class OdometryLocaliser:
+    """Dead reckoning from a known pose; `initialise` corrects it."""
+
+    def __init__(self, pose_map: Pose) -> None:
+        """Start at a known pose; the odometry frame is tied to it by the first message."""
+        self._pending: Pose | None = pose_map
+        self._pose_odom = Pose(0.0, 0.0, 0.0)
+        self._map_from_odom = pose_map
+
+    @property
+    def map_from_odom(self) -> Pose:
+        """The transform that the navigator broadcasts."""
+        return self._map_from_odom
+
+    @property
+    def pose_map(self) -> Pose:
+        """Pose of base_footprint in map."""
+        return self._map_from_odom.compose(self._pose_odom)
+
+    def initialise(self, pose_map: Pose) -> None:
+        """Take a pose in map for the present odometry."""
+        self._map_from_odom = pose_map.compose(self._pose_odom.inverse())
+
+    def on_odom(self, odom: Odometry) -> None:
+        """Take the newest odometry."""
+        self._pose_odom = odom.pose_odom
+        if self._pending is not None:
+            self.initialise(self._pending)
+            self._pending = None
+
+    def on_scan(self, scan: Scan) -> None:
+        """Scans do not enter dead reckoning."""
+
+    def particles(self) -> FloatArray:
+        """Return the one hypothesis."""
+        pose = self.pose_map
+        return np.array(((pose.x, pose.y, pose.yaw),))

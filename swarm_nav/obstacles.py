@@ -1,0 +1,69 @@
+"""Obstacle layer: what the LiDAR sees that neither the map nor a beacon explains."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from swarm_common.records import FloatArray, LidarSpec, Pose, Scan
+from swarm_nav import obstacle_kernels
+from swarm_nav.config import CostmapConfig
+from swarm_nav.neighborhood import Neighborhood
+from swarm_nav.terrain import Terrain
+
+CELL = 0.05  # [m] marks are rounded to, so that their number is bounded
+BODY_REACH = 0.12  # [m] beyond a neighbour's radius within which a hit is that neighbour
+TRAVEL_PER_TICK = 0.03  # [m] that a neighbour may have moved since its beacon
+MAX_MARKS = 2000
+
+
+class ObstacleLayer:
+    """Marks and clears points in map."""
+
+    def __init__(self, config: CostmapConfig, lidar: LidarSpec) -> None:
+        """Start without marks."""
+        self._config = config
+        self._base_from_lidar = Pose(lidar.x, lidar.y, lidar.yaw)
+        self._hits = np.empty((lidar.rays, 2))
+        self.points: FloatArray = np.zeros((0, 2))
+
+    def clear(self) -> None:
+        """Forget all marks."""
+        self.points = np.zeros((0, 2))
+
+    def update(self, scan: Scan, pose_map: Pose, terrain: Terrain, hood: Neighborhood) -> None:
+        """Mark unexplained hits and clear marks that a ray passes through."""
+        config = self._config
+        lidar = pose_map.compose(self._base_from_lidar)
+        pose = (lidar.x, lidar.y, lidar.yaw)
+        beam = (scan.angle_min, scan.angle_increment, scan.range_min)
+        robots = hood.beacons["pose"][:, :2].astype(np.float64)
+        reach = hood.beacons["radius"] + BODY_REACH + TRAVEL_PER_TICK * np.minimum(hood.ages, 20)
+        count = obstacle_kernels.unexplained(
+            scan.ranges,
+            beam,
+            pose,
+            (config.obstacle_max_range, config.static_tolerance),
+            terrain.distance,
+            terrain.frame,
+            robots,
+            reach,
+            self._hits,
+        )
+        keep = np.ones(len(self.points), np.bool_)
+        if len(keep):
+            obstacle_kernels.still_there(
+                self.points,
+                scan.ranges,
+                beam,
+                pose,
+                config.raytrace_max_range,
+                robots,
+                reach,
+                keep,
+            )
+        if count == 0:
+            if not keep.all():
+                self.points = self.points[keep]
+            return
+        cells = np.round(np.vstack((self.points[keep], self._hits[:count])) / CELL)
+        self.points = np.unique(cells, axis=0)[:MAX_MARKS] * CELL

@@ -1,0 +1,208 @@
+"""Liveness layer: who has right of way, who makes way, who steps back.
+
+Priorities are static between goals (class, then the longest time without reaching a goal, then
+id) and compared as published one tick ago, the own one too, so that two robots never both believe
+to win. A robot that blocks a higher one inherits the pusher's priority minus one and drives to a
+refuge (priority inheritance, PIBT: Okumura et al. 2022); a pusher whose blocker has no refuge
+steps back (PIBT's backtracking).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from swarm_common.beacon import MODE_YIELD
+from swarm_common.records import FloatArray
+from swarm_nav import crowd
+from swarm_nav.situation import Situation
+
+CLASS_DONE, CLASS_HOLDING, CLASS_DRIVING = 0, 1, 2
+DEPTH_BITS, ID_BITS, TICK_BITS = 6, 10, 32
+REFUGE_MARGIN = 0.03  # [m] more than the reach that a refuge keeps from the pusher's way
+REFUGE_COST = 12.0  # largest cost of a way to a refuge
+INTENT_POINTS_CLEARED = 16  # 1.6 m of the pusher's path
+RETREAT_DISTANCE = 0.95  # [m]
+STUCK_PATIENCE = 1.5  # [s] blocked by a stuck robot before stepping back
+RETRY_TIME = 1.0  # [s] between searches for a refuge
+
+
+def base_priority(rank: int, last_goal_tick: int, robot_id: int) -> int:
+    """Return the 50-bit priority: class, seniority, id, and full depth for inheritance."""
+    seniority = (1 << TICK_BITS) - 1 - last_goal_tick
+    value = (rank << TICK_BITS) | seniority
+    value = (value << ID_BITS) | ((1 << ID_BITS) - 1 - robot_id % (1 << ID_BITS))
+    return (value << DEPTH_BITS) | ((1 << DEPTH_BITS) - 1)
+
+
+class RightOfWay:
+    """Making way for one robot at a time, and stepping back."""
+
+    def __init__(self) -> None:
+        """Start without a pusher."""
+        self.inherited = 0
+        self._last_pushed_tick = 0
+        self._next_search_tick = 0
+        self._retreat_until = -1
+        self._blocked_since = -1
+
+    @property
+    def is_yielding(self) -> bool:
+        """Whether the robot makes way or steps back."""
+        return self.inherited > 0 or self._retreat_until >= 0
+
+    @property
+    def is_retreating(self) -> bool:
+        """Whether the robot steps back on its own account."""
+        return self._retreat_until >= 0
+
+    def pusher(self, situation: Situation) -> int | None:
+        """Return the row of the highest robot that this one blocks and that ranks above it."""
+        hood = situation.hood
+        beacons = hood.beacons
+        pushing = (
+            (beacons["blocked_by"] == situation.robot_id)
+            & (beacons["blocked_ticks"] >= situation.config.traffic.push_ticks)
+            & ~hood.gone
+            & (
+                (hood.priorities > situation.priority)
+                | (beacons["id"] == situation.yields_for)
+            )
+        )
+        rows = np.flatnonzero(pushing)
+        if len(rows) == 0:
+            return None
+        return int(max(rows, key=lambda r: (hood.priorities[r], -int(beacons[r]["id"]))))
+
+    def update(self, situation: Situation) -> bool:
+        """React to pushers; return whether the robot is (still) making way or stepping back."""
+        tick = situation.tick
+        row = self.pusher(situation)
+        if row is not None:
+            self._make_way(situation, row)
+        elif self.inherited and tick - self._last_pushed_tick > situation.ticks(
+            situation.config.traffic.release_time
+        ):
+            self._release(situation)
+        if not self.is_yielding or self.is_retreating:
+            self._consider_retreat(situation)
+        if self.is_retreating and tick >= self._retreat_until:
+            self._retreat_until = -1
+            situation.tube.cut()
+        return self.is_yielding
+
+    def reset(self, situation: Situation) -> None:
+        """Forget the pusher, as after a restart."""
+        self._release(situation)
+        self._retreat_until = -1
+
+    def _release(self, situation: Situation) -> None:
+        self.inherited = 0
+        situation.yields_for = 0
+        situation.is_stuck = False
+        self._blocked_since = -1
+        situation.tube.cut()
+
+    def _make_way(self, situation: Situation, row: int) -> None:
+        hood = situation.hood
+        pusher_id = int(hood.beacons[row]["id"])
+        is_new = pusher_id != situation.yields_for
+        self._last_pushed_tick = situation.tick
+        self._retreat_until = -1
+        self.inherited = int(hood.priorities[row]) - 1
+        if is_new:
+            situation.counters.pushes += 1
+            situation.yields_for = pusher_id
+            situation.is_stuck = False
+            self._blocked_since = -1
+            self._search(situation, row)
+            return
+        if situation.blocked_ticks == 0:
+            self._blocked_since = -1
+        elif self._blocked_since < 0:
+            self._blocked_since = situation.tick
+        waited = situation.tick - self._blocked_since if self._blocked_since >= 0 else 0
+        if waited > situation.ticks(situation.config.traffic.stuck_time):
+            situation.is_stuck = True
+        if situation.tick < self._next_search_tick:
+            return
+        if situation.tube.is_complete or situation.is_stuck:
+            self._search(situation, row)
+
+    def _search(self, situation: Situation, row: int) -> None:
+        """Adopt the way to the nearest refuge, or say that there is none."""
+        self._next_search_tick = situation.tick + situation.ticks(RETRY_TIME)
+        path = refuge_path(situation, row, self.inherited)
+        if path is None:
+            situation.is_stuck = True
+            return
+        if len(path) >= 2:
+            situation.tube.adopt(path)
+            situation.is_stuck = False
+            self._blocked_since = -1
+
+    def _consider_retreat(self, situation: Situation) -> None:
+        """Step back from a robot that said that it cannot make way."""
+        if situation.blocked_ticks < situation.ticks(STUCK_PATIENCE) or self.is_retreating:
+            return
+        row = situation.hood.row(situation.blocked_by)
+        if row is None or not situation.hood.stuck[row] or situation.hood.gone[row]:
+            return
+        path = retreat_path(situation)
+        if path is None:
+            return
+        situation.counters.retreats += 1
+        situation.tube.adopt(path)
+        self._retreat_until = situation.tick + situation.ticks(
+            situation.config.traffic.retreat_time
+        )
+
+
+def refuge_path(situation: Situation, row: int, priority: int) -> FloatArray | None:
+    """Return the way (n, 2) from the stop point to the nearest place out of the pusher's way.
+
+    Robots that rank at least `priority` and stuck ones are walls; lower ones may be pushed.
+    Tries a smooth path with a margin first, then tighter ones; None if there is no refuge.
+    """
+    hood = situation.hood
+    pusher = hood.beacons[row]
+    lattice = situation.planner.lattice
+    taken = situation.planner.no_extra()
+    reach = situation.reach(row) + REFUGE_MARGIN
+    crowd.stamp(taken, situation, pusher["held"][: pusher["held_size"]], reach, 1.0)
+    crowd.stamp(taken, situation, pusher["wanted"][: pusher["wanted_size"]], reach, 1.0)
+    ahead = min(int(pusher["intent_size"]), INTENT_POINTS_CLEARED)
+    crowd.stamp(taken, situation, pusher["intent"][:ahead], reach, 1.0)
+    for other in range(len(hood.beacons)):
+        beacon = hood.beacons[other]
+        crowd.stamp(
+            taken, situation, hood.tubes(other), situation.reach(other) + REFUGE_MARGIN, 1.0
+        )
+        target = beacon["target"]
+        if other != row and math.isfinite(float(target[0])) and beacon["mode"] == MODE_YIELD:
+            crowd.stamp(taken, situation, target, situation.reach(other), 1.0)
+    places = ((taken == 0) & (lattice.base < crowd.WALL)).astype(np.uint8)
+    for margin, smooth in ((0.003, True), (0.003, False), (0.0, False), (-0.04, False)):
+        extra = crowd.refuge_costs(situation, priority, margin)
+        path = situation.planner.nearest(
+            situation.stop_point, extra, places, REFUGE_COST, smooth
+        )
+        if path is not None:
+            return path
+    return None
+
+
+def retreat_path(situation: Situation) -> FloatArray | None:
+    """Return a way to a free place at least `RETREAT_DISTANCE` from here, if any."""
+    lattice = situation.planner.lattice
+    taken = situation.planner.no_extra()
+    crowd.stamp(taken, situation, situation.stop_point, RETREAT_DISTANCE, 1.0)
+    hood = situation.hood
+    for other in range(len(hood.beacons)):
+        crowd.stamp(
+            taken, situation, hood.tubes(other), situation.reach(other) + REFUGE_MARGIN, 1.0
+        )
+    places = ((taken == 0) & (lattice.base < crowd.WALL)).astype(np.uint8)
+    extra = crowd.refuge_costs(situation, situation.priority, 0.003)
+    return situation.planner.nearest(situation.stop_point, extra, places, REFUGE_COST, False)

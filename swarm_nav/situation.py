@@ -1,0 +1,97 @@
+"""What all parts of one navigator share: the robot's state at the present tick."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from swarm_common.records import CONTROL_PERIOD, FloatArray, Pose, Twist
+from swarm_nav.config import NavConfig
+from swarm_nav.neighborhood import Neighborhood
+from swarm_nav.obstacles import ObstacleLayer
+from swarm_nav.planner import Planner
+from swarm_nav.terrain import Terrain
+from swarm_nav.tube import Tube
+
+
+@dataclass(slots=True)
+class Counters:
+    """What the report sums up."""
+
+    goals_reached: int = 0
+    goals_failed: int = 0
+    recoveries: int = 0
+    pushes: int = 0
+    retreats: int = 0
+    deadlocks_resolved: int = 0
+    replans: int = 0
+    hold_ticks: int = 0
+
+
+@dataclass(slots=True)
+class Situation:
+    """Mutable state of one robot, written by `Navigator` and read by its parts.
+
+    Attributes:
+        radius: [m] safety radius: the circumscribed one plus the margin.
+        body_radius: [m] circumscribed radius.
+        blocked_ticks: Ticks for which the tube could not grow because of `blocked_by`.
+        blocked_by: Id of that robot, 0 for none.
+        yields_for: Id of the robot that is made way for, 0 for none.
+        priority: As published in the last beacon.
+    """
+
+    robot_id: int
+    config: NavConfig
+    body_radius: float
+    radius: float
+    terrain: Terrain
+    planner: Planner
+    hood: Neighborhood
+    obstacles: ObstacleLayer
+    tube: Tube
+    pose: Pose
+    twist: Twist
+    counters: Counters
+    tick: int = 0
+    blocked_ticks: int = 0
+    blocked_by: int = 0
+    obstacle_ticks: int = 0
+    yields_for: int = 0
+    is_stuck: bool = False
+    priority: int = 0
+    last_plan_tick: int = -1000
+
+    def ticks(self, seconds: float) -> int:
+        """Return a duration in control ticks."""
+        return max(1, round(seconds / CONTROL_PERIOD))
+
+    def reach(self, row: int) -> float:
+        """Return the distance [m] that the own tube and a neighbour's keep."""
+        return self.radius + float(self.hood.beacons[row]["radius"])
+
+    @property
+    def stop_point(self) -> tuple[float, float]:
+        """Where plans start."""
+        return self.tube.stop_point
+
+    @property
+    def is_standing(self) -> bool:
+        """Whether the robot has stopped."""
+        return abs(self.twist.vx) < 0.02 and abs(self.twist.wz) < 0.1
+
+    def distance_to(self, x: float, y: float) -> float:
+        """Return the distance [m] from the robot to a point in map."""
+        return math.hypot(self.pose.x - x, self.pose.y - y)
+
+    @property
+    def obstacle_clearance(self) -> float:
+        """Distance [m] that the robot's centre keeps from unexplained LiDAR hits."""
+        costmap = self.config.costmap
+        return self.body_radius + costmap.footprint_padding + costmap.unknown_body_margin
+
+    def obstacle_points(self) -> FloatArray:
+        """Return the unexplained points (k, 2) in map."""
+        return np.ascontiguousarray(self.obstacles.points)

@@ -1,0 +1,146 @@
+"""Safety layer: the space that a robot holds, asks for and announces.
+
+The held tube H is the polyline from the pose to the committed stop; discs of the robot's safety
+radius around it belong to the robot. Motion happens inside H only. H grows point by point along
+the path, and only over points that were requested in the last M beacons and that no neighbour
+holds or requests with a better priority (`tube_kernels.extend`, rules G1..G5 of ARCHITECTURE.md).
+Shrinking it is always safe.
+"""
+
+from __future__ import annotations
+
+import collections
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_common.beacon import HELD_POINTS, INTENT_POINTS, WANTED_POINTS
+from swarm_common.records import FloatArray, Pose
+from swarm_nav.planner import SPACING
+
+INTENT_STRIDE = 2  # path points per intent point: 10 cm
+
+
+class Tube:
+    """Path with the indices of the robot on it, of the end of the held part and of its corners."""
+
+    def __init__(
+        self, pose: Pose, confirmations: int, held_length: float, wanted_length: float
+    ) -> None:
+        """Hold the place under the robot."""
+        self._held_points = max(1, round(held_length / SPACING))
+        self._wanted_points = min(WANTED_POINTS, max(1, round(wanted_length / SPACING)))
+        self._requests: collections.deque[int] = collections.deque(maxlen=confirmations)
+        self.corner_angle = 0.5
+        self.is_reverse = False
+        self.reset(pose)
+
+    def reset(self, pose: Pose) -> None:
+        """Drop path, claim and request; keep the place under the robot."""
+        self.points: FloatArray = np.array(((pose.x, pose.y),))
+        self.near = 0
+        self.stop = 0
+        self.corners: list[int] = []
+        self.is_withdrawn = False
+        self.is_reverse = False
+        self._requests.clear()
+
+    @property
+    def stop_point(self) -> tuple[float, float]:
+        """Where the robot is going to stand if nothing more is granted; plans start here."""
+        return float(self.points[self.stop, 0]), float(self.points[self.stop, 1])
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether the whole path is held."""
+        return self.stop >= len(self.points) - 1
+
+    def adopt(self, path: FloatArray, is_reverse: bool = False) -> None:
+        """Continue from the stop point along `path` (n, 2), which starts there."""
+        kept = self.points[self.near : self.stop + 1]
+        self.points = np.ascontiguousarray(np.vstack((kept, path[1:])))
+        self.stop -= self.near
+        self.near = 0
+        self.is_reverse = is_reverse
+        self.corners = _corners(self.points, self.corner_angle)
+        self._requests.clear()
+
+    def cut(self) -> None:
+        """Give up the path beyond the stop point."""
+        if len(self.points) > self.stop + 1:
+            self.points = self.points[: self.stop + 1]
+            self.corners = [k for k in self.corners if k < self.stop]
+            self._requests.clear()
+
+    def release_ahead(self, keep: int) -> None:
+        """Shrink the held part to `keep` points ahead of the robot and forget the requests."""
+        self.stop = min(self.stop, self.near + keep)
+        self._requests.clear()
+
+    @property
+    def span(self) -> tuple[int, int, int]:
+        """(stop, last point wanted now, last point confirmed by requests)."""
+        last = min(self.near + self._held_points, len(self.points) - 1)
+        full = len(self._requests) == self._requests.maxlen
+        return self.stop, max(self.stop, last), min(self._requests) if full else -1
+
+    def withdraw(self) -> None:
+        """Ask for nothing in the next beacon."""
+        self.is_withdrawn = True
+
+    def publish(self, pose: Pose) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return (held, wanted, intent) for the beacon, and remember what was requested."""
+        held = self.points[self.near + 1 : self.stop + 1][: HELD_POINTS - 1]
+        held = np.vstack((((pose.x, pose.y),), held))
+        end = min(self.stop + self._wanted_points, len(self.points) - 1)
+        if self.is_withdrawn:
+            self.is_withdrawn = False
+            self._requests.clear()
+            wanted = self.points[:0]
+        else:
+            self._requests.append(end)
+            wanted = self.points[self.stop + 1 : end + 1]
+        intent = self.points[self.stop :: INTENT_STRIDE][:INTENT_POINTS]
+        return held, wanted, intent
+
+    def advance(self, pose: Pose, limit: int) -> None:
+        """Move the robot's index to the nearest point from here up to `limit`."""
+        segment = self.points[self.near : limit + 1]
+        gaps = np.hypot(segment[:, 0] - pose.x, segment[:, 1] - pose.y)
+        # the path may pass the same place again: look for the first local minimum
+        k = 0
+        while k + 1 < len(gaps) and gaps[k + 1] <= gaps[k]:
+            k += 1
+        self.near += k
+
+    def next_corner(self) -> int:
+        """Return the index of the next bend that is turned on the spot, or of the path's end."""
+        for corner in self.corners:
+            if corner > self.near:
+                return corner
+        return len(self.points) - 1
+
+    def length_ahead(self) -> float:
+        """Return the length [m] of the path beyond the robot."""
+        rest = self.points[self.near :]
+        if len(rest) < 2:
+            return 0.0
+        return float(np.hypot(np.diff(rest[:, 0]), np.diff(rest[:, 1])).sum())
+
+
+def _corners(points: FloatArray, angle: float) -> list[int]:
+    if len(points) < 3:
+        return []
+    steps = np.diff(points, axis=0)
+    yaw = np.arctan2(steps[:, 1], steps[:, 0])
+    bend = np.abs((np.diff(yaw) + math.pi) % (2.0 * math.pi) - math.pi)
+    return [int(k) + 1 for k in np.flatnonzero(bend > angle)]
+
+
+def padded(points: NDArray[np.float64], capacity: int) -> tuple[NDArray[np.float32], int]:
+    """Return the first `capacity` points as a float32 block (capacity, 2) and their number."""
+    block = np.zeros((capacity, 2), np.float32)
+    size = min(len(points), capacity)
+    block[:size] = points[:size]
+    return block, size

@@ -1,0 +1,135 @@
+"""Bare numba kernels of the reservation protocol: how far may a held tube grow?"""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+REACHED, UNCONFIRMED, ROBOT, OBSTACLE, RIGHT_OF_WAY = range(5)
+FRESH = 1  # [ticks] age of a beacon published in the tick before
+REASONABLE_REACH = 2.5  # [m] beyond which two claims cannot meet, radii included
+PRIORITY_LENGTH = 0.8  # [m] of an entitled robot's path that lower ones keep free
+INTENT_SPACING = 0.1  # [m] between the points of an intent
+
+
+@njit(cache=True)
+def gap_squared(points, size, x, y):
+    """Squared distance of (x, y) to the first `size` points; 1e20 without points."""
+    best = 1e20
+    for k in range(size):
+        dx = points[k, 0] - x
+        dy = points[k, 1] - y
+        d = dx * dx + dy * dy
+        if d < best:
+            best = d
+    return best
+
+
+@njit(cache=True)
+def grantable_prefix(wanted, size, held, held_size, reach):
+    """Points of a neighbour's request before the first one that our published tube denies it."""
+    for k in range(size):
+        if gap_squared(held, held_size, wanted[k, 0], wanted[k, 1]) < reach * reach:
+            return k
+    return size
+
+
+@njit(cache=True)
+def admissible(p, previous, neighbor, reach, wins, prefix, growth):
+    """Whether point p may join our tube as far as one neighbour is concerned (G2, G3).
+
+    neighbor = (held, held_size, wanted, wanted_size); `reach` is the sum of both radii, `growth`
+    what a silent neighbour may have taken since (0 when its beacon is recent). A tube that is
+    already too near, by an actuation error, may only grow away from the neighbour.
+    """
+    held, held_size, wanted, wanted_size = neighbor
+    here = gap_squared(held, held_size, p[0], p[1])
+    if here < (reach + growth) ** 2:
+        before = gap_squared(held, held_size, previous[0], previous[1])
+        if growth > 0.0 or before >= reach * reach or here <= before + 1e-9:
+            return False
+    if growth > 0.0:
+        return gap_squared(wanted, wanted_size, p[0], p[1]) >= (reach + growth) ** 2
+    if not wins and gap_squared(wanted, prefix, p[0], p[1]) < reach * reach:
+        return False
+    return True
+
+
+@njit(cache=True)
+def extend(
+    points,
+    span,
+    own,
+    own_held,
+    own_held_size,
+    protocol,
+    around,
+    claims,
+):
+    """Let the tube grow along `points` until the first refusal.
+
+    span = (stop, last, confirmed): indices of the tube's end, of the last point wanted now and of
+    the last point that was requested in enough beacons. own = (radius, priority, id, yields_for).
+    protocol = (confirmations, wanted_length, push_ticks). around = (obstacles (k, 2), clearance).
+    claims = the neighbours' columns, see `Neighborhood.claims`.
+
+    Returns (new stop, reason, row of the neighbour in the way or -1).
+    """
+    stop, last, confirmed = span
+    radius, priority, own_id, yields_for = own
+    confirmations, wanted_length, push_ticks = protocol
+    obstacles, clearance = around
+    (ids, ages, gone, priorities, radii, blocked, held, held_size, wanted, wanted_size,
+     intent, intent_size) = claims  # fmt: skip
+    origin = points[stop]
+    prefix = held_size.copy()
+    exempt = gone.copy()
+    near = gone.copy()
+    for j in range(ids.shape[0]):
+        reach = radius + radii[j]
+        first = held[j, 0]
+        near[j] = math.hypot(first[0] - origin[0], first[1] - origin[1]) < REASONABLE_REACH + reach
+        if not near[j]:
+            continue
+        prefix[j] = grantable_prefix(wanted[j], wanted_size[j], own_held, own_held_size, reach)
+        ahead = min(intent_size[j], int(PRIORITY_LENGTH / INTENT_SPACING))
+        exempt[j] = (
+            yields_for != 0
+            or gap_squared(intent[j], ahead, origin[0], origin[1]) < reach * reach
+        )
+    for k in range(stop + 1, last + 1):
+        p = points[k]
+        before = points[k - 1]
+        here = gap_squared(obstacles, obstacles.shape[0], p[0], p[1])
+        if here < clearance * clearance and here <= gap_squared(
+            obstacles, obstacles.shape[0], before[0], before[1]
+        ):
+            return k - 1, OBSTACLE, -1
+        for j in range(ids.shape[0]):
+            if not near[j]:
+                continue
+            reach = radius + radii[j]
+            age = ages[j]
+            growth = 0.0
+            if age > confirmations and not gone[j]:
+                growth = wanted_length * (age // (confirmations + 1))
+            wins = age == FRESH and (
+                priority > priorities[j] or (priority == priorities[j] and own_id < ids[j])
+            )
+            size = wanted_size[j] if gone[j] else prefix[j]
+            neighbor = (held[j], held_size[j], wanted[j], wanted_size[j])
+            if not admissible(p, before, neighbor, reach, wins and not gone[j], size, growth):
+                return k - 1, ROBOT, j
+            if (
+                blocked[j] >= push_ticks
+                and not exempt[j]
+                and not gone[j]
+                and priorities[j] > priority
+            ):
+                ahead = min(intent_size[j], int(PRIORITY_LENGTH / INTENT_SPACING))
+                if gap_squared(intent[j], ahead, p[0], p[1]) < reach * reach:
+                    return k - 1, RIGHT_OF_WAY, j
+        if k > confirmed:
+            return k - 1, UNCONFIRMED, -1
+    return last, REACHED, -1
