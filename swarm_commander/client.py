@@ -17,11 +17,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from enum import Enum
 from typing import Any
 
 import rclpy
-from action_msgs.msg import GoalStatus
 from builtin_interfaces.msg import Duration
 from geometry_msgs.msg import Point, PoseStamped, PoseWithCovarianceStamped
 from lifecycle_msgs.srv import GetState
@@ -39,9 +37,9 @@ from nav2_msgs.action import (
 from nav_msgs.msg import Path
 from rclpy.action import ActionClient
 from rclpy.node import Node
-from rclpy.task import Future
 from swarm_interfaces.msg import RobotStatus
 
+from swarm_commander.task import Task, TaskResult
 from swarm_common.errors import SwarmError
 from swarm_common.ros_io import RELIABLE
 
@@ -49,78 +47,8 @@ NANOSECONDS = 1_000_000_000
 POLL_PERIOD = 0.2  # [s] of wall time between two questions
 
 
-class TaskResult(Enum):
-    """How a task ended, with BasicNavigator's names."""
-
-    UNKNOWN = 0
-    SUCCEEDED = 1
-    CANCELED = 2
-    FAILED = 3
-
-
-_RESULTS = {
-    GoalStatus.STATUS_SUCCEEDED: TaskResult.SUCCEEDED,
-    GoalStatus.STATUS_CANCELED: TaskResult.CANCELED,
-    GoalStatus.STATUS_ABORTED: TaskResult.FAILED,
-}
-
-
 class NotActiveError(SwarmError):
     """A navigator does not answer or is not active."""
-
-
-class Task:
-    """One action goal on its way: requested, accepted or refused, ended.
-
-    Attributes:
-        feedback: Latest feedback message; None before the first.
-        result: Result message; None until the end and for a refused goal.
-        outcome: How it ended; UNKNOWN until then.
-        is_complete: Whether it has ended.
-    """
-
-    def __init__(self, on_end: Callable[[Task], None] | None = None) -> None:
-        self.feedback: Any = None
-        self.result: Any = None
-        self.outcome = TaskResult.UNKNOWN
-        self.is_complete = False
-        self._on_end = on_end
-        self._handle: Any = None
-        self._is_cancelled = False
-
-    def send(self, client: ActionClient, goal: Any) -> None:
-        """Send the goal."""
-        future = client.send_goal_async(goal, feedback_callback=self._take_feedback)
-        future.add_done_callback(self._take_answer)
-
-    def cancel(self) -> None:
-        """Ask for the end; harmless when it has come."""
-        self._is_cancelled = True
-        if self._handle is not None and not self.is_complete:
-            self._handle.cancel_goal_async()
-
-    def _take_feedback(self, message: Any) -> None:
-        self.feedback = message.feedback
-
-    def _take_answer(self, future: Future) -> None:
-        self._handle = future.result()
-        if self._handle is None or not self._handle.accepted:
-            self._end(TaskResult.FAILED)
-            return
-        self._handle.get_result_async().add_done_callback(self._take_result)
-        if self._is_cancelled:
-            self.cancel()
-
-    def _take_result(self, future: Future) -> None:
-        response = future.result()
-        self.result = response.result
-        self._end(_RESULTS.get(response.status, TaskResult.FAILED))
-
-    def _end(self, outcome: TaskResult) -> None:
-        self.outcome = outcome
-        self.is_complete = True
-        if self._on_end is not None:
-            self._on_end(self)
 
 
 class RobotCommander:

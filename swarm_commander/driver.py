@@ -10,8 +10,9 @@ from rclpy.node import Node
 from swarm_interfaces.msg import Mission as MissionMsg
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_commander.client import RobotCommander, Task, TaskResult
+from swarm_commander.client import RobotCommander
 from swarm_commander.itinerary import Itinerary, Order, Outcome, State
+from swarm_commander.task import Task, TaskResult
 from swarm_common.records import CONTROL_PERIOD
 from swarm_common.ros_io import LATCHED, pose_stamped, tick_of, time_msg
 

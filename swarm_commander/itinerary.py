@@ -108,9 +108,9 @@ class Itinerary:
 
     def on_end(self, reached: bool, tick: int) -> Order | None:
         """Settle the goal under way, at the tick in which it ended; return the next one."""
-        stop = self._stops[len(self.outcomes)]
         if self._enter(Event.REACHED if reached else Event.FAILED) is State.LOST:
             return None
+        stop = self._stops[len(self.outcomes)]
         if not reached and self._attempt <= self._retries:
             self._attempt += 1
             self.retries_used += 1

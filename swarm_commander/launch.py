@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import ctypes
 import json
 import os
 import signal
@@ -14,9 +13,7 @@ from typing import Any
 
 from swarm_commander.pipes import LineReader
 from swarm_commander.supervisor import ProcessSpec
-
-PR_SET_PDEATHSIG = 1
-_LIBC = ctypes.CDLL(None, use_errno=True)
+from swarm_common.process import die_with
 
 
 class ProcessChild:
@@ -42,7 +39,7 @@ class ProcessChild:
                 pass_fds=(child_event, child_control),
                 start_new_session=True,
                 env=dict(environment),
-                preexec_fn=lambda: _die_with(parent),
+                preexec_fn=lambda: die_with(parent),
             )
         os.close(child_event)
         os.close(child_control)
@@ -80,10 +77,3 @@ class ProcessChild:
         for descriptor in (self.event_fd, self._control_fd):
             with contextlib.suppress(OSError):
                 os.close(descriptor)
-
-
-def _die_with(parent: int) -> None:
-    """Let the kernel kill the calling process when its parent dies."""
-    _LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() != parent:
-        os._exit(1)

@@ -1,0 +1,35 @@
+"""Stand-in of the navigators' process without ROS."""
+
+import json
+import os
+import sys
+import time
+from pathlib import Path
+
+from swarm_common.process import die_with
+
+config = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
+flags = dict(zip(sys.argv[2::2], sys.argv[3::2], strict=True))
+event_fd = int(flags["--event-fd"])
+mood = os.environ.get("STANDIN_HOST", "")
+
+
+def say(event: str, **values: object) -> None:
+    os.write(event_fd, json.dumps({"event": event, **values}).encode() + b"\n")
+
+
+if mood == "refuse":
+    say("error", message="max_vel_x is -1; it must be positive")
+    sys.exit(2)
+for robot in config["robots"]:
+    assert Path(robot["params"]).is_file()
+    nursery = os.getpid()
+    if os.fork() == 0:
+        die_with(nursery)
+        while True:
+            time.sleep(1.0)
+    say("active", robot=robot["name"], pid=0)
+if mood == "death":
+    say("died", robot="Srobot2", returncode=-9)
+while True:
+    time.sleep(1.0)

@@ -1,0 +1,28 @@
+"""Stand-in of the mission process without ROS: reaches every goal at once."""
+
+import json
+import os
+import sys
+import time
+from pathlib import Path
+
+config = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
+flags = dict(zip(sys.argv[2::2], sys.argv[3::2], strict=True))
+event_fd = int(flags["--event-fd"])
+
+
+def say(event: str, **values: object) -> None:
+    os.write(event_fd, json.dumps({"event": event, **values}).encode() + b"\n")
+
+
+time.sleep(0.3)  # the navigators are active by then
+if config["mission"] is not None:
+    say("mission", goals=len(config["robots"]))
+    for robot in config["robots"]:
+        say("sent", robot=robot["name"], name="shipping")
+        failed = os.environ.get("STANDIN_RUNNER") == "miss"
+        outcome = "failed" if failed else "reached"
+        say("goal", robot=robot["name"], outcome=outcome, name="shipping", sim_time=10.0)
+    say("done")
+while True:
+    time.sleep(1.0)

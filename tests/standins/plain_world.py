@@ -1,0 +1,56 @@
+"""Stand-in of the world process without ROS: says what the real one says, as its mood demands."""
+
+import json
+import os
+import signal
+import sys
+import time
+from pathlib import Path
+
+config = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
+flags = dict(zip(sys.argv[2::2], sys.argv[3::2], strict=True))
+event_fd = int(flags["--event-fd"])
+mood = os.environ.get("STANDIN_WORLD", "")
+
+
+def say(event: str, **values: object) -> None:
+    os.write(event_fd, json.dumps({"event": event, **values}).encode() + b"\n")
+
+
+def end(*_: object) -> None:
+    if mood != "silent":
+        robots = {
+            robot["name"]: {"distance": 1.0, "collisions": 0, "min_clearance": None}
+            for robot in config["robots"]
+        }
+        verdict = {
+            "sim_time": 12.0,
+            "robot_robot": 1 if mood == "collision" else 0,
+            "robot_world": 0,
+            "min_clearance": 0.25,
+            "real_time_factor": 6.0,
+            "late_ticks": 0,
+            "trajectory_sha256": "ab" * 32,
+            "robots": robots,
+        }
+        Path(config["verdict_path"]).write_text(json.dumps(verdict), encoding="utf-8")
+    sys.exit(0)
+
+
+signal.signal(signal.SIGTERM, end)
+if mood == "refuse":
+    say("error", message="station loader_3 lies inside a wall")
+    sys.exit(2)
+say("spawn", poses=[[float(i), 0.0, 0.0] for i in range(len(config["robots"]))])
+say("ready")
+if mood == "crash":
+    sys.stderr.write("the physics engine fell over\n")
+    sys.exit(7)
+if mood == "deaf":
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+if config["duration"] is not None:
+    end()
+while True:
+    collisions = {"robot_robot": 0, "robot_world": 0}
+    say("progress", sim_time=11.0, real_time_factor=5.0, collisions=collisions)
+    time.sleep(0.2)

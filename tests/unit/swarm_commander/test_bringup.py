@@ -1,0 +1,172 @@
+"""`swarm-up` as a process, over stand-ins of the world, the navigators and the mission."""
+
+import contextlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import psutil
+import pytest
+
+ROOT = Path(__file__).resolve().parents[3]
+DOMAIN = "97"
+
+
+class Up:
+    """Starts swarm-up in a folder; knows what it left running."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.run_dir = folder / "run"
+
+    def start(self, *flags: str, **moods: str) -> subprocess.Popen[str]:
+        variables = {f"STANDIN_{name.upper()}": mood for name, mood in moods.items()}
+        command = (sys.executable, "-m", "tests.standins.plain_up", "--swarm-size", "3")
+        return subprocess.Popen(
+            (*command, "--run-dir", str(self.run_dir), *flags),
+            env=os.environ | variables | {"ROS_DOMAIN_ID": DOMAIN, "PYTHONPATH": str(ROOT)},
+            cwd=self.folder,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+
+    def run(self, *flags: str, **moods: str) -> tuple[int, str, str]:
+        process = self.start(*flags, **moods)
+        output, errors = process.communicate(timeout=30)
+        return process.returncode, output, errors
+
+    def report(self) -> dict[str, Any]:
+        report = json.loads((self.run_dir / "report.json").read_text(encoding="utf-8"))
+        assert isinstance(report, dict)
+        return report
+
+    def left_running(self) -> list[str]:
+        mark = str(self.run_dir)
+        found = []
+        for process in psutil.process_iter():
+            with contextlib.suppress(psutil.Error):
+                if any(mark in part for part in process.cmdline()):
+                    found.append(" ".join(process.cmdline()))
+        return found
+
+
+@pytest.fixture
+def up(tmp_path: Path) -> Iterator[Up]:
+    """Yield swarm-up; nothing may be left running at the end."""
+    up = Up(tmp_path)
+    yield up
+    deadline = time.monotonic() + 3.0
+    while (left := up.left_running()) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not left
+
+
+def wait_for(condition: Any) -> None:
+    deadline = time.monotonic() + 20.0
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+
+
+MISSION = ("--mission", "loading_route", "--until-done")
+
+
+def test_a_mission_ends_with_a_report(up: Up) -> None:
+    code, output, _ = up.run(*MISSION)
+    assert code == 0, output
+    report = up.report()
+    assert report["goals"] == {"sent": 3, "reached": 3, "failed": 0, "pending": 0}
+    assert report["makespan"] == 10.0
+    assert report["throughput_per_minute"] == 18.0
+    assert report["active_after_wall"] > 0.0
+    assert report["trajectory_sha256"] == "ab" * 32
+    assert set(report["robots"]) == {"Srobot1", "Srobot2", "Srobot3"}
+    assert "goals reached" in output
+    assert (up.run_dir / "env.sh").read_text(encoding="utf-8").count("ROS_DOMAIN_ID=97") == 1
+    assert len(list((up.run_dir / "params").iterdir())) == 3
+
+
+def test_a_missed_goal_makes_it_one(up: Up) -> None:
+    assert up.run(*MISSION, runner="miss")[0] == 1
+
+
+def test_a_collision_makes_it_one(up: Up) -> None:
+    assert up.run(*MISSION, world="collision")[0] == 1
+
+
+def test_a_died_navigator_makes_it_three_but_the_others_go_on(up: Up) -> None:
+    code, output, _ = up.run(*MISSION, host="death")
+    assert code == 3
+    assert "Srobot2 died: killed by SIGKILL" in output
+    assert up.report()["goals"]["reached"] == 3
+
+
+def test_a_crash_of_the_world_makes_it_three_and_says_its_last_words(up: Up) -> None:
+    code, output, _ = up.run(*MISSION, world="crash")
+    assert code == 3
+    assert "exit code 7; the physics engine fell over" in " ".join(output.split())
+
+
+@pytest.mark.parametrize(
+    ("moods", "message"),
+    [
+        ({"world": "refuse"}, "swarm-up: station loader_3 lies inside a wall\n"),
+        ({"host": "refuse"}, "swarm-up: max_vel_x is -1; it must be positive\n"),
+    ],
+)
+def test_input_that_a_process_refuses_is_bad_input(
+    up: Up, moods: dict[str, str], message: str
+) -> None:
+    code, _, errors = up.run(**moods)
+    assert (code, errors) == (2, message)
+    assert not (up.run_dir / "report.json").exists()
+
+
+def test_the_end_of_its_duration_is_a_good_end(up: Up) -> None:
+    assert up.run("--duration", "12")[0] == 0
+    assert up.report()["sim_time"] == 12.0
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_stops_everything_and_the_report_is_written(up: Up, number: int) -> None:
+    process = up.start()
+    wait_for(lambda: len(up.left_running()) >= 7)
+    process.send_signal(number)
+    assert process.wait(timeout=20) == 0
+    process.communicate()
+    assert up.report()["goals"]["sent"] == 0
+
+
+def test_nothing_outlives_a_killed_swarm_up(up: Up) -> None:
+    process = up.start()
+    wait_for(lambda: len(up.left_running()) >= 7)
+    process.kill()
+    process.communicate()
+
+
+def test_a_second_swarm_in_the_domain_is_refused(up: Up, tmp_path: Path) -> None:
+    process = up.start()
+    wait_for(lambda: len(up.left_running()) >= 4)
+    other = Up(tmp_path / "other")
+    other.folder.mkdir()
+    code, _, errors = other.run()
+    assert code == 2
+    assert errors.startswith("swarm-up: ROS domain 97 is in use by another swarm")
+    process.terminate()
+    process.communicate(timeout=20)
+
+
+def test_a_process_that_ignores_the_wish_to_end_is_killed_on_the_second_ctrl_c(up: Up) -> None:
+    process = up.start(world="deaf")
+    wait_for(lambda: len(up.left_running()) >= 7)
+    process.send_signal(signal.SIGINT)
+    time.sleep(0.5)
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=5)

@@ -1,0 +1,93 @@
+import pytest
+
+from swarm_commander.itinerary import RETRY_TICKS, TRANSITIONS, Event, Itinerary, State
+from swarm_commander.mission import Stop
+from swarm_common.records import Pose
+
+A = Stop("a", Pose(1.0, 0.0, 0.0), 2)
+B = Stop("b", Pose(2.0, 0.0, 0.0), 0)
+
+
+def under_way(retries: int = 1) -> Itinerary:
+    itinerary = Itinerary([A, B], retries)
+    order = itinerary.start()
+    assert order is not None
+    assert (order.stop, order.start_tick, order.number, order.attempt) == (A, 0, 1, 1)
+    return itinerary
+
+
+def test_the_next_goal_starts_a_pause_after_the_end_of_the_last() -> None:
+    order = under_way().on_end(True, 100)
+    assert order is not None
+    assert (order.stop, order.start_tick, order.number) == (B, 102, 2)
+
+
+def test_a_mission_without_failures_reaches_everything() -> None:
+    itinerary = under_way()
+    itinerary.on_end(True, 100)
+    assert itinerary.on_end(True, 200) is None
+    assert itinerary.state is State.DONE
+    assert [(o.stop, o.reached, o.tick) for o in itinerary.outcomes] == [
+        (A, True, 100),
+        (B, True, 200),
+    ]
+
+
+def test_a_failed_goal_is_tried_again_before_it_counts() -> None:
+    itinerary = under_way(retries=2)
+    for attempt in (2, 3):
+        order = itinerary.on_end(False, 50)
+        assert order is not None
+        assert (order.stop, order.attempt, order.start_tick) == (A, attempt, 50 + RETRY_TICKS)
+        assert not itinerary.outcomes
+    order = itinerary.on_end(False, 60)
+    assert order is not None
+    assert (order.stop, order.attempt) == (B, 1)
+    assert not itinerary.outcomes[0].reached
+
+
+def test_somebody_elses_goal_is_no_failure() -> None:
+    itinerary = under_way(retries=0)
+    itinerary.on_taken_over()
+    order = itinerary.on_free_again(70)
+    assert order is not None
+    assert (order.stop, order.attempt, order.start_tick) == (A, 1, 70 + RETRY_TICKS)
+
+
+def test_the_rest_of_a_lost_robots_goals_fail() -> None:
+    itinerary = under_way()
+    itinerary.on_end(True, 100)
+    assert [outcome.stop for outcome in itinerary.on_lost(120)] == [B]
+    assert itinerary.is_over
+    assert itinerary.on_lost(130) == []
+    assert itinerary.on_end(True, 140) is None
+    assert len(itinerary.outcomes) == 2
+
+
+def test_a_robot_lost_after_its_mission_loses_nothing() -> None:
+    itinerary = Itinerary([], 0)
+    assert itinerary.start() is None
+    assert itinerary.on_lost(5) == []
+    assert itinerary.state is State.DONE
+
+
+@pytest.mark.parametrize("state", State)
+@pytest.mark.parametrize("event", Event)
+def test_every_pair_of_state_and_event_is_decided(state: State, event: Event) -> None:
+    calls = {
+        Event.START: lambda i: i.start(),
+        Event.REACHED: lambda i: i.on_end(True, 1),
+        Event.FAILED: lambda i: i.on_end(False, 1),
+        Event.TAKEN_OVER: lambda i: i.on_taken_over(),
+        Event.FREE_AGAIN: lambda i: i.on_free_again(1),
+        Event.LOST: lambda i: i.on_lost(1),
+    }
+    itinerary = Itinerary([A, B], 0)
+    itinerary.state = state
+    if event in TRANSITIONS[state]:
+        calls[event](itinerary)
+        assert itinerary.state in (TRANSITIONS[state][event], State.DONE)
+    else:
+        with pytest.raises(ValueError, match="cannot happen"):
+            calls[event](itinerary)
+        assert itinerary.state is state

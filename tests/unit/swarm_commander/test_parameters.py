@@ -1,0 +1,112 @@
+import runpy
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from swarm_commander.params import (
+    default_parameters,
+    flatten,
+    limits_of,
+    load_overrides,
+    nest,
+    robot_parameter_file,
+    write_parameter_file,
+)
+from swarm_common.errors import ConfigError
+from swarm_common.records import Pose
+from swarm_common.robot_io import load_robot
+from swarm_common.robot_params import robot_from_parameters, robot_parameters
+
+ROOT = Path(__file__).resolve().parents[3]
+ROBOTS = ["Srobot1", "Srobot2", "Srobot12"]
+KNOWN: dict[str, Any] = {"max_vel_x": 0.26, "vx_samples": 8, "holding.mode": "auto"}
+
+
+def overrides_of(tmp_path: Path, text: str, robot: str) -> dict[str, Any]:
+    path = tmp_path / "mine.yaml"
+    path.write_text(text, encoding="utf-8")
+    return load_overrides(path, ROBOTS, KNOWN).for_robot(robot)
+
+
+def test_the_parameter_file_is_what_the_configuration_says() -> None:
+    tool = runpy.run_path(str(ROOT / "tools" / "write_params.py"))
+    text = (ROOT / "params" / "navigator.yaml").read_text(encoding="utf-8")
+    assert text == tool["parameter_file"](), "run python tools/write_params.py"
+    from swarm_nav.config import NavConfig, parameter_values
+
+    assert default_parameters() == parameter_values(NavConfig())
+
+
+def test_nesting_and_flattening_are_inverse() -> None:
+    assert flatten(nest(KNOWN)) == KNOWN
+
+
+def test_a_robot_survives_its_parameters() -> None:
+    spec = load_robot("turtlebot3_waffle")
+    assert robot_from_parameters(robot_parameters(spec)) == spec
+
+
+def test_a_robots_file_is_a_ros_parameter_file(tmp_path: Path) -> None:
+    spec = load_robot("turtlebot3_waffle")
+    values = default_parameters() | limits_of(spec)
+    tree = robot_parameter_file("Srobot3", 3, spec, Pose(1.0, 2.0, 0.5), values)
+    write_parameter_file(tmp_path / "Srobot3.yaml", tree)
+    read = yaml.safe_load((tmp_path / "Srobot3.yaml").read_text(encoding="utf-8"))
+    flat = flatten(read["/Srobot3/navigator"]["ros__parameters"])
+    assert flat["robot_id"] == 3
+    assert flat["initial_pose.x"] == 1.0
+    assert flat["max_vel_x"] == spec.max_vel_x
+    assert values.items() <= flat.items()
+    assert {type(value) for value in flat.values()} <= {bool, int, float, str}
+
+
+@pytest.mark.parametrize(
+    ("section", "who"),
+    [
+        ("/**", ROBOTS),
+        ("/**/navigator", ROBOTS),
+        ("navigator", ROBOTS),
+        ("/*/navigator", ROBOTS),
+        ("/Srobot1/navigator", ["Srobot1"]),
+        ("/Srobot1*/navigator", ["Srobot1", "Srobot12"]),
+    ],
+)
+def test_a_section_sets_parameters_of_the_robots_that_it_names(
+    tmp_path: Path, section: str, who: list[str]
+) -> None:
+    text = f"{section}:\n  ros__parameters:\n    max_vel_x: 0.1\n"
+    assert [r for r in ROBOTS if overrides_of(tmp_path, text, r)] == who
+
+
+def test_later_sections_win_and_integers_pass_for_floats(tmp_path: Path) -> None:
+    text = """
+/**:
+  ros__parameters: {max_vel_x: 1, holding: {mode: park}}
+/Srobot2/navigator:
+  ros__parameters: {max_vel_x: 0.1}
+"""
+    assert overrides_of(tmp_path, text, "Srobot1") == {"max_vel_x": 1.0, "holding.mode": "park"}
+    assert overrides_of(tmp_path, text, "Srobot2")["max_vel_x"] == 0.1
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("/**:\n  ros__parameters:\n    max_vel: 0.1", "unknown parameter 'max_vel'.*max_vel_x"),
+        ("/**:\n  ros__parameters:\n    max_vel_x: fast", "'max_vel_x' is 'fast'.*float"),
+        ("/**:\n  ros__parameters:\n    vx_samples: 8.5", "'vx_samples' is 8.5.*int"),
+        ("/**:\n  ros__parameters:\n    vx_samples: true", "'vx_samples' is True"),
+        ("/**:\n  ros__parameters:\n    holding: {mod: a}", "'holding.mod'.*'holding.mode'"),
+        ("/**:\n  ros_parameters:\n    vx_samples: 8", "expected a section 'ros__parameters:'"),
+        ("max_vel_x: 0.1", "expected a section"),
+        ("/Srobot9/navigator:\n  ros__parameters: {}", "unknown node '/Srobot9/navigator'"),
+        ("/**:\n  ros__parameters: {}\n  other: 1", "unknown key 'other'"),
+        ("/**:\n  ros__parameters:\n  - [", "line 3.*malformed"),
+    ],
+)
+def test_a_mistake_is_named_with_file_and_key(tmp_path: Path, text: str, message: str) -> None:
+    with pytest.raises(ConfigError, match="(?s)" + message) as caught:
+        overrides_of(tmp_path, text, "Srobot1")
+    assert "mine.yaml" in str(caught.value)
