@@ -155,6 +155,7 @@ class TrafficConfig:
     """Reservation and right of way; `traffic.` parameters. See ARCHITECTURE.md."""
 
     safety_margin: float = 0.047  # [m] beyond the circumscribed radius: tracking + localisation
+    yield_slack: float = 0.02  # [m] of that margin that a robot making way may use up
     confirmations: int = 3  # beacons in which space was requested before it is taken (M)
     held_length: float = 0.35  # [m] of path held ahead
     wanted_length: float = 0.35  # [m] requested beyond that

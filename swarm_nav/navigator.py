@@ -561,11 +561,17 @@ class Navigator:
             (s.radius, s.priority, s.robot_id, s.yields_for),
             self._own_held,
             len(self._own_held),
-            (traffic.confirmations, traffic.wanted_length, traffic.push_ticks),
+            (
+                traffic.confirmations,
+                traffic.wanted_length,
+                traffic.push_ticks,
+                traffic.yield_slack,
+            ),
             (s.obstacle_points(), s.obstacle_clearance),
             s.hood.claims(),
         )
         grown = stop > tube.stop
+        s.has_grown = grown
         tube.stop = stop
         self._note_block(reason, row, grown)
 

@@ -118,6 +118,8 @@ class RightOfWay:
             self._blocked_since = -1
             self._search(situation, row)
             return
+        if situation.has_grown:
+            situation.is_stuck = False
         if situation.blocked_ticks == 0:
             self._blocked_since = -1
         elif self._blocked_since < 0:
@@ -139,7 +141,6 @@ class RightOfWay:
             return
         if len(path) >= 2:
             situation.tube.adopt(path)
-            situation.is_stuck = False
             self._blocked_since = -1
 
     def _consider_retreat(self, situation: Situation) -> None:

@@ -61,6 +61,7 @@ class Situation:
     obstacle_ticks: int = 0
     yields_for: int = 0
     is_stuck: bool = False
+    has_grown: bool = False
     priority: int = 0
     last_plan_tick: int = -1000
 

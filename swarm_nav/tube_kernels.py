@@ -36,18 +36,21 @@ def grantable_prefix(wanted, size, held, held_size, reach):
 
 
 @njit(cache=True)
-def admissible(p, previous, neighbor, reach, wins, prefix, growth):
+def admissible(p, previous, neighbor, reach, slack, wins, prefix, growth):
     """Whether point p may join our tube as far as one neighbour is concerned (G2, G3).
 
     neighbor = (held, held_size, wanted, wanted_size); `reach` is the sum of both radii, `growth`
     what a silent neighbour may have taken since (0 when its beacon is recent). A tube that is
-    already too near, by an actuation error, may only grow away from the neighbour.
+    already too near, by an actuation error, may grow away from the neighbour; a robot that makes
+    way may also pass it `slack` nearer, so that it is not caught by millimetres.
     """
     held, held_size, wanted, wanted_size = neighbor
     here = gap_squared(held, held_size, p[0], p[1])
     if here < (reach + growth) ** 2:
         before = gap_squared(held, held_size, previous[0], previous[1])
-        if growth > 0.0 or before >= reach * reach or here <= before + 1e-9:
+        if growth > 0.0:
+            return False
+        if here < (reach - slack) ** 2 and (before >= reach * reach or here < before - 1e-6):
             return False
     if growth > 0.0:
         return gap_squared(wanted, wanted_size, p[0], p[1]) >= (reach + growth) ** 2
@@ -71,14 +74,15 @@ def extend(
 
     span = (stop, last, confirmed): indices of the tube's end, of the last point wanted now and of
     the last point that was requested in enough beacons. own = (radius, priority, id, yields_for).
-    protocol = (confirmations, wanted_length, push_ticks). around = (obstacles (k, 2), clearance).
+    protocol = (confirmations, wanted_length, push_ticks, yield_slack). around = (obstacles (k, 2), clearance).
     claims = the neighbours' columns, see `Neighborhood.claims`.
 
     Returns (new stop, reason, row of the neighbour in the way or -1).
     """
     stop, last, confirmed = span
     radius, priority, own_id, yields_for = own
-    confirmations, wanted_length, push_ticks = protocol
+    confirmations, wanted_length, push_ticks, yield_slack = protocol
+    slack = yield_slack if yields_for != 0 else 0.0
     obstacles, clearance = around
     (ids, ages, gone, priorities, radii, blocked, held, held_size, wanted, wanted_size,
      intent, intent_size) = claims  # fmt: skip
@@ -119,7 +123,7 @@ def extend(
             )
             size = wanted_size[j] if gone[j] else prefix[j]
             neighbor = (held[j], held_size[j], wanted[j], wanted_size[j])
-            if not admissible(p, before, neighbor, reach, wins and not gone[j], size, growth):
+            if not admissible(p, before, neighbor, reach, slack, wins and not gone[j], size, growth):
                 return k - 1, ROBOT, j
             if (
                 blocked[j] >= push_ticks
