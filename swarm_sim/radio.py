@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from swarm_common.beacon import BeaconArray, empty_beacons
 from swarm_common.errors import ConfigError
 from swarm_common.records import CONTROL_PERIOD
+from swarm_sim.randomness import hash_words, uniform
 
 FloatArray = NDArray[np.float64]
 
@@ -78,8 +79,8 @@ class Radio:
         heard[senders, np.arange(len(senders))] = False
         if self._config.loss > 0.0:
             receivers = np.arange(self._count)[:, None]
-            chance = uniform(self._seed, tick, senders[None, :], receivers)
-            heard &= chance >= self._config.loss
+            words = hash_words(self._seed, tick, senders[None, :], receivers)
+            heard &= uniform(words) >= self._config.loss
         self._under_way.popleft()
         self._under_way.append((sent, heard))
 
@@ -87,22 +88,3 @@ class Radio:
         """Return the beacons that reach a robot at the present tick, ordered by id."""
         sent, heard = self._under_way[0]
         return sent[heard[receiver]]
-
-
-def uniform(
-    seed: int, tick: int, senders: NDArray[np.int64], receivers: NDArray[np.int64]
-) -> FloatArray:
-    """Return numbers in [0, 1) that depend on nothing but the arguments (SplitMix64)."""
-    words = np.zeros(np.broadcast_shapes(senders.shape, receivers.shape), np.uint64)
-    with np.errstate(over="ignore"):
-        for part in (np.uint64(seed), np.uint64(tick), senders, receivers):
-            words = _mix(words + np.uint64(0x9E3779B97F4A7C15) + np.asarray(part).astype(np.uint64))
-    return (words >> np.uint64(11)).astype(np.float64) * 2.0**-53
-
-
-def _mix(words: NDArray[np.uint64]) -> NDArray[np.uint64]:
-    words = (words ^ (words >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    words = (words ^ (words >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return words ^ (words >> np.uint64(31))
-
-

@@ -12,8 +12,10 @@ from swarm_common.errors import ConfigError, UnknownNameError
 from swarm_common.records import CONTROL_PERIOD, Odometry, Pose, RobotSpec, Scan, Twist
 from swarm_sim.drive import CommandBuffer, Odometer
 from swarm_sim.engine import Engine
+from swarm_sim.lidar import Lidars
 from swarm_sim.planar import PlanarEngine
 from swarm_sim.radio import Radio, RadioConfig
+from swarm_sim.robot_model import RobotModel, load_robot_model
 from swarm_sim.scene import Scene
 from swarm_sim.section import section_between
 from swarm_sim.verdict import Collision, Judge, Verdict
@@ -87,7 +89,10 @@ class World:
         self.specs = list(specs)
         self._config = config
         self._tick = 0
-        self._engine = _make_engine(scene, specs, poses, config)
+        models = {spec.model: load_robot_model(spec.model) for spec in specs}
+        bodies = {name: model.bodies() for name, model in models.items()}
+        self._engine = _make_engine(scene, specs, poses, models, config)
+        self._lidars = Lidars(scene, specs, [bodies[spec.model] for spec in specs], seed)
         self._commands = CommandBuffer(specs)
         self._odometer = Odometer(len(specs))
         self._radio = Radio(config.radio, len(specs), seed)
@@ -115,10 +120,13 @@ class World:
 
     def observe(self) -> list[Observation]:
         """Return what each robot senses at the present tick."""
+        scans: dict[int, Scan] = {}
+        if self._config.with_lidar:
+            scans = self._lidars.due(self._tick, self._engine.poses)
         return [
             Observation(
                 self._odometer.reading(i, self._tick, self._engine.twists[i]),
-                None,
+                scans.get(i),
                 self._radio.heard(i),
             )
             for i in range(len(self.specs))
@@ -168,7 +176,11 @@ class World:
 
 
 def _make_engine(
-    scene: Scene, specs: Sequence[RobotSpec], poses: Sequence[Pose], config: WorldConfig
+    scene: Scene,
+    specs: Sequence[RobotSpec],
+    poses: Sequence[Pose],
+    models: dict[str, RobotModel],
+    config: WorldConfig,
 ) -> Engine:
     height = max([spec.height for spec in specs], default=1.0)
     section = section_between(scene.bodies, GROUND_GAP, height)

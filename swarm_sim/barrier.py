@@ -1,0 +1,81 @@
+"""Lockstep: who has answered the tick in hand, and who is still waited for. No clock, no I/O."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+
+class Barrier:
+    """Decides when a tick is complete.
+
+    At the start it waits without limit until every robot has answered once. Then a robot that
+    does not answer within the wall limit is late: it is not waited for until it answers again.
+    """
+
+    def __init__(self, count: int, wall_limit: float, expects: bool = True) -> None:
+        """Begin before tick 0.
+
+        Args:
+            count: Number of robots.
+            wall_limit: [s] of wall time that a robot may take.
+            expects: False waits for nobody (free run).
+        """
+        self._wall_limit = wall_limit
+        self._expected = [expects] * count
+        self._answered = [False] * count
+        self._is_dead = [False] * count
+        self._opened_at = 0.0
+        self._has_started = not expects
+        self.late_ticks = 0
+
+    @property
+    def has_started(self) -> bool:
+        """Whether every robot has answered once."""
+        return self._has_started
+
+    @property
+    def answering(self) -> int:
+        """Robots that are waited for and not late."""
+        return sum(self._expected)
+
+    def open(self, now: float) -> None:
+        """Begin a tick at wall time `now`."""
+        self._answered = [False] * len(self._answered)
+        self._opened_at = now
+
+    def answer(self, robot: int) -> None:
+        """Note a robot's whole answer to the tick in hand; it is waited for from now on."""
+        self._answered[robot] = True
+        self._expected[robot] = True
+        self._is_dead[robot] = False
+
+    def lose(self, robot: int) -> None:
+        """Wait no longer for a robot whose process is gone."""
+        self._expected[robot] = False
+        self._is_dead[robot] = True
+
+    def missing(self) -> Sequence[int]:
+        """Return the robots that are waited for and have not answered."""
+        return [
+            robot
+            for robot, (expected, answered) in enumerate(
+                zip(self._expected, self._answered, strict=True)
+            )
+            if expected and not answered
+        ]
+
+    def is_complete(self, now: float) -> bool:
+        """Whether the tick may be executed at wall time `now`."""
+        if self._has_started and now - self._opened_at > self._wall_limit:
+            for robot in self.missing():
+                self._expected[robot] = False
+        return not self.missing()
+
+    def close(self) -> None:
+        """End a complete tick; unanswered ones of robots that are not dead count as late."""
+        if self._has_started:
+            self.late_ticks += sum(
+                not answered and not dead
+                for answered, dead in zip(self._answered, self._is_dead, strict=True)
+            )
+        self._has_started = True

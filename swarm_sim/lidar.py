@@ -1,0 +1,151 @@
+"""The LiDARs of all robots: what is at the height of each scan plane, and when scans are due."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_common.records import CONTROL_PERIOD, LidarSpec, RobotSpec, Scan
+from swarm_sim import lidar_kernels
+from swarm_sim.randomness import hash_words
+from swarm_sim.scene import Body, Scene
+from swarm_sim.section import Section, section_at, section_between
+
+FloatArray = NDArray[np.float64]
+WORLD = -1  # owner of what does not move
+
+
+class LidarGroup:
+    """Robots with equal LiDARs, scanned together.
+
+    What they can hit is the world's section at their scan plane and those of the other robots.
+    """
+
+    def __init__(
+        self, spec: LidarSpec, members: Sequence[int], world: Section, robots: Sequence[Section]
+    ) -> None:
+        """Prepare the arrays.
+
+        Args:
+            spec: The LiDAR.
+            members: Indices of the robots that carry it.
+            world: What stands still at the height of the scan plane.
+            robots: The section of every robot at that height, in its base_footprint.
+        """
+        self.spec = spec
+        self.members = np.array(members, np.int64)
+        self.period_ticks = max(1, round(1.0 / (spec.rate * CONTROL_PERIOD)))
+        self._base_from_lidar = np.array([spec.x, spec.y, spec.yaw])
+        segments = [section.segments() for section in robots]
+        discs = [section.discs for section in robots]
+        self._segments_base = np.vstack([np.zeros((0, 4)), *segments])
+        self._discs_base = np.vstack([np.zeros((0, 3)), *discs])
+        self._segment_owners = _owners(segments)
+        self._disc_owners = _owners(discs)
+        self._still_segments = len(world.segments())
+        self._still_discs = len(world.discs)
+        self._segments = np.vstack([world.segments(), self._segments_base])
+        self._discs = np.vstack([world.discs, self._discs_base])
+        still = [np.full(n, WORLD, np.int64) for n in (self._still_segments, self._still_discs)]
+        self._owners = (
+            np.concatenate([still[0], self._segment_owners]),
+            np.concatenate([still[1], self._disc_owners]),
+        )
+        self._true_ranges = np.empty((len(members), spec.rays))
+
+    def scan(self, poses: FloatArray, seed: int, tick: int) -> NDArray[np.float32]:
+        """Return the measured ranges (members, rays) at true poses (n, 3)."""
+        spec = self.spec
+        self.cast(poses)
+        ranges = np.empty((len(self.members), spec.rays), np.float32)
+        keys = hash_words(seed, tick, self.members)
+        limits = (spec.range_min, spec.range_max)
+        lidar_kernels.add_noise(self._true_ranges, keys, spec.sigma, *limits, ranges)
+        return ranges
+
+    def cast(self, poses: FloatArray) -> FloatArray:
+        """Return the true ranges (members, rays); the array is reused by the next call."""
+        self._place(poses)
+        lidar_kernels.cast(
+            compose(poses[self.members], self._base_from_lidar),
+            self.members,
+            (self._segments, self._owners[0]),
+            (self._discs, self._owners[1]),
+            (self.spec.angle_min, self.spec.angle_increment),
+            self.spec.range_max,
+            self._true_ranges,
+        )
+        return self._true_ranges
+
+    def _place(self, poses: FloatArray) -> None:
+        """Move the robots' sections to their poses."""
+        owners = poses[self._segment_owners]
+        for ends in (slice(0, 2), slice(2, 4)):
+            self._segments[self._still_segments :, ends] = moved(
+                owners, self._segments_base[:, ends]
+            )
+        self._discs[self._still_discs :, :2] = moved(
+            poses[self._disc_owners], self._discs_base[:, :2]
+        )
+
+
+class Lidars:
+    """All LiDARs of a swarm."""
+
+    def __init__(
+        self, scene: Scene, specs: Sequence[RobotSpec], models: Sequence[Sequence[Body]], seed: int
+    ) -> None:
+        """Group robots with equal LiDARs.
+
+        Args:
+            scene: The world.
+            specs: One per robot.
+            models: Bodies of each robot in its base_footprint.
+            seed: Of the range noise.
+        """
+        self._seed = seed
+        self._groups: list[LidarGroup] = []
+        for lidar in dict.fromkeys(spec.lidar for spec in specs):
+            members = [i for i, spec in enumerate(specs) if spec.lidar == lidar]
+            distinct = {id(bodies): bodies for bodies in models}
+            cuts = {
+                key: section_between(bodies, lidar.z, lidar.z) for key, bodies in distinct.items()
+            }
+            robots = [cuts[id(bodies)] for bodies in models]
+            self._groups.append(LidarGroup(lidar, members, section_at(scene, lidar.z), robots))
+
+    def due(self, tick: int, poses: FloatArray) -> dict[int, Scan]:
+        """Return the scans that are due at a tick, by index of the robot."""
+        scans: dict[int, Scan] = {}
+        for group in self._groups:
+            if tick % group.period_ticks:
+                continue
+            spec = group.spec
+            limits = (spec.angle_min, spec.angle_increment, spec.range_min, spec.range_max)
+            measured = group.scan(poses, self._seed, tick)
+            for member, ranges in zip(group.members, measured, strict=True):
+                scans[int(member)] = Scan(tick, *limits, ranges)
+        return scans
+
+
+def compose(poses: FloatArray, offset: FloatArray) -> FloatArray:
+    """Return poses (n, 3) moved by an offset (3,) in each one's own frame."""
+    points = moved(poses, np.broadcast_to(offset[:2], (len(poses), 2)))
+    return np.column_stack([points, poses[:, 2] + offset[2]])
+
+
+def moved(poses: FloatArray, points: FloatArray) -> FloatArray:
+    """Return points (n, 2), each given in the frame of its pose (n, 3), in the poses' frame."""
+    cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+    return np.column_stack(
+        [
+            poses[:, 0] + cos * points[:, 0] - sin * points[:, 1],
+            poses[:, 1] + sin * points[:, 0] + cos * points[:, 1],
+        ]
+    )
+
+
+def _owners(arrays: Sequence[FloatArray]) -> NDArray[np.int64]:
+    return np.repeat(np.arange(len(arrays)), [len(array) for array in arrays]).astype(np.int64)

@@ -1,0 +1,33 @@
+"""Random numbers that depend on what they are for and on nothing else.
+
+A generator with a state gives other numbers as soon as somebody draws one more or in another
+order. Here each number follows from its coordinates: seed, tick, sender, receiver.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+GOLDEN = np.uint64(0x9E3779B97F4A7C15)
+
+
+def hash_words(*coordinates: int | NDArray[np.int64]) -> NDArray[np.uint64]:
+    """Return one word per broadcast combination of the coordinates (SplitMix64, chained)."""
+    shape = np.broadcast_shapes(*(np.shape(part) for part in coordinates))
+    words = np.zeros(shape, np.uint64)
+    with np.errstate(over="ignore"):
+        for part in coordinates:
+            words = _mix(words + GOLDEN + np.asarray(part).astype(np.uint64))
+    return words
+
+
+def uniform(words: NDArray[np.uint64]) -> NDArray[np.float64]:
+    """Return numbers in [0, 1) made of words."""
+    return (words >> np.uint64(11)).astype(np.float64) * 2.0**-53
+
+
+def _mix(words: NDArray[np.uint64]) -> NDArray[np.uint64]:
+    words = (words ^ (words >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    words = (words ^ (words >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return words ^ (words >> np.uint64(31))

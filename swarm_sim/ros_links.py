@@ -1,0 +1,162 @@
+"""One robot's topics on the side of the world."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import Twist as TwistMsg
+from geometry_msgs.msg import TwistStamped
+from nav_msgs.msg import Odometry as OdometryMsg
+from rclpy.node import Node
+from sensor_msgs.msg import JointState, LaserScan
+from std_msgs.msg import String
+from swarm_interfaces.msg import Beacon, NeighborArray
+from tf2_msgs.msg import TFMessage
+
+from swarm_common import ros_io, wire
+from swarm_common.beacon import deserialize_beacon, serialize_neighbors
+from swarm_common.records import Pose, RobotSpec, Twist, stamp_from_tick
+from swarm_sim.ros_frames import Joint, fixed_transforms, moving_transforms, read_joints
+from swarm_sim.world import Observation
+
+COMMAND_TICKS = 5  # a command is good for 0.5 s
+BASE = "base_footprint"
+
+
+class RobotLink:
+    """Publishes what a robot senses and collects what it answers.
+
+    Attributes:
+        command: Twist of the answer to the tick in hand, None until it is there.
+        beacon: Beacon of that answer.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        name: str,
+        spec: RobotSpec,
+        urdf: str,
+        is_stamped: bool,
+        on_answer: Callable[[], None],
+    ) -> None:
+        """Create the topics of `/name`.
+
+        Args:
+            node: Of the world.
+            name: Namespace of the robot.
+            spec: Its model.
+            urdf: Its description.
+            is_stamped: Whether cmd_vel is TwistStamped.
+            on_answer: Called when command and beacon of the tick in hand are both there.
+        """
+        self.name = name
+        self.command: Twist | None = None
+        self.beacon: np.void | None = None
+        self._on_answer = on_answer
+        self._tick = 0
+        self._latest: tuple[int, Twist] | None = None
+        self._joints: list[Joint] = read_joints(urdf)
+        self._odom_writer = wire.OdometryWriter("odom", BASE)
+        self._truth_writer = wire.OdometryWriter("map", BASE)
+        self._scan_writer = wire.ScanWriter("base_scan", 1.0 / spec.lidar.rate)
+        self._create_publishers(node, f"/{name}")
+        self._publish_description(urdf)
+        kind: Any = TwistStamped if is_stamped else TwistMsg
+        callback = self._take_stamped if is_stamped else self._take_plain
+        node.create_subscription(kind, f"/{name}/cmd_vel", callback, ros_io.TICK_INPUT, raw=True)
+        node.create_subscription(
+            Beacon, f"/{name}/beacon", self._take_beacon, ros_io.TICK_INPUT, raw=True
+        )
+        self.look_for_viewers()
+
+    def _create_publishers(self, node: Node, space: str) -> None:
+        make = node.create_publisher
+        self._odom = make(OdometryMsg, f"{space}/odom", ros_io.RELIABLE)
+        self._scan = make(LaserScan, f"{space}/scan", ros_io.SENSOR)
+        self._neighbors = make(NeighborArray, f"{space}/neighbors", ros_io.RELIABLE)
+        self._truth = make(OdometryMsg, f"{space}/ground_truth", ros_io.RELIABLE)
+        self._joint_states = make(JointState, f"{space}/joint_states", ros_io.RELIABLE)
+        self._tf = make(TFMessage, f"{space}/tf", ros_io.TRANSFORMS)
+        self._tf_static = make(TFMessage, f"{space}/tf_static", ros_io.STATIC_TRANSFORMS)
+        self._description = make(String, f"{space}/robot_description", ros_io.LATCHED)
+
+    def _publish_description(self, urdf: str) -> None:
+        self._description.publish(String(data=urdf))
+        self._tf_static.publish(TFMessage(transforms=fixed_transforms(self._joints)))
+
+    def look_for_viewers(self) -> None:
+        """See which of the topics that only viewers need have a subscriber."""
+        self.wants_truth = self._truth.get_subscription_count() > 0
+        self.wants_joints = self._joint_states.get_subscription_count() > 0
+        self.wants_tf = self._tf.get_subscription_count() > 0
+
+    def open(self, tick: int) -> None:
+        """Forget the last answer: `tick` is in hand now."""
+        self._tick = tick
+        self.command = None
+        self.beacon = None
+
+    def publish(self, observation: Observation) -> None:
+        """Publish what the robot senses at the tick in hand; may be repeated."""
+        odom, scan = observation.odom, observation.scan
+        self._odom.publish(self._odom_writer.encode(odom.tick, odom.pose_odom, odom.twist))
+        if scan is not None:
+            self._scan.publish(self._scan_writer.encode(scan))
+        stamp = stamp_from_tick(odom.tick)
+        self._neighbors.publish(serialize_neighbors(*stamp, observation.neighbors))
+
+    def publish_for_viewers(
+        self, pose_odom: Pose, joints: tuple[list[str], list[float], list[float]] | None
+    ) -> None:
+        """Publish tf and joint_states; `joints` holds names, positions and velocities."""
+        tick = self._tick
+        names, positions, velocities = joints or ([], [], [])
+        if self.wants_tf:
+            transforms = [ros_io.planar_transform("odom", BASE, pose_odom, tick)]
+            by_name = dict(zip(names, positions, strict=True))
+            transforms += moving_transforms(self._joints, by_name, tick)
+            self._tf.publish(TFMessage(transforms=transforms))
+        if self.wants_joints:
+            message = JointState(header=ros_io.header(tick, ""))
+            message.name, message.position, message.velocity = names, positions, velocities
+            self._joint_states.publish(message)
+
+    def publish_truth(self, pose_map: Pose, twist: Twist) -> None:
+        """Publish the true pose for the operator."""
+        self._truth.publish(self._truth_writer.encode(self._tick, pose_map, twist))
+
+    def command_in_force(self) -> Twist | None:
+        """Return the answer's command, or the last one that is not older than 0.5 s."""
+        if self.command is not None:
+            return self.command
+        if self._latest is None or self._tick - self._latest[0] > COMMAND_TICKS:
+            return None
+        return self._latest[1]
+
+    def _take_stamped(self, data: bytes) -> None:
+        tick, twist = wire.read_command(data)
+        self._take(twist, tick == self._tick)
+
+    def _take_plain(self, data: bytes) -> None:
+        self._take(wire.read_plain_command(data), False)
+
+    def _take(self, twist: Twist, is_answer: bool) -> None:
+        if not all(math.isfinite(value) for value in (twist.vx, twist.vy, twist.wz)):
+            return
+        self._latest = (self._tick, twist)
+        if is_answer and self.command is None:
+            self.command = twist
+            self._note_answer()
+
+    def _take_beacon(self, data: bytes) -> None:
+        if wire.read_tick(data) == self._tick and self.beacon is None:
+            self.beacon = deserialize_beacon(data)
+            self._note_answer()
+
+    def _note_answer(self) -> None:
+        if self.command is not None and self.beacon is not None:
+            self._on_answer()

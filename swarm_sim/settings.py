@@ -1,0 +1,82 @@
+"""Configuration of the world process: a JSON file that swarm-up writes."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+from swarm_common.errors import ConfigError, UnknownNameError
+from swarm_sim.radio import RadioConfig
+
+MAX_SPEED = "max"
+
+
+@dataclass(frozen=True, slots=True)
+class RobotEntry:
+    """One robot of the swarm: its namespace and its model's name or path."""
+
+    name: str
+    model: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Settings:
+    """What the world process is to do."""
+
+    world: str  # name or path
+    robots: tuple[RobotEntry, ...]
+    map: str | None = None  # path of a map file; None: the one that ships with the world
+    sites: str | None = None  # path of a sites file; None: the one beside the world
+    seed: int = 0
+    speed: float | None = None  # times real time; None: as fast as possible
+    free_run: bool = False  # no lockstep, for third-party navigators
+    cmd_vel_stamped: bool = True  # TwistStamped; False: Twist
+    wall_limit: float = 5.0  # [s] that a robot may take for a tick
+    duration: float | None = None  # [s] of simulated time, then the world ends
+    verdict_path: str | None = None
+    engine: str = "bullet"
+    radio: RadioConfig = field(default_factory=RadioConfig)
+
+    def __post_init__(self) -> None:
+        """Refuse impossible values."""
+        if not self.robots:
+            raise ConfigError("the world's configuration names no robots")
+        if self.speed is not None and self.speed <= 0.0:
+            raise ConfigError(f"speed is {self.speed}; it must be positive or 'max'")
+        if self.wall_limit <= 0.0:
+            raise ConfigError(f"wall_limit is {self.wall_limit} s; it must be positive")
+        if self.duration is not None and self.duration <= 0.0:
+            raise ConfigError(f"duration is {self.duration} s; it must be positive")
+
+
+def parse_settings(data: Mapping[str, Any], where: str) -> Settings:
+    """Return the settings in a JSON object.
+
+    Raises:
+        ConfigError: If a key is unknown or a value impossible.
+    """
+    known = [item.name for item in fields(Settings)]
+    for key in data:
+        if key not in known:
+            raise UnknownNameError("key", key, known, where)
+    values = dict(data)
+    try:
+        values["robots"] = tuple(RobotEntry(**robot) for robot in data["robots"])
+        values["radio"] = RadioConfig(**(data.get("radio") or {}))
+    except (KeyError, TypeError) as cause:
+        raise ConfigError(f"{where}: {cause}") from cause
+    if values.get("speed") == MAX_SPEED:
+        values["speed"] = None
+    return Settings(**values)
+
+
+def read_settings(path: str | Path) -> Settings:
+    """Return the settings in a JSON file."""
+    try:
+        data = json.loads(Path(path).read_text(encoding="utf-8"))
+    except (OSError, ValueError) as cause:
+        raise ConfigError(f"{path}: {cause}") from cause
+    return parse_settings(data, str(path))
