@@ -26,6 +26,7 @@ class Barrier:
         self._is_dead = [False] * count
         self._opened_at = 0.0
         self._has_started = not expects
+        self._counts = expects
         self.late_ticks = 0
 
     @property
@@ -73,7 +74,7 @@ class Barrier:
 
     def close(self) -> None:
         """End a complete tick; unanswered ones of robots that are not dead count as late."""
-        if self._has_started:
+        if self._has_started and self._counts:
             self.late_ticks += sum(
                 not answered and not dead
                 for answered, dead in zip(self._answered, self._is_dead, strict=True)

@@ -20,9 +20,9 @@ from swarm_common import ros_io, wire
 from swarm_common.beacon import deserialize_beacon, serialize_neighbors
 from swarm_common.records import Pose, RobotSpec, Twist, stamp_from_tick
 from swarm_sim.ros_frames import Joint, fixed_transforms, moving_transforms, read_joints
+from swarm_sim.settings import Settings
 from swarm_sim.world import Observation
 
-COMMAND_TICKS = 5  # a command is good for 0.5 s
 BASE = "base_footprint"
 
 
@@ -40,7 +40,7 @@ class RobotLink:
         name: str,
         spec: RobotSpec,
         urdf: str,
-        is_stamped: bool,
+        settings: Settings,
         on_answer: Callable[[], None],
     ) -> None:
         """Create the topics of `/name`.
@@ -50,23 +50,24 @@ class RobotLink:
             name: Namespace of the robot.
             spec: Its model.
             urdf: Its description.
-            is_stamped: Whether cmd_vel is TwistStamped.
+            settings: Of the world.
             on_answer: Called when command and beacon of the tick in hand are both there.
         """
         self.name = name
         self.command: Twist | None = None
         self.beacon: np.void | None = None
         self._on_answer = on_answer
+        self._takes_any_stamp = settings.free_run
         self._tick = 0
-        self._latest: tuple[int, Twist] | None = None
+        self._other: Twist | None = None
         self._joints: list[Joint] = read_joints(urdf)
         self._odom_writer = wire.OdometryWriter("odom", BASE)
         self._truth_writer = wire.OdometryWriter("map", BASE)
         self._scan_writer = wire.ScanWriter("base_scan", 1.0 / spec.lidar.rate)
         self._create_publishers(node, f"/{name}")
         self._publish_description(urdf)
-        kind: Any = TwistStamped if is_stamped else TwistMsg
-        callback = self._take_stamped if is_stamped else self._take_plain
+        kind: Any = TwistStamped if settings.cmd_vel_stamped else TwistMsg
+        callback = self._take_stamped if settings.cmd_vel_stamped else self._take_plain
         node.create_subscription(kind, f"/{name}/cmd_vel", callback, ros_io.TICK_INPUT, raw=True)
         node.create_subscription(
             Beacon, f"/{name}/beacon", self._take_beacon, ros_io.TICK_INPUT, raw=True
@@ -97,7 +98,7 @@ class RobotLink:
     def open(self, tick: int) -> None:
         """Forget the last answer: `tick` is in hand now."""
         self._tick = tick
-        self.command = None
+        self.command = self._other = None
         self.beacon = None
 
     def publish(self, observation: Observation) -> None:
@@ -129,13 +130,9 @@ class RobotLink:
         """Publish the true pose for the operator."""
         self._truth.publish(self._truth_writer.encode(self._tick, pose_map, twist))
 
-    def command_in_force(self) -> Twist | None:
-        """Return the answer's command, or the last one that is not older than 0.5 s."""
-        if self.command is not None:
-            return self.command
-        if self._latest is None or self._tick - self._latest[0] > COMMAND_TICKS:
-            return None
-        return self._latest[1]
+    def fresh_command(self) -> Twist | None:
+        """Return the answer's command, else any other command that came during this tick."""
+        return self.command if self.command is not None else self._other
 
     def _take_stamped(self, data: bytes) -> None:
         tick, twist = wire.read_command(data)
@@ -147,13 +144,14 @@ class RobotLink:
     def _take(self, twist: Twist, is_answer: bool) -> None:
         if not all(math.isfinite(value) for value in (twist.vx, twist.vy, twist.wz)):
             return
-        self._latest = (self._tick, twist)
+        self._other = twist
         if is_answer and self.command is None:
             self.command = twist
             self._note_answer()
 
     def _take_beacon(self, data: bytes) -> None:
-        if wire.read_tick(data) == self._tick and self.beacon is None:
+        is_answer = wire.read_tick(data) == self._tick or self._takes_any_stamp
+        if is_answer and self.beacon is None:
             self.beacon = deserialize_beacon(data)
             self._note_answer()
 

@@ -1,0 +1,213 @@
+"""Every ROS message that is not sent each tick, to and from our records; and the QoS profiles.
+
+The messages of the tick itself (odom, scan, cmd_vel, beacon, neighbors) travel as bytes, see
+`wire` and `beacon`.
+"""
+
+from __future__ import annotations
+
+import array
+import math
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import (
+    Point32,
+    Pose2D,
+    PoseStamped,
+    PoseWithCovarianceStamped,
+    TransformStamped,
+)
+from geometry_msgs.msg import Pose as PoseMsg
+from nav_msgs.msg import OccupancyGrid, Path
+from numpy.typing import NDArray
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from std_msgs.msg import Header
+
+from swarm_common.grid import Grid
+from swarm_common.records import FloatArray, Pose, stamp_from_tick, tick_from_stamp
+from swarm_common.wire import yaw_of
+
+RELIABLE = QoSProfile(depth=10)
+LATEST = QoSProfile(depth=1)
+SENSOR = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+# What one tick needs is repeated until it is answered, so its readers ask for no acknowledgement.
+TICK_INPUT = QoSProfile(depth=20, reliability=ReliabilityPolicy.BEST_EFFORT)
+CLOCK = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+STATIC_TRANSFORMS = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+TRANSFORMS = QoSProfile(depth=100)
+
+
+def time_msg(tick: int) -> Time:
+    """Return the stamp of a control tick."""
+    sec, nanosec = stamp_from_tick(tick)
+    return Time(sec=sec, nanosec=nanosec)
+
+
+def tick_of(stamp: Time) -> int:
+    """Return the control tick nearest to a stamp."""
+    return tick_from_stamp(stamp.sec, stamp.nanosec)
+
+
+def header(tick: int, frame: str) -> Header:
+    """Return a header."""
+    return Header(stamp=time_msg(tick), frame_id=frame)
+
+
+def pose_msg(pose: Pose) -> PoseMsg:
+    """Return a planar pose as geometry_msgs/Pose."""
+    message = PoseMsg()
+    message.position.x = float(pose.x)
+    message.position.y = float(pose.y)
+    message.orientation.z = math.sin(0.5 * pose.yaw)
+    message.orientation.w = math.cos(0.5 * pose.yaw)
+    return message
+
+
+def pose_from_msg(message: PoseMsg) -> Pose:
+    """Return the planar part of a pose; an all-zero quaternion counts as yaw 0, as in Nav2.
+
+    Raises:
+        ValueError: If a number is not finite or the quaternion is not of unit length.
+    """
+    q = message.orientation
+    numbers = (message.position.x, message.position.y, q.x, q.y, q.z, q.w)
+    if not all(math.isfinite(number) for number in numbers):
+        raise ValueError("the pose has a number that is not finite")
+    norm = math.hypot(q.x, q.y, q.z, q.w)
+    if norm == 0.0:
+        return Pose(message.position.x, message.position.y, 0.0)
+    if abs(norm - 1.0) > 0.1:
+        raise ValueError(f"the quaternion has length {norm:.3f}; it must be 1")
+    return Pose(message.position.x, message.position.y, yaw_of(q.x, q.y, q.z, q.w))
+
+
+def pose2d_msg(pose: Pose | None) -> Pose2D:
+    """Return geometry_msgs/Pose2D; NaN for None."""
+    if pose is None:
+        return Pose2D(x=math.nan, y=math.nan, theta=math.nan)
+    return Pose2D(x=float(pose.x), y=float(pose.y), theta=float(pose.yaw))
+
+
+def pose_stamped(pose: Pose, tick: int, frame: str = "map") -> PoseStamped:
+    """Return geometry_msgs/PoseStamped."""
+    return PoseStamped(header=header(tick, frame), pose=pose_msg(pose))
+
+
+def amcl_pose_msg(
+    pose_map: Pose, covariance: Sequence[float], tick: int
+) -> PoseWithCovarianceStamped:
+    """Return the localisation's answer; `covariance` holds the variances of x, y, yaw."""
+    message = PoseWithCovarianceStamped(header=header(tick, "map"))
+    message.pose.pose = pose_msg(pose_map)
+    full = np.zeros(36)
+    full[[0, 7, 35]] = covariance
+    message.pose.covariance = full
+    return message
+
+
+def path_msg(points_map: FloatArray, tick: int, frame: str = "map") -> Path:
+    """Return nav_msgs/Path of points (n, 2) or (n, 3); without a yaw it follows the path."""
+    message = Path(header=header(tick, frame))
+    if len(points_map) == 0:
+        return message
+    yaws = points_map[:, 2] if points_map.shape[1] > 2 else path_yaws(points_map)
+    head = message.header
+    message.poses = [
+        PoseStamped(header=head, pose=pose_msg(Pose(float(x), float(y), float(yaw))))
+        for (x, y), yaw in zip(points_map[:, :2], yaws, strict=True)
+    ]
+    return message
+
+
+def path_yaws(points_map: FloatArray) -> FloatArray:
+    """Return the direction at each point of a polyline (n, 2)."""
+    if len(points_map) < 2:
+        return np.zeros(len(points_map))
+    steps = np.diff(points_map[:, :2], axis=0)
+    yaws = np.arctan2(steps[:, 1], steps[:, 0])
+    return np.append(yaws, yaws[-1])
+
+
+def path_from_msg(message: Path) -> list[Pose]:
+    """Return the poses of a path."""
+    return [pose_from_msg(stamped.pose) for stamped in message.poses]
+
+
+def grid_msg(grid: Grid, tick: int) -> OccupancyGrid:
+    """Return the map as nav_msgs/OccupancyGrid."""
+    return occupancy_msg(grid.cells, grid.resolution, (grid.origin_x, grid.origin_y), tick, "map")
+
+
+def occupancy_msg(
+    cells: NDArray[np.int8], resolution: float, origin: tuple[float, float], tick: int, frame: str
+) -> OccupancyGrid:
+    """Return nav_msgs/OccupancyGrid of cells (height, width)."""
+    message = OccupancyGrid(header=header(tick, frame))
+    message.info.map_load_time = message.header.stamp
+    message.info.resolution = float(resolution)
+    message.info.height, message.info.width = cells.shape
+    message.info.origin = pose_msg(Pose(origin[0], origin[1], 0.0))
+    message.data = array.array("b", np.ascontiguousarray(cells, np.int8).tobytes())
+    return message
+
+
+def grid_from_msg(message: OccupancyGrid) -> Grid:
+    """Return the map in an OccupancyGrid.
+
+    Raises:
+        ValueError: If the sizes disagree or the map is rotated.
+    """
+    info = message.info
+    if len(message.data) != info.width * info.height or not len(message.data):
+        raise ValueError(
+            f"map of {info.width} x {info.height} cells carries {len(message.data)} values"
+        )
+    origin = pose_from_msg(info.origin)
+    if abs(origin.yaw) > 1e-6:
+        raise ValueError(f"map is rotated by {origin.yaw} rad; only 0 is supported")
+    # float32 on the wire: 0.05 arrives as 0.0500000007
+    resolution = round(float(info.resolution), 6)
+    cells = np.array(message.data, np.int8).reshape(info.height, info.width)
+    return Grid(cells, resolution, origin.x, origin.y)
+
+
+def _nav2_scale() -> NDArray[np.int8]:
+    """Return Nav2's table from costs 0..255 to occupancy -1..100."""
+    table = np.zeros(256, np.int8)
+    costs = np.arange(1, 253)
+    table[1:253] = 1 + (97 * (costs - 1)) // 251
+    table[253], table[254], table[255] = 99, 100, -1
+    return table
+
+
+OCCUPANCY_FROM_COST = _nav2_scale()
+
+
+def points32(points: Iterable[Sequence[float]]) -> list[Point32]:
+    """Return points of a polygon."""
+    return [Point32(x=float(x), y=float(y)) for x, y in points]
+
+
+def transform_msg(
+    parent: str,
+    child: str,
+    xyz: Sequence[float],
+    quaternion: Sequence[float],
+    tick: int,
+) -> TransformStamped:
+    """Return parent ← child as geometry_msgs/TransformStamped; quaternion as x, y, z, w."""
+    message = TransformStamped(header=header(tick, parent), child_frame_id=child)
+    move, turn = message.transform.translation, message.transform.rotation
+    move.x, move.y, move.z = (float(value) for value in xyz)
+    turn.x, turn.y, turn.z, turn.w = (float(value) for value in quaternion)
+    return message
+
+
+def planar_transform(parent: str, child: str, pose: Pose, tick: int) -> TransformStamped:
+    """Return parent ← child for a planar pose."""
+    half = 0.5 * pose.yaw
+    turn = (0.0, 0.0, math.sin(half), math.cos(half))
+    return transform_msg(parent, child, (pose.x, pose.y, 0.0), turn, tick)

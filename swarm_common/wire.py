@@ -1,0 +1,180 @@
+"""CDR bytes of the messages sent every tick: odometry, scan, command.
+
+A robot's tick would spend most of its middleware time on converting Python messages. These
+writers keep one encoded message and patch the numbers that change; the readers look only at what
+a navigator or the world needs. On the wire they are the ordinary ROS messages:
+`tests/graph/test_wire.py` compares them with the ROS serialiser. Strings may have any length, so
+messages of third parties are read, too.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+
+import numpy as np
+
+from swarm_common.records import (
+    Odometry,
+    Pose,
+    Scan,
+    Twist,
+    stamp_from_tick,
+    tick_from_stamp,
+)
+
+HEAD = 4  # bytes of encapsulation; CDR aligns relative to the byte after it
+LITTLE_ENDIAN = b"\x00\x01\x00\x00"
+STAMP = struct.Struct("<iI")
+COVARIANCE = struct.pack("<36d", *([0.0] * 36))
+
+
+def aligned(offset: int, size: int) -> int:
+    """Return the next offset at which a CDR member of `size` bytes may start."""
+    return HEAD + -(-(offset - HEAD) // size) * size
+
+
+def after_string(data: bytes, offset: int) -> int:
+    """Return the offset behind the CDR string that starts at `offset` (4-aligned)."""
+    offset = aligned(offset, 4)
+    return offset + 4 + int.from_bytes(data[offset : offset + 4], "little")
+
+
+def encode_string(text: str) -> bytes:
+    """Return the CDR string: length with the closing NUL, then the characters."""
+    raw = text.encode() + b"\x00"
+    return struct.pack("<I", len(raw)) + raw
+
+
+def check_little_endian(data: bytes) -> None:
+    """Raise ValueError unless the message is plain CDR of little endian order."""
+    if len(data) < HEAD + STAMP.size or data[1] != 1:
+        raise ValueError("message is not little-endian CDR")
+
+
+def read_tick(data: bytes) -> int:
+    """Return the control tick in the stamp of a message that starts with one."""
+    check_little_endian(data)
+    return tick_from_stamp(*STAMP.unpack_from(data, HEAD))
+
+
+def yaw_of(qx: float, qy: float, qz: float, qw: float) -> float:
+    """Return the yaw of a unit quaternion."""
+    return math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
+
+
+class OdometryWriter:
+    """Encodes nav_msgs/Odometry with fixed frame ids."""
+
+    _POSE = struct.Struct("<7d")
+    _TWIST = struct.Struct("<6d")
+
+    def __init__(self, frame: str, child_frame: str) -> None:
+        """Lay out the message once."""
+        data = bytearray(LITTLE_ENDIAN + STAMP.pack(0, 0) + encode_string(frame))
+        data += bytes(aligned(len(data), 4) - len(data)) + encode_string(child_frame)
+        data += bytes(aligned(len(data), 8) - len(data))
+        self._pose_at = len(data)
+        self._twist_at = self._pose_at + self._POSE.size + len(COVARIANCE)
+        data += bytes(self._POSE.size) + COVARIANCE + bytes(self._TWIST.size) + COVARIANCE
+        self._data = data
+
+    def encode(self, tick: int, pose: Pose, twist: Twist) -> bytes:
+        """Return the message of one tick."""
+        data = self._data
+        STAMP.pack_into(data, HEAD, *stamp_from_tick(tick))
+        half = 0.5 * pose.yaw
+        self._POSE.pack_into(
+            data, self._pose_at, pose.x, pose.y, 0.0, 0.0, 0.0, math.sin(half), math.cos(half)
+        )
+        self._TWIST.pack_into(data, self._twist_at, twist.vx, twist.vy, 0.0, 0.0, 0.0, twist.wz)
+        return bytes(data)
+
+
+_ODOMETRY = struct.Struct("<7d288x6d")
+
+
+def read_odometry(data: bytes) -> Odometry:
+    """Return the planar part of a nav_msgs/Odometry message."""
+    tick = read_tick(data)
+    offset = after_string(data, after_string(data, HEAD + STAMP.size))
+    x, y, _, qx, qy, qz, qw, vx, vy, _, _, _, wz = _ODOMETRY.unpack_from(data, aligned(offset, 8))
+    return Odometry(tick, Pose(x, y, yaw_of(qx, qy, qz, qw)), Twist(vx, vy, wz))
+
+
+class ScanWriter:
+    """Encodes sensor_msgs/LaserScan with a fixed frame id and rate."""
+
+    def __init__(self, frame: str, scan_time: float) -> None:
+        """Keep what never changes.
+
+        Args:
+            frame: Frame id of the LiDAR.
+            scan_time: [s] between two scans.
+        """
+        head = LITTLE_ENDIAN + STAMP.pack(0, 0) + encode_string(frame)
+        self._head = bytearray(head + bytes(aligned(len(head), 4) - len(head)))
+        self._scan_time = scan_time
+
+    def encode(self, scan: Scan) -> bytes:
+        """Return the message of one scan."""
+        STAMP.pack_into(self._head, HEAD, *stamp_from_tick(scan.tick))
+        count = len(scan.ranges)
+        numbers = struct.pack(
+            "<7fI",
+            scan.angle_min,
+            scan.angle_min + scan.angle_increment * (count - 1),
+            scan.angle_increment,
+            0.0,
+            self._scan_time,
+            scan.range_min,
+            scan.range_max,
+            count,
+        )
+        ranges = np.ascontiguousarray(scan.ranges, "<f4").tobytes()
+        return bytes(self._head) + numbers + ranges + b"\x00\x00\x00\x00"
+
+
+def read_scan(data: bytes) -> Scan:
+    """Return a sensor_msgs/LaserScan message; the ranges are a read-only view."""
+    tick = read_tick(data)
+    offset = aligned(after_string(data, HEAD + STAMP.size), 4)
+    angle_min, _, increment, _, _, low, high, count = struct.unpack_from("<7fI", data, offset)
+    ranges = np.frombuffer(data, "<f4", count, offset + 32)
+    return Scan(tick, angle_min, increment, low, high, ranges)
+
+
+class CommandWriter:
+    """Encodes geometry_msgs/TwistStamped with a fixed frame id."""
+
+    _TWIST = struct.Struct("<6d")
+
+    def __init__(self, frame: str) -> None:
+        """Lay out the message once."""
+        data = bytearray(LITTLE_ENDIAN + STAMP.pack(0, 0) + encode_string(frame))
+        data += bytes(aligned(len(data), 8) - len(data))
+        self._twist_at = len(data)
+        self._data = data + bytes(self._TWIST.size)
+
+    def encode(self, tick: int, twist: Twist) -> bytes:
+        """Return the command that answers a tick."""
+        STAMP.pack_into(self._data, HEAD, *stamp_from_tick(tick))
+        self._TWIST.pack_into(
+            self._data, self._twist_at, twist.vx, twist.vy, 0.0, 0.0, 0.0, twist.wz
+        )
+        return bytes(self._data)
+
+
+def read_command(data: bytes) -> tuple[int, Twist]:
+    """Return (tick, twist) of a geometry_msgs/TwistStamped message."""
+    tick = read_tick(data)
+    offset = aligned(after_string(data, HEAD + STAMP.size), 8)
+    vx, vy, _, _, _, wz = struct.unpack_from("<6d", data, offset)
+    return tick, Twist(vx, vy, wz)
+
+
+def read_plain_command(data: bytes) -> Twist:
+    """Return the twist of a geometry_msgs/Twist message."""
+    check_little_endian(data)
+    vx, vy, _, _, _, wz = struct.unpack_from("<6d", data, HEAD)
+    return Twist(vx, vy, wz)

@@ -1,0 +1,59 @@
+"""From the settings to a world: everything that can be refused is refused here."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from pathlib import Path
+
+from swarm_common.grid import Grid
+from swarm_common.map_io import load_map, map_path
+from swarm_common.records import Pose, RobotSpec
+from swarm_common.robot_io import load_robot
+from swarm_common.sites_io import load_sites
+from swarm_sim.robot_model import description
+from swarm_sim.sdf import load_world
+from swarm_sim.settings import Settings
+from swarm_sim.spawn import spawn_poses
+from swarm_sim.world import World, WorldConfig
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """A world that is ready to run.
+
+    Attributes:
+        world: Physics, sensors and radio.
+        grid: The map that the robots get.
+        specs: Model of each robot.
+        urdfs: Description of each robot.
+        poses_map: Where each robot starts.
+    """
+
+    world: World
+    grid: Grid
+    specs: tuple[RobotSpec, ...]
+    urdfs: tuple[str, ...]
+    poses_map: tuple[Pose, ...]
+
+
+def build(settings: Settings) -> Stage:
+    """Return the world that the settings ask for.
+
+    Raises:
+        SwarmError: If a file or a value is unusable.
+    """
+    scene = load_world(settings.world)
+    if settings.sites is not None:
+        scene = dataclasses.replace(scene, sites=load_sites(settings.sites))
+    models = {entry.model: load_robot(entry.model) for entry in settings.robots}
+    texts = {model: description(model) for model in models}
+    specs = tuple(models[entry.model] for entry in settings.robots)
+    widest = max(specs, key=lambda spec: spec.circumscribed_radius)
+    poses = spawn_poses(scene, widest, len(specs))
+    grid = load_map(Path(settings.map) if settings.map else map_path(scene.name))
+    config = WorldConfig(engine=settings.engine, radio=settings.radio)
+    names = [entry.name for entry in settings.robots]
+    world = World(scene, specs, poses, config, settings.seed, names)
+    urdfs = tuple(texts[entry.model] for entry in settings.robots)
+    return Stage(world, grid, specs, urdfs, tuple(poses))

@@ -1,0 +1,296 @@
+"""The world's process: `python -m swarm_sim.node CONFIG.json [--event-fd N] [--control-fd M]`.
+
+At each tick it publishes what every robot senses, waits for the answers of all that live, and
+advances the world. Nothing in it is decided by the wall clock except who is late.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import resource
+import signal
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import rclpy
+from nav_msgs.msg import OccupancyGrid
+from rclpy.experimental import EventsExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.signals import SignalHandlerOptions
+from rosgraph_msgs.msg import Clock
+from swarm_interfaces.msg import Verdict as VerdictMsg
+
+from swarm_common import ros_env, ros_io
+from swarm_common.errors import SwarmError
+from swarm_common.pipes import EventWriter, LineReader
+from swarm_common.records import CONTROL_PERIOD, Twist
+from swarm_sim.barrier import Barrier
+from swarm_sim.build import Stage, build
+from swarm_sim.pacing import Rate, SpeedMeter, Throttle
+from swarm_sim.ros_links import RobotLink
+from swarm_sim.settings import Settings, read_settings
+from swarm_sim.verdict import Collision
+from swarm_sim.world import Observation
+
+REPEAT_PERIOD = 0.25  # [s] of wall time after which an unanswered tick is published again
+CLOCK_PERIOD = 0.045  # [s] of wall time: at most ~20 Hz
+REPORT_PERIOD = 0.5  # [s] of wall time between verdicts
+WAIT_SLICE = 0.05  # [s] of wall time after which signals and periods are looked at
+
+
+class WorldNode:
+    """Runs the world in step with the robots. Use `run`, then `finish`.
+
+    Attributes:
+        is_over: Whether the configured duration has passed.
+    """
+
+    def __init__(self, stage: Stage, settings: Settings, events: EventWriter) -> None:
+        """Create all topics; rclpy must be initialised."""
+        self._world = stage.world
+        self._settings = settings
+        self._events = events
+        self._tick = 0
+        self._is_stopped = False
+        self.is_over = False
+        self._barrier = Barrier(len(stage.specs), settings.wall_limit, not settings.free_run)
+        speed = settings.speed if settings.speed or not settings.free_run else 1.0
+        self._throttle = Throttle(speed)
+        self._clock_rate = Rate(CLOCK_PERIOD)
+        self._report_rate = Rate(REPORT_PERIOD)
+        self._repeat_rate = Rate(REPEAT_PERIOD)
+        self._meter = SpeedMeter()
+        self._started = time.monotonic()
+        self._observations: list[Observation] = []
+        self._control: LineReader | None = None
+        self._node = _create_node()
+        self._executor = EventsExecutor()
+        self._executor.add_node(self._node)
+        self._create_topics(stage)
+
+    def _create_topics(self, stage: Stage) -> None:
+        make = self._node.create_publisher
+        self._clock = make(Clock, "/clock", ros_io.RELIABLE)
+        self._verdict = make(VerdictMsg, "/sim/verdict", ros_io.RELIABLE)
+        self._map = make(OccupancyGrid, "/map", ros_io.LATCHED)
+        self._map.publish(ros_io.grid_msg(stage.grid, 0))
+        self._links = [
+            RobotLink(
+                self._node,
+                entry.name,
+                spec,
+                urdf,
+                self._settings,
+                lambda robot=i: self._barrier.answer(robot),  # type: ignore[misc]
+            )
+            for i, (entry, spec, urdf) in enumerate(
+                zip(self._settings.robots, stage.specs, stage.urdfs, strict=True)
+            )
+        ]
+
+    def stop(self) -> None:
+        """Make `run` return; the tick in hand is not executed."""
+        self._is_stopped = True
+
+    def listen(self, control_fd: int) -> None:
+        """Take commands from a pipe."""
+        self._control = LineReader(control_fd)
+
+    def run(self) -> None:
+        """Run tick after tick until stopped or the duration is over."""
+        last = self._settings.duration
+        while not self._is_stopped:
+            self._open_tick()
+            if last is not None and self._world.sim_time >= last - 1e-9:
+                self.is_over = True
+                break
+            self._wait_for_answers()
+            self._wait(self._throttle.wait_after_tick(time.monotonic()))
+            if not self._is_stopped:
+                self._advance()
+
+    def _open_tick(self) -> None:
+        self._tick = self._world.tick
+        self._observations = self._world.observe()
+        for link in self._links:
+            link.open(self._tick)
+        now = time.monotonic()
+        self._barrier.open(now)
+        self._repeat_rate.is_due(now)
+        if self._clock_rate.is_due(now):
+            self._publish_clock()
+        for link, observation in zip(self._links, self._observations, strict=True):
+            link.publish(observation)
+        self._publish_for_viewers()
+        self._look_around(now)
+
+    def _wait_for_answers(self) -> None:
+        was_started = self._barrier.has_started
+        while not self._is_stopped:
+            now = time.monotonic()
+            if self._barrier.is_complete(now):
+                break
+            self._executor.spin_once(timeout_sec=WAIT_SLICE)
+            self._repeat(now)
+            self._look_around(now)
+        if not was_started:
+            now = time.monotonic()
+            self._throttle.start(now)
+            self._meter.start(now, self._world.sim_time)
+            self._started = now
+
+    def _repeat(self, now: float) -> None:
+        """Publish the tick once more for robots that were not there or lost a message."""
+        if not self._repeat_rate.is_due(now):
+            return
+        self._publish_clock()
+        for robot in self._barrier.missing():
+            self._links[robot].publish(self._observations[robot])
+
+    def _wait(self, period: float) -> None:
+        if self._barrier.has_started and self._barrier.answering == 0 and self._tick > 0:
+            period = max(period, CONTROL_PERIOD)  # nobody there: no faster than real time
+        end = time.monotonic() + period
+        while not self._is_stopped:
+            now = time.monotonic()
+            if now >= end:
+                break
+            self._executor.spin_once(timeout_sec=min(WAIT_SLICE, end - now))
+            self._look_around(now)
+
+    def _advance(self) -> None:
+        self._barrier.close()
+        commands = [link.fresh_command() for link in self._links]
+        if not self._settings.free_run:  # who did not answer in time stops
+            commands = [command or Twist() for command in commands]
+        collisions = self._world.step(commands, [link.beacon for link in self._links])
+        for collision in collisions:
+            self._report_collision(collision)
+
+    def _report_collision(self, collision: Collision) -> None:
+        self._events.write(
+            "collision",
+            robots=list(collision.robots),
+            obstacle=collision.obstacle,
+            x=collision.x,
+            y=collision.y,
+            sim_time=collision.sim_time,
+        )
+
+    def _publish_clock(self) -> None:
+        self._clock.publish(Clock(clock=ros_io.time_msg(self._tick)))
+
+    def _publish_for_viewers(self) -> None:
+        for robot, link in enumerate(self._links):
+            if link.wants_tf or link.wants_joints:
+                pose_odom = self._observations[robot].odom.pose_odom
+                link.publish_for_viewers(pose_odom, self._world.joint_states(robot))
+        if any(link.wants_truth for link in self._links):
+            for link, truth in zip(self._links, self._world.ground_truth(), strict=True):
+                if link.wants_truth:
+                    link.publish_truth(*truth)
+
+    def _look_around(self, now: float) -> None:
+        """Do what is due on the wall clock: reports, control pipe, viewers."""
+        if not self._report_rate.is_due(now):
+            return
+        for command in self._control.read() if self._control is not None else []:
+            self._obey(command)
+        for link in self._links:
+            link.look_for_viewers()
+        self._meter.update(now, self._world.sim_time)
+        self._report()
+
+    def _obey(self, command: dict[str, Any]) -> None:
+        names = [link.name for link in self._links]
+        if command.get("cmd") == "dead" and command.get("robot") in names:
+            self._barrier.lose(names.index(command["robot"]))
+
+    def _report(self) -> None:
+        verdict = self._world.verdict
+        message = VerdictMsg(stamp=ros_io.time_msg(self._tick))
+        message.real_time_factor = self._meter.factor
+        message.robots = len(self._links)
+        message.answering = self._barrier.answering if self._barrier.has_started else 0
+        message.collisions_robot_robot = verdict.robot_robot
+        message.collisions_robot_world = verdict.robot_world
+        message.min_clearance = verdict.min_clearance
+        message.late_ticks = self._barrier.late_ticks
+        self._verdict.publish(message)
+        self._events.write(
+            "progress",
+            sim_time=verdict.sim_time,
+            real_time_factor=round(self._meter.factor, 3),
+            collisions={"robot_robot": verdict.robot_robot, "robot_world": verdict.robot_world},
+            min_clearance=verdict.as_json()["min_clearance"],
+            late_ticks=self._barrier.late_ticks,
+            answering=message.answering,
+        )
+
+    def finish(self) -> dict[str, Any]:
+        """Return the verdict of the run, and write it if the settings say where."""
+        wall_time = time.monotonic() - self._started
+        usage = resource.getrusage(resource.RUSAGE_SELF)
+        data = self._world.verdict.as_json() | {
+            "ticks": self._world.tick,
+            "wall_time": wall_time,
+            "real_time_factor": self._world.sim_time / wall_time if wall_time > 0.0 else 0.0,
+            "late_ticks": self._barrier.late_ticks,
+            "cpu_s": usage.ru_utime + usage.ru_stime,
+            "rss_mb": usage.ru_maxrss / 1024.0,
+        }
+        if self._settings.verdict_path is not None:
+            path = Path(self._settings.verdict_path)
+            path.write_text(json.dumps(data, indent=1), encoding="utf-8")
+        self._report()
+        self._world.close()
+        return data
+
+
+def _create_node() -> Node:
+    return Node(
+        "world",
+        namespace="sim",
+        enable_rosout=False,
+        parameter_overrides=[Parameter("start_type_description_service", value=False)],
+    )
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the world until it is told to stop; returns the exit code."""
+    parser = argparse.ArgumentParser(description="World of a swarm; started by swarm-up.")
+    parser.add_argument("config", help="JSON file with the settings")
+    parser.add_argument("--event-fd", type=int, help="pipe to which events are written")
+    parser.add_argument("--control-fd", type=int, help="pipe from which commands are read")
+    options = parser.parse_args(arguments)
+    events = EventWriter(options.event_fd)
+    try:
+        settings = read_settings(options.config)
+        stage = build(settings)
+    except SwarmError as error:
+        events.write("error", message=str(error))
+        sys.stderr.write(f"{error}\n")
+        return 2
+    events.write("spawn", poses=[[pose.x, pose.y, pose.yaw] for pose in stage.poses_map])
+    ros_env.set_defaults()
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    node = WorldNode(stage, settings, events)
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda *_: node.stop())
+    if options.control_fd is not None:
+        node.listen(options.control_fd)
+    events.write("ready")
+    node.run()
+    node.finish()
+    if node.is_over:
+        events.write("over")
+    rclpy.try_shutdown()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
