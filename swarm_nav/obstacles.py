@@ -36,10 +36,11 @@ class ObstacleLayer:
         lidar = pose_map.compose(self._base_from_lidar)
         pose = (lidar.x, lidar.y, lidar.yaw)
         beam = (scan.angle_min, scan.angle_increment, scan.range_min)
+        ranges = np.array(scan.ranges, np.float32)  # a message's buffer may be read-only
         robots = hood.beacons["pose"][:, :2].astype(np.float64)
         reach = hood.beacons["radius"] + BODY_REACH + TRAVEL_PER_TICK * np.minimum(hood.ages, 20)
         count = obstacle_kernels.unexplained(
-            scan.ranges,
+            ranges,
             beam,
             pose,
             (config.obstacle_max_range, config.static_tolerance),
@@ -53,7 +54,7 @@ class ObstacleLayer:
         if len(keep):
             obstacle_kernels.still_there(
                 self.points,
-                scan.ranges,
+                ranges,
                 beam,
                 pose,
                 config.raytrace_max_range,

@@ -1,0 +1,76 @@
+"""Compile, or load from numba's disk cache, every kernel before robots are forked."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from swarm_common.grid import OCCUPIED, Grid
+from swarm_common.records import LidarSpec, Odometry, Pose, RobotSpec, Scan, Twist
+from swarm_common.sites import Sites
+from swarm_nav import crowd
+from swarm_nav.config import NavConfig
+from swarm_nav.goals import Goal, GoalKind
+from swarm_nav.holding import parking_path
+from swarm_nav.navigator import Navigator
+from swarm_nav.right_of_way import refuge_path
+
+TICKS = 60
+
+
+def warm_up() -> None:
+    """Let two robots meet in a small room, so that each kernel runs once with its real types."""
+    cells = np.zeros((80, 80), np.int8)
+    cells[0, :] = cells[-1, :] = cells[:, 0] = cells[:, -1] = OCCUPIED
+    grid = Grid(cells, 0.05, 0.0, 0.0)
+    side = 0.15
+    spec = RobotSpec(
+        model="warm_up",
+        drive="differential",
+        max_vel_x=0.26,
+        max_vel_theta=1.82,
+        acc_lim_x=1.0,
+        acc_lim_theta=3.2,
+        wheel_radius=0.033,
+        wheel_separation=0.287,
+        footprint=((-side, -side), (side, -side), (side, side), (-side, side)),
+        lidar=LidarSpec(0.0, 0.0, 0.1),
+        height=0.1,
+    )
+    poses = [Pose(1.0, 2.0, 0.0), Pose(3.0, 2.0, math.pi)]
+    sites = Sites(stations={"a": poses[0], "b": poses[1]})
+    robots = [
+        Navigator(NavConfig(), spec, grid, sites, index + 1, pose)
+        for index, pose in enumerate(poses)
+    ]
+    for index, robot in enumerate(robots):
+        robot.set_goal(Goal(kind=GoalKind.NAVIGATE, poses_map=(poses[1 - index],)))
+    _drive(robots, poses)
+    situation = robots[0]._s
+    situation.hood.refresh(TICKS)
+    refuge_path(situation, 0, situation.priority + 1)
+    parking_path(situation, [(1.0, 1.0)])
+    crowd.congestion(situation)
+    robots[0].global_costmap()
+    robots[0].local_costmap()
+
+
+def _drive(robots: list[Navigator], poses: list[Pose]) -> None:
+    beacons = None
+    places = [Pose(0.0, 0.0, 0.0) for _ in robots]
+    twists = [Twist() for _ in robots]
+    for tick in range(TICKS):
+        published = []
+        for index, robot in enumerate(robots):
+            robot.on_odom(Odometry(tick, places[index], twists[index]))
+            if beacons is not None:
+                robot.on_neighbors(beacons[1 - index : 2 - index])
+            ranges = np.full(360, 1.0 if tick % 4 else np.inf, np.float32)
+            robot.on_scan(Scan(tick, 0.0, math.tau / 360, 0.12, 3.5, ranges))
+            output = robot.tick(tick)
+            twists[index] = output.twist
+            step = Pose(0.1 * output.twist.vx, 0.0, 0.1 * output.twist.wz)
+            places[index] = places[index].compose(step)
+            published.append(output.beacon)
+        beacons = np.array(published)
