@@ -13,11 +13,11 @@ from swarm_interfaces.msg import RobotStatus
 
 from swarm_commander.discovery import find_robots, read_sites
 from swarm_commander.domain import domain_id
-from swarm_commander.driver import RobotDriver, sim_seconds
+from swarm_commander.driver import RobotDriver, has_goal, sim_seconds
 from swarm_commander.itinerary import Itinerary, Order, Outcome
 from swarm_commander.mission import Mission, load_mission, single_goal
 from swarm_commander.narrator import Moment, Narrator
-from swarm_common.errors import ConfigError, UnknownNameError
+from swarm_common.errors import ConfigError
 from swarm_common.records import Pose
 from swarm_common.ros_io import tick_of
 
@@ -53,7 +53,7 @@ def command(
         names = running if all_ else list(dict.fromkeys(robots or []))
         for name in names:
             if name not in running:
-                raise UnknownNameError("robot", name, running, f"the swarm of {len(running)}")
+                raise ConfigError(f"no robot '{name}' is running; there are {', '.join(running)}")
         raise typer.Exit(Commander(node, names, calm=len(names) > 1).drive(plan, seed))
     finally:
         node.destroy_node()
@@ -114,7 +114,7 @@ class Commander:
 
     def on_status(self, driver: RobotDriver, status: RobotStatus) -> None:
         """Print the waypoint, distance and time remaining now and then."""
-        if driver.is_over or driver.order is None:
+        if driver.is_over or not has_goal(status):
             return
         line = self._narrators[driver.name].line(_goal_label(driver), _moment(status))
         if line is not None:

@@ -16,6 +16,8 @@ from swarm_commander.task import Task, TaskResult
 from swarm_common.records import CONTROL_PERIOD
 from swarm_common.ros_io import LATCHED, pose_stamped, tick_of, time_msg
 
+SAME_GOAL = 1e-3  # [m]
+
 
 class Listener(Protocol):
     """Who wants to know how a mission goes."""
@@ -129,26 +131,40 @@ class RobotDriver:
     def _take_status(self, status: RobotStatus) -> None:
         self.tick = tick_of(status.stamp)
         self._listener.on_status(self, status)
-        if self._ended is not None and _settled_goals(status) > self._settled:
-            self._close()
+        if self._ended is not None:
+            self._settle(status)
         elif self.itinerary is not None and self.itinerary.state is State.GIVING_WAY:
-            if math.isnan(status.goal.x):
+            if not has_goal(status):
                 self._settled = _settled_goals(status)
                 self._follow(self.itinerary.on_free_again(self.tick))
-        elif self._ended is None and self.robot.isTaskComplete():
+        elif self.robot.isTaskComplete():
             self._settled = _settled_goals(status)
 
     def _take_end(self, task: Task) -> None:
         if self.itinerary is None or self.itinerary.is_over:
             return
-        if task.outcome is TaskResult.CANCELED:
-            self.itinerary.on_taken_over()
-            return
         self._ended = task
-        status = self.robot.status
-        refused = task.result is None
-        if refused or (status is not None and _settled_goals(status) > self._settled):
+        if task.result is None:  # refused: no status will tell of it
             self._close()
+        elif self.robot.status is not None:
+            self._settle(self.robot.status)
+
+    def _settle(self, status: RobotStatus) -> None:
+        """Decide about our ended goal, if this status is from after its end."""
+        if self._ended is None or self.itinerary is None:
+            return
+        if self._ended.outcome is not TaskResult.SUCCEEDED and self._is_elsewhere(status):
+            self._ended = None
+            self.itinerary.on_taken_over()
+        elif _settled_goals(status) > self._settled:
+            self._close()
+
+    def _is_elsewhere(self, status: RobotStatus) -> bool:
+        """Whether the robot is on its way to a goal that is not ours."""
+        if self.order is None or not has_goal(status):
+            return False
+        goal_map = self.order.stop.pose_map
+        return math.hypot(status.goal.x - goal_map.x, status.goal.y - goal_map.y) > SAME_GOAL
 
     def _close(self) -> None:
         task, self._ended = self._ended, None
@@ -166,7 +182,12 @@ class RobotDriver:
 
 def sim_seconds(tick: int) -> float:
     """Return the simulated time of a tick [s]."""
-    return tick * CONTROL_PERIOD
+    return round(tick * CONTROL_PERIOD, 3)
+
+
+def has_goal(status: RobotStatus) -> bool:
+    """Whether the robot has any goal."""
+    return not math.isnan(status.goal.x)
 
 
 def _settled_goals(status: RobotStatus) -> int:

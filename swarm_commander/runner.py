@@ -15,14 +15,14 @@ from pathlib import Path
 from typing import Any
 
 import rclpy
-import rclpy.executors
+from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_commander.driver import RobotDriver, sim_seconds
+from swarm_commander.driver import RobotDriver, has_goal, sim_seconds
 from swarm_commander.itinerary import Itinerary, Order, Outcome
 from swarm_commander.mission import load_mission
-from swarm_commander.pipes import EventWriter, LineReader
+from swarm_common.pipes import EventWriter, LineReader
 from swarm_common.records import Pose
 from swarm_common.sites import Sites
 from swarm_common.sites_io import load_sites
@@ -144,7 +144,7 @@ def status_event(status: RobotStatus) -> dict[str, Any]:
         "hold_time": status.hold_time,
         "goals_reached": status.goals_reached,
         "goals_failed": status.goals_failed,
-        "has_goal": status.goal.x == status.goal.x,
+        "has_goal": has_goal(status),
         "sim_time": status.stamp.sec + 1e-9 * status.stamp.nanosec,
     }
 
@@ -181,7 +181,7 @@ def main() -> None:
     node = rclpy.create_node("mission", enable_rosout=False, start_parameter_services=False)
     stopping: list[int] = []
     signal.signal(signal.SIGTERM, lambda number, _: stopping.append(number))
-    executor = rclpy.executors.SingleThreadedExecutor()
+    executor = EventsExecutor()
     executor.add_node(node)
     runner = Runner(node, config, events)
     due = 0.0

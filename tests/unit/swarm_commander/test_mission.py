@@ -106,5 +106,5 @@ def test_a_faulty_file_is_refused_with_file_and_place(
 
 
 def test_a_file_that_is_missing_is_named(tmp_path: Path) -> None:
-    with pytest.raises(SwarmError, match="none.yaml"):
+    with pytest.raises(SwarmError, match=r"none\.yaml"):
         load_mission(str(tmp_path / "none.yaml"))

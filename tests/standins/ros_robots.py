@@ -1,0 +1,150 @@
+"""Stand-in robots with ROS but without world or navigation: they reach every goal in 20 ticks.
+
+python -m tests.standins.ros_robots COUNT [--fail NAME] [--mute NAME]
+
+Time goes on as in lockstep: it stands still while a robot whose mission is active has no goal.
+`--fail` gives a robot whose every goal fails at the first try, `--mute` one that goes silent.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import math
+import time
+
+import rclpy
+from geometry_msgs.msg import Pose2D
+from nav2_msgs.action import NavigateToPose
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.task import Future
+from swarm_interfaces.msg import Mission, RobotStatus
+
+from swarm_common.resources import find_resource
+from swarm_common.ros_io import LATCHED, RELIABLE, tick_of, time_msg
+
+DRIVE_TICKS = 20
+MUTE_AFTER = 30  # ticks
+
+
+class Robot:
+    """One stand-in robot."""
+
+    def __init__(self, name: str, number: int, *, fails: bool, is_mute: bool) -> None:
+        self.node = Node("navigator", namespace=name)
+        self.name = name
+        self.is_mute = is_mute
+        self.fails = fails
+        self.mission_active = False
+        self.goal: Pose2D | None = None
+        self.start_tick = self.tick = 0
+        self.reached = self.failed = 0
+        self.station = ""
+        self._pose = Pose2D(x=float(number), y=0.0, theta=0.0)
+        self._tries: dict[tuple[float, float], int] = {}
+        self._end: Future | None = None
+        sites = find_resource("world", "slim_blockage", "world.sdf").parent / "sites.yaml"
+        self.node.declare_parameter("sites", str(sites))
+        self._status = self.node.create_publisher(RobotStatus, "status", RELIABLE)
+        self.node.create_subscription(Mission, "mission", self._take_mission, LATCHED)
+        self._server = ActionServer(
+            self.node,
+            NavigateToPose,
+            "navigate_to_pose",
+            self._execute,
+            goal_callback=lambda _: GoalResponse.ACCEPT,
+            cancel_callback=lambda _: CancelResponse.ACCEPT,
+        )
+
+    @property
+    def withholds(self) -> bool:
+        return self.mission_active and self.goal is None and not self.is_silent
+
+    @property
+    def is_silent(self) -> bool:
+        return self.is_mute and self.tick > MUTE_AFTER
+
+    def step(self, tick: int) -> None:
+        self.tick = tick
+        if self.is_silent:
+            return
+        if self.goal is not None and tick >= self.start_tick + DRIVE_TICKS:
+            key = (self.goal.x, self.goal.y)
+            self._tries[key] = self._tries.get(key, 0) + 1
+            self.finish("aborted" if self.fails and self._tries[key] == 1 else "succeeded")
+        elif tick % 5 == 0:
+            self.publish()
+
+    def finish(self, outcome: str) -> None:
+        if outcome == "succeeded":
+            self.reached += 1
+            self._pose = self.goal or self._pose
+        elif outcome == "aborted":
+            self.failed += 1
+        self.goal = None
+        if outcome != "preempted":
+            self.publish()
+        if self._end is not None:
+            self._end.set_result(outcome)
+            self._end = None
+
+    def publish(self) -> None:
+        status = RobotStatus(stamp=time_msg(self.tick), robot=self.name, pose=self._pose)
+        status.state = "idle" if self.goal is None else "driving"
+        if self.goal is not None and self.tick < self.start_tick + DRIVE_TICKS // 2:
+            status.state, status.station, status.queue_place = "holding", "loader_3", 2
+        status.goal = self.goal or Pose2D(x=math.nan, y=math.nan, theta=math.nan)
+        status.goals_reached, status.goals_failed = self.reached, self.failed
+        status.hold_time = 0.5 * self.reached
+        status.distance_remaining = 0.1 * max(0, self.start_tick + DRIVE_TICKS - self.tick)
+        self._status.publish(status)
+
+    def _take_mission(self, message: Mission) -> None:
+        self.mission_active = message.active
+
+    async def _execute(self, handle: object) -> NavigateToPose.Result:
+        if self.goal is not None:
+            self.finish("preempted")
+        pose = handle.request.pose
+        self.goal = Pose2D(x=pose.pose.position.x, y=pose.pose.position.y, theta=0.0)
+        self.start_tick = max(self.tick, tick_of(pose.header.stamp))
+        self.publish()
+        self._end = Future()
+        outcome = await self._end
+        if outcome == "succeeded":
+            handle.succeed()
+        else:
+            # A handle may only be cancelled after a request; a preempted one is aborted.
+            handle.abort()
+        return NavigateToPose.Result(error_code=0 if outcome == "succeeded" else 105)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("count", type=int)
+    parser.add_argument("--fail", default="")
+    parser.add_argument("--mute", default="")
+    options = parser.parse_args()
+    rclpy.init()
+    executor = SingleThreadedExecutor()
+    robots = []
+    for number in range(1, options.count + 1):
+        name = f"Srobot{number}"
+        robots.append(Robot(name, number, fails=name == options.fail, is_mute=name == options.mute))
+        executor.add_node(robots[-1].node)
+    tick = 0
+    due = time.monotonic()
+    while rclpy.ok():
+        with contextlib.suppress(ExternalShutdownException):
+            executor.spin_once(timeout_sec=0.005)
+        if time.monotonic() >= due and not any(robot.withholds for robot in robots):
+            due = time.monotonic() + 0.01
+            tick += 1
+            for robot in robots:
+                robot.step(tick)
+
+
+if __name__ == "__main__":
+    main()

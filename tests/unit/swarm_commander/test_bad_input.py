@@ -1,0 +1,154 @@
+"""Bad input to `swarm-up`: one clear message on stderr, exit code 2, and nothing is started."""
+
+import os
+import socket
+import stat
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from swarm_commander import bringup, cli
+from swarm_commander.domain import DomainLock
+from swarm_commander.supervisor import ProcessSpec
+
+DOMAIN = 230
+Refusal = Callable[..., str]
+
+
+@pytest.fixture
+def refusal(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Iterator[Refusal]:
+    """Yield a function that runs swarm-up with flags and returns its only line on stderr."""
+
+    def must_not_start(_: object, spec: ProcessSpec) -> None:
+        pytest.fail(f"{spec.name} was started")
+
+    def run(*flags: str) -> str:
+        monkeypatch.setattr("sys.argv", ["swarm-up", *flags])
+        with pytest.raises(SystemExit) as caught:
+            cli.swarm_up()
+        assert caught.value.code == 2
+        output, errors = capsys.readouterr()
+        assert output == ""
+        assert errors.startswith("swarm-up: ")
+        assert errors.count("\n") == 1
+        return errors
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(DOMAIN))
+    monkeypatch.setattr(bringup.Run, "_spawn", must_not_start)
+    yield run
+    assert not (tmp_path / "runs").exists()
+
+
+@pytest.mark.parametrize(
+    ("flags", "parts"),
+    [
+        (["--swarm-size", "0"], ["--swarm-size is 0", "1 or more"]),
+        (["--swarm-size", "-3"], ["--swarm-size is -3"]),
+        (["--swarm-size", "101"], ["101", "--over-limit"]),
+        (["--swarm-size", "ten"], ["--swarm-size", "ten"]),
+        (["--swarm-size", "2.5"], ["--swarm-size", "2.5"]),
+        (["--swarm-sise", "3"], ["--swarm-sise", "--swarm-size"]),
+        (["--world", "slim_blokage"], ["unknown world 'slim_blokage'", "'slim_blockage'"]),
+        (["--world", "none/world.sdf"], ["none/world.sdf"]),
+        (["--robot", "turtlebot_waffle"], ["unknown robot", "'turtlebot3_waffle'"]),
+        (["--mission", "loading"], ["unknown mission 'loading'", "'loading_route'"]),
+        (["--mission", "none.yaml"], ["none.yaml"]),
+        (["--map", "none.yaml"], ["none.yaml"]),
+        (["--params", "none.yaml"], ["none.yaml"]),
+        (["--speed", "quick"], ["--speed is 'quick'"]),
+        (["--viewer"], ["--viewer is not available in this version"]),
+        (["--rviz"], ["--rviz is not available in this version"]),
+        (["--record"], ["--record is not available in this version"]),
+        (["--fleet", "fleet.yaml"], ["--fleet is not available in this version"]),
+        (["--port", "99999"], ["--port is 99999"]),
+        (["extra"], ["extra"]),
+    ],
+    ids=" ".join,
+)
+def test_flags(refusal: Refusal, flags: list[str], parts: list[str]) -> None:
+    message = refusal(*flags)
+    for part in parts:
+        assert part in message
+
+
+PGM = b"P5 4 3 255\n" + bytes(12)
+MAP = "image: map.pgm\nresolution: {resolution}\norigin: {origin}\nnegate: 0\n"
+MAP += "occupied_thresh: 0.65\nfree_thresh: 0.25\n"
+
+
+@pytest.mark.parametrize(
+    ("resolution", "origin", "image", "part"),
+    [
+        ("0.05", "[0, 0, 0]", None, "map.pgm"),
+        ("0.05", "[0, 0, 0]", b"P5 40 30 255\n" + bytes(12), "map.pgm"),
+        ("0", "[0, 0, 0]", PGM, "resolution"),
+        ("0.05", "[0, 0, 0.5]", PGM, "origin"),
+        ("0.05", "[0, 0", PGM, "line"),
+    ],
+)
+def test_a_map(
+    refusal: Refusal, tmp_path: Path, resolution: str, origin: str, image: bytes | None, part: str
+) -> None:
+    text = MAP.format(resolution=resolution, origin=origin)
+    (tmp_path / "mine.yaml").write_text(text, encoding="utf-8")
+    if image is not None:
+        (tmp_path / "map.pgm").write_bytes(image)
+    message = refusal("--map", "mine.yaml")
+    assert part in message
+    assert "mine.yaml" in message or "map.pgm" in message
+
+
+@pytest.mark.parametrize(
+    ("text", "part"),
+    [
+        ("/**:\n  ros__parameters:\n    max_vel_y: 0.1\n", "'max_vel_x'"),
+        ("/**:\n  ros__parameters:\n    max_vel_x: fast\n", "'max_vel_x' is 'fast'"),
+        ("/**:\n  ros__parameters:\n    max_vel_x: [\n", "line 4"),
+    ],
+)
+def test_a_parameter_file(refusal: Refusal, tmp_path: Path, text: str, part: str) -> None:
+    (tmp_path / "mine.yaml").write_text(text, encoding="utf-8")
+    message = refusal("--params", "mine.yaml")
+    assert part in message
+    assert "mine.yaml" in message
+
+
+def test_a_mission_file(refusal: Refusal, tmp_path: Path) -> None:
+    (tmp_path / "mine.yaml").write_text("route:\n  - stations: [loader_9]\n", encoding="utf-8")
+    message = refusal("--mission", "mine.yaml")
+    assert "unknown station 'loader_9'" in message
+    assert "sites.yaml" in message
+
+
+def test_a_domain_in_use(refusal: Refusal) -> None:
+    lock = DomainLock(DOMAIN)
+    try:
+        assert f"ROS domain {DOMAIN} is in use" in refusal()
+    finally:
+        lock.release()
+
+
+def test_an_impossible_domain(refusal: Refusal, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROS_DOMAIN_ID", "900")
+    assert "ROS_DOMAIN_ID is '900'" in refusal()
+
+
+def test_a_port_in_use(refusal: Refusal) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = server.getsockname()[1]
+        assert f"port {port} cannot be used" in refusal("--port", str(port))
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
+def test_a_run_folder_without_permission(refusal: Refusal, tmp_path: Path) -> None:
+    (tmp_path / "locked").mkdir(mode=stat.S_IRUSR | stat.S_IXUSR)
+    assert "cannot write the run folder" in refusal("--run-dir", "locked/run")
+
+
+def test_a_run_folder_that_is_a_file(refusal: Refusal, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    assert "cannot write the run folder" in refusal("--run-dir", "file")
