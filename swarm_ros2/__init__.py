@@ -1,1 +1,4 @@
-"""The `ros2` command for machines without ros2cli; may import swarm_common and nobody imports it."""
+"""The `ros2` command for machines without ros2cli.
+
+It may import swarm_common; nobody imports it.
+"""

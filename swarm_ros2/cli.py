@@ -1,7 +1,78 @@
-"""Entry point of the `ros2` command."""
+"""Entry point of the `ros2` command: argument tree, errors, exit codes."""
 
 from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from swarm_common import ros_env
+from swarm_common.errors import SwarmError
+from swarm_ros2.handover import clean_environment, find_real_ros2
+
+COMMANDS = {
+    "action": "Various action related sub-commands",
+    "interface": "Show information about ROS interfaces",
+    "node": "Various node related sub-commands",
+    "param": "Various param related sub-commands",
+    "service": "Various service related sub-commands",
+    "topic": "Various topic related sub-commands",
+}
+EPILOG = (
+    "This is the small ros2 of the swarm workbench. Where ROS 2 is installed (another ros2 on"
+    " PATH), that one runs instead, with all of its commands."
+)
 
 
 def main() -> None:
     """Run the command."""
+    real = find_real_ros2(os.environ)
+    if real is not None:
+        os.execve(
+            real, [str(real), *sys.argv[1:]], clean_environment(os.environ, Path(sys.prefix))
+        )
+    sys.exit(run(sys.argv[1:]))
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run one command line.
+
+    Args:
+        arguments: Words after `ros2`.
+
+    Returns:
+        The exit code.
+    """
+    ros_env.set_defaults()
+    options = _parser(arguments).parse_args(arguments)
+    try:
+        options.run(options)
+    except SwarmError as error:
+        print(error, file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        return 130
+    except BrokenPipeError:
+        # The reader (head, less) has gone; keep Python from complaining at exit, too.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    return 0
+
+
+def _parser(arguments: Sequence[str]) -> argparse.ArgumentParser:
+    """Build the argument tree; only the module of the command in use is imported."""
+    parser = argparse.ArgumentParser(
+        prog="ros2", description="ros2 is an extensible command-line tool for ROS 2.",
+        epilog=EPILOG,
+    )
+    commands = parser.add_subparsers(metavar="command", required=True)
+    wanted = next((word for word in arguments if not word.startswith("-")), None)
+    for name, text in COMMANDS.items():
+        command = commands.add_parser(name, help=text, description=text)
+        if name == wanted:
+            verbs = command.add_subparsers(metavar="verb", required=True)
+            importlib.import_module(f"swarm_ros2.{name}").add_verbs(verbs)
+    return parser

@@ -1,0 +1,134 @@
+"""`ros2 action`: list, info, send_goal."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from action_msgs.msg import GoalStatus
+from rclpy.action import (
+    ActionClient,
+    get_action_client_names_and_types_by_node,
+    get_action_names_and_types,
+    get_action_server_names_and_types_by_node,
+)
+from rclpy.node import Node
+
+from swarm_common.errors import SwarmError
+from swarm_ros2 import graph, interfaces, text
+
+STATUS_NAMES = {
+    GoalStatus.STATUS_ACCEPTED: "ACCEPTED", GoalStatus.STATUS_EXECUTING: "EXECUTING",
+    GoalStatus.STATUS_CANCELING: "CANCELING", GoalStatus.STATUS_SUCCEEDED: "SUCCEEDED",
+    GoalStatus.STATUS_CANCELED: "CANCELED", GoalStatus.STATUS_ABORTED: "ABORTED",
+}
+
+
+def add_verbs(verbs: Any) -> None:
+    """Add the verbs of `ros2 action`."""
+    verb = verbs.add_parser("info", help="Print information about an action")
+    verb.add_argument("action_name", help="Name of the ROS action to get info (e.g. '/fibonacci')")
+    verb.add_argument(
+        "-t", "--show-types", action="store_true", help="Additionally show the action type"
+    )
+    verb.add_argument(
+        "-c", "--count", action="store_true", help="Only show the number of clients and servers"
+    )
+    verb.set_defaults(run=_info)
+    verb = verbs.add_parser("list", help="Output a list of action names")
+    verb.add_argument(
+        "-t", "--show-types", action="store_true", help="Additionally show the action type"
+    )
+    verb.add_argument(
+        "-c", "--count-actions", action="store_true",
+        help="Only display the number of actions discovered",
+    )
+    verb.set_defaults(run=_list)
+    verb = verbs.add_parser("send_goal", help="Send an action goal")
+    verb.add_argument("action_name", help="Name of the ROS action (e.g. '/fibonacci')")
+    verb.add_argument(
+        "action_type", help="Type of the ROS action (e.g. 'nav2_msgs/action/NavigateToPose')"
+    )
+    verb.add_argument(
+        "goal", help="Goal request values in YAML format (e.g. '{order: 10}')"
+    )
+    verb.add_argument(
+        "-f", "--feedback", action="store_true", help="Echo feedback messages for the goal"
+    )
+    verb.set_defaults(run=_send_goal)
+
+
+def _list(options: argparse.Namespace) -> None:
+    with graph.open_node() as node:
+        graph.settle(node)
+        rows = get_action_names_and_types(node)
+    graph.print_names(rows, types=options.show_types, count=options.count_actions)
+
+
+def _info(options: argparse.Namespace) -> None:
+    action = graph.absolute(options.action_name)
+    with graph.open_node() as node:
+        graph.settle(node)
+        names = node.get_node_names_and_namespaces()
+        sides = {
+            "clients": _users(node, names, action, get_action_client_names_and_types_by_node),
+            "servers": _users(node, names, action, get_action_server_names_and_types_by_node),
+        }
+    print(f"Action: {action}")
+    for side, users in sides.items():
+        print(f"Action {side}: {len(users)}")
+        for name, types in [] if options.count else users:
+            print(f"    {name} [{', '.join(types)}]" if options.show_types else f"    {name}")
+
+
+def _users(
+    node: Node, names: list[tuple[str, str]], action: str, listing: Any
+) -> graph.NamesAndTypes:
+    users = []
+    for name, namespace in names:
+        types = dict(listing(node, name, namespace)).get(action)
+        if types:
+            users.append((f"{namespace.rstrip('/')}/{name}", types))
+    return sorted(users)
+
+
+def _send_goal(options: argparse.Namespace) -> None:
+    action = interfaces.load("action", options.action_type)
+    goal = action.Goal()
+    text.fill(goal, text.parse_values(options.goal))
+    with graph.open_node() as node:
+        client = ActionClient(node, action, graph.absolute(options.action_name))
+        print("Waiting for an action server to become available...", flush=True)
+        graph.wait_for(client.server_is_ready, timeout=float("inf"))
+        print(f"Sending goal:\n     {text.to_yaml(goal)}", flush=True)
+        future = client.send_goal_async(goal, _print_feedback if options.feedback else None)
+        graph.spin(node, future.done)
+        handle = future.result()
+        if not handle.accepted:
+            print("Goal was rejected.")
+            return
+        print(f"Goal accepted with ID: {bytes(handle.goal_id.uuid).hex()}\n", flush=True)
+        result = _await_result(node, handle)
+        print(f"Result:\n    {text.to_yaml(result.result)}")
+        print(f"Goal finished with status: {STATUS_NAMES.get(result.status, 'UNKNOWN')}")
+        client.destroy()
+
+
+def _await_result(node: Node, handle: Any) -> Any:
+    """Wait for the result; Ctrl-C cancels the goal."""
+    future = handle.get_result_async()
+    try:
+        graph.spin(node, future.done)
+    except KeyboardInterrupt:
+        print("Canceling goal...", flush=True)
+        cancel = handle.cancel_goal_async()
+        graph.spin(node, cancel.done)
+        if not cancel.result().goals_canceling:
+            raise SwarmError("Failed to cancel goal") from None
+        print("Goal canceled.")
+        raise
+    return future.result()
+
+
+def _print_feedback(message: Any) -> None:
+    print(f"Feedback:\n    {text.to_yaml(message.feedback)}", flush=True)

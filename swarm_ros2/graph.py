@@ -1,0 +1,149 @@
+"""A node of our own that looks at the graph without joining in more than it must."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import rclpy
+import rclpy.executors
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+
+from swarm_common.errors import SwarmError
+
+NamesAndTypes = list[tuple[str, list[str]]]
+
+PREFIX = "_ros2cli"
+POLL = 0.02          # [s]
+QUIET = 0.3          # [s] without news after which the graph counts as known
+LEAST = 1.1          # [s] before that: every participant announces itself once a second
+MOST = 5.0           # [s]
+
+
+@contextmanager
+def open_node() -> Iterator[Node]:
+    """Create a hidden node without parameter services and without a log topic."""
+    context = rclpy.Context()
+    rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
+    node = Node(
+        f"{PREFIX}_{os.getpid()}", context=context, enable_rosout=False,
+        start_parameter_services=False,
+    )
+    try:
+        yield node
+    finally:
+        node.destroy_node()
+        context.try_shutdown()
+
+
+def settle(node: Node) -> None:
+    """Wait until discovery brings nothing new."""
+    start = changed = time.monotonic()
+    known = -1
+    while True:
+        now = time.monotonic()
+        size = len(node.get_topic_names_and_types()) + len(node.get_node_names())
+        if size != known:
+            known, changed = size, now
+        if now - start > MOST or (now - start > LEAST and now - changed > QUIET):
+            return
+        time.sleep(POLL)
+
+
+def wait_for(condition: Callable[[], bool], timeout: float = MOST) -> bool:
+    """Wait until a condition holds; return whether it does."""
+    is_late = deadline(timeout)
+    while not condition():
+        if is_late():
+            return False
+        time.sleep(POLL)
+    return True
+
+
+def deadline(seconds: float) -> Callable[[], bool]:
+    """Return a condition that holds once some time has passed."""
+    end = time.monotonic() + seconds
+    return lambda: time.monotonic() > end
+
+
+def spin(node: Node, until: Callable[[], bool]) -> None:
+    """Serve a node's callbacks until a condition holds."""
+    executor = rclpy.executors.SingleThreadedExecutor(context=node.context)
+    executor.add_node(node)
+    try:
+        while not until():
+            executor.spin_once(timeout_sec=0.1)
+    finally:
+        executor.remove_node(node)
+        executor.shutdown(timeout_sec=0)
+
+
+def is_hidden(name: str) -> bool:
+    """Tell whether a name has a part that starts with an underscore."""
+    return any(part.startswith("_") for part in name.split("/"))
+
+
+def absolute(name: str) -> str:
+    """Return a topic, service, action or node name with a leading slash."""
+    return name if name.startswith("/") else f"/{name}"
+
+
+def topic_type(node: Node, topic: str, timeout: float = MOST) -> str | None:
+    """Return the type of a topic, None if nobody is known to use it in time.
+
+    Raises:
+        SwarmError: The topic is used with several types.
+    """
+    return _type_of(topic, lambda: node.get_topic_names_and_types(), timeout)
+
+
+def service_type(node: Node, service: str, timeout: float = MOST) -> str | None:
+    """Return the type of a service, None if nobody is known to offer it in time."""
+    return _type_of(service, lambda: node.get_service_names_and_types(), timeout)
+
+
+def _type_of(name: str, listing: Callable[[], NamesAndTypes], timeout: float) -> str | None:
+    types: list[str] = []
+
+    def is_known() -> bool:
+        types[:] = dict(listing()).get(name, [])
+        return bool(types)
+
+    wait_for(is_known, timeout)
+    if len(types) > 1:
+        raise SwarmError(f"'{name}' has more than one type: [{', '.join(types)}]")
+    return types[0] if types else None
+
+
+def node_names(node: Node, *, hidden: bool = False) -> list[str]:
+    """Return the full names of all nodes but this one, sorted, doubles included."""
+    names = [
+        f"{namespace.rstrip('/')}/{name}"
+        for name, namespace in node.get_node_names_and_namespaces()
+    ]
+    own = node.get_fully_qualified_name()
+    return sorted(name for name in names if name != own and (hidden or not is_hidden(name)))
+
+
+def require_node(node: Node, name: str, timeout: float = MOST) -> str:
+    """Return a node's full name once it has been discovered.
+
+    Raises:
+        SwarmError: It does not appear in time.
+    """
+    full = absolute(name)
+    if not wait_for(lambda: full in node_names(node, hidden=True), timeout):
+        raise SwarmError("Node not found")
+    return full
+
+
+def print_names(rows: NamesAndTypes, *, types: bool, count: bool) -> None:
+    """Print names, with types or as a number, as all list verbs do."""
+    if count:
+        print(len(rows))
+        return
+    for name, kinds in sorted(rows):
+        print(f"{name} [{', '.join(kinds)}]" if types else name)

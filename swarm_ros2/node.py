@@ -1,0 +1,71 @@
+"""`ros2 node`: list, info."""
+
+from __future__ import annotations
+
+import argparse
+from collections import Counter
+from typing import Any
+
+from rclpy.action import (
+    get_action_client_names_and_types_by_node,
+    get_action_server_names_and_types_by_node,
+)
+
+from swarm_common.errors import SwarmError
+from swarm_ros2 import graph
+
+
+def add_verbs(verbs: Any) -> None:
+    """Add the verbs of `ros2 node`."""
+    verb = verbs.add_parser("info", help="Output information about a node")
+    verb.add_argument("node_name", help="Node name to request information")
+    verb.add_argument(
+        "--include-hidden", action="store_true",
+        help="Display hidden topics, services, and actions as well",
+    )
+    verb.set_defaults(run=_info)
+    verb = verbs.add_parser("list", help="Output a list of available nodes")
+    verb.add_argument("-a", "--all", action="store_true", help="Display all nodes even hidden ones")
+    verb.add_argument(
+        "-c", "--count-nodes", action="store_true",
+        help="Only display the number of nodes discovered",
+    )
+    verb.set_defaults(run=_list)
+
+
+def _list(options: argparse.Namespace) -> None:
+    with graph.open_node() as node:
+        graph.settle(node)
+        names = graph.node_names(node, hidden=options.all)
+    doubles = [name for name, count in Counter(names).items() if count > 1]
+    if doubles:
+        print(f"WARNING: Be aware that there are nodes in the graph that share an exact name:"
+              f" {', '.join(doubles)}")
+    print(len(names) if options.count_nodes else "\n".join(names))
+
+
+def _info(options: argparse.Namespace) -> None:
+    with graph.open_node() as node:
+        try:
+            full = graph.require_node(node, options.node_name)
+        except SwarmError:
+            raise SwarmError(f"Unable to find node '{options.node_name}'") from None
+        graph.settle(node)
+        namespace, _, name = full.rpartition("/")
+        who = (name, namespace or "/")
+        sections = {
+            "Subscribers": node.get_subscriber_names_and_types_by_node(*who),
+            "Publishers": node.get_publisher_names_and_types_by_node(*who),
+            "Service Servers": node.get_service_names_and_types_by_node(*who),
+            "Service Clients": node.get_client_names_and_types_by_node(*who),
+            "Action Servers": get_action_server_names_and_types_by_node(node, *who),
+            "Action Clients": get_action_client_names_and_types_by_node(node, *who),
+        }
+    print(full)
+    for title, rows in sections.items():
+        print(f"  {title}:")
+        for row, types in sorted(rows):
+            if options.include_hidden or not graph.is_hidden(row):
+                print(f"    {row}: {', '.join(types)}")
+        if title.startswith(("Service Clients", "Action")):
+            print()

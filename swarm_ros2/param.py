@@ -1,0 +1,128 @@
+"""`ros2 param`: list, get, set, dump."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+import yaml
+from rcl_interfaces.msg import Parameter, ParameterType
+from rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
+from rclpy.node import Node
+from rclpy.parameter import get_parameter_value, parameter_value_to_python
+
+from swarm_common.errors import SwarmError
+from swarm_ros2 import graph
+
+LABELS = {
+    ParameterType.PARAMETER_BOOL: "Boolean value is:",
+    ParameterType.PARAMETER_INTEGER: "Integer value is:",
+    ParameterType.PARAMETER_DOUBLE: "Double value is:",
+    ParameterType.PARAMETER_STRING: "String value is:",
+    ParameterType.PARAMETER_BYTE_ARRAY: "Byte values are:",
+    ParameterType.PARAMETER_BOOL_ARRAY: "Boolean values are:",
+    ParameterType.PARAMETER_INTEGER_ARRAY: "Integer values are:",
+    ParameterType.PARAMETER_DOUBLE_ARRAY: "Double values are:",
+    ParameterType.PARAMETER_STRING_ARRAY: "String values are:",
+}
+ANSWER = 5.0  # [s] that a node has for an answer
+
+
+def add_verbs(verbs: Any) -> None:
+    """Add the verbs of `ros2 param`."""
+    verb = verbs.add_parser("dump", help="Show all parameters of a node in a YAML file format")
+    verb.add_argument("node_name", help="Name of the ROS node")
+    verb.set_defaults(run=_dump)
+    verb = verbs.add_parser("get", help="Get parameter")
+    verb.add_argument("node_name", help="Name of the ROS node")
+    verb.add_argument("parameter_name", help="Name of the parameter")
+    verb.add_argument("--hide-type", action="store_true", help="Hide the type information")
+    verb.set_defaults(run=_get)
+    verb = verbs.add_parser("list", help="Output a list of available parameters")
+    verb.add_argument("node_name", nargs="?", help="Name of the ROS node")
+    verb.set_defaults(run=_list)
+    verb = verbs.add_parser("set", help="Set parameter")
+    verb.add_argument("node_name", help="Name of the ROS node")
+    verb.add_argument("parameter_name", help="Name of the parameter")
+    verb.add_argument("value", help="Value of the parameter")
+    verb.set_defaults(run=_set)
+
+
+def _call(node: Node, owner: str, kind: Any, service: str, request: Any) -> Any:
+    client = node.create_client(kind, f"{owner}/{service}")
+    if not graph.wait_for(client.service_is_ready):
+        raise SwarmError(f"{owner} offers no service {service}")
+    future = client.call_async(request)
+    is_late = graph.deadline(ANSWER)
+    graph.spin(node, lambda: future.done() or is_late())
+    if not future.done():
+        raise SwarmError(f"{owner} did not answer within {ANSWER:g} s")
+    node.destroy_client(client)
+    return future.result()
+
+
+def _names(node: Node, owner: str) -> list[str]:
+    answer = _call(node, owner, ListParameters, "list_parameters", ListParameters.Request())
+    return sorted(answer.result.names)
+
+
+def _values(node: Node, owner: str, names: list[str]) -> list[Any]:
+    request = GetParameters.Request(names=names)
+    return list(_call(node, owner, GetParameters, "get_parameters", request).values)
+
+
+def _list(options: argparse.Namespace) -> None:
+    with graph.open_node() as node:
+        if options.node_name is not None:
+            owner = graph.require_node(node, options.node_name)
+            print("\n".join(f"  {name}" for name in _names(node, owner)))
+            return
+        graph.settle(node)
+        services = dict(node.get_service_names_and_types())
+        for owner in graph.node_names(node):
+            if f"{owner}/list_parameters" in services:
+                print(f"{owner}:")
+                print("\n".join(f"  {name}" for name in _names(node, owner)))
+
+
+def _get(options: argparse.Namespace) -> None:
+    with graph.open_node() as node:
+        owner = graph.require_node(node, options.node_name)
+        values = _values(node, owner, [options.parameter_name])
+    if not values or values[0].type == ParameterType.PARAMETER_NOT_SET:
+        raise SwarmError("Parameter not set.")
+    value = parameter_value_to_python(values[0])
+    print(value if options.hide_type else f"{LABELS[values[0].type]} {_plain(value)}")
+
+
+def _set(options: argparse.Namespace) -> None:
+    value = get_parameter_value(options.value)
+    request = SetParameters.Request(
+        parameters=[Parameter(name=options.parameter_name, value=value)]
+    )
+    with graph.open_node() as node:
+        owner = graph.require_node(node, options.node_name)
+        result = _call(node, owner, SetParameters, "set_parameters", request).results[0]
+    reason = f": {result.reason}" if result.reason else ""
+    if not result.successful:
+        raise SwarmError(f"Setting parameter failed{reason}")
+    print(f"Set parameter successful{reason}")
+
+
+def _dump(options: argparse.Namespace) -> None:
+    with graph.open_node() as node:
+        owner = graph.require_node(node, options.node_name)
+        names = _names(node, owner)
+        values = [_plain(parameter_value_to_python(v)) for v in _values(node, owner, names)]
+    tree: dict[str, Any] = {}
+    for name, value in zip(names, values, strict=True):
+        branch = tree
+        *parents, leaf = name.split(".")
+        for parent in parents:
+            branch = branch.setdefault(parent, {})
+        branch[leaf] = value
+    print(yaml.safe_dump({owner: {"ros__parameters": tree}}, sort_keys=False), end="")
+
+
+def _plain(value: Any) -> Any:
+    return list(value) if hasattr(value, "typecode") else value

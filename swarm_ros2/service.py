@@ -1,0 +1,89 @@
+"""`ros2 service`: list, type, find, call."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from typing import Any
+
+from swarm_common.errors import SwarmError
+from swarm_ros2 import graph, interfaces, text
+
+
+def add_verbs(verbs: Any) -> None:
+    """Add the verbs of `ros2 service`."""
+    verb = verbs.add_parser("call", help="Call a service")
+    verb.add_argument("service_name", help="Name of the ROS service to call to (e.g. '/add')")
+    verb.add_argument("service_type", help="Type of the ROS service (e.g. 'std_srvs/srv/Empty')")
+    verb.add_argument(
+        "values", nargs="?", default="{}",
+        help='Values to fill the service request with in YAML format (e.g. "{a: 1, b: 2}")',
+    )
+    verb.add_argument(
+        "-r", "--rate", metavar="N", type=float, help="Repeat the call at a specific rate in Hz"
+    )
+    verb.set_defaults(run=_call)
+    verb = verbs.add_parser("find", help="Output a list of available services of a given type")
+    verb.add_argument("service_type", help="Name of the ROS service type to filter for")
+    verb.set_defaults(run=_find)
+    verb = verbs.add_parser("list", help="Output a list of available services")
+    verb.add_argument(
+        "-t", "--show-types", action="store_true", help="Additionally show the service type"
+    )
+    verb.add_argument(
+        "-c", "--count-services", action="store_true",
+        help="Only display the number of services discovered",
+    )
+    verb.add_argument(
+        "--include-hidden-services", action="store_true", help="Consider hidden services as well"
+    )
+    verb.set_defaults(run=_list)
+    verb = verbs.add_parser("type", help="Output a service's type")
+    verb.add_argument("service_name", help="Name of the ROS service to get type")
+    verb.set_defaults(run=_type)
+
+
+def _list(options: argparse.Namespace) -> None:
+    with graph.open_node() as node:
+        graph.settle(node)
+        rows = [
+            (name, types) for name, types in node.get_service_names_and_types()
+            if options.include_hidden_services or not graph.is_hidden(name)
+        ]
+    graph.print_names(rows, types=options.show_types, count=options.count_services)
+
+
+def _find(options: argparse.Namespace) -> None:
+    with graph.open_node() as node:
+        graph.settle(node)
+        rows = node.get_service_names_and_types()
+    for name, types in sorted(rows):
+        if options.service_type in types and not graph.is_hidden(name):
+            print(name)
+
+
+def _type(options: argparse.Namespace) -> None:
+    with graph.open_node() as node:
+        name = graph.service_type(node, graph.absolute(options.service_name))
+    if name is None:
+        raise SwarmError(f"Unknown service '{options.service_name}'")
+    print(name)
+
+
+def _call(options: argparse.Namespace) -> None:
+    service = interfaces.load("srv", options.service_type)
+    request = service.Request()
+    text.fill(request, text.parse_values(options.values))
+    with graph.open_node() as node:
+        client = node.create_client(service, graph.absolute(options.service_name))
+        if not client.service_is_ready():
+            print("waiting for service to become available...", flush=True)
+            graph.wait_for(client.service_is_ready, timeout=float("inf"))
+        while True:
+            print(f"requester: making request: {request!r}\n", flush=True)
+            future = client.call_async(request)
+            graph.spin(node, future.done)
+            print(f"response:\n{future.result()!r}\n", flush=True)
+            if options.rate is None:
+                return
+            time.sleep(1.0 / options.rate)

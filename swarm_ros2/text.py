@@ -1,0 +1,177 @@
+"""Messages as YAML text, and YAML text as messages."""
+
+from __future__ import annotations
+
+import array
+import sys
+from typing import Any
+
+import numpy as np
+import yaml
+from rosidl_parser.definition import (
+    AbstractGenericString,
+    AbstractNestedType,
+    Array,
+    BasicType,
+    BoundedSequence,
+    NamespacedType,
+)
+
+from swarm_common.errors import SwarmError
+from swarm_ros2 import interfaces
+
+SEQUENCES = (list, tuple, array.array, np.ndarray)
+
+
+def to_yaml(
+    message: Any, *, longest: int | None = None, arrays: bool = True, strings: bool = True,
+    flow: bool = False,
+) -> str:
+    """Return a message as YAML, fields in the order of the definition.
+
+    Args:
+        message: A ROS message.
+        longest: Cut arrays and strings after this many elements; None for not at all.
+        arrays: Write arrays; otherwise only their type and length.
+        strings: Write strings; otherwise only their length.
+        flow: One line with braces instead of one line per field.
+    """
+    plain = to_plain(message, longest=longest, arrays=arrays, strings=strings)
+    text: str = yaml.dump(
+        plain, allow_unicode=True, width=sys.maxsize, default_flow_style=flow, sort_keys=False
+    )
+    return text
+
+
+def to_plain(
+    value: Any, *, longest: int | None = None, arrays: bool = True, strings: bool = True,
+    slot: Any = None,
+) -> Any:
+    """Return a message or a field as dicts, lists and numbers.
+
+    Args:
+        value: A message, or a field's value.
+        longest: As for `to_yaml`.
+        arrays: As for `to_yaml`.
+        strings: As for `to_yaml`.
+        slot: The field's type, where known.
+    """
+    if isinstance(value, bytes):
+        value = value.decode("latin-1")
+    if isinstance(value, str):
+        return _plain_string(value, longest, strings=strings)
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, (bool, int, float)):
+        return value
+    if isinstance(value, SEQUENCES):
+        if not arrays and slot is not None:
+            return _describe(value, slot)
+        part = value if longest is None else value[:longest]
+        items = [to_plain(x, longest=longest, arrays=arrays, strings=strings) for x in part]
+        return [*items, "..."] if len(part) < len(value) else items
+    return {
+        name: to_plain(getattr(value, name), longest=longest, arrays=arrays, strings=strings,
+                       slot=kind)
+        for name, kind in zip(value.get_fields_and_field_types(), value.SLOT_TYPES, strict=True)
+    }
+
+
+def _plain_string(value: str, longest: int | None, *, strings: bool) -> str:
+    if not strings:
+        return f"<string length: <{len(value)}>>"
+    if longest is not None and len(value) > longest:
+        return f"{value[:longest]}..."
+    return value
+
+
+def _describe(value: Any, slot: Any) -> str:
+    name = _type_name(slot.value_type)
+    if isinstance(slot, Array):
+        return f"<array type: {name}[{slot.size}]>"
+    bound = f"[{slot.maximum_size}]" if isinstance(slot, BoundedSequence) else ""
+    return f"<sequence type: {name}{bound}, length: {len(value)}>"
+
+
+def _type_name(kind: Any) -> str:
+    if isinstance(kind, BasicType):
+        return str(kind.typename)
+    if isinstance(kind, AbstractGenericString):
+        return "string"
+    return "/".join(kind.namespaced_name())
+
+
+def parse_values(text: str) -> dict[str, Any]:
+    """Read the YAML mapping with which a user fills a message.
+
+    Raises:
+        SwarmError: It is not a YAML mapping.
+    """
+    try:
+        values = yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        raise SwarmError(f"The passed value is not YAML: {error}") from error
+    if values is None:
+        return {}
+    if not isinstance(values, dict):
+        raise SwarmError("The passed value needs to be a dictionary in YAML format")
+    return values
+
+
+def fill(message: Any, values: dict[str, Any]) -> None:
+    """Set the fields of a message from plain values.
+
+    Args:
+        message: Changed in place.
+        values: Field names to numbers, strings, lists or nested mappings. A header or stamp of
+            ``auto`` or ``now`` is left as it is.
+
+    Raises:
+        SwarmError: A field does not exist or a value does not fit.
+    """
+    slots = dict(zip(message.get_fields_and_field_types(), message.SLOT_TYPES, strict=True))
+    for name, value in values.items():
+        if name not in slots:
+            raise SwarmError(
+                f"Failed to populate field: '{type(message).__name__}' has no field '{name}';"
+                f" it has {', '.join(slots)}"
+            )
+        if value in ("auto", "now"):
+            continue
+        try:
+            setattr(message, name, _from_plain(getattr(message, name), value, slots[name]))
+        except (AssertionError, TypeError, ValueError) as error:
+            raise SwarmError(f"Failed to populate field: {name}: {error}") from error
+
+
+def _from_plain(current: Any, value: Any, slot: Any) -> Any:
+    """Return a plain value in the type of a field."""
+    if isinstance(slot, NamespacedType):
+        if not isinstance(value, dict):
+            raise TypeError(f"{value!r} is not a mapping of {_type_name(slot)}'s fields")
+        fill(current, value)
+        return current
+    if isinstance(slot, AbstractNestedType):
+        kind = slot.value_type
+        if not isinstance(kind, NamespacedType):
+            return [_basic(item, kind) for item in value]
+        return [_message(kind, item) for item in value]
+    return _basic(value, slot)
+
+
+def _message(kind: NamespacedType, values: dict[str, Any]) -> Any:
+    message = interfaces.load(kind.namespaces[-1], "/".join(kind.namespaced_name()))()
+    fill(message, values)
+    return message
+
+
+def _basic(value: Any, kind: Any) -> Any:
+    if isinstance(kind, AbstractGenericString):
+        return str(value)
+    if kind.typename in ("float", "double"):
+        return float(value)
+    if kind.typename == "octet":
+        return bytes([value]) if isinstance(value, int) else value
+    if kind.typename != "boolean" and isinstance(value, float):
+        raise TypeError(f"{value} is not a whole number")
+    return value

@@ -1,0 +1,118 @@
+"""`ros2 topic`: list, info, type, find; the verbs that carry messages are in their own modules."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from rclpy.node import Node
+
+from swarm_common.errors import SwarmError
+from swarm_ros2 import graph, topic_echo, topic_hz, topic_pub
+
+
+def add_verbs(verbs: Any) -> None:
+    """Add the verbs of `ros2 topic`.
+
+    Args:
+        verbs: The sub-parsers that argparse made for the command.
+    """
+    topic_echo.add_verb(verbs)
+    verb = verbs.add_parser("find", help="Output a list of available topics of a given type")
+    verb.add_argument("topic_type", help="Name of the ROS topic type to filter for")
+    verb.set_defaults(run=_find)
+    topic_hz.add_verb(verbs)
+    verb = verbs.add_parser("info", help="Print information about a topic")
+    verb.add_argument("topic_name", help="Name of the ROS topic to get info (e.g. '/chatter')")
+    verb.add_argument(
+        "--verbose", "-v", action="store_true",
+        help="Prints detailed information like the node name, node namespace, topic type, topic"
+        " type hash, GUID, and QoS Profile of the publishers and subscribers to this topic",
+    )
+    verb.set_defaults(run=_info)
+    verb = verbs.add_parser("list", help="Output a list of available topics")
+    verb.add_argument(
+        "-t", "--show-types", action="store_true",
+        help="Additionally show the topic type",
+    )
+    verb.add_argument(
+        "-c", "--count-topics", action="store_true",
+        help="Only display the number of topics discovered",
+    )
+    verb.add_argument(
+        "--include-hidden-topics", action="store_true", help="Consider hidden topics as well"
+    )
+    verb.add_argument(
+        "-v", "--verbose", action="store_true", help="List full details about each topic"
+    )
+    verb.set_defaults(run=_list)
+    topic_pub.add_verb(verbs)
+    verb = verbs.add_parser("type", help="Print a topic's type")
+    verb.add_argument("topic_name", help="Name of the ROS topic to get type (e.g. '/chatter')")
+    verb.set_defaults(run=_type)
+
+
+def _list(options: argparse.Namespace) -> None:
+    with graph.open_node() as node:
+        graph.settle(node)
+        rows = [
+            (name, types) for name, types in node.get_topic_names_and_types()
+            if options.include_hidden_topics or not graph.is_hidden(name)
+        ]
+        if options.verbose and not options.count_topics:
+            _print_both_sides(node, rows)
+            return
+    graph.print_names(rows, types=options.show_types, count=options.count_topics)
+
+
+def _print_both_sides(node: Node, rows: graph.NamesAndTypes) -> None:
+    sides = (("Published", "publisher", node.count_publishers),
+             ("Subscribed", "subscriber", node.count_subscribers))
+    for title, noun, count_of in sides:
+        print(f"{title} topics:")
+        for name, types in sorted(rows):
+            count = count_of(name)
+            if count:
+                print(f" * {name} [{', '.join(types)}] {count} {noun}{'s' if count > 1 else ''}")
+        print()
+
+
+def _info(options: argparse.Namespace) -> None:
+    topic = graph.absolute(options.topic_name)
+    with graph.open_node() as node:
+        graph.topic_type(node, topic)
+        graph.settle(node)
+        types = dict(node.get_topic_names_and_types()).get(topic)
+        if types is None:
+            raise SwarmError(f"Unknown topic '{topic}'")
+        ends = ("\n", "\n") if options.verbose else ("", "")
+        print("Type:", types[0] if len(types) == 1 else types, end="\n" + ends[0])
+        print("Publisher count:", node.count_publishers(topic), end="\n" + ends[0])
+        if options.verbose:
+            _print_endpoints(node.get_publishers_info_by_topic(topic))
+        print("Subscription count:", node.count_subscribers(topic), end="\n" + ends[1])
+        if options.verbose:
+            _print_endpoints(node.get_subscriptions_info_by_topic(topic))
+
+
+def _print_endpoints(endpoints: list[Any]) -> None:
+    for endpoint in endpoints:
+        print(endpoint, end="\n\n")
+
+
+def _type(options: argparse.Namespace) -> None:
+    topic = graph.absolute(options.topic_name)
+    with graph.open_node() as node:
+        name = graph.topic_type(node, topic)
+    if name is None:
+        raise SwarmError(f"Unknown topic '{topic}'")
+    print(name)
+
+
+def _find(options: argparse.Namespace) -> None:
+    with graph.open_node() as node:
+        graph.settle(node)
+        rows = node.get_topic_names_and_types()
+    for name, types in sorted(rows):
+        if options.topic_type in types and not graph.is_hidden(name):
+            print(name)

@@ -1,0 +1,110 @@
+"""`ros2 topic echo`: prints what is published on a topic."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Callable
+from typing import Any
+
+from swarm_common.errors import SwarmError
+from swarm_ros2 import graph, interfaces, quality, text
+
+LONGEST = 128  # elements of arrays and strings that are printed
+
+
+def add_verb(verbs: Any) -> None:
+    """Add `echo` to the verbs of `ros2 topic`."""
+    verb = verbs.add_parser("echo", help="Output messages from a topic")
+    verb.add_argument("topic_name", help="Name of the ROS topic to listen to (e.g. '/chatter')")
+    verb.add_argument(
+        "message_type", nargs="?", help="Type of the ROS message (e.g. 'std_msgs/msg/String')"
+    )
+    quality.add_arguments(verb, preset="sensor_data")
+    verb.add_argument("--field", help="Echo a selected field of a message, e.g. pose.pose.position")
+    verb.add_argument(
+        "--full-length", "-f", action="store_true",
+        help="Output all elements for arrays, bytes, and strings",
+    )
+    verb.add_argument(
+        "--truncate-length", "-l", type=int, default=LONGEST, metavar="N",
+        help=f"The length to truncate arrays, bytes, and strings to (default: {LONGEST})",
+    )
+    verb.add_argument("--no-arr", action="store_true", help="Don't print array fields of messages")
+    verb.add_argument("--no-str", action="store_true", help="Don't print string fields of messages")
+    verb.add_argument("--flow-style", action="store_true", help="Print collections in one line")
+    verb.add_argument("--csv", action="store_true", help="Output fields separated by commas")
+    verb.add_argument("--once", action="store_true", help="Print the first message and then exit")
+    verb.add_argument("--timeout", metavar="N", type=float, help="Give up after N seconds")
+    verb.set_defaults(run=_echo)
+
+
+def _echo(options: argparse.Namespace) -> None:
+    topic = graph.absolute(options.topic_name)
+    with graph.open_node() as node:
+        name = options.message_type or graph.topic_type(node, topic)
+        if name is None:
+            print(
+                f"WARNING: topic [{topic}] does not appear to be published yet", file=sys.stderr
+            )
+            raise SwarmError("Could not determine the type for the passed topic")
+        message_class = interfaces.load("msg", name)
+        graph.wait_for(lambda: node.count_publishers(topic) > 0, timeout=1.0)
+        printer = _Printer(_writer(options), once=options.once)
+        node.create_subscription(
+            message_class, topic, printer, quality.for_listening(node, topic, options)
+        )
+        is_over = graph.deadline(options.timeout or math.inf)
+        graph.spin(node, lambda: printer.is_done or is_over())
+
+
+class _Printer:
+    """Prints each message; knows when it has printed enough."""
+
+    def __init__(self, write: Callable[[Any], None], *, once: bool) -> None:
+        self._write = write
+        self._once = once
+        self.is_done = False
+
+    def __call__(self, message: Any) -> None:
+        if not self.is_done:
+            self._write(message)
+            sys.stdout.flush()
+            self.is_done = self._once
+
+
+def _writer(options: argparse.Namespace) -> Callable[[Any], None]:
+    """Return what prints one message as the options want it."""
+    shape: dict[str, Any] = {
+        "longest": None if options.full_length else options.truncate_length,
+        "arrays": not options.no_arr, "strings": not options.no_str,
+    }
+
+    def write(message: Any) -> None:
+        part = _select(message, options.field)
+        if options.csv:
+            print(",".join(str(item) for item in _flat(text.to_plain(part, **shape))))
+        elif hasattr(part, "get_fields_and_field_types"):
+            print(text.to_yaml(part, flow=options.flow_style, **shape), end="---\n")
+        else:
+            print(text.to_plain(part, **shape), end="\n---\n")
+
+    return write
+
+
+def _select(message: Any, field: str | None) -> Any:
+    for name in field.split(".") if field else ():
+        try:
+            message = getattr(message, name)
+        except AttributeError as error:
+            raise SwarmError(f"Invalid field '{field}': {error}") from error
+    return message
+
+
+def _flat(value: Any) -> list[Any]:
+    if isinstance(value, dict):
+        return [leaf for item in value.values() for leaf in _flat(item)]
+    if isinstance(value, list):
+        return [leaf for item in value for leaf in _flat(item)]
+    return [value]

@@ -1,0 +1,104 @@
+"""`ros2 topic pub`: publishes a message once, some times or at a rate."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from typing import Any
+
+from rclpy.node import Node
+
+from swarm_ros2 import graph, interfaces, quality, text
+
+
+def add_verb(verbs: Any) -> None:
+    """Add `pub` to the verbs of `ros2 topic`."""
+    verb = verbs.add_parser("pub", help="Publish a message to a topic")
+    verb.add_argument("topic_name", help="Name of the ROS topic to publish to (e.g. '/chatter')")
+    verb.add_argument("message_type", help="Type of the ROS message (e.g. 'std_msgs/String')")
+    verb.add_argument(
+        "values", nargs="?", default="{}",
+        help='Values to fill the message with in YAML format (e.g. "data: Hello World")',
+    )
+    verb.add_argument(
+        "-r", "--rate", metavar="N", type=_positive, default=1.0,
+        help="Publishing rate in Hz (default: 1)",
+    )
+    verb.add_argument(
+        "-p", "--print", metavar="N", type=int, default=1, dest="every",
+        help="Only print every N-th published message (default: 1)",
+    )
+    group = verb.add_mutually_exclusive_group()
+    group.add_argument("-1", "--once", action="store_true", help="Publish one message and exit")
+    group.add_argument(
+        "-t", "--times", type=int, default=0, help="Publish this number of times and then exit"
+    )
+    verb.add_argument(
+        "-w", "--wait-matching-subscriptions", type=int, default=None, metavar="N", dest="wait",
+        help="Wait until finding the specified number of matching subscriptions. Defaults to 1"
+        " when using \"-1\"/\"--once\"/\"--times\", otherwise defaults to 0",
+    )
+    verb.add_argument(
+        "--keep-alive", metavar="N", type=_positive, default=0.1,
+        help="Keep publishing node alive for N seconds after the last msg (default: 0.1)",
+    )
+    quality.add_arguments(verb, preset="default")
+    verb.set_defaults(run=_publish)
+
+
+def _publish(options: argparse.Namespace) -> None:
+    message = interfaces.load("msg", options.message_type)()
+    values = text.parse_values(options.values)
+    text.fill(message, values)
+    times = 1 if options.once else options.times
+    with graph.open_node() as node:
+        publisher = node.create_publisher(
+            type(message), graph.absolute(options.topic_name), quality.from_arguments(options)
+        )
+        _wait_for_subscriptions(publisher, options.wait if options.wait is not None
+                                else min(times, 1))
+        print("publisher: beginning loop", flush=True)
+        stamped = _stamped(message, values)
+        _loop(node, publisher, message, times, stamped, options)
+        time.sleep(options.keep_alive)
+
+
+def _loop(
+    node: Node, publisher: Any, message: Any, times: int, stamped: list[Any],
+    options: argparse.Namespace,
+) -> None:
+    due = time.monotonic()
+    count = 0
+    while times == 0 or count < times:
+        time.sleep(max(0.0, due - time.monotonic()))
+        due += 1.0 / options.rate
+        count += 1
+        for part in stamped:
+            part.stamp = node.get_clock().now().to_msg()
+        if options.every and count % options.every == 0:
+            print(f"publishing #{count}: {message!r}\n", flush=True)
+        publisher.publish(message)
+
+
+def _wait_for_subscriptions(publisher: Any, wanted: int) -> None:
+    waited = 0.0
+    while publisher.get_subscription_count() < wanted:
+        if waited % 1.0 < graph.POLL:
+            print(f"Waiting for at least {wanted} matching subscription(s)...", flush=True)
+        time.sleep(graph.POLL)
+        waited += graph.POLL
+
+
+def _stamped(message: Any, values: dict[str, Any]) -> list[Any]:
+    """Return the parts to stamp with the time of sending: `header: auto` or `stamp: now`."""
+    header = values.get("header")
+    if header == "auto" or (isinstance(header, dict) and header.get("stamp") == "now"):
+        return [message.header]
+    return [message] if values.get("stamp") == "now" else []
+
+
+def _positive(word: str) -> float:
+    value = float(word)
+    if value <= 0.0:
+        raise argparse.ArgumentTypeError("value must be positive")
+    return value
