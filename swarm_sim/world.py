@@ -183,5 +183,16 @@ def _make_engine(
     config: WorldConfig,
 ) -> Engine:
     height = max([spec.height for spec in specs], default=1.0)
-    section = section_between(scene.bodies, GROUND_GAP, height)
-    return PlanarEngine(section, specs, poses, config.physics_period)
+    if config.engine == "planar":
+        section = section_between(scene.bodies, GROUND_GAP, height)
+        return PlanarEngine(section, specs, poses, config.physics_period)
+    from swarm_sim.bullet import BulletEngine  # pybullet is slow to import
+
+    return BulletEngine(
+        scene.bodies,
+        (GROUND_GAP, height),
+        specs,
+        [models[spec.model] for spec in specs],
+        poses,
+        config.physics_period,
+    )

@@ -1,0 +1,245 @@
+"""Rigid-body engine: pybullet without a window, wheels turned by velocity motors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import pybullet
+
+from swarm_common.records import CONTROL_PERIOD, Pose, RobotSpec
+from swarm_sim.bullet_bodies import RobotBody, add_ground, add_obstacle, add_robot, solid_bodies
+from swarm_sim.bullet_kernels import near_pairs, ramp_all
+from swarm_sim.engine import NEAR, FloatArray, Touch
+from swarm_sim.planar import MAX_CORNERS, bounds_of, pack_polygons, pad_polygon
+from swarm_sim.robot_model import RobotModel
+from swarm_sim.scene import Body
+from swarm_sim.section import section_between
+
+MOTOR_TORQUE = 1.4  # [N m] stall torque of a wheel's motor
+SOLVER_ITERATIONS = 10
+CONTACT_BREAKING = 0.0005  # [m]
+SETTLE_STEPS = 50  # in which the robots come to rest before tick 0
+EXACT_BELOW = 0.1  # [m] clearances below this come from the engine, larger ones from footprints
+TOUCH_NORMAL_FORCE, TOUCH_DISTANCE, TOUCH_POSITION = 9, 8, 5  # fields of a contact point
+
+
+class BulletEngine:
+    """Robots on wheels among fixed bodies; see `engine.Engine` for the attributes."""
+
+    def __init__(
+        self,
+        bodies: Sequence[Body],
+        heights: tuple[float, float],
+        specs: Sequence[RobotSpec],
+        models: Sequence[RobotModel],
+        poses: Sequence[Pose],
+        physics_period: float,
+    ) -> None:
+        """Build the bodies and let them settle.
+
+        Args:
+            bodies: Of the scene.
+            heights: Between which a body is an obstacle to robots.
+            specs: One per robot.
+            models: One per robot.
+            poses: Start poses in the map frame, one per robot.
+            physics_period: [s] of a step.
+        """
+        count = len(specs)
+        self._specs = list(specs)
+        self._steps = round(CONTROL_PERIOD / physics_period)
+        self._period = physics_period
+        self._client = pybullet.connect(pybullet.DIRECT)
+        self._configure()
+        add_ground(self._client)
+        self._add_obstacles(solid_bodies(bodies, *heights), heights)
+        self._robots = [
+            add_robot(self._client, model, spec, pose)
+            for model, spec, pose in zip(models, specs, poses, strict=True)
+        ]
+        self._centers = np.array([robot.base_from_center for robot in self._robots])
+        self._hulls = np.stack([pad_polygon(np.array(s.footprint), MAX_CORNERS) for s in specs])
+        self._limits = np.array(
+            [[s.acc_lim_x, s.acc_lim_theta, s.circumscribed_radius] for s in specs]
+        )
+        self._radii = np.array([s.wheel_radius for s in specs])
+        self._half_tracks = np.array([s.wheel_separation / 2.0 for s in specs])
+        self._speeds = np.zeros((count, 2))  # that the motors aim at
+        self._joints = np.zeros((count, 4))  # left, right: positions, then velocities
+        self.poses: FloatArray = np.zeros((count, 3))
+        self.twists: FloatArray = np.zeros((count, 2))
+        self.travels: FloatArray = np.zeros(count)
+        self.yaws_gyro: FloatArray = np.zeros(count)
+        self.clearances: FloatArray = np.full((count, 2), np.inf)
+        self._robot_gaps = np.empty((count * (count - 1) // 2, 3))
+        self._wall_gaps = np.empty((count * len(self._walls), 3))
+        self._settle()
+
+    def advance(self, targets: FloatArray) -> list[Touch]:
+        """Run one control period towards target speeds (n, 2); return the contacts in it."""
+        touches: list[Touch] = []
+        suspects = self._suspects()
+        for step in range(self._steps):
+            self._drive(targets)
+            pybullet.stepSimulation(physicsClientId=self._client)
+            for robot, other, obstacle in suspects:
+                self._note_contact(robot, other, obstacle, step, touches)
+        self._read()
+        self._measure()
+        return touches
+
+    def joint_state(self, robot: int) -> tuple[list[str], list[float], list[float]]:
+        """Return names, positions and velocities of a robot's wheel joints."""
+        values = self._joints[robot].tolist()
+        return list(self._robots[robot].joint_names), values[:2], values[2:]
+
+    def close(self) -> None:
+        """Disconnect; a second call does nothing."""
+        if self._client >= 0:
+            pybullet.disconnect(physicsClientId=self._client)
+            self._client = -1
+
+    def _configure(self) -> None:
+        pybullet.setGravity(0.0, 0.0, -9.81, physicsClientId=self._client)
+        pybullet.setPhysicsEngineParameter(
+            fixedTimeStep=self._period,
+            numSolverIterations=SOLVER_ITERATIONS,
+            enableConeFriction=0,
+            contactBreakingThreshold=CONTACT_BREAKING,
+            deterministicOverlappingPairs=1,
+            physicsClientId=self._client,
+        )
+
+    def _add_obstacles(self, bodies: Sequence[Body], heights: tuple[float, float]) -> None:
+        """Add bodies, and their outlines for the broad phase."""
+        self._obstacles: list[tuple[int, str]] = []  # of each outline: body, name
+        outlines: list[FloatArray] = []
+        for body in bodies:
+            identifier = add_obstacle(self._client, body)
+            for outline in section_between([body], *heights).outlines():
+                outlines.append(outline)
+                self._obstacles.append((identifier, body.name))
+        self._walls = pack_polygons(outlines)
+        self._bounds = bounds_of(self._walls)
+
+    def _settle(self) -> None:
+        self._set_motors(range(len(self._robots)))
+        for _ in range(SETTLE_STEPS):
+            pybullet.stepSimulation(physicsClientId=self._client)
+        self._read()
+        self.travels[:] = 0.0
+        self.yaws_gyro[:] = 0.0
+        self._measure()
+
+    def _drive(self, targets: FloatArray) -> None:
+        """Move the motors' aims one step towards the targets."""
+        changed = ramp_all(self._speeds, targets, self._limits, self._period)
+        self._set_motors(np.flatnonzero(changed).tolist())
+
+    def _set_motors(self, robots: Sequence[int]) -> None:
+        turn = self._speeds[:, 1] * self._half_tracks
+        left = ((self._speeds[:, 0] - turn) / self._radii).tolist()
+        right = ((self._speeds[:, 0] + turn) / self._radii).tolist()
+        for index in robots:
+            robot = self._robots[index]
+            pybullet.setJointMotorControlArray(
+                robot.body,
+                robot.wheels,
+                pybullet.VELOCITY_CONTROL,
+                targetVelocities=[left[index], right[index]],
+                forces=[MOTOR_TORQUE, MOTOR_TORQUE],
+                physicsClientId=self._client,
+            )
+
+    def _read(self) -> None:
+        """Take over poses, speeds and joints from the engine."""
+        client = self._client
+        places = np.empty((len(self._robots), 7))
+        velocities = np.empty((len(self._robots), 6))
+        before = self._joints[:, :2].copy()
+        for i, robot in enumerate(self._robots):
+            position, quaternion = pybullet.getBasePositionAndOrientation(robot.body, client)
+            places[i, :3], places[i, 3:] = position, quaternion
+            linear, angular = pybullet.getBaseVelocity(robot.body, client)
+            velocities[i, :3], velocities[i, 3:] = linear, angular
+            left, right = pybullet.getJointStates(robot.body, robot.wheels, client)
+            self._joints[i] = left[0], right[0], left[1], right[1]
+        x, y, z, w = places[:, 3], places[:, 4], places[:, 5], places[:, 6]
+        yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+        cos, sin = np.cos(yaw), np.sin(yaw)
+        turned = yaw - self.poses[:, 2]
+        self.yaws_gyro += turned - 2.0 * math.pi * np.round(turned / (2.0 * math.pi))
+        self.poses[:, 0] = places[:, 0] - cos * self._centers[:, 0] + sin * self._centers[:, 1]
+        self.poses[:, 1] = places[:, 1] - sin * self._centers[:, 0] - cos * self._centers[:, 1]
+        self.poses[:, 2] = yaw
+        self.twists[:, 0] = cos * velocities[:, 0] + sin * velocities[:, 1]
+        self.twists[:, 1] = velocities[:, 5]
+        rolled = (self._joints[:, :2] - before).sum(axis=1) / 2.0
+        self.travels += rolled * self._radii
+
+    def _measure(self) -> None:
+        """Find near pairs, and the clearance of each robot."""
+        counts = near_pairs(
+            self.poses,
+            self._limits[:, 2],
+            self._hulls,
+            (self._walls, self._bounds),
+            NEAR,
+            self._robot_gaps,
+            self._wall_gaps,
+        )
+        self._near_robots = self._robot_gaps[: counts[0]]
+        self._near_walls = self._wall_gaps[: counts[1]]
+        self.clearances[:] = np.inf
+        for i, j, gap in self._near_robots:
+            a, b = int(i), int(j)
+            if gap < EXACT_BELOW:
+                gap = self._distance(self._robots[a].body, self._robots[b].body, gap)
+            self.clearances[a, 0] = min(self.clearances[a, 0], gap)
+            self.clearances[b, 0] = min(self.clearances[b, 0], gap)
+        for i, k, gap in self._near_walls:
+            a = int(i)
+            if gap < EXACT_BELOW:
+                gap = self._distance(self._robots[a].body, self._obstacles[int(k)][0], gap)
+            self.clearances[a, 1] = min(self.clearances[a, 1], gap)
+
+    def _distance(self, a: int, b: int, estimate: float) -> float:
+        """Return the engine's distance between two bodies; the estimate is a lower bound."""
+        points = pybullet.getClosestPoints(a, b, estimate + 0.1, -1, -1, physicsClientId=self._client)
+        return max(0.0, min((point[TOUCH_DISTANCE] for point in points), default=estimate))
+
+    def _suspects(self) -> list[tuple[int, int, tuple[int, str] | None]]:
+        """Return the pairs that could touch within a control period: robots, or an obstacle."""
+        reach = np.array([s.max_vel_x + s.max_vel_theta * s.circumscribed_radius for s in self._specs])
+        reach = reach * CONTROL_PERIOD + 0.02
+        pairs: list[tuple[int, int, tuple[int, str] | None]] = [
+            (int(i), int(j), None)
+            for i, j, gap in self._near_robots
+            if gap < reach[int(i)] + reach[int(j)]
+        ]
+        walls = {
+            (int(i), self._obstacles[int(k)])
+            for i, k, gap in self._near_walls
+            if gap < reach[int(i)]
+        }
+        return pairs + [(robot, -1, obstacle) for robot, obstacle in sorted(walls)]
+
+    def _note_contact(
+        self,
+        robot: int,
+        other: int,
+        obstacle: tuple[int, str] | None,
+        step: int,
+        touches: list[Touch],
+    ) -> None:
+        body = self._robots[other].body if obstacle is None else obstacle[0]
+        points = pybullet.getContactPoints(
+            self._robots[robot].body, body, -1, -1, physicsClientId=self._client
+        )
+        for point in points or ():
+            if point[TOUCH_NORMAL_FORCE] > 0.0 or point[TOUCH_DISTANCE] <= 0.0:
+                x, y, _ = point[TOUCH_POSITION]
+                touches.append(Touch(robot, other, obstacle[1] if obstacle else "", x, y, step))
+                return
