@@ -1,0 +1,200 @@
+"""The nursery: `python -m swarm_nav.host CONFIG.json [--event-fd N] [--control-fd M]`.
+
+Imports everything and warms the kernels once, then forks one process per robot (or per pack of
+robots). A fork costs almost nothing; a fresh interpreter costs a CPU second and 60 MB.
+"""
+
+from __future__ import annotations
+
+import argparse
+import gc
+import json
+import os
+import signal
+import sys
+import time
+import traceback
+from collections.abc import Sequence
+from pathlib import Path
+
+import rclpy
+from rclpy.context import Context
+from rclpy.executors import ExternalShutdownException
+from rclpy.experimental import EventsExecutor
+from rclpy.signals import SignalHandlerOptions
+
+from swarm_common import ros_env
+from swarm_common.errors import ConfigError, SwarmError
+from swarm_common.pipes import EventWriter
+from swarm_common.process import die_with
+from swarm_nav.node import NavigatorNode
+from swarm_nav.settings import NodeSettings, read_node_settings
+from swarm_nav.warm_up import warm_up
+
+WAIT_SLICE = 0.25  # [s] of wall time between two looks at signals and patience
+GRACE = 5.0  # [s] for the children to end when asked to
+
+
+class Nursery:
+    """Forks, watches and ends the navigators' processes."""
+
+    def __init__(self, log_dir: Path | None, events: EventWriter) -> None:
+        """Begin without children."""
+        self._log_dir = log_dir
+        self._events = events
+        self._children: dict[int, Sequence[NodeSettings]] = {}
+        self._is_stopping = False
+
+    def stop(self) -> None:
+        """Make `watch` end the children and return."""
+        self._is_stopping = True
+
+    def fork(self, group: Sequence[NodeSettings]) -> None:
+        """Start one process for a group of robots."""
+        parent = os.getpid()
+        pid = os.fork()
+        if pid:
+            self._children[pid] = group
+            return
+        code = 1
+        try:
+            die_with(parent)
+            self._open_log(group[0].name)
+            run_navigators(group, self._events)
+            code = 0
+        except BaseException:
+            traceback.print_exc()
+        finally:
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os._exit(code)
+
+    def _open_log(self, name: str) -> None:
+        if self._log_dir is None:
+            return
+        descriptor = os.open(
+            self._log_dir / f"{name}.log", os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644
+        )
+        os.dup2(descriptor, 1)
+        os.dup2(descriptor, 2)
+        os.close(descriptor)
+
+    def watch(self) -> None:
+        """Report children that die until none is left or `stop` was called."""
+        while self._children and not self._is_stopping:
+            self._reap()
+            time.sleep(0.1)
+        self._end_children()
+
+    def _reap(self) -> None:
+        while self._children:
+            pid, status = os.waitpid(-1, os.WNOHANG)
+            if pid == 0:
+                return
+            group = self._children.pop(pid, ())
+            code = os.waitstatus_to_exitcode(status)
+            if self._is_stopping:
+                continue
+            for settings in group:
+                self._events.write("died", robot=settings.name, returncode=code)
+
+    def _end_children(self) -> None:
+        self._is_stopping = True
+        for pid in self._children:
+            os.kill(pid, signal.SIGTERM)
+        end = time.monotonic() + GRACE
+        while self._children and time.monotonic() < end:
+            self._reap()
+            time.sleep(0.02)
+        for pid in self._children:
+            os.kill(pid, signal.SIGKILL)
+        while self._children:
+            self._reap()
+            time.sleep(0.02)
+
+
+def run_navigators(group: Sequence[NodeSettings], events: EventWriter) -> None:
+    """Run the navigators of one process until SIGTERM."""
+    is_stopped = False
+
+    def stop(*_: object) -> None:
+        nonlocal is_stopped
+        is_stopped = True
+
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, stop)
+    context = Context()
+    rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
+    executor = EventsExecutor(context=context)
+    nodes = [
+        NavigatorNode(
+            settings,
+            context,
+            lambda name=settings.name: events.write(  # type: ignore[misc]
+                "active", robot=name, pid=os.getpid()
+            ),
+        )
+        for settings in group
+    ]
+    for node in nodes:
+        executor.add_node(node.node)
+    try:
+        while not is_stopped:
+            executor.spin_once(timeout_sec=WAIT_SLICE)
+            now = time.monotonic()
+            for node in nodes:
+                node.check_patience(now)
+    except ExternalShutdownException:
+        pass
+
+
+def read_config(path: str | Path) -> tuple[list[list[NodeSettings]], Path | None]:
+    """Return the groups of robots that share a process, and the folder for logs.
+
+    Raises:
+        SwarmError: If the configuration or a robot's parameters are unusable.
+    """
+    try:
+        data = json.loads(Path(path).read_text(encoding="utf-8"))
+        robots = [(robot["name"], robot["params"]) for robot in data["robots"]]
+        pack = int(data.get("pack", 1))
+    except (OSError, ValueError, KeyError, TypeError) as cause:
+        raise ConfigError(f"{path}: unusable configuration of the navigators: {cause!r}") from cause
+    if pack < 1:
+        raise ConfigError(f"{path}: pack is {pack}; it must be 1 or more")
+    settings = [read_node_settings(name, params) for name, params in robots]
+    groups = [settings[start : start + pack] for start in range(0, len(settings), pack)]
+    log_dir = data.get("log_dir")
+    return groups, Path(log_dir) if log_dir else None
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run all navigators until told to stop; returns the exit code."""
+    parser = argparse.ArgumentParser(description="Navigators of a swarm; started by swarm-up.")
+    parser.add_argument("config", help="JSON file: robots, their parameter files, pack, log_dir")
+    parser.add_argument("--event-fd", type=int, help="pipe to which events are written")
+    parser.add_argument("--control-fd", type=int, help="pipe from which commands would be read")
+    options = parser.parse_args(arguments)
+    events = EventWriter(options.event_fd)
+    try:
+        groups, log_dir = read_config(options.config)
+    except SwarmError as error:
+        events.write("error", message=str(error))
+        sys.stderr.write(f"{error}\n")
+        return 2
+    ros_env.set_defaults()
+    nursery = Nursery(log_dir, events)
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda *_: nursery.stop())
+    warm_up()
+    gc.collect()
+    gc.freeze()  # what the children share must not be touched by the collector
+    for group in groups:
+        nursery.fork(group)
+    events.write("ready")
+    nursery.watch()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

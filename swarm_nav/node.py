@@ -1,0 +1,304 @@
+"""One robot's navigator on the ROS graph: topics in, one call of the brain per tick, topics out."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TwistStamped
+from nav_msgs.msg import OccupancyGrid
+from nav_msgs.msg import Odometry as OdometryMsg
+from rclpy.context import Context
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from sensor_msgs.msg import LaserScan
+from swarm_interfaces.msg import Beacon, Mission, NeighborArray, RobotStatus
+
+from swarm_common import ros_io, wire
+from swarm_common.beacon import deserialize_neighbors, serialize_beacon
+from swarm_common.grid import Grid
+from swarm_common.records import Pose, tick_from_stamp
+from swarm_common.sites import Sites
+from swarm_common.sites_io import load_sites
+from swarm_nav.config import NavConfig
+from swarm_nav.goals import GoalEnded, Output
+from swarm_nav.inputs import TickInput, TickInputs
+from swarm_nav.lifecycle import Lifecycle
+from swarm_nav.navigator import Navigator
+from swarm_nav.ros_params import Parameters
+from swarm_nav.ros_services import Services
+from swarm_nav.ros_tasks import Tasks
+from swarm_nav.ros_views import Views
+from swarm_nav.settings import NODE, NodeSettings
+from swarm_nav.withholding import Withholding
+
+STATUS_TICKS = 5  # 2 Hz
+# Parameter changes are announced inside the robot's namespace, as everything of a robot.
+REMAPPING = ("--ros-args", "-r", "/parameter_events:=parameter_events")
+
+
+class NavigatorNode:
+    """The node `/SrobotK/navigator`. It becomes active when the map has arrived.
+
+    Attributes:
+        node: For an executor.
+        lifecycle: Nav2's, of the whole navigator.
+        tick: The control tick in hand.
+    """
+
+    def __init__(
+        self, settings: NodeSettings, context: Context, on_active: Callable[[], None]
+    ) -> None:
+        """Create the node and wait for the map.
+
+        Args:
+            settings: From its parameter file.
+            context: An initialised rclpy context.
+            on_active: Called once, when the navigator is active for the first time.
+        """
+        self._settings = settings
+        self._config: NavConfig = settings.config
+        self._on_active: Callable[[], None] | None = on_active
+        self._brain: Navigator | None = None
+        self.lifecycle = Lifecycle()
+        self.tick = 0
+        self._inputs = TickInputs(settings.spec.lidar.rate)
+        self._withholding = Withholding(bool(settings.fixed["wait_for_mission"]))
+        self._answer: tuple[bytes, bytes] | None = None  # beacon and command of `tick`
+        self._command_writer = wire.CommandWriter("base_footprint")
+        self.node = _create_node(settings, context)
+        self._parameters = Parameters(self.node, settings, self._reconfigure)
+        self._map_subscription = self.node.create_subscription(
+            OccupancyGrid, "/map", self._take_map_msg, ros_io.LATCHED
+        )
+
+    def _take_map_msg(self, message: OccupancyGrid) -> None:
+        try:
+            grid = ros_io.grid_from_msg(message)
+        except ValueError as error:
+            self.node.get_logger().error(f"/map is not used: {error}")
+            return
+        if self._brain is None:
+            self._begin(grid)
+        else:
+            self.take_map(grid)
+
+    def _begin(self, grid: Grid) -> None:
+        """Create the brain and everything that needs it."""
+        settings = self._settings
+        path = str(settings.fixed["sites"])
+        sites = load_sites(path) if path else Sites()
+        brain = Navigator(
+            self._config,
+            settings.spec,
+            grid,
+            sites,
+            settings.robot_id,
+            settings.initial_pose_map,
+        )
+        self._brain = brain
+        make = self.node.create_publisher
+        self._beacon = make(Beacon, "beacon", ros_io.RELIABLE)
+        self._cmd_vel = make(TwistStamped, "cmd_vel", ros_io.RELIABLE)
+        self._status = make(RobotStatus, "status", ros_io.RELIABLE)
+        self._views = Views(self.node, brain)
+        self._tasks = Tasks(
+            self.node, brain, self._to_map, lambda: self.lifecycle.is_active, self._send_withheld
+        )
+        Services(self.node, self, brain)
+        self._subscribe()
+        if not settings.fixed["autostart"]:
+            brain.deactivate()
+        else:
+            self.change_lifecycle("startup")
+
+    def _subscribe(self) -> None:
+        make = self.node.create_subscription
+        quality = ros_io.TICK_INPUT
+        make(OdometryMsg, "odom", self._take_odom, quality, raw=True)
+        make(LaserScan, "scan", self._take_scan, quality, raw=True)
+        make(NeighborArray, "neighbors", self._take_neighbors, quality, raw=True)
+        make(PoseWithCovarianceStamped, "initialpose", self._take_initial_pose, ros_io.RELIABLE)
+        make(Mission, "mission", self._take_mission, ros_io.LATCHED)
+
+    # What a tick is made of
+
+    def _take_odom(self, data: bytes) -> None:
+        odom = wire.read_odometry(data)
+        if self._inputs.is_repeat(odom.tick):
+            self._repeat_answer()
+        self._step(self._inputs.add_odom(odom))
+
+    def _take_scan(self, data: bytes) -> None:
+        self._step(self._inputs.add_scan(wire.read_scan(data)))
+
+    def _take_neighbors(self, data: bytes) -> None:
+        sec, nanosec, beacons = deserialize_neighbors(data)
+        self._step(self._inputs.add_neighbors(tick_from_stamp(sec, nanosec), beacons))
+
+    def _step(self, observed: TickInput | None) -> None:
+        """Decide on a tick that is complete."""
+        brain = self._brain
+        if observed is None or brain is None:
+            return
+        is_first = self._answer is None
+        self.tick = tick = observed.tick
+        assert observed.odom is not None
+        assert observed.neighbors is not None
+        brain.on_odom(observed.odom)
+        if observed.scan is not None:
+            brain.on_scan(observed.scan)
+        brain.on_neighbors(observed.neighbors)
+        output = brain.tick(tick)
+        self._answer = (
+            serialize_beacon(output.beacon),
+            self._command_writer.encode(tick, output.twist),
+        )
+        ended = [event for event in output.events if isinstance(event, GoalEnded)]
+        has_goal = brain.goal_id is not None
+        if self._withholding.should_hold(has_goal, is_first, bool(ended)):
+            self._withholding.hold(time.monotonic())
+        else:
+            self._withholding.release()
+            self._send_answer()
+        self._tell(output, ended)
+
+    def _tell(self, output: Output, ended: list[GoalEnded]) -> None:
+        if output.events or self.tick % STATUS_TICKS == 0:
+            self.publish_status()
+        self._tasks.report(self.tick, ended)
+        self._views.publish(self.tick)
+
+    def _send_answer(self) -> None:
+        if self._answer is not None:
+            beacon, command = self._answer
+            self._beacon.publish(beacon)
+            self._cmd_vel.publish(command)
+
+    def _repeat_answer(self) -> None:
+        if not self._withholding.is_holding:
+            self._send_answer()
+
+    def _send_withheld(self) -> None:
+        if self._withholding.is_holding:
+            self._withholding.release()
+            self._send_answer()
+
+    def _take_mission(self, message: Mission) -> None:
+        if self._withholding.on_mission(message.active):
+            self._send_withheld()
+
+    def check_patience(self, now: float) -> None:
+        """Give up waiting for an operator who does not send the next goal; `now` is wall time."""
+        if self._withholding.has_expired(now):
+            self.node.get_logger().warning(
+                f"tick {self.tick}: the mission sends no goal; going on without it"
+            )
+            self._send_withheld()
+
+    # What the operator asks for
+
+    def _take_initial_pose(self, message: PoseWithCovarianceStamped) -> None:
+        brain = self._brain
+        assert brain is not None
+        stamped = PoseStamped(header=message.header, pose=message.pose.pose)
+        try:
+            pose_map = self._to_map(stamped)
+        except ValueError as error:
+            self.node.get_logger().warning(f"initialpose: ignored: {error}")
+            return
+        if not _is_placeholder(stamped):
+            brain.on_initial_pose(pose_map)
+        self._views.publish_pose(self.tick)
+
+    def _to_map(self, stamped: PoseStamped) -> Pose:
+        """Return a pose of one of the robot's frames in map."""
+        assert self._brain is not None
+        pose = ros_io.pose_from_msg(stamped.pose)
+        frame = stamped.header.frame_id.lstrip("/")
+        if frame in ("", "map"):
+            return pose
+        if frame == "odom":
+            return self._brain.map_from_odom.compose(pose)
+        if frame in ("base_footprint", "base_link"):
+            return self._brain.pose_map.compose(pose)
+        raise ValueError(f"frame '{frame}' is unknown; use map, odom or base_footprint")
+
+    def take_map(self, grid: Grid) -> None:
+        """Navigate on another map from now on."""
+        if self._brain is not None:
+            self._brain.load_map(grid)
+
+    def _reconfigure(self, config: NavConfig) -> None:
+        self._config = config
+        if self._brain is not None:
+            self._brain.reconfigure(config)
+
+    def change_lifecycle(self, command: str) -> bool:
+        """Carry out a command of the lifecycle manager; False if it makes no sense now."""
+        brain = self._brain
+        if brain is None or not self.lifecycle.apply(command):
+            return False
+        if self.lifecycle.is_active:
+            brain.activate()
+            self._views.publish_pose(self.tick)
+            if self._on_active is not None:
+                self._on_active()
+                self._on_active = None
+        else:
+            brain.deactivate()
+        self.publish_status()
+        return True
+
+    def publish_status(self) -> None:
+        """Publish the state for the operator."""
+        if self._brain is not None:
+            status = self._brain.status()
+            self._status.publish(status_msg(status, self._settings.name, self.tick))
+
+
+def status_msg(status: Any, robot: str, tick: int) -> RobotStatus:
+    """Return swarm_interfaces/RobotStatus of a brain's status."""
+    message = RobotStatus(stamp=ros_io.time_msg(tick), robot=robot)
+    for name in ("state", "detail", "station"):
+        setattr(message, name, getattr(status, name))
+    for name in (
+        "queue_place",
+        "number_of_recoveries",
+        "goals_reached",
+        "goals_failed",
+        "pushes",
+        "retreats",
+        "deadlocks_resolved",
+        "replans",
+    ):
+        setattr(message, name, int(getattr(status, name)))
+    for name in ("distance_remaining", "estimated_time_remaining", "hold_time"):
+        setattr(message, name, float(getattr(status, name)))
+    message.pose = ros_io.pose2d_msg(status.pose_map)
+    message.goal = ros_io.pose2d_msg(status.goal_map)
+    message.holding_since = ros_io.time_msg(status.holding_since_tick)
+    return message
+
+
+def _is_placeholder(stamped: PoseStamped) -> bool:
+    """Whether BasicNavigator sent this because its user has never called setInitialPose."""
+    stamp, pose = stamped.header.stamp, ros_io.pose_from_msg(stamped.pose)
+    return not (stamp.sec or stamp.nanosec) and pose == Pose(0.0, 0.0, 0.0)
+
+
+def _create_node(settings: NodeSettings, context: Context) -> Node:
+    overrides = {
+        "use_sim_time": settings.fixed["use_sim_time"],
+        "start_type_description_service": False,
+    }
+    return Node(
+        NODE,
+        namespace=settings.name,
+        context=context,
+        cli_args=list(REMAPPING),
+        use_global_arguments=False,
+        enable_rosout=False,
+        parameter_overrides=[Parameter(name, value=value) for name, value in overrides.items()],
+    )

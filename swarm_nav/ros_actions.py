@@ -1,0 +1,79 @@
+"""Action servers that never block: a goal is handed to the brain and its result sent at the end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.action.server import ServerGoalHandle
+from rclpy.node import Node
+
+from swarm_nav.goals import Outcome
+
+Consider = Callable[[Any], bool]
+Begin = Callable[["TickActionServer", ServerGoalHandle], None]
+Cancel = Callable[[ServerGoalHandle], None]
+
+
+class TickActionServer(ActionServer):
+    """Accepts goals at once and ends them with `finish`, between two ticks.
+
+    rclpy runs an execute callback per goal and polls it while it waits. Here nothing runs: the
+    execute callback comes at the very end and only returns the result.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        kind: Any,
+        name: str,
+        consider: Consider,
+        begin: Begin,
+        cancel: Cancel,
+    ) -> None:
+        """Create the server.
+
+        Args:
+            node: To create it on.
+            kind: Action type.
+            name: Relative to the node's namespace.
+            consider: Whether to accept a goal request.
+            begin: Called with each accepted goal, which is executing then.
+            cancel: Called when a client wants a goal canceled; it ends some ticks later.
+        """
+        self.kind = kind
+        self._begin = begin
+
+        def on_goal(request: Any) -> GoalResponse:
+            return GoalResponse.ACCEPT if consider(request) else GoalResponse.REJECT
+
+        def on_cancel(handle: ServerGoalHandle) -> CancelResponse:
+            cancel(handle)
+            return CancelResponse.ACCEPT
+
+        super().__init__(
+            node,
+            kind,
+            name,
+            execute_callback=lambda _: kind.Result(),
+            goal_callback=on_goal,
+            cancel_callback=on_cancel,
+        )
+
+    def notify_execute(self, goal_handle: ServerGoalHandle, execute_callback: Any) -> None:
+        """Begin the goal instead of running a callback for it."""
+        del execute_callback
+        self._begin(self, goal_handle)
+
+    def finish(self, handle: ServerGoalHandle, outcome: Outcome, result: Any) -> None:
+        """End a goal and send its result."""
+        if not handle.is_active:
+            return
+        if outcome is Outcome.SUCCEEDED:
+            handle.succeed()
+        elif handle.is_cancel_requested:
+            handle.canceled()
+        else:
+            handle.abort()
+        super().notify_execute(handle, lambda _: result)

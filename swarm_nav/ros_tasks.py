@@ -1,0 +1,167 @@
+"""Nav2's navigation actions and goal_pose on the node: requests in, feedback and results out."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import PoseStamped
+from nav2_msgs.action import ComputePathThroughPoses, ComputePathToPose
+from rclpy.action.server import ServerGoalHandle
+from rclpy.node import Node
+
+from swarm_common.records import Pose
+from swarm_common.ros_io import RELIABLE, path_msg
+from swarm_nav.goals import Goal, GoalEnded, GoalKind, Outcome, PlanError
+from swarm_nav.navigator import Navigator
+from swarm_nav.ros_actions import TickActionServer
+from swarm_nav.ros_goals import (
+    ACTIONS,
+    ToMap,
+    duration_msg,
+    feedback_msg,
+    goal_from_request,
+    pose_goal,
+    result_msg,
+)
+
+FEEDBACK_TICKS = 5
+THROUGH_CODES = 100  # ComputePathThroughPoses counts from 300 where ComputePathToPose has 200
+INVALID = 200 + 8  # no valid path: what a senseless request ends with
+
+
+@dataclass(slots=True)
+class Running:
+    """An action goal that the brain has not ended yet."""
+
+    server: TickActionServer
+    handle: ServerGoalHandle
+    goal: Goal
+    started_tick: int = 0
+
+
+class Tasks:
+    """All action servers of one navigator."""
+
+    def __init__(
+        self,
+        node: Node,
+        brain: Navigator,
+        to_map: ToMap,
+        is_open: Callable[[], bool],
+        on_goal: Callable[[], None],
+    ) -> None:
+        """Create the servers.
+
+        Args:
+            node: To create them on.
+            brain: Takes the goals.
+            to_map: Brings a pose of any known frame to map.
+            is_open: Whether goals are accepted now (lifecycle).
+            on_goal: Called after the brain has got a goal.
+        """
+        self._node = node
+        self._brain = brain
+        self._to_map = to_map
+        self._is_open = is_open
+        self._on_goal = on_goal
+        self._running: dict[int, Running] = {}
+        self._last_id = 0
+        self._tick = 0
+        for kind, action in ACTIONS.items():
+            self._serve(kind, action)
+        for action, name, field in (
+            (ComputePathToPose, "compute_path_to_pose", "goal"),
+            (ComputePathThroughPoses, "compute_path_through_poses", "goals"),
+        ):
+            self._serve_plans(action, name, field)
+        node.create_subscription(PoseStamped, "goal_pose", self._take_goal_pose, RELIABLE)
+
+    def _serve(self, kind: GoalKind, action: Any) -> None:
+        def is_sensible(request: Any) -> bool:
+            return self._is_open() and self._parse(kind, request) is not None
+
+        def begin(server: TickActionServer, handle: ServerGoalHandle) -> None:
+            goal = self._parse(kind, handle.request)
+            assert goal is not None  # accepted a moment ago
+            self._last_id = goal.goal_id
+            self._running[goal.goal_id] = Running(server, handle, goal, self._tick)
+            self._start(goal)
+
+        TickActionServer(self._node, action, kind.value, is_sensible, begin, self._cancel)
+
+    def _parse(self, kind: GoalKind, request: Any) -> Goal | None:
+        try:
+            return goal_from_request(kind, self._last_id + 1, request, self._to_map)
+        except ValueError as error:
+            self._node.get_logger().warning(f"{kind.value}: goal refused: {error}")
+            return None
+
+    def _start(self, goal: Goal) -> None:
+        self._brain.set_goal(goal)
+        self._on_goal()
+
+    def _take_goal_pose(self, message: PoseStamped) -> None:
+        try:
+            goal = pose_goal(self._last_id + 1, message, self._to_map)
+        except ValueError as error:
+            self._node.get_logger().warning(f"goal_pose: ignored: {error}")
+            return
+        if self._is_open():
+            self._last_id = goal.goal_id
+            self._start(goal)
+
+    def _cancel(self, handle: ServerGoalHandle) -> None:
+        for goal_id, running in self._running.items():
+            if running.handle == handle and self._brain.goal_id == goal_id:
+                self._brain.cancel_goal()
+
+    def report(self, tick: int, ended: Sequence[GoalEnded]) -> None:
+        """Send the results of the goals that ended at this tick, and feedback now and then."""
+        self._tick = tick
+        for event in ended:
+            running = self._running.pop(event.goal_id, None)
+            if running is not None:
+                result = result_msg(running.goal, event, running.started_tick)
+                running.server.finish(running.handle, event.outcome, result)
+        running = self._running.get(self._brain.goal_id or 0)
+        if running is not None and (tick - running.started_tick) % FEEDBACK_TICKS == 0:
+            feedback = self._brain.feedback()
+            if feedback is not None:
+                running.handle.publish_feedback(
+                    feedback_msg(running.goal, feedback, running.started_tick, tick)
+                )
+
+    def _serve_plans(self, action: Any, name: str, field: str) -> None:
+        def begin(server: TickActionServer, handle: ServerGoalHandle) -> None:
+            request = handle.request
+            goals = getattr(request, field)
+            goals = goals if field == "goals" else [goals]
+            result = action.Result()
+            started = time.perf_counter()
+            outcome = self._plan(request, goals, result)
+            result.planning_time = duration_msg(time.perf_counter() - started)
+            if field == "goals" and result.error_code:
+                result.error_code += THROUGH_CODES
+            server.finish(handle, outcome, result)
+
+        TickActionServer(self._node, action, name, lambda _: self._is_open(), begin, lambda _: None)
+
+    def _plan(self, request: Any, goals: Sequence[PoseStamped], result: Any) -> Outcome:
+        try:
+            start: Pose | None = self._to_map(request.start) if request.use_start else None
+            poses = [self._to_map(goal) for goal in goals]
+            points_map = self._brain.make_plan(start, poses)
+        except PlanError as error:
+            result.error_code, result.error_msg = int(error.code), str(error)
+            return Outcome.ABORTED
+        except ValueError as error:
+            result.error_code, result.error_msg = INVALID, str(error)
+            return Outcome.ABORTED
+        result.path = path_msg(np.asarray(points_map), self._tick)
+        if poses and result.path.poses:
+            result.path.poses[-1].pose.orientation = goals[-1].pose.orientation
+        return Outcome.SUCCEEDED
