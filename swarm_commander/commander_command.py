@@ -74,13 +74,17 @@ class Commander:
 
     def drive(self, mission: Mission, seed: int) -> int:
         """Drive all robots through a mission; return the exit code."""
+        if not mission.is_single_goal:
+            self._refuse_if_busy()
         sites, where = read_sites(self._node, self._names[0])
         mission.check_stations(sites, where)
         homes = {name: self._pose_of(name) for name in self._names}
         for name, home in homes.items():
             stops = mission.stops(sites, home, seed=seed, robot_id=robot_id(name))
             itinerary = Itinerary(stops, mission.retries)
-            self._drivers[name] = RobotDriver(self._node, name, itinerary, self)
+            self._drivers[name] = RobotDriver(
+                self._node, name, itinerary, self, announces=not mission.is_single_goal
+            )
         self._wait_until_ready()
         signal.signal(signal.SIGTERM, signal.default_int_handler)
         try:
@@ -138,14 +142,17 @@ class Commander:
         self._node.destroy_subscription(subscription)
         return poses[-1]
 
+    def _refuse_if_busy(self) -> None:
+        for name in self._names:
+            if self._node.count_publishers(f"/{name}/mission"):
+                raise ConfigError(
+                    f"{name} is on a mission already;"
+                    " wait for its end, or start swarm-up without --mission"
+                )
+
     def _wait_until_ready(self) -> None:
         deadline = time.monotonic() + READY_LIMIT
         for driver in self._drivers.values():
-            if self._node.count_publishers(f"/{driver.name}/mission") > 1:
-                raise ConfigError(
-                    f"{driver.name} is on a mission already;"
-                    " wait for its end, or start swarm-up without --mission"
-                )
             while not driver.robot.isReady():
                 if time.monotonic() > deadline:
                     raise ConfigError(f"{driver.name} takes no goals; is its navigator active?")

@@ -51,8 +51,15 @@ class RobotDriver:
     """
 
     def __init__(
-        self, node: Node, name: str, itinerary: Itinerary | None, listener: Listener
+        self,
+        node: Node,
+        name: str,
+        itinerary: Itinerary | None,
+        listener: Listener,
+        *,
+        announces: bool = True,
     ) -> None:
+        """Attach to a robot; `announces` says whether it is told that more goals follow."""
         self.robot = RobotCommander(node, name, self._take_status)
         self.itinerary = itinerary
         self.order: Order | None = None
@@ -62,7 +69,7 @@ class RobotDriver:
         self._settled = 0  # goals that the robot had ended when ours was sent
         self._ended: Task | None = None  # our goal, ended, its status not here yet
         self._mission = None
-        if itinerary is not None:
+        if itinerary is not None and announces:
             self._mission = node.create_publisher(MissionMsg, f"/{name}/mission", LATCHED)
 
     @property
@@ -93,8 +100,8 @@ class RobotDriver:
         outcomes = self.itinerary.on_lost(self.tick)
         for outcome in outcomes:
             self._listener.on_settled(self, outcome)
-        if outcomes:
-            self._listener.on_over(self)
+        if outcomes and self._listener.on_over(self):
+            self.release()  # should it come back
 
     def release(self) -> None:
         """Tell the robot that no more goals follow."""

@@ -11,8 +11,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from swarm_common.pipes import LineReader
 from swarm_commander.supervisor import ProcessSpec
+from swarm_common.pipes import LineReader
 from swarm_common.process import die_with
 
 

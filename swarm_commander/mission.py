@@ -59,6 +59,11 @@ class Mission:
         if self.retries < 0:
             raise ConfigError(f"retries is {self.retries}; it must not be negative")
 
+    @property
+    def is_single_goal(self) -> bool:
+        """Whether there is only one pose to go to."""
+        return len(self.route) == 1 and self.route[0].pose_map is not None
+
     def check_stations(self, sites: Sites, where: str) -> None:
         """Check that the world has every station of the route.
 

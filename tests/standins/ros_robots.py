@@ -16,6 +16,7 @@ import time
 import rclpy
 from geometry_msgs.msg import Pose2D
 from nav2_msgs.action import NavigateToPose
+from rclpy._rclpy_pybind11 import RCLError
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
@@ -137,7 +138,7 @@ def main() -> None:
     tick = 0
     due = time.monotonic()
     while rclpy.ok():
-        with contextlib.suppress(ExternalShutdownException):
+        with contextlib.suppress(ExternalShutdownException, RCLError):
             executor.spin_once(timeout_sec=0.005)
         if time.monotonic() >= due and not any(robot.withholds for robot in robots):
             due = time.monotonic() + 0.01

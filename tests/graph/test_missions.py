@@ -1,0 +1,206 @@
+"""The mission process and `swarm-commander` over a real ROS graph of stand-in robots."""
+
+import itertools
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+SITES = ROOT / "worlds" / "slim_blockage" / "sites.yaml"
+DOMAIN = 90
+ENVIRONMENT = os.environ | {
+    "ROS_DOMAIN_ID": str(DOMAIN),
+    "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+    "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4",
+    "PYTHONPATH": str(ROOT),
+}
+Robots = Callable[..., None]
+
+
+@pytest.fixture
+def robots() -> Iterator[Robots]:
+    """Yield a function that starts stand-in robots."""
+    started: list[subprocess.Popen[bytes]] = []
+
+    def start(*flags: str) -> None:
+        command = (sys.executable, "-m", "tests.standins.ros_robots", *flags)
+        started.append(subprocess.Popen(command, env=ENVIRONMENT))
+
+    yield start
+    for process in started:
+        process.terminate()
+        process.wait(timeout=10)
+
+
+def config_of(path: Path, count: int, **changes: Any) -> Path:
+    names = [f"Srobot{number}" for number in range(1, count + 1)]
+    config = {
+        "robots": [{"name": name, "home": [0.0, 0.0, 0.0]} for name in names],
+        "mission": "loading_route",
+        "sites": str(SITES),
+        "seed": 0,
+        "laps": 1,
+        "goals_per_robot": 3,
+        "stand_still_at_end": False,
+    }
+    path.write_text(json.dumps(config | changes), encoding="utf-8")
+    return path
+
+
+class Runner:
+    """The mission process and what it says."""
+
+    def __init__(self, config: Path) -> None:
+        module = ("-m", "swarm_commander.runner", str(config))
+        self.process = subprocess.Popen(
+            (sys.executable, *module, "--event-fd", "1", "--control-fd", "0"),
+            env=ENVIRONMENT,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+        )
+
+    def tell(self, command: dict[str, str]) -> None:
+        assert self.process.stdin is not None
+        self.process.stdin.write(json.dumps(command).encode() + b"\n")
+        self.process.stdin.flush()
+
+    def events_until(self, kind: str) -> list[dict[str, Any]]:
+        events = []
+        assert self.process.stdout is not None
+        for line in self.process.stdout:
+            events.append(json.loads(line))
+            if events[-1]["event"] == kind:
+                return events
+        pytest.fail(f"it ended without {kind}")
+
+    def close(self) -> None:
+        self.process.terminate()
+        self.process.communicate(timeout=10)
+        assert self.process.returncode == 0
+
+
+@pytest.fixture
+def runner(tmp_path: Path) -> Iterator[Callable[..., Runner]]:
+    """Yield a function that starts a mission process."""
+    started: list[Runner] = []
+
+    def start(count: int, **changes: Any) -> Runner:
+        started.append(Runner(config_of(tmp_path / "mission.json", count, **changes)))
+        return started[-1]
+
+    yield start
+    for process in started:
+        process.close()
+
+
+def goals(events: list[dict[str, Any]], robot: str) -> list[tuple[str, float]]:
+    return [
+        (event["outcome"], event["sim_time"])
+        for event in events
+        if event["event"] == "goal" and event["robot"] == robot
+    ]
+
+
+def test_goals_follow_each_other_at_exact_ticks(robots: Robots, runner: Any) -> None:
+    robots("3")
+    events = runner(3).events_until("done")
+    for name in ("Srobot1", "Srobot2", "Srobot3"):
+        outcomes, times = zip(*goals(events, name), strict=True)
+        assert outcomes == ("reached",) * 3
+        # 20 ticks of driving after 0.2 s at the loader, whatever the machine was doing.
+        steps = [after - before for before, after in itertools.pairwise(times)]
+        assert steps == pytest.approx([2.2, 2.2])
+
+
+def test_failed_goals_are_tried_again(robots: Robots, runner: Any) -> None:
+    robots("2", "--fail", "Srobot2")
+    events = runner(2).events_until("done")
+    assert [outcome for outcome, _ in goals(events, "Srobot2")] == ["reached"] * 3
+    assert sum(event["event"] == "sent" for event in events) == 6
+
+
+def test_a_silent_robot_loses_its_goals_and_the_others_go_on(robots: Robots, runner: Any) -> None:
+    robots("2", "--mute", "Srobot2")
+    events = runner(2, goals_per_robot=8).events_until("done")
+    assert [outcome for outcome, _ in goals(events, "Srobot1")] == ["reached"] * 8
+    assert [outcome for outcome, _ in goals(events, "Srobot2")][-1] == "failed"
+    assert len(goals(events, "Srobot2")) == 8
+
+
+def test_a_dead_robot_loses_its_goals_at_once(robots: Robots, runner: Any) -> None:
+    robots("2")
+    process = runner(2)
+    process.events_until("goal")
+    process.tell({"cmd": "dead", "robot": "Srobot2"})
+    events = process.events_until("done")
+    assert [outcome for outcome, _ in goals(events, "Srobot2")][-1] == "failed"
+    assert [outcome for outcome, _ in goals(events, "Srobot1")][-1] == "reached"
+
+
+def test_without_a_mission_the_robots_are_only_watched(robots: Robots, runner: Any) -> None:
+    robots("1")
+    (*_, status) = runner(1, mission=None).events_until("status")
+    assert (status["robot"], status["goals_reached"], status["has_goal"]) == ("Srobot1", 0, False)
+
+
+def commander(*flags: str) -> subprocess.CompletedProcess[str]:
+    code = "from swarm_commander.cli import commander; commander()"
+    return subprocess.run(
+        (sys.executable, "-c", code, *flags),
+        env=ENVIRONMENT,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+
+
+def test_the_commander_drives_a_robot_and_says_how_it_goes(robots: Robots) -> None:
+    robots("2")
+    result = commander("Srobot2")
+    assert result.returncode == 0, result.stderr
+    assert "holding for loader_3, place 2" in result.stdout
+    assert "to go" in result.stdout
+    assert result.stdout.index("shipping: reached") < result.stdout.index("home: reached")
+
+
+def test_the_commander_drives_to_one_goal(robots: Robots) -> None:
+    robots("1")
+    result = commander("--all", "--goal", "1.5", "-2", "0")
+    assert result.returncode == 0, result.stderr
+    assert "Srobot1  (1.5, -2): reached" in result.stdout
+
+
+def test_a_robot_on_a_mission_is_left_alone_but_takes_a_goal(robots: Robots, runner: Any) -> None:
+    robots("1")
+    process = runner(1, goals_per_robot=None, laps=4)
+    process.events_until("goal")
+    refused = commander("Srobot1")
+    assert refused.returncode == 2
+    assert "is on a mission already" in refused.stderr
+    assert commander("Srobot1", "--goal", "1.5", "-2", "0").returncode == 0
+    assert {event.get("outcome") for event in process.events_until("done")} == {None, "reached"}
+
+
+def test_an_unknown_robot_lists_those_that_run(robots: Robots) -> None:
+    robots("2")
+    result = commander("Srobot7")
+    assert result.returncode == 2
+    assert result.stderr == (
+        "swarm-commander: no robot 'Srobot7' is running; there are Srobot1, Srobot2\n"
+    )
+
+
+def test_without_a_swarm_the_commander_says_so_within_seconds() -> None:
+    start = time.monotonic()
+    result = commander("Srobot1")
+    assert result.returncode == 2
+    assert "no swarm is running in ROS domain 90" in result.stderr
+    assert time.monotonic() - start < 10.0
