@@ -136,7 +136,8 @@ class BulletEngine:
     def _drive(self, targets: FloatArray) -> None:
         """Move the motors' aims one step towards the targets."""
         changed = ramp_all(self._speeds, targets, self._limits, self._period)
-        self._set_motors(np.flatnonzero(changed).tolist())
+        if changed.any():
+            self._set_motors(np.flatnonzero(changed).tolist())
 
     def _set_motors(self, robots: Sequence[int]) -> None:
         turn = self._speeds[:, 1] * self._half_tracks

@@ -1,8 +1,8 @@
 """Rigid bodies for pybullet: what a scene and a robot model become in the physics engine.
 
 A robot stands on balls: each wheel touches the ground with a sphere of its radius, which rolls
-without the 1 mm of excess that pybullet's cylinders have, and each caster with a ball without
-friction. For everything else the wheels count with their true outline, as part of the body.
+without the 1 mm of excess that pybullet's cylinders have; the casters ahead of the axle, and
+those behind it, are one ball without friction. For everything else the wheels count with their true outline, as part of the body.
 Collision groups keep the two apart.
 """
 
@@ -124,7 +124,21 @@ def _split_base(
             casters.append((part.body_from_part[:3, 3], part.shape.radius))
         else:
             hull.append((part.shape, part.body_from_part))
-    return casters, hull
+    return _merged(casters), hull
+
+
+def _merged(casters: Sequence[tuple[FloatArray, float]]) -> list[tuple[FloatArray, float]]:
+    """Return one ball for the casters behind the axle and one for those ahead of it.
+
+    Two wheels and one ball carry a robot as well as two wheels and two balls, at 3/4 of the cost.
+    """
+    merged = []
+    for is_ahead in (False, True):
+        balls = [ball for ball in casters if (ball[0][0] > 0.0) == is_ahead]
+        if balls:
+            center = np.mean([center for center, _ in balls], axis=0)
+            merged.append((center, float(np.mean([radius for _, radius in balls]))))
+    return merged
 
 
 def _lowest(part: Part) -> float:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.beacon import BeaconArray, empty_beacons
+from swarm_common.beacon import BEACON_DTYPE, BEACON_SIZE, BeaconArray, empty_beacons
 from swarm_common.errors import ConfigError
 from swarm_common.records import CONTROL_PERIOD
 from swarm_sim.randomness import hash_words, uniform
@@ -69,9 +69,8 @@ class Radio:
             positions: True positions (n, 2) at that tick.
         """
         senders = np.array([i for i, b in enumerate(beacons) if b is not None], np.int64)
-        sent = empty_beacons(len(senders))
-        for row, sender in enumerate(senders):
-            sent[row] = beacons[sender]
+        joined = b"".join([b.tobytes() for b in beacons if b is not None])
+        sent = np.frombuffer(joined, BEACON_DTYPE)
         order = np.argsort(sent["id"], kind="stable")
         senders, sent = senders[order], sent[order]
         gap = positions[:, None, :] - positions[None, senders, :]
@@ -87,4 +86,6 @@ class Radio:
     def heard(self, receiver: int) -> BeaconArray:
         """Return the beacons that reach a robot at the present tick, ordered by id."""
         sent, heard = self._under_way[0]
-        return sent[heard[receiver]]
+        # As plain bytes: numpy copies records of many members member by member.
+        rows = sent.view(np.uint8).reshape(len(sent), BEACON_SIZE)
+        return rows[heard[receiver]].reshape(-1).view(BEACON_DTYPE)

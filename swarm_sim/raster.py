@@ -37,13 +37,21 @@ def draw_grid(
     origin_y = round(y_min - rows_before * resolution, 9)
     width = int(np.ceil((x_max - origin_x) / resolution - 1e-6))
     height = int(np.ceil((y_max - origin_y) / resolution - 1e-6))
-    grid = Grid(np.full((height, width), FREE, np.int8), resolution, origin_x, origin_y)
-    for outline in section.outlines():
-        _draw_polygon(grid, outline)
+    grid = draw_on((height, width), resolution, origin_x, origin_y, section)
     if len(seeds):
         cells = np.array([grid.cell_of(x, y) for x, y in seeds], dtype=np.int64)
         reached = flood(grid.cells, cells)
         grid.cells[(grid.cells == FREE) & ~reached] = UNKNOWN
+    return grid
+
+
+def draw_on(
+    shape: tuple[int, int], resolution: float, origin_x: float, origin_y: float, section: Section
+) -> Grid:
+    """Return a grid of a given shape and place on which a section is occupied, all else free."""
+    grid = Grid(np.full(shape, FREE, np.int8), resolution, origin_x, origin_y)
+    for outline in section.outlines():
+        _draw_polygon(grid, outline)
     return grid
 
 
@@ -59,6 +67,8 @@ def _draw_polygon(grid: Grid, outline: FloatArray) -> None:
     row1, column1 = (index + 2 for index in grid.cell_of(high[0], high[1]))
     rows = np.arange(row0, min(row1, grid.height))
     columns = np.arange(column0, min(column1, grid.width))
+    if not len(rows) or not len(columns):
+        return
     x = grid.origin_x + (columns[None, :] + 0.5) * grid.resolution
     y = grid.origin_y + (rows[:, None] + 0.5) * grid.resolution
     half = grid.resolution / 2 - SPILL
