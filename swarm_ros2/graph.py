@@ -20,7 +20,7 @@ PREFIX = "_ros2cli"
 POLL = 0.02          # [s]
 QUIET = 0.3          # [s] without news after which the graph counts as known
 LEAST = 1.1          # [s] before that: every participant announces itself once a second
-MOST = 5.0           # [s]
+MOST = 3.5           # [s] to wait for something; Fast DDS by itself announces every 3 s
 
 
 @contextmanager

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import os
 import re
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +22,9 @@ FIELD = re.compile(
 
 def add_verbs(verbs: Any) -> None:
     """Add the verbs of `ros2 interface`."""
+    # The wheels install to this environment without saying so to the ament index.
+    prefixes = [*os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep), sys.prefix]
+    os.environ["AMENT_PREFIX_PATH"] = os.pathsep.join(filter(None, prefixes))
     verb = verbs.add_parser("list", help="List all interface types available")
     for kind, title in KINDS.items():
         verb.add_argument(

@@ -80,8 +80,8 @@ def _print_both_sides(node: Node, rows: graph.NamesAndTypes) -> None:
 def _info(options: argparse.Namespace) -> None:
     topic = graph.absolute(options.topic_name)
     with graph.open_node() as node:
-        graph.topic_type(node, topic)
         graph.settle(node)
+        graph.wait_for(lambda: topic in dict(node.get_topic_names_and_types()), timeout=2.0)
         types = dict(node.get_topic_names_and_types()).get(topic)
         if types is None:
             raise SwarmError(f"Unknown topic '{topic}'")

@@ -1,0 +1,217 @@
+"""The `ros2` command against a node with one of everything."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from swarm_ros2 import cli
+
+SAMPLE = Path(__file__).with_name("sample_node.py")
+NODE = "/Srobot1/sample"
+
+
+@pytest.fixture(scope="module", autouse=True)
+def sample() -> Iterator[None]:
+    process = subprocess.Popen([sys.executable, str(SAMPLE)])
+    try:
+        deadline = time.monotonic() + 20.0
+        while cli.run(["topic", "type", "/Srobot1/odom"]) != 0 and time.monotonic() < deadline:
+            assert process.poll() is None
+        yield
+    finally:
+        process.kill()
+        process.wait()
+
+
+@pytest.fixture
+def ros2(capfd: pytest.CaptureFixture[str]) -> Ros2:
+    return Ros2(capfd)
+
+
+class Ros2:
+    """Runs a command line; keeps what it printed."""
+
+    def __init__(self, capture: pytest.CaptureFixture[str]) -> None:
+        self._capture = capture
+        self.err = ""
+
+    def __call__(self, *arguments: str, code: int = 0) -> str:
+        self._capture.readouterr()
+        assert cli.run(arguments) == code
+        out, self.err = self._capture.readouterr()
+        return out
+
+
+def test_topic_list_shows_names_and_types(ros2: Ros2) -> None:
+    lines = ros2("topic", "list", "-t").splitlines()
+    assert "/Srobot1/odom [nav_msgs/msg/Odometry]" in lines
+    assert "/Srobot1/scan [sensor_msgs/msg/LaserScan]" in lines
+    assert lines == sorted(lines)
+    assert not any("_action" in line for line in lines)
+
+
+def test_topic_list_takes_less_than_two_seconds(ros2: Ros2) -> None:
+    start = time.monotonic()
+    ros2("topic", "list")
+    assert time.monotonic() - start < 2.0
+
+
+def test_topic_info_counts_both_sides(ros2: Ros2) -> None:
+    expected = "Type: std_msgs/msg/String\nPublisher count: 0\nSubscription count: 1\n"
+    assert ros2("topic", "info", "/Srobot1/say") == expected
+
+
+def test_topic_info_verbose_shows_the_quality_of_service(ros2: Ros2) -> None:
+    text = ros2("topic", "info", "-v", "/Srobot1/scan")
+    assert "Node name: sample\nNode namespace: /Srobot1\n" in text
+    assert "Topic type hash: RIHS01_" in text
+    assert "  Reliability: BEST_EFFORT\n" in text
+
+
+def test_unknown_topic_is_an_error(ros2: Ros2) -> None:
+    ros2("topic", "info", "/nowhere", code=1)
+    assert ros2.err == "Unknown topic '/nowhere'\n"
+
+
+def test_echo_once_prints_one_message(ros2: Ros2) -> None:
+    text = ros2("topic", "echo", "--once", "/Srobot1/odom")
+    assert text.startswith("header:\n  stamp:\n    sec: 0\n    nanosec: 0\n  frame_id: ''\n")
+    assert text.endswith("---\n")
+    assert text.count("---\n") == 1
+    assert "      x: 1.5\n" in text
+
+
+def test_echo_of_a_field(ros2: Ros2) -> None:
+    text = ros2("topic", "echo", "--once", "/Srobot1/odom", "--field", "pose.pose.position")
+    assert text == "x: 1.5\ny: 0.0\nz: 0.0\n---\n"
+    assert ros2("topic", "echo", "--once", "/Srobot1/odom", "--field", "pose.pose.position.x") == (
+        "1.5\n---\n"
+    )
+
+
+def test_echo_adapts_to_best_effort_and_abbreviates_arrays(ros2: Ros2) -> None:
+    text = ros2("topic", "echo", "--once", "/Srobot1/scan", "--no-arr")
+    assert "ranges: '<sequence type: float, length: 360>'\n" in text
+
+
+def test_echo_truncates_long_arrays(ros2: Ros2) -> None:
+    text = ros2("topic", "echo", "--once", "/Srobot1/scan", "--field", "ranges")
+    assert text.count("0.5") == 128
+    assert "..." in text
+
+
+def test_echo_hears_what_was_published_before(ros2: Ros2) -> None:
+    assert ros2("topic", "echo", "--once", "/Srobot1/description") == "data: a robot\n---\n"
+
+
+def test_echo_of_a_type_that_is_not_installed(ros2: Ros2) -> None:
+    ros2("topic", "echo", "--once", "/Srobot1/odom", "no_msgs/msg/Nothing", code=1)
+    assert "'no_msgs/msg/Nothing' is not installed here" in ros2.err
+
+
+def test_hz_measures_the_rate() -> None:
+    command = [sys.executable, "-m", "swarm_ros2", "topic", "hz", "/Srobot1/scan"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=own_path()) as process:
+        assert process.stdout is not None
+        lines = [process.stdout.readline() for _ in range(4)]
+        process.send_signal(signal.SIGINT)
+        assert process.wait(10) == 130
+    rate = float(lines[2].removeprefix("average rate: "))
+    assert rate == pytest.approx(20.0, rel=0.3)
+    assert lines[3].startswith("\tmin: ")
+    assert "window: " in lines[3]
+
+
+def test_pub_reaches_the_node(ros2: Ros2) -> None:
+    command = [
+        sys.executable, "-m", "swarm_ros2", "topic", "echo", "--once", "/Srobot1/heard",
+        "std_msgs/msg/String", "--timeout", "30",
+    ]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=own_path()) as listener:
+        words = ("topic", "pub", "-t", "40", "-r", "10", "/Srobot1/say", "std_msgs/msg/String")
+        text = ros2(*words, "data: hello")
+        out, _ = listener.communicate(timeout=30)
+    assert "publisher: beginning loop\n" in text
+    assert "publishing #1: std_msgs.msg.String(data='hello')\n" in text
+    assert out == "data: hello\n---\n"
+
+
+def test_pub_refuses_an_unknown_field(ros2: Ros2) -> None:
+    ros2("topic", "pub", "--once", "/x", "std_msgs/msg/String", "{dat: a}", code=1)
+    assert "'String' has no field 'dat'; it has data" in ros2.err
+
+
+def test_node_list_and_info(ros2: Ros2) -> None:
+    assert ros2("node", "list") == f"{NODE}\n"
+    text = ros2("node", "info", NODE)
+    assert text.startswith(f"{NODE}\n  Subscribers:\n    /Srobot1/say: std_msgs/msg/String\n")
+    assert "    /Srobot1/switch: std_srvs/srv/SetBool\n" in text
+    assert "  Action Servers:\n    /Srobot1/wait: nav2_msgs/action/Wait\n" in text
+
+
+def test_unknown_node_is_an_error(ros2: Ros2) -> None:
+    ros2("node", "info", "/nobody", code=1)
+    assert ros2.err == "Unable to find node '/nobody'\n"
+
+
+def test_service_list_and_call(ros2: Ros2) -> None:
+    assert "/Srobot1/switch [std_srvs/srv/SetBool]\n" in ros2("service", "list", "-t")
+    text = ros2("service", "call", "/Srobot1/switch", "std_srvs/srv/SetBool", "{data: true}")
+    assert "requester: making request: std_srvs.srv.SetBool_Request(data=True)\n\n" in text
+    expected = "std_srvs.srv.SetBool_Response(success=True, message='as you say')"
+    assert f"response:\n{expected}\n" in text
+
+
+def test_action_list_and_send_goal_with_feedback(ros2: Ros2) -> None:
+    assert ros2("action", "list", "-t") == "/Srobot1/wait [nav2_msgs/action/Wait]\n"
+    goal = ("/Srobot1/wait", "nav2_msgs/action/Wait", "{time: {sec: 1}}")
+    text = ros2("action", "send_goal", "--feedback", *goal)
+    parts = ("Waiting for an action server", "Sending goal:\n     time:\n", "Goal accepted with ID: ",
+             "Result:\n    total_elapsed_time:\n", "Goal finished with status: SUCCEEDED\n")
+    places = [text.index(part) for part in parts]
+    assert places == sorted(places)
+    assert "Feedback:\n    time_left:\n" in text
+
+
+def test_param_list_get_set(ros2: Ros2) -> None:
+    assert "  max_vel_x\n" in ros2("param", "list", NODE)
+    assert ros2("param", "set", NODE, "max_vel_x", "0.15") == "Set parameter successful\n"
+    assert ros2("param", "get", NODE, "max_vel_x") == "Double value is: 0.15\n"
+    assert ros2("param", "get", NODE, "max_vel_x", "--hide-type") == "0.15\n"
+
+
+def test_refused_parameter_gives_the_reason(ros2: Ros2) -> None:
+    ros2("param", "set", NODE, "max_vel_x", "-1.0", code=1)
+    assert ros2.err == "Setting parameter failed: max_vel_x must not be negative\n"
+
+
+def test_interface_show_expands_nested_types(ros2: Ros2) -> None:
+    text = ros2("interface", "show", "geometry_msgs/msg/PoseStamped", "--no-comments")
+    assert text.splitlines()[:4] == [
+        "std_msgs/Header header", "\tbuiltin_interfaces/Time stamp", "\t\tint32 sec",
+        "\t\tuint32 nanosec",
+    ]
+
+
+def test_real_ros2_is_preferred(tmp_path: Path) -> None:
+    real = tmp_path / "ros2"
+    real.write_text("#!/bin/sh\necho real $*\necho ${LD_LIBRARY_PATH:-none}\n")
+    real.chmod(0o755)
+    environ = os.environ | {"PATH": f"{tmp_path}{os.pathsep}/usr/bin{os.pathsep}/bin"}
+    command = [sys.executable, "-m", "swarm_ros2", "topic", "list"]
+    result = subprocess.run(command, env=environ, capture_output=True, text=True, check=True)
+    assert result.stdout.splitlines()[0] == "real topic list"
+    assert sys.prefix not in result.stdout
+
+
+def own_path() -> dict[str, str]:
+    """Return an environment in which no other ros2 is on PATH."""
+    return os.environ | {"PATH": os.path.dirname(sys.executable)}
