@@ -43,7 +43,9 @@ def load_map(path: str | Path) -> Grid:
         raise MapError(f"{path}: resolution is {resolution}; it must be positive [m per pixel]")
     x, y, yaw = numbers(data["origin"], 3, f"{path}: origin [x, y, yaw]", MapError)
     if yaw != 0.0:
-        raise MapError(f"{path}: origin is rotated by {yaw} rad; only maps with yaw 0 are supported")
+        raise MapError(
+            f"{path}: origin is rotated by {yaw} rad; only maps with yaw 0 are supported"
+        )
     grey, alpha = _read_image(path, data["image"])
     return Grid(_cells(grey, alpha, data, path)[::-1].copy(), resolution, x, y)
 
@@ -144,7 +146,9 @@ def _read_with_pillow(image: Path) -> tuple[NDArray[np.uint8], NDArray[np.uint8]
     try:
         from PIL import Image
     except ImportError as cause:
-        raise MapError(f"{image}: only PGM can be read without Pillow; pip install pillow") from cause
+        raise MapError(
+            f"{image}: only PGM can be read without Pillow; pip install pillow"
+        ) from cause
     try:
         with Image.open(image) as opened:
             has_alpha = "A" in opened.getbands() or "transparency" in opened.info

@@ -9,7 +9,7 @@ import numpy as np
 import pybullet
 
 from swarm_common.records import CONTROL_PERIOD, Pose, RobotSpec
-from swarm_sim.bullet_bodies import RobotBody, add_ground, add_obstacle, add_robot, solid_bodies
+from swarm_sim.bullet_bodies import add_ground, add_obstacle, add_robot, solid_bodies
 from swarm_sim.bullet_kernels import near_pairs, ramp_all
 from swarm_sim.engine import NEAR, FloatArray, Touch
 from swarm_sim.planar import MAX_CORNERS, bounds_of, pack_polygons, pad_polygon
@@ -208,12 +208,16 @@ class BulletEngine:
 
     def _distance(self, a: int, b: int, estimate: float) -> float:
         """Return the engine's distance between two bodies; the estimate is a lower bound."""
-        points = pybullet.getClosestPoints(a, b, estimate + 0.1, -1, -1, physicsClientId=self._client)
+        points = pybullet.getClosestPoints(
+            a, b, estimate + 0.1, -1, -1, physicsClientId=self._client
+        )
         return max(0.0, min((point[TOUCH_DISTANCE] for point in points), default=estimate))
 
     def _suspects(self) -> list[tuple[int, int, tuple[int, str] | None]]:
         """Return the pairs that could touch within a control period: robots, or an obstacle."""
-        reach = np.array([s.max_vel_x + s.max_vel_theta * s.circumscribed_radius for s in self._specs])
+        reach = np.array(
+            [s.max_vel_x + s.max_vel_theta * s.circumscribed_radius for s in self._specs]
+        )
         reach = reach * CONTROL_PERIOD + 0.02
         pairs: list[tuple[int, int, tuple[int, str] | None]] = [
             (int(i), int(j), None)

@@ -2,8 +2,8 @@
 
 A robot stands on balls: each wheel touches the ground with a sphere of its radius, which rolls
 without the 1 mm of excess that pybullet's cylinders have; the casters ahead of the axle, and
-those behind it, are one ball without friction. For everything else the wheels count with their true outline, as part of the body.
-Collision groups keep the two apart.
+those behind it, are one ball without friction. For everything else the wheels count with their
+true outline, as part of the body. Collision groups keep the two apart.
 """
 
 from __future__ import annotations

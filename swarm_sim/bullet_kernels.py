@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_sim.planar_kernels import box_gap, ramp
-from swarm_sim.polygons import distance, place
+from swarm_sim.polygon_kernels import distance, place
 
 FloatArray = NDArray[np.float64]
 

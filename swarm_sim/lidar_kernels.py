@@ -18,9 +18,7 @@ TWO_PI = 2.0 * math.pi
 
 
 @numba.njit(cache=True)
-def ray_segment(
-    dx: float, dy: float, ax: float, ay: float, bx: float, by: float
-) -> float:
+def ray_segment(dx: float, dy: float, ax: float, ay: float, bx: float, by: float) -> float:
     """Return the range along a unit ray from the origin to the segment a-b; inf if it misses."""
     ex, ey = bx - ax, by - ay
     denominator = dx * ey - dy * ex
@@ -59,7 +57,9 @@ def segment_gap(ax: float, ay: float, bx: float, by: float) -> float:
 
 
 @numba.njit(cache=True)
-def ray_window(start: float, width: float, turn: int, increment: float, rays: int) -> tuple[int, int]:
+def ray_window(
+    start: float, width: float, turn: int, increment: float, rays: int
+) -> tuple[int, int]:
     """Return first and last ray (inclusive) that an angle may contain.
 
     Args:
@@ -70,8 +70,8 @@ def ray_window(start: float, width: float, turn: int, increment: float, rays: in
         rays: Number of rays.
     """
     low = start % TWO_PI - TWO_PI * turn
-    first = max(0, int(math.floor(low / increment)) - 1)
-    last = min(rays - 1, int(math.ceil((low + width) / increment)) + 1)
+    first = max(0, math.floor(low / increment) - 1)
+    last = min(rays - 1, math.ceil((low + width) / increment) + 1)
     return first, last
 
 

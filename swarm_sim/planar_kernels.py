@@ -8,7 +8,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_sim.polygons import distance, overlap, place
+from swarm_sim.polygon_kernels import distance, overlap, place
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

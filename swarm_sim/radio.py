@@ -88,4 +88,5 @@ class Radio:
         sent, heard = self._under_way[0]
         # As plain bytes: numpy copies records of many members member by member.
         rows = sent.view(np.uint8).reshape(len(sent), BEACON_SIZE)
-        return rows[heard[receiver]].reshape(-1).view(BEACON_DTYPE)
+        received: BeaconArray = rows[heard[receiver]].reshape(-1).view(BEACON_DTYPE)
+        return received

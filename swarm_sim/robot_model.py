@@ -135,7 +135,9 @@ def _target(joint: ET.Element, tag: str, links: dict[str, ET.Element], where: st
     element = joint.find(tag)
     name = "" if element is None else element.get("link", "")
     if name not in links:
-        raise RobotModelError(f"{where}: <{tag}> of joint {joint.get('name')} names no link: '{name}'")
+        raise RobotModelError(
+            f"{where}: <{tag}> of joint {joint.get('name')} names no link: '{name}'"
+        )
     return name
 
 
@@ -154,7 +156,9 @@ class _Draft:
 
     def finish(self) -> RigidGroup:
         mass = sum(m for m, _, _ in self.masses)
-        center = sum((m * c for m, c, _ in self.masses), np.zeros(3)) / mass if mass else np.zeros(3)
+        center = np.zeros(3)
+        if mass > 0.0:
+            center = sum((m * c for m, c, _ in self.masses), center) / mass
         inertia = np.zeros((3, 3))
         for m, c, own in self.masses:  # parallel axes
             arm = c - center

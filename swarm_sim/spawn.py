@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
+from numpy.typing import NDArray
 
 from swarm_common.errors import WorldError
 from swarm_common.records import Pose, RobotSpec
 from swarm_common.sites import Sites, SpawnArea
 from swarm_sim.draw_map import accessible_points
-from swarm_sim.polygons import corner_distance, overlap
-from swarm_sim.raster import draw_grid, flood
+from swarm_sim.polygon_kernels import corner_distance, overlap
+from swarm_sim.raster import draw_grid
+from swarm_sim.raster_kernels import flood
 from swarm_sim.scene import Scene
 from swarm_sim.section import FloatArray, Section, section_between
 
@@ -18,6 +22,7 @@ STATION_CLEARANCE = 1.2  # [m] from centre to station
 CIRCUIT_CLEARANCE = 0.9  # [m] from centre to circuit
 MIN_PITCH = 0.7  # [m] between neighbours
 PITCH_STEPS = 40
+REACH_RESOLUTION = 0.1  # [m] of the grid on which reachability is checked
 
 
 def spawn_poses(scene: Scene, spec: RobotSpec, count: int) -> list[Pose]:
@@ -55,9 +60,7 @@ def _default_area(section: Section, count: int) -> SpawnArea:
     x_min, y_min, x_max, y_max = section.bounds()
     if x_max - x_min < 1.0 or y_max - y_min < 1.0 or not (x_min < 0.0 < x_max):
         return SpawnArea(-side, -side, side, side, 1.5)
-    return SpawnArea(
-        max(-side, x_min), max(-side, y_min), min(side, x_max), min(side, y_max), 1.5
-    )
+    return SpawnArea(max(-side, x_min), max(-side, y_min), min(side, x_max), min(side, y_max), 1.5)
 
 
 def _places(
@@ -85,25 +88,25 @@ def wall_distance(points: FloatArray, section: Section) -> FloatArray:
     return nearest
 
 
-def _site_clearance(points: FloatArray, sites: Sites) -> np.ndarray:
+def _site_clearance(points: FloatArray, sites: Sites) -> NDArray[np.bool_]:
     keep = np.ones(len(points), np.bool_)
     for pose in sites.stations.values():
         keep &= np.hypot(points[:, 0] - pose.x, points[:, 1] - pose.y) >= STATION_CLEARANCE
     for circuit in sites.circuits.values():
         closed = np.array([*circuit, circuit[0]])
-        for a, b in zip(closed[:-1], closed[1:], strict=True):
+        for a, b in pairwise(closed):
             edge = np.array([a, b])
             gaps = [corner_distance(point[None, :], edge) for point in points]
             keep &= np.array(gaps, dtype=np.float64).reshape(-1) >= CIRCUIT_CLEARANCE
     return keep
 
 
-def _reachable(points: FloatArray, section: Section, scene: Scene) -> np.ndarray:
+def _reachable(points: FloatArray, section: Section, scene: Scene) -> NDArray[np.bool_]:
     """Return which points are connected with the stations, if there are any."""
     seeds = accessible_points(scene)
     if not len(seeds) or not len(points):
         return np.ones(len(points), np.bool_)
-    grid = draw_grid(section, np.vstack([points, seeds])[:0], 0.1)
+    grid = draw_grid(section, seeds[:0], REACH_RESOLUTION)
     reached = flood(grid.cells, np.array([grid.cell_of(x, y) for x, y in seeds], np.int64))
     cells = [grid.cell_of(x, y) for x, y in points]
     return np.array(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -71,6 +71,7 @@ class World:
         config: WorldConfig | None = None,
         seed: int = 0,
         names: Sequence[str] | None = None,
+        models: Mapping[str, RobotModel] | None = None,
     ) -> None:
         """Place the robots and begin at tick 0.
 
@@ -81,6 +82,7 @@ class World:
             config: How to simulate.
             seed: Of everything random.
             names: Of the robots, for verdicts; default Srobot1, Srobot2 ...
+            models: Descriptions by `RobotSpec.model`; default those in `robots/`.
         """
         if len(specs) != len(poses):
             raise ValueError(f"{len(specs)} robot models but {len(poses)} poses")
@@ -89,7 +91,7 @@ class World:
         self.specs = list(specs)
         self._config = config
         self._tick = 0
-        models = {spec.model: load_robot_model(spec.model) for spec in specs}
+        models = models or {spec.model: load_robot_model(spec.model) for spec in specs}
         bodies = {name: model.bodies() for name, model in models.items()}
         self._engine = _make_engine(scene, specs, poses, models, config)
         self._lidars = Lidars(scene, specs, [bodies[spec.model] for spec in specs], seed)
@@ -179,7 +181,7 @@ def _make_engine(
     scene: Scene,
     specs: Sequence[RobotSpec],
     poses: Sequence[Pose],
-    models: dict[str, RobotModel],
+    models: Mapping[str, RobotModel],
     config: WorldConfig,
 ) -> Engine:
     height = max([spec.height for spec in specs], default=1.0)
