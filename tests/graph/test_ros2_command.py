@@ -174,7 +174,8 @@ def test_action_list_and_send_goal_with_feedback(ros2: Ros2) -> None:
     assert ros2("action", "list", "-t") == "/Srobot1/wait [nav2_msgs/action/Wait]\n"
     goal = ("/Srobot1/wait", "nav2_msgs/action/Wait", "{time: {sec: 1}}")
     text = ros2("action", "send_goal", "--feedback", *goal)
-    parts = ("Waiting for an action server", "Sending goal:\n     time:\n", "Goal accepted with ID: ",
+    parts = ("Waiting for an action server", "Sending goal:\n     time:\n",
+             "Goal accepted with ID: ",
              "Result:\n    total_elapsed_time:\n", "Goal finished with status: SUCCEEDED\n")
     places = [text.index(part) for part in parts]
     assert places == sorted(places)

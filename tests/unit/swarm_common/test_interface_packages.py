@@ -1,0 +1,85 @@
+"""Interface packages as sources: dependencies, order, cache keys."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from swarm_common.errors import ConfigError
+from swarm_common.resources import share_directory
+from swarm_common.rosidl import packages
+
+MANIFEST = """<?xml version="1.0"?>
+<package format="3"><name>{name}</name>{depends}</package>
+"""
+
+
+def write_package(root: Path, name: str, *depends: str, field: str = "bool ready") -> Path:
+    folder = root / name
+    (folder / "msg").mkdir(parents=True)
+    text = "".join(f"<depend>{other}</depend>" for other in depends)
+    (folder / "package.xml").write_text(MANIFEST.format(name=name, depends=text))
+    (folder / "msg" / "State.msg").write_text(f"{field}\n")
+    return folder
+
+
+def test_shipped_packages_come_after_their_dependencies() -> None:
+    found = packages.load_packages(share_directory("interfaces") / "interfaces")
+    names = [package.name for package in found]
+    assert set(names) == {"geographic_msgs", "nav2_msgs", "swarm_interfaces", "tf2_msgs"}
+    assert names.index("geographic_msgs") < names.index("nav2_msgs")
+
+
+def test_everything_that_basic_navigator_imports_is_defined() -> None:
+    found = packages.load_packages(share_directory("interfaces") / "interfaces")
+    nav2 = next(package for package in found if package.name == "nav2_msgs")
+    actions = {path.stem for path in nav2.files if path.suffix == ".action"}
+    services = {path.stem for path in nav2.files if path.suffix == ".srv"}
+    assert actions >= {
+        "AssistedTeleop", "BackUp", "ComputePathThroughPoses", "ComputePathToPose", "DockRobot",
+        "DriveOnHeading", "FollowGPSWaypoints", "FollowPath", "FollowWaypoints",
+        "NavigateThroughPoses", "NavigateToPose", "SmoothPath", "Spin", "UndockRobot", "Wait",
+    }
+    assert services >= {
+        "ClearCostmapAroundPose", "ClearCostmapAroundRobot", "ClearCostmapExceptRegion",
+        "ClearEntireCostmap", "GetCostmap", "LoadMap", "ManageLifecycleNodes",
+    }
+
+
+def test_order_follows_dependencies_not_names(tmp_path: Path) -> None:
+    write_package(tmp_path, "a_msgs", "b_msgs", "std_msgs")
+    write_package(tmp_path, "b_msgs", "c_msgs")
+    write_package(tmp_path, "c_msgs")
+    assert [p.name for p in packages.load_packages(tmp_path)] == ["c_msgs", "b_msgs", "a_msgs"]
+
+
+def test_circular_dependency_is_an_error(tmp_path: Path) -> None:
+    write_package(tmp_path, "a_msgs", "b_msgs")
+    write_package(tmp_path, "b_msgs", "a_msgs")
+    with pytest.raises(ConfigError, match="depend on each other: a_msgs, b_msgs"):
+        packages.load_packages(tmp_path)
+
+
+def test_malformed_manifest_is_named(tmp_path: Path) -> None:
+    folder = write_package(tmp_path, "a_msgs")
+    (folder / "package.xml").write_text("<package>")
+    with pytest.raises(ConfigError, match=r"a_msgs/package\.xml is malformed"):
+        packages.load_package(folder)
+
+
+def test_package_without_definitions_is_an_error(tmp_path: Path) -> None:
+    folder = write_package(tmp_path, "a_msgs")
+    (folder / "msg" / "State.msg").unlink()
+    with pytest.raises(ConfigError, match="defines no message, service or action"):
+        packages.load_package(folder)
+
+
+def test_key_depends_on_content_only(tmp_path: Path) -> None:
+    first = packages.load_package(write_package(tmp_path / "1", "a_msgs"))
+    second = packages.load_package(write_package(tmp_path / "2", "a_msgs"))
+    changed = packages.load_package(write_package(tmp_path / "3", "a_msgs", field="int8 ready"))
+    key = packages.content_key([first], "gcc 12")
+    assert packages.content_key([second], "gcc 12") == key
+    assert packages.content_key([changed], "gcc 12") != key
+    assert packages.content_key([first], "gcc 13") != key
