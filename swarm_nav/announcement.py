@@ -65,7 +65,7 @@ def compose_beacon(
     priority = max(base_priority(rank, last_goal_tick, s.robot_id), right.inherited)
     s.priority = priority
     held, wanted, intent = s.tube.publish(s.pose)
-    beacon = np.zeros((), BEACON_DTYPE)
+    beacon: np.void = np.zeros(1, BEACON_DTYPE)[0]
     beacon["sec"], beacon["nanosec"] = stamp_from_tick(s.tick)
     beacon["id"] = s.robot_id
     beacon["tick"] = s.tick
@@ -92,7 +92,7 @@ def compose_beacon(
     beacon["footprint"], beacon["footprint_size"] = padded(
         np.array(spec.footprint), FOOTPRINT_POINTS
     )
-    return beacon[()]
+    return beacon
 
 
 def compose_status(

@@ -1,4 +1,4 @@
-"""Bare numba kernel of the dynamic-window controller (Fox, Burgard and Thrun 1997; DWB's critics)."""
+"""Bare numba kernels of the dynamic-window controller (Fox, Burgard, Thrun 1997; DWB's critics)."""
 
 from __future__ import annotations
 

@@ -179,8 +179,8 @@ def smooth_path(points, passes, reach, field, frame, floor, blocked, blocked_fra
 @njit(cache=True)
 def cell_value(grid, frame, x, y):
     """Value of the cell that holds (x, y); frame = (origin_x, origin_y, resolution)."""
-    r = int(math.floor((y - frame[1]) / frame[2]))
-    c = int(math.floor((x - frame[0]) / frame[2]))
+    r = math.floor((y - frame[1]) / frame[2])
+    c = math.floor((x - frame[0]) / frame[2])
     if r < 0 or c < 0 or r >= grid.shape[0] or c >= grid.shape[1]:
         return grid[0, 0] * 0 + np.float32(1e9)
     return grid[r, c]

@@ -7,6 +7,7 @@ lease orders the approach; safety does not depend on it.
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -65,7 +66,8 @@ class Lease:
         other = beacons["station"].astype(np.float64)
         near = np.hypot(other[:, 0] - self.station[0], other[:, 1] - self.station[1])
         ticks = beacons["station_tick"].astype(np.int64)
-        earlier = (ticks < self.tick) | ((ticks == self.tick) & (beacons["id"] < situation.robot_id))
+        has_smaller_id = beacons["id"] < situation.robot_id
+        earlier = (ticks < self.tick) | ((ticks == self.tick) & has_smaller_id)
         return int(((near < SAME_STATION) & (ticks > 0) & earlier & ~situation.hood.gone).sum())
 
     def is_turn(self, config: HoldingConfig) -> bool:
@@ -200,7 +202,7 @@ def _closed(points: tuple[tuple[float, float], ...]) -> FloatArray:
     """Return the closed polyline with a point every `_CIRCUIT_SPACING`."""
     corners = np.array((*points, points[0]))
     pieces = []
-    for a, b in zip(corners[:-1], corners[1:], strict=True):
+    for a, b in itertools.pairwise(corners):
         count = max(1, round(math.hypot(*(b - a)) / _CIRCUIT_SPACING))
         pieces.append(a + np.linspace(0.0, 1.0, count, endpoint=False)[:, None] * (b - a))
     return np.vstack(pieces)

@@ -233,11 +233,12 @@ class Navigator:
             self._extend()
         self._is_hearing = False
         events, self._events = tuple(self._events), []
-        rank_tick = self._last_goal_tick
-        beacon = compose_beacon(s, self.spec, self._state, self._right, self._lease,
-                                self._holding, rank_tick, self._has_goal, self.is_active)  # fmt: skip
+        beacon = compose_beacon(
+            s, self.spec, self._state, self._right, self._lease, self._holding,
+            self._last_goal_tick, self._has_goal, self.is_active,
+        )  # fmt: skip
         self._own_held = beacon["held"][: beacon["held_size"]].copy()
-        if s.counters and self._state is State.HOLDING:
+        if self._state is State.HOLDING:
             s.counters.hold_ticks += 1
         return Output(twist, beacon, events)
 

@@ -99,7 +99,7 @@ class Neighborhood:
     def tubes(self, row: int) -> NDArray[np.float32]:
         """Return the held points (n, 2) of one robot, with what it requested if it is gone."""
         beacon = self.beacons[row]
-        held = beacon["held"][: beacon["held_size"]]
+        held: NDArray[np.float32] = beacon["held"][: beacon["held_size"]]
         if not self.gone[row]:
             return held
         return np.vstack((held, beacon["wanted"][: beacon["wanted_size"]]))

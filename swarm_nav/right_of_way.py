@@ -16,6 +16,7 @@ import numpy as np
 from swarm_common.beacon import MODE_YIELD
 from swarm_common.records import FloatArray
 from swarm_nav import crowd
+from swarm_nav.search_kernels import WALL
 from swarm_nav.situation import Situation
 
 CLASS_DONE, CLASS_HOLDING, CLASS_DRIVING = 0, 1, 2
@@ -183,7 +184,7 @@ def refuge_path(situation: Situation, row: int, priority: int) -> FloatArray | N
         target = beacon["target"]
         if other != row and math.isfinite(float(target[0])) and beacon["mode"] == MODE_YIELD:
             crowd.stamp(taken, situation, target, situation.reach(other), 1.0)
-    places = ((taken == 0) & (lattice.base < crowd.WALL)).astype(np.uint8)
+    places = ((taken == 0) & (lattice.base < WALL)).astype(np.uint8)
     for margin, smooth in ((0.003, True), (0.003, False), (0.0, False), (-0.04, False)):
         extra = crowd.refuge_costs(situation, priority, margin)
         path = situation.planner.nearest(
@@ -204,6 +205,6 @@ def retreat_path(situation: Situation) -> FloatArray | None:
         crowd.stamp(
             taken, situation, hood.tubes(other), situation.reach(other) + REFUGE_MARGIN, 1.0
         )
-    places = ((taken == 0) & (lattice.base < crowd.WALL)).astype(np.uint8)
+    places = ((taken == 0) & (lattice.base < WALL)).astype(np.uint8)
     extra = crowd.refuge_costs(situation, situation.priority, 0.003)
     return situation.planner.nearest(situation.stop_point, extra, places, REFUGE_COST, False)

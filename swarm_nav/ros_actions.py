@@ -16,7 +16,7 @@ Begin = Callable[["TickActionServer", ServerGoalHandle], None]
 Cancel = Callable[[ServerGoalHandle], None]
 
 
-class TickActionServer(ActionServer):
+class TickActionServer(ActionServer):  # type: ignore[misc]  # rclpy has no types
     """Accepts goals at once and ends them with `finish`, between two ticks.
 
     rclpy runs an execute callback per goal and polls it while it waits. Here nothing runs: the

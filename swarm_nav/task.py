@@ -89,7 +89,7 @@ class Task:
         return abs(wrap_angle(target.yaw - situation.pose.yaw)) <= checker.yaw_goal_tolerance
 
     def note_progress(self, situation: Situation, is_excused: bool) -> None:
-        """Restart the progress checker's clock when the robot moved, or could not be expected to."""
+        """Restart the progress checker's clock when the robot moved or could not be expected to."""
         radius = situation.config.progress_checker.required_movement_radius
         if situation.pose.distance(self.progress_pose) >= radius:
             self.progress_pose = situation.pose

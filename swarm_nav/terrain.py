@@ -62,8 +62,8 @@ class Lattice:
         With `extra`, nodes that it closes are passed over where there is another one.
         """
         height, width = self.base.shape
-        row = int(math.floor((y - self.origin_y) / self.step))
-        column = int(math.floor((x - self.origin_x) / self.step))
+        row = math.floor((y - self.origin_y) / self.step)
+        column = math.floor((x - self.origin_x) / self.step)
         best, nearest = None, math.inf
         closed = 10.0 * self.step
         for i in range(max(0, row - 2), min(height, row + 3)):
@@ -133,9 +133,10 @@ class Terrain:
     def _compute_cost_to_go(self, node: int) -> NDArray[np.float32]:
         lattice = self.lattice
         row, column = divmod(node, lattice.base.shape[1])
-        return search_kernels.cost_to_go(
+        cost: NDArray[np.float32] = search_kernels.cost_to_go(
             lattice.base, lattice.lane, lattice.heading, lattice.step, row, column
         )
+        return cost
 
 
 @functools.lru_cache(maxsize=4)

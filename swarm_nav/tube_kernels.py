@@ -74,7 +74,8 @@ def extend(
 
     span = (stop, last, confirmed): indices of the tube's end, of the last point wanted now and of
     the last point that was requested in enough beacons. own = (radius, priority, id, yields_for).
-    protocol = (confirmations, wanted_length, push_ticks, yield_slack). around = (obstacles (k, 2), clearance).
+    protocol = (confirmations, wanted_length, push_ticks, yield_slack).
+    around = (obstacles (k, 2), clearance).
     claims = the neighbours' columns, see `Neighborhood.claims`.
 
     Returns (new stop, reason, row of the neighbour in the way or -1).
@@ -118,12 +119,14 @@ def extend(
             growth = 0.0
             if age > confirmations and not gone[j]:
                 growth = wanted_length * (age // (confirmations + 1))
-            wins = age == FRESH and (
-                priority > priorities[j] or (priority == priorities[j] and own_id < ids[j])
+            wins = (
+                age == FRESH
+                and not gone[j]
+                and (priority > priorities[j] or (priority == priorities[j] and own_id < ids[j]))
             )
             size = wanted_size[j] if gone[j] else prefix[j]
             neighbor = (held[j], held_size[j], wanted[j], wanted_size[j])
-            if not admissible(p, before, neighbor, reach, slack, wins and not gone[j], size, growth):
+            if not admissible(p, before, neighbor, reach, slack, wins, size, growth):
                 return k - 1, ROBOT, j
             if (
                 blocked[j] >= push_ticks
