@@ -51,7 +51,7 @@ class Progress:
 
     def note(self, text: str, style: str = "") -> None:
         """Print a line that stays."""
-        self._console.print(Text(text, style=style))
+        self._console.print(Text(text, style=style), soft_wrap=True)
 
     def update(self) -> None:
         """Draw if it is time to."""
@@ -65,7 +65,7 @@ class Progress:
         self._due = now + LINE_PERIOD
         line = summary_line(self._phase, self._tally)
         if line != self._last_line:
-            self._console.print(Text(line))
+            self._console.print(Text(line), soft_wrap=True)
             self._last_line = line
 
     def _picture(self) -> Group:

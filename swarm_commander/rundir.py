@@ -9,11 +9,11 @@ from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
 
+from swarm_common import ros_env
 from swarm_common.errors import ConfigError
 
 RUNS = Path("runs")
 LATEST = "latest"
-ENVIRONMENT = ("ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE", "FASTDDS_BUILTIN_TRANSPORTS")
 
 
 class RunFolder:
@@ -77,7 +77,7 @@ def write_env_sh(folder: RunFolder, environment: Mapping[str, str]) -> None:
     """Write `env.sh`: the variables with which another terminal sees this swarm."""
     lines = [
         f"export {name}={shlex.quote(environment[name])}"
-        for name in ENVIRONMENT
+        for name in ros_env.VARIABLES
         if name in environment
     ]
     text = "# Source this in another terminal to see this swarm.\n" + "\n".join(lines) + "\n"

@@ -17,8 +17,6 @@ SITES = ROOT / "worlds" / "slim_blockage" / "sites.yaml"
 DOMAIN = 90
 ENVIRONMENT = os.environ | {
     "ROS_DOMAIN_ID": str(DOMAIN),
-    "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-    "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4",
     "PYTHONPATH": str(ROOT),
 }
 Robots = Callable[..., None]
