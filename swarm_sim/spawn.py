@@ -102,16 +102,21 @@ def _site_clearance(points: FloatArray, sites: Sites) -> NDArray[np.bool_]:
 
 
 def _reachable(points: FloatArray, section: Section, scene: Scene) -> NDArray[np.bool_]:
-    """Return which points are connected with the stations, if there are any."""
-    seeds = accessible_points(scene)
-    if not len(seeds) or not len(points):
-        return np.ones(len(points), np.bool_)
-    grid = draw_grid(section, seeds[:0], REACH_RESOLUTION)
-    reached = flood(grid.cells, np.array([grid.cell_of(x, y) for x, y in seeds], np.int64))
-    cells = [grid.cell_of(x, y) for x, y in points]
-    return np.array(
-        [
-            0 <= row < grid.height and 0 <= column < grid.width and bool(reached[row, column])
-            for row, column in cells
-        ]
-    )
+    """Return which points are connected with the stations, or, without any, with most points."""
+    if not len(points):
+        return np.ones(0, np.bool_)
+    grid = draw_grid(section, points[:0], REACH_RESOLUTION)
+    cells = np.array([grid.cell_of(x, y) for x, y in points], np.int64)
+    on_grid = (cells >= 0).all(axis=1) & (cells < grid.cells.shape).all(axis=1)
+    seeds = np.array([grid.cell_of(x, y) for x, y in accessible_points(scene)], np.int64)
+    choices = [seeds] if len(seeds) else [cells[i : i + 1] for i in np.flatnonzero(on_grid)]
+    best = ~on_grid if not len(seeds) else np.zeros(len(points), np.bool_)
+    for choice in choices:
+        if len(choices) > 1 and best[(cells == choice[0]).all(axis=1)].any():
+            continue  # this place belongs to the best set already
+        reached = flood(grid.cells, choice)
+        connected = np.zeros(len(points), np.bool_)
+        connected[on_grid] = reached[cells[on_grid, 0], cells[on_grid, 1]]
+        if connected.sum() > best.sum():
+            best = connected
+    return best

@@ -98,7 +98,7 @@ def test_keys_that_nav2_ignores_are_ignored(tmp_path: Path) -> None:
     ],
 )
 def test_bad_files_are_refused(tmp_path: Path, text: str, message: str) -> None:
-    with pytest.raises(MapError, match="m.yaml") as caught:
+    with pytest.raises(MapError, match=r"m\.yaml") as caught:
         load_map(write(tmp_path, text))
     assert message in str(caught.value)
 
@@ -107,7 +107,7 @@ def test_bad_files_are_refused(tmp_path: Path, text: str, message: str) -> None:
 def test_damaged_images_are_refused(tmp_path: Path, data: bytes) -> None:
     path = write(tmp_path, HEAD)
     (tmp_path / "m.pgm").write_bytes(data)
-    with pytest.raises(MapError, match="m.pgm"):
+    with pytest.raises(MapError, match=r"m\.pgm"):
         load_map(path)
 
 

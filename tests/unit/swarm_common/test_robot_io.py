@@ -57,7 +57,7 @@ def test_bad_files_are_refused(tmp_path: Path, old: str, new: str, message: str)
     assert old in WAFFLE
     path = tmp_path / "robot.yaml"
     path.write_text(WAFFLE.replace(old, new))
-    with pytest.raises(SwarmError, match="robot.yaml") as caught:
+    with pytest.raises(SwarmError, match=r"robot\.yaml") as caught:
         load_robot(path)
     assert message in str(caught.value)
     assert isinstance(caught.value, RobotModelError | UnknownNameError)

@@ -54,6 +54,6 @@ def test_everything_is_read_in_file_order(tmp_path: Path) -> None:
     ],
 )
 def test_bad_files_are_refused(tmp_path: Path, text: str, message: str) -> None:
-    with pytest.raises(ConfigError, match="sites.yaml") as caught:
+    with pytest.raises(ConfigError, match=r"sites\.yaml") as caught:
         load(tmp_path, text)
     assert message in str(caught.value)

@@ -1,0 +1,145 @@
+"""Maps drawn from worlds, and the checks at the start."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from swarm_common.errors import ConfigError, MapError
+from swarm_common.grid import FREE, OCCUPIED, UNKNOWN, Grid
+from swarm_common.map_io import load_map, map_path
+from swarm_common.records import Pose
+from swarm_common.robot_io import load_robot
+from swarm_common.sites import Sites
+from swarm_sim.check import check_map, check_sites
+from swarm_sim.draw_map import draw_world, main
+from swarm_sim.raster import draw_on
+from swarm_sim.sdf import load_world, world_names
+from swarm_sim.section import Section, section_at
+from tests.unit.swarm_sim.test_lidar import make_section
+
+
+def value_at(grid: Grid, x: float, y: float) -> int:
+    row, column = grid.cell_of(x, y)
+    return int(grid.cells[row, column])
+
+
+@pytest.mark.parametrize("name", world_names())
+def test_the_shipped_map_is_the_one_drawn_from_the_world(name: str) -> None:
+    shipped, drawn = load_map(map_path(name)), draw_world(load_world(name))
+    assert np.array_equal(shipped.cells, drawn.cells)
+    assert (shipped.origin_x, shipped.origin_y) == (drawn.origin_x, drawn.origin_y)
+    check_map(load_world(name), shipped)
+    check_sites(load_world(name), load_robot("turtlebot3_waffle"))
+
+
+def test_walls_are_drawn_to_the_cell() -> None:
+    grid = load_map(map_path("slim_blockage"))
+    assert value_at(grid, -8.325, 0.0) == OCCUPIED  # west wall, inner face at -8.32
+    assert value_at(grid, -8.315, 0.0) == FREE
+    assert value_at(grid, 0.0, -4.825) == OCCUPIED  # south wall, inner face at -4.82
+    assert value_at(grid, 0.0, -4.815) == FREE
+    assert value_at(grid, -4.5, 2.0) == UNKNOWN  # the island is hollow
+    assert value_at(grid, 6.0, -3.0) == UNKNOWN  # so is the box in the south east
+    assert value_at(grid, -8.9, 0.0) == UNKNOWN
+
+
+def test_a_cell_is_occupied_if_and_only_if_an_obstacle_reaches_into_it() -> None:
+    rng = np.random.default_rng(3)
+    section = make_section(rng, 5, 2)
+    grid = draw_on((200, 200), 0.05, -5.0, -5.0, section)
+    samples = np.linspace(-0.0199, 0.0199, 9)  # of a cell, shrunk by the allowed spill
+    for row, column in rng.integers(0, 200, (4000, 2)):
+        x, y = grid.center_of(int(row), int(column))
+        dx, dy = np.meshgrid(samples, samples)
+        points = np.column_stack([x + dx.ravel(), y + dy.ravel()])
+        if any(inside(points, outline).any() for outline in section.outlines()):
+            assert grid.cells[row, column] == OCCUPIED
+        elif grid.cells[row, column] == OCCUPIED:  # then a corner is hardly inside
+            wide = np.column_stack([x + dx.ravel() * 1.26, y + dy.ravel() * 1.26])
+            assert any(inside(wide, outline).any() for outline in section.outlines())
+
+
+def inside(points: np.ndarray, outline: np.ndarray) -> np.ndarray:
+    edges = np.roll(outline, -1, axis=0) - outline
+    sides = [
+        edge[0] * (points[:, 1] - corner[1]) - edge[1] * (points[:, 0] - corner[0]) >= 0.0
+        for corner, edge in zip(outline, edges, strict=True)
+    ]
+    return np.all(sides, axis=0)
+
+
+def test_map_offset_of_one_metre_is_detected() -> None:
+    """The original's map lay about 1 m off in y, so that loader_1 was inside an obstacle."""
+    scene, grid = load_world("slim_blockage"), load_map(map_path("slim_blockage"))
+    with pytest.raises(MapError, match="would fit if it were moved by") as caught:
+        check_map(scene, replace(grid, origin_y=grid.origin_y + 1.0))
+    message = str(caught.value)
+    assert "moved by (+0.00, -1.00) m" in message
+    assert "the world has an obstacle that the map lacks around (" in message
+    assert "draw_map slim_blockage" in message
+
+
+@pytest.mark.parametrize("shift", [(0.2, 0.0), (0.0, -0.3), (-1.0, 0.0)])
+def test_smaller_offsets_are_detected_too(shift: tuple[float, float]) -> None:
+    scene, grid = load_world("slim_blockage"), load_map(map_path("slim_blockage"))
+    moved = replace(grid, origin_x=grid.origin_x + shift[0], origin_y=grid.origin_y + shift[1])
+    with pytest.raises(MapError):
+        check_map(scene, moved)
+
+
+def test_a_displacement_within_the_tolerance_passes() -> None:
+    scene, grid = load_world("slim_blockage"), load_map(map_path("slim_blockage"))
+    check_map(scene, replace(grid, origin_x=grid.origin_x + 0.06))
+
+
+def test_a_coarser_map_passes_and_a_lacking_wall_does_not() -> None:
+    scene = load_world("slim_blockage")
+    check_map(scene, draw_world(scene, resolution=0.1))
+    part = replace(scene, bodies=tuple(b for b in scene.bodies if "island_east" not in b.name))
+    with pytest.raises(MapError, match="the world has an obstacle that the map lacks"):
+        check_map(scene, draw_world(part))
+    with pytest.raises(MapError, match="the map has an obstacle that the world lacks"):
+        check_map(part, draw_world(scene))
+
+
+def test_a_map_that_is_too_small_is_refused() -> None:
+    scene, grid = load_world("slim_blockage"), load_map(map_path("slim_blockage"))
+    with pytest.raises(MapError, match="the map only from"):
+        check_map(scene, replace(grid, cells=grid.cells[:150]))
+
+
+@pytest.mark.parametrize(
+    ("x", "message"), [(-8.4, "inside an obstacle"), (-8.2, "m from an obstacle")]
+)
+def test_a_station_inside_a_wall_is_refused(x: float, message: str) -> None:
+    scene = load_world("slim_blockage")
+    bad = replace(scene, sites=Sites(stations={"loader_1": Pose(x, 0.0, 0.0)}))
+    with pytest.raises(ConfigError, match="station 'loader_1'") as caught:
+        check_sites(bad, load_robot("turtlebot3_waffle"))
+    assert message in str(caught.value)
+
+
+def test_a_circuit_through_a_wall_is_refused() -> None:
+    scene = load_world("slim_blockage")
+    ring = ((0.0, 0.0), (1.0, 0.0), (-4.0, 0.0))
+    with pytest.raises(ConfigError, match="corner 3 of circuit 'ring'"):
+        check_sites(
+            replace(scene, sites=Sites(circuits={"ring": ring})), load_robot("turtlebot3_waffle")
+        )
+
+
+def test_the_command_draws_a_map(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["hall_12", "-o", str(tmp_path / "new"), "--resolution", "0.1"]) == 0
+    assert load_map(tmp_path / "new" / "hall_12.yaml").resolution == 0.1
+    assert main(["hall_21", "-o", str(tmp_path)]) == 2
+    assert "hall_12" in capsys.readouterr().err
+
+
+def test_an_empty_world_draws_an_empty_map() -> None:
+    nothing = Section((), np.zeros((0, 3)), ())
+    assert not draw_on((4, 4), 0.1, 0.0, 0.0, nothing).cells.any()
+    assert section_at(replace(load_world("hall_12"), bodies=()), 0.1).bounds() == (0, 0, 0, 0)

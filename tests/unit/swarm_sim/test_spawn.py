@@ -1,0 +1,85 @@
+"""Spawn places: any number, touching nothing, off stations and circuits."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from swarm_common.errors import WorldError
+from swarm_common.robot_io import load_robot
+from swarm_common.sites import Sites
+from swarm_sim.sdf import load_world
+from swarm_sim.section import section_between
+from swarm_sim.spawn import CIRCUIT_CLEARANCE, STATION_CLEARANCE, spawn_poses, wall_distance
+from swarm_sim.world import World, WorldConfig
+
+WAFFLE = load_robot("turtlebot3_waffle")
+SLIM = load_world("slim_blockage")
+
+
+@pytest.mark.parametrize("count", [*range(1, 101)])
+def test_any_size_spawns_without_touching_anything(count: int) -> None:
+    """The original fell back to 10 robots where no number from 2 to 10 divides the size."""
+    poses = spawn_poses(SLIM, WAFFLE, count)
+    assert len(poses) == count
+    points = np.array([(pose.x, pose.y) for pose in poses])
+    gaps = [a.distance(b) for a, b in combinations(poses, 2)]
+    assert min(gaps, default=1.0) >= 0.7
+    section = section_between(SLIM.bodies, 0.005, WAFFLE.height)
+    assert wall_distance(points, section).min() > WAFFLE.circumscribed_radius + 0.1
+    assert (points[:, 0] > -2.0).all()  # in the eastern hall
+
+
+@pytest.mark.parametrize("count", [60, 80, 97, 100])
+def test_spawn_places_keep_off_stations_and_circuits(count: int) -> None:
+    """The original's grid covered unload from 60 robots on and shipping from 80 on."""
+    for pose in spawn_poses(SLIM, WAFFLE, count):
+        for station in SLIM.sites.stations.values():
+            assert pose.distance(station) >= STATION_CLEARANCE
+        corners = SLIM.sites.circuits["island"]
+        for (x0, y0), (x1, y1) in zip(corners, corners[1:] + corners[:1], strict=True):
+            for share in np.linspace(0.0, 1.0, 60):
+                x, y = x0 + share * (x1 - x0), y0 + share * (y1 - y0)
+                assert math.hypot(pose.x - x, pose.y - y) >= CIRCUIT_CLEARANCE - 1e-9
+
+
+@pytest.mark.parametrize("count", [7, 11, 97])
+def test_the_same_call_gives_the_same_places(count: int) -> None:
+    assert spawn_poses(SLIM, WAFFLE, count) == spawn_poses(SLIM, WAFFLE, count)
+
+
+@pytest.mark.parametrize("name", ["hall_12", "corridor", "crossing", "doorway"])
+@pytest.mark.parametrize("count", [1, 12, 24])
+def test_small_worlds_have_room(name: str, count: int) -> None:
+    assert len(spawn_poses(load_world(name), WAFFLE, count)) == count
+
+
+def test_robots_start_clear_of_each_other_in_the_engine() -> None:
+    poses = spawn_poses(SLIM, WAFFLE, 100)
+    world = World(SLIM, [WAFFLE] * 100, poses, WorldConfig(engine="planar", with_lidar=False))
+    assert world.verdict.min_clearance > 0.2
+
+
+def test_too_many_robots_are_refused_with_the_number_that_fits() -> None:
+    with pytest.raises(WorldError, match=r"room for \d+ robots .* 500 are asked for"):
+        spawn_poses(SLIM, WAFFLE, 500)
+
+
+def test_a_world_without_sites_has_places_too() -> None:
+    bare = replace(SLIM, sites=Sites())
+    poses = spawn_poses(bare, WAFFLE, 20)
+    assert len(set(poses)) == 20
+    assert not any(-5.2 < pose.x < -3.8 and -3.0 < pose.y < 7.4 for pose in poses)  # the island
+    open_field = replace(SLIM, sites=Sites(), bodies=())
+    assert len(spawn_poses(open_field, WAFFLE, 100)) == 100
+
+
+def test_closed_rooms_are_not_used() -> None:
+    area = replace(SLIM.sites.spawn, x_min=4.0, y_min=-4.9, x_max=9.4, y_max=-1.0)
+    inside = replace(SLIM, sites=replace(SLIM.sites, spawn=area))
+    with pytest.raises(WorldError):
+        spawn_poses(inside, WAFFLE, 20)
