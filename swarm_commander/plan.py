@@ -18,7 +18,7 @@ from swarm_commander.params import (
 from swarm_common.errors import ConfigError
 from swarm_common.map_io import load_map
 from swarm_common.records import Pose, RobotSpec
-from swarm_common.resources import find_resource
+from swarm_common.resources import find_resource, share_directory
 from swarm_common.robot_io import load_robot
 from swarm_common.sites import Sites
 from swarm_common.sites_io import load_sites
@@ -34,6 +34,7 @@ class RunPlan:
     Attributes:
         options: As typed.
         world: World file.
+        map: Map of the user or of a world that comes with us; None to draw it from the world.
         sites_path: Its sites file; None if there is none beside it.
         sites: What is in it.
         spec: Robot model.
@@ -44,6 +45,7 @@ class RunPlan:
 
     options: UpOptions
     world: Path
+    map: Path | None
     sites_path: Path | None
     sites: Sites
     spec: RobotSpec
@@ -56,7 +58,7 @@ class RunPlan:
         options = self.options
         return {
             "world": str(self.world),
-            "map": str(options.map.absolute()) if options.map else None,
+            "map": str(self.map) if self.map else None,
             "sites": str(self.sites_path) if self.sites_path else None,
             "robots": [{"name": name, "model": options.robot} for name in options.robot_names],
             "seed": options.seed,
@@ -107,8 +109,9 @@ def check_plan(options: UpOptions) -> RunPlan:
     has_sites = sites_path.is_file()
     sites = load_sites(sites_path) if has_sites else Sites()
     spec = load_robot(options.robot)
-    if options.map is not None:
-        load_map(options.map)
+    map_file = options.map.absolute() if options.map is not None else _shipped_map(world)
+    if map_file is not None:
+        load_map(map_file)
     defaults = default_parameters()
     overrides = Overrides({})
     if options.params is not None:
@@ -121,6 +124,7 @@ def check_plan(options: UpOptions) -> RunPlan:
     return RunPlan(
         options=options,
         world=world,
+        map=map_file,
         sites_path=sites_path if has_sites else None,
         sites=sites,
         spec=spec,
@@ -128,3 +132,12 @@ def check_plan(options: UpOptions) -> RunPlan:
         defaults=defaults,
         overrides=overrides,
     )
+
+
+def _shipped_map(world: Path) -> Path | None:
+    """Return the map of a world that comes with us; None for a world of the user's."""
+    share = share_directory()
+    name = world.parent.name
+    if world != share / "worlds" / name / WORLD_FILE:
+        return None
+    return share / "maps" / f"{name}.yaml"
