@@ -52,13 +52,17 @@ class BulletEngine:
         self._steps = round(CONTROL_PERIOD / physics_period)
         self._period = physics_period
         self._client = pybullet.connect(pybullet.DIRECT)
-        self._configure()
-        add_ground(self._client)
-        self._add_obstacles(solid_bodies(bodies, *heights), heights)
-        self._robots = [
-            add_robot(self._client, model, spec, pose)
-            for model, spec, pose in zip(models, specs, poses, strict=True)
-        ]
+        try:
+            self._configure()
+            add_ground(self._client)
+            self._add_obstacles(solid_bodies(bodies, *heights), heights)
+            self._robots = [
+                add_robot(self._client, model, spec, pose)
+                for model, spec, pose in zip(models, specs, poses, strict=True)
+            ]
+        except Exception:
+            self.close()
+            raise
         self._centers = np.array([robot.base_from_center for robot in self._robots])
         self._hulls = np.stack([pad_polygon(np.array(s.footprint), MAX_CORNERS) for s in specs])
         self._limits = np.array(
