@@ -24,7 +24,7 @@ def test_distance_equals_that_of_shapely(seed: int) -> None:
 
 def test_edge_cases() -> None:
     square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
-    assert distance(square, square + [1.0, 0.0]) == 0.0  # they share an edge
-    assert distance(square, square + [1.0, 1.0]) == 0.0  # they share a corner
-    assert distance(square, square + [1.0 + 1e-9, 0.0]) == pytest.approx(1e-9, rel=1e-3)
+    assert distance(square, np.add(square, [1.0, 0.0])) == 0.0  # they share an edge
+    assert distance(square, np.add(square, [1.0, 1.0])) == 0.0  # they share a corner
+    assert distance(square, np.add(square, [1.0 + 1e-9, 0.0])) == pytest.approx(1e-9, rel=1e-3)
     assert distance(square, 0.2 * square + 0.4) == 0.0  # one inside the other

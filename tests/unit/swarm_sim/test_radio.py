@@ -69,5 +69,5 @@ def test_the_share_of_lost_messages_is_the_one_asked_for() -> None:
     [{"range": 0.0}, {"loss": 1.5}, {"loss": -0.1}, {"delay": -1.0}, {"range": float("nan")}],
 )
 def test_impossible_values_are_refused(values: dict[str, float]) -> None:
-    with pytest.raises(ConfigError, match="radio."):
+    with pytest.raises(ConfigError, match=r"radio\."):
         RadioConfig(**values)

@@ -53,7 +53,7 @@ def test_obstacles_count_apart() -> None:
 
 def test_distance_and_clearance() -> None:
     judge = make_judge()
-    moved = POSES + [[0.3, 0.4, 0.0], [0.0, 0.0, 1.0]]
+    moved = np.array([[0.3, 0.4, 0.0], [0.0, 0.0, 1.0]])
     judge.observe(0.0, 0.01, [], moved, np.array([[0.5, 0.2], [np.inf, np.inf]]))
     verdict = judge.verdict(0.1)
     assert math.isclose(verdict.robots["a"].distance, 0.5)
