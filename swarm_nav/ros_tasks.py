@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -101,7 +102,9 @@ class Tasks:
             return None
 
     def _start(self, goal: Goal) -> None:
-        self._brain.set_goal(goal)
+        # Also the first goal begins one tick later, whether it came before tick 0 or after it.
+        start_tick = max(goal.start_tick, self._tick + 1)
+        self._brain.set_goal(dataclasses.replace(goal, start_tick=start_tick))
         self._on_goal()
 
     def _take_goal_pose(self, message: PoseStamped) -> None:
