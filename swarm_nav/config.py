@@ -45,7 +45,7 @@ class ControllerConfig:
     path_align_scale: float = 4.0  # PathAlign: heading against the path at the horizon
     oscillation_scale: float = 0.05  # Oscillation: change of turning rate
     rotate_to_heading_angle: float = 0.4  # [rad] from the path: turn in place first
-    corner_angle: float = 0.5  # [rad] bend of the path that is turned on the spot
+    corner_angle: float = 0.7  # [rad] bend of the path that is turned on the spot
 
     def __post_init__(self) -> None:
         """Refuse impossible values."""

@@ -20,6 +20,7 @@ LOOKAHEAD = 3  # path points to the one that the heading error is measured to
 WINDOW = 12  # path points that the rollouts are scored on
 ARRIVED = 0.03  # [m] from a corner or the end at which the robot stands on it
 ALIGNED = 0.05  # [rad] heading error at which turning on the spot ends
+ALIGNED_RATE = 0.4  # [rad/s] at which it may end
 STANDING = 0.02  # [m/s]
 
 
@@ -65,7 +66,9 @@ class Controller:
         if ahead is None:
             return self._turn(0.0, pose, twist) if self._is_turning else Twist()
         error = wrap_angle(ahead - pose.yaw)
-        threshold = ALIGNED if self._is_turning else self.config.rotate_to_heading_angle
+        threshold = self.config.rotate_to_heading_angle
+        if self._is_turning and (abs(error) > ALIGNED or abs(twist.wz) > ALIGNED_RATE):
+            threshold = 0.0
         if abs(error) > threshold:
             return self._turn(error, pose, twist)
         self._is_turning = False
@@ -76,18 +79,19 @@ class Controller:
         self.arc[:] = (pose.x, pose.y, pose.yaw)
         if abs(twist.vx) > STANDING:
             return Twist(0.0, 0.0, 0.0)
-        acc = self.config.acc_lim_theta
-        # braking distance on the spot, one control period of delay included
-        rate = acc * (math.sqrt(CONTROL_PERIOD**2 / 4 + 2 * abs(error) / acc) - CONTROL_PERIOD / 2)
-        rate = min(rate, self.config.max_vel_theta, abs(error) / CONTROL_PERIOD)
+        rate = math.copysign(1.0, error) * twist.wz
+        rate = _rate_that_stops(abs(error), rate, self.config.acc_lim_theta)
+        rate = min(rate, self.config.max_vel_theta)
         return Twist(0.0, 0.0, math.copysign(rate, error))
 
     def _drive(self, tube: Tube, pose: Pose, twist: Twist, end: int, corner: int) -> Twist:
         config = self.config
         rest = _length(tube, tube.near, end, pose)
         acc = config.acc_lim_x
-        v_limit = acc * (math.sqrt(CONTROL_PERIOD**2 + 2 * max(rest, 0.0) / acc) - CONTROL_PERIOD)
-        window = tube.points[max(0, tube.near - 1) : min(corner, tube.near + WINDOW) + 1]
+        v_limit = _rate_that_stops(rest, twist.vx, acc)
+        # one point behind the robot, but not from before a bend
+        first = tube.near if tube.near in tube.corners else max(0, tube.near - 1)
+        window = tube.points[first : min(corner, tube.near + WINDOW) + 1]
         if len(window) < 2:
             return Twist()
         v, w, _ = control_kernels.best_twist(
@@ -107,6 +111,16 @@ class Controller:
             self.arc,
         )
         return Twist(float(v), 0.0, float(w))
+
+
+def _rate_that_stops(rest: float, rate: float, acceleration: float) -> float:
+    """Return the largest rate after this period from which a stop within `rest` is possible.
+
+    Solves (rate + r) / 2 * T + r² / (2 a) = rest for r: the drive ramps during the period.
+    """
+    half = CONTROL_PERIOD / 2
+    room = half * half + 2.0 * (rest - rate * half) / acceleration
+    return acceleration * (math.sqrt(room) - half) if room > half * half else 0.0
 
 
 def _gap(tube: Tube, index: int, pose: Pose) -> float:

@@ -349,6 +349,8 @@ class Navigator:
     # --- states ---
 
     def _follow_yielding(self, is_yielding: bool) -> None:
+        if is_yielding and self._task is not None:
+            self._task.note_progress(self._s, True)
         if is_yielding and self._state is not State.YIELDING:
             self._switch(E.PUSHED)
         elif not is_yielding and self._state is State.YIELDING:
@@ -480,6 +482,9 @@ class Navigator:
         s.last_plan_tick = s.tick
         try:
             path = self._path_to(task)
+            if self._turns_back(path):
+                s.tube.release_ahead(BRAKE_POINTS if s.twist.vx > 0.05 else 0)
+                path = self._path_to(task)
         except PlanError as error:
             task.is_planned = True
             fatal = (ErrorCode.GOAL_OCCUPIED, ErrorCode.GOAL_OUTSIDE_MAP)
@@ -492,6 +497,14 @@ class Navigator:
         task.is_planned = True
         if len(path) >= 2:
             s.tube.adopt(path)
+
+    def _turns_back(self, path: FloatArray) -> bool:
+        """Whether a plan from the stop point leads back along space that is still held."""
+        tube = self._s.tube
+        if tube.stop - tube.near <= BRAKE_POINTS or len(path) < 3:
+            return False
+        arriving = tube.points[tube.stop] - tube.points[tube.stop - 2]
+        return float(arriving @ (path[2] - path[0])) < 0.0
 
     def _path_to(self, task: Task) -> FloatArray:
         s = self._s

@@ -104,6 +104,9 @@ class Planner:
     ) -> FloatArray:
         """Replace the end nodes by the exact ends, resample and smooth."""
         inner = points[1:-1] if len(points) > 2 else points[:0]
+        # nodes beside the exact ends would make hooks
+        near = np.minimum(np.hypot(*(inner - start).T), np.hypot(*(inner - goal).T))
+        inner = inner[near > self.lattice.step]
         path = _resampled(np.vstack((start, inner, goal)))
         if smooth and len(path) > 2:
             smoothed = np.empty_like(path)

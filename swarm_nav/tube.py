@@ -19,6 +19,7 @@ from swarm_common.beacon import HELD_POINTS, INTENT_POINTS, WANTED_POINTS
 from swarm_common.records import FloatArray, Pose
 from swarm_nav.planner import SPACING
 
+CHORD_POINTS = 2  # path points on either side over which a bend is measured
 INTENT_STRIDE = 2  # path points per intent point: 10 cm
 
 
@@ -130,12 +131,24 @@ class Tube:
 
 
 def _corners(points: FloatArray, angle: float) -> list[int]:
-    if len(points) < 3:
+    """Return the indices at which the path bends by more than `angle` within two chords."""
+    count = len(points)
+    if count < 3:
         return []
-    steps = np.diff(points, axis=0)
-    yaw = np.arctan2(steps[:, 1], steps[:, 0])
-    bend = np.abs((np.diff(yaw) + math.pi) % (2.0 * math.pi) - math.pi)
-    return [int(k) + 1 for k in np.flatnonzero(bend > angle)]
+    index = np.arange(1, count - 1)
+    arm = np.minimum(CHORD_POINTS, np.minimum(index, count - 1 - index))
+    arriving = points[index] - points[index - arm]
+    leaving = points[index + arm] - points[index]
+    cross = arriving[:, 0] * leaving[:, 1] - arriving[:, 1] * leaving[:, 0]
+    bend = np.abs(np.arctan2(cross, (arriving * leaving).sum(axis=1)))
+    corners: list[int] = []
+    for k in np.flatnonzero(bend > angle):
+        if corners and index[k] - corners[-1] <= CHORD_POINTS:
+            if bend[k] > bend[corners[-1] - 1]:
+                corners[-1] = int(index[k])
+        else:
+            corners.append(int(index[k]))
+    return corners
 
 
 def padded(points: NDArray[np.float64], capacity: int) -> tuple[NDArray[np.float32], int]:
