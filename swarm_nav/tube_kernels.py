@@ -8,7 +8,7 @@ from numba import njit
 
 REACHED, UNCONFIRMED, ROBOT, OBSTACLE, RIGHT_OF_WAY = range(5)
 FRESH = 1  # [ticks] age of a beacon published in the tick before
-REASONABLE_REACH = 2.5  # [m] beyond which two claims cannot meet, radii included
+REASONABLE_REACH = 2.5  # [m] beyond which two claims cannot meet, radii and silence excepted
 PRIORITY_LENGTH = 0.8  # [m] of an entitled robot's path that lower ones keep free
 INTENT_SPACING = 0.1  # [m] between the points of an intent
 
@@ -60,6 +60,18 @@ def admissible(p, previous, neighbor, reach, slack, wins, prefix, growth):
 
 
 @njit(cache=True)
+def silent_growth(age, is_gone, confirmations, wanted_length):
+    """Length [m] that a neighbour may have taken beyond what its newest beacon requests (G3).
+
+    A point is granted M ticks after its first request at the earliest, so each M ticks of silence
+    beyond the first M let a neighbour take one more wanted length.
+    """
+    if age <= confirmations or is_gone:
+        return 0.0
+    return wanted_length * ((age - 1) // confirmations)
+
+
+@njit(cache=True)
 def extend(
     points,
     span,
@@ -94,7 +106,9 @@ def extend(
     for j in range(ids.shape[0]):
         reach = radius + radii[j]
         first = held[j, 0]
-        near[j] = math.hypot(first[0] - origin[0], first[1] - origin[1]) < REASONABLE_REACH + reach
+        grown = silent_growth(ages[j], gone[j], confirmations, wanted_length)
+        gap = math.hypot(first[0] - origin[0], first[1] - origin[1])
+        near[j] = gap < REASONABLE_REACH + reach + grown
         if not near[j]:
             continue
         prefix[j] = grantable_prefix(wanted[j], wanted_size[j], own_held, own_held_size, reach)
@@ -116,9 +130,7 @@ def extend(
                 continue
             reach = radius + radii[j]
             age = ages[j]
-            growth = 0.0
-            if age > confirmations and not gone[j]:
-                growth = wanted_length * (age // (confirmations + 1))
+            growth = silent_growth(age, gone[j], confirmations, wanted_length)
             wins = (
                 age == FRESH
                 and not gone[j]
