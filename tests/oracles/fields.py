@@ -1,0 +1,67 @@
+"""Slow twins of the distance-field kernels: every cell against every other, in plain Python."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+Frame = tuple[float, float, float]  # origin_x, origin_y, resolution
+
+
+def distance_cells(occupied: NDArray[np.bool_]) -> FloatArray:
+    """Return the distance [cells] of each cell to the nearest occupied one; inf without any."""
+    result = np.full(occupied.shape, np.inf)
+    for row, column in np.argwhere(occupied):
+        rows, columns = np.indices(occupied.shape)
+        result = np.minimum(result, np.hypot(rows - row, columns - column))
+    return result
+
+
+def sample(field: FloatArray, frame: Frame, x: float, y: float) -> float:
+    """Return the bilinear value between cell centres, the border's value outside."""
+    origin_x, origin_y, resolution = frame
+    height, width = field.shape
+    u = (x - origin_x) / resolution - 0.5
+    v = (y - origin_y) / resolution - 0.5
+    rows = [np.interp(u, np.arange(width), field[row]) for row in range(height)]
+    return float(np.interp(v, np.arange(height), rows))
+
+
+def window_max(field: FloatArray, reach: int) -> FloatArray:
+    """Return the largest value within `reach` cells of each cell."""
+    rows, columns = np.indices(field.shape)
+    result = np.empty_like(field)
+    for row, column in np.ndindex(field.shape):
+        near = np.hypot(rows - row, columns - column) <= reach + 1e-9
+        result[row, column] = field[near].max()
+    return result
+
+
+def stamp_discs(
+    grid: NDArray[np.float32], frame: Frame, points: FloatArray, radius: float, value: float
+) -> NDArray[np.float32]:
+    """Return the grid with the cells whose centres lie in a disc raised to at least `value`."""
+    origin_x, origin_y, step = frame
+    result = grid.copy()
+    for row, column in np.ndindex(grid.shape):
+        x, y = origin_x + (column + 0.5) * step, origin_y + (row + 0.5) * step
+        if any(math.hypot(x - px, y - py) < radius for px, py in points):
+            result[row, column] = max(result[row, column], value)
+    return result
+
+
+def resample(points: FloatArray, spacing: float) -> FloatArray:
+    """Return points every `spacing` of arc length; the end replaces a point too near to it."""
+    lengths = np.hypot(*np.diff(points, axis=0).T)
+    along = np.concatenate(([0.0], np.cumsum(lengths)))
+    stations = np.arange(0.0, along[-1] + 1e-9, spacing)
+    inner = np.column_stack([np.interp(stations, along, points[:, axis]) for axis in (0, 1)])
+    gap = math.hypot(*(points[-1] - inner[-1]))
+    if len(inner) > 1 and gap <= 0.2 * spacing:
+        inner = inner[:-1]
+    elif gap <= 1e-6:
+        return inner
+    return np.vstack((inner, points[-1]))

@@ -1,0 +1,100 @@
+"""Slow twin of the reservation rules G1..G5, one neighbour and one point at a time."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+Point = tuple[float, float]
+
+
+@dataclass
+class Other:
+    """What is known of one neighbour."""
+
+    id: int
+    age: int
+    is_gone: bool
+    priority: int
+    radius: float
+    blocked: int
+    held: list[Point]
+    wanted: list[Point] = field(default_factory=list)
+    intent: list[Point] = field(default_factory=list)
+
+
+@dataclass
+class Own:
+    """What a robot knows of itself."""
+
+    id: int
+    radius: float
+    priority: int
+    yields_for: int
+    published: list[Point]
+    confirmations: int = 3
+    wanted_length: float = 0.35
+    push_ticks: int = 3
+    slack: float = 0.02
+
+
+def gap(point: Point, others: list[Point]) -> float:
+    """Return the distance to the nearest of some points, inf without any."""
+    return min((math.dist(point, other) for other in others), default=math.inf)
+
+
+def refusal(own: Own, other: Other, point: Point, before: Point, origin: Point) -> str:
+    """Return the rule by which a neighbour denies a point, '' if it does not."""
+    reach = own.radius + other.radius
+    if other.age > own.confirmations and not other.is_gone:
+        silent = own.wanted_length * ((other.age - 1) // own.confirmations)
+        near = gap(point, other.held + other.wanted) < reach + silent
+        return "G3" if near else ""
+    slack = own.slack if own.yields_for else 0.0
+    here, there = gap(point, other.held), gap(before, other.held)
+    is_leaving = there < reach and here >= there - 1e-9
+    if here < reach - slack and not is_leaving:
+        return "G2 held"
+    wins = (
+        other.age == 1
+        and not other.is_gone
+        and (own.priority, -own.id) > (other.priority, -other.id)
+    )
+    wanted = other.wanted if other.is_gone else []
+    if not other.is_gone:
+        for candidate in other.wanted:
+            if gap(candidate, own.published) < reach:
+                break  # it cannot be granted to the neighbour while we hold that place
+            wanted = [*wanted, candidate]
+    if not wins and gap(point, wanted) < reach:
+        return "G2 wanted"
+    ahead = other.intent[:8]
+    is_entitled = other.blocked >= own.push_ticks and other.priority > own.priority
+    is_exempt = own.yields_for or other.is_gone or gap(origin, ahead) < reach
+    if is_entitled and not is_exempt and gap(point, ahead) < reach:
+        return "G5"
+    return ""
+
+
+def extend(
+    path: list[Point],
+    stop: int,
+    last: int,
+    confirmed: int,
+    own: Own,
+    others: list[Other],
+    obstacles: list[Point],
+    clearance: float,
+) -> tuple[int, str]:
+    """Return (new stop, rule that ended the growth, '' if all of it was granted)."""
+    for k in range(stop + 1, last + 1):
+        here, there = gap(path[k], obstacles), gap(path[k - 1], obstacles)
+        if here < clearance and here <= there:
+            return k - 1, "obstacle"
+        for other in others:
+            rule = refusal(own, other, path[k], path[k - 1], path[stop])
+            if rule:
+                return k - 1, rule
+        if k > confirmed:
+            return k - 1, "G1"
+    return last, ""
