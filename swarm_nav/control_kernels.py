@@ -76,6 +76,18 @@ def along(path, k, x, y):
 
 
 @njit(cache=True)
+def length_between(path, start, end, x, y):
+    """Length [m] from the projection of (x, y) on the segment after `start` to point `end`."""
+    total = 0.0
+    for k in range(start, end):
+        total += math.hypot(path[k + 1, 0] - path[k, 0], path[k + 1, 1] - path[k, 1])
+    ax = path[start + 1, 0] - path[start, 0]
+    ay = path[start + 1, 1] - path[start, 1]
+    first = max(1e-9, math.hypot(ax, ay))
+    return total - ((x - path[start, 0]) * ax + (y - path[start, 1]) * ay) / first
+
+
+@njit(cache=True)
 def best_twist(pose, twist, path, v_limit, limits, samples, horizon, scales, arc):
     """Return (v, w, cost) of the admissible twist with the smallest critics' sum.
 

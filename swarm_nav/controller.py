@@ -142,10 +142,7 @@ def _length(tube: Tube, start: int, end: int, pose: Pose) -> float:
     """Return the path length [m] from the robot to point `end`."""
     if end <= start:
         return _signed_rest(tube, end, pose)
-    steps = np.diff(tube.points[start : end + 1], axis=0)
-    total = float(np.hypot(steps[:, 0], steps[:, 1]).sum())
-    first = steps[0] / max(1e-9, math.hypot(*steps[0]))
-    return total - float(first @ (np.array((pose.x, pose.y)) - tube.points[start]))
+    return control_kernels.length_between(tube.points, start, end, pose.x, pose.y)
 
 
 def _signed_rest(tube: Tube, end: int, pose: Pose) -> float:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
 from swarm_common.beacon import BEACON_DTYPE, FLAG_STUCK, BeaconArray
+from swarm_common.records import CONTROL_PERIOD
 from swarm_nav.config import TrafficConfig
 
 MAX_SPEED = 0.52  # [m/s] at which two robots can part
@@ -26,40 +25,41 @@ class Neighborhood:
         """Start knowing nobody."""
         self._own_id = own_id
         self._config = config
+        # indexed by robot id
         self._table: BeaconArray = np.zeros(INITIAL_ROWS, BEACON_DTYPE)
-        self._row_of: dict[int, int] = {}
-        self._distance: dict[int, float] = {}
+        self._is_known: NDArray[np.bool_] = np.zeros(INITIAL_ROWS, np.bool_)
+        self._distance: NDArray[np.float64] = np.zeros(INITIAL_ROWS)
         self.beacons: BeaconArray = self._table[:0]
         self.ages: NDArray[np.int64] = np.zeros(0, np.int64)
         self.gone: NDArray[np.bool_] = np.zeros(0, np.bool_)
         self.priorities: NDArray[np.int64] = np.zeros(0, np.int64)
-        self.batch_tick = -1
 
     def receive(self, beacons: BeaconArray, x: float, y: float) -> None:
         """Store a batch; (x, y) is the own position in map."""
-        rows = []
-        for beacon_id, pose in zip(beacons["id"].tolist(), beacons["pose"].tolist(), strict=True):
-            row = self._row_of.get(beacon_id)
-            if row is None:
-                row = self._new_row(beacon_id)
-            rows.append(row)
-            self._distance[beacon_id] = math.hypot(pose[0] - x, pose[1] - y)
-        if rows:
-            self._table[rows] = beacons
+        if len(beacons) == 0:
+            return
+        ids = beacons["id"]
+        highest = int(ids.max())
+        if highest >= len(self._table):
+            self._grow(highest + 1)
+        self._table[ids] = beacons
+        self._is_known[ids] = True
+        pose = beacons["pose"]
+        self._distance[ids] = np.hypot(pose[:, 0] - x, pose[:, 1] - y)
 
     def refresh(self, tick: int) -> None:
         """Work out ages at `tick` and forget those who left."""
         config = self._config
-        edge = config.radio_range - 2.0 * MAX_SPEED * config.lost_ticks * 0.1
-        ids = sorted(self._row_of)
-        ages = {i: tick - int(self._table[self._row_of[i]]["tick"]) for i in ids}
-        for i in ids:
-            if ages[i] > config.lost_ticks and self._distance[i] > edge:
-                del self._row_of[i], self._distance[i]
-        ids = [i for i in ids if i in self._row_of]
-        self.beacons = self._table[[self._row_of[i] for i in ids]]
-        self.ages = np.array([ages[i] for i in ids], np.int64)
-        self.gone = self.ages > config.lost_ticks
+        edge = config.radio_range - 2.0 * MAX_SPEED * config.lost_ticks * CONTROL_PERIOD
+        ids = np.flatnonzero(self._is_known)
+        ages = tick - self._table["tick"][ids].astype(np.int64)
+        has_left = (ages > config.lost_ticks) & (self._distance[ids] > edge)
+        if has_left.any():
+            self._is_known[ids[has_left]] = False
+            ids, ages = ids[~has_left], ages[~has_left]
+        self.beacons = self._table[ids]
+        self.ages = ages
+        self.gone = ages > config.lost_ticks
         words = self.beacons["priority"].astype(np.int64)
         self.priorities = (words[:, 0] << 32) | words[:, 1]
 
@@ -104,10 +104,9 @@ class Neighborhood:
             return held
         return np.vstack((held, beacon["wanted"][: beacon["wanted_size"]]))
 
-    def _new_row(self, robot_id: int) -> int:
-        used = set(self._row_of.values())
-        row = next(k for k in range(len(used) + 1) if k not in used)
-        if row >= len(self._table):
-            self._table = np.concatenate((self._table, np.zeros_like(self._table)))
-        self._row_of[robot_id] = row
-        return row
+    def _grow(self, rows: int) -> None:
+        """Make room for ids below `rows`, at least doubling."""
+        more = max(rows - len(self._table), len(self._table))
+        self._table = np.concatenate((self._table, np.zeros(more, BEACON_DTYPE)))
+        self._is_known = np.concatenate((self._is_known, np.zeros(more, np.bool_)))
+        self._distance = np.concatenate((self._distance, np.zeros(more)))
