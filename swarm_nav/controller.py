@@ -21,6 +21,7 @@ WINDOW = 12  # path points that the rollouts are scored on
 ARRIVED = 0.03  # [m] from a corner or the end at which the robot stands on it
 ALIGNED = 0.05  # [rad] heading error at which turning on the spot ends
 ALIGNED_RATE = 0.4  # [rad/s] at which it may end
+SETTLED = 0.02  # [rad] within which the drive is not asked for corrections that it overshoots
 STANDING = 0.02  # [m/s]
 
 
@@ -77,8 +78,8 @@ class Controller:
     def _turn(self, error: float, pose: Pose, twist: Twist) -> Twist:
         self._is_turning = True
         self.arc[:] = (pose.x, pose.y, pose.yaw)
-        if abs(twist.vx) > STANDING:
-            return Twist(0.0, 0.0, 0.0)
+        if abs(twist.vx) > STANDING or abs(error) < SETTLED:
+            return Twist()
         rate = math.copysign(1.0, error) * twist.wz
         rate = _rate_that_stops(abs(error), rate, self.config.acc_lim_theta)
         rate = min(rate, self.config.max_vel_theta)
@@ -142,7 +143,7 @@ def _length(tube: Tube, start: int, end: int, pose: Pose) -> float:
     """Return the path length [m] from the robot to point `end`."""
     if end <= start:
         return _signed_rest(tube, end, pose)
-    return control_kernels.length_between(tube.points, start, end, pose.x, pose.y)
+    return float(control_kernels.length_between(tube.points, start, end, pose.x, pose.y))
 
 
 def _signed_rest(tube: Tube, end: int, pose: Pose) -> float:

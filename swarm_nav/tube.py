@@ -10,7 +10,6 @@ Shrinking it is always safe.
 from __future__ import annotations
 
 import collections
-import math
 
 import numpy as np
 from numpy.typing import NDArray

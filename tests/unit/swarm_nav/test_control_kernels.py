@@ -1,0 +1,111 @@
+"""Rollouts and the choice of the dynamic window against their slow twins."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from swarm_nav import control_kernels as kernels
+from swarm_nav.config import ControllerConfig
+from tests.oracles import control as oracle
+
+DEFAULT = ControllerConfig()
+STEPS = 8
+LIMITS = (0.26, 1.82, 1.0, 3.2)
+SCALES = (
+    DEFAULT.path_distance_scale,
+    DEFAULT.goal_distance_scale,
+    DEFAULT.path_align_scale,
+    DEFAULT.oscillation_scale,
+)
+EAST = np.column_stack((np.arange(0.0, 0.65, 0.05), np.zeros(13)))
+
+
+def bend(radius: float, count: int = 13) -> np.ndarray:
+    angle = 0.05 / radius * np.arange(count)
+    return np.column_stack((radius * np.sin(angle), radius * (1.0 - np.cos(angle))))
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.floats(-3.0, 3.0), st.floats(0.0, 0.3), st.floats(-1.8, 1.8))
+def test_a_rollout_follows_the_constant_twist(yaw: float, v: float, w: float) -> None:
+    out = np.empty((STEPS, 3))
+    _, _, final = kernels.rollout(0.1, -0.2, yaw, v, w, STEPS, EAST, 0, out)
+    expected = oracle.arc((0.1, -0.2, yaw), v, w, STEPS, kernels.STEP)
+    assert np.allclose(out, expected)
+    assert final == pytest.approx(expected[-1, 2])
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.floats(-0.1, 0.7), st.floats(-0.3, 0.5))
+def test_the_gap_to_a_path_is_that_of_the_segments_beside_its_nearest_point(
+    x: float, y: float
+) -> None:
+    path = bend(0.6)
+    nearest = int(np.hypot(*(path - (x, y)).T).argmin())
+    gap = math.sqrt(kernels.segment_gap(path, nearest, x, y))
+    assert gap == pytest.approx(oracle.segment_gap(path, x, y), abs=1e-3)
+
+
+def test_the_score_of_a_rollout_is_its_mean_squared_gap() -> None:
+    out = np.empty((STEPS, 3))
+    score, reached, _ = kernels.rollout(0.0, 0.1, 0.0, 0.2, 0.0, STEPS, EAST, 0, out)
+    assert score == pytest.approx(0.01)
+    assert reached == 3  # 0.16 m along
+
+
+def test_arc_length_goes_on_beyond_both_ends() -> None:
+    assert kernels.along(EAST, 0, -0.02, 0.0) == pytest.approx(-0.02)
+    assert kernels.along(EAST, 4, 0.22, 0.03) == pytest.approx(0.22)
+    assert kernels.along(EAST, 12, 0.63, 0.0) == pytest.approx(0.63)
+    assert kernels.along(EAST[:1], 0, 5.0, 5.0) == 0.0
+
+
+def best(
+    path: np.ndarray, v: float = 0.2, w: float = 0.0, v_limit: float = 1.0, yaw: float = 0.0
+) -> tuple[float, float, np.ndarray]:
+    arc = np.empty((STEPS, 3))
+    v, w, _ = kernels.best_twist(
+        (0.0, 0.0, yaw), (v, w), path, v_limit, LIMITS,
+        (DEFAULT.vx_samples, DEFAULT.vtheta_samples), DEFAULT.sim_time, SCALES, arc,
+    )  # fmt: skip
+    return v, w, arc
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.floats(0.0, 0.26), st.floats(-1.8, 1.8), st.floats(0.0, 0.4), st.floats(-0.3, 0.3),
+    st.floats(0.4, 5.0),
+)  # fmt: skip
+def test_the_chosen_twist_lies_in_the_dynamic_window(
+    v: float, w: float, v_limit: float, yaw: float, radius: float
+) -> None:
+    chosen_v, chosen_w, _ = best(bend(radius), v, w, v_limit, yaw)
+    slack = 1e-9
+    assert max(0.0, v - 0.1) - slack <= chosen_v <= min(0.26, v + 0.1) + slack
+    assert chosen_v <= max(v_limit, v - 0.1) + slack
+    assert abs(chosen_w - w) <= 0.32 + slack
+    assert abs(chosen_w) <= 1.82 + slack
+
+
+def test_straight_ahead_means_full_speed_and_no_turning() -> None:
+    v, w, arc = best(EAST)
+    assert v == pytest.approx(0.26)
+    assert w == 0.0
+    assert np.allclose(arc, oracle.arc((0.0, 0.0, 0.0), v, w, STEPS, kernels.STEP))
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_bend_is_followed_to_its_side(side: int) -> None:
+    path = bend(0.5) * (1, side)
+    _, w, _ = best(np.ascontiguousarray(path), w=0.3 * side)
+    assert side * w > 0.2
+
+
+def test_off_the_path_the_robot_turns_back_to_it() -> None:
+    _, w, _ = best(np.ascontiguousarray(EAST + np.array((0.0, 0.06))))
+    assert w > 0.05
