@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from swarm_common.records import CONTROL_PERIOD, Pose, Twist, wrap_angle
@@ -35,12 +36,22 @@ class Behavior:
         self._last_yaw = situation.pose.yaw
         self.angle_traveled = 0.0
         self._is_pathed = False
+        self._driven = 0.0  # [m] before the last interruption
+        self._traveled = 0.0  # [m] at the last step
         self._end: BehaviorEnd | None = None
+
+    def resume(self, situation: Situation) -> None:
+        """Go on with what is left after the robot made way for another one."""
+        self._last_yaw = situation.pose.yaw
+        self._driven = self._traveled
+        self._start = situation.pose
+        self._is_pathed = False
 
     def step(self, situation: Situation, controller: Controller) -> Twist:
         """Return the twist of this tick; `end` tells when it is over."""
         self.angle_traveled += wrap_angle(situation.pose.yaw - self._last_yaw)
         self._last_yaw = situation.pose.yaw
+        self._traveled = self.distance_traveled(situation)
         elapsed = (situation.tick - self._start_tick) * CONTROL_PERIOD
         kind = self.goal.kind
         if kind is GoalKind.WAIT:
@@ -63,8 +74,8 @@ class Behavior:
         return self._end
 
     def distance_traveled(self, situation: Situation) -> float:
-        """Return the distance [m] from the start."""
-        return self._start.distance(situation.pose)
+        """Return the distance [m] from the start, without ways to make way."""
+        return self._driven + self._start.distance(situation.pose)
 
     def _spin(self, situation: Situation, controller: Controller) -> Twist:
         rest = self.goal.angle - self.angle_traveled
@@ -78,9 +89,11 @@ class Behavior:
         is_reverse = self.goal.kind is GoalKind.BACKUP
         tube = situation.tube
         if not self._is_pathed:
+            if not situation.is_standing:
+                return controller.stop(situation.twist)  # the held space ends ahead, not behind
             self._is_pathed = True
-            distance = -self.goal.distance if is_reverse else self.goal.distance
-            path = straight_path(situation.pose, distance)
+            rest = self.goal.distance - self._driven
+            path = straight_path(situation.pose, -rest if is_reverse else rest)
             floor = situation.body_radius + situation.config.costmap.footprint_padding
             if any(situation.terrain.clearance(x, y) < floor for x, y in path[1:].tolist()):
                 code = DRIVE_COLLISIONS.get(self.goal.kind, ErrorCode.DRIVE_COLLISION_AHEAD)
@@ -92,7 +105,9 @@ class Behavior:
             self._end = BehaviorEnd()
             tube.cut()
             return controller.stop(situation.twist)
-        return controller.follow(tube, situation.pose, situation.twist)
+        twist = controller.follow(tube, situation.pose, situation.twist)
+        limit = self.goal.speed if self.goal.speed > 0.0 else math.inf
+        return Twist(max(-limit, min(limit, twist.vx)), 0.0, twist.wz)
 
 
 def recovery_goal(attempt: int, situation: Situation) -> Goal | None:

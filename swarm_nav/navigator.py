@@ -362,6 +362,7 @@ class Navigator:
         else:
             self._switch(E.RELEASED_IDLE)
             if self._behavior is not None and not self._is_recovery:
+                self._behavior.resume(self._s)
                 self._switch(E.BEHAVIOR)
         if self._is_recovery:
             self._behavior = None
