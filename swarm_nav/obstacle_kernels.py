@@ -57,6 +57,8 @@ def still_there(points, ranges, beam, pose, max_range, robots, reach, keep):
         if d > max_range or d < beam[2]:
             continue
         angle = math.atan2(dy, dx) - pose[2] - beam[0]
-        index = round((angle % (2.0 * math.pi)) / beam[1]) % n
-        if ranges[index] > d + 0.1:
+        index = round((angle % (2.0 * math.pi)) / beam[1])
+        if index >= n and (n + 0.5) * beam[1] < 2.0 * math.pi:
+            continue  # outside the field of view; a full circle closes
+        if ranges[index % n] > d + 0.1:
             keep[k] = False

@@ -102,7 +102,7 @@ def beacon(robot_id: int, x: float, y: float, **fields: Any) -> np.void:
 
 def hear(s: Situation, *beacons: np.void, tick: int | None = None) -> None:
     """Let a situation receive beacons as of the tick before its own (or of `tick`)."""
-    batch = np.array(beacons, BEACON_DTYPE)
+    batch = np.array(list(beacons), BEACON_DTYPE)
     batch["tick"] = s.tick - 1 if tick is None else tick
     s.hood.receive(batch, s.pose.x, s.pose.y)
     s.hood.refresh(s.tick)

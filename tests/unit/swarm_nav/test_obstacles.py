@@ -1,0 +1,121 @@
+"""The obstacle layer: marks, clears, and knows walls and robots."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from swarm_common.records import LidarSpec, Pose, Scan
+from swarm_nav import obstacle_kernels
+from swarm_nav.config import CostmapConfig
+from swarm_nav.distance_kernels import sample
+from swarm_nav.obstacles import CELL, ObstacleLayer
+from tests.oracles import control as oracle
+from tests.standins.navigation import beacon, hear, room, situation
+
+HALL = room(6.0, 6.0)
+MIDDLE = Pose(3.0, 3.0, 0.0)
+LIDAR = LidarSpec(0.0, 0.0, 0.1)
+
+
+def scan(hits: dict[int, float], rays: int = 360, increment: float = math.tau / 360) -> Scan:
+    ranges = np.full(rays, np.inf, np.float32)
+    for ray, distance in hits.items():
+        ranges[ray] = distance
+    return Scan(0, 0.0, increment, 0.12, 3.5, ranges)
+
+
+def layer() -> ObstacleLayer:
+    return ObstacleLayer(CostmapConfig(), LIDAR)
+
+
+def test_an_unexplained_hit_is_marked_where_it_is() -> None:
+    s, marks = situation(HALL, MIDDLE), layer()
+    marks.update(scan({0: 1.0, 90: 0.8}), MIDDLE, s.terrain, s.hood)
+    assert sorted(map(tuple, marks.points.round(3).tolist())) == [(3.0, 3.8), (4.0, 3.0)]
+
+
+def test_marks_turn_with_the_robot_and_its_lidar() -> None:
+    mounted = LidarSpec(0.1, 0.0, 0.1, yaw=math.pi / 2)
+    s, marks = situation(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), mounted)
+    marks.update(scan({0: 1.0}), Pose(3.0, 3.0, math.pi / 2), s.terrain, s.hood)
+    assert marks.points.round(3).tolist() == [[2.0, 3.1]]
+
+
+def test_a_ray_that_passes_through_clears_and_one_that_ends_before_does_not() -> None:
+    s, marks = situation(HALL, MIDDLE), layer()
+    marks.update(scan({0: 1.0, 90: 1.0}), MIDDLE, s.terrain, s.hood)
+    marks.update(scan({0: 0.5, 90: 2.0}), MIDDLE, s.terrain, s.hood)
+    assert (4.0, 3.0) in map(tuple, marks.points.round(3).tolist())
+    assert (3.0, 4.0) not in map(tuple, marks.points.round(3).tolist())
+
+
+@pytest.mark.parametrize("distance", [2.6, 3.4])
+def test_a_hit_beyond_the_marking_range_is_not_marked(distance: float) -> None:
+    s, marks = situation(room(12.0, 12.0), Pose(6.0, 6.0, 0.0)), layer()
+    marks.update(scan({0: distance}), s.pose, s.terrain, s.hood)
+    assert len(marks.points) == 0
+
+
+def test_mapped_walls_are_not_marked() -> None:
+    s, marks = situation(HALL, Pose(1.0, 3.0, 0.0)), layer()
+    marks.update(scan({180: 0.93}), s.pose, s.terrain, s.hood)
+    assert len(marks.points) == 0
+
+
+def test_robots_that_say_where_they_are_are_not_marked_and_clear_old_marks() -> None:
+    s, marks = situation(HALL, MIDDLE), layer()
+    marks.update(scan({0: 1.0}), MIDDLE, s.terrain, s.hood)
+    assert len(marks.points) == 1
+    hear(s, beacon(2, 4.05, 3.0))
+    marks.update(scan({0: 1.0}), MIDDLE, s.terrain, s.hood)
+    assert len(marks.points) == 0
+
+
+def test_invalid_ranges_neither_mark_nor_clear() -> None:
+    s, marks = situation(HALL, MIDDLE), layer()
+    marks.update(scan({0: 1.0}), MIDDLE, s.terrain, s.hood)
+    marks.update(scan({0: math.nan, 90: math.nan, 180: 0.0}), MIDDLE, s.terrain, s.hood)
+    assert marks.points.round(3).tolist() == [[4.0, 3.0]]
+
+
+def test_a_lidar_that_looks_ahead_only_does_not_clear_behind() -> None:
+    half = LidarSpec(0.0, 0.0, 0.1, rays=180, angle_min=-math.pi / 2)
+    s, marks = situation(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), half)
+    ahead = Scan(0, -math.pi / 2, math.pi / 180, 0.12, 3.5, np.full(180, np.inf, np.float32))
+    ahead.ranges[90] = 1.0
+    marks.update(ahead, MIDDLE, s.terrain, s.hood)
+    assert len(marks.points) == 1
+    free = Scan(1, -math.pi / 2, math.pi / 180, 0.12, 3.5, np.full(180, np.inf, np.float32))
+    marks.update(free, Pose(3.0, 3.0, math.pi - 0.3), s.terrain, s.hood)
+    assert len(marks.points) == 1
+
+
+def test_marks_are_rounded_to_cells_and_forgotten_on_request() -> None:
+    s, marks = situation(HALL, MIDDLE), layer()
+    marks.update(scan({ray: 1.0 for ray in range(0, 30)}), MIDDLE, s.terrain, s.hood)
+    assert np.allclose(marks.points / CELL, np.round(marks.points / CELL))
+    assert len(np.unique(marks.points, axis=0)) == len(marks.points)
+    marks.clear()
+    assert len(marks.points) == 0
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_choice_of_hits_equals_its_slow_twin(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    s = situation(HALL, MIDDLE)
+    ranges = rng.uniform(0.0, 3.5, 360).astype(np.float32)
+    robots, reach = rng.uniform(1.0, 5.0, (3, 2)), rng.uniform(0.2, 0.6, 3).astype(np.float32)
+    pose = (*rng.uniform(2.0, 4.0, 2).tolist(), float(rng.uniform(-3.0, 3.0)))
+    out = np.empty((360, 2))
+    count = obstacle_kernels.unexplained(
+        ranges, (0.0, math.tau / 360, 0.12), pose, (2.5, 0.2),
+        s.terrain.distance, s.terrain.frame, robots, reach, out,
+    )  # fmt: skip
+    angles = pose[2] + np.arange(360) * math.tau / 360
+    hits = np.array(pose[:2]) + ranges[:, None] * np.column_stack((np.cos(angles), np.sin(angles)))
+    walls = np.array([sample(s.terrain.distance, *s.terrain.frame, x, y) for x, y in hits])
+    expected = oracle.unexplained(hits, ranges, (0.12, 2.5, 0.2), walls, robots, reach)
+    assert np.allclose(out[:count], expected)
