@@ -22,6 +22,7 @@ SOLVER_ITERATIONS = 10
 CONTACT_BREAKING = 0.0005  # [m]
 SETTLE_STEPS = 50  # in which the robots come to rest before tick 0
 EXACT_BELOW = 0.1  # [m] clearances below this come from the engine, larger ones from footprints
+REACH_SLACK = 0.02  # [m] added to how far a robot may move in a control period
 TOUCH_NORMAL_FORCE, TOUCH_DISTANCE, TOUCH_POSITION = 9, 8, 5  # fields of a contact point
 
 
@@ -48,7 +49,6 @@ class BulletEngine:
             physics_period: [s] of a step.
         """
         count = len(specs)
-        self._specs = list(specs)
         self._steps = round(CONTROL_PERIOD / physics_period)
         self._period = physics_period
         self._client = pybullet.connect(pybullet.DIRECT)
@@ -70,6 +70,8 @@ class BulletEngine:
         )
         self._radii = np.array([s.wheel_radius for s in specs])
         self._half_tracks = np.array([s.wheel_separation / 2.0 for s in specs])
+        speeds = [s.max_vel_x + s.max_vel_theta * s.circumscribed_radius for s in specs]
+        self._reaches = np.array(speeds) * CONTROL_PERIOD + REACH_SLACK
         self._speeds = np.zeros((count, 2))  # that the motors aim at
         self._joints = np.zeros((count, 4))  # left, right: positions, then velocities
         self.poses: FloatArray = np.zeros((count, 3))
@@ -219,10 +221,7 @@ class BulletEngine:
 
     def _suspects(self) -> list[tuple[int, int, tuple[int, str] | None]]:
         """Return the pairs that could touch within a control period: robots, or an obstacle."""
-        reach = np.array(
-            [s.max_vel_x + s.max_vel_theta * s.circumscribed_radius for s in self._specs]
-        )
-        reach = reach * CONTROL_PERIOD + 0.02
+        reach = self._reaches
         pairs: list[tuple[int, int, tuple[int, str] | None]] = [
             (int(i), int(j), None)
             for i, j, gap in self._near_robots

@@ -53,6 +53,7 @@ class LidarGroup:
             np.concatenate([still[0], self._segment_owners]),
             np.concatenate([still[1], self._disc_owners]),
         )
+        self._rays = np.arange(spec.rays)
         self._true_ranges = np.empty((len(members), spec.rays))
 
     def scan(self, poses: FloatArray, seed: int, tick: int) -> NDArray[np.float32]:
@@ -60,9 +61,9 @@ class LidarGroup:
         spec = self.spec
         self.cast(poses)
         ranges = np.empty((len(self.members), spec.rays), np.float32)
-        keys = hash_words(seed, tick, self.members)
+        words = hash_words(seed, tick, self.members[:, None], self._rays)
         limits = (spec.range_min, spec.range_max)
-        lidar_kernels.add_noise(self._true_ranges, keys, spec.sigma, *limits, ranges)
+        lidar_kernels.add_noise(self._true_ranges, words, spec.sigma, *limits, ranges)
         return ranges
 
     def cast(self, poses: FloatArray) -> FloatArray:

@@ -141,17 +141,9 @@ def cast(
 
 
 @numba.njit(cache=True)
-def mix(word: np.uint64) -> np.uint64:
-    """Return a word with its bits stirred (SplitMix64's output function)."""
-    word = (word ^ (word >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    word = (word ^ (word >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return word ^ (word >> np.uint64(31))
-
-
-@numba.njit(cache=True)
 def add_noise(
     ranges: FloatArray,
-    keys: NDArray[np.uint64],
+    words: NDArray[np.uint64],
     sigma: float,
     range_min: float,
     range_max: float,
@@ -161,23 +153,21 @@ def add_noise(
 
     Args:
         ranges: True ranges (n, rays).
-        keys: (n,) from which each scan's random numbers follow, and nothing else.
+        words: Random words (n, rays); each gives one normal number (Box and Muller).
         sigma: [m] standard deviation.
         range_min: [m] below it a measurement becomes -inf.
         range_max: [m] above it a measurement becomes inf.
         out: (n, rays).
     """
-    golden = np.uint64(0x9E3779B97F4A7C15)
+    low_half = np.uint64(0xFFFFFFFF)
     for i in range(ranges.shape[0]):
-        word = keys[i]
         for k in range(ranges.shape[1]):
             value = ranges[i, k]
-            word = word + golden
             if sigma > 0.0 and value < math.inf:
-                first = float(mix(word) >> np.uint64(11)) + 1.0
-                second = float(mix(word ^ golden) >> np.uint64(11))
-                spread = math.sqrt(-2.0 * math.log(first * 2.0**-53))
-                value += sigma * spread * math.cos(TWO_PI * second * 2.0**-53)
+                first = (float(words[i, k] >> np.uint64(32)) + 1.0) * 2.0**-32
+                second = float(words[i, k] & low_half) * 2.0**-32
+                spread = math.sqrt(-2.0 * math.log(first))
+                value += sigma * spread * math.cos(TWO_PI * second)
             if value > range_max:
                 value = math.inf
             elif value < range_min:

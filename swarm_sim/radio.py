@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.beacon import BEACON_DTYPE, BEACON_SIZE, BeaconArray, empty_beacons
+from swarm_common.beacon import BEACON_DTYPE, BEACON_SIZE, BeaconArray
 from swarm_common.errors import ConfigError
 from swarm_common.records import CONTROL_PERIOD
 from swarm_sim.randomness import hash_words, uniform
@@ -55,8 +55,8 @@ class Radio:
         self._count = count
         self._seed = seed
         delay_ticks = math.ceil(config.delay / CONTROL_PERIOD - 1e-9)
-        silence = (empty_beacons(0), np.zeros((count, 0), np.bool_))
-        self._under_way: deque[tuple[BeaconArray, NDArray[np.bool_]]] = deque(
+        silence = (np.zeros((0, BEACON_SIZE), np.uint8), np.zeros((count, 0), np.bool_))
+        self._under_way: deque[tuple[NDArray[np.uint8], NDArray[np.bool_]]] = deque(
             [silence] * (delay_ticks + 1)
         )
 
@@ -70,9 +70,10 @@ class Radio:
         """
         senders = np.array([i for i, b in enumerate(beacons) if b is not None], np.int64)
         joined = b"".join([b.tobytes() for b in beacons if b is not None])
-        sent = np.frombuffer(joined, BEACON_DTYPE)
-        order = np.argsort(sent["id"], kind="stable")
-        senders, sent = senders[order], sent[order]
+        order = np.argsort(np.frombuffer(joined, BEACON_DTYPE)["id"], kind="stable")
+        # As plain bytes: numpy copies records of many members member by member.
+        sent = np.frombuffer(joined, np.uint8).reshape(len(senders), BEACON_SIZE)[order]
+        senders = senders[order]
         gap = positions[:, None, :] - positions[None, senders, :]
         heard = np.hypot(gap[..., 0], gap[..., 1]) <= self._config.range
         heard[senders, np.arange(len(senders))] = False
@@ -86,7 +87,5 @@ class Radio:
     def heard(self, receiver: int) -> BeaconArray:
         """Return the beacons that reach a robot at the present tick, ordered by id."""
         sent, heard = self._under_way[0]
-        # As plain bytes: numpy copies records of many members member by member.
-        rows = sent.view(np.uint8).reshape(len(sent), BEACON_SIZE)
-        received: BeaconArray = rows[heard[receiver]].reshape(-1).view(BEACON_DTYPE)
+        received: BeaconArray = sent[heard[receiver]].reshape(-1).view(BEACON_DTYPE)
         return received

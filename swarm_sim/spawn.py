@@ -107,10 +107,12 @@ def _reachable(points: FloatArray, section: Section, scene: Scene) -> NDArray[np
         return np.ones(0, np.bool_)
     grid = draw_grid(section, points[:0], REACH_RESOLUTION)
     cells = np.array([grid.cell_of(x, y) for x, y in points], np.int64)
-    on_grid = (cells >= 0).all(axis=1) & (cells < grid.cells.shape).all(axis=1)
+    on_grid = np.logical_and(cells >= 0, cells < grid.cells.shape).all(axis=1)
     seeds = np.array([grid.cell_of(x, y) for x, y in accessible_points(scene)], np.int64)
     choices = [seeds] if len(seeds) else [cells[i : i + 1] for i in np.flatnonzero(on_grid)]
-    best = ~on_grid if not len(seeds) else np.zeros(len(points), np.bool_)
+    best = np.zeros(len(points), np.bool_)
+    if not len(seeds):
+        best[:] = ~on_grid  # open field
     for choice in choices:
         if len(choices) > 1 and best[(cells == choice[0]).all(axis=1)].any():
             continue  # this place belongs to the best set already

@@ -1,0 +1,69 @@
+from swarm_sim.barrier import Barrier
+
+
+def started(count=3):
+    barrier = Barrier(count, 5.0)
+    barrier.open(0.0)
+    for robot in range(count):
+        barrier.answer(robot)
+    barrier.close()
+    return barrier
+
+
+def test_at_the_start_all_are_waited_for_without_limit():
+    barrier = Barrier(2, 5.0)
+    barrier.open(0.0)
+    barrier.answer(1)
+    assert not barrier.is_complete(1000.0)
+    barrier.answer(0)
+    assert barrier.is_complete(1000.0)
+    assert not barrier.has_started
+    barrier.close()
+    assert barrier.has_started
+    assert barrier.late_ticks == 0
+
+
+def test_a_late_robot_is_not_waited_for_until_it_answers_again():
+    barrier = started()
+    barrier.open(10.0)
+    barrier.answer(0)
+    barrier.answer(2)
+    assert not barrier.is_complete(14.9)
+    assert list(barrier.missing()) == [1]
+    assert barrier.is_complete(15.1)
+    barrier.close()
+    assert (barrier.late_ticks, barrier.answering) == (1, 2)
+    barrier.open(15.1)
+    barrier.answer(0)
+    barrier.answer(2)
+    assert barrier.is_complete(15.1)
+    barrier.answer(1)
+    barrier.close()
+    assert (barrier.late_ticks, barrier.answering) == (1, 3)
+
+
+def test_a_dead_robot_is_not_waited_for_and_not_late():
+    barrier = started()
+    barrier.open(10.0)
+    barrier.lose(1)
+    barrier.answer(0)
+    barrier.answer(2)
+    assert barrier.is_complete(10.0)
+    barrier.close()
+    assert barrier.late_ticks == 0
+
+
+def test_a_robot_that_dies_before_the_start_does_not_stop_it():
+    barrier = Barrier(2, 5.0)
+    barrier.open(0.0)
+    barrier.answer(0)
+    barrier.lose(1)
+    assert barrier.is_complete(0.0)
+
+
+def test_free_run_waits_for_nobody_and_counts_nobody():
+    barrier = Barrier(2, 5.0, expects=False)
+    barrier.open(0.0)
+    assert barrier.is_complete(0.0)
+    barrier.close()
+    assert barrier.late_ticks == 0
