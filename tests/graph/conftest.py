@@ -1,0 +1,227 @@
+"""Real world and navigator processes for the graph tests, in a ROS domain of their own."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import select
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import rclpy
+import yaml
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+
+from swarm_common.pipes import LineReader
+from swarm_common.resources import find_resource, share_directory
+from swarm_common.robot_io import load_robot
+from swarm_common.robot_params import robot_parameters
+from swarm_nav.config import NavConfig, parameter_values
+
+ROBOT = "turtlebot3_waffle"
+WORLD = "slim_blockage"
+DOMAINS = range(20, 89)
+START_LIMIT = 90.0  # [s] of wall time, on a busy machine
+
+
+@contextlib.contextmanager
+def reserved_domain() -> Iterator[int]:
+    """Yield a ROS domain that no other run of the tests uses."""
+    for domain in DOMAINS:
+        lock = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        with lock, contextlib.suppress(OSError):
+            lock.bind(f"\0swarm-graph-test-{domain}")
+            yield domain
+            return
+    pytest.fail("every ROS domain for tests is in use")
+
+
+class Process:
+    """The world or the nursery, with its events."""
+
+    def __init__(self, module: str, config: Path, domain: int, log: Path) -> None:
+        self.events: list[dict[str, Any]] = []
+        reading, writing = os.pipe()
+        control, self.control_fd = os.pipe()
+        self._reader = LineReader(reading)
+        self._reading = reading
+        self._log = log
+        flags = ("--event-fd", str(writing), "--control-fd", str(control))
+        with log.open("wb") as output:
+            self.popen = subprocess.Popen(
+                (sys.executable, "-m", module, str(config), *flags),
+                env=os.environ | {"ROS_DOMAIN_ID": str(domain)},
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                pass_fds=(writing, control),
+                start_new_session=True,
+            )
+        os.close(writing)
+        os.close(control)
+
+    def read(self, timeout: float = 0.0) -> list[dict[str, Any]]:
+        """Return all events so far, after waiting for new ones for a while."""
+        select.select([self._reading], [], [], timeout)
+        self.events += self._reader.read()
+        return self.events
+
+    def named(self, kind: str) -> list[dict[str, Any]]:
+        """Return the events of a kind."""
+        return [event for event in self.read() if event["event"] == kind]
+
+    def wait_for(self, kind: str, count: int = 1, limit: float = START_LIMIT) -> None:
+        """Wait until there are `count` events of a kind."""
+        end = time.monotonic() + limit
+        while len(self.named(kind)) < count:
+            assert time.monotonic() < end, f"no {count} events '{kind}': {self.events}"
+            code = self.popen.poll()
+            assert code is None, f"ended with {code}: {self._log.read_text(encoding='utf-8')}"
+            self.read(0.2)
+
+    def end(self) -> int:
+        """Ask it to end and return its exit code."""
+        if self.popen.poll() is None:
+            self.popen.terminate()
+        try:
+            return self.popen.wait(20.0)
+        finally:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(self.popen.pid, signal.SIGKILL)
+            for descriptor in (self._reading, self.control_fd):
+                with contextlib.suppress(OSError):
+                    os.close(descriptor)
+
+
+class Swarm:
+    """A world and its navigators, and a node of our own to talk to them."""
+
+    def __init__(self, folder: Path, domain: int, count: int, **options: Any) -> None:
+        self.names = [f"Srobot{number}" for number in range(1, count + 1)]
+        self.domain = domain
+        self.folder = folder
+        self.context = Context()
+        rclpy.init(context=self.context, domain_id=domain)
+        self.node: Node = rclpy.create_node("tester", context=self.context, enable_rosout=False)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor.add_node(self.node)
+        self.world = self._start_world(options.pop("world", {}))
+        self.host = self._start_host(options)
+
+    def _start_world(self, changes: dict[str, Any]) -> Process:
+        config = {
+            "world": WORLD,
+            "robots": [{"name": name, "model": ROBOT} for name in self.names],
+            "speed": 4.0,
+            "verdict_path": str(self.folder / "verdict.json"),
+        }
+        path = self.folder / "world.json"
+        path.write_text(json.dumps(config | changes), encoding="utf-8")
+        return Process("swarm_sim.node", path, self.domain, self.folder / "world.log")
+
+    def _start_host(self, changes: dict[str, Any]) -> Process:
+        self.world.wait_for("spawn")
+        poses = self.world.named("spawn")[0]["poses"]
+        robots = []
+        for number, (name, pose) in enumerate(zip(self.names, poses, strict=True), 1):
+            path = self.folder / f"{name}.yaml"
+            values = parameters(number, pose) | changes
+            tree = {f"/{name}/navigator": {"ros__parameters": values}}
+            path.write_text(yaml.safe_dump(tree), encoding="utf-8")
+            robots.append({"name": name, "params": str(path)})
+        path = self.folder / "host.json"
+        config = {"robots": robots, "pack": 1, "log_dir": str(self.folder)}
+        path.write_text(json.dumps(config), encoding="utf-8")
+        return Process("swarm_nav.host", path, self.domain, self.folder / "host.log")
+
+    def wait_until_active(self) -> None:
+        """Wait until every navigator is active and time runs."""
+        self.host.wait_for("active", len(self.names))
+        self.spin_until(lambda: self.sim_time() > 0.0, START_LIMIT)
+
+    def sim_time(self) -> float:
+        """Return the simulated time that the world reported last."""
+        progress = self.world.named("progress")
+        return float(progress[-1]["sim_time"]) if progress else 0.0
+
+    def spin(self, period: float) -> None:
+        """Let our node work for a while."""
+        end = time.monotonic() + period
+        while time.monotonic() < end:
+            self.executor.spin_once(timeout_sec=0.05)
+
+    def spin_until(self, condition: Callable[[], bool], limit: float = 30.0) -> None:
+        """Let our node work until something holds."""
+        end = time.monotonic() + limit
+        while not condition():
+            assert time.monotonic() < end, "waited in vain"
+            self.executor.spin_once(timeout_sec=0.05)
+
+    def result_of(self, future: Any, limit: float = 30.0) -> Any:
+        """Return what a future holds when it is done."""
+        self.spin_until(future.done, limit)
+        return future.result()
+
+    def call(self, kind: Any, name: str, request: Any) -> Any:
+        """Call a service once."""
+        client = self.node.create_client(kind, name)
+        try:
+            assert client.wait_for_service(20.0), f"no service {name}"
+            return self.result_of(client.call_async(request))
+        finally:
+            self.node.destroy_client(client)
+
+    def pid_of(self, name: str) -> int:
+        """Return the process id of a robot's navigator."""
+        return next(int(e["pid"]) for e in self.host.named("active") if e["robot"] == name)
+
+    def close(self) -> None:
+        """End everything, whatever state it is in."""
+        try:
+            self.executor.shutdown()
+            self.node.destroy_node()
+            self.context.try_shutdown()
+        finally:
+            self.world.end()
+            self.host.end()
+
+
+def parameters(robot_id: int, pose: list[float]) -> dict[str, Any]:
+    """Return the parameters of one navigator by dotted name."""
+    spec = load_robot(ROBOT)
+    limits = ("max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta")
+    sites = find_resource("world", WORLD, "sites.yaml")
+    return (
+        parameter_values(NavConfig())
+        | {name: getattr(spec, name) for name in limits}
+        | {f"robot.{name}": value for name, value in robot_parameters(spec).items()}
+        | dict(zip(("initial_pose.x", "initial_pose.y", "initial_pose.yaw"), pose, strict=True))
+        | {"robot_id": robot_id, "sites": str(sites)}
+    )
+
+
+StartSwarm = Callable[..., Swarm]
+
+
+@pytest.fixture(scope="module")
+def start_swarm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[StartSwarm]:
+    """Yield a function that starts a swarm; all of them end with the module."""
+    assert (share_directory() / "worlds").is_dir()
+    with contextlib.ExitStack() as stack:
+
+        def start(count: int, **options: Any) -> Swarm:
+            domain = stack.enter_context(reserved_domain())
+            swarm = Swarm(tmp_path_factory.mktemp("swarm"), domain, count, **options)
+            stack.callback(swarm.close)
+            return swarm
+
+        yield start

@@ -1,0 +1,63 @@
+"""Our CDR bytes are what the ROS serialiser writes and reads."""
+
+import math
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import Twist as TwistMsg
+from geometry_msgs.msg import TwistStamped
+from nav_msgs.msg import Odometry as OdometryMsg
+from rclpy.serialization import deserialize_message, serialize_message
+from sensor_msgs.msg import LaserScan
+
+from swarm_common import wire
+from swarm_common.records import Pose, Scan, Twist
+
+POSE, TWIST = Pose(1.25, -2.5, 0.75), Twist(0.25, 0.0, -0.5)
+
+
+@pytest.mark.parametrize("frame", ["odom", "o", "a_longer_name", "näme"])
+@pytest.mark.parametrize("child", ["base_footprint", "base", ""])
+def test_odometry(frame, child):
+    data = wire.OdometryWriter(frame, child).encode(123, POSE, TWIST)
+    message = deserialize_message(data, OdometryMsg)
+    assert (message.header.frame_id, message.child_frame_id) == (frame, child)
+    assert (message.header.stamp.sec, message.header.stamp.nanosec) == (12, 300_000_000)
+    assert message.pose.pose.position.y == POSE.y
+    assert message.twist.twist.angular.z == TWIST.wz
+    odom = wire.read_odometry(serialize_message(message))
+    assert (odom.tick, odom.twist) == (123, TWIST)
+    assert odom.pose_odom.yaw == pytest.approx(POSE.yaw)
+
+
+def test_scan():
+    ranges = np.linspace(0.1, 3.0, 7, dtype=np.float32)
+    ranges[3] = math.inf
+    scan = Scan(4, -1.0, 0.25, 0.125, 3.5, ranges)
+    message = deserialize_message(wire.ScanWriter("base_scan", 0.2).encode(scan), LaserScan)
+    assert message.header.frame_id == "base_scan"
+    assert message.angle_max == pytest.approx(-1.0 + 6 * 0.25)
+    assert list(message.ranges) == list(ranges)
+    message.intensities = [1.0] * 7
+    again = wire.read_scan(serialize_message(message))
+    assert (again.tick, again.angle_min, again.range_max) == (4, -1.0, 3.5)
+    np.testing.assert_array_equal(again.ranges, ranges)
+
+
+@pytest.mark.parametrize("frame", ["", "base_link", "b"])
+def test_command(frame):
+    message = deserialize_message(wire.CommandWriter(frame).encode(9, TWIST), TwistStamped)
+    assert message.header.frame_id == frame
+    assert message.twist.linear.x == TWIST.vx
+    assert wire.read_command(serialize_message(message)) == (9, TWIST)
+
+
+def test_plain_command():
+    message = TwistMsg()
+    message.linear.x, message.angular.z = TWIST.vx, TWIST.wz
+    assert wire.read_plain_command(serialize_message(message)) == TWIST
+
+
+def test_a_message_that_is_no_little_endian_cdr_is_refused():
+    with pytest.raises(ValueError, match="little-endian"):
+        wire.read_tick(b"\x00\x00\x00\x00" + bytes(20))
