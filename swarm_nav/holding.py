@@ -17,6 +17,7 @@ from swarm_common.beacon import FLAG_CIRCUIT
 from swarm_common.records import FloatArray
 from swarm_nav import crowd
 from swarm_nav.config import HoldingConfig
+from swarm_nav.goals import PlanError
 from swarm_nav.planner import path_length
 from swarm_nav.situation import Situation
 
@@ -160,12 +161,21 @@ class HoldingPattern:
         ahead = nearest + int(CIRCUIT_LOOKAHEAD / _CIRCUIT_SPACING)
         point = circuit[ahead % len(circuit)]
         target = (float(point[0]), float(point[1]))
-        extra = crowd.congestion(situation)
-        path = situation.planner.plan(situation.stop_point, target, extra)
-        if path_length(path) > 3.0 * CIRCUIT_LOOKAHEAD + CIRCUIT_JOIN:
+        path = self._way_to(situation, target)
+        if path is None:
+            self.is_on_circuit = False  # park instead
             return
         situation.tube.adopt(path)
         self.target = None
+
+    def _way_to(self, situation: Situation, point: tuple[float, float]) -> FloatArray | None:
+        """Return the way to a point of the circuit, None if there is no short one."""
+        extra = crowd.congestion(situation)
+        try:
+            path = situation.planner.plan(situation.stop_point, point, extra)
+        except PlanError:
+            return None
+        return path if path_length(path) <= 3.0 * CIRCUIT_LOOKAHEAD + CIRCUIT_JOIN else None
 
     @property
     def flags(self) -> int:
