@@ -1,0 +1,95 @@
+"""Who is heard, how old that is, and the difference between having left and being gone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from swarm_common.beacon import FLAG_STUCK
+from swarm_nav.config import TrafficConfig
+from swarm_nav.neighborhood import Neighborhood
+from tests.standins.navigation import beacon
+
+
+def heard(hood: Neighborhood, tick: int, *records: np.void) -> None:
+    for record in records:
+        record["tick"] = tick
+    hood.receive(np.array(records), 0.0, 0.0)
+
+
+def hood() -> Neighborhood:
+    return Neighborhood(1, TrafficConfig())
+
+
+def test_rows_are_ordered_by_id_and_hold_the_newest_beacon() -> None:
+    here = hood()
+    heard(here, 10, beacon(7, 1.0, 0.0), beacon(3, 2.0, 0.0))
+    heard(here, 11, beacon(7, 1.5, 0.0))
+    here.refresh(12)
+    assert here.ids.tolist() == [3, 7]
+    assert here.ages.tolist() == [2, 1]
+    assert here.beacons[1]["pose"][0] == pytest.approx(1.5)
+    assert here.row(7) == 1
+    assert here.row(99) is None
+
+
+def test_who_was_last_heard_near_the_edge_of_the_range_has_left() -> None:
+    here = hood()
+    heard(here, 10, beacon(2, 5.5, 0.0))
+    here.refresh(26)
+    assert here.ids.tolist() == [2]
+    here.refresh(27)
+    assert here.ids.tolist() == []
+
+
+def test_who_falls_silent_well_inside_the_range_is_gone_and_stays() -> None:
+    here = hood()
+    heard(here, 10, beacon(2, 1.0, 0.0, held=[(1.0, 0.0)], wanted=[(1.05, 0.0), (1.1, 0.0)]))
+    here.refresh(26)
+    assert not here.gone.any()
+    assert len(here.tubes(0)) == 1
+    here.refresh(27)
+    assert here.gone.tolist() == [True]
+    assert here.stuck.tolist() == [True]
+    assert len(here.tubes(0)) == 3
+    here.refresh(5000)
+    assert here.ids.tolist() == [2]
+
+
+def test_who_is_heard_again_is_not_gone_any_more() -> None:
+    here = hood()
+    heard(here, 10, beacon(2, 1.0, 0.0))
+    here.refresh(100)
+    heard(here, 100, beacon(2, 1.0, 0.0))
+    here.refresh(101)
+    assert here.gone.tolist() == [False]
+
+
+def test_stuck_is_what_a_robot_says_of_itself() -> None:
+    here = hood()
+    heard(here, 1, beacon(2, 1.0, 0.0), beacon(3, 1.0, 2.0, flags=FLAG_STUCK))
+    here.refresh(2)
+    assert here.stuck.tolist() == [False, True]
+
+
+def test_priorities_are_put_together_from_both_words() -> None:
+    here = hood()
+    priority = (2 << 48) | (0xFFFFFFFF << 16) | 5
+    heard(here, 1, beacon(2, 1.0, 0.0, priority=priority))
+    here.refresh(2)
+    assert here.priorities.tolist() == [priority]
+
+
+def test_any_number_of_robots_is_remembered() -> None:
+    here = hood()
+    heard(here, 1, *(beacon(number, 1.0, 0.0) for number in range(2, 150)))
+    here.refresh(2)
+    assert here.ids.tolist() == list(range(2, 150))
+
+
+def test_an_empty_batch_is_taken() -> None:
+    here = hood()
+    heard(here, 1, beacon(2, 1.0, 0.0))
+    here.receive(np.zeros(0, beacon(1, 0.0, 0.0).dtype), 0.0, 0.0)
+    here.refresh(3)
+    assert here.ages.tolist() == [2]
