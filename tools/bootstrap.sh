@@ -49,5 +49,6 @@ if ! .venv/bin/python -m pip --version >/dev/null 2>&1; then
     make_venv
 fi
 echo "installing dependencies into .venv (a few minutes the first time)"
+.venv/bin/python -m pip install --quiet --upgrade pip
 .venv/bin/python -m pip install --quiet --editable ".[$extras]"
 .venv/bin/swarm-setup

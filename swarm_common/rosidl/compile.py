@@ -28,6 +28,7 @@ RUNTIME = (
     "rosidl_typesupport_fastrtps_cpp", "rosidl_typesupport_fastrtps_c",
     "rosidl_dynamic_typesupport", "rmw", "rcutils", "fastcdr",
 )
+UNIT_SIZE = 10  # generated sources compiled together
 
 
 class BuildError(SwarmError):
@@ -77,11 +78,32 @@ def _library(package: InterfacePackage, build: Path, generator: str) -> Library:
         links += [f"{name}__{kind}" for kind in {generator, "rosidl_generator_c"}]
     dispatches = generator == "rosidl_typesupport_c"
     needs = tuple(f"{package.name}__{kind}" for kind in TYPESUPPORTS) if dispatches else ()
+    units = _units(
+        sorted(path for path in sources if ".ep." not in path.name),
+        build / "units" / f"{package.name}__{generator}",
+    )
     return Library(
-        package.name, f"lib/lib{package.name}__{generator}.so", "$ORIGIN",
-        tuple(sorted(path for path in sources if ".ep." not in path.name)),
+        package.name, f"lib/lib{package.name}__{generator}.so", "$ORIGIN", units,
         tuple(sorted(links)), needs,
     )
+
+
+def _units(sources: list[Path], folder: Path) -> tuple[Path, ...]:
+    """Write files that include several sources each, and return what is to be compiled.
+
+    Most of a source's compile time goes into headers that all of them share. The type
+    descriptions stay alone: they define the same static names.
+    """
+    alone = [path for path in sources if path.stem.endswith("__description")]
+    others = [path for path in sources if path not in alone]
+    folder.mkdir(parents=True, exist_ok=True)
+    units = []
+    for start in range(0, len(others), UNIT_SIZE):
+        part = others[start : start + UNIT_SIZE]
+        unit = folder / f"unit{start}{part[0].suffix}"
+        unit.write_text("".join(f'#include "{path}"\n' for path in part))
+        units.append(unit)
+    return (*units, *alone)
 
 
 def _extension(package: InterfacePackage, build: Path) -> Library:
@@ -176,4 +198,5 @@ def _link(library: Library, objects: list[Path], build: Path, tools: Toolchain) 
 def _run(command: list[str]) -> None:
     result = subprocess.run(command, capture_output=True, text=True, check=False)
     if result.returncode != 0:
-        raise BuildError(f"{' '.join(command[:2])} … failed on {command[-1]}:\n{result.stderr[-4000:]}")
+        errors = result.stderr[-4000:]
+        raise BuildError(f"{command[0]} failed; its last argument was {command[-1]}:\n{errors}")
