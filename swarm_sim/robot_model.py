@@ -6,25 +6,18 @@ one rigid group per joint that really moves.
 
 from __future__ import annotations
 
+import io
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from swarm_common.errors import RobotModelError
 from swarm_common.robot_io import robot_directory
-from swarm_sim.scene import (
-    Body,
-    Box,
-    Cylinder,
-    Part,
-    Shape,
-    Sphere,
-    Transform,
-    transform_from_xyz_rpy,
-)
+from swarm_sim.scene import Body, Box, Cylinder, Part, Shape, Sphere, Transform
 
 FloatArray = NDArray[np.float64]
 DESCRIPTIONS = ("model.urdf.xacro", "model.urdf")
@@ -106,20 +99,39 @@ def parse_urdf(text: str, where: str) -> RobotModel:
     Raises:
         RobotModelError: If the text is malformed; the message names `where` and the element.
     """
+    import yourdfpy  # slow to import, and not needed by the readers of this module
+
+    root = _check_tree(text, where)
     try:
-        root = ET.fromstring(text)
+        robot = yourdfpy.URDF.load(
+            io.BytesIO(text.encode()), build_scene_graph=False, load_meshes=False
+        ).robot
+    except Exception as cause:  # whatever its float() and numpy calls raise
+        raise RobotModelError(f"{where}: malformed URDF: {cause}") from cause
+    return _Builder(robot, where).build(robot.name or "robot", root)
+
+
+def _check_tree(text: str, where: str) -> str:
+    """Return the root link's name; yourdfpy takes any tree, so it is checked before."""
+    try:
+        root = ET.fromstring(text.encode())
     except ET.ParseError as cause:
         raise RobotModelError(f"{where}: malformed URDF: {cause}") from cause
-    links = {link.get("name", ""): link for link in root.findall("link")}
-    joints = root.findall("joint")
-    children = {_target(joint, "child", links, where) for joint in joints}
+    links = [link.get("name", "") for link in root.findall("link")]
+    children = set()
+    for joint in root.findall("joint"):
+        for tag in ("parent", "child"):
+            element = joint.find(tag)
+            name = "" if element is None else element.get("link", "")
+            if name not in links:
+                raise RobotModelError(
+                    f"{where}: <{tag}> of joint {joint.get('name')} names no link: '{name}'"
+                )
+        children.add(name)
     roots = [name for name in links if name not in children]
     if len(roots) != 1:
         raise RobotModelError(f"{where}: expected one root link, found {roots or 'none'}")
-    by_parent: dict[str, list[ET.Element]] = {name: [] for name in links}
-    for joint in joints:
-        by_parent[_target(joint, "parent", links, where)].append(joint)
-    return _Builder(links, by_parent, where).build(root.get("name", "robot"), roots[0])
+    return roots[0]
 
 
 def _expand(path: Path) -> str:
@@ -129,16 +141,6 @@ def _expand(path: Path) -> str:
         return str(xacro.process_file(str(path)).toxml())
     except Exception as cause:  # xacro raises its own and bare exceptions
         raise RobotModelError(f"{path}: xacro cannot expand it: {cause}") from cause
-
-
-def _target(joint: ET.Element, tag: str, links: dict[str, ET.Element], where: str) -> str:
-    element = joint.find(tag)
-    name = "" if element is None else element.get("link", "")
-    if name not in links:
-        raise RobotModelError(
-            f"{where}: <{tag}> of joint {joint.get('name')} names no link: '{name}'"
-        )
-    return name
 
 
 @dataclass(slots=True)
@@ -178,13 +180,11 @@ class _Draft:
 
 
 class _Builder:
-    """Walks the link tree and folds fixed joints away."""
+    """Walks yourdfpy's links and folds fixed joints away."""
 
-    def __init__(
-        self, links: dict[str, ET.Element], by_parent: dict[str, list[ET.Element]], where: str
-    ) -> None:
-        self._links = links
-        self._by_parent = by_parent
+    def __init__(self, robot: Any, where: str) -> None:
+        self._links = {link.name: link for link in robot.links}
+        self._joints = robot.joints
         self._where = where
         self._drafts: list[_Draft] = []
         self._fixed: dict[str, Transform] = {}
@@ -196,75 +196,48 @@ class _Builder:
 
     def _walk(self, name: str, index: int, group_from_link: Transform) -> None:
         draft = self._drafts[index]
-        where = f"{self._where}: link {name}"
         link = self._links[name]
         if index == 0:
             self._fixed[name] = group_from_link
-        for collision in link.findall("collision"):
-            group_from_part = group_from_link @ _origin(collision, where)
-            draft.parts.append(Part(_shape(collision, where), group_from_part))
+        for collision in link.collisions:
+            shape = _shape(collision.geometry, f"{self._where}: link {name}")
+            draft.parts.append(Part(shape, group_from_link @ _origin(collision.origin)))
             draft.links.append(name)
-        inertial = link.find("inertial")
-        if inertial is not None:
-            draft.masses.append(_inertial(inertial, group_from_link, where))
-        for joint in self._by_parent[name]:
-            child = _target(joint, "child", self._links, self._where)
-            group_from_child = group_from_link @ _origin(joint, where)
-            if joint.get("type") in MOVING:
-                axis = _vector(joint.find("axis"), "xyz", 3, "1 0 0", where)
+        if link.inertial is not None:
+            draft.masses.append(_inertial(link.inertial, group_from_link))
+        for joint in self._joints:
+            if joint.parent != name:
+                continue
+            group_from_child = group_from_link @ _origin(joint.origin)
+            if joint.type in MOVING:
                 self._drafts.append(
-                    _Draft(child, joint.get("name", ""), group_from_child, index, np.array(axis))
+                    _Draft(joint.child, joint.name, group_from_child, index, joint.axis)
                 )
-                self._walk(child, len(self._drafts) - 1, np.eye(4))
+                self._walk(joint.child, len(self._drafts) - 1, np.eye(4))
             else:
-                self._walk(child, index, group_from_child)
+                self._walk(joint.child, index, group_from_child)
 
 
-def _inertial(
-    inertial: ET.Element, group_from_link: Transform, where: str
-) -> tuple[float, FloatArray, FloatArray]:
-    group_from_inertial = group_from_link @ _origin(inertial, where)
-    (mass,) = _vector(inertial.find("mass"), "value", 1, "0", where)
-    element = inertial.find("inertia")
-    keys = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-    xx, xy, xz, yy, yz, zz = (_vector(element, key, 1, "0", where)[0] for key in keys)
+def _inertial(inertial: Any, group_from_link: Transform) -> tuple[float, FloatArray, FloatArray]:
+    """Return mass, centre and inertia about it, in the group's axes."""
+    group_from_inertial = group_from_link @ _origin(inertial.origin)
     turn = group_from_inertial[:3, :3]
-    tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    return mass, group_from_inertial[:3, 3], turn @ tensor @ turn.T
+    tensor = np.zeros((3, 3)) if inertial.inertia is None else inertial.inertia
+    return float(inertial.mass or 0.0), group_from_inertial[:3, 3], turn @ tensor @ turn.T
 
 
-def _shape(collision: ET.Element, where: str) -> Shape:
-    geometry = collision.find("geometry")
-    element = None if geometry is None else next(iter(geometry), None)
-    if element is None:
-        raise RobotModelError(f"{where}: a <collision> has no shape")
-    if element.tag == "box":
-        x, y, z = _vector(element, "size", 3, "", where)
+def _origin(origin: FloatArray | None) -> Transform:
+    return np.eye(4) if origin is None else origin
+
+
+def _shape(geometry: Any, where: str) -> Shape:
+    if geometry.box is not None:
+        if len(geometry.box.size) != 3:
+            raise RobotModelError(f"{where}: box size is {geometry.box.size}; expected 3 numbers")
+        x, y, z = (float(edge) for edge in geometry.box.size)
         return Box((x, y, z))
-    if element.tag == "cylinder":
-        (radius,), (length,) = (_vector(element, key, 1, "", where) for key in ("radius", "length"))
-        return Cylinder(radius, length)
-    if element.tag == "sphere":
-        return Sphere(_vector(element, "radius", 1, "", where)[0])
-    raise RobotModelError(f"{where}: <{element.tag}> is not supported; use box, cylinder or sphere")
-
-
-def _origin(element: ET.Element, where: str) -> Transform:
-    origin = element.find("origin")
-    return transform_from_xyz_rpy(
-        *_vector(origin, "xyz", 3, "0 0 0", where), *_vector(origin, "rpy", 3, "0 0 0", where)
-    )
-
-
-def _vector(
-    element: ET.Element | None, key: str, count: int, default: str, where: str
-) -> list[float]:
-    text = default if element is None else element.get(key, default)
-    try:
-        values = [float(word) for word in text.split()]
-    except ValueError:
-        values = []
-    if len(values) != count:
-        tag = "" if element is None else element.tag
-        raise RobotModelError(f"{where}: {key} of <{tag}> is '{text}'; expected {count} numbers")
-    return values
+    if geometry.cylinder is not None:
+        return Cylinder(float(geometry.cylinder.radius), float(geometry.cylinder.length))
+    if geometry.sphere is not None:
+        return Sphere(float(geometry.sphere.radius))
+    raise RobotModelError(f"{where}: its collision is a mesh; use box, cylinder or sphere")

@@ -49,7 +49,13 @@ def test_fixed_links_are_folded_into_their_parent() -> None:
         ('<child link="mast"/>', '<child link="mst"/>', "names no link: 'mst'"),
         ('<link name="wheel"/>', '<link name="wheel"/><link name="lost"/>', "one root link"),
         ('size="1 1 1"', 'size="1 1"', "expected 3 numbers"),
-        ("<sphere ", "<capsule ", "<capsule> is not supported"),
+        ('size="1 1 1"', 'size="1 1 x"', "malformed URDF"),
+        (
+            '<sphere radius="0.1"/>',
+            '<mesh filename="a.stl"/>',
+            "link mast: its collision is a mesh",
+        ),
+        ("<sphere ", "<capsule ", "capsule"),
     ],
 )
 def test_malformed_descriptions_are_refused(old: str, new: str, message: str) -> None:
