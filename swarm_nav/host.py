@@ -10,6 +10,7 @@ import argparse
 import gc
 import json
 import os
+import select
 import signal
 import sys
 import time
@@ -25,7 +26,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from swarm_common import ros_env
 from swarm_common.errors import ConfigError, SwarmError
-from swarm_common.pipes import EventWriter
+from swarm_common.pipes import EventWriter, LineReader
 from swarm_common.process import die_with
 from swarm_nav.node import NavigatorNode
 from swarm_nav.settings import NodeSettings, read_node_settings
@@ -38,9 +39,8 @@ GRACE = 5.0  # [s] for the children to end when asked to
 class Nursery:
     """Forks, watches and ends the navigators' processes."""
 
-    def __init__(self, log_dir: Path | None, events: EventWriter) -> None:
+    def __init__(self, events: EventWriter) -> None:
         """Begin without children."""
-        self._log_dir = log_dir
         self._events = events
         self._children: dict[int, Sequence[NodeSettings]] = {}
         self._is_stopping = False
@@ -49,8 +49,20 @@ class Nursery:
         """Make `watch` end the children and return."""
         self._is_stopping = True
 
-    def fork(self, group: Sequence[NodeSettings]) -> None:
-        """Start one process for a group of robots."""
+    def wait_for_go(self, control_fd: int) -> bool:
+        """Return True once the pipe says go, False if it ends before or `stop` was called."""
+        reader = LineReader(control_fd)
+        while not self._is_stopping:
+            is_readable = select.select([control_fd], [], [], WAIT_SLICE)[0]
+            commands = reader.read()
+            if any(command.get("cmd") == "go" for command in commands):
+                return True
+            if is_readable and not commands:
+                return False
+        return False
+
+    def fork(self, group: Sequence[NodeSettings], log_dir: Path | None) -> None:
+        """Start one process for a group of robots; its output goes to a file in `log_dir`."""
         parent = os.getpid()
         pid = os.fork()
         if pid:
@@ -59,7 +71,8 @@ class Nursery:
         code = 1
         try:
             die_with(parent)
-            self._open_log(group[0].name)
+            if log_dir is not None:
+                _open_log(log_dir / f"{group[0].name}.log")
             run_navigators(group, self._events)
             code = 0
         except BaseException:
@@ -68,16 +81,6 @@ class Nursery:
             sys.stdout.flush()
             sys.stderr.flush()
             os._exit(code)
-
-    def _open_log(self, name: str) -> None:
-        if self._log_dir is None:
-            return
-        descriptor = os.open(
-            self._log_dir / f"{name}.log", os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644
-        )
-        os.dup2(descriptor, 1)
-        os.dup2(descriptor, 2)
-        os.close(descriptor)
 
     def watch(self) -> None:
         """Report children that die until none is left or `stop` was called."""
@@ -111,6 +114,13 @@ class Nursery:
         while self._children:
             self._reap()
             time.sleep(0.02)
+
+
+def _open_log(path: Path) -> None:
+    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
+    os.dup2(descriptor, 1)
+    os.dup2(descriptor, 2)
+    os.close(descriptor)
 
 
 def run_navigators(group: Sequence[NodeSettings], events: EventWriter) -> None:
@@ -174,27 +184,38 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("config", help="JSON file: robots, their parameter files, pack, log_dir")
     parser.add_argument("--event-fd", type=int, help="pipe to which events are written")
     parser.add_argument("--control-fd", type=int, help="pipe from which commands would be read")
+    parser.add_argument(
+        "--wait", action="store_true", help='read CONFIG only when told {"cmd": "go"}'
+    )
     options = parser.parse_args(arguments)
+    ros_env.set_defaults()
     events = EventWriter(options.event_fd)
+    nursery = Nursery(events)
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda *_: nursery.stop())
+    if options.wait:
+        warm_up()
+        if not nursery.wait_for_go(options.control_fd):
+            return 0
     try:
         groups, log_dir = read_config(options.config)
     except SwarmError as error:
         events.write("error", message=str(error))
         sys.stderr.write(f"{error}\n")
         return 2
-    ros_env.set_defaults()
-    nursery = Nursery(log_dir, events)
-    for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, lambda *_: nursery.stop())
-    warm_up()
+    if not options.wait:
+        warm_up()
     gc.collect()
     gc.freeze()  # what the children share must not be touched by the collector
     for group in groups:
-        nursery.fork(group)
+        nursery.fork(group, log_dir)
     events.write("ready")
     nursery.watch()
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    code = main()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)  # the interpreter's own end takes seconds with numba in it

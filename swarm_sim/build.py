@@ -11,7 +11,10 @@ from swarm_common.map_io import load_map, map_path
 from swarm_common.records import Pose, RobotSpec
 from swarm_common.robot_io import load_robot
 from swarm_common.sites_io import load_sites
-from swarm_sim.robot_model import description
+from swarm_sim.check import check_map, check_sites
+from swarm_sim.draw_map import draw_world
+from swarm_sim.robot_model import description, parse_urdf
+from swarm_sim.scene import Scene
 from swarm_sim.sdf import load_world
 from swarm_sim.settings import Settings
 from swarm_sim.spawn import spawn_poses
@@ -47,13 +50,31 @@ def build(settings: Settings) -> Stage:
     if settings.sites is not None:
         scene = dataclasses.replace(scene, sites=load_sites(settings.sites))
     models = {entry.model: load_robot(entry.model) for entry in settings.robots}
-    texts = {model: description(model) for model in models}
     specs = tuple(models[entry.model] for entry in settings.robots)
     widest = max(specs, key=lambda spec: spec.circumscribed_radius)
+    check_sites(scene, widest)
     poses = spawn_poses(scene, widest, len(specs))
-    grid = load_map(Path(settings.map) if settings.map else map_path(scene.name))
-    config = WorldConfig(engine=settings.engine, radio=settings.radio)
-    names = [entry.name for entry in settings.robots]
-    world = World(scene, specs, poses, config, settings.seed, names)
+    grid = _map(settings, scene, specs[0].lidar.z)
+    texts = {name: description(name) for name in models}
+    shapes = {spec.model: parse_urdf(texts[name], name) for name, spec in models.items()}
+    world = World(
+        scene,
+        specs,
+        poses,
+        WorldConfig(engine=settings.engine, radio=settings.radio),
+        settings.seed,
+        [entry.name for entry in settings.robots],
+        shapes,
+    )
     urdfs = tuple(texts[entry.model] for entry in settings.robots)
     return Stage(world, grid, specs, urdfs, tuple(poses))
+
+
+def _map(settings: Settings, scene: Scene, scan_height: float) -> Grid:
+    """Return the map: the user's, the one that ships with the world, or one drawn from it."""
+    path = Path(settings.map) if settings.map is not None else map_path(scene.name)
+    if settings.map is None and not path.is_file():
+        return draw_world(scene, scan_height)
+    grid = load_map(path)
+    check_map(scene, grid)
+    return grid

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import resource
 import signal
 import sys
@@ -250,6 +251,12 @@ class WorldNode:
         self._world.close()
         return data
 
+    def destroy(self) -> None:
+        """Leave the ROS graph."""
+        self._executor.shutdown()
+        self._node.destroy_node()
+        rclpy.try_shutdown()
+
 
 def _create_node() -> Node:
     return Node(
@@ -288,9 +295,12 @@ def main(arguments: list[str] | None = None) -> int:
     node.finish()
     if node.is_over:
         events.write("over")
-    rclpy.try_shutdown()
+    node.destroy()
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    code = main()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)  # the interpreter's own end takes seconds with numba, pybullet and DDS in it
