@@ -91,10 +91,14 @@ class World:
         self.specs = list(specs)
         self._config = config
         self._tick = 0
-        models = models or {spec.model: load_robot_model(spec.model) for spec in specs}
-        bodies = {name: model.bodies() for name, model in models.items()}
+        if models is None and (config.with_lidar or config.engine == "bullet"):
+            models = {spec.model: load_robot_model(spec.model) for spec in specs}
+        models = models or {}
         self._engine = _make_engine(scene, specs, poses, models, config)
-        self._lidars = Lidars(scene, specs, [bodies[spec.model] for spec in specs], seed)
+        self._lidars: Lidars | None = None
+        if config.with_lidar:
+            bodies = {name: model.bodies() for name, model in models.items()}
+            self._lidars = Lidars(scene, specs, [bodies[spec.model] for spec in specs], seed)
         self._commands = CommandBuffer(specs)
         self._odometer = Odometer(len(specs))
         self._radio = Radio(config.radio, len(specs), seed)
@@ -123,7 +127,7 @@ class World:
     def observe(self) -> list[Observation]:
         """Return what each robot senses at the present tick."""
         scans: dict[int, Scan] = {}
-        if self._config.with_lidar:
+        if self._lidars is not None:
             scans = self._lidars.due(self._tick, self._engine.poses)
         return [
             Observation(
