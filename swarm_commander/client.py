@@ -41,9 +41,12 @@ from swarm_interfaces.msg import RobotStatus
 
 from swarm_commander.task import Task, TaskResult
 from swarm_common.errors import SwarmError
-from swarm_common.ros_io import RELIABLE
+from swarm_common.ros_io import LATCHED, RELIABLE
 
 NANOSECONDS = 1_000_000_000
+# An action client cannot do without a subscription to feedback, but it can ask for what no server
+# offers, so that DDS does not connect the two.
+NEVER_MATCHES = LATCHED
 POLL_PERIOD = 0.2  # [s] of wall time between two questions
 
 
@@ -65,6 +68,8 @@ class RobotCommander:
         node: Node,
         namespace: str,
         on_status: Callable[[RobotStatus], None] | None = None,
+        *,
+        with_feedback: bool = True,
     ) -> None:
         """Attach to a robot.
 
@@ -72,12 +77,15 @@ class RobotCommander:
             node: Node that all traffic goes through; spinning it is the caller's work.
             namespace: Of the robot.
             on_status: Called with every status.
+            with_feedback: Whether tasks receive feedback; for many robots it costs more than
+                all the rest of a client.
         """
         self.name = namespace.strip("/")
         self.status: RobotStatus | None = None
         self.task: Task | None = None
         self._node = node
         self._on_status = on_status
+        self._feedback_qos = RELIABLE if with_feedback else NEVER_MATCHES
         self._clients: dict[str, ActionClient] = {}
         self._subscription = node.create_subscription(
             RobotStatus, f"/{self.name}/status", self._take_status, RELIABLE

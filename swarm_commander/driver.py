@@ -60,7 +60,7 @@ class RobotDriver:
         announces: bool = True,
     ) -> None:
         """Attach to a robot; `announces` says whether it is told that more goals follow."""
-        self.robot = RobotCommander(node, name, self._take_status)
+        self.robot = RobotCommander(node, name, self._take_status, with_feedback=False)
         self.itinerary = itinerary
         self.order: Order | None = None
         self.tick = 0

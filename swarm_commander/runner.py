@@ -28,7 +28,8 @@ from swarm_common.sites import Sites
 from swarm_common.sites_io import load_sites
 
 TURN_PERIOD = 0.25  # [s] of wall time between two looks at everything else
-LOST_TICKS = 100  # ticks without a status, while others go on, after which a robot is lost
+LOST_TICKS = 100  # ticks without a status, while others go on, after which a robot is lost,
+LOST_TIME = 5.0  # [s] if the wall clock, too, has moved on by this much
 LATE_STATUS = 2.0  # [s] of wall time to wait for the status of an end
 
 
@@ -48,6 +49,7 @@ class Runner:
         self._fresh: set[str] = set()
         self._is_started = False
         self._is_done = False
+        self._heard_at: dict[str, float] = {}
         self._ended_at: dict[str, float] = {}
         if config["mission"] is not None:
             goals = sum(d.itinerary.total for d in self._drivers.values() if d.itinerary)
@@ -99,6 +101,7 @@ class Runner:
     def on_status(self, driver: RobotDriver, status: RobotStatus) -> None:
         """Remember to pass it on."""
         self._fresh.add(driver.name)
+        self._heard_at[driver.name] = time.monotonic()
 
     # Own work
 
@@ -111,9 +114,12 @@ class Runner:
                 driver.start()
 
     def _notice_lost(self) -> None:
-        now = max((driver.tick for driver in self._drivers.values()), default=0)
+        now = time.monotonic()
+        latest = max((driver.tick for driver in self._drivers.values()), default=0)
         for name, driver in self._drivers.items():
-            if name not in self._dead and driver.tick and now - driver.tick > LOST_TICKS:
+            is_behind = driver.tick and latest - driver.tick > LOST_TICKS
+            is_silent = now - self._heard_at.get(name, now) > LOST_TIME
+            if is_behind and is_silent and name not in self._dead:
                 self._dead.add(name)
                 if not driver.is_over:
                     self._events.write("note", message=f"{name} is silent; its goals count failed")
