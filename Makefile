@@ -25,11 +25,11 @@ test: .venv/.ready-test
 setup: .venv/.ready-run
 
 .venv/.ready-run: $(inputs)
-	tools/bootstrap.sh viewer
+	tools/bootstrap.sh
 	@touch $@
 
 .venv/.ready-test: $(inputs)
-	tools/bootstrap.sh dev,viewer
+	tools/bootstrap.sh dev
 	@touch $@ .venv/.ready-run
 
 clean:

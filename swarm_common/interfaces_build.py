@@ -151,10 +151,11 @@ def _generate(
     for package in missing:
         generate.prepare(package, build, prefixes)
         done()
+    homes = {name: _resources(name, prefixes) for name in generate.GENERATORS}
     with ProcessPoolExecutor(jobs) as pool:
         futures = [
-            pool.submit(generate.generate, package, build, _resources(generator, prefixes), generator)
-            for package in missing for generator in generate.GENERATORS
+            pool.submit(generate.generate, package, build, home, name)
+            for package in missing for name, home in homes.items()
         ]
         for future in futures:
             future.result()

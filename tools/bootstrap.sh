@@ -1,10 +1,10 @@
 #!/bin/sh
 # Sets up .venv: Python environment, dependencies, ROS 2 interface packages.
-# Usage: tools/bootstrap.sh EXTRAS      (the extras of pyproject.toml, for example dev,viewer)
+# Usage: tools/bootstrap.sh [EXTRA]      (an extra of pyproject.toml: dev)
 # Called by the Makefile, which skips it while nothing has changed since.
 set -eu
 cd "$(dirname "$0")/.."
-extras=$1
+extras=${1:-}
 
 fail() {
     echo "error: $1" >&2
@@ -50,5 +50,5 @@ if ! .venv/bin/python -m pip --version >/dev/null 2>&1; then
 fi
 echo "installing dependencies into .venv (a few minutes the first time)"
 .venv/bin/python -m pip install --quiet --upgrade pip
-.venv/bin/python -m pip install --quiet --editable ".[$extras]"
+.venv/bin/python -m pip install --quiet --editable ".${extras:+[$extras]}"
 .venv/bin/swarm-setup
