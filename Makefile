@@ -18,6 +18,7 @@ demo: .venv/.ready-run
 
 test: .venv/.ready-test
 	.venv/bin/ruff check .
+	.venv/bin/ruff format --check --quiet .
 	.venv/bin/mypy
 	.venv/bin/lint-imports --no-logo
 	.venv/bin/pytest

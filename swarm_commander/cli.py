@@ -10,6 +10,7 @@ import typer
 from swarm_commander.report import BAD_INPUT
 from swarm_common import ros_env
 from swarm_common.errors import SwarmError
+from swarm_common.interfaces_build import ensure_interfaces
 
 # Some versions of typer bring a click of their own, so the base is reached through typer.
 UsageError: type[Exception] = typer.BadParameter.__bases__[0]
@@ -18,23 +19,32 @@ INTERRUPTED = 130
 
 def swarm_up() -> None:
     """Run `swarm-up`."""
-    from swarm_commander.up_command import up_app
-
-    sys.exit(run_app("swarm-up", up_app))
+    sys.exit(run_app("swarm-up", _load_up))
 
 
 def commander() -> None:
     """Run `swarm-commander`."""
+    sys.exit(run_app("swarm-commander", _load_commander))
+
+
+def _load_commander() -> typer.Typer:
     ros_env.set_defaults()  # before rclpy is imported
+    ensure_interfaces()  # before our messages are imported
     from swarm_commander.commander_command import commander_app
 
-    sys.exit(run_app("swarm-commander", commander_app))
+    return commander_app
 
 
-def run_app(name: str, app: typer.Typer) -> int:
+def _load_up() -> typer.Typer:
+    from swarm_commander.up_command import up_app
+
+    return up_app
+
+
+def run_app(name: str, load: Callable[[], typer.Typer]) -> int:
     """Run a command line; any mistake in it becomes one message on stderr and exit code 2."""
-    command: Callable[..., object] = typer.main.get_command(app)
     try:
+        command: Callable[..., object] = typer.main.get_command(load())
         code = command(prog_name=name, standalone_mode=False)
     except UsageError as error:
         message = _usage_message(error)

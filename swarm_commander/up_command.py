@@ -28,6 +28,7 @@ from swarm_commander.rundir import create_run_folder, write_env_sh
 from swarm_commander.tally import Tally
 from swarm_common import ros_env
 from swarm_common.errors import ConfigError
+from swarm_common.interfaces_build import ensure_interfaces
 
 NOT_YET = "is not available in this version"
 
@@ -103,7 +104,9 @@ def up(
         run_dir=run_dir,
         over_limit=over_limit,
     )
-    raise typer.Exit(bring_up(check_plan(options)))
+    plan = check_plan(options)
+    ensure_interfaces()
+    raise typer.Exit(bring_up(plan))
 
 
 def bring_up(plan: RunPlan) -> int:

@@ -43,7 +43,8 @@ def ensure_interfaces(*, quiet: bool = False) -> list[str]:
     """
     environment = install.Environment.current()
     wanted = [
-        package for package in packages.load_packages(share_directory("interfaces") / "interfaces")
+        package
+        for package in packages.load_packages(share_directory("interfaces") / "interfaces")
         if not _is_provided(package.name, environment)
     ]
     stale = [p for p in wanted if environment.installed().get(p.name) != _source_key(p, wanted)]
@@ -79,8 +80,10 @@ def main() -> None:
         console.print(f"[bold red]error:[/] {error}", soft_wrap=True, highlight=False)
         sys.exit(2)
     console.print(
-        f"ROS 2 interfaces installed: {', '.join(names)}" if names
-        else "ROS 2 interfaces are up to date", highlight=False,
+        f"ROS 2 interfaces installed: {', '.join(names)}"
+        if names
+        else "ROS 2 interfaces are up to date",
+        highlight=False,
     )
 
 
@@ -119,13 +122,21 @@ def _lock(folder: Path) -> Iterator[None]:
 
 
 def _build(
-    missing: list[InterfacePackage], trees: dict[str, Path], ready: tuple[Path, ...],
-    tools: compiling.Toolchain, *, quiet: bool,
+    missing: list[InterfacePackage],
+    trees: dict[str, Path],
+    ready: tuple[Path, ...],
+    tools: compiling.Toolchain,
+    *,
+    quiet: bool,
 ) -> None:
     """Build packages and put each one's results into its tree in the cache."""
     tools = compiling.Toolchain(tools.c, tools.cxx, (*ready, *tools.prefixes), tools.include)
-    columns = (TextColumn("{task.description}"), BarColumn(),
-               TextColumn("{task.completed}/{task.total}"), TimeElapsedColumn())
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.completed}/{task.total}"),
+        TimeElapsedColumn(),
+    )
     build = Path(tempfile.mkdtemp(prefix="build-", dir=cache_folder()))
     try:
         with Progress(*columns, console=Console(stderr=True), disable=quiet) as progress:
@@ -145,7 +156,10 @@ def _build(
 
 
 def _generate(
-    missing: list[InterfacePackage], build: Path, prefixes: tuple[Path, ...], jobs: int,
+    missing: list[InterfacePackage],
+    build: Path,
+    prefixes: tuple[Path, ...],
+    jobs: int,
     done: Callable[[], None],
 ) -> None:
     for package in missing:
@@ -155,7 +169,8 @@ def _generate(
     with ProcessPoolExecutor(jobs) as pool:
         futures = [
             pool.submit(generate.generate, package, build, home, name)
-            for package in missing for name, home in homes.items()
+            for package in missing
+            for name, home in homes.items()
         ]
         for future in futures:
             future.result()

@@ -18,9 +18,12 @@ from swarm_common.errors import SwarmError
 from swarm_ros2 import graph, interfaces, text
 
 STATUS_NAMES = {
-    GoalStatus.STATUS_ACCEPTED: "ACCEPTED", GoalStatus.STATUS_EXECUTING: "EXECUTING",
-    GoalStatus.STATUS_CANCELING: "CANCELING", GoalStatus.STATUS_SUCCEEDED: "SUCCEEDED",
-    GoalStatus.STATUS_CANCELED: "CANCELED", GoalStatus.STATUS_ABORTED: "ABORTED",
+    GoalStatus.STATUS_ACCEPTED: "ACCEPTED",
+    GoalStatus.STATUS_EXECUTING: "EXECUTING",
+    GoalStatus.STATUS_CANCELING: "CANCELING",
+    GoalStatus.STATUS_SUCCEEDED: "SUCCEEDED",
+    GoalStatus.STATUS_CANCELED: "CANCELED",
+    GoalStatus.STATUS_ABORTED: "ABORTED",
 }
 
 
@@ -40,7 +43,9 @@ def add_verbs(verbs: Any) -> None:
         "-t", "--show-types", action="store_true", help="Additionally show the action type"
     )
     verb.add_argument(
-        "-c", "--count-actions", action="store_true",
+        "-c",
+        "--count-actions",
+        action="store_true",
         help="Only display the number of actions discovered",
     )
     verb.set_defaults(run=_list)
@@ -49,9 +54,7 @@ def add_verbs(verbs: Any) -> None:
     verb.add_argument(
         "action_type", help="Type of the ROS action (e.g. 'nav2_msgs/action/NavigateToPose')"
     )
-    verb.add_argument(
-        "goal", help="Goal request values in YAML format (e.g. '{order: 10}')"
-    )
+    verb.add_argument("goal", help="Goal request values in YAML format (e.g. '{order: 10}')")
     verb.add_argument(
         "-f", "--feedback", action="store_true", help="Echo feedback messages for the goal"
     )

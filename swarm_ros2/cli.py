@@ -31,9 +31,7 @@ def main() -> None:
     """Run the command."""
     real = find_real_ros2(os.environ)
     if real is not None:
-        os.execve(
-            real, [str(real), *sys.argv[1:]], clean_environment(os.environ, Path(sys.prefix))
-        )
+        os.execve(real, [str(real), *sys.argv[1:]], clean_environment(os.environ, Path(sys.prefix)))
     sys.exit(run(sys.argv[1:]))
 
 
@@ -65,7 +63,8 @@ def run(arguments: Sequence[str]) -> int:
 def _parser(arguments: Sequence[str]) -> argparse.ArgumentParser:
     """Build the argument tree; only the module of the command in use is imported."""
     parser = argparse.ArgumentParser(
-        prog="ros2", description="ros2 is an extensible command-line tool for ROS 2.",
+        prog="ros2",
+        description="ros2 is an extensible command-line tool for ROS 2.",
         epilog=EPILOG,
     )
     commands = parser.add_subparsers(metavar="command", required=True)

@@ -17,10 +17,10 @@ from swarm_common.errors import SwarmError
 NamesAndTypes = list[tuple[str, list[str]]]
 
 PREFIX = "_ros2cli"
-POLL = 0.02          # [s]
-QUIET = 0.3          # [s] without news after which the graph counts as known
-LEAST = 1.1          # [s] before that: every participant announces itself once a second
-MOST = 3.5           # [s] to wait for something; Fast DDS by itself announces every 3 s
+POLL = 0.02  # [s]
+QUIET = 0.3  # [s] without news after which the graph counts as known
+LEAST = 1.1  # [s] before that: every participant announces itself once a second
+MOST = 3.5  # [s] to wait for something; Fast DDS by itself announces every 3 s
 
 
 @contextmanager
@@ -29,7 +29,9 @@ def open_node() -> Iterator[Node]:
     context = rclpy.Context()
     rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
     node = Node(
-        f"{PREFIX}_{os.getpid()}", context=context, enable_rosout=False,
+        f"{PREFIX}_{os.getpid()}",
+        context=context,
+        enable_rosout=False,
         start_parameter_services=False,
     )
     try:

@@ -28,8 +28,11 @@ def add_verbs(verbs: Any) -> None:
     verb = verbs.add_parser("list", help="List all interface types available")
     for kind, title in KINDS.items():
         verb.add_argument(
-            f"-{kind[0]}", f"--only-{kind}s", action="store_true",
-            dest=kind, help=f"Print out only the {title.lower()}",
+            f"-{kind[0]}",
+            f"--only-{kind}s",
+            action="store_true",
+            dest=kind,
+            help=f"Print out only the {title.lower()}",
         )
     verb.set_defaults(run=_list)
     verb = verbs.add_parser("show", help="Output the interface definition")

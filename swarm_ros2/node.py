@@ -20,14 +20,17 @@ def add_verbs(verbs: Any) -> None:
     verb = verbs.add_parser("info", help="Output information about a node")
     verb.add_argument("node_name", help="Node name to request information")
     verb.add_argument(
-        "--include-hidden", action="store_true",
+        "--include-hidden",
+        action="store_true",
         help="Display hidden topics, services, and actions as well",
     )
     verb.set_defaults(run=_info)
     verb = verbs.add_parser("list", help="Output a list of available nodes")
     verb.add_argument("-a", "--all", action="store_true", help="Display all nodes even hidden ones")
     verb.add_argument(
-        "-c", "--count-nodes", action="store_true",
+        "-c",
+        "--count-nodes",
+        action="store_true",
         help="Only display the number of nodes discovered",
     )
     verb.set_defaults(run=_list)
@@ -39,8 +42,10 @@ def _list(options: argparse.Namespace) -> None:
         names = graph.node_names(node, hidden=options.all)
     doubles = [name for name, count in Counter(names).items() if count > 1]
     if doubles:
-        print(f"WARNING: Be aware that there are nodes in the graph that share an exact name:"
-              f" {', '.join(doubles)}")
+        print(
+            f"WARNING: Be aware that there are nodes in the graph that share an exact name:"
+            f" {', '.join(doubles)}"
+        )
     print(len(names) if options.count_nodes else "\n".join(names))
 
 

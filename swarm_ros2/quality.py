@@ -28,20 +28,24 @@ def add_arguments(parser: argparse.ArgumentParser, preset: str) -> None:
     """
     parser.set_defaults(qos_preset=preset)
     parser.add_argument(
-        "--qos-profile", choices=QoSPresetProfiles.short_keys(),
+        "--qos-profile",
+        choices=QoSPresetProfiles.short_keys(),
         help=f"Quality of service preset profile (default: {preset})",
     )
     parser.add_argument("--qos-depth", metavar="N", type=int, help="Queue size setting")
     parser.add_argument(
-        "--qos-history", choices=[p.short_key for p in QoSHistoryPolicy],
+        "--qos-history",
+        choices=[p.short_key for p in QoSHistoryPolicy],
         help="History of samples setting",
     )
     parser.add_argument(
-        "--qos-reliability", choices=[p.short_key for p in QoSReliabilityPolicy],
+        "--qos-reliability",
+        choices=[p.short_key for p in QoSReliabilityPolicy],
         help="Quality of service reliability setting",
     )
     parser.add_argument(
-        "--qos-durability", choices=[p.short_key for p in QoSDurabilityPolicy],
+        "--qos-durability",
+        choices=[p.short_key for p in QoSDurabilityPolicy],
         help="Quality of service durability setting",
     )
 
@@ -67,8 +71,13 @@ def for_listening(node: Node, topic: str, options: argparse.Namespace) -> QoSPro
     for only if every publisher offers them.
     """
     profile = from_arguments(options)
-    given = (options.qos_profile, options.qos_depth, options.qos_history, options.qos_reliability,
-             options.qos_durability)
+    given = (
+        options.qos_profile,
+        options.qos_depth,
+        options.qos_history,
+        options.qos_reliability,
+        options.qos_durability,
+    )
     publishers = node.get_publishers_info_by_topic(topic)
     if not publishers or any(value is not None for value in given):
         return profile
@@ -83,7 +92,8 @@ def _common(offers: list[Any], strong: Any, weak: Any) -> Any:
     if 0 < count < len(offers):
         print(
             f"Some, but not all, publishers are offering {_name(strong)}. Falling back to"
-            f" {_name(weak)} as it will connect to all publishers", file=sys.stderr,
+            f" {_name(weak)} as it will connect to all publishers",
+            file=sys.stderr,
         )
     return strong if count == len(offers) else weak
 

@@ -16,7 +16,9 @@ def add_verbs(verbs: Any) -> None:
     verb.add_argument("service_name", help="Name of the ROS service to call to (e.g. '/add')")
     verb.add_argument("service_type", help="Type of the ROS service (e.g. 'std_srvs/srv/Empty')")
     verb.add_argument(
-        "values", nargs="?", default="{}",
+        "values",
+        nargs="?",
+        default="{}",
         help='Values to fill the service request with in YAML format (e.g. "{a: 1, b: 2}")',
     )
     verb.add_argument(
@@ -31,7 +33,9 @@ def add_verbs(verbs: Any) -> None:
         "-t", "--show-types", action="store_true", help="Additionally show the service type"
     )
     verb.add_argument(
-        "-c", "--count-services", action="store_true",
+        "-c",
+        "--count-services",
+        action="store_true",
         help="Only display the number of services discovered",
     )
     verb.add_argument(
@@ -47,7 +51,8 @@ def _list(options: argparse.Namespace) -> None:
     with graph.open_node() as node:
         graph.settle(node)
         rows = [
-            (name, types) for name, types in node.get_service_names_and_types()
+            (name, types)
+            for name, types in node.get_service_names_and_types()
             if options.include_hidden_services or not graph.is_hidden(name)
         ]
     graph.print_names(rows, types=options.show_types, count=options.count_services)

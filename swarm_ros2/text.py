@@ -24,7 +24,11 @@ SEQUENCES = (list, tuple, array.array, np.ndarray)
 
 
 def to_yaml(
-    message: Any, *, longest: int | None = None, arrays: bool = True, strings: bool = True,
+    message: Any,
+    *,
+    longest: int | None = None,
+    arrays: bool = True,
+    strings: bool = True,
     flow: bool = False,
 ) -> str:
     """Return a message as YAML, fields in the order of the definition.
@@ -44,7 +48,11 @@ def to_yaml(
 
 
 def to_plain(
-    value: Any, *, longest: int | None = None, arrays: bool = True, strings: bool = True,
+    value: Any,
+    *,
+    longest: int | None = None,
+    arrays: bool = True,
+    strings: bool = True,
     slot: Any = None,
 ) -> Any:
     """Return a message or a field as dicts, lists and numbers.
@@ -71,8 +79,9 @@ def to_plain(
         items = [to_plain(x, longest=longest, arrays=arrays, strings=strings) for x in part]
         return [*items, "..."] if len(part) < len(value) else items
     return {
-        name: to_plain(getattr(value, name), longest=longest, arrays=arrays, strings=strings,
-                       slot=kind)
+        name: to_plain(
+            getattr(value, name), longest=longest, arrays=arrays, strings=strings, slot=kind
+        )
         for name, kind in zip(value.get_fields_and_field_types(), value.SLOT_TYPES, strict=True)
     }
 

@@ -25,18 +25,24 @@ def add_verbs(verbs: Any) -> None:
     verb = verbs.add_parser("info", help="Print information about a topic")
     verb.add_argument("topic_name", help="Name of the ROS topic to get info (e.g. '/chatter')")
     verb.add_argument(
-        "--verbose", "-v", action="store_true",
+        "--verbose",
+        "-v",
+        action="store_true",
         help="Prints detailed information like the node name, node namespace, topic type, topic"
         " type hash, GUID, and QoS Profile of the publishers and subscribers to this topic",
     )
     verb.set_defaults(run=_info)
     verb = verbs.add_parser("list", help="Output a list of available topics")
     verb.add_argument(
-        "-t", "--show-types", action="store_true",
+        "-t",
+        "--show-types",
+        action="store_true",
         help="Additionally show the topic type",
     )
     verb.add_argument(
-        "-c", "--count-topics", action="store_true",
+        "-c",
+        "--count-topics",
+        action="store_true",
         help="Only display the number of topics discovered",
     )
     verb.add_argument(
@@ -56,7 +62,8 @@ def _list(options: argparse.Namespace) -> None:
     with graph.open_node() as node:
         graph.settle(node)
         rows = [
-            (name, types) for name, types in node.get_topic_names_and_types()
+            (name, types)
+            for name, types in node.get_topic_names_and_types()
             if options.include_hidden_topics or not graph.is_hidden(name)
         ]
         if options.verbose and not options.count_topics:
@@ -66,8 +73,10 @@ def _list(options: argparse.Namespace) -> None:
 
 
 def _print_both_sides(node: Node, rows: graph.NamesAndTypes) -> None:
-    sides = (("Published", "publisher", node.count_publishers),
-             ("Subscribed", "subscriber", node.count_subscribers))
+    sides = (
+        ("Published", "publisher", node.count_publishers),
+        ("Subscribed", "subscriber", node.count_subscribers),
+    )
     for title, noun, count_of in sides:
         print(f"{title} topics:")
         for name, types in sorted(rows):

@@ -24,11 +24,17 @@ def add_verb(verbs: Any) -> None:
     quality.add_arguments(verb, preset="sensor_data")
     verb.add_argument("--field", help="Echo a selected field of a message, e.g. pose.pose.position")
     verb.add_argument(
-        "--full-length", "-f", action="store_true",
+        "--full-length",
+        "-f",
+        action="store_true",
         help="Output all elements for arrays, bytes, and strings",
     )
     verb.add_argument(
-        "--truncate-length", "-l", type=int, default=LONGEST, metavar="N",
+        "--truncate-length",
+        "-l",
+        type=int,
+        default=LONGEST,
+        metavar="N",
         help=f"The length to truncate arrays, bytes, and strings to (default: {LONGEST})",
     )
     verb.add_argument("--no-arr", action="store_true", help="Don't print array fields of messages")
@@ -45,9 +51,7 @@ def _echo(options: argparse.Namespace) -> None:
     with graph.open_node() as node:
         name = options.message_type or graph.topic_type(node, topic)
         if name is None:
-            print(
-                f"WARNING: topic [{topic}] does not appear to be published yet", file=sys.stderr
-            )
+            print(f"WARNING: topic [{topic}] does not appear to be published yet", file=sys.stderr)
             raise SwarmError("Could not determine the type for the passed topic")
         message_class = interfaces.load("msg", name)
         graph.wait_for(lambda: node.count_publishers(topic) > 0, timeout=1.0)
@@ -78,7 +82,8 @@ def _writer(options: argparse.Namespace) -> Callable[[Any], None]:
     """Return what prints one message as the options want it."""
     shape: dict[str, Any] = {
         "longest": None if options.full_length else options.truncate_length,
-        "arrays": not options.no_arr, "strings": not options.no_str,
+        "arrays": not options.no_arr,
+        "strings": not options.no_str,
     }
 
     def write(message: Any) -> None:

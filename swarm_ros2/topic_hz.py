@@ -17,7 +17,11 @@ def add_verb(verbs: Any) -> None:
     verb = verbs.add_parser("hz", help="Print the average publishing rate to screen")
     verb.add_argument("topic_name", help="Name of the ROS topic to listen to (e.g. '/chatter')")
     verb.add_argument(
-        "--window", "-w", type=int, default=WINDOW, metavar="N",
+        "--window",
+        "-w",
+        type=int,
+        default=WINDOW,
+        metavar="N",
         help=f"Window size, in number of messages, for calculating rate (default: {WINDOW})",
     )
     verb.add_argument("--wall-time", action="store_true", help="Wall time is always used here")
@@ -35,8 +39,11 @@ def _measure(options: argparse.Namespace) -> None:
             name = graph.topic_type(node, topic, timeout=math.inf)
         profile = quality.for_listening(node, topic, options)
         node.create_subscription(
-            interfaces.load("msg", str(name)), topic, lambda _: meter.add(time.monotonic()),
-            profile, raw=True,
+            interfaces.load("msg", str(name)),
+            topic,
+            lambda _: meter.add(time.monotonic()),
+            profile,
+            raw=True,
         )
         while True:
             graph.spin(node, graph.deadline(1.0))

@@ -17,15 +17,26 @@ def add_verb(verbs: Any) -> None:
     verb.add_argument("topic_name", help="Name of the ROS topic to publish to (e.g. '/chatter')")
     verb.add_argument("message_type", help="Type of the ROS message (e.g. 'std_msgs/String')")
     verb.add_argument(
-        "values", nargs="?", default="{}",
+        "values",
+        nargs="?",
+        default="{}",
         help='Values to fill the message with in YAML format (e.g. "data: Hello World")',
     )
     verb.add_argument(
-        "-r", "--rate", metavar="N", type=_positive, default=1.0,
+        "-r",
+        "--rate",
+        metavar="N",
+        type=_positive,
+        default=1.0,
         help="Publishing rate in Hz (default: 1)",
     )
     verb.add_argument(
-        "-p", "--print", metavar="N", type=int, default=1, dest="every",
+        "-p",
+        "--print",
+        metavar="N",
+        type=int,
+        default=1,
+        dest="every",
         help="Only print every N-th published message (default: 1)",
     )
     group = verb.add_mutually_exclusive_group()
@@ -34,12 +45,20 @@ def add_verb(verbs: Any) -> None:
         "-t", "--times", type=int, default=0, help="Publish this number of times and then exit"
     )
     verb.add_argument(
-        "-w", "--wait-matching-subscriptions", type=int, default=None, metavar="N", dest="wait",
+        "-w",
+        "--wait-matching-subscriptions",
+        type=int,
+        default=None,
+        metavar="N",
+        dest="wait",
         help="Wait until finding the specified number of matching subscriptions. Defaults to 1"
-        " when using \"-1\"/\"--once\"/\"--times\", otherwise defaults to 0",
+        ' when using "-1"/"--once"/"--times", otherwise defaults to 0',
     )
     verb.add_argument(
-        "--keep-alive", metavar="N", type=_positive, default=0.1,
+        "--keep-alive",
+        metavar="N",
+        type=_positive,
+        default=0.1,
         help="Keep publishing node alive for N seconds after the last msg (default: 0.1)",
     )
     quality.add_arguments(verb, preset="default")
@@ -55,8 +74,9 @@ def _publish(options: argparse.Namespace) -> None:
         publisher = node.create_publisher(
             type(message), graph.absolute(options.topic_name), quality.from_arguments(options)
         )
-        _wait_for_subscriptions(publisher, options.wait if options.wait is not None
-                                else min(times, 1))
+        _wait_for_subscriptions(
+            publisher, options.wait if options.wait is not None else min(times, 1)
+        )
         print("publisher: beginning loop", flush=True)
         stamped = _stamped(message, values)
         _loop(node, publisher, message, times, stamped, options)
@@ -64,7 +84,11 @@ def _publish(options: argparse.Namespace) -> None:
 
 
 def _loop(
-    node: Node, publisher: Any, message: Any, times: int, stamped: list[Any],
+    node: Node,
+    publisher: Any,
+    message: Any,
+    times: int,
+    stamped: list[Any],
     options: argparse.Namespace,
 ) -> None:
     due = time.monotonic()

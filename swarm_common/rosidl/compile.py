@@ -19,14 +19,23 @@ from swarm_common.rosidl.packages import InterfacePackage
 
 FLAGS = ("-O1", "-fPIC", "-w", "-DNDEBUG", "-DRCUTILS_ENABLE_FAULT_INJECTION=0")
 LINK_ORDER = (
-    "rosidl_generator_c", *TYPESUPPORTS, "rosidl_typesupport_c", "rosidl_generator_py",
+    "rosidl_generator_c",
+    *TYPESUPPORTS,
+    "rosidl_typesupport_c",
+    "rosidl_generator_py",
 )
 # What every service and action uses without saying so.
 IMPLIED = ("action_msgs", "builtin_interfaces", "service_msgs", "unique_identifier_msgs")
 RUNTIME = (
-    "rosidl_runtime_c", "rosidl_typesupport_c", "rosidl_typesupport_introspection_c",
-    "rosidl_typesupport_fastrtps_cpp", "rosidl_typesupport_fastrtps_c",
-    "rosidl_dynamic_typesupport", "rmw", "rcutils", "fastcdr",
+    "rosidl_runtime_c",
+    "rosidl_typesupport_c",
+    "rosidl_typesupport_introspection_c",
+    "rosidl_typesupport_fastrtps_cpp",
+    "rosidl_typesupport_fastrtps_c",
+    "rosidl_dynamic_typesupport",
+    "rmw",
+    "rcutils",
+    "fastcdr",
 )
 UNIT_SIZE = 10  # generated sources compiled together
 
@@ -41,8 +50,8 @@ class Toolchain:
 
     c: str
     cxx: str
-    prefixes: tuple[Path, ...]     # of installed ROS packages: include/, lib/
-    include: tuple[Path, ...]      # Python's and numpy's headers
+    prefixes: tuple[Path, ...]  # of installed ROS packages: include/, lib/
+    include: tuple[Path, ...]  # Python's and numpy's headers
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,11 +59,11 @@ class Library:
     """One shared library: its sources and the interface libraries that it links."""
 
     package: str
-    target: str                # path relative to the build folder
-    rpath: str                 # of lib/, relative to the library's own folder
+    target: str  # path relative to the build folder
+    rpath: str  # of lib/, relative to the library's own folder
     sources: tuple[Path, ...]
-    links: tuple[str, ...]     # names for -l, dropped where unused
-    needs: tuple[str, ...]     # names for -l, loaded in any case
+    links: tuple[str, ...]  # names for -l, dropped where unused
+    needs: tuple[str, ...]  # names for -l, loaded in any case
 
 
 def plan(package: InterfacePackage, build: Path) -> list[Library]:
@@ -83,8 +92,12 @@ def _library(package: InterfacePackage, build: Path, generator: str) -> Library:
         build / "units" / f"{package.name}__{generator}",
     )
     return Library(
-        package.name, f"lib/lib{package.name}__{generator}.so", "$ORIGIN", units,
-        tuple(sorted(links)), needs,
+        package.name,
+        f"lib/lib{package.name}__{generator}.so",
+        "$ORIGIN",
+        units,
+        tuple(sorted(links)),
+        needs,
     )
 
 
@@ -113,8 +126,12 @@ def _extension(package: InterfacePackage, build: Path) -> Library:
     suffix = sysconfig.get_config_var("EXT_SUFFIX")
     needs = ("rosidl_generator_py", "rosidl_typesupport_c", "rosidl_generator_c")
     return Library(
-        name, f"python/{name}/{name}_s__rosidl_typesupport_c{suffix}", "$ORIGIN/../../..",
-        (entry,), (), tuple(f"{name}__{kind}" for kind in needs),
+        name,
+        f"python/{name}/{name}_s__rosidl_typesupport_c{suffix}",
+        "$ORIGIN/../../..",
+        (entry,),
+        (),
+        tuple(f"{name}__{kind}" for kind in needs),
     )
 
 
@@ -169,8 +186,18 @@ def _await(futures: list[Future[Path]], done: Callable[[], None]) -> None:
 def _compile(source: Path, package: str, build: Path, tools: Toolchain) -> Path:
     target = source.with_suffix(source.suffix + ".o")
     compiler = (tools.cxx, "-std=c++17") if source.suffix == ".cpp" else (tools.c, "-std=gnu11")
-    _run([*compiler, *FLAGS, *_includes(package, build, tools),
-          f"-DROSIDL_GENERATOR_C_BUILDING_DLL_{package}", "-c", str(source), "-o", str(target)])
+    _run(
+        [
+            *compiler,
+            *FLAGS,
+            *_includes(package, build, tools),
+            f"-DROSIDL_GENERATOR_C_BUILDING_DLL_{package}",
+            "-c",
+            str(source),
+            "-o",
+            str(target),
+        ]
+    )
     return target
 
 
@@ -186,13 +213,27 @@ def _link(library: Library, objects: list[Path], build: Path, tools: Toolchain) 
     target = build / library.target
     target.parent.mkdir(parents=True, exist_ok=True)
     folders = [build / "lib", *(prefix / "lib" for prefix in tools.prefixes)]
-    names = [name for name in (*library.links, *RUNTIME)
-             if any((folder / f"lib{name}.so").exists() for folder in folders)]
-    _run([tools.cxx, "-shared", "-o", str(target), f"-Wl,-soname,{target.name}",
-          f"-Wl,-rpath,{library.rpath}", *map(str, objects),
-          *(f"-L{folder}" for folder in folders),
-          "-Wl,--no-as-needed", *(f"-l{name}" for name in library.needs),
-          "-Wl,--as-needed", *(f"-l{name}" for name in names)])
+    names = [
+        name
+        for name in (*library.links, *RUNTIME)
+        if any((folder / f"lib{name}.so").exists() for folder in folders)
+    ]
+    _run(
+        [
+            tools.cxx,
+            "-shared",
+            "-o",
+            str(target),
+            f"-Wl,-soname,{target.name}",
+            f"-Wl,-rpath,{library.rpath}",
+            *map(str, objects),
+            *(f"-L{folder}" for folder in folders),
+            "-Wl,--no-as-needed",
+            *(f"-l{name}" for name in library.needs),
+            "-Wl,--as-needed",
+            *(f"-l{name}" for name in names),
+        ]
+    )
 
 
 def _run(command: list[str]) -> None:

@@ -35,7 +35,8 @@ class Environment:
         except (OSError, ValueError):
             return {}
         return {
-            name: entry["key"] for name, entry in manifest.items()
+            name: entry["key"]
+            for name, entry in manifest.items()
             if (self.site_packages / name / "__init__.py").exists()
         }
 
@@ -67,12 +68,16 @@ def collect(package: InterfacePackage, build: Path, tree: Path) -> None:
     shutil.copytree(build / "share" / name, draft / "share" / name)
     for generator in build.glob("rosidl_*"):
         shutil.copytree(
-            generator / name, draft / "include" / name / name, dirs_exist_ok=True,
+            generator / name,
+            draft / "include" / name / name,
+            dirs_exist_ok=True,
             ignore=shutil.ignore_patterns("*.c", "*.cpp", "*.o", "*.py", "*.em"),
         )
     shutil.copytree(build / "python" / name, draft / "python" / name)
     shutil.copytree(
-        build / "rosidl_generator_py" / name, draft / "python" / name, dirs_exist_ok=True,
+        build / "rosidl_generator_py" / name,
+        draft / "python" / name,
+        dirs_exist_ok=True,
         ignore=shutil.ignore_patterns("*.c", "*.o"),
     )
     _write_ament_index(package, draft / "share" / "ament_index" / "resource_index")
@@ -101,7 +106,8 @@ def _write_ament_index(package: InterfacePackage, index: Path) -> None:
         "packages": "",
         "package_run_dependencies": ";".join(package.depends),
         "rosidl_interfaces": "\n".join(
-            name for relative in package.files
+            name
+            for relative in package.files
             for name in (relative.with_suffix(".idl").as_posix(), relative.as_posix())
         ),
     }

@@ -19,7 +19,7 @@ class InterfacePackage:
     name: str
     folder: Path
     depends: tuple[str, ...]  # direct dependencies, by package name
-    files: tuple[Path, ...]   # definitions relative to the folder, sorted
+    files: tuple[Path, ...]  # definitions relative to the folder, sorted
 
     def digest(self) -> str:
         """Return a hash of all definitions and of package.xml."""

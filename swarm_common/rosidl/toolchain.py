@@ -46,17 +46,24 @@ def find_toolchain(environ: Mapping[str, str]) -> Toolchain:
     import numpy
 
     return Toolchain(
-        c=_compiler("CC", "gcc", environ), cxx=_compiler("CXX", "g++", environ),
-        prefixes=ros_prefixes(environ), include=(include, Path(numpy.get_include())),
+        c=_compiler("CC", "gcc", environ),
+        cxx=_compiler("CXX", "g++", environ),
+        prefixes=ros_prefixes(environ),
+        include=(include, Path(numpy.get_include())),
     )
 
 
 def ros_prefixes(environ: Mapping[str, str]) -> tuple[Path, ...]:
     """Return where ROS packages are installed: this environment, then AMENT_PREFIX_PATH."""
     others = (Path(part) for part in environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if part)
-    return tuple(dict.fromkeys([
-        Path(sys.prefix), *(path for path in others if (path / "share").is_dir()),
-    ]))
+    return tuple(
+        dict.fromkeys(
+            [
+                Path(sys.prefix),
+                *(path for path in others if (path / "share").is_dir()),
+            ]
+        )
+    )
 
 
 def platform_key(tools: Toolchain) -> str:

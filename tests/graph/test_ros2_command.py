@@ -132,8 +132,16 @@ def test_hz_measures_the_rate() -> None:
 
 def test_pub_reaches_the_node(ros2: Ros2) -> None:
     command = [
-        sys.executable, "-m", "swarm_ros2", "topic", "echo", "--once", "/Srobot1/heard",
-        "std_msgs/msg/String", "--timeout", "30",
+        sys.executable,
+        "-m",
+        "swarm_ros2",
+        "topic",
+        "echo",
+        "--once",
+        "/Srobot1/heard",
+        "std_msgs/msg/String",
+        "--timeout",
+        "30",
     ]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=own_path()) as listener:
         words = ("topic", "pub", "-t", "40", "-r", "10", "/Srobot1/say", "std_msgs/msg/String")
@@ -174,9 +182,13 @@ def test_action_list_and_send_goal_with_feedback(ros2: Ros2) -> None:
     assert ros2("action", "list", "-t") == "/Srobot1/wait [nav2_msgs/action/Wait]\n"
     goal = ("/Srobot1/wait", "nav2_msgs/action/Wait", "{time: {sec: 1}}")
     text = ros2("action", "send_goal", "--feedback", *goal)
-    parts = ("Waiting for an action server", "Sending goal:\n     time:\n",
-             "Goal accepted with ID: ",
-             "Result:\n    total_elapsed_time:\n", "Goal finished with status: SUCCEEDED\n")
+    parts = (
+        "Waiting for an action server",
+        "Sending goal:\n     time:\n",
+        "Goal accepted with ID: ",
+        "Result:\n    total_elapsed_time:\n",
+        "Goal finished with status: SUCCEEDED\n",
+    )
     places = [text.index(part) for part in parts]
     assert places == sorted(places)
     assert "Feedback:\n    time_left:\n" in text
@@ -197,7 +209,9 @@ def test_refused_parameter_gives_the_reason(ros2: Ros2) -> None:
 def test_interface_show_expands_nested_types(ros2: Ros2) -> None:
     text = ros2("interface", "show", "geometry_msgs/msg/PoseStamped", "--no-comments")
     assert text.splitlines()[:4] == [
-        "std_msgs/Header header", "\tbuiltin_interfaces/Time stamp", "\t\tint32 sec",
+        "std_msgs/Header header",
+        "\tbuiltin_interfaces/Time stamp",
+        "\t\tint32 sec",
         "\t\tuint32 nanosec",
     ]
 

@@ -37,13 +37,30 @@ def test_everything_that_basic_navigator_imports_is_defined() -> None:
     actions = {path.stem for path in nav2.files if path.suffix == ".action"}
     services = {path.stem for path in nav2.files if path.suffix == ".srv"}
     assert actions >= {
-        "AssistedTeleop", "BackUp", "ComputePathThroughPoses", "ComputePathToPose", "DockRobot",
-        "DriveOnHeading", "FollowGPSWaypoints", "FollowPath", "FollowWaypoints",
-        "NavigateThroughPoses", "NavigateToPose", "SmoothPath", "Spin", "UndockRobot", "Wait",
+        "AssistedTeleop",
+        "BackUp",
+        "ComputePathThroughPoses",
+        "ComputePathToPose",
+        "DockRobot",
+        "DriveOnHeading",
+        "FollowGPSWaypoints",
+        "FollowPath",
+        "FollowWaypoints",
+        "NavigateThroughPoses",
+        "NavigateToPose",
+        "SmoothPath",
+        "Spin",
+        "UndockRobot",
+        "Wait",
     }
     assert services >= {
-        "ClearCostmapAroundPose", "ClearCostmapAroundRobot", "ClearCostmapExceptRegion",
-        "ClearEntireCostmap", "GetCostmap", "LoadMap", "ManageLifecycleNodes",
+        "ClearCostmapAroundPose",
+        "ClearCostmapAroundRobot",
+        "ClearCostmapExceptRegion",
+        "ClearEntireCostmap",
+        "GetCostmap",
+        "LoadMap",
+        "ManageLifecycleNodes",
     }
 
 

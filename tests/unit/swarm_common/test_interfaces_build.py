@@ -31,8 +31,12 @@ def builds(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     built: list[str] = []
 
     def pretend(
-        missing: list[InterfacePackage], trees: dict[str, Path], ready: tuple[Path, ...],
-        tools: Toolchain, *, quiet: bool,
+        missing: list[InterfacePackage],
+        trees: dict[str, Path],
+        ready: tuple[Path, ...],
+        tools: Toolchain,
+        *,
+        quiet: bool,
     ) -> None:
         for package in missing:
             built.append(package.name)
@@ -51,7 +55,9 @@ def test_second_call_does_nothing(environment: install.Environment, builds: list
 
 
 def test_another_environment_is_served_from_the_cache(
-    environment: install.Environment, builds: list[str], tmp_path: Path,
+    environment: install.Environment,
+    builds: list[str],
+    tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     interfaces_build.ensure_interfaces(quiet=True)
@@ -82,7 +88,9 @@ def test_removed_installation_is_restored(
 
 
 def test_package_of_a_full_ros_is_left_alone(
-    environment: install.Environment, builds: list[str], tmp_path: Path,
+    environment: install.Environment,
+    builds: list[str],
+    tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     ros = tmp_path / "ros"
@@ -102,14 +110,15 @@ def test_missing_compiler_names_the_package(tool: str, package: str, tmp_path: P
     for name in {"gcc", "g++"} - {tool}:
         (tmp_path / name).write_text("#!/bin/sh\n")
         (tmp_path / name).chmod(0o755)
-    with pytest.raises(toolchain.MissingToolError, match=f"sudo apt install {package}".replace(
-        "+", r"\+"
-    )):
+    with pytest.raises(
+        toolchain.MissingToolError, match=f"sudo apt install {package}".replace("+", r"\+")
+    ):
         toolchain.find_toolchain({"PATH": str(tmp_path)})
 
 
 def test_command_ends_with_2_without_a_compiler(
-    environment: install.Environment, monkeypatch: pytest.MonkeyPatch,
+    environment: install.Environment,
+    monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.setenv("PATH", "")

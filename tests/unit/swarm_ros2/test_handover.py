@@ -37,7 +37,8 @@ def test_wheel_libraries_do_not_reach_the_real_ros2() -> None:
         "ROS_DOMAIN_ID": "7",
     }
     assert clean_environment(environ, Path("/venv")) == {
-        "LD_LIBRARY_PATH": "/opt/ros/jazzy/lib", "ROS_DOMAIN_ID": "7",
+        "LD_LIBRARY_PATH": "/opt/ros/jazzy/lib",
+        "ROS_DOMAIN_ID": "7",
     }
     only_ours = {"LD_LIBRARY_PATH": "/venv/lib"}
     assert clean_environment(only_ours, Path("/venv")) == {}
