@@ -13,6 +13,7 @@ from swarm_nav.situation import Situation
 STANDING, MOVING, YIELDING, STUCK, OBSTACLE = 3.0, 0.6, 0.3, 30.0, 50.0  # extra cost per metre
 PUSHABLE = 4.0  # extra cost per metre of a way on which a lower robot must be pushed
 MOVING_SPEED = 0.05  # [m/s]
+GONE_MARGIN = 0.1  # [m] more than the reach that a way keeps from a robot that is gone
 
 
 def stamp(
@@ -48,7 +49,9 @@ def congestion(situation: Situation) -> NDArray[np.float32]:
             value = MOVING
         else:
             value = STANDING
-        stamp(extra, situation, hood.tubes(row), situation.reach(row), value)
+        # nobody can push a robot that is gone: a way may not graze it by the lattice's coarseness
+        margin = GONE_MARGIN if hood.gone[row] else 0.0
+        stamp(extra, situation, hood.tubes(row), situation.reach(row) + margin, value)
     stamp_obstacles(extra, situation, OBSTACLE)
     return extra
 
