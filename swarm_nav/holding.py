@@ -103,11 +103,10 @@ class HoldingPattern:
         self.target = None
         situation.tube.cut()
 
-    def leave(self, situation: Situation) -> None:
+    def leave(self) -> None:
         """Give up the pattern."""
         self.is_on_circuit = False
         self.target = None
-        situation.tube.cut()
 
     def update(self, situation: Situation) -> None:
         """Keep going round, or look for a parking place until one is reached."""

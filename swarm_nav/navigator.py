@@ -76,13 +76,14 @@ class Navigator:
         self._lease = Lease()
         self._right = RightOfWay()
         self._s = self._situation(config, grid, robot_id, initial_pose_map)
-        self._state = State.IDLE
+        self._state = self._state_before_push = State.IDLE
         self._pending: Goal | None = None
         self._task: Task | None = None
         self._behavior: Behavior | None = None
         self._is_recovery = False
         self._events: list[Event] = []
         self._is_hearing = False
+        self._deaf_ticks = 0
         self._active_tick = 0
         self._scan_tick = -1
         self._last_goal_tick = 0
@@ -183,6 +184,11 @@ class Navigator:
         s.config = config
         s.radius = s.body_radius + config.traffic.safety_margin
         self._controller.configure(config.controller)
+        s.hood.configure(config.traffic)
+        s.obstacles.configure(config.costmap)
+        traffic = config.traffic
+        s.tube.configure(traffic.confirmations, traffic.held_length, traffic.wanted_length)
+        s.tube.corner_angle = config.controller.corner_angle
         if is_new_terrain:
             self.load_map(s.terrain.grid)
 
@@ -222,6 +228,7 @@ class Navigator:
         s.hood.refresh(tick)
         self._begin_pending()
         self._lease.update(s)
+        self._note_deafness()
         if self._must_stop():
             twist = self._stand()
         else:
@@ -246,6 +253,15 @@ class Navigator:
     def _has_goal(self) -> bool:
         return self._task is not None or (self._behavior is not None and not self._is_recovery)
 
+    def _note_deafness(self) -> None:
+        """Listen anew after a silence in which robots may have come near unheard."""
+        if not self._is_hearing:
+            self._deaf_ticks += 1
+            return
+        if self._deaf_ticks > self._s.config.traffic.lost_ticks:
+            self._active_tick = self._s.tick
+        self._deaf_ticks = 0
+
     def _must_stop(self) -> bool:
         """Whether data is missing: no batch of neighbours, or scans stopped coming."""
         timeout = self._s.ticks(self._s.config.costmap.scan_timeout)
@@ -264,7 +280,9 @@ class Navigator:
         new = next_state(self._state, event)
         if new is not self._state:
             if self._state is State.HOLDING:
-                self._holding.leave(self._s)
+                self._holding.leave()
+                if event is not E.PUSHED:  # that one brought a path of its own
+                    self._s.tube.cut()
             if new is State.HOLDING:
                 self._holding_since = self._s.tick
                 self._holding.enter(self._s)
@@ -406,7 +424,7 @@ class Navigator:
         is_reached = task.is_reached(s)
         if is_reached:
             self._target_reached()
-            return self._controller.stop(s.twist)
+            return self._controller.stop(s.twist) if self._task is None else None
         if task.has_arrived:
             return self._settle(task)
         config = s.config.holding
@@ -463,16 +481,19 @@ class Navigator:
         s = self._s
         since = s.tick - s.last_plan_tick
         traffic = s.config.traffic
-        at_end = s.tube.is_complete and math.hypot(
-            s.stop_point[0] - task.target.x, s.stop_point[1] - task.target.y
-        ) > 0.6 * s.config.goal_checker.xy_goal_tolerance
+        if task.given is not None:
+            task.given.advance(s.pose.x, s.pose.y)
+        gap = math.dist(s.stop_point, task.place)
+        at_end = s.tube.is_complete and gap > 0.6 * s.config.goal_checker.xy_goal_tolerance
         pause = s.ticks(REPLAN_PAUSE)
         is_blocked = (
             s.blocked_ticks >= s.ticks(traffic.replan_blocked)
             or s.obstacle_ticks >= s.ticks(OBSTACLE_PATIENCE)
         ) and since >= pause
         period = s.ticks(s.config.planner.replan_period)
-        is_periodic = since >= period and (s.tick + 7 * s.robot_id) % period == 0
+        is_periodic = (
+            task.given is None and since >= period and (s.tick + 7 * s.robot_id) % period == 0
+        )
         if task.is_planned and not is_blocked and not is_periodic:
             if not at_end or since < pause:
                 return
@@ -488,14 +509,16 @@ class Navigator:
                 path = self._path_to(task)
         except PlanError as error:
             task.is_planned = True
-            fatal = (ErrorCode.GOAL_OCCUPIED, ErrorCode.GOAL_OUTSIDE_MAP)
+            fatal = (
+                ErrorCode.GOAL_OCCUPIED, ErrorCode.GOAL_OUTSIDE_MAP, ErrorCode.NO_VALID_CONTROL,
+            )  # fmt: skip
             if error.code in fatal or task.recoveries >= self._retries:
                 self._target_failed(error.code, str(error))
             else:
                 self._recover(task)
             return
         s.counters.replans += task.is_planned
-        task.is_planned = True
+        task.note_plan(path)
         if len(path) >= 2:
             s.tube.adopt(path)
 
@@ -509,13 +532,8 @@ class Navigator:
 
     def _path_to(self, task: Task) -> FloatArray:
         s = self._s
-        if task.goal.kind is GoalKind.FOLLOW_PATH and not task.is_planned:
-            given = np.asarray(task.goal.path_map, np.float64)
-            joined = s.planner.plan(s.stop_point, tuple(given[0]), crowd.congestion(s))
-            return s.planner.finish(
-                np.vstack((joined, given)), s.stop_point, tuple(given[-1]),
-                s.planner.no_extra(), False,
-            )  # fmt: skip
+        if task.given is not None:
+            return task.given.way(s)
         return s.planner.plan(
             s.stop_point, (task.target.x, task.target.y), crowd.congestion(s)
         )
@@ -685,7 +703,7 @@ class Navigator:
         s = self._s
         rest = s.tube.length_ahead()
         end = s.tube.points[-1]
-        rest += math.hypot(float(end[0]) - task.target.x, float(end[1]) - task.target.y)
+        rest += math.dist(end, task.place)
         if task.goal.kind is GoalKind.THROUGH:
             poses = [(p.x, p.y) for p in task.goal.poses_map[task.index :]]
             rest += path_length(np.array(poses))

@@ -34,6 +34,10 @@ class Neighborhood:
         self.gone: NDArray[np.bool_] = np.zeros(0, np.bool_)
         self.priorities: NDArray[np.int64] = np.zeros(0, np.int64)
 
+    def configure(self, config: TrafficConfig) -> None:
+        """Take new parameters, effective from the next tick."""
+        self._config = config
+
     def receive(self, beacons: BeaconArray, x: float, y: float) -> None:
         """Store a batch; (x, y) is the own position in map."""
         if len(beacons) == 0:

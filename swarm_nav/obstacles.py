@@ -26,6 +26,10 @@ class ObstacleLayer:
         self._hits = np.empty((lidar.rays, 2))
         self.points: FloatArray = np.zeros((0, 2))
 
+    def configure(self, config: CostmapConfig) -> None:
+        """Take new parameters, effective from the next scan."""
+        self._config = config
+
     def clear(self) -> None:
         """Forget all marks."""
         self.points = np.zeros((0, 2))

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from swarm_common.records import Pose, wrap_angle
+from swarm_common.records import FloatArray, Pose, wrap_angle
+from swarm_nav.given_path import GivenPath
 from swarm_nav.goals import Goal, GoalKind
 from swarm_nav.situation import Situation
 
@@ -32,6 +33,10 @@ class Task:
         self.recoveries = 0
         self.is_planned = False
         self.missed: list[int] = []
+        self.given: GivenPath | None = None
+        if goal.kind is GoalKind.FOLLOW_PATH:
+            self.given = GivenPath(goal.path_map)
+        self._moved_to: tuple[float, float] | None = None
         self.progress_pose = situation.pose
         self.progress_tick = situation.tick
         self.moved_tick = situation.tick
@@ -43,6 +48,17 @@ class Task:
             x, y = self.goal.path_map[-1]
             return Pose(float(x), float(y), math.nan)
         return self.goal.poses_map[self.index]
+
+    @property
+    def place(self) -> tuple[float, float]:
+        """Where the target is driven to: (x, y), moved off a wall by the planner's tolerance."""
+        return self._moved_to or (self.target.x, self.target.y)
+
+    def note_plan(self, path: FloatArray) -> None:
+        """Remember where the plan (n, 2) to the target ends."""
+        self.is_planned = True
+        if len(path) > 0:
+            self._moved_to = (float(path[-1, 0]), float(path[-1, 1]))
 
     @property
     def is_passing(self) -> bool:
@@ -58,6 +74,7 @@ class Task:
         """Go on to the next target; False if there is none."""
         self.has_arrived = False
         self.is_planned = False
+        self._moved_to = None
         self.recoveries = 0
         self.progress_tick = self.moved_tick = tick
         if self.index + 1 < len(self.goal.poses_map):
@@ -72,9 +89,11 @@ class Task:
     def is_reached(self, situation: Situation) -> bool:
         """Whether the present target is reached; position first, then heading (stateful)."""
         target = self.target
-        distance = situation.distance_to(target.x, target.y)
+        distance = situation.distance_to(*self.place)
         if self.is_passing:
             return distance < THROUGH_RADIUS
+        if self.given is not None and not self.given.is_at_end:
+            return False
         checker = situation.config.goal_checker
         if distance > checker.xy_goal_tolerance:
             self.has_arrived = False

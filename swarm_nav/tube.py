@@ -29,12 +29,16 @@ class Tube:
         self, pose: Pose, confirmations: int, held_length: float, wanted_length: float
     ) -> None:
         """Hold the place under the robot."""
-        self._held_points = max(1, round(held_length / SPACING))
-        self._wanted_points = min(WANTED_POINTS, max(1, round(wanted_length / SPACING)))
-        self._requests: collections.deque[int] = collections.deque(maxlen=confirmations)
+        self.configure(confirmations, held_length, wanted_length)
         self.corner_angle = 0.5
         self.is_reverse = False
         self.reset(pose)
+
+    def configure(self, confirmations: int, held_length: float, wanted_length: float) -> None:
+        """Take new parameters; space is confirmed anew."""
+        self._held_points = max(1, round(held_length / SPACING))
+        self._wanted_points = min(WANTED_POINTS, max(1, round(wanted_length / SPACING)))
+        self._requests: collections.deque[int] = collections.deque(maxlen=confirmations)
 
     def reset(self, pose: Pose) -> None:
         """Drop path, claim and request; keep the place under the robot."""

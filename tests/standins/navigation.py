@@ -163,9 +163,7 @@ class Squad:
         """Give a robot a goal."""
         self.robots[index].set_goal(Goal(kind=kind, poses_map=poses, **fields))
 
-    def run(
-        self, ticks: int, deaf: Collection[int] = (), dead: Collection[int] = ()
-    ) -> None:
+    def run(self, ticks: int, deaf: Collection[int] = (), dead: Collection[int] = ()) -> None:
         """Advance; the deaf get no neighbours, the dead do nothing (indices)."""
         for _ in range(ticks):
             self._step(deaf, dead)
@@ -189,7 +187,7 @@ class Squad:
     def _step(self, deaf: Collection[int], dead: Collection[int]) -> None:
         sent = [b for b in self.beacons if b is not None] + self.extra_beacons
         for record in self.extra_beacons:
-            record["tick"] = self.tick - 1
+            record["tick"] = max(0, self.tick - 1)
         outputs: dict[int, Twist] = {}
         published: list[np.void | None] = []
         for index, (robot, body) in enumerate(zip(self.robots, self.bodies, strict=True)):

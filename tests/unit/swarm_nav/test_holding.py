@@ -187,7 +187,7 @@ def test_a_circuit_that_cannot_be_reached_leads_to_a_parking_place() -> None:
 
 
 def test_leaving_gives_up_the_pattern() -> None:
-    s, here = holding("park")
-    here.leave(s)
+    _, here = holding("park")
+    here.leave()
     assert here.target is None
     assert not here.is_on_circuit

@@ -1,0 +1,240 @@
+"""What the brain does when data is missing, others die, or parameters and maps change."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from swarm_common.records import Pose
+from swarm_common.sites import Sites
+from swarm_nav.goals import ErrorCode, GoalKind, Outcome
+from tests.standins.navigation import Squad, beacon, config, room
+
+HALL = room(8.0, 8.0)
+START = Pose(2.0, 2.0, 0.0)
+EAST = Pose(6.0, 2.0, 0.0)
+
+
+def under_way(*poses: Pose, ticks: int = 50, **changes: object) -> Squad:
+    one = Squad(HALL, [START, *poses], config(**changes))
+    one.send(0, EAST)
+    one.run(ticks)
+    assert one.bodies[0].twist.vx > 0.2
+    return one
+
+
+def test_a_deaf_robot_stops_within_what_it_holds_and_goes_on_when_it_hears_again() -> None:
+    one = under_way()
+    before = one.bodies[0].pose
+    held = int(one.beacons[0]["held_size"])  # type: ignore[index]
+    one.run(20, deaf=[0])
+    assert one.bodies[0].twist.vx == 0.0
+    assert one.distance(0, before) < 0.05 * held
+    assert int(one.beacons[0]["wanted_size"]) == 0  # type: ignore[index]
+    one.run_until(lambda: bool(one.ended(0)), 400)
+    assert one.ended(0)[0].outcome is Outcome.SUCCEEDED
+
+
+def test_after_long_deafness_a_robot_listens_before_it_claims() -> None:
+    one = under_way()
+    one.run(40, deaf=[0])
+    stood = one.bodies[0].pose
+    one.run(15)
+    assert one.distance(0, stood) < 0.01
+    one.run(30)
+    assert one.distance(0, stood) > 0.1
+
+
+def test_one_lost_batch_does_not_end_the_goal() -> None:
+    one = under_way()
+    one.run(1, deaf=[0])
+    one.run_until(lambda: bool(one.ended(0)), 300)
+    assert one.ended(0)[0].outcome is Outcome.SUCCEEDED
+
+
+def test_a_robot_whose_lidar_falls_silent_stops() -> None:
+    one = Squad(HALL, [START])
+    free = np.full(360, np.inf, np.float32)
+    one.scan = lambda index, pose: free if one.tick % 2 == 0 and one.tick < 60 else None
+    one.send(0, EAST)
+    one.run(60)
+    assert one.bodies[0].twist.vx > 0.2
+    one.run(16)
+    assert one.bodies[0].twist.vx == 0.0
+    stood = one.bodies[0].pose
+    one.run(30)
+    assert one.distance(0, stood) < 1e-6
+
+
+def ranges_to(pose: Pose, x: float, y: float, radius: float) -> np.ndarray:
+    """Return the scan of a disc from a LiDAR at (-0.064, 0) of the base."""
+    lidar = pose.compose(Pose(-0.064, 0.0, 0.0))
+    angles = lidar.yaw + np.arange(360) * math.tau / 360
+    along = (x - lidar.x) * np.cos(angles) + (y - lidar.y) * np.sin(angles)
+    across = (x - lidar.x) ** 2 + (y - lidar.y) ** 2 - along**2
+    hit = (along > 0) & (across < radius**2)
+    ranges = np.full(360, np.inf, np.float32)
+    ranges[hit] = along[hit] - np.sqrt(radius**2 - across[hit])
+    return ranges
+
+
+def test_a_robot_drives_around_a_box_that_only_its_lidar_knows() -> None:
+    one = Squad(HALL, [START])
+    box = (4.0, 2.0, 0.2)
+    one.scan = lambda index, pose: ranges_to(pose, *box) if one.tick % 2 == 0 else None
+    one.send(0, EAST)
+    nearest = 9.0
+    while not one.ended(0) and one.tick < 900:
+        one.run(1)
+        here = one.bodies[0].pose
+        nearest = min(nearest, math.hypot(here.x - box[0], here.y - box[1]) - box[2])
+    assert one.ended(0)[0].outcome is Outcome.SUCCEEDED
+    assert nearest > 0.25
+
+
+@pytest.mark.parametrize("y", [1.8, 2.0, 2.13, 2.5])
+def test_a_dead_robot_on_the_way_is_driven_around(y: float) -> None:
+    one = under_way(Pose(4.0, y, 0.0))
+    nearest = 9.0
+    while not one.ended(0) and one.tick < 900:
+        one.run(1, dead=[1])
+        nearest = min(nearest, one.bodies[0].pose.distance(one.bodies[1].pose))
+    assert one.ended(0)[0].outcome is Outcome.SUCCEEDED
+    assert nearest > 0.5
+
+
+def test_a_dead_robot_on_the_station_ends_the_goal_after_the_patience() -> None:
+    sites = Sites(stations={"dock": EAST})
+    one = Squad(HALL, [START, EAST], config(holding__station_patience=5.0), sites)
+    one.run(30)
+    one.send(0, EAST)
+    one.run_until(lambda: bool(one.ended(0)), 900, dead=[1])
+    end = one.ended(0)[0]
+    assert (end.outcome, end.error_code) == (Outcome.ABORTED, ErrorCode.GOAL_OCCUPIED)
+    assert "no longer answers" in end.message
+    assert one.distance(0, EAST) > 0.5
+
+
+def test_an_idle_robot_on_the_goal_makes_room() -> None:
+    one = Squad(HALL, [START, EAST])
+    one.send(0, EAST)
+    one.run_until(lambda: bool(one.ended(0)), 600)
+    assert one.ended(0)[0].outcome is Outcome.SUCCEEDED
+    assert one.bodies[0].pose.distance(one.bodies[1].pose) > 0.5
+    assert one.robots[1].status().pushes >= 1
+    one.run(40)
+    assert one.robots[1].status().state == "idle"
+
+
+def test_a_robot_that_waits_on_orders_resumes_waiting_after_making_way() -> None:
+    one = Squad(HALL, [START, Pose(4.0, 2.0, 0.0)])
+    one.run(20)
+    one.send(1, kind=GoalKind.SPIN, angle=200.0, goal_id=9)
+    one.send(0, EAST)
+    one.run_until(lambda: bool(one.ended(0)), 800)
+    one.run(40)
+    assert one.robots[1].goal_id == 9
+    assert one.robots[1].status().state == "pausing"
+    assert abs(one.bodies[1].twist.wz) > 0.5
+
+
+def test_two_robots_pass_each_other_in_a_corridor() -> None:
+    corridor = room(10.0, 1.8)
+    ends = [Pose(0.8, 0.9, 0.0), Pose(9.2, 0.9, math.pi)]
+    pair = Squad(corridor, ends)
+    pair.send(0, ends[1])
+    pair.send(1, ends[0])
+    nearest = 9.0
+    while not (pair.ended(0) and pair.ended(1)) and pair.tick < 1200:
+        pair.run(1)
+        nearest = min(nearest, pair.bodies[0].pose.distance(pair.bodies[1].pose))
+    assert [e.outcome for k in (0, 1) for e in pair.ended(k)] == [Outcome.SUCCEEDED] * 2
+    assert nearest > 0.5
+    assert pair.tick < 600
+
+
+def test_an_inactive_navigator_holds_its_place_and_takes_up_work_again() -> None:
+    one = under_way()
+    one.robots[0].deactivate()
+    one.run(20)
+    assert one.ended(0)[0].outcome is Outcome.CANCELED
+    assert one.robots[0].status().state == "inactive"
+    assert one.bodies[0].twist.vx == 0.0
+    one.send(0, EAST)
+    stood = one.bodies[0].pose
+    one.robots[0].activate()
+    one.run(16)
+    assert one.distance(0, stood) < 1e-6  # listens first
+    one.run_until(lambda: len(one.ended(0)) == 2, 400)
+    assert one.ended(0)[1].outcome is Outcome.SUCCEEDED
+
+
+def test_a_new_speed_limit_takes_effect_at_once() -> None:
+    one = under_way()
+    one.robots[0].reconfigure(config(max_vel_x=0.1))
+    one.run(5)
+    assert one.bodies[0].twist.vx == pytest.approx(0.1, abs=0.01)
+    assert one.robots[0].config.controller.max_vel_x == 0.1
+
+
+def test_new_parameters_reach_every_layer() -> None:
+    one = under_way()
+    one.robots[0].reconfigure(
+        config(costmap__obstacle_max_range=1.0, traffic__confirmations=6, traffic__held_length=0.2)
+    )
+    s = one.robots[0]._s
+    free = np.full(360, np.inf, np.float32)
+    free[0] = 1.5
+    one.scan = lambda index, pose: free if one.tick % 2 == 0 else None
+    one.run(10)
+    assert len(s.obstacles.points) == 0
+    assert s.tube.stop - s.tube.near <= 4
+    assert s.tube._requests.maxlen == 6
+
+
+def test_a_pose_from_the_operator_replaces_the_estimate_and_the_claims() -> None:
+    one = under_way()
+    robot = one.robots[0]
+    robot.on_initial_pose(Pose(5.0, 6.0, 1.0))
+    assert robot.pose_map.distance(Pose(5.0, 6.0, 1.0)) < 1e-9
+    assert len(robot.plan_map()) == 1
+
+
+def test_a_new_map_is_planned_on() -> None:
+    one = Squad(HALL, [START])
+    one.robots[0].load_map(room(8.0, 8.0, (4.0, 0.0, 4.15, 5.0)))
+    path = one.robots[0].make_plan(None, [EAST])
+    assert path[:, 1].max() > 5.0
+
+
+def test_a_beacon_is_sent_in_every_tick_whatever_happens() -> None:
+    one = under_way()
+    for deaf in ([], [0], []):
+        one.run(1, deaf=deaf)
+        record = one.beacons[0]
+        assert record is not None
+        assert int(record["tick"]) == one.tick - 1
+        here = one.robots[0].pose_map
+        assert np.allclose(record["held"][0], (here.x, here.y), atol=1e-6)
+
+
+def test_a_parked_robot_keeps_its_way_to_a_refuge_from_the_first_tick() -> None:
+    station = Pose(4.0, 4.0, 0.0)
+    one = Squad(HALL, [Pose(4.0, 0.8, 0.0)], config(holding__mode="park"))
+    others = (3, 4, 5)
+    one.extra_beacons = [
+        beacon(k, k - 0.5, 7.0, station=(station.x, station.y), station_tick=1) for k in others
+    ]
+    one.send(0, station)
+    one.run_until(lambda: one.robots[0].status().state == "holding", 300)
+    one.run(150)
+    here = one.bodies[0].pose
+    way = [(here.x - 0.75 + 0.1 * k, here.y) for k in range(31)]
+    pusher = beacon(2, *way[0], intent=way, wanted=way[:4], blocked_by=1, blocked_ticks=20)
+    pusher["priority"] = (2**18 - 1, 2**32 - 1)
+    one.extra_beacons.append(pusher)
+    one.run(3)
+    assert one.robots[0].status().state == "yielding"
+    assert len(one.robots[0].plan_map()) > 3
