@@ -56,9 +56,7 @@ def test_no_two_robots_have_the_same_priority(
 def pushing(x: float, y: float, robot: int = 2, **changes: object) -> np.void:
     """Return the beacon of a robot that robot 1 has blocked for long."""
     way = [(x + 0.1 * k, y) for k in range(31)]
-    fields: dict = dict(
-        intent=way, wanted=way[:4], priority=HIGH, blocked_by=1, blocked_ticks=20
-    )
+    fields: dict = dict(intent=way, wanted=way[:4], priority=HIGH, blocked_by=1, blocked_ticks=20)
     return beacon(robot, x, y, **(fields | changes))
 
 

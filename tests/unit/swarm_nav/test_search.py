@@ -110,9 +110,7 @@ def test_the_nearest_place_is_the_cheapest_to_reach(seed: int) -> None:
     maze = Maze(seed)
     places = (np.random.default_rng(seed).random(maze.base.shape) < 0.1).astype(np.uint8)
     nodes = np.empty(maze.base.size, np.int64)
-    count = kernels.nearest_place(
-        maze.base, maze.extra, places, STEP, maze.start, 8.0, nodes
-    )
+    count = kernels.nearest_place(maze.base, maze.extra, places, STEP, maze.start, 8.0, nodes)
     flat = np.where(maze.base < kernels.WALL, np.float32(1.0), kernels.WALL)
     table = oracle.edges(flat, 0 * maze.lane, maze.heading, maze.extra, STEP)
     reached = oracle.distances(table, maze.start)
