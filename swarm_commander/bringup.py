@@ -87,6 +87,7 @@ class Run:
         with self._signals_caught():
             try:
                 self._start(WORLD, self._plan.world_config(self._folder.verdict))
+                self._start(HOST, {}, "--wait")  # imports and compiles meanwhile
                 while not self._supervisor.all_gone:
                     self._turn()
             finally:
@@ -110,11 +111,15 @@ class Run:
 
     # Processes
 
-    def _start(self, name: str, config: dict[str, Any]) -> None:
+    def _start(self, name: str, config: dict[str, Any], *flags: str) -> None:
+        path = self._configure(name, config)
+        command = (sys.executable, "-m", self._modules[name], str(path), *flags)
+        self._supervisor.start(ProcessSpec(name, command, GRACE))
+
+    def _configure(self, name: str, config: dict[str, Any]) -> Path:
         path = self._folder.configs / f"{name}.json"
         path.write_text(json.dumps(config, indent=1), encoding="utf-8")
-        command = (sys.executable, "-m", self._modules[name], str(path))
-        self._supervisor.start(ProcessSpec(name, command, GRACE))
+        return path
 
     def _spawn(self, spec: ProcessSpec) -> ProcessChild:
         child = ProcessChild(spec, self._folder.log(spec.name), os.environ)
@@ -136,7 +141,8 @@ class Run:
             "pack": self._plan.options.pack,
             "log_dir": str(self._folder.logs),
         }
-        self._start(HOST, config)
+        self._configure(HOST, config)
+        self._children[HOST].tell({"cmd": "go"})
         self._start(RUNNER, self._plan.runner_config(homes))
 
     # What they say

@@ -160,7 +160,9 @@ class RobotDriver:
         """Decide about our ended goal, if this status is from after its end."""
         if self._ended is None or self.itinerary is None:
             return
-        if self._ended.outcome is not TaskResult.SUCCEEDED and self._is_elsewhere(status):
+        was_preempted = "preempted" in getattr(self._ended.result, "error_msg", "")
+        missed = self._ended.outcome is not TaskResult.SUCCEEDED
+        if missed and (was_preempted or self._is_elsewhere(status)):
             self._ended = None
             self.itinerary.on_taken_over()
         elif _settled_goals(status) > self._settled:

@@ -66,6 +66,12 @@ class Swarm:
         assert isinstance(report, dict)
         return report
 
+    def addresses(self) -> set[str]:
+        """Return the addresses that UDP sockets of its processes are bound to."""
+        assert self.process is not None
+        everything = psutil.Process(self.process.pid).children(recursive=True)
+        return {c.laddr.ip for p in everything for c in p.net_connections("udp")}
+
     def navigators(self) -> list[psutil.Process]:
         """Return the processes of the robots, in order."""
         assert self.process is not None
@@ -148,7 +154,8 @@ def test_the_others_finish_when_one_navigator_is_killed(swarm: Swarm) -> None:
 
 def test_without_a_mission_the_swarm_waits_for_its_operator(swarm: Swarm) -> None:
     swarm.start("--swarm-size", "2")
-    wait_until(lambda: len(swarm.navigators()) == 2)
+    swarm.wait_for("running")
+    assert swarm.addresses() == {"127.0.0.1"}
     code = "from swarm_commander.cli import commander; commander()"
     result = subprocess.run(
         (sys.executable, "-c", code, "Srobot2", "--goal", "3.0", "3.0", "0.0"),

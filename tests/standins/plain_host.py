@@ -8,9 +8,13 @@ from pathlib import Path
 
 from swarm_common.process import die_with
 
-config = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
-flags = dict(zip(sys.argv[2::2], sys.argv[3::2], strict=True))
+_, config_path, wait, *rest = sys.argv
+assert wait == "--wait"
+flags = dict(zip(rest[::2], rest[1::2], strict=True))
 event_fd = int(flags["--event-fd"])
+if os.read(int(flags["--control-fd"]), 1000) != b'{"cmd": "go"}\n':
+    sys.exit(0)
+config = json.loads(Path(config_path).read_text(encoding="utf-8"))
 mood = os.environ.get("STANDIN_HOST", "")
 
 
