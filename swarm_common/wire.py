@@ -136,11 +136,14 @@ class ScanWriter:
 
 
 def read_scan(data: bytes) -> Scan:
-    """Return a sensor_msgs/LaserScan message; the ranges are a read-only view."""
+    """Return a sensor_msgs/LaserScan message; the ranges are a copy.
+
+    A view would be read-only, for which numba would compile every kernel once more.
+    """
     tick = read_tick(data)
     offset = aligned(after_string(data, HEAD + STAMP.size), 4)
     angle_min, _, increment, _, _, low, high, count = struct.unpack_from("<7fI", data, offset)
-    ranges = np.frombuffer(data, "<f4", count, offset + 32)
+    ranges = np.frombuffer(data, "<f4", count, offset + 32).copy()
     return Scan(tick, angle_min, increment, low, high, ranges)
 
 

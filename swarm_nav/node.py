@@ -135,7 +135,9 @@ class NavigatorNode:
 
     def _take_neighbors(self, data: bytes) -> None:
         sec, nanosec, beacons = deserialize_neighbors(data)
-        self._step(self._inputs.add_neighbors(tick_from_stamp(sec, nanosec), beacons))
+        tick = tick_from_stamp(sec, nanosec)
+        # A copy, as a view is read-only and numba would compile every kernel once more for it.
+        self._step(self._inputs.add_neighbors(tick, beacons.copy()))
 
     def _step(self, observed: TickInput | None) -> None:
         """Decide on a tick that is complete."""
