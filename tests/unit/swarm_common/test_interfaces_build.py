@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from pathlib import Path
 
@@ -163,3 +164,30 @@ def test_install_remembers_what_is_there(tmp_path: Path) -> None:
     (there.site_packages / package.name / "__init__.py").touch()
     there.remember(package.name, "abc")
     assert there.installed() == {"demo_msgs": "abc"}
+
+
+@pytest.mark.parametrize(
+    ("interface", "type_name", "digest"),
+    [
+        # Hashes of the released Jazzy packages: other ROS 2 programs must understand ours.
+        (
+            "nav2_msgs/action/NavigateToPose",
+            "nav2_msgs/action/NavigateToPose_FeedbackMessage",
+            "9d1f6fa2eb975ce733b419ac2e97b134d8ff92b6478b6559feed9a50bdfd82b3",
+        ),
+        (
+            "tf2_msgs/msg/TFMessage",
+            "tf2_msgs/msg/TFMessage",
+            "e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087",
+        ),
+    ],
+)
+def test_types_are_those_of_jazzy(interface: str, type_name: str, digest: str) -> None:
+    for prefix in toolchain.ros_prefixes(os.environ):
+        file = prefix / "share" / f"{interface}.json"
+        if file.exists():
+            hashes = json.loads(file.read_text())["type_hashes"]
+            found = {entry["type_name"]: entry["hash_string"] for entry in hashes}
+            assert found[type_name] == f"RIHS01_{digest}"
+            return
+    pytest.fail(f"{interface} is not installed")
