@@ -1,0 +1,36 @@
+"""Property: in any hall with room to pass and to wait, nobody touches and everybody arrives."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from tests.standins.traffic import Trial, run
+
+HELD_GAP = 0.5  # [m] that two held tubes keep at least, whatever happens
+HULL_CONTACT = 0.476  # [m] between centres up to which two waffles can touch
+
+
+@settings(
+    max_examples=4, deadline=None, derandomize=True,
+    suppress_health_check=[HealthCheck.too_slow],
+)  # fmt: skip
+@given(seed=st.integers(0, 10_000), loss=st.sampled_from((0.0, 0.2)))
+def test_nobody_touches_and_everybody_arrives(seed: int, loss: float) -> None:
+    trial = Trial(seed, loss)
+    report = run(trial)
+    assert report.contacts == 0
+    assert report.tube_gap >= HELD_GAP > HULL_CONTACT
+    assert report.reached == 2 * trial.count, report
+
+
+def test_equal_trials_run_equally() -> None:
+    assert run(Trial(3), limit=150) == run(Trial(3), limit=150)
+
+
+@pytest.mark.parametrize("loss", [0.6, 0.9])
+def test_with_a_very_bad_radio_nobody_touches(loss: float) -> None:
+    report = run(Trial(5, loss), limit=400)
+    assert report.contacts == 0
+    assert report.tube_gap >= HELD_GAP
