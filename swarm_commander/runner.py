@@ -47,6 +47,7 @@ class Runner:
         }
         self._dead: set[str] = set()
         self._fresh: set[str] = set()
+        self._sent: dict[str, int] = {}  # number of the latest goal, by robot
         self._is_started = False
         self._is_done = False
         self._heard_at: dict[str, float] = {}
@@ -76,7 +77,8 @@ class Runner:
 
     def on_sent(self, driver: RobotDriver, order: Order) -> None:
         """Count a goal when it is sent first."""
-        if order.attempt == 1:
+        if order.number > self._sent.get(driver.name, 0):
+            self._sent[driver.name] = order.number
             self._events.write("sent", robot=driver.name, name=order.stop.name)
 
     def on_settled(self, driver: RobotDriver, outcome: Outcome) -> None:

@@ -179,12 +179,14 @@ def test_the_commander_drives_to_one_goal(robots: Robots) -> None:
 def test_a_robot_on_a_mission_is_left_alone_but_takes_a_goal(robots: Robots, runner: Any) -> None:
     robots("1")
     process = runner(1, goals_per_robot=None, laps=4)
-    process.events_until("goal")
+    before = process.events_until("goal")
     refused = commander("Srobot1")
     assert refused.returncode == 2
     assert "is on a mission already" in refused.stderr
     assert commander("Srobot1", "--goal", "1.5", "-2", "0").returncode == 0
-    assert {event.get("outcome") for event in process.events_until("done")} == {None, "reached"}
+    events = before + process.events_until("done")
+    assert [outcome for outcome, _ in goals(events, "Srobot1")] == ["reached"] * 32
+    assert sum(event["event"] == "sent" for event in events) == 32
 
 
 def test_an_unknown_robot_lists_those_that_run(robots: Robots) -> None:
