@@ -203,4 +203,4 @@ def test_without_a_swarm_the_commander_says_so_within_seconds() -> None:
     result = commander("Srobot1")
     assert result.returncode == 2
     assert "no swarm is running in ROS domain 90" in result.stderr
-    assert time.monotonic() - start < 10.0
+    assert time.monotonic() - start < 30.0  # 5 s where nothing else runs
