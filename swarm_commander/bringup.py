@@ -19,11 +19,11 @@ from swarm_commander.launch import ProcessChild
 from swarm_commander.params import write_parameter_file
 from swarm_commander.plan import RunPlan
 from swarm_commander.progress import Progress
-from swarm_commander.rundir import RunFolder
-from swarm_commander.supervisor import Exit, ProcessSpec, Supervisor
+from swarm_commander.rundir import RunFolder, last_line
+from swarm_commander.supervisor import Exit, ProcessSpec, Supervisor, describe_exit
 from swarm_commander.tally import Tally
 from swarm_commander.usage import UsageMeter, process_tree
-from swarm_common.errors import ConfigError, SwarmError
+from swarm_common.errors import SwarmError
 from swarm_common.records import Pose
 
 WORLD, HOST, RUNNER = "world", "navigators", "mission"
@@ -165,6 +165,11 @@ class Run:
             self._sample(now=True)
             self.usage.mark()
             self._progress.phase("running")
+            if self._plan.mission is None:
+                self._progress.note(
+                    "all robots are active; drive one from another terminal, for example with\n"
+                    f"  source {self._folder.path / 'env.sh'}; swarm-commander Srobot1"
+                )
 
     def _on_died_event(self, event: dict[str, Any]) -> None:
         if self._is_stopping:
@@ -264,19 +269,3 @@ class Run:
 
     def _on_signal(self, *_: object) -> None:
         self._signals += 1
-
-
-def describe_exit(returncode: int) -> str:
-    """Return a return code in words."""
-    if returncode < 0:
-        return f"killed by {signal.Signals(-returncode).name}"
-    return f"exit code {returncode}"
-
-
-def last_line(log: Path) -> str:
-    """Return the last line that is not empty of a log file."""
-    try:
-        lines = log.read_text(encoding="utf-8", errors="replace").split("\n")
-    except OSError as error:
-        raise ConfigError(f"cannot read {log}: {error.strerror}") from None
-    return next((line.strip() for line in reversed(lines) if line.strip()), "it said nothing")

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import sys
+import traceback
 from collections.abc import Callable
 
 import typer
 
-from swarm_commander.report import BAD_INPUT
+from swarm_commander.report import BAD_INPUT, COMPONENT_FAILED
 from swarm_common import ros_env
 from swarm_common.errors import SwarmError
 from swarm_common.interfaces_build import ensure_interfaces
@@ -52,6 +53,9 @@ def run_app(name: str, load: Callable[[], typer.Typer]) -> int:
         message = str(error)
     except (typer.Abort, KeyboardInterrupt):
         return INTERRUPTED
+    except Exception:  # a fault of ours must not look like a missed goal
+        traceback.print_exc()
+        return COMPONENT_FAILED
     else:
         return code if isinstance(code, int) else 0
     sys.stderr.write(f"{name}: {message}\n")

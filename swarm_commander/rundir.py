@@ -82,3 +82,12 @@ def write_env_sh(folder: RunFolder, environment: Mapping[str, str]) -> None:
     ]
     text = "# Source this in another terminal to see this swarm.\n" + "\n".join(lines) + "\n"
     (folder.path / "env.sh").write_text(text, encoding="utf-8")
+
+
+def last_line(log: Path) -> str:
+    """Return the last line that is not empty of a log file."""
+    try:
+        lines = log.read_text(encoding="utf-8", errors="replace").split("\n")
+    except OSError as error:
+        raise ConfigError(f"cannot read {log}: {error.strerror}") from None
+    return next((line.strip() for line in reversed(lines) if line.strip()), "it said nothing")

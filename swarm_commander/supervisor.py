@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -162,3 +163,10 @@ class Supervisor:
                 entry.enter(Event.DEADLINE)
                 entry.child.kill()
             return
+
+
+def describe_exit(returncode: int) -> str:
+    """Return a return code in words."""
+    if returncode < 0:
+        return f"killed by {signal.Signals(-returncode).name}"
+    return f"exit code {returncode}"
