@@ -13,7 +13,7 @@ from swarm_nav.situation import Situation
 STANDING, MOVING, YIELDING, STUCK, OBSTACLE = 3.0, 0.6, 0.3, 30.0, 50.0  # extra cost per metre
 PUSHABLE = 4.0  # extra cost per metre of a way on which a lower robot must be pushed
 MOVING_SPEED = 0.05  # [m/s]
-GONE_MARGIN = 0.1  # [m] more than the reach that a way keeps from a robot that is gone
+IMMOVABLE_MARGIN = 0.1  # [m] more than the reach that a way keeps from who cannot be pushed
 
 
 def stamp(
@@ -38,7 +38,7 @@ def congestion(situation: Situation) -> NDArray[np.float32]:
     """Return the extra costs under which a way to the goal is planned."""
     extra = situation.planner.no_extra()
     hood = situation.hood
-    stuck = hood.stuck
+    stuck, immovable = hood.stuck, hood.immovable
     for row in range(len(hood.beacons)):
         beacon = hood.beacons[row]
         if stuck[row]:
@@ -49,8 +49,8 @@ def congestion(situation: Situation) -> NDArray[np.float32]:
             value = MOVING
         else:
             value = STANDING
-        # nobody can push a robot that is gone: a way may not graze it by the lattice's coarseness
-        margin = GONE_MARGIN if hood.gone[row] else 0.0
+        # who cannot be pushed may not be grazed by the lattice's coarseness
+        margin = IMMOVABLE_MARGIN if immovable[row] else 0.0
         stamp(extra, situation, hood.tubes(row), situation.reach(row) + margin, value)
     stamp_obstacles(extra, situation, OBSTACLE)
     return extra

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.beacon import BEACON_DTYPE, FLAG_STUCK, BeaconArray
+from swarm_common.beacon import BEACON_DTYPE, FLAG_ACTIVE, FLAG_STUCK, BeaconArray
 from swarm_common.records import CONTROL_PERIOD
 from swarm_nav.config import TrafficConfig
 
@@ -74,8 +74,13 @@ class Neighborhood:
 
     @property
     def stuck(self) -> NDArray[np.bool_]:
-        """Robots that said that they cannot make way, and those that are gone."""
-        return ((self.beacons["flags"] & FLAG_STUCK) > 0) | self.gone
+        """Robots that said that they cannot make way, and those that will not."""
+        return ((self.beacons["flags"] & FLAG_STUCK) > 0) | self.immovable
+
+    @property
+    def immovable(self) -> NDArray[np.bool_]:
+        """Robots that nobody can push: gone ones and those whose navigator is inactive."""
+        return self.gone | ((self.beacons["flags"] & FLAG_ACTIVE) == 0)
 
     def claims(self) -> tuple[NDArray[np.generic], ...]:
         """Return the columns that `tube_kernels.extend` reads."""

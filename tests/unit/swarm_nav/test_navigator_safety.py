@@ -105,6 +105,16 @@ def test_a_dead_robot_on_the_way_is_driven_around(y: float) -> None:
     assert nearest > 0.5
 
 
+@pytest.mark.parametrize("y", [1.8, 2.0, 2.13])
+def test_an_inactive_robot_on_the_way_is_driven_around(y: float) -> None:
+    one = Squad(HALL, [START, Pose(4.0, y, 0.0)])
+    one.robots[1].deactivate()
+    one.send(0, EAST)
+    one.run_until(lambda: bool(one.ended(0)), 500)
+    assert one.ended(0)[0].outcome is Outcome.SUCCEEDED
+    assert one.distance(1, Pose(4.0, y, 0.0)) < 0.01
+
+
 def test_a_dead_robot_on_the_station_ends_the_goal_after_the_patience() -> None:
     sites = Sites(stations={"dock": EAST})
     one = Squad(HALL, [START, EAST], config(holding__station_patience=5.0), sites)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from swarm_common.beacon import FLAG_STUCK
+from swarm_common.beacon import FLAG_ACTIVE, FLAG_STUCK
 from swarm_nav.config import TrafficConfig
 from swarm_nav.neighborhood import Neighborhood
 from tests.standins.navigation import beacon
@@ -67,9 +67,17 @@ def test_who_is_heard_again_is_not_gone_any_more() -> None:
 
 def test_stuck_is_what_a_robot_says_of_itself() -> None:
     here = hood()
-    heard(here, 1, beacon(2, 1.0, 0.0), beacon(3, 1.0, 2.0, flags=FLAG_STUCK))
+    heard(here, 1, beacon(2, 1.0, 0.0), beacon(3, 1.0, 2.0, flags=FLAG_STUCK | FLAG_ACTIVE))
     here.refresh(2)
     assert here.stuck.tolist() == [False, True]
+
+
+def test_gone_and_inactive_robots_cannot_be_pushed() -> None:
+    here = hood()
+    heard(here, 1, beacon(2, 1.0, 0.0))
+    heard(here, 40, beacon(3, 1.0, 2.0, flags=0), beacon(4, 1.0, 3.0))
+    here.refresh(41)
+    assert here.immovable.tolist() == here.stuck.tolist() == [True, True, False]
 
 
 def test_priorities_are_put_together_from_both_words() -> None:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarm_common.beacon import FLAG_STUCK
+from swarm_common.beacon import FLAG_ACTIVE, FLAG_STUCK
 from swarm_common.grid import Grid
 from swarm_common.records import Pose
 from swarm_nav.right_of_way import (
@@ -26,6 +26,7 @@ REACH = 2 * RADIUS
 HALL = room(8.0, 8.0)
 CORRIDOR = room(8.0, 0.9)
 MIDDLE = Pose(4.0, 4.0, 0.0)
+STUCK = FLAG_STUCK | FLAG_ACTIVE
 HIGH = base_priority(CLASS_DRIVING, 0, 2)
 ticks = st.integers(0, 2**32 - 1)
 ids = st.integers(1, 1000)
@@ -180,7 +181,7 @@ def test_who_is_blocked_on_the_way_to_its_refuge_for_long_is_stuck() -> None:
 
 
 def blocked_by_a_stuck_one(
-    flags: int = FLAG_STUCK, blocked: int = 16
+    flags: int = STUCK, blocked: int = 16
 ) -> tuple[Situation, RightOfWay]:
     s, right = situation(HALL, MIDDLE), RightOfWay()
     s.blocked_by, s.blocked_ticks = 2, blocked
@@ -197,7 +198,7 @@ def test_a_pusher_steps_back_from_a_stuck_robot() -> None:
     assert np.hypot(*(s.tube.points[-1] - (4.0, 4.0))) >= 0.9
 
 
-@pytest.mark.parametrize(("flags", "blocked"), [(0, 50), (FLAG_STUCK, 14)])
+@pytest.mark.parametrize(("flags", "blocked"), [(FLAG_ACTIVE, 50), (STUCK, 14)])
 def test_nobody_steps_back_early_or_from_a_robot_that_can_move(flags: int, blocked: int) -> None:
     assert not blocked_by_a_stuck_one(flags, blocked)[1].is_yielding
 
@@ -206,7 +207,7 @@ def test_a_retreat_lasts_for_its_time() -> None:
     s, right = blocked_by_a_stuck_one()
     s.blocked_ticks = 0
     length = s.ticks(s.config.traffic.retreat_time)
-    stuck = beacon(2, 4.7, 4.0, flags=FLAG_STUCK)
+    stuck = beacon(2, 4.7, 4.0, flags=STUCK)
     assert run(s, right, length - 1, stuck)
     assert not run(s, right, 1, stuck)
     assert s.tube.is_complete
@@ -215,7 +216,7 @@ def test_a_retreat_lasts_for_its_time() -> None:
 def test_being_pushed_ends_a_retreat() -> None:
     s, right = blocked_by_a_stuck_one()
     s.tick += 1
-    hear(s, beacon(2, 4.7, 4.0, flags=FLAG_STUCK), pushing(3.2, 4.0, 3))
+    hear(s, beacon(2, 4.7, 4.0, flags=STUCK), pushing(3.2, 4.0, 3))
     right.update(s)
     assert not right.is_retreating
     assert s.yields_for == 3
