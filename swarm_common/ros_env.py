@@ -7,6 +7,7 @@ from pathlib import Path
 
 PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
 DISCOVERY_RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+NEWCOMERS = 16  # participant ids after those of the swarm
 # What another terminal needs to see the same graph in the same way.
 VARIABLES = ("ROS_DOMAIN_ID", DISCOVERY_RANGE, PROFILES)
 
@@ -26,3 +27,35 @@ def set_defaults() -> None:
         os.environ[PROFILES] = str(Path(__file__).resolve().parent / "fastdds.xml")
     elif local:
         os.environ[DISCOVERY_RANGE] = "LOCALHOST"
+
+
+def announce_to_few(folder: Path, processes: int) -> None:
+    """Let processes started from here announce themselves to few others.
+
+    Robots need not know each other in DDS (their beacons go through the world's radio), and in
+    large swarms that knowledge costs more than all their work. World and operator announce
+    themselves to everybody, so robots find those anyway; here are added the ids that the next
+    newcomers get, so that a tool without our environment finds the robots, too.
+
+    Args:
+        folder: Where the profile is written.
+        processes: How many robot processes there will be.
+    """
+    own = Path(__file__).resolve().parent / "fastdds.xml"
+    if os.environ.get(PROFILES) != str(own):
+        return
+    everybody = "<locator><udpv4><address>127.0.0.1</address></udpv4></locator>"
+    ids = (0, *range(processes + 1, processes + 1 + NEWCOMERS))
+    peers = "".join(
+        f"<locator><udpv4><port>{_unicast_port(i)}</port><address>127.0.0.1</address></udpv4></locator>"
+        for i in ids
+    )
+    profile = folder / "fastdds_robots.xml"
+    text = own.read_text(encoding="utf-8")
+    profile.write_text(text.replace(everybody, peers), encoding="utf-8")
+    os.environ[PROFILES] = str(profile)
+
+
+def _unicast_port(participant: int) -> int:
+    """Return the port on which a participant listens for announcements (DDSI-RTPS 9.6.1.1)."""
+    return 7410 + 250 * int(os.environ.get("ROS_DOMAIN_ID", "0")) + 2 * participant

@@ -205,6 +205,7 @@ def main(arguments: list[str] | None = None) -> int:
         return 2
     if not options.wait:
         warm_up()
+    ros_env.announce_to_few(Path(options.config).resolve().parent, len(groups))
     gc.collect()
     gc.freeze()  # what the children share must not be touched by the collector
     for group in groups:
