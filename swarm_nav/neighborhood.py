@@ -83,22 +83,15 @@ class Neighborhood:
         return self.gone | ((self.beacons["flags"] & FLAG_ACTIVE) == 0)
 
     def claims(self) -> tuple[NDArray[np.generic], ...]:
-        """Return the columns that `tube_kernels.extend` reads."""
-        b = self.beacons
-        return (
-            b["id"],
-            self.ages,
-            self.gone,
-            self.priorities,
-            b["radius"],
-            b["blocked_ticks"],
-            b["held"],
-            b["held_size"],
-            b["wanted"],
-            b["wanted_size"],
-            b["intent"],
-            b["intent_size"],
-        )
+        """Return the columns that `tube_kernels.extend` reads.
+
+        They are contiguous for any number of rows: a view of one field is so for one row only,
+        and numba would compile the kernels a second time, in each robot.
+        """
+        names = ("id", "radius", "blocked_ticks", "held", "held_size")
+        names += ("wanted", "wanted_size", "intent", "intent_size")
+        columns = [np.ascontiguousarray(self.beacons[name]) for name in names]
+        return (columns[0], self.ages, self.gone, self.priorities, *columns[1:])
 
     def row(self, robot_id: int) -> int | None:
         """Return the row of a robot, None if it is not known."""

@@ -1,0 +1,79 @@
+"""Script: prints the kernels that a swarm compiles after `warm_up`; each would stop a robot."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+import random
+import sys
+
+import swarm_nav
+from swarm_common.beacon import deserialize_neighbors, serialize_neighbors
+from swarm_common.map_io import load_map, map_path
+from swarm_common.robot_io import load_robot
+from swarm_nav.config import NavConfig
+from swarm_nav.goals import Goal, GoalKind
+from swarm_nav.navigator import Navigator
+from swarm_nav.warm_up import warm_up
+from swarm_sim.sdf import load_world
+from swarm_sim.spawn import spawn_poses
+from swarm_sim.world import World, WorldConfig
+
+WORLD = "slim_blockage"
+MUTE_AFTER = 150  # ticks, then the last robot falls silent
+
+
+def signatures() -> dict[str, set[str]]:
+    """Return the compiled signatures of every kernel."""
+    found: dict[str, set[str]] = {}
+    for module in pkgutil.iter_modules(swarm_nav.__path__):
+        if not module.name.endswith("_kernels"):
+            continue
+        for name, value in vars(importlib.import_module(f"swarm_nav.{module.name}")).items():
+            if hasattr(value, "signatures"):
+                found[f"{module.name}.{name}"] = {str(item) for item in value.signatures}
+    return found
+
+
+def drive(count: int, ticks: int) -> None:
+    """Let robots work, their messages taken from bytes as on the graph."""
+    scene, spec = load_world(WORLD), load_robot("turtlebot3_waffle")
+    poses = spawn_poses(scene, spec, count)
+    world = World(scene, [spec] * count, poses, WorldConfig(engine="planar"))
+    grid = load_map(map_path(WORLD))
+    robots = [
+        Navigator(NavConfig(), spec, grid, scene.sites, i + 1, pose) for i, pose in enumerate(poses)
+    ]
+    chooser = random.Random(count)
+    stations = list(scene.sites.stations.values())
+    for tick in range(ticks):
+        answers = []
+        for robot, observed in zip(robots, world.observe(), strict=True):
+            if robot.goal_id is None and tick % 10 == 0:
+                target = chooser.choice(stations[:2])
+                robot.set_goal(Goal(kind=GoalKind.NAVIGATE, goal_id=1, poses_map=(target,)))
+            data = serialize_neighbors(0, 0, observed.neighbors)
+            robot.on_odom(observed.odom)
+            robot.on_neighbors(deserialize_neighbors(data)[2].copy())
+            if observed.scan is not None:
+                robot.on_scan(observed.scan)
+            answers.append(robot.tick(tick))
+        beacons = [answer.beacon for answer in answers]
+        if tick > MUTE_AFTER and count > 2:
+            beacons[-1] = None
+        world.step([answer.twist for answer in answers], beacons)
+
+
+def main() -> None:
+    """Print what was compiled too late, one kernel per line."""
+    warm_up()
+    before = signatures()
+    for count in (1, 2, 5):
+        drive(count, 300)
+    for name, found in signatures().items():
+        if found - before.get(name, set()):
+            sys.stdout.write(f"{name}: {len(found)} signatures, {len(before[name])} warmed\n")
+
+
+if __name__ == "__main__":
+    main()
