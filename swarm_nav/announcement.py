@@ -76,7 +76,7 @@ def compose_beacon(
     beacon["blocked_ticks"] = s.blocked_ticks
     beacon["blocked_by"] = s.blocked_by
     beacon["yields_for"] = s.yields_for
-    flags = (FLAG_STUCK if s.is_stuck else 0) | (FLAG_ACTIVE if is_active else 0)
+    flags = (FLAG_STUCK if s.is_stuck or not is_active else 0) | (FLAG_ACTIVE if is_active else 0)
     beacon["flags"] = flags | holding.flags
     beacon["mode"] = MODE_YIELD if right.is_yielding else MODES[state]
     beacon["target"] = (math.nan, math.nan)

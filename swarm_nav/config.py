@@ -163,6 +163,7 @@ class TrafficConfig:
     lost_ticks: int = 16  # ticks without a beacon after which a robot left or died
     radio_range: float = 6.0  # [m]
     push_ticks: int = 3  # ticks of being blocked before the blocker makes way
+    moving_patience: float = 1.5  # [s] the same for a blocker that is driving on
     release_time: float = 1.2  # [s] without a pusher before a robot stops making way
     replan_blocked: float = 0.8  # [s] blocked before another way is looked for
     stuck_time: float = 4.0  # [s] blocked on the way to a refuge before saying so
@@ -173,6 +174,7 @@ class TrafficConfig:
         """Refuse impossible values."""
         _positive("traffic.", self, "safety_margin", "held_length", "wanted_length", "radio_range")
         _positive("traffic.", self, "release_time", "replan_blocked", "stuck_time")
+        _positive("traffic.", self, "moving_patience")
         _positive("traffic.", self, "retreat_time", "patience")
         if not 0.1 <= self.held_length <= 0.8:
             raise ConfigError(f"traffic.held_length is {self.held_length} m; from 0.1 to 0.8")

@@ -22,9 +22,7 @@ def stamp(
     """Raise the lattice cells within `radius` of the points to at least `value`."""
     block = np.ascontiguousarray(points, np.float64).reshape(-1, 2)
     lattice = situation.planner.lattice
-    distance_kernels.stamp_discs(
-        grid, *lattice.frame, block, len(block), radius, np.float32(value)
-    )
+    distance_kernels.stamp_discs(grid, *lattice.frame, block, len(block), radius, np.float32(value))
 
 
 def stamp_obstacles(grid: NDArray[np.float32], situation: Situation, value: float) -> None:
@@ -56,9 +54,7 @@ def congestion(situation: Situation) -> NDArray[np.float32]:
     return extra
 
 
-def refuge_costs(
-    situation: Situation, priority: int, margin: float
-) -> NDArray[np.float32]:
+def refuge_costs(situation: Situation, priority: int, margin: float) -> NDArray[np.float32]:
     """Return extra costs for making way at `priority`: who ranks as high or is stuck is a wall."""
     extra = situation.planner.no_extra()
     hood = situation.hood

@@ -182,9 +182,7 @@ class HoldingPattern:
         return FLAG_CIRCUIT if self.is_on_circuit else 0
 
 
-def parking_path(
-    situation: Situation, stations: list[tuple[float, float]]
-) -> FloatArray | None:
+def parking_path(situation: Situation, stations: list[tuple[float, float]]) -> FloatArray | None:
     """Return the way (n, 2) to the nearest free parking place, None if there is none in reach."""
     lattice = situation.planner.lattice
     taken = situation.planner.no_extra()

@@ -240,8 +240,9 @@ class Navigator:
             self._extend()
         self._is_hearing = False
         events, self._events = tuple(self._events), []
+        rank = self._state if self._state is not State.YIELDING else self._state_before_push
         beacon = compose_beacon(
-            s, self.spec, self._state, self._right, self._lease, self._holding,
+            s, self.spec, rank, self._right, self._lease, self._holding,
             self._last_goal_tick, self._has_goal, self.is_active,
         )  # fmt: skip
         self._own_held = beacon["held"][: beacon["held_size"]].copy()
@@ -534,9 +535,7 @@ class Navigator:
         s = self._s
         if task.given is not None:
             return task.given.way(s)
-        return s.planner.plan(
-            s.stop_point, (task.target.x, task.target.y), crowd.congestion(s)
-        )
+        return s.planner.plan(s.stop_point, (task.target.x, task.target.y), crowd.congestion(s))
 
     @property
     def _retries(self) -> int:

@@ -26,6 +26,7 @@ REFUGE_COST = 12.0  # largest cost of a way to a refuge
 INTENT_POINTS_CLEARED = 16  # 1.6 m of the pusher's path
 RETREAT_DISTANCE = 0.95  # [m]
 STUCK_PATIENCE = 1.5  # [s] blocked by a stuck robot before stepping back
+MOVING_SPEED = 0.08  # [m/s] above which a robot is on its way
 RETRY_TIME = 1.0  # [s] between searches for a refuge
 
 
@@ -62,14 +63,15 @@ class RightOfWay:
         """Return the row of the highest robot that this one blocks and that ranks above it."""
         hood = situation.hood
         beacons = hood.beacons
+        traffic = situation.config.traffic
+        # who is on its own way anyhow is not disturbed at once
+        is_moving = not self.is_yielding and situation.twist.vx > MOVING_SPEED
+        patience = situation.ticks(traffic.moving_patience) if is_moving else traffic.push_ticks
         pushing = (
             (beacons["blocked_by"] == situation.robot_id)
-            & (beacons["blocked_ticks"] >= situation.config.traffic.push_ticks)
+            & (beacons["blocked_ticks"] >= patience)
             & ~hood.gone
-            & (
-                (hood.priorities > situation.priority)
-                | (beacons["id"] == situation.yields_for)
-            )
+            & ((hood.priorities > situation.priority) | (beacons["id"] == situation.yields_for))
         )
         rows = np.flatnonzero(pushing)
         if len(rows) == 0:
@@ -187,9 +189,7 @@ def refuge_path(situation: Situation, row: int, priority: int) -> FloatArray | N
     places = ((taken == 0) & (lattice.base < WALL)).astype(np.uint8)
     for margin, smooth in ((0.003, True), (0.003, False), (0.0, False), (-0.04, False)):
         extra = crowd.refuge_costs(situation, priority, margin)
-        path = situation.planner.nearest(
-            situation.stop_point, extra, places, REFUGE_COST, smooth
-        )
+        path = situation.planner.nearest(situation.stop_point, extra, places, REFUGE_COST, smooth)
         if path is not None:
             return path
     return None

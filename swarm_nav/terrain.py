@@ -54,9 +54,7 @@ class Lattice:
         """(origin_x, origin_y, step), as the kernels take it."""
         return self.origin_x, self.origin_y, self.step
 
-    def node_of(
-        self, x: float, y: float, extra: NDArray[np.float32] | None = None
-    ) -> int | None:
+    def node_of(self, x: float, y: float, extra: NDArray[np.float32] | None = None) -> int | None:
         """Return the flat index of the open node nearest to a point within two cells, if any.
 
         With `extra`, nodes that it closes are passed over where there is another one.

@@ -114,8 +114,7 @@ def extend(
         prefix[j] = grantable_prefix(wanted[j], wanted_size[j], own_held, own_held_size, reach)
         ahead = min(intent_size[j], int(PRIORITY_LENGTH / INTENT_SPACING))
         exempt[j] = (
-            yields_for != 0
-            or gap_squared(intent[j], ahead, origin[0], origin[1]) < reach * reach
+            yields_for != 0 or gap_squared(intent[j], ahead, origin[0], origin[1]) < reach * reach
         )
     for k in range(stop + 1, last + 1):
         p = points[k]
