@@ -34,6 +34,7 @@ from swarm_nav.settings import NODE, NodeSettings
 from swarm_nav.withholding import Withholding
 
 STATUS_TICKS = 5  # 2 Hz
+STATUS_PERIOD = 0.4  # [s] of wall time between two statuses without a change
 # Parameter changes are announced inside the robot's namespace, as everything of a robot.
 REMAPPING = ("--ros-args", "-r", "/parameter_events:=parameter_events")
 
@@ -65,6 +66,7 @@ class NavigatorNode:
         self.tick = 0
         self._inputs = TickInputs(settings.spec.lidar.rate)
         self._withholding = Withholding(bool(settings.fixed["wait_for_mission"]))
+        self._last_status = 0.0  # wall time
         self._answer: tuple[bytes, bytes] | None = None  # beacon and command of `tick`
         self._command_writer = wire.CommandWriter("base_footprint")
         self.node = _create_node(settings, context)
@@ -167,7 +169,10 @@ class NavigatorNode:
         self._tell(output, ended)
 
     def _tell(self, output: Output, ended: list[GoalEnded]) -> None:
-        if output.events or self.tick % STATUS_TICKS == 0:
+        now = time.monotonic()  # at full speed, 2 Hz of simulated time would be 10 Hz and more
+        is_due = self.tick % STATUS_TICKS == 0 and now - self._last_status > STATUS_PERIOD
+        if output.events or is_due:
+            self._last_status = now
             self.publish_status()
         self._tasks.report(self.tick, ended)
         self._views.publish(self.tick)
