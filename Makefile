@@ -11,7 +11,10 @@ export PYTHON
 inputs := pyproject.toml tools/bootstrap.sh $(shell find interfaces -type f)
 DEMO := --swarm-size 20 --world slim_blockage --mission loading_route --until-done
 
-.PHONY: demo test setup clean
+.PHONY: help demo test setup clean
+
+help:
+	@sed -n 's/^# \{0,1\}//p' $(firstword $(MAKEFILE_LIST))
 
 demo: .venv/.ready-run
 	.venv/bin/swarm-up $(DEMO)

@@ -84,6 +84,7 @@ def main() -> None:
         if names
         else "ROS 2 interfaces are up to date",
         highlight=False,
+        soft_wrap=True,
     )
 
 
