@@ -76,7 +76,8 @@ def deserialize_beacon(data: bytes) -> np.void:
     """
     if len(data) < 4 + BEACON_SIZE:
         raise ValueError(f"beacon message of {len(data)} bytes; expected {4 + BEACON_SIZE}")
-    return np.frombuffer(data, BEACON_DTYPE, 1, 4)[0]
+    beacon: np.void = np.frombuffer(data, BEACON_DTYPE, 1, 4)[0]
+    return beacon
 
 
 def serialize_neighbors(sec: int, nanosec: int, beacons: BeaconArray) -> bytes:

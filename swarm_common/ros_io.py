@@ -194,7 +194,7 @@ def points32(points: Iterable[Sequence[float]]) -> list[Point32]:
 def transform_msg(
     parent: str,
     child: str,
-    xyz: Sequence[float],
+    xyz: Sequence[float] | FloatArray,
     quaternion: Sequence[float],
     tick: int,
 ) -> TransformStamped:
