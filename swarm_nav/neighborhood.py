@@ -80,7 +80,8 @@ class Neighborhood:
     @property
     def immovable(self) -> NDArray[np.bool_]:
         """Robots that nobody can push: gone ones and those whose navigator is inactive."""
-        return self.gone | ((self.beacons["flags"] & FLAG_ACTIVE) == 0)
+        is_inactive: NDArray[np.bool_] = (self.beacons["flags"] & FLAG_ACTIVE) == 0
+        return self.gone | is_inactive
 
     def claims(self) -> tuple[NDArray[np.generic], ...]:
         """Return the columns that `tube_kernels.extend` reads.

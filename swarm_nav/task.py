@@ -97,7 +97,7 @@ class Task:
         checker = situation.config.goal_checker
         if distance > checker.xy_goal_tolerance:
             self.has_arrived = False
-        elif distance <= STOP_SHARE * checker.xy_goal_tolerance:
+        elif distance <= STOP_SHARE * checker.xy_goal_tolerance or _cannot_go_on(situation):
             self.has_arrived = True
         if not self.has_arrived:
             return False
@@ -120,3 +120,9 @@ class Task:
         """Whether the progress checker's time is over."""
         allowance = situation.config.progress_checker.movement_time_allowance
         return situation.tick - self.progress_tick > situation.ticks(allowance)
+
+
+def _cannot_go_on(situation: Situation) -> bool:
+    """Whether another robot or an obstacle keeps the robot from the last centimetres."""
+    waited = max(situation.blocked_ticks, situation.obstacle_ticks)
+    return situation.is_standing and waited >= situation.config.traffic.push_ticks

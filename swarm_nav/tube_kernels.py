@@ -36,6 +36,16 @@ def grantable_prefix(wanted, size, held, held_size, reach):
 
 
 @njit(cache=True)
+def denied(points, size, p, previous, reach, slack):
+    """Whether p comes too near to claimed points; a tube that already is may grow away."""
+    here = gap_squared(points, size, p[0], p[1])
+    if here >= (reach - slack) ** 2:
+        return False
+    before = gap_squared(points, size, previous[0], previous[1])
+    return before >= reach * reach or here < before - 1e-6
+
+
+@njit(cache=True)
 def admissible(p, previous, neighbor, reach, slack, wins, prefix, growth):
     """Whether point p may join our tube as far as one neighbour is concerned (G2, G3).
 
@@ -45,15 +55,14 @@ def admissible(p, previous, neighbor, reach, slack, wins, prefix, growth):
     way may also pass it `slack` nearer, so that it is not caught by millimetres.
     """
     held, held_size, wanted, wanted_size = neighbor
-    here = gap_squared(held, held_size, p[0], p[1])
-    if here < (reach + growth) ** 2:
-        before = gap_squared(held, held_size, previous[0], previous[1])
-        if growth > 0.0:
-            return False
-        if here < (reach - slack) ** 2 and (before >= reach * reach or here < before - 1e-6):
-            return False
     if growth > 0.0:
-        return gap_squared(wanted, wanted_size, p[0], p[1]) >= (reach + growth) ** 2
+        limit = (reach + growth) ** 2
+        return (
+            gap_squared(held, held_size, p[0], p[1]) >= limit
+            and gap_squared(wanted, wanted_size, p[0], p[1]) >= limit
+        )
+    if denied(held, held_size, p, previous, reach, slack):
+        return False
     if not wins and gap_squared(wanted, prefix, p[0], p[1]) < reach * reach:
         return False
     return True
@@ -130,14 +139,18 @@ def extend(
             reach = radius + radii[j]
             age = ages[j]
             growth = silent_growth(age, gone[j], confirmations, wanted_length)
-            wins = (
-                age == FRESH
-                and not gone[j]
-                and (priority > priorities[j] or (priority == priorities[j] and own_id < ids[j]))
-            )
-            size = wanted_size[j] if gone[j] else prefix[j]
             neighbor = (held[j], held_size[j], wanted[j], wanted_size[j])
-            if not admissible(p, before, neighbor, reach, slack, wins, size, growth):
+            if gone[j]:
+                # it may have stopped anywhere in what it held or requested
+                is_free = not denied(held[j], held_size[j], p, before, reach, slack) and not denied(
+                    wanted[j], wanted_size[j], p, before, reach, 0.0
+                )
+            else:
+                wins = age == FRESH and (
+                    priority > priorities[j] or (priority == priorities[j] and own_id < ids[j])
+                )
+                is_free = admissible(p, before, neighbor, reach, slack, wins, prefix[j], growth)
+            if not is_free:
                 return k - 1, ROBOT, j
             if (
                 blocked[j] >= push_ticks

@@ -43,6 +43,15 @@ def gap(point: Point, others: list[Point]) -> float:
     return min((math.dist(point, other) for other in others), default=math.inf)
 
 
+def comes_near(
+    point: Point, before: Point, claimed: list[Point], reach: float, slack: float
+) -> bool:
+    """Return whether a point violates a claim; a tube that already does may grow away from it."""
+    here, there = gap(point, claimed), gap(before, claimed)
+    is_leaving = there < reach and here >= there - 1e-9
+    return here < reach - slack and not is_leaving
+
+
 def refusal(own: Own, other: Other, point: Point, before: Point, origin: Point) -> str:
     """Return the rule by which a neighbour denies a point, '' if it does not."""
     reach = own.radius + other.radius
@@ -51,26 +60,21 @@ def refusal(own: Own, other: Other, point: Point, before: Point, origin: Point) 
         near = gap(point, other.held + other.wanted) < reach + silent
         return "G3" if near else ""
     slack = own.slack if own.yields_for else 0.0
-    here, there = gap(point, other.held), gap(before, other.held)
-    is_leaving = there < reach and here >= there - 1e-9
-    if here < reach - slack and not is_leaving:
+    if comes_near(point, before, other.held, reach, slack):
         return "G2 held"
-    wins = (
-        other.age == 1
-        and not other.is_gone
-        and (own.priority, -own.id) > (other.priority, -other.id)
-    )
-    wanted = other.wanted if other.is_gone else []
-    if not other.is_gone:
-        for candidate in other.wanted:
-            if gap(candidate, own.published) < reach:
-                break  # it cannot be granted to the neighbour while we hold that place
-            wanted = [*wanted, candidate]
+    if other.is_gone:
+        return "G2 wanted" if comes_near(point, before, other.wanted, reach, 0.0) else ""
+    wins = other.age == 1 and (own.priority, -own.id) > (other.priority, -other.id)
+    wanted: list[Point] = []
+    for candidate in other.wanted:
+        if gap(candidate, own.published) < reach:
+            break  # it cannot be granted to the neighbour while we hold that place
+        wanted.append(candidate)
     if not wins and gap(point, wanted) < reach:
         return "G2 wanted"
     ahead = other.intent[:8]
     is_entitled = other.blocked >= own.push_ticks and other.priority > own.priority
-    is_exempt = own.yields_for or other.is_gone or gap(origin, ahead) < reach
+    is_exempt = own.yields_for or gap(origin, ahead) < reach
     if is_entitled and not is_exempt and gap(point, ahead) < reach:
         return "G5"
     return ""

@@ -14,7 +14,7 @@ from swarm_common.grid import Grid
 from swarm_common.records import Pose
 from swarm_common.sites import Sites
 from swarm_nav.config import NavConfig
-from swarm_nav.goals import Goal, GoalEnded, GoalKind, Outcome
+from swarm_nav.goals import Goal, GoalEnded, GoalKind, Outcome, Output
 from swarm_nav.navigator import Navigator
 from swarm_sim.radio import RadioConfig
 from swarm_sim.scene import Body, Box, Part, Scene, transform_from_xyz_rpy
@@ -22,6 +22,7 @@ from swarm_sim.world import World, WorldConfig
 from tests.standins.navigation import room, waffle
 
 WALL = 0.05  # [m] thick, one cell of the map
+COVERED = 1.3  # [m] from a dead robot within which its last request may cover a goal
 Rectangle = tuple[float, float, float, float]
 
 
@@ -41,10 +42,17 @@ def hall_scene(width: float, height: float, boxes: tuple[Rectangle, ...]) -> Sce
 
 @dataclass
 class Trial:
-    """One random situation: a hall with a box in it, robots, two goals for each."""
+    """One random situation: a hall with a box in it, robots, two goals for each.
+
+    Attributes:
+        seed: Of the situation and of the losses.
+        loss: Share of the beacons that are lost.
+        death: Tick from which the first robot does and says nothing more.
+    """
 
     seed: int
     loss: float = 0.0
+    death: int | None = None
     count: int = field(init=False)
 
     def __post_init__(self) -> None:
@@ -80,9 +88,9 @@ class Trial:
 
 @dataclass
 class Report:
-    """What happened: goals reached, contacts, the smallest gap between two held tubes."""
+    """What happened; `tube_gap` is the smallest distance [m] between two held tubes."""
 
-    reached: int
+    is_done: bool
     contacts: int
     tube_gap: float
     ticks: int
@@ -103,21 +111,45 @@ def run(trial: Trial, parameters: NavConfig | None = None, limit: int = 2500) ->
     reached = [0] * trial.count
     gap = math.inf
     send(robots, trial, reached, range(trial.count))
-    while world.tick < limit and sum(reached) < 2 * trial.count:
-        outputs = []
-        for robot, seen in zip(robots, world.observe(), strict=True):
+    while world.tick < limit and not is_done(trial, reached, world):
+        outputs: list[Output | None] = []
+        for index, (robot, seen) in enumerate(zip(robots, world.observe(), strict=True)):
+            if is_dead(trial, index, world.tick):
+                outputs.append(None)
+                continue
             robot.on_odom(seen.odom)
             robot.on_neighbors(seen.neighbors)
             outputs.append(robot.tick(world.tick))
         for index, output in enumerate(outputs):
-            for event in output.events:
+            for event in output.events if output is not None else ():
                 if isinstance(event, GoalEnded):
                     reached[index] += event.outcome is Outcome.SUCCEEDED
                     send(robots, trial, reached, [index])
-        gap = min(gap, smallest_gap([output.beacon for output in outputs]))
-        world.step([o.twist for o in outputs], [o.beacon for o in outputs])
+        gap = min(gap, smallest_gap([output.beacon for output in outputs if output is not None]))
+        world.step([o and o.twist for o in outputs], [o.beacon if o else None for o in outputs])
     verdict = world.verdict
-    return Report(sum(reached), verdict.robot_robot + verdict.robot_world, gap, world.tick)
+    contacts = verdict.robot_robot + verdict.robot_world
+    return Report(is_done(trial, reached, world), contacts, gap, world.tick)
+
+
+def is_dead(trial: Trial, index: int, tick: int) -> bool:
+    """Whether a robot has stopped to do anything."""
+    return index == 0 and trial.death is not None and tick >= trial.death
+
+
+def is_done(trial: Trial, reached: list[int], world: World) -> bool:
+    """Whether each living robot has reached its goals, except one that a dead robot covers."""
+    fallen = world.ground_truth()[0][0] if is_dead(trial, 0, world.tick) else None
+
+    def is_barred(index: int) -> bool:
+        if fallen is None:
+            return False
+        return any(goals[index].distance(fallen) < COVERED for goals in trial.goals)
+
+    return all(
+        count == 2 or is_dead(trial, index, world.tick) or is_barred(index)
+        for index, count in enumerate(reached)
+    )
 
 
 def send(robots: list[Navigator], trial: Trial, reached: list[int], who: Iterable[int]) -> None:

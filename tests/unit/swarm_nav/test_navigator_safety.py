@@ -127,6 +127,15 @@ def test_a_dead_robot_on_the_station_ends_the_goal_after_the_patience() -> None:
     assert one.distance(0, EAST) > 0.5
 
 
+def test_a_goal_counts_within_its_tolerance_where_a_dead_robot_bars_the_last_centimetres() -> None:
+    one = Squad(HALL, [START, Pose(6.78, 2.0, 0.0)])
+    one.run(30)
+    one.send(0, EAST)
+    one.run_until(lambda: bool(one.ended(0)), 400, dead=[1])
+    assert one.ended(0)[0].outcome is Outcome.SUCCEEDED
+    assert one.distance(0, EAST) <= 0.25
+
+
 def test_an_idle_robot_on_the_goal_makes_room() -> None:
     one = Squad(HALL, [START, EAST])
     one.send(0, EAST)

@@ -147,6 +147,13 @@ def test_a_gone_robot_keeps_all_that_it_held_and_requested() -> None:
     assert stop == 4
 
 
+def test_who_stands_in_what_a_gone_robot_requested_may_leave_it() -> None:
+    gone = other(-0.9, age=40, is_gone=True, priority=900, wanted=[(-0.4, 0.0), (-0.35, 0.0)])
+    assert grow(STRAIGHT, (0, 7, 7), me(), [gone])[0] == 7
+    ahead = other(0.9, age=40, is_gone=True, priority=900, wanted=[(0.4, 0.0), (0.35, 0.0)])
+    assert grow(STRAIGHT, (0, 7, 7), me(), [ahead])[0] == 0
+
+
 def test_who_makes_way_may_pass_by_the_slack_but_not_more() -> None:
     near = other(0.3, REACH - 0.015)
     nearer = other(0.3, REACH - 0.025)

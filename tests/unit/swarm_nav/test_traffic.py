@@ -22,7 +22,15 @@ def test_nobody_touches_and_everybody_arrives(seed: int, loss: float) -> None:
     report = run(trial)
     assert report.contacts == 0
     assert report.tube_gap >= HELD_GAP > HULL_CONTACT
-    assert report.reached == 2 * trial.count, report
+    assert report.is_done, report
+
+
+@pytest.mark.parametrize("seed", [7, 8, 19])
+def test_the_others_arrive_when_one_dies(seed: int) -> None:
+    report = run(Trial(seed, death=100), limit=1200)
+    assert report.contacts == 0
+    assert report.tube_gap >= HELD_GAP
+    assert report.is_done, report
 
 
 def test_equal_trials_run_equally() -> None:
