@@ -29,6 +29,12 @@ def _not_negative(owner: str, config: object, *names: str) -> None:
             raise ConfigError(f"{owner}{name} is {value}; it must be 0 or more")
 
 
+def _at_most(owner: str, config: object, name: str, limit: float) -> None:
+    value = getattr(config, name)
+    if value > limit:
+        raise ConfigError(f"{owner}{name} is {value}; it must be at most {limit}")
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ControllerConfig:
     """DWB's parameters (bare names, no prefix)."""
@@ -51,6 +57,7 @@ class ControllerConfig:
         """Refuse impossible values."""
         _positive("", self, "max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta", "sim_time")
         _positive("", self, "rotate_to_heading_angle", "corner_angle")
+        _at_most("", self, "sim_time", 10.0)
         _not_negative(
             "",
             self,
@@ -101,6 +108,7 @@ class CostmapConfig:
         _positive("costmap.", self, "inflation_radius", "cost_scaling_factor", "local_size")
         _positive("costmap.", self, "obstacle_max_range", "raytrace_max_range", "wall_clearance")
         _positive("costmap.", self, "scan_timeout")
+        _at_most("costmap.", self, "local_size", 50.0)
         _not_negative(
             "costmap.", self, "footprint_padding", "static_tolerance", "unknown_body_margin"
         )

@@ -101,6 +101,12 @@ def test_an_impossible_value_is_refused_with_its_name(name: str, value: Any) -> 
         config_from_parameters({name: value})
 
 
+@pytest.mark.parametrize("name", ["sim_time", "costmap.local_size"])
+def test_a_value_that_would_exhaust_the_memory_is_refused(name: str) -> None:
+    with pytest.raises(ConfigError, match=name.replace(".", r"\.")):
+        config_from_parameters({name: 1e7})
+
+
 def test_an_unknown_holding_mode_lists_the_known_ones() -> None:
     with pytest.raises(UnknownNameError, match=r"circuit"):
         config_from_parameters({"holding.mode": "circuits"})
