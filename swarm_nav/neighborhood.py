@@ -11,6 +11,17 @@ from swarm_nav.config import TrafficConfig
 
 MAX_SPEED = 0.52  # [m/s] at which two robots can part
 INITIAL_ROWS = 32
+CLAIM_COLUMNS = (
+    "id",
+    "radius",
+    "blocked_ticks",
+    "held",
+    "held_size",
+    "wanted",
+    "wanted_size",
+    "intent",
+    "intent_size",
+)
 
 
 class Neighborhood:
@@ -89,9 +100,7 @@ class Neighborhood:
         They are contiguous for any number of rows: a view of one field is so for one row only,
         and numba would compile the kernels a second time, in each robot.
         """
-        names = ("id", "radius", "blocked_ticks", "held", "held_size")
-        names += ("wanted", "wanted_size", "intent", "intent_size")
-        columns = [np.ascontiguousarray(self.beacons[name]) for name in names]
+        columns = [np.ascontiguousarray(self.beacons[name]) for name in CLAIM_COLUMNS]
         return (columns[0], self.ages, self.gone, self.priorities, *columns[1:])
 
     def row(self, robot_id: int) -> int | None:
