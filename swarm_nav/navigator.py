@@ -48,7 +48,6 @@ BEHAVIOR_KINDS = (GoalKind.SPIN, GoalKind.BACKUP, GoalKind.DRIVE_ON_HEADING, Goa
 REPLAN_PAUSE = 1.2  # [s] between replans of a blocked robot; shorter ones are never granted
 WATCHDOG_TIME = 4.0  # [s] with a claim but without motion
 WATCHDOG_MOTION = 0.06  # [m]
-BRAKE_POINTS = 2  # path points that a robot at full speed needs to stop
 DEADLOCK_TIME = 5.0  # [s] blocked that counts as a deadlock once it is over
 OBSTACLE_PATIENCE = 1.0  # [s] before another way around a sensed obstacle is looked for
 
@@ -271,7 +270,7 @@ class Navigator:
 
     def _stand(self) -> Twist:
         s = self._s
-        s.tube.release_ahead(BRAKE_POINTS)
+        s.tube.release_ahead(s.brake_points)
         s.tube.withdraw()
         if s.is_standing:
             s.tube.reset(s.pose)
@@ -339,7 +338,7 @@ class Navigator:
                 s.counters.goals_failed += 1
         self._lease.aim(None)
         if not self._right.is_yielding:
-            s.tube.release_ahead(BRAKE_POINTS)
+            s.tube.release_ahead(s.brake_points)
             s.tube.cut()
         self._events.append(GoalEnded(goal_id, outcome, s.tick, code, message, missed))
         self._switch(E.FINISHED)
@@ -446,7 +445,7 @@ class Navigator:
     def _settle(self, task: Task) -> Twist:
         """Stop within the tolerance and turn to the goal's heading."""
         s = self._s
-        s.tube.release_ahead(BRAKE_POINTS)
+        s.tube.release_ahead(s.brake_points)
         s.tube.cut()
         if abs(s.twist.vx) < 0.02:
             s.tube.reset(s.pose)
@@ -506,7 +505,7 @@ class Navigator:
         try:
             path = self._path_to(task)
             if self._turns_back(path):
-                s.tube.release_ahead(BRAKE_POINTS if s.twist.vx > 0.05 else 0)
+                s.tube.release_ahead(s.brake_points if s.twist.vx > 0.05 else 0)
                 path = self._path_to(task)
         except PlanError as error:
             task.is_planned = True
@@ -526,7 +525,7 @@ class Navigator:
     def _turns_back(self, path: FloatArray) -> bool:
         """Whether a plan from the stop point leads back along space that is still held."""
         tube = self._s.tube
-        if tube.stop - tube.near <= BRAKE_POINTS or len(path) < 3:
+        if tube.stop - tube.near <= self._s.brake_points or len(path) < 3:
             return False
         arriving = tube.points[tube.stop] - tube.points[tube.stop - 2]
         return float(arriving @ (path[2] - path[0])) < 0.0

@@ -11,9 +11,11 @@ from swarm_common.records import CONTROL_PERIOD, FloatArray, Pose, Twist
 from swarm_nav.config import NavConfig
 from swarm_nav.neighborhood import Neighborhood
 from swarm_nav.obstacles import ObstacleLayer
-from swarm_nav.planner import Planner
+from swarm_nav.planner import SPACING, Planner
 from swarm_nav.terrain import Terrain
 from swarm_nav.tube import Tube
+
+FEWEST_BRAKE_POINTS = 2  # path points kept ahead of a robot that gives up its claim
 
 
 @dataclass(slots=True)
@@ -72,6 +74,13 @@ class Situation:
     def reach(self, row: int) -> float:
         """Return the distance [m] that the own tube and a neighbour's keep."""
         return self.radius + float(self.hood.beacons[row]["radius"])
+
+    @property
+    def brake_points(self) -> int:
+        """Path points that the robot needs to stop, a control period of delay included."""
+        speed = abs(self.twist.vx)
+        way = speed * CONTROL_PERIOD + speed * speed / (2.0 * self.config.controller.acc_lim_x)
+        return max(FEWEST_BRAKE_POINTS, math.ceil(way / SPACING))
 
     @property
     def stop_point(self) -> tuple[float, float]:

@@ -143,13 +143,15 @@ class Squad:
         parameters: NavConfig | None = None,
         sites: Sites | None = None,
         first_tick: int = 0,
+        spec: RobotSpec | None = None,
     ) -> None:
         sites = sites or Sites()
         parameters = parameters or NavConfig()
         self.tick = first_tick
-        self.bodies = [Unicycle(pose) for pose in poses]
+        spec = spec or waffle()
+        self.bodies = [Unicycle(pose, spec=spec) for pose in poses]
         self.robots = [
-            Navigator(parameters, waffle(), grid, sites, index + 1, pose)
+            Navigator(parameters, spec, grid, sites, index + 1, pose)
             for index, pose in enumerate(poses)
         ]
         self.events: list[list[Event]] = [[] for _ in poses]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from swarm_common.records import Pose
 from swarm_common.sites import Sites
 from swarm_nav.goals import ErrorCode, GoalKind, Outcome
-from tests.standins.navigation import Squad, beacon, config, room
+from tests.standins.navigation import Squad, beacon, config, room, waffle
 
 HALL = room(8.0, 8.0)
 START = Pose(2.0, 2.0, 0.0)
@@ -35,6 +36,20 @@ def test_a_deaf_robot_stops_within_what_it_holds_and_goes_on_when_it_hears_again
     assert int(one.beacons[0]["wanted_size"]) == 0  # type: ignore[index]
     one.run_until(lambda: bool(one.ended(0)), 400)
     assert one.ended(0)[0].outcome is Outcome.SUCCEEDED
+
+
+@pytest.mark.parametrize(("speed", "brakes"), [(0.26, 1.0), (0.26, 0.3), (0.4, 0.8)])
+def test_a_robot_keeps_the_space_that_it_needs_to_stop(speed: float, brakes: float) -> None:
+    slow = dataclasses.replace(waffle(), acc_lim_x=brakes, max_vel_x=speed)
+    one = Squad(HALL, [START], config(max_vel_x=speed, acc_lim_x=brakes), spec=slow)
+    one.send(0, EAST)
+    one.run_until(lambda: one.bodies[0].twist.vx > 0.9 * speed, 100)
+    one.run(1, deaf=[0])
+    record = one.beacons[0]
+    assert record is not None
+    end = record["held"][record["held_size"] - 1]
+    one.run(20, deaf=[0])
+    assert one.bodies[0].pose.x <= end[0] + 0.005
 
 
 def test_after_long_deafness_a_robot_listens_before_it_claims() -> None:
