@@ -370,6 +370,7 @@ class Navigator:
         if is_yielding and self._task is not None:
             self._task.note_progress(self._s, True)
         if is_yielding and self._state is not State.YIELDING:
+            self._state_before_push = self._state
             self._switch(E.PUSHED)
         elif not is_yielding and self._state is State.YIELDING:
             self._resume()

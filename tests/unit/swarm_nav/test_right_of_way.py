@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from swarm_common.beacon import FLAG_ACTIVE, FLAG_STUCK
 from swarm_common.grid import Grid
-from swarm_common.records import Pose
+from swarm_common.records import Pose, Twist
 from swarm_nav.right_of_way import (
     CLASS_DONE,
     CLASS_DRIVING,
@@ -94,6 +94,14 @@ def test_a_robot_in_the_way_inherits_says_so_and_drives_to_a_refuge() -> None:
 def test_nobody_is_pushed_without_cause(changes: dict) -> None:
     _, right = pushed(MIDDLE, pushing(3.2, 4.0, **changes))
     assert not right.is_yielding
+
+
+@pytest.mark.parametrize(("ticks_blocked", "is_pushed"), [(3, False), (14, False), (15, True)])
+def test_who_drives_on_is_left_alone_for_a_while(ticks_blocked: int, is_pushed: bool) -> None:
+    s, right = situation(HALL, MIDDLE), RightOfWay()
+    s.twist = Twist(0.2, 0.0, 0.0)
+    hear(s, pushing(3.2, 4.0, blocked_ticks=ticks_blocked))
+    assert right.update(s) is is_pushed
 
 
 def test_a_gone_robot_pushes_nobody() -> None:
