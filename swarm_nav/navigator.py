@@ -75,7 +75,7 @@ class Navigator:
         self._lease = Lease()
         self._right = RightOfWay()
         self._s = self._situation(config, grid, robot_id, initial_pose_map)
-        self._state = self._state_before_push = State.IDLE
+        self._state = State.IDLE
         self._pending: Goal | None = None
         self._task: Task | None = None
         self._behavior: Behavior | None = None
@@ -239,9 +239,8 @@ class Navigator:
             self._extend()
         self._is_hearing = False
         events, self._events = tuple(self._events), []
-        rank = self._state if self._state is not State.YIELDING else self._state_before_push
         beacon = compose_beacon(
-            s, self.spec, rank, self._right, self._lease, self._holding,
+            s, self.spec, self._state, self._right, self._lease, self._holding,
             self._last_goal_tick, self._has_goal, self.is_active,
         )  # fmt: skip
         self._own_held = beacon["held"][: beacon["held_size"]].copy()
@@ -370,7 +369,6 @@ class Navigator:
         if is_yielding and self._task is not None:
             self._task.note_progress(self._s, True)
         if is_yielding and self._state is not State.YIELDING:
-            self._state_before_push = self._state
             self._switch(E.PUSHED)
         elif not is_yielding and self._state is State.YIELDING:
             self._resume()

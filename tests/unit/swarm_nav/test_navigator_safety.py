@@ -11,7 +11,6 @@ import pytest
 from swarm_common.records import Pose
 from swarm_common.sites import Sites
 from swarm_nav.goals import ErrorCode, GoalKind, Outcome
-from swarm_nav.right_of_way import CLASS_HOLDING, base_priority
 from tests.standins.navigation import Squad, beacon, config, room, waffle
 
 HALL = room(8.0, 8.0)
@@ -273,24 +272,3 @@ def test_a_parked_robot_keeps_its_way_to_a_refuge_from_the_first_tick() -> None:
     one.run(3)
     assert one.robots[0].status().state == "yielding"
     assert len(one.robots[0].plan_map()) > 3
-
-
-def test_a_holding_robot_keeps_its_class_while_it_makes_way() -> None:
-    waiting = base_priority(CLASS_HOLDING, 0, 1)
-    one = Squad(HALL, [Pose(4.0, 0.8, 0.0)], config(holding__mode="park"))
-    one.extra_beacons = [
-        beacon(k, k - 0.5, 7.0, station=(4.0, 4.0), station_tick=1) for k in (3, 4, 5)
-    ]
-    one.send(0, Pose(4.0, 4.0, 0.0))
-    one.run_until(lambda: one.robots[0].status().state == "holding", 300)
-    one.run(150)
-    assert one.robots[0]._s.priority == waiting
-    here = one.bodies[0].pose
-    way = [(here.x - 0.75 + 0.1 * k, here.y) for k in range(31)]
-    pusher = beacon(2, *way[0], intent=way, wanted=way[:4], blocked_by=1, blocked_ticks=20)
-    low = waiting + 64_000
-    pusher["priority"] = (low >> 32, low & 0xFFFFFFFF)
-    one.extra_beacons.append(pusher)
-    one.run(3)
-    assert one.robots[0].status().state == "yielding"
-    assert one.robots[0]._s.priority == low - 1
