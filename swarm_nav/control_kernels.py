@@ -88,13 +88,40 @@ def length_between(path, start, end, x, y):
 
 
 @njit(cache=True)
-def best_twist(pose, twist, path, v_limit, limits, samples, horizon, scales, arc):
+def held_gap(path, held, x, y):
+    """Distance [m] of (x, y) to the polyline of the first `held` + 1 points."""
+    best = (path[0, 0] - x) ** 2 + (path[0, 1] - y) ** 2
+    for j in range(held):
+        ax = path[j + 1, 0] - path[j, 0]
+        ay = path[j + 1, 1] - path[j, 1]
+        length = max(ax * ax + ay * ay, 1e-12)
+        t = min(max(((x - path[j, 0]) * ax + (y - path[j, 1]) * ay) / length, 0.0), 1.0)
+        dx = path[j, 0] + t * ax - x
+        dy = path[j, 1] + t * ay - y
+        best = min(best, dx * dx + dy * dy)
+    return math.sqrt(best)
+
+
+@njit(cache=True)
+def stops_inside(pose, speed, v, w, v_acc, path, held, reach):
+    """Whether braking after one period of (v, w) ends within `reach` of the held polyline."""
+    s = 0.5 * (speed + v) * STEP + v * v / (2.0 * v_acc)
+    yaw = pose[2] + 0.5 * w * STEP
+    gap = held_gap(path, held, pose[0] + s * math.cos(yaw), pose[1] + s * math.sin(yaw))
+    return gap <= reach
+
+
+@njit(cache=True)
+def best_twist(pose, twist, path, inside, limits, samples, horizon, scales, arc):
     """Return (v, w, cost) of the admissible twist with the smallest critics' sum.
 
-    pose = (x, y, yaw), twist = (v, w) now; path (n, 2) from the robot on; v_limit [m/s] lets the
-    robot stop inside its tube; limits = (v_max, w_max, v_acc, w_acc); samples = (nv, nw); scales =
-    (path, goal, align, oscillation). `arc` (steps, 3) receives the poses of the best rollout.
+    pose = (x, y, yaw), twist = (v, w) now; path (n, 2) from the robot on. inside = (v_limit, held,
+    tolerance): a twist is admissible if v <= v_limit [m/s] and if braking after it ends within the
+    tolerance [m] of the first `held` + 1 points, or no further away than now. limits = (v_max,
+    w_max, v_acc, w_acc); samples = (nv, nw); scales = (path, goal, align, oscillation). `arc`
+    (steps, 3) receives the poses of the best rollout.
     """
+    v_limit, held, tolerance = inside
     v_max, w_max, v_acc, w_acc = limits
     nv, nw = samples
     steps = arc.shape[0]
@@ -109,6 +136,7 @@ def best_twist(pose, twist, path, v_limit, limits, samples, horizon, scales, arc
         total += math.hypot(path[j + 1, 0] - path[j, 0], path[j + 1, 1] - path[j, 1])
     start = along(path, 0, pose[0], pose[1])
     wish = min(v_max * horizon, max(total - start, 1e-3))
+    reach = max(tolerance, held_gap(path, held, pose[0], pose[1]))
     best = 1e20
     best_v = v_low
     best_w = 0.0
@@ -130,7 +158,7 @@ def best_twist(pose, twist, path, v_limit, limits, samples, horizon, scales, arc
                 + scales[2] * turn * turn
                 + scales[3] * abs(w - twist[1])
             )
-            if cost < best:
+            if cost < best and stops_inside(pose, twist[0], v, w, v_acc, path, held, reach):
                 best = cost
                 best_v = v
                 best_w = w

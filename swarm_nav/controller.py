@@ -18,6 +18,7 @@ from swarm_nav.tube import Tube
 
 LOOKAHEAD = 3  # path points to the one that the heading error is measured to
 WINDOW = 12  # path points that the rollouts are scored on
+TUBE_TOLERANCE = 0.035  # [m] from the held polyline within which braking must end
 ARRIVED = 0.03  # [m] from a corner or the end at which the robot stands on it
 ALIGNED = 0.05  # [rad] heading error at which turning on the spot ends
 ALIGNED_RATE = 0.4  # [rad/s] at which it may end
@@ -99,7 +100,7 @@ class Controller:
             (pose.x, pose.y, pose.yaw),
             (max(0.0, twist.vx), twist.wz),
             window,
-            v_limit,
+            (v_limit, max(0, end - first), TUBE_TOLERANCE),
             (config.max_vel_x, config.max_vel_theta, acc, config.acc_lim_theta),
             (config.vx_samples, config.vtheta_samples),
             config.sim_time,

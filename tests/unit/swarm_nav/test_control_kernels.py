@@ -70,7 +70,7 @@ def best(
 ) -> tuple[float, float, np.ndarray]:
     arc = np.empty((STEPS, 3))
     v, w, _ = kernels.best_twist(
-        (0.0, 0.0, yaw), (v, w), path, v_limit, LIMITS,
+        (0.0, 0.0, yaw), (v, w), path, (v_limit, len(path) - 1, 0.035), LIMITS,
         (DEFAULT.vx_samples, DEFAULT.vtheta_samples), DEFAULT.sim_time, SCALES, arc,
     )  # fmt: skip
     return v, w, arc
