@@ -186,9 +186,7 @@ def test_intermediate_poses_are_driven_through() -> None:
 
 def detour() -> np.ndarray:
     legs = [(2.0, 2.0), (2.0, 5.5), (5.5, 5.5), (5.5, 2.0)]
-    pieces = [
-        np.linspace(a, b, 70, endpoint=False) for a, b in itertools.pairwise(legs)
-    ]
+    pieces = [np.linspace(a, b, 70, endpoint=False) for a, b in itertools.pairwise(legs)]
     return np.vstack((*pieces, legs[-1]))
 
 

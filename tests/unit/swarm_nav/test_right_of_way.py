@@ -188,9 +188,7 @@ def test_who_is_blocked_on_the_way_to_its_refuge_for_long_is_stuck() -> None:
     assert not s.is_stuck
 
 
-def blocked_by_a_stuck_one(
-    flags: int = STUCK, blocked: int = 16
-) -> tuple[Situation, RightOfWay]:
+def blocked_by_a_stuck_one(flags: int = STUCK, blocked: int = 16) -> tuple[Situation, RightOfWay]:
     s, right = situation(HALL, MIDDLE), RightOfWay()
     s.blocked_by, s.blocked_ticks = 2, blocked
     hear(s, beacon(2, 4.7, 4.0, flags=flags))
