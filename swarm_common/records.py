@@ -129,3 +129,9 @@ class RobotSpec:
     def circumscribed_radius(self) -> float:
         """Largest distance of a footprint corner from base_footprint."""
         return max(math.hypot(x, y) for x, y in self.footprint)
+
+    @property
+    def inscribed_radius(self) -> float:
+        """Smallest distance of a footprint side from base_footprint."""
+        sides = zip(self.footprint, (*self.footprint[1:], self.footprint[0]), strict=True)
+        return min(abs(a[0] * b[1] - a[1] * b[0]) / math.dist(a, b) for a, b in sides)

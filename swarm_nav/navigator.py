@@ -20,7 +20,6 @@ from swarm_nav.controller import Controller
 from swarm_nav.costmap import Costmap
 from swarm_nav.goals import (
     ErrorCode,
-    Event,
     Feedback,
     Goal,
     GoalEnded,
@@ -33,16 +32,11 @@ from swarm_nav.goals import (
 )
 from swarm_nav.holding import HoldingPattern, Lease
 from swarm_nav.localisation import OdometryLocaliser
-from swarm_nav.neighborhood import Neighborhood
-from swarm_nav.obstacles import ObstacleLayer
-from swarm_nav.planner import Planner, path_length
 from swarm_nav.right_of_way import RightOfWay
-from swarm_nav.situation import Counters, Situation
+from swarm_nav.situation import begin
 from swarm_nav.states import Event as E
 from swarm_nav.states import State, next_state
 from swarm_nav.task import Task
-from swarm_nav.terrain import terrain_for
-from swarm_nav.tube import Tube
 
 BEHAVIOR_KINDS = (GoalKind.SPIN, GoalKind.BACKUP, GoalKind.DRIVE_ON_HEADING, GoalKind.WAIT)
 REPLAN_PAUSE = 1.2  # [s] between replans of a blocked robot; shorter ones are never granted
@@ -74,43 +68,20 @@ class Navigator:
         self._holding = HoldingPattern(sites.circuits, stations)
         self._lease = Lease()
         self._right = RightOfWay()
-        self._s = self._situation(config, grid, robot_id, initial_pose_map)
+        self._s = begin(config, spec, grid, robot_id, initial_pose_map)
         self._state = State.IDLE
         self._pending: Goal | None = None
         self._task: Task | None = None
         self._behavior: Behavior | None = None
         self._is_recovery = False
-        self._events: list[Event] = []
         self._is_hearing = False
         self._deaf_ticks = 0
-        self._active_tick = 0
         self._scan_tick = -1
         self._last_goal_tick = 0
         self._holding_since = 0
         self._watch_pose = initial_pose_map
         self._watch_tick = 0
         self._own_held: np.ndarray = np.zeros((1, 2), np.float32)
-
-    def _situation(self, config: NavConfig, grid: Grid, robot_id: int, pose: Pose) -> Situation:
-        body = self.spec.circumscribed_radius
-        terrain = terrain_for(grid, config.planner, config.costmap, body)
-        traffic = config.traffic
-        tube = Tube(pose, traffic.confirmations, traffic.held_length, traffic.wanted_length)
-        tube.corner_angle = config.controller.corner_angle
-        return Situation(
-            robot_id=robot_id,
-            config=config,
-            body_radius=body,
-            radius=body + traffic.safety_margin,
-            terrain=terrain,
-            planner=Planner(terrain, config.planner, config.costmap),
-            hood=Neighborhood(robot_id, traffic),
-            obstacles=ObstacleLayer(config.costmap, self.spec.lidar),
-            tube=tube,
-            pose=pose,
-            twist=Twist(),
-            counters=Counters(),
-        )
 
     # --- what the robot is told ---
 
@@ -155,7 +126,7 @@ class Navigator:
         self._localiser.on_scan(scan)
         self._scan_tick = scan.tick
         s = self._s
-        if scan.tick - self._active_tick > s.config.traffic.listen_ticks // 2:
+        if scan.tick - self._s.listening_since > s.config.traffic.listen_ticks // 2:
             s.obstacles.update(scan, s.pose, s.terrain, s.hood)
 
     def on_neighbors(self, beacons: BeaconArray) -> None:
@@ -171,31 +142,18 @@ class Navigator:
 
     def load_map(self, grid: Grid) -> None:
         """Take another map."""
-        s = self._s
-        s.terrain = terrain_for(grid, s.config.planner, s.config.costmap, s.body_radius)
-        s.planner = Planner(s.terrain, s.config.planner, s.config.costmap)
-        s.tube.cut()
+        self._s.load_map(grid)
 
     def reconfigure(self, config: NavConfig) -> None:
         """Take new parameters, effective from the next tick."""
-        s = self._s
-        is_new_terrain = (config.planner, config.costmap) != (s.config.planner, s.config.costmap)
-        s.config = config
-        s.radius = s.body_radius + config.traffic.safety_margin
         self._controller.configure(config.controller)
-        s.hood.configure(config.traffic)
-        s.obstacles.configure(config.costmap)
-        traffic = config.traffic
-        s.tube.configure(traffic.confirmations, traffic.held_length, traffic.wanted_length)
-        s.tube.corner_angle = config.controller.corner_angle
-        if is_new_terrain:
-            self.load_map(s.terrain.grid)
+        self._s.configure(config)
 
     def activate(self) -> None:
         """Start to navigate; listens first."""
         if not self.is_active:
             self.is_active = True
-            self._active_tick = self._s.tick
+            self._s.listening_since = self._s.tick
             self._s.tube.reset(self._s.pose)
 
     def deactivate(self) -> None:
@@ -222,7 +180,7 @@ class Navigator:
         """Decide; call once per control tick after the observations of that tick."""
         s = self._s
         if s.tick == 0 and tick > 1:
-            self._active_tick = tick  # a navigator that joins late listens first
+            s.listening_since = tick  # a navigator that joins late listens first
         s.tick = tick
         s.hood.refresh(tick)
         self._begin_pending()
@@ -238,7 +196,7 @@ class Navigator:
             twist = self._act()
             self._extend()
         self._is_hearing = False
-        events, self._events = tuple(self._events), []
+        events, s.events = tuple(s.events), []
         beacon = compose_beacon(
             s, self.spec, self._state, self._right, self._lease, self._holding,
             self._last_goal_tick, self._has_goal, self.is_active,
@@ -258,7 +216,7 @@ class Navigator:
             self._deaf_ticks += 1
             return
         if self._deaf_ticks > self._s.config.traffic.lost_ticks:
-            self._active_tick = self._s.tick
+            self._s.listening_since = self._s.tick
         self._deaf_ticks = 0
 
     def _must_stop(self) -> bool:
@@ -286,7 +244,7 @@ class Navigator:
                 self._holding_since = self._s.tick
                 self._holding.enter(self._s)
             self._state = new
-            self._events.append(StateChanged(new.value, self._s.tick))
+            self._s.events.append(StateChanged(new.value, self._s.tick))
 
     # --- goals ---
 
@@ -339,7 +297,7 @@ class Navigator:
         if not self._right.is_yielding:
             s.tube.release_ahead(s.brake_points)
             s.tube.cut()
-        self._events.append(GoalEnded(goal_id, outcome, s.tick, code, message, missed))
+        self._s.events.append(GoalEnded(goal_id, outcome, s.tick, code, message, missed))
         self._switch(E.FINISHED)
 
     def _target_reached(self) -> None:
@@ -541,7 +499,7 @@ class Navigator:
 
     def _check_progress(self, task: Task) -> None:
         s = self._s
-        is_excused = s.blocked_ticks > 0 or s.tick - self._active_tick < 2 * (
+        is_excused = s.blocked_ticks > 0 or s.tick - self._s.listening_since < 2 * (
             s.config.traffic.listen_ticks
         )
         task.note_progress(s, is_excused)
@@ -580,7 +538,7 @@ class Navigator:
         tube = s.tube
         traffic = s.config.traffic
         span = tube.span
-        is_listening = s.tick - self._active_tick < traffic.listen_ticks
+        is_listening = s.tick - self._s.listening_since < traffic.listen_ticks
         if is_listening or span[1] <= span[0]:
             s.blocked_ticks = s.obstacle_ticks = 0
             s.blocked_by = 0
@@ -678,33 +636,16 @@ class Navigator:
 
     def global_costmap(self) -> Costmap:
         """Return the costmap of the whole map."""
-        return costmaps.compose(self._s, self._inscribed_radius, None)
+        return costmaps.compose(self._s, self.spec.inscribed_radius, None)
 
     def local_costmap(self) -> Costmap:
         """Return the rolling costmap around the robot."""
         size = self._s.config.costmap.local_size
-        return costmaps.compose(self._s, self._inscribed_radius, size)
-
-    @property
-    def _inscribed_radius(self) -> float:
-        corners = np.array(self.spec.footprint)
-        sides = np.roll(corners, -1, axis=0) - corners
-        cross = corners[:, 0] * sides[:, 1] - corners[:, 1] * sides[:, 0]
-        return float(np.min(np.abs(cross) / np.hypot(sides[:, 0], sides[:, 1])))
+        return costmaps.compose(self._s, self.spec.inscribed_radius, size)
 
     def distance_remaining(self) -> float:
         """Return the path length [m] to the goal in hand, 0 without one."""
-        task = self._task
-        if task is None:
-            return 0.0
-        s = self._s
-        rest = s.tube.length_ahead()
-        end = s.tube.points[-1]
-        rest += math.dist(end, task.place)
-        if task.goal.kind is GoalKind.THROUGH:
-            poses = [(p.x, p.y) for p in task.goal.poses_map[task.index :]]
-            rest += path_length(np.array(poses))
-        return rest
+        return 0.0 if self._task is None else self._task.distance_remaining(self._s)
 
     def feedback(self) -> Feedback | None:
         """Return the progress of the goal in hand, None without one."""

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from swarm_common.records import CONTROL_PERIOD, FloatArray, Pose, Twist
+from swarm_common.grid import Grid
+from swarm_common.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec, Twist
 from swarm_nav.config import NavConfig
+from swarm_nav.goals import Event
 from swarm_nav.neighborhood import Neighborhood
 from swarm_nav.obstacles import ObstacleLayer
 from swarm_nav.planner import SPACING, Planner
-from swarm_nav.terrain import Terrain
+from swarm_nav.terrain import Terrain, terrain_for
 from swarm_nav.tube import Tube
 
 FEWEST_BRAKE_POINTS = 2  # path points kept ahead of a robot that gives up its claim
@@ -34,7 +36,7 @@ class Counters:
 
 @dataclass(slots=True)
 class Situation:
-    """Mutable state of one robot, written by `Navigator` and read by its parts.
+    """Mutable state of one robot, shared by the parts of its navigator.
 
     Attributes:
         radius: [m] safety radius: the circumscribed one plus the margin.
@@ -43,6 +45,8 @@ class Situation:
         blocked_by: Id of that robot, 0 for none.
         yields_for: Id of the robot that is made way for, 0 for none.
         priority: As published in the last beacon.
+        listening_since: Tick since which the radio is heard without a gap.
+        events: What happened since the last output, in order.
     """
 
     robot_id: int
@@ -66,6 +70,27 @@ class Situation:
     has_grown: bool = False
     priority: int = 0
     last_plan_tick: int = -1000
+    listening_since: int = 0
+    events: list[Event] = field(default_factory=list)
+
+    def load_map(self, grid: Grid) -> None:
+        """Take another map; the path on the old one ends at the stop point."""
+        config = self.config
+        self.terrain = terrain_for(grid, config.planner, config.costmap, self.body_radius)
+        self.planner = Planner(self.terrain, config.planner, config.costmap)
+        self.tube.cut()
+
+    def configure(self, config: NavConfig) -> None:
+        """Take new parameters and hand them to every layer."""
+        old, self.config = self.config, config
+        traffic = config.traffic
+        self.radius = self.body_radius + traffic.safety_margin
+        self.hood.configure(traffic)
+        self.obstacles.configure(config.costmap)
+        self.tube.configure(traffic.confirmations, traffic.held_length, traffic.wanted_length)
+        self.tube.corner_angle = config.controller.corner_angle
+        if (config.planner, config.costmap) != (old.planner, old.costmap):
+            self.load_map(self.terrain.grid)
 
     def ticks(self, seconds: float) -> int:
         """Return a duration in control ticks."""
@@ -105,3 +130,28 @@ class Situation:
     def obstacle_points(self) -> FloatArray:
         """Return the unexplained points (k, 2) in map."""
         return np.ascontiguousarray(self.obstacles.points)
+
+
+def begin(
+    config: NavConfig, spec: RobotSpec, grid: Grid, robot_id: int, pose_map: Pose
+) -> Situation:
+    """Return the situation of a robot that stands at a pose and knows of nobody yet."""
+    body = spec.circumscribed_radius
+    terrain = terrain_for(grid, config.planner, config.costmap, body)
+    traffic = config.traffic
+    tube = Tube(pose_map, traffic.confirmations, traffic.held_length, traffic.wanted_length)
+    tube.corner_angle = config.controller.corner_angle
+    return Situation(
+        robot_id=robot_id,
+        config=config,
+        body_radius=body,
+        radius=body + traffic.safety_margin,
+        terrain=terrain,
+        planner=Planner(terrain, config.planner, config.costmap),
+        hood=Neighborhood(robot_id, traffic),
+        obstacles=ObstacleLayer(config.costmap, spec.lidar),
+        tube=tube,
+        pose=pose_map,
+        twist=Twist(),
+        counters=Counters(),
+    )

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from swarm_common.records import FloatArray, Pose, wrap_angle
 from swarm_nav.given_path import GivenPath
 from swarm_nav.goals import Goal, GoalKind
+from swarm_nav.planner import path_length
 from swarm_nav.situation import Situation
 
 STOP_SHARE = 0.8  # of the tolerances at which the robot settles
@@ -69,6 +72,15 @@ class Task:
     def poses_remaining(self) -> int:
         """Number of poses not reached yet."""
         return len(self.goal.poses_map) - self.index
+
+    def distance_remaining(self, situation: Situation) -> float:
+        """Return the path length [m] to the last pose driven to without a stop."""
+        rest = situation.tube.length_ahead()
+        rest += math.dist(situation.tube.points[-1], self.place)
+        if self.goal.kind is GoalKind.THROUGH:
+            poses = [(p.x, p.y) for p in self.goal.poses_map[self.index :]]
+            rest += path_length(np.array(poses))
+        return rest
 
     def next_target(self, tick: int) -> bool:
         """Go on to the next target; False if there is none."""

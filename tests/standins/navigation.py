@@ -18,12 +18,8 @@ from swarm_common.sites import Sites
 from swarm_nav.config import NavConfig, config_from_parameters
 from swarm_nav.goals import Event, Goal, GoalEnded, GoalKind
 from swarm_nav.navigator import Navigator
-from swarm_nav.neighborhood import Neighborhood
-from swarm_nav.obstacles import ObstacleLayer
-from swarm_nav.planner import Planner
-from swarm_nav.situation import Counters, Situation
-from swarm_nav.terrain import terrain_for
-from swarm_nav.tube import Tube, padded
+from swarm_nav.situation import Situation, begin
+from swarm_nav.tube import padded
 
 RADIUS = 0.285  # [m] safety radius of a waffle with the default margin
 SUBSTEPS = 10
@@ -56,25 +52,9 @@ def situation(
     grid: Grid, pose: Pose, robot_id: int = 1, parameters: NavConfig | None = None
 ) -> Situation:
     """Return the situation of a robot that stands in a room and has listened long enough."""
-    parameters = parameters or NavConfig()
-    body = waffle().circumscribed_radius
-    terrain = terrain_for(grid, parameters.planner, parameters.costmap, body)
-    traffic = parameters.traffic
-    return Situation(
-        robot_id=robot_id,
-        config=parameters,
-        body_radius=body,
-        radius=body + traffic.safety_margin,
-        terrain=terrain,
-        planner=Planner(terrain, parameters.planner, parameters.costmap),
-        hood=Neighborhood(robot_id, traffic),
-        obstacles=ObstacleLayer(parameters.costmap, waffle().lidar),
-        tube=Tube(pose, traffic.confirmations, traffic.held_length, traffic.wanted_length),
-        pose=pose,
-        twist=Twist(),
-        counters=Counters(),
-        tick=100,
-    )
+    s = begin(parameters or NavConfig(), waffle(), grid, robot_id, pose)
+    s.tick = 100
+    return s
 
 
 def beacon(robot_id: int, x: float, y: float, **fields: Any) -> np.void:
