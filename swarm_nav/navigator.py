@@ -12,9 +12,10 @@ from swarm_common.grid import Grid
 from swarm_common.records import CONTROL_PERIOD, FloatArray, Odometry, Pose, RobotSpec, Scan, Twist
 from swarm_common.sites import Sites
 from swarm_nav import costmap as costmaps
-from swarm_nav import crowd, tube_kernels
+from swarm_nav import crowd
 from swarm_nav.announcement import compose_beacon, compose_status
 from swarm_nav.behaviors import Behavior, recovery_goal
+from swarm_nav.claim import Claim
 from swarm_nav.config import NavConfig
 from swarm_nav.controller import Controller
 from swarm_nav.costmap import Costmap
@@ -33,6 +34,7 @@ from swarm_nav.goals import (
 from swarm_nav.holding import HoldingPattern, Lease
 from swarm_nav.localisation import OdometryLocaliser
 from swarm_nav.right_of_way import RightOfWay
+from swarm_nav.senses import Senses
 from swarm_nav.situation import begin
 from swarm_nav.states import Event as E
 from swarm_nav.states import State, next_state
@@ -40,9 +42,6 @@ from swarm_nav.task import Task
 
 BEHAVIOR_KINDS = (GoalKind.SPIN, GoalKind.BACKUP, GoalKind.DRIVE_ON_HEADING, GoalKind.WAIT)
 REPLAN_PAUSE = 1.2  # [s] between replans of a blocked robot; shorter ones are never granted
-WATCHDOG_TIME = 4.0  # [s] with a claim but without motion
-WATCHDOG_MOTION = 0.06  # [m]
-DEADLOCK_TIME = 5.0  # [s] blocked that counts as a deadlock once it is over
 OBSTACLE_PATIENCE = 1.0  # [s] before another way around a sensed obstacle is looked for
 
 
@@ -74,14 +73,10 @@ class Navigator:
         self._task: Task | None = None
         self._behavior: Behavior | None = None
         self._is_recovery = False
-        self._is_hearing = False
-        self._deaf_ticks = 0
-        self._scan_tick = -1
+        self._senses = Senses(self._s)
+        self._claim = Claim(self._s)
         self._last_goal_tick = 0
         self._holding_since = 0
-        self._watch_pose = initial_pose_map
-        self._watch_tick = 0
-        self._own_held: np.ndarray = np.zeros((1, 2), np.float32)
 
     # --- what the robot is told ---
 
@@ -124,15 +119,11 @@ class Navigator:
     def on_scan(self, scan: Scan) -> None:
         """Take a scan."""
         self._localiser.on_scan(scan)
-        self._scan_tick = scan.tick
-        s = self._s
-        if scan.tick - self._s.listening_since > s.config.traffic.listen_ticks // 2:
-            s.obstacles.update(scan, s.pose, s.terrain, s.hood)
+        self._senses.on_scan(scan)
 
     def on_neighbors(self, beacons: BeaconArray) -> None:
         """Take the radio's batch of this tick, which may be empty."""
-        self._is_hearing = True
-        self._s.hood.receive(beacons, self._s.pose.x, self._s.pose.y)
+        self._senses.on_neighbors(beacons)
 
     def on_initial_pose(self, pose_map: Pose) -> None:
         """Take a pose from the operator; claims made at the old one are dropped."""
@@ -185,53 +176,34 @@ class Navigator:
         s.hood.refresh(tick)
         self._begin_pending()
         self._lease.update(s)
-        self._note_deafness()
-        if self._must_stop():
-            twist = self._stand()
+        if self._senses.update() and self.is_active:
+            twist = self._drive()
         else:
-            self._check_held_space()
-            self._watch()
-            is_yielding = self._right.update(s)
-            self._follow_yielding(is_yielding)
-            twist = self._act()
-            self._extend()
-        self._is_hearing = False
+            self._claim.retract()
+            twist = self._controller.stop(s.twist)
         events, s.events = tuple(s.events), []
         beacon = compose_beacon(
             s, self.spec, self._state, self._right, self._lease, self._holding,
             self._last_goal_tick, self._has_goal, self.is_active,
         )  # fmt: skip
-        self._own_held = beacon["held"][: beacon["held_size"]].copy()
+        self._claim.note_published(beacon)
         if self._state is State.HOLDING:
             s.counters.hold_ticks += 1
         return Output(twist, beacon, events)
 
+    def _drive(self) -> Twist:
+        """Choose the twist inside the held space, then let that space grow."""
+        self._claim.guard()
+        if self._claim.drop_if_unused() and self._task is not None:
+            self._task.is_planned = False
+        self._follow_yielding(self._right.update(self._s))
+        twist = self._act()
+        self._claim.extend()
+        return twist
+
     @property
     def _has_goal(self) -> bool:
         return self._task is not None or (self._behavior is not None and not self._is_recovery)
-
-    def _note_deafness(self) -> None:
-        """Listen anew after a silence in which robots may have come near unheard."""
-        if not self._is_hearing:
-            self._deaf_ticks += 1
-            return
-        if self._deaf_ticks > self._s.config.traffic.lost_ticks:
-            self._s.listening_since = self._s.tick
-        self._deaf_ticks = 0
-
-    def _must_stop(self) -> bool:
-        """Whether data is missing: no batch of neighbours, or scans stopped coming."""
-        timeout = self._s.ticks(self._s.config.costmap.scan_timeout)
-        is_blind = self._scan_tick >= 0 and self._s.tick - self._scan_tick > timeout
-        return not self.is_active or not self._is_hearing or is_blind
-
-    def _stand(self) -> Twist:
-        s = self._s
-        s.tube.release_ahead(s.brake_points)
-        s.tube.withdraw()
-        if s.is_standing:
-            s.tube.reset(s.pose)
-        return self._controller.stop(s.twist)
 
     def _switch(self, event: E) -> None:
         new = next_state(self._state, event)
@@ -529,84 +501,6 @@ class Navigator:
         self._is_recovery = goal is not None
         self._behavior = Behavior(goal, s) if goal is not None else None
         self._switch(E.NO_PROGRESS)
-
-    # --- space ---
-
-    def _extend(self) -> None:
-        """Let the tube grow by what the neighbours leave."""
-        s = self._s
-        tube = s.tube
-        traffic = s.config.traffic
-        span = tube.span
-        is_listening = s.tick - self._s.listening_since < traffic.listen_ticks
-        if is_listening or span[1] <= span[0]:
-            s.blocked_ticks = s.obstacle_ticks = 0
-            s.blocked_by = 0
-            return
-        stop, reason, row = tube_kernels.extend(
-            tube.points,
-            span,
-            (s.radius, s.priority, s.robot_id, s.yields_for),
-            self._own_held,
-            len(self._own_held),
-            (
-                traffic.confirmations,
-                traffic.wanted_length,
-                traffic.push_ticks,
-                traffic.yield_slack,
-            ),
-            (s.obstacle_points(), s.obstacle_clearance),
-            s.hood.claims(),
-        )
-        grown = stop > tube.stop
-        s.has_grown = grown
-        tube.stop = stop
-        self._note_block(reason, row, grown)
-
-    def _note_block(self, reason: int, row: int, grown: bool) -> None:
-        s = self._s
-        is_robot = reason in (tube_kernels.ROBOT, tube_kernels.RIGHT_OF_WAY)
-        s.obstacle_ticks = s.obstacle_ticks + 1 if reason == tube_kernels.OBSTACLE else 0
-        if is_robot and not grown:
-            s.blocked_ticks += 1
-            s.blocked_by = int(s.hood.ids[row])
-            if int(s.hood.beacons[row]["yields_for"]) == s.robot_id:
-                s.tube.withdraw()
-        elif grown or reason != tube_kernels.UNCONFIRMED:
-            if s.blocked_ticks > s.ticks(DEADLOCK_TIME):
-                s.counters.deadlocks_resolved += 1
-            s.blocked_ticks = 0
-            s.blocked_by = 0
-
-    def _check_held_space(self) -> None:
-        """Shrink the tube before anything that the LiDAR sees in it."""
-        s = self._s
-        tube = s.tube
-        points = s.obstacle_points()
-        if len(points) == 0:
-            return
-        held = tube.points[tube.near : tube.stop + 1]
-        gaps = np.hypot(
-            held[:, None, 0] - points[None, :, 0], held[:, None, 1] - points[None, :, 1]
-        ).min(axis=1)
-        bad = np.flatnonzero((gaps < s.obstacle_clearance) & (gaps <= gaps[0]))
-        bad = bad[bad > 0]
-        if len(bad):
-            tube.release_ahead(max(0, int(bad[0]) - 1))
-            s.obstacle_ticks += 1
-
-    def _watch(self) -> None:
-        """Drop claims that are not being driven, whatever the reason."""
-        s = self._s
-        is_moving = s.pose.distance(self._watch_pose) > WATCHDOG_MOTION
-        if is_moving or s.tube.stop <= s.tube.near:
-            self._watch_pose = s.pose
-            self._watch_tick = s.tick
-        elif s.tick - self._watch_tick > s.ticks(WATCHDOG_TIME) and abs(s.twist.vx) < 0.02:
-            self._watch_tick = s.tick
-            s.tube.reset(s.pose)
-            if self._task is not None:
-                self._task.is_planned = False
 
     # --- what the robot tells ---
 

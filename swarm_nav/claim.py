@@ -1,0 +1,110 @@
+"""The robot's claim to space: extends, guards and gives up the held tube, tick by tick."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from swarm_nav import tube_kernels
+from swarm_nav.situation import Situation
+
+WATCHDOG_TIME = 4.0  # [s] with a claim but without motion
+WATCHDOG_MOTION = 0.06  # [m]
+DEADLOCK_TIME = 5.0  # [s] blocked that counts as a deadlock once it is over
+
+
+class Claim:
+    """Changes the tube by what the neighbours leave, the LiDAR sees and the robot uses."""
+
+    def __init__(self, situation: Situation) -> None:
+        """Hold the place under the robot, published to nobody yet."""
+        self._s = situation
+        self._published_held: np.ndarray = np.zeros((1, 2), np.float32)
+        self._watch_pose = situation.pose
+        self._watch_tick = 0
+
+    def note_published(self, beacon: np.void) -> None:
+        """Remember what the others are told to be held: their requests yield to that."""
+        self._published_held = beacon["held"][: beacon["held_size"]].copy()
+
+    def extend(self) -> None:
+        """Let the tube grow by what the neighbours leave."""
+        s = self._s
+        tube = s.tube
+        traffic = s.config.traffic
+        span = tube.span
+        is_listening = s.tick - s.listening_since < traffic.listen_ticks
+        if is_listening or span[1] <= span[0]:
+            s.blocked_ticks = s.obstacle_ticks = 0
+            s.blocked_by = 0
+            return
+        stop, reason, row = tube_kernels.extend(
+            tube.points,
+            span,
+            (s.radius, s.priority, s.robot_id, s.yields_for),
+            self._published_held,
+            len(self._published_held),
+            (
+                traffic.confirmations,
+                traffic.wanted_length,
+                traffic.push_ticks,
+                traffic.yield_slack,
+            ),
+            (s.obstacle_points(), s.obstacle_clearance),
+            s.hood.claims(),
+        )
+        s.has_grown = stop > tube.stop
+        tube.stop = stop
+        self._note_block(reason, row)
+
+    def _note_block(self, reason: int, row: int) -> None:
+        s = self._s
+        is_robot = reason in (tube_kernels.ROBOT, tube_kernels.RIGHT_OF_WAY)
+        s.obstacle_ticks = s.obstacle_ticks + 1 if reason == tube_kernels.OBSTACLE else 0
+        if is_robot and not s.has_grown:
+            s.blocked_ticks += 1
+            s.blocked_by = int(s.hood.ids[row])
+            if int(s.hood.beacons[row]["yields_for"]) == s.robot_id:
+                s.tube.withdraw()
+        elif s.has_grown or reason != tube_kernels.UNCONFIRMED:
+            if s.blocked_ticks > s.ticks(DEADLOCK_TIME):
+                s.counters.deadlocks_resolved += 1
+            s.blocked_ticks = 0
+            s.blocked_by = 0
+
+    def guard(self) -> None:
+        """Shrink the tube before anything that the LiDAR sees in it."""
+        s = self._s
+        tube = s.tube
+        points = s.obstacle_points()
+        if len(points) == 0:
+            return
+        held = tube.points[tube.near : tube.stop + 1]
+        gaps = np.hypot(
+            held[:, None, 0] - points[None, :, 0], held[:, None, 1] - points[None, :, 1]
+        ).min(axis=1)
+        bad = np.flatnonzero((gaps < s.obstacle_clearance) & (gaps <= gaps[0]))
+        bad = bad[bad > 0]
+        if len(bad):
+            tube.release_ahead(max(0, int(bad[0]) - 1))
+            s.obstacle_ticks += 1
+
+    def drop_if_unused(self) -> bool:
+        """Drop a claim that is not being driven, whatever the reason; return whether it was."""
+        s = self._s
+        is_moving = s.pose.distance(self._watch_pose) > WATCHDOG_MOTION
+        if is_moving or s.tube.stop <= s.tube.near:
+            self._watch_pose = s.pose
+            self._watch_tick = s.tick
+        elif s.tick - self._watch_tick > s.ticks(WATCHDOG_TIME) and abs(s.twist.vx) < 0.02:
+            self._watch_tick = s.tick
+            s.tube.reset(s.pose)
+            return True
+        return False
+
+    def retract(self) -> None:
+        """Keep only what the robot needs to stop in, and ask for nothing."""
+        s = self._s
+        s.tube.release_ahead(s.brake_points)
+        s.tube.withdraw()
+        if s.is_standing:
+            s.tube.reset(s.pose)

@@ -1,0 +1,51 @@
+"""What the robot sees and hears of the world, and whether enough of it comes to drive on."""
+
+from __future__ import annotations
+
+from swarm_common.beacon import BeaconArray
+from swarm_common.records import Scan
+from swarm_nav.situation import Situation
+
+
+class Senses:
+    """Takes scans and the radio's batches; missing data means stop, a silence means listen anew."""
+
+    def __init__(self, situation: Situation) -> None:
+        """Start before the first observation."""
+        self._s = situation
+        self._is_hearing = False
+        self._deaf_ticks = 0
+        self._scan_tick = -1
+
+    def on_scan(self, scan: Scan) -> None:
+        """Take a scan; it marks obstacles only once the robots around are known by radio."""
+        self._scan_tick = scan.tick
+        s = self._s
+        if scan.tick - s.listening_since > s.config.traffic.listen_ticks // 2:
+            s.obstacles.update(scan, s.pose, s.terrain, s.hood)
+
+    def on_neighbors(self, beacons: BeaconArray) -> None:
+        """Take the radio's batch of this tick, which may be empty."""
+        self._is_hearing = True
+        self._s.hood.receive(beacons, self._s.pose.x, self._s.pose.y)
+
+    def update(self) -> bool:
+        """Close the observations of this tick; return whether there are enough to drive on."""
+        self._note_deafness()
+        is_hearing, self._is_hearing = self._is_hearing, False
+        return is_hearing and not self._is_blind
+
+    @property
+    def _is_blind(self) -> bool:
+        """Whether scans stopped coming; a robot that never had one drives by radio and map."""
+        timeout = self._s.ticks(self._s.config.costmap.scan_timeout)
+        return self._scan_tick >= 0 and self._s.tick - self._scan_tick > timeout
+
+    def _note_deafness(self) -> None:
+        """Listen anew after a silence in which robots may have come near unheard."""
+        if not self._is_hearing:
+            self._deaf_ticks += 1
+            return
+        if self._deaf_ticks > self._s.config.traffic.lost_ticks:
+            self._s.listening_since = self._s.tick
+        self._deaf_ticks = 0
