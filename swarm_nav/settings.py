@@ -95,8 +95,14 @@ def parse_node_settings(name: str, values: Mapping[str, Any], where: str) -> Nod
     )
     if fixed["robot_id"] < 1:
         raise ConfigError(f"{where}: robot_id is {fixed['robot_id']}; it must be 1 or more")
-    config = config_from_parameters(rest, where=where)
-    check_limits(config, spec)
+    try:
+        config = config_from_parameters(rest, where=where)
+        check_limits(config, spec)
+    except UnknownNameError:
+        raise
+    except ConfigError as error:
+        message = str(error)
+        raise ConfigError(message if where in message else f"{where}: {message}") from None
     return NodeSettings(name, config, spec, fixed)
 
 
