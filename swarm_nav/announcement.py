@@ -1,4 +1,4 @@
-"""What a robot tells: its beacon to the other robots and its status to the operator."""
+"""What a robot tells: its beacon to the robots, its status and feedback to the operator."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ from swarm_common.beacon import (
 )
 from swarm_common.records import CONTROL_PERIOD, Pose, RobotSpec, stamp_from_tick
 from swarm_common.sites import Sites
-from swarm_nav.goals import Status
+from swarm_nav.behaviors import Behavior
+from swarm_nav.goals import Feedback, Status
 from swarm_nav.holding import SAME_STATION, HoldingPattern, Lease
 from swarm_nav.right_of_way import (
     CLASS_DONE,
@@ -33,6 +34,7 @@ from swarm_nav.right_of_way import (
 )
 from swarm_nav.situation import Situation
 from swarm_nav.states import State
+from swarm_nav.task import Task
 from swarm_nav.tube import padded
 
 MODES = {
@@ -138,6 +140,32 @@ def compose_status(
         retreats=counters.retreats,
         deadlocks_resolved=counters.deadlocks_resolved,
         replans=counters.replans,
+    )
+
+
+def compose_feedback(
+    situation: Situation, goal_id: int, task: Task | None, behavior: Behavior | None
+) -> Feedback:
+    """Return the progress of a task, or without one of a behaviour."""
+    s = situation
+    navigation, rest, traveled, angle = 0.0, 0.0, 0.0, 0.0
+    if task is not None:
+        navigation = (s.tick - task.start_tick) * CONTROL_PERIOD
+        rest = task.distance_remaining(s)
+    elif behavior is not None:
+        traveled, angle = behavior.distance_traveled(s), behavior.angle_traveled
+    return Feedback(
+        goal_id=goal_id,
+        pose_map=s.pose,
+        navigation_time=navigation,
+        estimated_time_remaining=rest / s.config.controller.max_vel_x,
+        number_of_recoveries=task.recoveries if task is not None else 0,
+        distance_remaining=rest,
+        poses_remaining=task.poses_remaining if task is not None else 0,
+        current_waypoint=task.index if task is not None else 0,
+        distance_traveled=traveled,
+        angle_traveled=angle,
+        speed=s.twist.vx,
     )
 
 

@@ -22,6 +22,7 @@ from swarm_nav.planner import path_length
 from swarm_nav.situation import Situation
 
 SAME_STATION = 0.6  # [m] between targets that are one station
+STATION_OVERLAP = 0.25  # [m] less than the reach at which a robot bars a station
 PARKING_DISTANCE = 1.1  # [m] of a parking place from any station
 PARKING_GAP = 0.1  # [m] beyond the reach between parked robots
 CIRCUIT_LOOKAHEAD = 4.0  # [m] of circuit driven per plan
@@ -74,6 +75,18 @@ class Lease:
     def is_turn(self, config: HoldingConfig) -> bool:
         """Whether the robot may drive the last metres."""
         return self.place < config.approach_slots
+
+    def is_barred(self, situation: Situation) -> bool:
+        """Whether a silent robot stands on the station, and was waited for long enough."""
+        if self.station is None or self.tick == 0:
+            return False
+        hood = situation.hood
+        patience = situation.ticks(situation.config.holding.station_patience)
+        for row in np.flatnonzero(hood.gone):
+            gaps = hood.tubes(int(row)) - self.station
+            if float(np.hypot(*gaps.T).min()) < situation.reach(int(row)) - STATION_OVERLAP:
+                return situation.tick - self.tick > patience
+        return False
 
 
 class HoldingPattern:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,6 +73,17 @@ class Planner:
             )
         points = lattice.points_of(self._nodes[:count])
         return self.finish(points, start, goal, extra, True)
+
+    def plan_through(self, points: Sequence[tuple[float, float]]) -> FloatArray:
+        """Return the path (n, 2) from the first point through the others, robots aside.
+
+        Raises:
+            PlanError: With Nav2's code, if there is none.
+        """
+        pieces = [self.plan(a, b, self.no_extra()) for a, b in itertools.pairwise(points)]
+        if not pieces:
+            return np.zeros((0, 2))
+        return np.vstack((pieces[0], *(piece[1:] for piece in pieces[1:])))
 
     def nearest(
         self,

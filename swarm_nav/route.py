@@ -1,0 +1,85 @@
+"""The route to the target in hand: when it is planned anew, and where the new one starts."""
+
+from __future__ import annotations
+
+import math
+
+from swarm_common.records import FloatArray
+from swarm_nav import crowd
+from swarm_nav.goals import ErrorCode, PlanError
+from swarm_nav.pursuit import Pursuit
+from swarm_nav.situation import Situation
+from swarm_nav.task import Task
+
+REPLAN_PAUSE = 1.2  # [s] between replans of a blocked robot; shorter ones are never granted
+OBSTACLE_PATIENCE = 1.0  # [s] before another way around a sensed obstacle is looked for
+FATAL = (ErrorCode.GOAL_OCCUPIED, ErrorCode.GOAL_OUTSIDE_MAP, ErrorCode.NO_VALID_CONTROL)
+
+
+class Route:
+    """Plans the way to the target and gives it to the tube."""
+
+    def __init__(self, situation: Situation, pursuit: Pursuit) -> None:
+        """Plan nothing before the first update."""
+        self._s = situation
+        self._pursuit = pursuit
+
+    def update(self, task: Task) -> None:
+        """Plan if it is due; a target without a way is recovered from or given up."""
+        if task.given is not None:
+            task.given.advance(self._s.pose.x, self._s.pose.y)
+        if self._is_due(task):
+            self._plan(task)
+
+    def _is_due(self, task: Task) -> bool:
+        s = self._s
+        since = s.tick - s.last_plan_tick
+        if not task.is_planned or self._is_period_over(task, since):
+            return True
+        if since < s.ticks(REPLAN_PAUSE):
+            return False
+        gap = math.dist(s.stop_point, task.place)
+        ends_short = s.tube.is_complete and gap > 0.6 * s.config.goal_checker.xy_goal_tolerance
+        is_blocked = s.blocked_ticks >= s.ticks(s.config.traffic.replan_blocked)
+        is_barred = s.obstacle_ticks >= s.ticks(OBSTACLE_PATIENCE)
+        return ends_short or is_blocked or is_barred
+
+    def _is_period_over(self, task: Task, since: int) -> bool:
+        """Whether a periodic plan is due; robots take turns, a given path is not replanned."""
+        period = self._s.ticks(self._s.config.planner.replan_period)
+        is_turn = (self._s.tick + 7 * self._s.robot_id) % period == 0
+        return task.given is None and since >= period and is_turn
+
+    def _plan(self, task: Task) -> None:
+        s = self._s
+        s.last_plan_tick = s.tick
+        try:
+            path = self._path_to(task)
+            if self._turns_back(path):
+                s.tube.release_ahead(s.brake_points if s.twist.vx > 0.05 else 0)
+                path = self._path_to(task)
+        except PlanError as error:
+            task.is_planned = True
+            if error.code in FATAL:
+                self._pursuit.fail_target(task, error.code, str(error))
+            else:
+                self._pursuit.recover_or_fail(task, error.code, str(error))
+            return
+        s.counters.replans += task.is_planned
+        task.note_plan(path)
+        if len(path) >= 2:
+            s.tube.adopt(path)
+
+    def _path_to(self, task: Task) -> FloatArray:
+        s = self._s
+        if task.given is not None:
+            return task.given.way(s)
+        return s.planner.plan(s.stop_point, (task.target.x, task.target.y), crowd.congestion(s))
+
+    def _turns_back(self, path: FloatArray) -> bool:
+        """Whether a plan from the stop point leads back along space that is still held."""
+        tube = self._s.tube
+        if tube.stop - tube.near <= self._s.brake_points or len(path) < 3:
+            return False
+        arriving = tube.points[tube.stop] - tube.points[tube.stop - 2]
+        return float(arriving @ (path[2] - path[0])) < 0.0
