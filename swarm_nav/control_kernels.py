@@ -117,9 +117,9 @@ def best_twist(pose, twist, path, inside, limits, samples, horizon, scales, arc)
 
     pose = (x, y, yaw), twist = (v, w) now; path (n, 2) from the robot on. inside = (v_limit, held,
     tolerance): a twist is admissible if v <= v_limit [m/s] and if braking after it ends within the
-    tolerance [m] of the first `held` + 1 points, or no further away than now. limits = (v_max,
-    w_max, v_acc, w_acc); samples = (nv, nw); scales = (path, goal, align, oscillation). `arc`
-    (steps, 3) receives the poses of the best rollout.
+    tolerance [m] of the first `held` + 1 points, or no further away than now; if none is, v and w
+    brake. limits = (v_max, w_max, v_acc, w_acc); samples = (nv, nw); scales = (path, goal, align,
+    oscillation). `arc` (steps, 3) receives the poses of the best rollout.
     """
     v_limit, held, tolerance = inside
     v_max, w_max, v_acc, w_acc = limits
@@ -131,6 +131,7 @@ def best_twist(pose, twist, path, inside, limits, samples, horizon, scales, arc)
         v_high = v_low
     w_low = max(-w_max, twist[1] - w_acc * STEP)
     w_high = min(w_max, twist[1] + w_acc * STEP)
+    straight = min(max(0.0, w_low), w_high)
     total = 0.0
     for j in range(path.shape[0] - 1):
         total += math.hypot(path[j + 1, 0] - path[j, 0], path[j + 1, 1] - path[j, 1])
@@ -139,13 +140,13 @@ def best_twist(pose, twist, path, inside, limits, samples, horizon, scales, arc)
     reach = max(tolerance, held_gap(path, held, pose[0], pose[1]))
     best = 1e20
     best_v = v_low
-    best_w = 0.0
+    best_w = straight
     trial = np.empty_like(arc)
     for a in range(nv):
         v = v_low + (v_high - v_low) * a / (nv - 1)
         for b in range(nw + 1):
-            # the last sample keeps the turning rate if it is reachable: straight on, no chatter
-            w = w_low + (w_high - w_low) * b / (nw - 1) if b < nw else min(max(0.0, w_low), w_high)
+            # the last sample goes straight on if that is reachable: no chatter
+            w = w_low + (w_high - w_low) * b / (nw - 1) if b < nw else straight
             gap, k, yaw = rollout(pose[0], pose[1], pose[2], v, w, steps, path, 0, trial)
             reached = along(path, k, trial[steps - 1, 0], trial[steps - 1, 1])
             short = max(0.0, wish - (reached - start)) / (v_max * horizon)
