@@ -20,7 +20,7 @@ class Claim:
         self._s = situation
         self._published_held: np.ndarray = np.zeros((1, 2), np.float32)
         self._watch_pose = situation.pose
-        self._watch_tick = 0
+        self._watch_tick = situation.tick
 
     def note_published(self, beacon: np.void) -> None:
         """Remember what the others are told to be held: their requests yield to that."""

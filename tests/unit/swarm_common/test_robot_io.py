@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 import pytest
@@ -19,6 +20,13 @@ def test_the_waffle_has_its_published_figures() -> None:
     assert (spec.max_vel_x, spec.max_vel_theta) == (0.26, 1.82)
     assert spec.circumscribed_radius == pytest.approx(0.238, abs=5e-4)
     assert (spec.lidar.rays, spec.lidar.rate, spec.lidar.z) == (360, 5.0, 0.132)
+
+
+def test_the_inscribed_radius_is_that_of_the_nearest_side() -> None:
+    spec = load_robot("turtlebot3_waffle")
+    plate = ((-0.3, -0.1), (0.1, -0.1), (0.1, 0.15), (-0.3, 0.15))
+    assert dataclasses.replace(spec, footprint=plate).inscribed_radius == pytest.approx(0.1)
+    assert spec.inscribed_radius == pytest.approx(0.069)  # the wheels are ahead of the middle
 
 
 def test_a_path_works_like_a_name(tmp_path: Path) -> None:

@@ -39,6 +39,15 @@ def test_a_way_across_an_open_hall_is_straight() -> None:
     assert np.allclose(path[[0, -1]], ((5.0, 8.0), (11.0, 8.6)))
 
 
+def test_a_plan_through_points_meets_each_once() -> None:
+    planner = planner_for(room(16.0, 16.0))
+    points = [(5.0, 8.0), (9.0, 8.0), (9.0, 12.0)]
+    path = planner.plan_through(points)
+    assert all((np.hypot(*(path - point).T) < 1e-6).sum() == 1 for point in points)
+    assert path_length(path) == pytest.approx(8.0, rel=0.02)
+    assert planner.plan_through(points[:1]).shape == (0, 2)
+
+
 def test_points_of_a_path_are_evenly_spaced() -> None:
     steps = np.hypot(*np.diff(plan(planner_for(ROOM), (1.0, 1.0), (5.0, 1.0)), axis=0).T)
     assert steps.max() < 1.25 * SPACING
