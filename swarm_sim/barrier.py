@@ -26,7 +26,8 @@ class Barrier:
         self._is_dead = [False] * count
         self._opened_at = 0.0
         self._has_started = not expects
-        self._counts = expects
+        self._expects = expects
+        self._last_answers = 0
         self.late_ticks = 0
 
     @property
@@ -36,8 +37,8 @@ class Barrier:
 
     @property
     def answering(self) -> int:
-        """Robots that are waited for and not late."""
-        return sum(self._expected)
+        """Robots that are waited for and not late; in free run, that answered the last tick."""
+        return sum(self._expected) if self._expects else self._last_answers
 
     def open(self, now: float) -> None:
         """Begin a tick at wall time `now`."""
@@ -45,9 +46,9 @@ class Barrier:
         self._opened_at = now
 
     def answer(self, robot: int) -> None:
-        """Note a robot's whole answer to the tick in hand; it is waited for from now on."""
+        """Note a robot's whole answer to the tick in hand; lockstep waits for it from now on."""
         self._answered[robot] = True
-        self._expected[robot] = True
+        self._expected[robot] = self._expects
         self._is_dead[robot] = False
 
     def lose(self, robot: int) -> None:
@@ -74,9 +75,10 @@ class Barrier:
 
     def close(self) -> None:
         """End a complete tick; unanswered ones of robots that are not dead count as late."""
-        if self._has_started and self._counts:
+        if self._has_started and self._expects:
             self.late_ticks += sum(
                 not answered and not dead
                 for answered, dead in zip(self._answered, self._is_dead, strict=True)
             )
         self._has_started = True
+        self._last_answers = sum(self._answered)

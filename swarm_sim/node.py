@@ -153,7 +153,8 @@ class WorldNode:
             self._links[robot].publish(self._observations[robot])
 
     def _wait(self, period: float) -> None:
-        if self._barrier.has_started and self._barrier.answering == 0 and self._tick > 0:
+        is_alone = self._barrier.has_started and self._barrier.answering == 0 and self._tick > 0
+        if is_alone and not self._settings.free_run:
             period = max(period, CONTROL_PERIOD)  # nobody there: no faster than real time
         end = time.monotonic() + period
         while not self._is_stopped:

@@ -67,3 +67,16 @@ def test_free_run_waits_for_nobody_and_counts_nobody():
     assert barrier.is_complete(0.0)
     barrier.close()
     assert barrier.late_ticks == 0
+
+
+def test_free_run_does_not_wait_for_a_robot_that_has_answered_once():
+    barrier = Barrier(2, 5.0, expects=False)
+    barrier.open(0.0)
+    barrier.answer(1)
+    barrier.close()
+    assert barrier.answering == 1
+    barrier.open(0.1)
+    assert list(barrier.missing()) == []
+    assert barrier.is_complete(0.1)
+    barrier.close()
+    assert (barrier.late_ticks, barrier.answering) == (0, 0)
