@@ -35,7 +35,6 @@ SENSOR = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 # What one tick needs is repeated until it is answered, so its readers ask for no acknowledgement.
 TICK_INPUT = QoSProfile(depth=20, reliability=ReliabilityPolicy.BEST_EFFORT)
-CLOCK = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 STATIC_TRANSFORMS = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 TRANSFORMS = QoSProfile(depth=100)
 

@@ -76,5 +76,5 @@ def _map(settings: Settings, scene: Scene, scan_height: float) -> Grid:
     if settings.map is None and not path.is_file():
         return draw_world(scene, scan_height)
     grid = load_map(path)
-    check_map(scene, grid)
+    check_map(scene, grid, scan_height)
     return grid
