@@ -57,7 +57,7 @@ class RobotLink:
         self.command: Twist | None = None
         self.beacon: np.void | None = None
         self._on_answer = on_answer
-        self._takes_any_stamp = settings.free_run
+        self._is_free_run = settings.free_run
         self._tick = 0
         self._other: Twist | None = None
         self._joints: list[Joint] = read_joints(urdf)
@@ -131,7 +131,7 @@ class RobotLink:
         self._truth.publish(self._truth_writer.encode(self._tick, pose_map, twist))
 
     def fresh_command(self) -> Twist | None:
-        """Return the answer's command, else any other command that came during this tick."""
+        """Return the answer's command; in free run else any other that came during this tick."""
         return self.command if self.command is not None else self._other
 
     def _take_stamped(self, data: bytes) -> None:
@@ -144,13 +144,14 @@ class RobotLink:
     def _take(self, twist: Twist, is_answer: bool) -> None:
         if not all(math.isfinite(value) for value in (twist.vx, twist.vy, twist.wz)):
             return
-        self._other = twist
+        if self._is_free_run:  # in lockstep, a late answer is not a command for this tick
+            self._other = twist
         if is_answer and self.command is None:
             self.command = twist
             self._note_answer()
 
     def _take_beacon(self, data: bytes) -> None:
-        is_answer = wire.read_tick(data) == self._tick or self._takes_any_stamp
+        is_answer = wire.read_tick(data) == self._tick or self._is_free_run
         if is_answer and self.beacon is None:
             self.beacon = deserialize_beacon(data)
             self._note_answer()

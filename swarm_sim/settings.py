@@ -33,7 +33,7 @@ class Settings:
     seed: int = 0
     speed: float | None = None  # times real time; None: as fast as possible
     free_run: bool = False  # no lockstep, for third-party navigators
-    cmd_vel_stamped: bool = True  # TwistStamped; False: Twist
+    cmd_vel_stamped: bool = True  # TwistStamped; False: Twist, in free run only
     wall_limit: float = 5.0  # [s] that a robot may take for a tick
     duration: float | None = None  # [s] of simulated time, then the world ends
     verdict_path: str | None = None
@@ -46,6 +46,8 @@ class Settings:
             raise ConfigError("the world's configuration names no robots")
         if self.speed is not None and self.speed <= 0.0:
             raise ConfigError(f"speed is {self.speed}; it must be positive or 'max'")
+        if not (self.cmd_vel_stamped or self.free_run):
+            raise ConfigError("cmd_vel_stamped is false; lockstep needs the stamps of TwistStamped")
         if self.wall_limit <= 0.0:
             raise ConfigError(f"wall_limit is {self.wall_limit} s; it must be positive")
         if self.duration is not None and self.duration <= 0.0:

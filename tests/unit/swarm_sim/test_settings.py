@@ -34,6 +34,7 @@ def test_read(tmp_path):
         ({"radio": {"loss": 2.0}}, "loss is 2.0"),
         ({"wall_limit": 0.0}, "wall_limit"),
         ({"duration": -1.0}, "duration"),
+        ({"cmd_vel_stamped": False}, "needs the stamps"),
     ],
 )
 def test_bad_values(changes, message):

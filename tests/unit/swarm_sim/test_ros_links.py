@@ -1,0 +1,115 @@
+"""Which messages of a robot count as its answer to the tick in hand, on a node without a graph."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from swarm_common.beacon import BEACON_DTYPE, serialize_beacon
+from swarm_common.records import Twist
+from swarm_common.robot_io import load_robot
+from swarm_common.wire import CommandWriter
+from swarm_sim.ros_links import RobotLink
+from swarm_sim.settings import parse_settings
+
+MODEL = "turtlebot3_waffle"
+SLOW, FAST = Twist(0.1, 0.0, 0.0), Twist(0.2, 0.0, 0.5)
+WRITER = CommandWriter("base_footprint")
+
+
+class Node:
+    """Stands in for rclpy's: hands out publishers that nobody reads, and keeps the callbacks."""
+
+    def __init__(self) -> None:
+        self.callbacks: dict[str, Callable[[bytes], None]] = {}
+
+    def create_publisher(self, *_: Any) -> Any:
+        return SimpleNamespace(publish=lambda _: None, get_subscription_count=lambda: 0)
+
+    def create_subscription(
+        self, _: Any, topic: str, callback: Callable[[bytes], None], *__: Any, raw: bool
+    ) -> None:
+        assert raw
+        self.callbacks[topic] = callback
+
+
+class Robot:
+    """One robot's link, and the messages that its navigator sends to it."""
+
+    def __init__(self, free_run: bool) -> None:
+        self.answers = 0
+        node = Node()
+        settings = parse_settings(
+            {"world": "any", "robots": [{"name": "Srobot1", "model": MODEL}], "free_run": free_run},
+            "test",
+        )
+        spec = load_robot(MODEL)
+        self.link = RobotLink(
+            node,  # type: ignore[arg-type]
+            "Srobot1",
+            spec,
+            "<robot name='none'/>",
+            settings,
+            self.count,
+        )
+        self._take_command = node.callbacks["/Srobot1/cmd_vel"]
+        self._take_beacon = node.callbacks["/Srobot1/beacon"]
+
+    def count(self) -> None:
+        self.answers += 1
+
+    def command(self, tick: int, twist: Twist) -> None:
+        self._take_command(WRITER.encode(tick, twist))
+
+    def beacon(self, tick: int) -> None:
+        record = np.zeros(1, BEACON_DTYPE)[0]
+        record["sec"], record["nanosec"] = divmod(tick * 100_000_000, 1_000_000_000)
+        self._take_beacon(serialize_beacon(record))
+
+
+@pytest.mark.parametrize("free_run", [False, True])
+def test_command_and_beacon_of_the_tick_in_hand_are_the_answer(free_run: bool) -> None:
+    robot = Robot(free_run)
+    robot.link.open(7)
+    robot.command(7, SLOW)
+    assert robot.answers == 0
+    robot.beacon(7)
+    robot.command(7, FAST)
+    assert robot.answers == 1
+    assert robot.link.fresh_command() == SLOW
+
+
+def test_in_lockstep_the_late_answer_to_the_last_tick_is_no_command() -> None:
+    robot = Robot(free_run=False)
+    robot.link.open(7)
+    robot.link.open(8)
+    robot.command(7, FAST)
+    robot.beacon(7)
+    assert robot.link.fresh_command() is None
+    assert robot.link.beacon is None
+    robot.command(8, SLOW)
+    robot.beacon(8)
+    assert robot.link.fresh_command() == SLOW
+    assert robot.answers == 1
+
+
+def test_in_free_run_a_command_of_any_stamp_is_executed() -> None:
+    robot = Robot(free_run=True)
+    robot.link.open(8)
+    robot.command(3, FAST)
+    robot.beacon(3)
+    assert robot.link.fresh_command() == FAST
+    assert robot.link.beacon is not None
+    robot.link.open(9)
+    assert robot.link.fresh_command() is None
+
+
+def test_a_command_that_is_no_number_is_none() -> None:
+    robot = Robot(free_run=True)
+    robot.link.open(8)
+    robot.command(8, Twist(float("nan"), 0.0, 0.0))
+    assert robot.link.fresh_command() is None
