@@ -162,7 +162,7 @@ class NavigatorNode:
         ended = [event for event in output.events if isinstance(event, GoalEnded)]
         has_goal = brain.goal_id is not None
         if self._withholding.should_hold(has_goal, is_first, bool(ended)):
-            self._withholding.hold(time.monotonic())
+            self._withholding.hold(time.monotonic(), is_first)
         else:
             self._withholding.release()
             self._send_answer()
@@ -193,7 +193,7 @@ class NavigatorNode:
             self._send_answer()
 
     def _take_mission(self, message: Mission) -> None:
-        if self._withholding.on_mission(message.active):
+        if self._withholding.on_mission(message.active, time.monotonic()):
             self._send_withheld()
 
     def check_patience(self, now: float) -> None:

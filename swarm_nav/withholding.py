@@ -2,12 +2,14 @@
 
 The next goal of a mission comes from another process. Between the end of a goal and the next one
 no simulated time may pass, however slow the machine is: in lockstep, the world stands still while
-one robot does not answer.
+one robot does not answer. At the start it does so without limit, later for `wall_limit` of the
+world's settings, which must therefore be longer than `LIMIT`: who withholds is never late.
 """
 
 from __future__ import annotations
 
 LIMIT = 10.0  # [s] of wall time, then the operator counts as gone
+START_LIMIT = 600.0  # [s] of wall time for the mission's first message, as swarm-up's for its start
 
 
 class Withholding:
@@ -17,6 +19,8 @@ class Withholding:
         """Begin; with `waits_for_mission` a mission counts as active from the start."""
         self._is_active = waits_for_mission
         self._since: float | None = None
+        self._limit = LIMIT
+        self._is_announced = False  # a Mission message has come
 
     @property
     def is_holding(self) -> bool:
@@ -33,22 +37,26 @@ class Withholding:
         """
         return self._is_active and not has_goal and (is_first or has_ended)
 
-    def hold(self, now: float) -> None:
-        """Begin to withhold at wall time `now`."""
+    def hold(self, now: float, is_first: bool) -> None:
+        """Begin to withhold, at wall time `now`, the first answer or a later one."""
         self._since = now
+        self._limit = START_LIMIT if is_first and not self._is_announced else LIMIT
 
     def release(self) -> None:
         """The answer has been sent."""
         self._since = None
 
-    def on_mission(self, is_active: bool) -> bool:
+    def on_mission(self, is_active: bool, now: float) -> bool:
         """Take a Mission message; return whether a withheld answer must be sent now."""
+        if self.is_holding and not self._is_announced:  # its first goal is about to come
+            self._since, self._limit = now, LIMIT
+        self._is_announced = True
         self._is_active = is_active
         return self.is_holding and not is_active
 
     def has_expired(self, now: float) -> bool:
         """Whether the operator has been silent for too long; then it counts as gone."""
-        if self._since is None or now - self._since < LIMIT:
+        if self._since is None or now - self._since < self._limit:
             return False
         self._is_active = False
         return True

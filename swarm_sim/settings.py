@@ -34,7 +34,7 @@ class Settings:
     speed: float | None = None  # times real time; None: as fast as possible
     free_run: bool = False  # no lockstep, for third-party navigators
     cmd_vel_stamped: bool = True  # TwistStamped; False: Twist, in free run only
-    wall_limit: float = 5.0  # [s] that a robot may take for a tick
+    wall_limit: float = 15.0  # [s] for a tick; longer than a mission's next goal is waited for
     duration: float | None = None  # [s] of simulated time, then the world ends
     verdict_path: str | None = None
     engine: str = "bullet"
