@@ -37,6 +37,8 @@ POLL_PERIOD = 0.1  # [s] of wall time
 GRACE = 10.0  # [s] for a process to end when asked to
 SAMPLE_PERIOD = 2.0  # [s] between two readings of CPU time and memory
 START_LIMIT = 600.0  # [s] for all to be active; the first start compiles the kernels
+MISSION_LIMIT = 60.0  # [s] from then to the mission's first goal,
+MISSION_LIMIT_PER_ROBOT = 1.0  # [s] and this much more for each robot to connect to
 
 
 class RefusedError(SwarmError):
@@ -51,6 +53,7 @@ class Run:
         usage: CPU time and memory.
         failures: What broke, for the user; empty if nothing did.
         active_after_wall: [s] from the start until every navigator was active.
+        is_stopped_by_user: Whether it was a signal that ended the run.
     """
 
     def __init__(
@@ -65,6 +68,7 @@ class Run:
         self.usage = UsageMeter()
         self.failures: list[str] = []
         self.active_after_wall: float | None = None
+        self.is_stopped_by_user = False
         self._plan = plan
         self._modules = modules
         self._folder = folder
@@ -101,11 +105,14 @@ class Run:
         for exit_ in self._supervisor.poll():
             self._read(exit_.name)
             self._on_exit(exit_)
+        if self._signals and not self._is_stopping:
+            self.is_stopped_by_user = True
         if self._signals == 1:
             self._stop("stopping (press Ctrl-C again to kill)")
         elif self._signals > 1:
             self._supervisor.kill()
         self._check_start()
+        self._check_mission()
         self._sample()
         self._progress.update()
 
@@ -226,6 +233,19 @@ class Run:
         if awaited and waited > START_LIMIT and not self._is_stopping:
             missing = [name for name, robot in self.tally.robots.items() if not robot.active]
             self._fail(f"after {waited:.0f} s not active: {', '.join(missing)}")
+            self._stop("stopping")
+
+    def _check_mission(self) -> None:
+        if self._plan.mission is None or self.active_after_wall is None or self._is_stopping:
+            return
+        waited = time.time() - self._started - self.active_after_wall
+        limit = MISSION_LIMIT + MISSION_LIMIT_PER_ROBOT * len(self.tally.robots)
+        if waited > limit and not self.tally.sent and not self.tally.is_done:
+            log = self._folder.log(RUNNER)
+            self._fail(
+                f"the {RUNNER} process has sent no goal {waited:.0f} s after all robots were"
+                f" active (see {log})"
+            )
             self._stop("stopping")
 
     def _sample(self, *, now: bool = False) -> None:

@@ -101,18 +101,19 @@ def _robots(tally: Tally, measured: Mapping[str, Mapping[str, Any]]) -> dict[str
     }
 
 
-def exit_code(report: Mapping[str, Any], *, must_finish: bool, component_failed: bool) -> int:
+def exit_code(report: Mapping[str, Any], *, is_unfinished: bool, component_failed: bool) -> int:
     """Return the exit code of a run.
 
     Args:
         report: Of the run.
-        must_finish: Whether a goal that is still pending counts as missed (--until-done).
+        is_unfinished: Whether the run ended before its mission although it was to finish it
+            (--until-done) and the user did not stop it.
         component_failed: Whether a process or a robot died.
     """
     if component_failed:
         return COMPONENT_FAILED
     goals, collisions = report["goals"], report["collisions"]
-    missed = goals["failed"] + (goals["pending"] if must_finish else 0)
+    missed = goals["failed"] or is_unfinished
     if missed or collisions["robot_robot"] or collisions["robot_world"]:
         return MISSED
     return OK

@@ -32,6 +32,7 @@ class Tally:
         robots: By name.
         has_mission: Whether goals are counted from our mission; else from what robots report.
         total: Goals of the mission; 0 while unknown.
+        is_done: Whether the mission is over.
         sim_time: [s] latest known.
         real_time_factor: Latest known.
         robot_robot: Collision episodes so far.
@@ -42,6 +43,7 @@ class Tally:
     robots: dict[str, RobotTally]
     has_mission: bool
     total: int = 0
+    is_done: bool = False
     sim_time: float = 0.0
     real_time_factor: float = 0.0
     robot_robot: int = 0
@@ -81,8 +83,8 @@ class Tally:
 
     @property
     def pending(self) -> int:
-        """Goals sent and not yet settled."""
-        return self.sent - self.reached - self.failed
+        """Goals not yet settled: of the whole mission, without one of those sent."""
+        return max(self.total, self.sent) - self.reached - self.failed
 
     @property
     def collisions(self) -> int:
@@ -110,6 +112,9 @@ class Tally:
 
     def _on_mission(self, event: Mapping[str, Any]) -> None:
         self.total = int(event["goals"])
+
+    def _on_done(self, _: Mapping[str, Any]) -> None:
+        self.is_done = True
 
     def _on_sent(self, event: Mapping[str, Any]) -> None:
         self.robots[event["robot"]].sent += 1

@@ -78,8 +78,9 @@ def up(
 ) -> None:
     """Start a swarm of robots: world, navigators and, if wanted, their mission.
 
-    Exit code: 0 all goals reached without collision, 1 a goal missed or a collision,
-    2 bad input, 3 a component failed.
+    Exit code: 0 all goals reached without collision, or stopped by you or at --duration without
+    a miss or a collision; 1 a goal missed (also by --duration, if --until-done is given) or a
+    collision; 2 bad input; 3 a component failed.
     """
     flags = {"--fleet": fleet, "--viewer": viewer, "--rviz": rviz, "--record": record}
     _refuse_absent({flag: value for flag, value in flags.items() if value}, headless)
@@ -131,8 +132,11 @@ def bring_up(plan: RunPlan) -> int:
     verdict = load_verdict(folder.verdict)
     times = RunTimes(time.time() - psutil.Process().create_time(), run.active_after_wall)
     report = compose_report(plan.options, tally, verdict, run.usage, times)
+    must_finish = plan.options.until_done and not run.is_stopped_by_user
     code = exit_code(
-        report, must_finish=plan.options.until_done, component_failed=bool(run.failures)
+        report,
+        is_unfinished=must_finish and not tally.is_done,
+        component_failed=bool(run.failures),
     )
     write_report(folder.report, report)
     console.print(summary_table(report, code))

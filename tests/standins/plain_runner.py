@@ -1,4 +1,4 @@
-"""Stand-in of the mission process without ROS: reaches every goal at once."""
+"""Stand-in of the mission process without ROS: reaches every goal at once, or as its mood is."""
 
 import json
 import os
@@ -16,13 +16,16 @@ def say(event: str, **values: object) -> None:
 
 
 time.sleep(0.3)  # the navigators are active by then
-if config["mission"] is not None:
+mood = os.environ.get("STANDIN_RUNNER", "")
+if config["mission"] is not None and mood != "mute":
     say("mission", goals=len(config["robots"]))
     for robot in config["robots"]:
         say("sent", robot=robot["name"], name="shipping")
-        failed = os.environ.get("STANDIN_RUNNER") == "miss"
-        outcome = "failed" if failed else "reached"
+        if mood == "slow":
+            break
+        outcome = "failed" if mood == "miss" else "reached"
         say("goal", robot=robot["name"], outcome=outcome, name="shipping", sim_time=10.0)
-    say("done")
+    if mood != "slow":
+        say("done")
 while True:
     time.sleep(1.0)

@@ -49,6 +49,7 @@ if mood == "crash":
 if mood == "deaf":
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
 if config["duration"] is not None:
+    time.sleep(3.0 if mood == "calm" else 0.0)  # for the mission to begin
     end()
 while True:
     collisions = {"robot_robot": 0, "robot_world": 0}

@@ -134,6 +134,30 @@ def test_the_end_of_its_duration_is_a_good_end(up: Up) -> None:
     assert up.report()["sim_time"] == 12.0
 
 
+@pytest.mark.parametrize(("flags", "code"), [(MISSION[:2], 0), (MISSION, 1)])
+def test_only_until_done_has_to_finish_within_the_duration(
+    up: Up, flags: tuple[str, ...], code: int
+) -> None:
+    assert up.run(*flags, "--duration", "12", world="calm", runner="slow")[0] == code
+    assert up.report()["goals"] == {"sent": 1, "reached": 0, "failed": 0, "pending": 3}
+
+
+def test_the_user_may_stop_a_mission(up: Up) -> None:
+    process = up.start(*MISSION, runner="slow")
+    wait_for(lambda: len(up.left_running()) >= 7)
+    time.sleep(2.0)
+    process.send_signal(signal.SIGINT)
+    output, _ = process.communicate(timeout=20)
+    assert process.returncode == 0, output
+    assert up.report()["goals"]["pending"] == 3
+
+
+def test_a_mission_that_does_not_begin_makes_it_three(up: Up) -> None:
+    code, output, _ = up.run(*MISSION, runner="mute")
+    assert code == 3
+    assert "the mission process has sent no goal" in output
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_stops_everything_and_the_report_is_written(up: Up, number: int) -> None:
     process = up.start()

@@ -112,12 +112,13 @@ SENT = {"event": "sent", "robot": "Srobot1", "name": "a"}
 
 
 @pytest.mark.parametrize(
-    ("events", "verdict", "must_finish", "component_failed", "code"),
+    ("events", "verdict", "is_unfinished", "component_failed", "code"),
     [
-        ([goal("Srobot1", "reached", 1.0)], {}, True, False, 0),
+        ([goal("Srobot1", "reached", 1.0)], {}, False, False, 0),
         ([goal("Srobot1", "failed", 1.0)], {}, False, False, 1),
         ([SENT], {}, False, False, 0),
         ([SENT], {}, True, False, 1),
+        ([], {}, True, False, 1),
         ([], {"robot_robot": 1}, False, False, 1),
         ([], {"robot_world": 1}, False, False, 1),
         ([goal("Srobot1", "failed", 1.0)], {"robot_world": 1}, True, True, 3),
@@ -126,12 +127,19 @@ SENT = {"event": "sent", "robot": "Srobot1", "name": "a"}
 def test_the_exit_code_follows_from_the_report(
     events: list[dict[str, Any]],
     verdict: dict[str, Any],
-    must_finish: bool,
+    is_unfinished: bool,
     component_failed: bool,
     code: int,
 ) -> None:
     report = report_of(tally_of(*events), VERDICT | verdict)
-    assert code == exit_code(report, must_finish=must_finish, component_failed=component_failed)
+    assert code == exit_code(report, is_unfinished=is_unfinished, component_failed=component_failed)
+
+
+def test_goals_of_the_mission_that_were_never_sent_are_pending() -> None:
+    events = (SENT, goal("Srobot1", "reached", 1.0), {"event": "mission", "goals": 6})
+    assert report_of(tally_of(*events))["goals"] == {
+        "sent": 1, "reached": 1, "failed": 0, "pending": 5
+    }  # fmt: skip
 
 
 def test_without_a_mission_goals_are_what_the_robots_report() -> None:
