@@ -53,6 +53,7 @@ class Run:
         usage: CPU time and memory.
         failures: What broke, for the user; empty if nothing did.
         active_after_wall: [s] from the start until every navigator was active.
+        wall_time: [s] from the start until everything was told to stop.
         is_stopped_by_user: Whether it was a signal that ended the run.
     """
 
@@ -68,6 +69,7 @@ class Run:
         self.usage = UsageMeter()
         self.failures: list[str] = []
         self.active_after_wall: float | None = None
+        self.wall_time = 0.0
         self.is_stopped_by_user = False
         self._plan = plan
         self._modules = modules
@@ -99,6 +101,11 @@ class Run:
         if self._refusal is not None:
             raise RefusedError(self._refusal)
 
+    @property
+    def restarts(self) -> int:
+        """Number of processes that were started again."""
+        return self._supervisor.restarts
+
     def _turn(self) -> None:
         for key, _ in self._selector.select(POLL_PERIOD):
             key.data()
@@ -107,9 +114,8 @@ class Run:
             self._on_exit(exit_)
         if self._signals and not self._is_stopping:
             self.is_stopped_by_user = True
-        if self._signals == 1:
             self._stop("stopping (press Ctrl-C again to kill)")
-        elif self._signals > 1:
+        if self._signals > 1:
             self._supervisor.kill()
         self._check_start()
         self._check_mission()
@@ -268,6 +274,7 @@ class Run:
             return
         self._sample(now=True)
         self._is_stopping = True
+        self.wall_time = time.time() - self._started
         self._progress.phase(phase)
         self._supervisor.stop(STOP_ORDER)
 

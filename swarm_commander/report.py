@@ -19,10 +19,11 @@ OK, MISSED, BAD_INPUT, COMPONENT_FAILED = range(4)  # exit codes
 
 @dataclass(frozen=True, slots=True)
 class RunTimes:
-    """Wall-clock figures of a run."""
+    """Wall-clock figures of a run, and how often something was started again."""
 
-    wall_time: float  # [s] from the start of the command to the end of simulated time
+    wall_time: float  # [s] from the start of the command until the run began to stop
     active_after_wall: float | None  # [s] until every navigator was active
+    restarts: int = 0  # of processes
 
 
 def compose_report(
@@ -39,7 +40,7 @@ def compose_report(
         tally: Events added up.
         verdict: What the world measured; empty if it could not say.
         usage: CPU time and memory.
-        times: Wall clock.
+        times: Wall clock, and restarts.
     """
     sim_time = float(verdict.get("sim_time", tally.sim_time))
     seconds = options.swarm_size * sim_time
@@ -76,7 +77,7 @@ def compose_report(
         "throughput_per_minute": _rounded(60.0 * tally.reached / makespan if makespan else 0.0),
         "hold_time": _rounded(sum(robot.hold_time for robot in tally.robots.values())),
         "late_ticks": verdict.get("late_ticks"),
-        "restarts": 0,
+        "restarts": times.restarts,
         "cpu_ms_per_robot_second": {
             name: _rounded(1000.0 * value / seconds) if seconds else None
             for name, value in per_second.items()

@@ -99,18 +99,24 @@ class Supervisor:
     """Starts processes, notices their end, stops them one after the other.
 
     It never waits: `poll` does what is due and returns what happened.
+
+    Attributes:
+        restarts: Number of processes started in the place of one that had ended.
     """
 
     def __init__(self, spawn: Callable[[ProcessSpec], Child], clock: Callable[[], float]) -> None:
+        self.restarts = 0
         self._spawn = spawn
         self._clock = clock
         self._entries: dict[str, _Entry] = {}
         self._stop_order: list[str] = []
 
     def start(self, spec: ProcessSpec) -> None:
-        """Start a process."""
-        if spec.name in self._entries:
-            raise ValueError(f"process {spec.name} has been started before")
+        """Start a process, or start it again if it has ended."""
+        before = self._entries.get(spec.name)
+        if before is not None and before.state is not State.GONE:
+            raise ValueError(f"process {spec.name} has been started before and still runs")
+        self.restarts += before is not None
         self._entries[spec.name] = _Entry(spec, self._spawn(spec))
 
     def pid(self, name: str) -> int | None:

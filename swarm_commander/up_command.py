@@ -8,7 +8,6 @@ from datetime import datetime
 from pathlib import Path
 from typing import Annotated
 
-import psutil
 import typer
 from rich.console import Console
 
@@ -130,7 +129,7 @@ def bring_up(plan: RunPlan) -> int:
     finally:
         lock.release()
     verdict = load_verdict(folder.verdict)
-    times = RunTimes(time.time() - psutil.Process().create_time(), run.active_after_wall)
+    times = RunTimes(run.wall_time, run.active_after_wall, run.restarts)
     report = compose_report(plan.options, tally, verdict, run.usage, times)
     must_finish = plan.options.until_done and not run.is_stopped_by_user
     code = exit_code(

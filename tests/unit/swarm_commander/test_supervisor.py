@@ -108,9 +108,15 @@ def test_killing_spares_only_the_gone() -> None:
     assert history.supervisor.all_gone
 
 
-def test_a_name_is_used_once() -> None:
+def test_a_process_that_runs_is_not_started_twice_but_one_that_has_ended_is_restarted() -> None:
+    history = History()
     with pytest.raises(ValueError, match="started before"):
-        History().supervisor.start(ProcessSpec("world", ("world",)))
+        history.supervisor.start(ProcessSpec("world", ("world",)))
+    assert history.supervisor.restarts == 0
+    history.end("world", 1)
+    history.supervisor.start(ProcessSpec("world", ("world",)))
+    assert history.supervisor.restarts == 1
+    assert history.supervisor.pid("world") == 4
 
 
 def test_every_state_has_a_way_to_its_end() -> None:
