@@ -51,23 +51,5 @@ class DomainLock:
         self._socket.close()
 
 
-def check_port(port: int) -> None:
-    """Check that a TCP port of this machine is free.
-
-    Raises:
-        ConfigError: If it is not.
-    """
-    if not 1 <= port <= 65535:
-        raise ConfigError(f"--port is {port}; expected 1..65535")
-    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
-        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            probe.bind(("127.0.0.1", port))
-        except OSError as error:
-            raise ConfigError(
-                f"port {port} cannot be used: {error.strerror}; choose another with --port"
-            ) from None
-
-
 def _address(domain: int) -> str:
     return f"\0swarm-up-domain-{domain}"

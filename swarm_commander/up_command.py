@@ -12,7 +12,7 @@ import typer
 from rich.console import Console
 
 from swarm_commander.bringup import Run
-from swarm_commander.domain import DomainLock, check_port, domain_id
+from swarm_commander.domain import DomainLock, domain_id
 from swarm_commander.options import UpOptions, parse_speed
 from swarm_commander.plan import RunPlan, check_plan
 from swarm_commander.progress import Progress, summary_table
@@ -81,10 +81,14 @@ def up(
     a miss or a collision; 1 a goal missed (also by --duration, if --until-done is given) or a
     collision; 2 bad input; 3 a component failed.
     """
-    flags = {"--fleet": fleet, "--viewer": viewer, "--rviz": rviz, "--record": record}
-    _refuse_absent({flag: value for flag, value in flags.items() if value}, headless)
-    if port is not None:
-        check_port(port)
+    flags = {
+        "--fleet": fleet is not None,
+        "--viewer": viewer,
+        "--rviz": rviz,
+        "--record": record,
+        "--port": port is not None,
+    }
+    _refuse_absent([flag for flag, is_given in flags.items() if is_given], headless)
     options = UpOptions(
         swarm_size=swarm_size,
         world=world,
@@ -145,7 +149,7 @@ def bring_up(plan: RunPlan) -> int:
     return code
 
 
-def _refuse_absent(flags: dict[str, object], headless: bool) -> None:
+def _refuse_absent(flags: list[str], headless: bool) -> None:
     for flag in flags:
         if flag == "--viewer" and headless:
             raise ConfigError("--viewer and --headless exclude each other")

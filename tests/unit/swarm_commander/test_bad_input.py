@@ -1,7 +1,6 @@
 """Bad input to `swarm-up`: one clear message on stderr, exit code 2, and nothing is started."""
 
 import os
-import socket
 import stat
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -64,7 +63,7 @@ def refusal(
         (["--rviz"], ["--rviz is not available in this version"]),
         (["--record"], ["--record is not available in this version"]),
         (["--fleet", "fleet.yaml"], ["--fleet is not available in this version"]),
-        (["--port", "99999"], ["--port is 99999"]),
+        (["--port", "8080"], ["--port is not available in this version"]),
         (["extra"], ["extra"]),
     ],
     ids=" ".join,
@@ -135,12 +134,6 @@ def test_a_domain_in_use(refusal: Refusal) -> None:
 def test_an_impossible_domain(refusal: Refusal, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ROS_DOMAIN_ID", "900")
     assert "ROS_DOMAIN_ID is '900'" in refusal()
-
-
-def test_a_port_in_use(refusal: Refusal) -> None:
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        port = server.getsockname()[1]
-        assert f"port {port} cannot be used" in refusal("--port", str(port))
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")

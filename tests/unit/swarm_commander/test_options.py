@@ -1,12 +1,11 @@
 import os
-import socket
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from swarm_commander.domain import DomainLock, check_port, domain_id
+from swarm_commander.domain import DomainLock, domain_id
 from swarm_commander.narrator import Moment, Narrator
 from swarm_commander.options import UpOptions, parse_speed
 from swarm_commander.rundir import create_run_folder, write_env_sh
@@ -81,16 +80,6 @@ def test_a_domain_has_one_swarm_at_a_time() -> None:
         DomainLock(231)
     lock.release()
     DomainLock(231).release()
-
-
-def test_a_port_in_use_is_named() -> None:
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        port = server.getsockname()[1]
-        with pytest.raises(ConfigError, match=f"port {port} cannot be used"):
-            check_port(port)
-    check_port(port)
-    with pytest.raises(ConfigError, match=r"expected 1\.\.65535"):
-        check_port(70000)
 
 
 def test_a_run_folder_is_new_and_latest_points_to_it(
