@@ -142,6 +142,10 @@ def test_a_run_folder_without_permission(refusal: Refusal, tmp_path: Path) -> No
     assert "cannot write the run folder" in refusal("--run-dir", "locked/run")
 
 
+def test_a_run_folder_where_not_even_root_may_write(refusal: Refusal) -> None:
+    assert "cannot write the run folder" in refusal("--run-dir", "/proc/swarm/run")
+
+
 def test_a_run_folder_that_is_a_file(refusal: Refusal, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("", encoding="utf-8")
     assert "cannot write the run folder" in refusal("--run-dir", "file")
