@@ -45,6 +45,7 @@ class Goal:
         distance: [m] of BACKUP and DRIVE_ON_HEADING, positive.
         speed: [m/s] of BACKUP and DRIVE_ON_HEADING, positive.
         duration: [s] to wait (WAIT), or the time allowance of the other behaviours (0: none).
+        first_index: Pose that the first round of WAYPOINTS begins with; further rounds begin at 0.
         loops: Additional rounds through WAYPOINTS.
         start_tick: Tick at which the goal takes effect; the past means at once.
     """
@@ -57,6 +58,7 @@ class Goal:
     distance: float = 0.0
     speed: float = 0.0
     duration: float = 0.0
+    first_index: int = 0
     loops: int = 0
     start_tick: int = 0
 
@@ -98,14 +100,17 @@ class PlanError(SwarmError):
 
 @dataclass(frozen=True, slots=True)
 class GoalEnded:
-    """A goal has reached its terminal state, at control tick `tick`."""
+    """A goal has reached its terminal state, at control tick `tick`.
+
+    Each missed waypoint comes as its index in the goal's poses and the reason's code.
+    """
 
     goal_id: int
     outcome: Outcome
     tick: int
     error_code: ErrorCode = ErrorCode.NONE
     message: str = ""
-    missed_waypoints: tuple[int, ...] = ()
+    missed_waypoints: tuple[tuple[int, ErrorCode], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

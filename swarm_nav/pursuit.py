@@ -121,7 +121,7 @@ class Pursuit:
         if task.goal.kind is not GoalKind.WAYPOINTS:
             self.end(Outcome.ABORTED, code, message)
             return
-        task.missed.append(task.index)
+        task.missed.append((task.index, code))
         if task.next_target(self._s.tick):
             self._aim(task)
         else:

@@ -23,7 +23,7 @@ from nav2_msgs.msg import MissedWaypoint
 
 from swarm_common.records import CONTROL_PERIOD, Pose
 from swarm_common.ros_io import pose_stamped, tick_of
-from swarm_nav.goals import ErrorCode, Feedback, Goal, GoalEnded, GoalKind
+from swarm_nav.goals import Feedback, Goal, GoalEnded, GoalKind
 
 ACTIONS: dict[GoalKind, Any] = {
     GoalKind.NAVIGATE: NavigateToPose,
@@ -71,7 +71,8 @@ def goal_from_request(kind: GoalKind, goal_id: int, request: Any, to_map: ToMap)
         return Goal(
             kind=kind,
             goal_id=goal_id,
-            poses_map=poses[first:],
+            poses_map=poses,
+            first_index=first if poses else 0,
             loops=int(request.number_of_loops),
             start_tick=start,
         )
@@ -156,10 +157,10 @@ def result_msg(goal: Goal, ended: GoalEnded, started_tick: int) -> Any:
         result.missed_waypoints = [
             MissedWaypoint(
                 index=index,
-                goal=pose_stamped(goal.poses_map[index % len(goal.poses_map)], ended.tick),
-                error_code=int(ErrorCode.NO_VALID_PATH),
+                goal=pose_stamped(goal.poses_map[index], ended.tick),
+                error_code=int(code),
             )
-            for index in ended.missed_waypoints
+            for index, code in ended.missed_waypoints
         ]
     if hasattr(result, "total_elapsed_time"):
         result.total_elapsed_time = duration_msg(CONTROL_PERIOD * (ended.tick - started_tick))

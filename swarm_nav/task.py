@@ -8,7 +8,7 @@ import numpy as np
 
 from swarm_common.records import FloatArray, Pose, wrap_angle
 from swarm_nav.given_path import GivenPath
-from swarm_nav.goals import Goal, GoalKind
+from swarm_nav.goals import ErrorCode, Goal, GoalKind
 from swarm_nav.planner import path_length
 from swarm_nav.situation import Situation
 
@@ -30,12 +30,12 @@ class Task:
         """Start at the present tick."""
         self.goal = goal
         self.start_tick = situation.tick
-        self.index = 0
+        self.index = goal.first_index
         self.loop = 0
         self.has_arrived = False
         self.recoveries = 0
         self.is_planned = False
-        self.missed: list[int] = []
+        self.missed: list[tuple[int, ErrorCode]] = []
         self.given: GivenPath | None = None
         if goal.kind is GoalKind.FOLLOW_PATH:
             self.given = GivenPath(goal.path_map)

@@ -145,7 +145,7 @@ def test_waypoints_are_reached_in_turn_and_the_missed_one_is_named() -> None:
         one.run(1)
         visited.append(one.distance(0, EAST))
     assert one.ended(0)[0].outcome is Outcome.SUCCEEDED
-    assert one.ended(0)[0].missed_waypoints == (1,)
+    assert one.ended(0)[0].missed_waypoints == ((1, ErrorCode.GOAL_OCCUPIED),)
     assert min(visited) < 0.25
     assert one.distance(0, Pose(6.0, 5.0, 1.0)) < 0.25
 
@@ -164,6 +164,20 @@ def test_waypoints_are_repeated_for_each_loop() -> None:
         previous = current
     assert one.ended(0)[0].outcome is Outcome.SUCCEEDED
     assert turns == 3
+
+
+def test_further_loops_begin_at_the_first_waypoint_also_after_a_first_index() -> None:
+    one = squad()
+    poses = (Pose(3.0, 2.0, math.nan), Pose(20.0, 2.0, math.nan), Pose(3.0, 3.0, math.nan))
+    one.send(0, *poses, kind=GoalKind.WAYPOINTS, loops=1, first_index=2)
+    visited: list[int] = []
+    while not one.ended(0) and one.tick < 1500:
+        one.run(1)
+        feedback = one.robots[0].feedback()
+        if feedback is not None and feedback.current_waypoint not in visited[-1:]:
+            visited.append(feedback.current_waypoint)
+    assert one.ended(0)[0].missed_waypoints == ((1, ErrorCode.GOAL_OUTSIDE_MAP),)
+    assert [index for index in visited if index != 1] == [2, 0, 2]
 
 
 def test_intermediate_poses_are_driven_through() -> None:

@@ -1,0 +1,44 @@
+"""Nav2's requests and results on the way to and from the brain, without a graph."""
+
+from __future__ import annotations
+
+import pytest
+from geometry_msgs.msg import PoseStamped
+from nav2_msgs.action import FollowWaypoints
+
+from swarm_common.records import Pose
+from swarm_common.ros_io import pose_from_msg, pose_stamped
+from swarm_nav.goals import ErrorCode, Goal, GoalEnded, GoalKind, Outcome
+from swarm_nav.ros_goals import goal_from_request, result_msg
+
+POSES = (Pose(1.0, 2.0, 0.0), Pose(3.0, 4.0, 0.5), Pose(5.0, 6.0, 1.0))
+
+
+def to_map(stamped: PoseStamped) -> Pose:
+    return pose_from_msg(stamped.pose)
+
+
+def waypoints(first: int, loops: int = 0, poses: tuple[Pose, ...] = POSES) -> Goal:
+    request = FollowWaypoints.Goal(goal_index=first, number_of_loops=loops)
+    request.poses = [pose_stamped(pose, 0) for pose in poses]
+    return goal_from_request(GoalKind.WAYPOINTS, 7, request, to_map)
+
+
+def test_waypoints_keep_all_poses_and_the_index_of_the_first_one() -> None:
+    goal = waypoints(2, loops=3)
+    assert [(pose.x, pose.y) for pose in goal.poses_map] == [(1.0, 2.0), (3.0, 4.0), (5.0, 6.0)]
+    assert (goal.goal_id, goal.first_index, goal.loops) == (7, 2, 3)
+    assert waypoints(2, poses=()).first_index == 0
+
+
+def test_a_first_index_behind_the_last_pose_is_refused() -> None:
+    with pytest.raises(ValueError, match="goal_index is 3; there are 3 poses"):
+        waypoints(3)
+
+
+def test_a_missed_waypoint_is_told_with_its_index_its_pose_and_its_reason() -> None:
+    missed = ((1, ErrorCode.GOAL_OCCUPIED), (2, ErrorCode.FAILED_TO_MAKE_PROGRESS))
+    ended = GoalEnded(7, Outcome.SUCCEEDED, 50, missed_waypoints=missed)
+    result = result_msg(waypoints(1), ended, 10)
+    assert [(one.index, one.error_code) for one in result.missed_waypoints] == [(1, 206), (2, 105)]
+    assert [one.goal.pose.position.x for one in result.missed_waypoints] == [3.0, 5.0]
