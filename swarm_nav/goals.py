@@ -68,21 +68,32 @@ class ErrorCode(enum.IntEnum):
 
     NONE = 0
     CONTROL_UNKNOWN = 100
+    INVALID_PATH = 103
     FAILED_TO_MAKE_PROGRESS = 105
     NO_VALID_CONTROL = 106
     PLAN_UNKNOWN = 200
+    PLAN_TF_ERROR = 202
     START_OUTSIDE_MAP = 203
     GOAL_OUTSIDE_MAP = 204
     START_OCCUPIED = 205
     GOAL_OCCUPIED = 206
     PLAN_TIMEOUT = 207
     NO_VALID_PATH = 208
-    NO_WAYPOINTS_GIVEN = 601
+    NO_VIAPOINTS_GIVEN = 309
+    WAYPOINTS_UNKNOWN = 600
     SPIN_TIMEOUT = 701
     BACKUP_TIMEOUT = 711
     BACKUP_COLLISION_AHEAD = 714
     DRIVE_TIMEOUT = 721
-    DRIVE_COLLISION_AHEAD = 724
+    DRIVE_COLLISION_AHEAD = 723
+
+
+# What a goal without poses ends with; Jazzy's FollowWaypoints has no code of its own for it.
+NO_POSES_CODES = {
+    GoalKind.THROUGH: ErrorCode.NO_VIAPOINTS_GIVEN,
+    GoalKind.WAYPOINTS: ErrorCode.WAYPOINTS_UNKNOWN,
+    GoalKind.FOLLOW_PATH: ErrorCode.INVALID_PATH,
+}
 
 
 class PlanError(SwarmError):

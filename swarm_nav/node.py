@@ -26,6 +26,7 @@ from swarm_nav.goals import GoalEnded, Output
 from swarm_nav.inputs import TickInput, TickInputs
 from swarm_nav.lifecycle import Lifecycle
 from swarm_nav.navigator import Navigator
+from swarm_nav.ros_goals import UnknownFrameError
 from swarm_nav.ros_params import Parameters
 from swarm_nav.ros_services import Services
 from swarm_nav.ros_tasks import Tasks
@@ -230,7 +231,7 @@ class NavigatorNode:
             return self._brain.map_from_odom.compose(pose)
         if frame in ("base_footprint", "base_link"):
             return self._brain.pose_map.compose(pose)
-        raise ValueError(f"frame '{frame}' is unknown; use map, odom or base_footprint")
+        raise UnknownFrameError(f"frame '{frame}' is unknown; use map, odom or base_footprint")
 
     def take_map(self, grid: Grid) -> None:
         """Navigate on another map from now on."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from swarm_nav.automaton import Automaton
 from swarm_nav.behaviors import Behavior, recovery_goal
-from swarm_nav.goals import ErrorCode, Goal, GoalEnded, GoalKind, Outcome
+from swarm_nav.goals import NO_POSES_CODES, ErrorCode, Goal, GoalEnded, GoalKind, Outcome
 from swarm_nav.holding import Lease
 from swarm_nav.right_of_way import RightOfWay
 from swarm_nav.situation import Situation
@@ -71,7 +71,8 @@ class Pursuit:
             return
         self.task = Task(goal, self._s)
         if not goal.poses_map and len(goal.path_map) == 0:
-            self.end(Outcome.ABORTED, ErrorCode.NO_WAYPOINTS_GIVEN, "no poses given")
+            code = NO_POSES_CODES.get(goal.kind, ErrorCode.PLAN_UNKNOWN)
+            self.end(Outcome.ABORTED, code, "no poses given")
             return
         self._aim(self.task)
         self._automaton.switch(Event.GOAL)

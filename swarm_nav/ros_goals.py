@@ -21,9 +21,10 @@ from nav2_msgs.action import (
 )
 from nav2_msgs.msg import MissedWaypoint
 
+from swarm_common.errors import SwarmError
 from swarm_common.records import CONTROL_PERIOD, Pose
 from swarm_common.ros_io import pose_stamped, tick_of
-from swarm_nav.goals import Feedback, Goal, GoalEnded, GoalKind
+from swarm_nav.goals import ErrorCode, Feedback, Goal, GoalEnded, GoalKind, PlanError
 
 ACTIONS: dict[GoalKind, Any] = {
     GoalKind.NAVIGATE: NavigateToPose,
@@ -36,7 +37,12 @@ ACTIONS: dict[GoalKind, Any] = {
     GoalKind.WAIT: Wait,
 }
 
-ToMap = Callable[[PoseStamped], Pose]  # raises ValueError for an unknown frame or bad numbers
+ToMap = Callable[[PoseStamped], Pose]  # raises UnknownFrameError, ValueError for bad numbers
+THROUGH_OFFSET = 100  # ComputePathThroughPoses has 300 where ComputePathToPose has 200
+
+
+class UnknownFrameError(SwarmError, ValueError):
+    """A pose lies in a frame that the navigator does not know."""
 
 
 def seconds(duration: Duration) -> float:
@@ -119,6 +125,16 @@ def _finite(value: float, name: str) -> float:
     if not math.isfinite(value):
         raise ValueError(f"{name} is {value}")
     return float(value)
+
+
+def plan_error_code(error: PlanError | ValueError, is_through: bool) -> int:
+    """Return the code of ComputePathToPose or ComputePathThroughPoses for what went wrong."""
+    if isinstance(error, UnknownFrameError):
+        code = ErrorCode.PLAN_TF_ERROR
+    else:
+        code = error.code if isinstance(error, PlanError) else ErrorCode.NO_VALID_PATH
+    is_shifted = is_through and code is not ErrorCode.NO_VIAPOINTS_GIVEN
+    return int(code) + (THROUGH_OFFSET if is_shifted else 0)
 
 
 def feedback_msg(goal: Goal, feedback: Feedback, started_tick: int, tick: int) -> Any:

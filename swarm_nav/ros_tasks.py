@@ -16,7 +16,7 @@ from rclpy.node import Node
 
 from swarm_common.records import Pose
 from swarm_common.ros_io import RELIABLE, path_msg
-from swarm_nav.goals import Goal, GoalEnded, GoalKind, Outcome, PlanError
+from swarm_nav.goals import ErrorCode, Goal, GoalEnded, GoalKind, Outcome, PlanError
 from swarm_nav.navigator import Navigator
 from swarm_nav.ros_actions import TickActionServer
 from swarm_nav.ros_goals import (
@@ -25,13 +25,12 @@ from swarm_nav.ros_goals import (
     duration_msg,
     feedback_msg,
     goal_from_request,
+    plan_error_code,
     pose_goal,
     result_msg,
 )
 
 FEEDBACK_TICKS = 5
-THROUGH_CODES = 100  # ComputePathThroughPoses counts from 300 where ComputePathToPose has 200
-INVALID = 200 + 8  # no valid path: what a senseless request ends with
 
 
 @dataclass(slots=True)
@@ -141,30 +140,26 @@ class Tasks:
     def _serve_plans(self, action: Any, name: str, field: str) -> None:
         def begin(server: TickActionServer, handle: ServerGoalHandle) -> None:
             request = handle.request
-            goals = getattr(request, field)
-            goals = goals if field == "goals" else [goals]
+            is_through = field == "goals"
+            goals = request.goals if is_through else [request.goal]
             result = action.Result()
             started = time.perf_counter()
-            outcome = self._plan(request, goals, result)
+            try:
+                self._plan(request, goals, result)
+                outcome = Outcome.SUCCEEDED
+            except (PlanError, ValueError) as error:
+                result.error_code, result.error_msg = plan_error_code(error, is_through), str(error)
+                outcome = Outcome.ABORTED
             result.planning_time = duration_msg(time.perf_counter() - started)
-            if field == "goals" and result.error_code:
-                result.error_code += THROUGH_CODES
             server.finish(handle, outcome, result)
 
         TickActionServer(self._node, action, name, lambda _: self._is_open(), begin, lambda _: None)
 
-    def _plan(self, request: Any, goals: Sequence[PoseStamped], result: Any) -> Outcome:
-        try:
-            start: Pose | None = self._to_map(request.start) if request.use_start else None
-            poses = [self._to_map(goal) for goal in goals]
-            points_map = self._brain.make_plan(start, poses)
-        except PlanError as error:
-            result.error_code, result.error_msg = int(error.code), str(error)
-            return Outcome.ABORTED
-        except ValueError as error:
-            result.error_code, result.error_msg = INVALID, str(error)
-            return Outcome.ABORTED
-        result.path = path_msg(np.asarray(points_map), self._tick)
-        if poses and result.path.poses:
+    def _plan(self, request: Any, goals: Sequence[PoseStamped], result: Any) -> None:
+        if not goals:
+            raise PlanError(ErrorCode.NO_VIAPOINTS_GIVEN, "no goals given")
+        start: Pose | None = self._to_map(request.start) if request.use_start else None
+        poses = [self._to_map(goal) for goal in goals]
+        result.path = path_msg(np.asarray(self._brain.make_plan(start, poses)), self._tick)
+        if result.path.poses:
             result.path.poses[-1].pose.orientation = goals[-1].pose.orientation
-        return Outcome.SUCCEEDED

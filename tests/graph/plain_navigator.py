@@ -148,6 +148,14 @@ def plan_and_behave(navigator, x, y):
     answer = navigator.result(navigator.send("compute_path_to_pose", unreachable))
     assert answer.status == GoalStatus.STATUS_ABORTED
     assert answer.result.error_code == ComputePathToPose.Result.GOAL_OUTSIDE_MAP
+    elsewhere = ComputePathToPose.Goal(goal=pose_at(x, y + 1.0))
+    elsewhere.goal.header.frame_id = "nowhere"
+    answer = navigator.result(navigator.send("compute_path_to_pose", elsewhere))
+    assert answer.result.error_code == ComputePathToPose.Result.TF_ERROR
+    nothing = ComputePathThroughPoses.Goal()
+    answer = navigator.result(navigator.send("compute_path_through_poses", nothing))
+    assert answer.status == GoalStatus.STATUS_ABORTED
+    assert answer.result.error_code == ComputePathThroughPoses.Result.NO_VIAPOINTS_GIVEN
 
     spin = Spin.Goal(target_yaw=1.57)
     spin.time_allowance.sec = 20

@@ -131,10 +131,21 @@ def test_an_unreachable_goal_ends_after_the_recoveries() -> None:
     assert one.robots[0].status().number_of_recoveries == 2
 
 
-def test_a_goal_without_poses_names_the_code_of_follow_waypoints() -> None:
+@pytest.mark.parametrize(
+    ("kind", "code"),
+    [
+        (GoalKind.WAYPOINTS, ErrorCode.WAYPOINTS_UNKNOWN),
+        (GoalKind.THROUGH, ErrorCode.NO_VIAPOINTS_GIVEN),
+        (GoalKind.FOLLOW_PATH, ErrorCode.INVALID_PATH),
+    ],
+)
+def test_a_goal_without_poses_ends_with_the_code_of_its_action(
+    kind: GoalKind, code: ErrorCode
+) -> None:
     one = squad()
-    one.send(0, kind=GoalKind.WAYPOINTS)
-    assert drive_to_the_end(one, 5).error_code is ErrorCode.NO_WAYPOINTS_GIVEN
+    one.send(0, kind=kind)
+    end = drive_to_the_end(one, 5)
+    assert (end.outcome, end.error_code) == (Outcome.ABORTED, code)
 
 
 def test_waypoints_are_reached_in_turn_and_the_missed_one_is_named() -> None:

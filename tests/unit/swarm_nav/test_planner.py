@@ -107,15 +107,6 @@ def test_a_refusal_names_nav2s_code_and_the_reason(
     assert error.value.code is code
 
 
-def test_the_codes_are_nav2s() -> None:
-    named = {code.name: int(code) for code in ErrorCode}
-    assert named["START_OUTSIDE_MAP"] == 203
-    assert named["GOAL_OUTSIDE_MAP"] == 204
-    assert named["GOAL_OCCUPIED"] == 206
-    assert named["NO_VALID_PATH"] == 208
-    assert named["FAILED_TO_MAKE_PROGRESS"] == 105
-
-
 def test_a_goal_deep_in_a_thick_wall_is_occupied() -> None:
     planner = planner_for(room(6.0, 4.0, (2.0, 0.0, 4.0, 2.8)))
     with pytest.raises(PlanError) as error:
