@@ -114,6 +114,8 @@ def compose_status(
     station = _station_name(lease, sites)
     if not is_active:
         name = "inactive"
+    elif s.missing:
+        name, detail = "waiting", s.missing
     elif state is State.HOLDING:
         where = "on the circuit" if holding.is_on_circuit else "parked"
         detail = f"{where}, {lease.place} before it at {station or 'its goal'}"

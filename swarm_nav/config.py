@@ -100,14 +100,14 @@ class CostmapConfig:
     local_size: float = 3.0  # [m] width and height of the rolling local costmap
     wall_clearance: float = 0.30  # [m] of the robot's centre from walls where there is room
     static_tolerance: float = 0.20  # [m] from a mapped wall within which a hit is that wall
-    scan_timeout: float = 1.0  # [s] without a scan after which the robot stands
+    scan_timeout: float = 1.0  # [s] without a scan after which the robot stands; 0: no LiDAR
     unknown_body_margin: float = 0.25  # [m] that a body may extend beyond what the LiDAR sees
 
     def __post_init__(self) -> None:
         """Refuse impossible values."""
         _positive("costmap.", self, "inflation_radius", "cost_scaling_factor", "local_size")
         _positive("costmap.", self, "obstacle_max_range", "raytrace_max_range", "wall_clearance")
-        _positive("costmap.", self, "scan_timeout")
+        _not_negative("costmap.", self, "scan_timeout")
         _at_most("costmap.", self, "local_size", 50.0)
         _not_negative(
             "costmap.", self, "footprint_padding", "static_tolerance", "unknown_body_margin"
@@ -158,6 +158,10 @@ class BehaviorConfig:
         _positive("behavior.", self, "spin_dist", "backup_dist", "backup_speed", "wait_duration")
 
 
+# All robots must agree on these: the safety argument counts on them. Not changeable while running.
+PROTOCOL_PARAMETERS = ("traffic.confirmations", "traffic.wanted_length", "traffic.lost_ticks")
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrafficConfig:
     """Reservation and right of way; `traffic.` parameters. See ARCHITECTURE.md."""
@@ -199,8 +203,8 @@ class HoldingConfig:
 
     mode: str = "auto"  # circuit | park | auto
     request_distance: float = 3.0  # [m] from the station at which its lease is requested
-    hold_distance: float = 2.0  # [m] from the station at which a robot without its turn holds
-    approach_slots: int = 3  # robots that may be on the last metres to a station
+    hold_distance: float = 1.2  # [m] from the station at which a robot without its turn holds
+    approach_slots: int = 1  # robots that may be on the last metres to a station
     circuit_spacing: float = 6.0  # [m] of circuit per robot below which `auto` parks
     search_distance: float = 8.0  # [m] of driving to a parking place
     station_patience: float = 120.0  # [s] that a station may be blocked by a silent robot

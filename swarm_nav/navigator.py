@@ -103,6 +103,8 @@ class Navigator:
 
     def on_initial_pose(self, pose_map: Pose) -> None:
         """Take a pose from the operator; claims made at the old one are dropped."""
+        if pose_map.distance(self._s.pose) > self._s.config.traffic.safety_margin:
+            self._s.listening_since = self._s.tick  # who holds the space there is not known yet
         self._localiser.initialise(pose_map)
         self._s.pose = self._localiser.pose_map
         self._s.tube.reset(self._s.pose)

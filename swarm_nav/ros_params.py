@@ -11,7 +11,12 @@ from rclpy.parameter import Parameter
 
 from swarm_common.errors import SwarmError
 from swarm_common.robot_params import robot_parameters
-from swarm_nav.config import NavConfig, config_from_parameters, parameter_values
+from swarm_nav.config import (
+    PROTOCOL_PARAMETERS,
+    NavConfig,
+    config_from_parameters,
+    parameter_values,
+)
 from swarm_nav.settings import ROBOT_PREFIX, NodeSettings, check_limits
 
 USE_SIM_TIME = "use_sim_time"
@@ -36,7 +41,7 @@ class Parameters:
         for name, value in robot_parameters(settings.spec).items():
             fixed[ROBOT_PREFIX + name] = value
         changeable = [
-            (name, value, ParameterDescriptor())
+            (name, value, ParameterDescriptor(read_only=name in PROTOCOL_PARAMETERS))
             for name, value in parameter_values(settings.config).items()
         ]
         constant = [

@@ -33,13 +33,18 @@ class Senses:
         """Close the observations of this tick; return whether there are enough to drive on."""
         self._note_deafness()
         is_hearing, self._is_hearing = self._is_hearing, False
-        return is_hearing and not self._is_blind
+        self._s.missing = self._missing(is_hearing)
+        return not self._s.missing
 
-    @property
-    def _is_blind(self) -> bool:
-        """Whether scans stopped coming; a robot that never had one drives by radio and map."""
-        timeout = self._s.ticks(self._s.config.costmap.scan_timeout)
-        return self._scan_tick >= 0 and self._s.tick - self._scan_tick > timeout
+    def _missing(self, is_hearing: bool) -> str:
+        """Return what keeps the robot from driving, for people; empty if nothing does."""
+        s = self._s
+        timeout = s.config.costmap.scan_timeout
+        if not is_hearing:
+            return "stands: its radio delivers nothing"
+        if timeout > 0.0 and s.tick - max(self._scan_tick, s.listening_since) > s.ticks(timeout):
+            return f"stands: no scan for more than {timeout:.1f} s"
+        return ""
 
     def _note_deafness(self) -> None:
         """Listen anew after a silence in which robots may have come near unheard."""

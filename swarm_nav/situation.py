@@ -45,6 +45,7 @@ class Situation:
         blocked_by: Id of that robot, 0 for none.
         yields_for: Id of the robot that is made way for, 0 for none.
         priority: As published in the last beacon.
+        missing: What keeps the robot from driving (no scans, no radio), empty if nothing.
         listening_since: Tick since which the radio is heard without a gap.
         events: What happened since the last output, in order.
     """
@@ -68,6 +69,7 @@ class Situation:
     yields_for: int = 0
     is_stuck: bool = False
     has_grown: bool = False
+    missing: str = ""
     priority: int = 0
     last_plan_tick: int = -1000
     listening_since: int = 0

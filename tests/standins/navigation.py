@@ -30,6 +30,9 @@ def waffle() -> RobotSpec:
     return load_robot("turtlebot3_waffle")
 
 
+NOTHING_SEEN = np.full(360, np.inf, np.float32)
+
+
 def room(
     width: float, height: float, *walls: tuple[float, float, float, float], resolution: float = 0.05
 ) -> Grid:
@@ -41,6 +44,10 @@ def room(
         columns = slice(round(x_min / resolution), round(x_max / resolution))
         cells[rows, columns] = OCCUPIED
     return Grid(cells, resolution, 0.0, 0.0)
+
+
+def without_lidar(parameters: NavConfig | None = None) -> NavConfig:
+    return config_from_parameters({"costmap.scan_timeout": 0.0}, parameters)
 
 
 def config(**changes: Any) -> NavConfig:
@@ -137,7 +144,7 @@ class Squad:
         self.events: list[list[Event]] = [[] for _ in poses]
         self.beacons: list[np.void | None] = [None] * len(poses)
         self.extra_beacons: list[np.void] = []
-        self.scan: Callable[[int, Pose], np.ndarray | None] = lambda index, pose: None
+        self.scan: Callable[[int, Pose], np.ndarray | None] = lambda index, pose: NOTHING_SEEN
 
     def send(
         self, index: int, *poses: Pose, kind: GoalKind = GoalKind.NAVIGATE, **fields: Any

@@ -1,9 +1,10 @@
 """Stand-in robots with ROS but without world or navigation: they reach every goal in 20 ticks.
 
-python -m tests.standins.ros_robots COUNT [--fail NAME] [--mute NAME]
+python -m tests.standins.ros_robots COUNT [--fail NAME] [--mute NAME] [--homes]
 
 Time goes on as in lockstep: it stands still while a robot whose mission is active has no goal.
 `--fail` gives a robot whose every goal fails at the first try, `--mute` one that goes silent.
+With `--homes` they know where they were started: at y = 7, not where they are.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ MUTE_AFTER = 30  # ticks
 class Robot:
     """One stand-in robot."""
 
-    def __init__(self, name: str, number: int, *, fails: bool, is_mute: bool) -> None:
+    def __init__(self, name: str, number: int, *, fails: bool, is_mute: bool, homes: bool) -> None:
         self.node = Node("navigator", namespace=name)
         self.name = name
         self.is_mute = is_mute
@@ -48,6 +49,9 @@ class Robot:
         self._end: Future | None = None
         sites = find_resource("world", "slim_blockage", "world.sdf").parent / "sites.yaml"
         self.node.declare_parameter("sites", str(sites))
+        if homes:
+            for axis, value in zip(("x", "y", "yaw"), (float(number), 7.0, 0.0), strict=True):
+                self.node.declare_parameter(f"initial_pose.{axis}", value)
         self._status = self.node.create_publisher(RobotStatus, "status", RELIABLE)
         self.node.create_subscription(Mission, "mission", self._take_mission, LATCHED)
         self._server = ActionServer(
@@ -113,6 +117,7 @@ class Robot:
         self.start_tick = max(self.tick, tick_of(pose.header.stamp))
         self.publish()
         self._end = Future()
+        handle.publish_feedback(NavigateToPose.Feedback(distance_remaining=1.0))
         outcome = await self._end
         if outcome == "succeeded":
             handle.succeed()
@@ -127,13 +132,15 @@ def main() -> None:
     parser.add_argument("count", type=int)
     parser.add_argument("--fail", default="")
     parser.add_argument("--mute", default="")
+    parser.add_argument("--homes", action="store_true")
     options = parser.parse_args()
     rclpy.init()
     executor = SingleThreadedExecutor()
     robots = []
     for number in range(1, options.count + 1):
         name = f"Srobot{number}"
-        robots.append(Robot(name, number, fails=name == options.fail, is_mute=name == options.mute))
+        moods = {"fails": name == options.fail, "is_mute": name == options.mute}
+        robots.append(Robot(name, number, **moods, homes=options.homes))
         executor.add_node(robots[-1].node)
     tick = 0
     due = time.monotonic()

@@ -19,7 +19,7 @@ from swarm_nav.navigator import Navigator
 from swarm_sim.radio import RadioConfig
 from swarm_sim.scene import Body, Box, Part, Scene, transform_from_xyz_rpy
 from swarm_sim.world import World, WorldConfig
-from tests.standins.navigation import room, waffle
+from tests.standins.navigation import room, waffle, without_lidar
 
 WALL = 0.05  # [m] thick, one cell of the map
 COVERED = 1.3  # [m] from a dead robot within which its last request may cover a goal
@@ -105,7 +105,7 @@ def run(trial: Trial, parameters: NavConfig | None = None, limit: int = 2500) ->
         WorldConfig(engine="planar", with_lidar=False, radio=radio), trial.seed,
     )  # fmt: skip
     robots = [
-        Navigator(parameters or NavConfig(), spec, trial.grid(), Sites(), i + 1, start)
+        Navigator(without_lidar(parameters), spec, trial.grid(), Sites(), i + 1, start)
         for i, start in enumerate(trial.starts)
     ]
     reached = [0] * trial.count

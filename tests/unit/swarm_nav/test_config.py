@@ -80,7 +80,7 @@ def test_an_integer_is_taken_for_a_float() -> None:
         ("planner.lane_weight", -1.0),
         ("costmap.inflation_radius", 0.0),
         ("costmap.footprint_padding", -0.01),
-        ("costmap.scan_timeout", 0.0),
+        ("costmap.scan_timeout", -1.0),
         ("goal_checker.yaw_goal_tolerance", 0.0),
         ("progress_checker.number_of_retries", -1),
         ("behavior.backup_speed", 0.0),

@@ -26,7 +26,8 @@ def scan(tick: int) -> Scan:
 
 
 def test_an_empty_batch_is_enough_but_counts_for_one_tick_only() -> None:
-    _, senses = robot()
+    s, senses = robot()
+    senses.on_scan(scan(s.tick))
     assert not senses.update()
     senses.on_neighbors(NOBODY)
     assert senses.update()
@@ -62,3 +63,11 @@ def test_a_scan_marks_nothing_before_the_robots_around_are_heard() -> None:
     assert len(s.obstacles.points) == 0
     senses.on_scan(scan(s.tick + s.config.traffic.listen_ticks))
     assert len(s.obstacles.points) > 0
+
+
+def test_a_robot_that_never_gets_a_scan_stands_and_says_so() -> None:
+    s, senses = robot()
+    s.tick += s.ticks(s.config.costmap.scan_timeout) + 1
+    senses.on_neighbors(NOBODY)
+    assert not senses.update()
+    assert "no scan" in s.missing
