@@ -216,7 +216,13 @@ class NavigatorNode:
         except ValueError as error:
             self.node.get_logger().warning(f"initialpose: ignored: {error}")
             return
-        if not _is_placeholder(stamped):
+        if _is_placeholder(stamped):
+            self.node.get_logger().warning(
+                "initialpose: (0, 0, 0) without a stamp is taken for a client's default and"
+                " ignored; a stamp makes it count",
+                once=True,
+            )
+        else:
             brain.on_initial_pose(pose_map)
         self._views.publish_pose(self.tick)
 
