@@ -33,6 +33,14 @@ class Localiser(Protocol):
         """Return hypotheses (k, 3): x, y, yaw in map."""
         ...
 
+    def variances(self) -> tuple[float, float, float]:
+        """Return the variances of x, y [m²] and yaw [rad²]."""
+        ...
+
+
+START_DEVIATION = (0.05, 0.05)  # [m] and [rad] of a pose that the operator gave
+DRIFT = (0.002, 0.001)  # [m] and [rad] by which odometry is off per metre driven
+
 
 class OdometryLocaliser:
     """Dead reckoning from a known pose; `initialise` corrects it."""
@@ -42,6 +50,7 @@ class OdometryLocaliser:
         self._pending: Pose | None = pose_map
         self._pose_odom = Pose(0.0, 0.0, 0.0)
         self._map_from_odom = pose_map
+        self._driven = 0.0  # [m] since a pose was given
 
     @property
     def map_from_odom(self) -> Pose:
@@ -56,9 +65,11 @@ class OdometryLocaliser:
     def initialise(self, pose_map: Pose) -> None:
         """Take a pose in map for the present odometry."""
         self._map_from_odom = pose_map.compose(self._pose_odom.inverse())
+        self._driven = 0.0
 
     def on_odom(self, odom: Odometry) -> None:
         """Take the newest odometry."""
+        self._driven += self._pose_odom.distance(odom.pose_odom)
         self._pose_odom = odom.pose_odom
         if self._pending is not None:
             self.initialise(self._pending)
@@ -71,3 +82,11 @@ class OdometryLocaliser:
         """Return the one hypothesis."""
         pose = self.pose_map
         return np.array(((pose.x, pose.y, pose.yaw),))
+
+    def variances(self) -> tuple[float, float, float]:
+        """Return the variances of x, y [m²] and yaw [rad²]; they grow with the way driven."""
+        place, yaw = (
+            start**2 + (rate * self._driven) ** 2
+            for start, rate in zip(START_DEVIATION, DRIFT, strict=True)
+        )
+        return place, place, yaw

@@ -82,6 +82,10 @@ class Navigator:
         """Id of the goal in hand or pending, None without one."""
         return self._pursuit.goal_id
 
+    def variances(self) -> tuple[float, float, float]:
+        """Return the variances of the estimated x, y [m²] and yaw [rad²]."""
+        return self._localiser.variances()
+
     def particles(self) -> FloatArray:
         """Return the localiser's hypotheses (k, 3)."""
         return self._localiser.particles()

@@ -20,7 +20,6 @@ PLAN_TICKS = 5
 LOCAL_TICKS = 2  # Nav2's 5 Hz
 GLOBAL_TICKS = 10  # Nav2's 1 Hz
 POSE_TICKS = 10
-COVARIANCE = (0.01, 0.01, 0.005)  # of x, y [m²] and yaw [rad²], known from the spawn pose
 
 
 class Views:
@@ -69,7 +68,9 @@ class Views:
 
     def publish_pose(self, tick: int) -> None:
         """Publish the estimated pose; the last one stays for late subscribers."""
-        self._amcl_pose.publish(ros_io.amcl_pose_msg(self._brain.pose_map, COVARIANCE, tick))
+        brain = self._brain
+        message = ros_io.amcl_pose_msg(brain.pose_map, brain.variances(), tick)
+        self._amcl_pose.publish(message)
 
     def _look_for_subscribers(self) -> None:
         heavy = (

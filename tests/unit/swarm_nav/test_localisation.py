@@ -47,3 +47,14 @@ def test_an_initial_pose_replaces_the_estimate_and_later_motion_adds_to_it() -> 
 def test_there_is_one_hypothesis_where_the_robot_is() -> None:
     localiser = OdometryLocaliser(Pose(1.0, 2.0, 0.5))
     assert localiser.particles().tolist() == [[1.0, 2.0, 0.5]]
+
+
+def test_the_pose_gets_less_certain_with_the_way_driven_until_one_is_given() -> None:
+    localiser = OdometryLocaliser(Pose(0.0, 0.0, 0.0))
+    localiser.on_odom(odometry(7.0, 0.0, 0.0))
+    assert localiser.variances() == pytest.approx((0.05**2, 0.05**2, 0.05**2))
+    localiser.on_odom(odometry(57.0, 0.0, 0.0, 10))
+    localiser.on_odom(odometry(7.0, 0.0, 0.0, 20))
+    assert localiser.variances() == pytest.approx((0.0425, 0.0425, 0.0125))
+    localiser.initialise(Pose(1.0, 1.0, 0.0))
+    assert localiser.variances()[0] == pytest.approx(0.05**2)
