@@ -10,9 +10,9 @@ import sys
 from pathlib import Path
 
 import numpy as np
-import pybullet
-from PIL import Image
+from PIL import Image, ImageDraw, ImageFont
 
+from swarm_common.grid import OCCUPIED, UNKNOWN, Grid
 from swarm_common.map_io import load_map, map_path
 from swarm_common.records import Pose
 from swarm_common.robot_io import load_robot
@@ -24,8 +24,14 @@ from swarm_sim.spawn import spawn_poses
 from swarm_sim.world import World, WorldConfig
 
 ROBOTS = 20
-SIZE = (1280, 800)  # [px]
-EYE, TARGET = (-12.5, -12.5, 13.0), (-1.5, 1.8, 0.0)  # [m]
+SCALE = 120  # [px/m] before the picture is halved
+COLORS = {  # of Okabe and Ito, told apart by the colour-blind, too
+    "driving": "#0072b2",
+    "waiting": "#56b4e9",
+    "holding": "#e69f00",
+    "yielding": "#d55e00",
+    "idle": "#999999",
+}
 
 
 def main() -> None:
@@ -46,7 +52,7 @@ def main() -> None:
     while world.sim_time < seconds:
         _step(world, robots, routes)
     file.parent.mkdir(exist_ok=True)
-    Image.fromarray(_photograph(world)).save(file)
+    _photograph(world, robots, grid).save(file)
     print(f"{file}: {ROBOTS} robots after {seconds:.0f} s, collisions {len(world.collisions)}")
     world.close()
 
@@ -76,21 +82,64 @@ def _step(world: World, robots: list[Navigator], routes: list[list[Pose]]) -> No
     world.step(twists, beacons)
 
 
-def _photograph(world: World) -> np.ndarray:
-    width, height = SIZE
-    view = pybullet.computeViewMatrix(EYE, TARGET, (0.0, 0.0, 1.0))
-    lens = pybullet.computeProjectionMatrixFOV(52.0, width / height, 0.5, 60.0)
-    _, _, pixels, _, _ = pybullet.getCameraImage(
-        width,
-        height,
-        view,
-        lens,
-        lightDirection=(-6.0, -8.0, 20.0),
-        shadow=1,
-        renderer=pybullet.ER_TINY_RENDERER,
-        physicsClientId=world._engine._client,
-    )
-    return np.asarray(pixels, np.uint8).reshape(height, width, 4)[:, :, :3]
+class Sheet:
+    """A drawing in map coordinates, drawn large and shrunk for smooth lines."""
+
+    def __init__(self, grid: Grid) -> None:
+        """Start with the map: walls dark, unreachable places grey."""
+        self._grid = grid
+        shades = np.full(grid.cells.shape, 255, np.uint8)
+        shades[grid.cells == UNKNOWN] = 205
+        shades[grid.cells == OCCUPIED] = 60
+        size = tuple(round(n * grid.resolution * SCALE) for n in grid.cells.shape[::-1])
+        image = Image.fromarray(shades[::-1]).resize(size, Image.Resampling.NEAREST)
+        self.image = image.convert("RGB")
+        self._draw = ImageDraw.Draw(self.image)
+
+    def line(self, points: np.ndarray, color: str, width: float) -> None:
+        """Draw a polyline (n, 2); width in metres."""
+        if len(points) > 1:
+            pixels = [self._pixel(x, y) for x, y in points]
+            self._draw.line(pixels, color, max(1, round(width * SCALE)), joint="curve")
+
+    def polygon(self, points: np.ndarray, color: str) -> None:
+        """Fill a polygon (n, 2)."""
+        self._draw.polygon([self._pixel(x, y) for x, y in points], color, "black", width=3)
+
+    def text(self, x: float, y: float, text: str, color: str, size: float) -> None:
+        """Write centred text; size in metres."""
+        font = ImageFont.load_default(round(size * SCALE))
+        self._draw.text(self._pixel(x, y), text, color, font, anchor="mm")
+
+    def _pixel(self, x: float, y: float) -> tuple[float, float]:
+        grid = self._grid
+        return (
+            (x - grid.origin_x) * SCALE,
+            (grid.origin_y + grid.height * grid.resolution - y) * SCALE,
+        )
+
+
+def _photograph(world: World, robots: list[Navigator], grid: Grid) -> Image.Image:
+    """Draw stations, plans, held tubes, and the robots where physics says that they are."""
+    sheet = Sheet(grid)
+    for name, pose in robots[0].sites.stations.items():
+        corners = np.array(((0.0, 0.22), (0.22, 0.0), (0.0, -0.22), (-0.22, 0.0)))
+        sheet.polygon(corners + np.array((pose.x, pose.y)), "#f0e442")
+        sheet.text(pose.x + 0.75, pose.y + 0.28, name, "#555555", 0.26)
+    colors = [COLORS.get(robot.status().state, COLORS["driving"]) for robot in robots]
+    for robot, color in zip(robots, colors, strict=True):
+        sheet.line(robot.plan_map(), color, 0.03)
+        sheet.line(robot._s.tube.points[robot._s.tube.near : robot._s.tube.stop + 1], color, 0.12)
+    for robot, color, (pose, _) in zip(robots, colors, world.ground_truth(), strict=True):
+        turn = np.array(
+            ((np.cos(pose.yaw), -np.sin(pose.yaw)), (np.sin(pose.yaw), np.cos(pose.yaw)))
+        )
+        sheet.polygon(np.array(robot.spec.footprint) @ turn.T + (pose.x, pose.y), color)
+        nose = np.array(((0.0, 0.0), (0.2, 0.0))) @ turn.T + (pose.x, pose.y)
+        sheet.line(nose, "black", 0.04)
+    for row, (state, color) in enumerate(COLORS.items()):
+        sheet.text(0.2 + 1.9 * row, 8.8, state, color, 0.34)
+    return sheet.image.reduce(2)
 
 
 if __name__ == "__main__":
