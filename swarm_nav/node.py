@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import Any
 
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TwistStamped
 from nav_msgs.msg import OccupancyGrid
@@ -30,7 +29,7 @@ from swarm_nav.ros_goals import UnknownFrameError
 from swarm_nav.ros_params import Parameters
 from swarm_nav.ros_services import Services
 from swarm_nav.ros_tasks import Tasks
-from swarm_nav.ros_views import Views
+from swarm_nav.ros_views import Views, status_msg
 from swarm_nav.settings import NODE, NodeSettings
 from swarm_nav.withholding import Withholding
 
@@ -270,30 +269,6 @@ class NavigatorNode:
         if self._brain is not None:
             status = self._brain.status()
             self._status.publish(status_msg(status, self._settings.name, self.tick))
-
-
-def status_msg(status: Any, robot: str, tick: int) -> RobotStatus:
-    """Return swarm_interfaces/RobotStatus of a brain's status."""
-    message = RobotStatus(stamp=ros_io.time_msg(tick), robot=robot)
-    for name in ("state", "detail", "station"):
-        setattr(message, name, getattr(status, name))
-    for name in (
-        "queue_place",
-        "number_of_recoveries",
-        "goals_reached",
-        "goals_failed",
-        "pushes",
-        "retreats",
-        "deadlocks_resolved",
-        "replans",
-    ):
-        setattr(message, name, int(getattr(status, name)))
-    for name in ("distance_remaining", "estimated_time_remaining", "hold_time"):
-        setattr(message, name, float(getattr(status, name)))
-    message.pose = ros_io.pose2d_msg(status.pose_map)
-    message.goal = ros_io.pose2d_msg(status.goal_map)
-    message.holding_since = ros_io.time_msg(status.holding_since_tick)
-    return message
 
 
 def _is_placeholder(stamped: PoseStamped) -> bool:

@@ -14,11 +14,13 @@ from swarm_common.map_io import load_map, map_path
 from swarm_common.records import Pose
 from swarm_common.robot_io import load_robot
 from swarm_common.sites import Sites
+from swarm_sim import build
 from swarm_sim.check import check_map, check_sites
 from swarm_sim.draw_map import draw_world, main
 from swarm_sim.raster import draw_on
 from swarm_sim.sdf import load_world, world_names
 from swarm_sim.section import Section, section_at
+from swarm_sim.settings import RobotEntry, Settings
 from tests.unit.swarm_sim.test_lidar import make_section
 
 
@@ -143,3 +145,16 @@ def test_an_empty_world_draws_an_empty_map() -> None:
     nothing = Section((), np.zeros((0, 3)), ())
     assert not draw_on((4, 4), 0.1, 0.0, 0.0, nothing).cells.any()
     assert section_at(replace(load_world("hall_12"), bodies=()), 0.1).bounds() == (0, 0, 0, 0)
+
+
+def test_a_map_is_checked_at_the_height_of_the_robots_scan(monkeypatch: pytest.MonkeyPatch) -> None:
+    spec = load_robot("turtlebot3_waffle")
+    tall = replace(spec, lidar=replace(spec.lidar, z=0.2))
+    heights: list[float] = []
+    monkeypatch.setattr(build, "load_robot", lambda _: tall)
+    monkeypatch.setattr(build, "check_map", lambda scene, grid, height: heights.append(height))
+    settings = Settings(
+        world="crossing", robots=(RobotEntry("Srobot1", "turtlebot3_waffle"),), engine="planar"
+    )
+    build.build(settings).world.close()
+    assert heights == [0.2]
