@@ -11,7 +11,7 @@ import typer
 from rclpy.node import Node
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_commander.discovery import find_robots, read_sites
+from swarm_commander.discovery import find_robots, is_on_mission, read_home, read_sites
 from swarm_commander.domain import domain_id
 from swarm_commander.driver import RobotDriver, has_goal, sim_seconds
 from swarm_commander.itinerary import Itinerary, Order, Outcome
@@ -78,7 +78,7 @@ class Commander:
             self._refuse_if_busy()
         sites, where = read_sites(self._node, self._names[0])
         mission.check_stations(sites, where)
-        homes = {name: self._pose_of(name) for name in self._names}
+        homes = {n: read_home(self._node, n) or self._pose_of(n) for n in self._names}
         for name, home in homes.items():
             stops = mission.stops(sites, home, seed=seed, robot_id=robot_id(name))
             itinerary = Itinerary(stops, mission.retries)
@@ -144,7 +144,7 @@ class Commander:
 
     def _refuse_if_busy(self) -> None:
         for name in self._names:
-            if self._node.count_publishers(f"/{name}/mission"):
+            if is_on_mission(self._node, name):
                 raise ConfigError(
                     f"{name} is on a mission already;"
                     " wait for its end, or start swarm-up without --mission"

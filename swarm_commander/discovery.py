@@ -7,10 +7,14 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import rclpy
+from rcl_interfaces.msg import ParameterType, ParameterValue
 from rcl_interfaces.srv import GetParameters
 from rclpy.node import Node
+from swarm_interfaces.msg import Mission
 
 from swarm_common.errors import ConfigError
+from swarm_common.records import Pose
+from swarm_common.ros_io import LATCHED
 from swarm_common.sites import Sites
 from swarm_common.sites_io import load_sites
 
@@ -62,19 +66,58 @@ def read_sites(node: Node, robot: str) -> tuple[Sites, str]:
     Raises:
         ConfigError: If the navigator does not answer.
     """
+    values = _read_parameters(node, robot, ["sites"])
+    path = values[0].string_value if values else ""
+    return (load_sites(Path(path)), path) if path else (Sites(), f"the world of {robot}")
+
+
+def read_home(node: Node, robot: str) -> Pose | None:
+    """Return where a robot was started [map frame]; None if its navigator does not know.
+
+    Raises:
+        ConfigError: If the navigator does not answer.
+    """
+    values = _read_parameters(node, robot, [f"initial_pose.{name}" for name in ("x", "y", "yaw")])
+    if len(values) != 3 or any(v.type != ParameterType.PARAMETER_DOUBLE for v in values):
+        return None
+    return Pose(*(value.double_value for value in values))
+
+
+def is_on_mission(node: Node, robot: str) -> bool:
+    """Return whether somebody drives a robot through a mission, or is about to.
+
+    Who drives a robot keeps its topic `mission` until the end of the process, so that latecomers
+    learn how things are; what counts is what was said there last.
+    """
+    topic = f"/{robot}/mission"
+    said: list[bool] = []
+    subscription = node.create_subscription(
+        Mission, topic, lambda message: said.append(message.active), LATCHED
+    )
+    try:
+        deadline = time.monotonic() + CALM_TIME
+        while len(said) < node.count_publishers(topic) and time.monotonic() < deadline:
+            rclpy.spin_once(node, timeout_sec=0.1)
+        return any(said) or len(said) < node.count_publishers(topic)
+    finally:
+        node.destroy_subscription(subscription)
+
+
+def _read_parameters(node: Node, robot: str, names: list[str]) -> list[ParameterValue]:
+    """Return parameters of a navigator; empty if one of them is not declared."""
     service = f"/{robot}/navigator/get_parameters"
+    silent = f"{service} does not answer; is the navigator of {robot} alive?"
     client = node.create_client(GetParameters, service)
     try:
         if not _wait_for(node, client):
-            raise ConfigError(f"{service} does not answer; is the navigator of {robot} alive?")
-        future = client.call_async(GetParameters.Request(names=["sites"]))
+            raise ConfigError(silent)
+        future = client.call_async(GetParameters.Request(names=names))
         rclpy.spin_until_future_complete(node, future, timeout_sec=10.0)
         if not future.done():
-            raise ConfigError(f"{service} does not answer; is the navigator of {robot} alive?")
-        path = future.result().values[0].string_value
+            raise ConfigError(silent)
+        return list(future.result().values)
     finally:
         node.destroy_client(client)
-    return (load_sites(Path(path)), path) if path else (Sites(), f"the world of {robot}")
 
 
 def _wait_for(node: Node, client: object) -> bool:

@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import math
 import os
 import subprocess
 import sys
@@ -11,6 +12,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import rclpy
+from rclpy.node import Node
+from swarm_interfaces.msg import RobotStatus
+
+from swarm_commander.client import RobotCommander
+from swarm_commander.task import TaskResult
+from swarm_common.records import Pose
+from swarm_common.ros_io import RELIABLE, pose_stamped
 
 ROOT = Path(__file__).resolve().parents[2]
 SITES = ROOT / "worlds" / "slim_blockage" / "sites.yaml"
@@ -148,16 +157,34 @@ def test_without_a_mission_the_robots_are_only_watched(robots: Robots, runner: A
     assert (status["robot"], status["goals_reached"], status["has_goal"]) == ("Srobot1", 0, False)
 
 
-def commander(*flags: str) -> subprocess.CompletedProcess[str]:
+def start_commander(*flags: str) -> subprocess.Popen[str]:
     code = "from swarm_commander.cli import commander; commander()"
-    return subprocess.run(
+    return subprocess.Popen(
         (sys.executable, "-c", code, *flags),
         env=ENVIRONMENT,
-        capture_output=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
         text=True,
-        timeout=60,
-        check=False,
     )
+
+
+def commander(*flags: str) -> subprocess.CompletedProcess[str]:
+    process = start_commander(*flags)
+    try:
+        output, errors = process.communicate(timeout=60)
+    finally:
+        process.kill()
+    return subprocess.CompletedProcess(process.args, process.returncode, output, errors)
+
+
+@pytest.fixture
+def operator() -> Iterator[Node]:
+    """Yield a node of our own among the robots."""
+    rclpy.init(domain_id=DOMAIN, signal_handler_options=rclpy.SignalHandlerOptions.NO)
+    node = rclpy.create_node("operator", enable_rosout=False)
+    yield node
+    node.destroy_node()
+    rclpy.shutdown()
 
 
 def test_the_commander_drives_a_robot_and_says_how_it_goes(robots: Robots) -> None:
@@ -187,6 +214,47 @@ def test_a_robot_on_a_mission_is_left_alone_but_takes_a_goal(robots: Robots, run
     events = before + process.events_until("done")
     assert [outcome for outcome, _ in goals(events, "Srobot1")] == ["reached"] * 32
     assert sum(event["event"] == "sent" for event in events) == 32
+
+
+def test_a_robot_whose_mission_is_over_takes_another(robots: Robots, runner: Any) -> None:
+    robots("1")
+    runner(1, goals_per_robot=1).events_until("done")
+    again = commander("Srobot1")
+    assert again.returncode == 0, again.stderr
+    assert "home: reached" in again.stdout
+
+
+@pytest.mark.parametrize(("flags", "home"), [((), (1.0, 0.0)), (("--homes",), (1.0, 7.0))])
+def test_home_is_where_a_robot_was_started_if_it_knows(
+    robots: Robots, operator: Node, flags: tuple[str, ...], home: tuple[float, float]
+) -> None:
+    robots("1", *flags)
+    goals: list[tuple[float, float]] = []
+    operator.create_subscription(
+        RobotStatus, "/Srobot1/status", lambda s: goals.append((s.goal.x, s.goal.y)), RELIABLE
+    )
+    process = start_commander("Srobot1")
+    while process.poll() is None:
+        rclpy.spin_once(operator, timeout_sec=0.1)
+    output, errors = process.communicate()
+    assert process.returncode == 0, output + errors
+    assert [goal for goal in goals if not math.isnan(goal[0])][-1] == home
+
+
+@pytest.mark.parametrize("with_feedback", [True, False])
+def test_only_who_wants_feedback_gets_it(
+    robots: Robots, operator: Node, with_feedback: bool
+) -> None:
+    robots("1")
+    robot = RobotCommander(operator, "Srobot1", with_feedback=with_feedback)
+    deadline = time.monotonic() + 20.0
+    while not robot.isReady() and time.monotonic() < deadline:
+        rclpy.spin_once(operator, timeout_sec=0.1)
+    robot.goToPose(pose_stamped(Pose(1.5, -2.0, 0.0), 0))
+    while not robot.isTaskComplete() and time.monotonic() < deadline:
+        rclpy.spin_once(operator, timeout_sec=0.1)
+    assert robot.getResult() is TaskResult.SUCCEEDED
+    assert (robot.getFeedback() is not None) == with_feedback
 
 
 def test_an_unknown_robot_lists_those_that_run(robots: Robots) -> None:
