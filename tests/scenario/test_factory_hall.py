@@ -114,6 +114,13 @@ def wait_until(condition: Any, limit: float = 90.0) -> None:
 MISSION = ("--mission", "loading_route", "--until-done", "--headless", "--speed", "max")
 
 
+def check_is_flawless(report: dict[str, Any], goals: int) -> None:
+    assert report["goals"] == {"sent": goals, "reached": goals, "failed": 0, "pending": 0}
+    assert report["collisions"] == {"robot_robot": 0, "robot_world": 0}
+    assert report["late_ticks"] == 0
+    assert report["min_clearance"] > 0.0
+
+
 def busy_process() -> subprocess.Popen[bytes]:
     return subprocess.Popen((sys.executable, "-c", "while True: pass"))
 
@@ -131,9 +138,7 @@ def test_equal_seeds_give_equal_trajectories_on_a_busy_machine_too(swarm: Swarm)
     assert code == 0, output
     calm, busied = swarm.report("calm"), swarm.report("busy")
     for report in (calm, busied):
-        assert report["goals"] == {"sent": 6, "reached": 6, "failed": 0, "pending": 0}
-        assert report["collisions"] == {"robot_robot": 0, "robot_world": 0}
-        assert report["min_clearance"] > 0.0
+        check_is_flawless(report, goals=6)
     assert len(calm["trajectory_sha256"]) == 64
     assert calm["trajectory_sha256"] == busied["trajectory_sha256"]
     assert calm["makespan"] == busied["makespan"]
@@ -152,7 +157,8 @@ def test_the_others_finish_when_one_navigator_is_killed(swarm: Swarm) -> None:
     assert robots["Srobot2"]["goals_failed"] == 1
 
 
-def test_without_a_mission_the_swarm_waits_for_its_operator(swarm: Swarm) -> None:
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_without_a_mission_the_swarm_waits_for_its_operator(swarm: Swarm, number: int) -> None:
     swarm.start("--swarm-size", "2")
     swarm.wait_for("running")
     assert swarm.addresses() == {"127.0.0.1"}
@@ -169,7 +175,7 @@ def test_without_a_mission_the_swarm_waits_for_its_operator(swarm: Swarm) -> Non
     assert "reached" in result.stdout
     time.sleep(1.0)
     assert swarm.process is not None
-    swarm.process.send_signal(signal.SIGINT)
+    swarm.process.send_signal(number)
     code, output = swarm.finish(limit=30.0)
     assert code == 0, output
     assert swarm.report()["goals"] == {"sent": 1, "reached": 1, "failed": 0, "pending": 0}
@@ -196,13 +202,22 @@ def test_a_station_inside_a_wall_is_bad_input(swarm: Swarm) -> None:
     assert "loader_3" in output.splitlines()[-1]
 
 
+@pytest.mark.slow
+@pytest.mark.timeout(420)
+def test_twenty_robots_reach_their_first_station(swarm: Swarm) -> None:
+    flags = ("--swarm-size", "20", "--goals-per-robot", "1", *MISSION)
+    code, output = swarm.run(*flags, limit=360.0)
+    assert code == 0, output
+    check_is_flawless(swarm.report(), goals=20)
+
+
 @pytest.mark.long
 @pytest.mark.timeout(900)
 @pytest.mark.parametrize("seed", range(5))
 def test_five_robots_work_through_the_hall(swarm: Swarm, seed: int) -> None:
     code, output = swarm.run("--swarm-size", "5", "--seed", str(seed), *MISSION, limit=800.0)
     assert code == 0, output
-    assert swarm.report()["goals"] == {"sent": 40, "reached": 40, "failed": 0, "pending": 0}
+    check_is_flawless(swarm.report(), goals=40)
 
 
 @pytest.mark.long
@@ -211,4 +226,4 @@ def test_five_robots_work_through_the_hall(swarm: Swarm, seed: int) -> None:
 def test_twenty_robots_work_through_the_hall(swarm: Swarm, seed: int) -> None:
     code, output = swarm.run("--swarm-size", "20", "--seed", str(seed), *MISSION, limit=1700.0)
     assert code == 0, output
-    assert swarm.report()["goals"] == {"sent": 160, "reached": 160, "failed": 0, "pending": 0}
+    check_is_flawless(swarm.report(), goals=160)
