@@ -173,6 +173,7 @@ class TrafficConfig:
     wanted_length: float = 0.35  # [m] requested beyond that
     listen_ticks: int = 16  # ticks of listening before the first claim
     lost_ticks: int = 16  # ticks without a beacon after which a robot left or died
+    dead_ticks: int = 100  # ticks after which a robot well within range stands where it stopped
     radio_range: float = 6.0  # [m]
     push_ticks: int = 3  # ticks of being blocked before the blocker makes way
     moving_patience: float = 1.5  # [s] the same for a blocker that is driving on
@@ -192,7 +193,7 @@ class TrafficConfig:
             raise ConfigError(f"traffic.held_length is {self.held_length} m; from 0.1 to 0.8")
         if not 0.1 <= self.wanted_length <= 0.4:
             raise ConfigError(f"traffic.wanted_length is {self.wanted_length} m; from 0.1 to 0.4")
-        for name in ("confirmations", "listen_ticks", "lost_ticks", "push_ticks"):
+        for name in ("confirmations", "listen_ticks", "lost_ticks", "dead_ticks", "push_ticks"):
             if getattr(self, name) < 1:
                 raise ConfigError(f"traffic.{name} is {getattr(self, name)}; it must be 1 or more")
 

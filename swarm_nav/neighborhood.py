@@ -9,6 +9,7 @@ from swarm_common.beacon import BEACON_DTYPE, FLAG_ACTIVE, FLAG_STUCK, BeaconArr
 from swarm_common.records import CONTROL_PERIOD
 from swarm_nav.config import TrafficConfig
 
+STOPPING_POINTS = 5  # held points, the pose first, on which a drive without commands stops
 MAX_SPEED = 0.52  # [m/s] at which two robots can part
 INITIAL_ROWS = 32
 CLAIM_COLUMNS = (
@@ -29,7 +30,8 @@ class Neighborhood:
 
     A robot that is not heard for `lost_ticks` has left the radio range if it was last heard near
     the range's edge. If it was heard well inside, it is *gone* (dead or mute): it stays an
-    obstacle at the space that it last held or requested, until it is heard again.
+    obstacle at the space that it last held or requested, until it is heard again; once it has
+    been silent for `dead_ticks`, at the place where it stopped.
     """
 
     def __init__(self, own_id: int, config: TrafficConfig) -> None:
@@ -75,8 +77,19 @@ class Neighborhood:
         self.beacons = self._table[ids]
         self.ages = ages
         self.gone = ages > config.lost_ticks
+        self._settle_dead(ages > config.dead_ticks)
         words = self.beacons["priority"].astype(np.int64)
         self.priorities = (words[:, 0] << 32) | words[:, 1]
+
+    def _settle_dead(self, is_dead: NDArray[np.bool_]) -> None:
+        """Shrink the space of robots silent for long to where they can have come to a stop.
+
+        A drive without commands stops after half a second, within the first points of the held
+        tube. What the robot held or requested beyond would close a station next to it for ever.
+        """
+        sizes = self.beacons["held_size"]
+        self.beacons["held_size"] = np.where(is_dead, np.minimum(sizes, STOPPING_POINTS), sizes)
+        self.beacons["wanted_size"] = np.where(is_dead, 0, self.beacons["wanted_size"])
 
     @property
     def ids(self) -> NDArray[np.uint32]:

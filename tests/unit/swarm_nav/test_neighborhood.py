@@ -101,3 +101,14 @@ def test_an_empty_batch_is_taken() -> None:
     here.receive(np.zeros(0, beacon(1, 0.0, 0.0).dtype), 0.0, 0.0)
     here.refresh(3)
     assert here.ages.tolist() == [2]
+
+
+def test_who_is_silent_for_long_keeps_only_the_place_where_it_stopped() -> None:
+    here = hood()
+    tube = [(1.0 + 0.05 * k, 0.0) for k in range(12)]
+    heard(here, 10, beacon(2, 1.0, 0.0, held=tube, wanted=[(1.6, 0.0), (1.65, 0.0)]))
+    dead = TrafficConfig().dead_ticks
+    here.refresh(10 + dead)
+    assert len(here.tubes(0)) == 14
+    here.refresh(11 + dead)
+    assert here.tubes(0)[-1].tolist() == pytest.approx([1.2, 0.0])
