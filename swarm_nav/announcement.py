@@ -135,6 +135,7 @@ def compose_status(
         estimated_time_remaining=distance / s.config.controller.max_vel_x,
         holding_since_tick=holding_since if state is State.HOLDING else 0,
         hold_time=counters.hold_ticks * CONTROL_PERIOD,
+        wait_time=counters.wait_ticks * CONTROL_PERIOD,
         number_of_recoveries=counters.recoveries,
         goals_reached=counters.goals_reached,
         goals_failed=counters.goals_failed,

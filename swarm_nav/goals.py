@@ -166,6 +166,7 @@ class Status:
     estimated_time_remaining: float
     holding_since_tick: int
     hold_time: float
+    wait_time: float
     number_of_recoveries: int
     goals_reached: int
     goals_failed: int

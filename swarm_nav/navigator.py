@@ -168,6 +168,8 @@ class Navigator:
         self._claim.note_published(beacon)
         if self._state is State.HOLDING:
             s.counters.hold_ticks += 1
+        elif self._state is State.DRIVING and s.blocked_ticks > 0 and s.is_standing:
+            s.counters.wait_ticks += 1
         return Output(twist, beacon, events)
 
     def _drive(self) -> Twist:

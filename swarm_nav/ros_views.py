@@ -130,7 +130,7 @@ def status_msg(status: Status, robot: str, tick: int) -> RobotStatus:
         "replans",
     ):
         setattr(message, name, int(getattr(status, name)))
-    for name in ("distance_remaining", "estimated_time_remaining", "hold_time"):
+    for name in ("distance_remaining", "estimated_time_remaining", "hold_time", "wait_time"):
         setattr(message, name, float(getattr(status, name)))
     message.pose = ros_io.pose2d_msg(status.pose_map)
     message.goal = ros_io.pose2d_msg(status.goal_map)

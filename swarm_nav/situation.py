@@ -31,7 +31,8 @@ class Counters:
     retreats: int = 0
     deadlocks_resolved: int = 0
     replans: int = 0
-    hold_ticks: int = 0
+    hold_ticks: int = 0  # in the holding pattern
+    wait_ticks: int = 0  # standing on the way because of another robot
 
 
 @dataclass(slots=True)
