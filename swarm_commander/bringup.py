@@ -5,21 +5,21 @@ from __future__ import annotations
 import json
 import os
 import selectors
-import signal
 import sys
 import time
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import psutil
 
+from swarm_commander.breach import Crash, Miss
 from swarm_commander.launch import ProcessChild
 from swarm_commander.params import write_parameter_file
 from swarm_commander.plan import RunPlan
 from swarm_commander.progress import Progress
 from swarm_commander.rundir import RunFolder, last_line
+from swarm_commander.signals import SignalCounter
 from swarm_commander.supervisor import Exit, ProcessSpec, Supervisor, describe_exit
 from swarm_commander.tally import Tally
 from swarm_commander.usage import UsageMeter, process_tree
@@ -82,7 +82,7 @@ class Run:
         self._started = psutil.Process().create_time()
         self._next_sample = 0.0
         self._is_stopping = False
-        self._signals = 0
+        self._signals = SignalCounter()
 
     def run(self) -> None:
         """Start everything, follow it to its end, stop everything.
@@ -90,7 +90,7 @@ class Run:
         Raises:
             RefusedError: If the world or the navigators refuse their input.
         """
-        with self._signals_caught():
+        with self._signals:
             try:
                 self._start(WORLD, self._plan.world_config(self._folder.verdict))
                 self._start(HOST, {}, "--wait")  # imports and compiles meanwhile
@@ -112,10 +112,10 @@ class Run:
         for exit_ in self._supervisor.poll():
             self._read(exit_.name)
             self._on_exit(exit_)
-        if self._signals and not self._is_stopping:
+        if self._signals.count and not self._is_stopping:
             self.is_stopped_by_user = True
             self._stop("stopping (press Ctrl-C again to kill)")
-        if self._signals > 1:
+        if self._signals.count > 1:
             self._supervisor.kill()
         self._check_start()
         self._check_mission()
@@ -196,9 +196,11 @@ class Run:
             self._stop("no robot is left")
 
     def _on_collision_event(self, event: dict[str, Any]) -> None:
-        who = " and ".join(event["robots"])
-        place = f"({event['x']:.2f}, {event['y']:.2f})"
-        self._progress.note(f"collision of {who} at {place}, t = {event['sim_time']:.1f} s", "red")
+        self._progress.note(str(Crash.of(event)), "red")
+
+    def _on_goal_event(self, event: dict[str, Any]) -> None:
+        if event["outcome"] != "reached":
+            self._progress.note(str(Miss.of(event)), "red")
 
     def _on_note_event(self, event: dict[str, Any]) -> None:
         self._progress.note(event["message"])
@@ -283,16 +285,3 @@ class Run:
         for child in self._children.values():
             child.close()
         self._selector.close()
-
-    @contextmanager
-    def _signals_caught(self) -> Iterator[None]:
-        numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-        before = {number: signal.signal(number, self._on_signal) for number in numbers}
-        try:
-            yield
-        finally:
-            for number, handler in before.items():
-                signal.signal(number, handler)
-
-    def _on_signal(self, *_: object) -> None:
-        self._signals += 1

@@ -183,7 +183,7 @@ class RobotDriver:
             self._settled = _settled_goals(self.robot.status)
         known = len(self.itinerary.outcomes)
         reached = task.outcome is TaskResult.SUCCEEDED
-        order = self.itinerary.on_end(reached, self.tick)
+        order = self.itinerary.on_end(reached, self.tick, _reason(task))
         for outcome in self.itinerary.outcomes[known:]:
             self._listener.on_settled(self, outcome)
         self._follow(order)
@@ -197,6 +197,17 @@ def sim_seconds(tick: int) -> float:
 def has_goal(status: RobotStatus) -> bool:
     """Whether the robot has any goal."""
     return not math.isnan(status.goal.x)
+
+
+def _reason(task: Task) -> str:
+    """Return why a task failed, for people; empty if it did not."""
+    if task.outcome is TaskResult.SUCCEEDED:
+        return ""
+    if task.result is None:
+        return "the robot refused the goal"
+    code = getattr(task.result, "error_code", 0)
+    message = getattr(task.result, "error_msg", "") or task.outcome.name.lower()
+    return f"error {code}: {message}" if code else message
 
 
 def _settled_goals(status: RobotStatus) -> int:

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from enum import Enum
 
 from swarm_commander.mission import Stop
+from swarm_common.records import CONTROL_PERIOD
 
 RETRY_TICKS = 10  # [ticks] between a failed goal and the next try
+LOST_REASON = "the robot was lost"
 
 
 class State(Enum):
@@ -66,11 +68,26 @@ class Order:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """A stop that is settled."""
+    """A stop that is settled.
+
+    Attributes:
+        stop: Where to.
+        reached: Whether the robot got there.
+        tick: At which it was settled.
+        start_tick: At which the robot was first free to set off for it.
+        reason: Why it was missed; empty if it was reached.
+    """
 
     stop: Stop
     reached: bool
     tick: int
+    start_tick: int = 0
+    reason: str = ""
+
+    @property
+    def duration(self) -> float:
+        """Time [s] that the stop took, with all tries."""
+        return max(0, self.tick - self.start_tick) * CONTROL_PERIOD
 
 
 class Itinerary:
@@ -106,8 +123,14 @@ class Itinerary:
         self._enter(Event.START)
         return self._advance(0)
 
-    def on_end(self, reached: bool, tick: int) -> Order | None:
-        """Settle the goal under way, at the tick in which it ended; return the next one."""
+    def on_end(self, reached: bool, tick: int, reason: str = "") -> Order | None:
+        """Settle the goal under way, at the tick in which it ended; return the next one.
+
+        Args:
+            reached: Whether the robot got there.
+            tick: At which the goal ended.
+            reason: Why it did not.
+        """
         if self._enter(Event.REACHED if reached else Event.FAILED) is State.LOST:
             return None
         stop = self._stops[len(self.outcomes)]
@@ -115,7 +138,8 @@ class Itinerary:
             self._attempt += 1
             self.retries_used += 1
             return self._order(tick + RETRY_TICKS)
-        self.outcomes.append(Outcome(stop, reached, tick))
+        why = "" if reached else reason
+        self.outcomes.append(Outcome(stop, reached, tick, self._first_tick, why))
         self._attempt = 1
         return self._advance(tick + stop.pause_ticks if reached else tick + RETRY_TICKS)
 
@@ -133,7 +157,10 @@ class Itinerary:
         """The robot is gone: return its remaining stops, which count as failed."""
         if self._enter(Event.LOST) is State.DONE:
             return []
-        rest = [Outcome(stop, False, tick) for stop in self._stops[len(self.outcomes) :]]
+        rest = [
+            Outcome(stop, False, tick, tick, LOST_REASON)
+            for stop in self._stops[len(self.outcomes) :]
+        ]
         self.outcomes.extend(rest)
         return rest
 
@@ -141,6 +168,7 @@ class Itinerary:
         if len(self.outcomes) == len(self._stops):
             self.state = State.DONE
             return None
+        self._first_tick = start_tick
         return self._order(start_tick)
 
     def _order(self, start_tick: int) -> Order:

@@ -103,19 +103,28 @@ def summary_table(report: Mapping[str, Any], code: int) -> Table:
     """Return the result of a run as a table."""
     goals, collisions = report["goals"], report["collisions"]
     cpu, rss = report["cpu_ms_per_robot_second"], report["rss_mb"]
+    duration = report["goal_duration"]
     rows = {
         "goals reached": f"{goals['reached']} of {goals['sent']}",
         "goals failed, pending": f"{goals['failed']}, {goals['pending']}",
         "collisions robot-robot, robot-world": (
             f"{collisions['robot_robot']}, {collisions['robot_world']}"
         ),
+        "near misses": _with_unit(report["near_misses"], ""),
         "minimum clearance": _with_unit(report["min_clearance"], "m"),
         "simulated time": _with_unit(report["sim_time"], "s"),
         "real-time factor": _with_unit(report["real_time_factor"], ""),
         "all active after": _with_unit(report["active_after_wall"], "s"),
         "makespan": _with_unit(report["makespan"], "s"),
         "goals per minute": _with_unit(report["throughput_per_minute"], ""),
-        "time spent holding": _with_unit(report["hold_time"], "s"),
+        "median, longest time of a goal": f"{_with_unit(duration['median'], 's')}, "
+        f"{_with_unit(duration['worst'], 's')}",
+        "time spent holding, waiting": f"{report['hold_time']} s, {report['wait_time']} s",
+        "longest wait of a robot": _with_unit(report["worst_wait"], "s"),
+        "pushes, retreats, deadlocks resolved": (
+            f"{report['pushes']}, {report['retreats']}, {report['deadlocks_resolved']}"
+        ),
+        "replans, recoveries": f"{report['replans']}, {report['recoveries']}",
         "late ticks": _with_unit(report["late_ticks"], ""),
         "CPU per robot and second": (
             f"{cpu['total']} ms (world {cpu['world']}, navigators {cpu['navigators']})"

@@ -9,8 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from swarm_commander.breach import Crash, as_json
+from swarm_commander.fairness import fairness
 from swarm_commander.options import UpOptions
-from swarm_commander.tally import Tally
+from swarm_commander.tally import COUNTS, RobotTally, Tally
 from swarm_commander.usage import UsageMeter
 
 SCHEMA = 1
@@ -72,10 +74,11 @@ def compose_report(
             "robot_robot": verdict.get("robot_robot", tally.robot_robot),
             "robot_world": verdict.get("robot_world", tally.robot_world),
         },
+        "near_misses": verdict.get("near_misses"),
         "min_clearance": _rounded(verdict.get("min_clearance"), 4),
         "makespan": _rounded(makespan),
         "throughput_per_minute": _rounded(60.0 * tally.reached / makespan if makespan else 0.0),
-        "hold_time": _rounded(sum(robot.hold_time for robot in tally.robots.values())),
+        **_service(tally),
         "late_ticks": verdict.get("late_ticks"),
         "restarts": times.restarts,
         "cpu_ms_per_robot_second": {
@@ -84,8 +87,34 @@ def compose_report(
         },
         "rss_mb": {group: _rounded(usage.rss_mb(group), 1) for group in ("world", "navigators")},
         "trajectory_sha256": verdict.get("trajectory_sha256"),
+        "breaches": as_json(_crashes(tally, verdict), tally.misses, tally.unfinished),
         "robots": _robots(tally, verdict.get("robots", {})),
     }
+
+
+def _crashes(tally: Tally, verdict: Mapping[str, Any]) -> list[Crash]:
+    """Return the contact episodes of the verdict; without one, those that were reported."""
+    if "collisions" not in verdict:
+        return tally.crashes
+    return [Crash.of(collision) for collision in verdict["collisions"]]
+
+
+def _service(tally: Tally) -> dict[str, Any]:
+    """Return how the robots were served, and what they did about each other, in total."""
+    robots = tally.robots.values()
+    served = fairness([duration for robot in robots for duration in robot.durations])
+    return {
+        "hold_time": _rounded(sum(robot.hold_time for robot in robots)),
+        "wait_time": _rounded(sum(robot.wait_time for robot in robots)),
+        "worst_wait": _rounded(max(_total_wait(robot) for robot in robots)),
+        "goal_duration": {"median": _rounded(served.median), "worst": _rounded(served.worst)},
+        "fairness": _rounded(served.ratio),
+        **{name: sum(robot.counts[name] for robot in robots) for name in COUNTS.values()},
+    }
+
+
+def _total_wait(robot: RobotTally) -> float:
+    return robot.hold_time + robot.wait_time
 
 
 def _robots(tally: Tally, measured: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
@@ -94,8 +123,12 @@ def _robots(tally: Tally, measured: Mapping[str, Mapping[str, Any]]) -> dict[str
             "goals_reached": robot.reached,
             "goals_failed": robot.failed,
             "hold_time": _rounded(robot.hold_time),
+            "wait_time": _rounded(robot.wait_time),
+            "worst_goal_duration": _rounded(max(robot.durations, default=None)),
+            **robot.counts,
             "distance": _rounded(measured.get(name, {}).get("distance")),
             "collisions": measured.get(name, {}).get("collisions"),
+            "near_misses": measured.get(name, {}).get("near_misses"),
             "min_clearance": _rounded(measured.get(name, {}).get("min_clearance"), 4),
         }
         for name, robot in tally.robots.items()

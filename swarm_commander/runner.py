@@ -30,6 +30,17 @@ from swarm_common.sites_io import load_sites
 TURN_PERIOD = 0.25  # [s] of wall time between two looks at everything else
 LOST_TICKS = 100  # ticks without a status, while others go on, after which a robot is lost,
 LOST_TIME = 5.0  # [s] if the wall clock, too, has moved on by this much
+STATUS_FIGURES = (  # of a status that swarm-up sums up
+    "hold_time",
+    "wait_time",
+    "goals_reached",
+    "goals_failed",
+    "pushes",
+    "retreats",
+    "deadlocks_resolved",
+    "replans",
+    "number_of_recoveries",
+)
 LATE_STATUS = 2.0  # [s] of wall time to wait for the status of an end
 
 
@@ -89,6 +100,8 @@ class Runner:
             outcome="reached" if outcome.reached else "failed",
             name=outcome.stop.name,
             sim_time=sim_seconds(outcome.tick),
+            duration=round(outcome.duration, 3),
+            reason=outcome.reason,
         )
 
     def on_over(self, driver: RobotDriver) -> bool:
@@ -149,10 +162,8 @@ def status_event(status: RobotStatus) -> dict[str, Any]:
     return {
         "state": status.state,
         "detail": status.detail,
-        "hold_time": status.hold_time,
-        "goals_reached": status.goals_reached,
-        "goals_failed": status.goals_failed,
         "has_goal": has_goal(status),
+        **{name: getattr(status, name) for name in STATUS_FIGURES},
         "sim_time": status.stamp.sec + 1e-9 * status.stamp.nanosec,
     }
 

@@ -4,24 +4,44 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
+from swarm_commander.breach import Crash, Miss, Unfinished
+
 HOLDING = "holding"
+# What robots count themselves: of a status event -> of the report
+COUNTS = {
+    "pushes": "pushes",
+    "retreats": "retreats",
+    "deadlocks_resolved": "deadlocks_resolved",
+    "replans": "replans",
+    "number_of_recoveries": "recoveries",
+}
 
 
 @dataclass(slots=True)
 class RobotTally:
-    """Of one robot."""
+    """Of one robot.
+
+    Attributes:
+        goal: Name of the goal under way; empty without one.
+        durations: [s] that each goal took which was reached, by simulated time.
+        counts: By the report's names, see `COUNTS`.
+    """
 
     active: bool = False
     died: bool = False
     state: str = ""
     detail: str = ""
     hold_time: float = 0.0
+    wait_time: float = 0.0
     sent: int = 0
     reached: int = 0
     failed: int = 0
+    goal: str = ""
+    durations: list[float] = field(default_factory=list)
+    counts: dict[str, int] = field(default_factory=lambda: dict.fromkeys(COUNTS.values(), 0))
 
 
 @dataclass(slots=True)
@@ -38,6 +58,8 @@ class Tally:
         robot_robot: Collision episodes so far.
         robot_world: Likewise.
         last_goal_time: [s] of simulated time at which the latest goal was settled.
+        crashes: Contact episodes in order of time.
+        misses: Goals given up, in order of time.
     """
 
     robots: dict[str, RobotTally]
@@ -49,6 +71,8 @@ class Tally:
     robot_robot: int = 0
     robot_world: int = 0
     last_goal_time: float = math.nan
+    crashes: list[Crash] = field(default_factory=list)
+    misses: list[Miss] = field(default_factory=list)
 
     @classmethod
     def of(cls, names: Iterable[str], has_mission: bool) -> Tally:
@@ -92,6 +116,15 @@ class Tally:
         return self.robot_robot + self.robot_world
 
     @property
+    def unfinished(self) -> list[Unfinished]:
+        """Robots that are under way to a goal, and in which state."""
+        return [
+            Unfinished(name, robot.goal, f"{robot.state} {robot.detail}".strip())
+            for name, robot in self.robots.items()
+            if robot.sent > robot.reached + robot.failed
+        ]
+
+    @property
     def holding(self) -> list[str]:
         """Names of the robots in the holding pattern."""
         return [
@@ -116,15 +149,23 @@ class Tally:
     def _on_done(self, _: Mapping[str, Any]) -> None:
         self.is_done = True
 
+    def _on_collision(self, event: Mapping[str, Any]) -> None:
+        self.crashes.append(Crash.of(event))
+
     def _on_sent(self, event: Mapping[str, Any]) -> None:
-        self.robots[event["robot"]].sent += 1
+        robot = self.robots[event["robot"]]
+        robot.sent += 1
+        robot.goal = str(event["name"])
 
     def _on_goal(self, event: Mapping[str, Any]) -> None:
         robot = self.robots[event["robot"]]
         if event["outcome"] == "reached":
             robot.reached += 1
+            robot.durations.append(float(event["duration"]))
         else:
             robot.failed += 1
+            self.misses.append(Miss.of(event))
+        robot.goal = ""
         robot.sent = max(robot.sent, robot.reached + robot.failed)
         self._settle(float(event["sim_time"]))
 
@@ -133,6 +174,8 @@ class Tally:
         robot.state = event["state"]
         robot.detail = event.get("detail", "")
         robot.hold_time = float(event["hold_time"])
+        robot.wait_time = float(event["wait_time"])
+        robot.counts = {name: int(event[key]) for key, name in COUNTS.items()}
         if not self.has_mission:
             settled = robot.reached + robot.failed
             robot.reached = int(event["goals_reached"])

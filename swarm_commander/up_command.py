@@ -10,7 +10,9 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
+from rich.text import Text
 
+from swarm_commander.breach import breach_lines
 from swarm_commander.bringup import Run
 from swarm_commander.domain import DomainLock, domain_id
 from swarm_commander.options import UpOptions, parse_speed
@@ -136,15 +138,13 @@ def bring_up(plan: RunPlan) -> int:
     times = RunTimes(run.wall_time, run.active_after_wall, run.restarts)
     report = compose_report(plan.options, tally, verdict, run.usage, times)
     must_finish = plan.options.until_done and not run.is_stopped_by_user
-    code = exit_code(
-        report,
-        is_unfinished=must_finish and not tally.is_done,
-        component_failed=bool(run.failures),
-    )
+    is_unfinished = must_finish and not tally.is_done
+    code = exit_code(report, is_unfinished=is_unfinished, component_failed=bool(run.failures))
     write_report(folder.report, report)
     console.print(summary_table(report, code))
-    for failure in run.failures:
-        console.print(failure, style="red", highlight=False)
+    breaches = breach_lines(report["breaches"], had_to_finish=is_unfinished)
+    for line in (*run.failures, *breaches):
+        console.print(Text(line, style="red"), soft_wrap=True)
     console.print(f"report: {folder.report}", highlight=False, soft_wrap=True)
     return code
 

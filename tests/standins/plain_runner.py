@@ -24,7 +24,15 @@ if config["mission"] is not None and mood != "mute":
         if mood == "slow":
             break
         outcome = "failed" if mood == "miss" else "reached"
-        say("goal", robot=robot["name"], outcome=outcome, name="shipping", sim_time=10.0)
+        say(
+            "goal",
+            robot=robot["name"],
+            outcome=outcome,
+            name="shipping",
+            sim_time=10.0,
+            duration=8.0,
+            reason="error 208: every way is closed [by walls]" if mood == "miss" else "",
+        )
     if mood != "slow":
         say("done")
 while True:

@@ -11,6 +11,13 @@ config = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
 flags = dict(zip(sys.argv[2::2], sys.argv[3::2], strict=True))
 event_fd = int(flags["--event-fd"])
 mood = os.environ.get("STANDIN_WORLD", "")
+COLLISION = {
+    "robots": ["Srobot1", "Srobot3"],
+    "obstacle": "",
+    "x": 1.0,
+    "y": -2.0,
+    "sim_time": 11.4,
+}
 
 
 def say(event: str, **values: object) -> None:
@@ -31,6 +38,8 @@ def end(*_: object) -> None:
             "real_time_factor": 6.0,
             "late_ticks": 0,
             "trajectory_sha256": "ab" * 32,
+            "near_misses": 2,
+            "collisions": [COLLISION] if mood == "collision" else [],
             "robots": robots,
         }
         Path(config["verdict_path"]).write_text(json.dumps(verdict), encoding="utf-8")
@@ -43,6 +52,8 @@ if mood == "refuse":
     sys.exit(2)
 say("spawn", poses=[[float(i), 0.0, 0.0] for i in range(len(config["robots"]))])
 say("ready")
+if mood == "collision":
+    say("collision", **COLLISION)
 if mood == "crash":
     sys.stderr.write("the physics engine fell over\n")
     sys.exit(7)

@@ -87,6 +87,9 @@ def test_a_mission_ends_with_a_report(up: Up) -> None:
     assert report["throughput_per_minute"] == 18.0
     assert report["active_after_wall"] > 0.0
     assert report["trajectory_sha256"] == "ab" * 32
+    assert report["near_misses"] == 2
+    assert (report["goal_duration"], report["fairness"]) == ({"median": 8.0, "worst": 8.0}, 1.0)
+    assert report["breaches"] == {"collisions": [], "missed_goals": [], "unfinished_goals": []}
     assert set(report["robots"]) == {"Srobot1", "Srobot2", "Srobot3"}
     assert "goals reached" in output
     assert (up.run_dir / "env.sh").read_text(encoding="utf-8").count("ROS_DOMAIN_ID=97") == 1
@@ -94,11 +97,18 @@ def test_a_mission_ends_with_a_report(up: Up) -> None:
 
 
 def test_a_missed_goal_makes_it_one(up: Up) -> None:
-    assert up.run(*MISSION, runner="miss")[0] == 1
+    code, output, _ = up.run(*MISSION, runner="miss")
+    assert code == 1
+    line = "Srobot2 missed shipping at t = 10.0 s: error 208: every way is closed [by walls]"
+    assert " ".join(output.split()).count(line) == 2, "when it happens, and in the summary"
 
 
 def test_a_collision_makes_it_one(up: Up) -> None:
-    assert up.run(*MISSION, world="collision")[0] == 1
+    code, output, _ = up.run(*MISSION, world="collision")
+    assert code == 1
+    line = "collision of Srobot1 and Srobot3 at (1.00, -2.00), t = 11.4 s"
+    assert " ".join(output.split()).count(line) == 2, "when it happens, and in the summary"
+    assert up.report()["breaches"]["collisions"][0]["robots"] == ["Srobot1", "Srobot3"]
 
 
 def test_a_died_navigator_makes_it_three_but_the_others_go_on(up: Up) -> None:
@@ -138,7 +148,9 @@ def test_the_end_of_its_duration_is_a_good_end(up: Up) -> None:
 def test_only_until_done_has_to_finish_within_the_duration(
     up: Up, flags: tuple[str, ...], code: int
 ) -> None:
-    assert up.run(*flags, "--duration", "12", world="calm", runner="slow")[0] == code
+    ended, output, _ = up.run(*flags, "--duration", "12", world="calm", runner="slow")
+    assert ended == code
+    assert ("Srobot1 did not get to shipping: silent" in output) == bool(code)
     assert up.report()["goals"] == {"sent": 1, "reached": 0, "failed": 0, "pending": 3}
 
 

@@ -46,6 +46,17 @@ def test_a_failed_goal_is_tried_again_before_it_counts() -> None:
     assert not itinerary.outcomes[0].reached
 
 
+def test_an_outcome_says_how_long_the_stop_took_and_why_it_was_missed() -> None:
+    itinerary = under_way(retries=1)
+    itinerary.on_end(True, 100, "of no interest")
+    itinerary.on_end(False, 150, "closed")
+    itinerary.on_end(False, 200, "still closed")
+    first, second = itinerary.outcomes
+    assert (first.start_tick, first.duration, first.reason) == (0, 10.0, "")
+    assert (second.start_tick, second.reason) == (102, "still closed")
+    assert second.duration == pytest.approx(9.8)
+
+
 def test_somebody_elses_goal_is_no_failure() -> None:
     itinerary = under_way(retries=0)
     itinerary.on_taken_over()
@@ -59,6 +70,7 @@ def test_the_rest_of_a_lost_robots_goals_fail() -> None:
     itinerary.on_end(True, 100)
     assert [outcome.stop for outcome in itinerary.on_lost(120)] == [B]
     assert itinerary.is_over
+    assert itinerary.outcomes[-1].reason == "the robot was lost"
     assert itinerary.on_lost(130) == []
     assert itinerary.on_end(True, 140) is None
     assert len(itinerary.outcomes) == 2

@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 from rich.console import Console
 
+from swarm_commander.breach import breach_lines
 from swarm_commander.options import UpOptions
 from swarm_commander.progress import holders_line, summary_line, summary_table
 from swarm_commander.report import (
@@ -33,7 +34,9 @@ KEYS = {
     "schema", "swarm_size", "world", "robot", "seed", "sim_time", "wall_time",
     "real_time_factor", "active_after_wall", "goals", "collisions", "min_clearance", "makespan",
     "throughput_per_minute", "hold_time", "late_ticks", "restarts", "cpu_ms_per_robot_second",
-    "rss_mb", "trajectory_sha256", "robots",
+    "rss_mb", "trajectory_sha256", "robots", "near_misses", "wait_time", "worst_wait",
+    "goal_duration", "fairness", "pushes", "retreats", "deadlocks_resolved", "replans",
+    "recoveries", "breaches",
 }  # fmt: skip
 
 
@@ -46,14 +49,16 @@ def tally_of(*events: dict[str, Any], has_mission: bool = True) -> Tally:
 
 def goal(robot: str, outcome: str, sim_time: float) -> dict[str, Any]:
     return {
-        "event": "goal", "robot": robot, "outcome": outcome, "name": "a", "sim_time": sim_time
+        "event": "goal", "robot": robot, "outcome": outcome, "name": "a", "sim_time": sim_time,
+        "duration": sim_time - 10.0, "reason": "" if outcome == "reached" else "error 208: closed",
     }  # fmt: skip
 
 
 def status(robot: str, **values: Any) -> dict[str, Any]:
     usual = {
-        "state": "driving", "detail": "", "hold_time": 0.0, "goals_reached": 0, "goals_failed": 0,
-        "has_goal": False, "sim_time": 1.0,
+        "state": "driving", "detail": "", "hold_time": 0.0, "wait_time": 0.0,
+        "goals_reached": 0, "goals_failed": 0, "has_goal": False, "sim_time": 1.0, "pushes": 0,
+        "retreats": 0, "deadlocks_resolved": 0, "replans": 0, "number_of_recoveries": 0,
     }  # fmt: skip
     return {"event": "status", "robot": robot} | usual | values
 
@@ -78,9 +83,62 @@ def test_the_report_has_what_tools_outside_rely_on() -> None:
     assert report["min_clearance"] == 0.1235
     assert set(report["cpu_ms_per_robot_second"]) == {"world", "navigators", "total"}
     assert report["robots"]["Srobot1"] == {
-        "goals_reached": 1, "goals_failed": 0, "hold_time": 0.0, "distance": 20.0,
-        "collisions": 0, "min_clearance": 0.2,
+        "goals_reached": 1, "goals_failed": 0, "hold_time": 0.0, "wait_time": 0.0,
+        "worst_goal_duration": 40.0, "distance": 20.0, "collisions": 0, "near_misses": None,
+        "min_clearance": 0.2, "pushes": 0, "retreats": 0, "deadlocks_resolved": 0, "replans": 0,
+        "recoveries": 0,
     }  # fmt: skip
+    assert report["breaches"]["missed_goals"] == [
+        {"robot": "Srobot2", "goal": "a", "sim_time": 80.0, "reason": "error 208: closed"}
+    ]
+
+
+def test_waits_and_counters_are_summed_over_the_robots() -> None:
+    counts = {"pushes": 3, "retreats": 1, "deadlocks_resolved": 2, "replans": 7}
+    report = report_of(
+        tally_of(
+            status("Srobot1", hold_time=4.0, wait_time=1.5, number_of_recoveries=1, **counts),
+            status("Srobot2", hold_time=2.0, wait_time=8.0, **counts),
+        )
+    )
+    assert (report["hold_time"], report["wait_time"], report["worst_wait"]) == (6.0, 9.5, 10.0)
+    assert {name: report[name] for name in counts} == {n: 2 * c for n, c in counts.items()}
+    assert report["recoveries"] == 1
+    assert report["robots"]["Srobot2"]["wait_time"] == 8.0
+
+
+def test_fairness_is_the_longest_over_the_median_time_of_a_goal() -> None:
+    times = [("Srobot1", 20.0), ("Srobot1", 30.0), ("Srobot2", 90.0)]
+    events = [goal(robot, "reached", time) for robot, time in times]
+    report = report_of(tally_of(*events, goal("Srobot2", "failed", 500.0)))
+    assert report["goal_duration"] == {"median": 20.0, "worst": 80.0}
+    assert report["fairness"] == 4.0
+    assert report_of(tally_of())["fairness"] is None
+
+
+CRASH = {"robots": ["Srobot2"], "obstacle": "wall_3", "x": 1.234, "y": 5.0, "sim_time": 7.25}
+
+
+def test_breaches_are_told_with_robots_place_and_time() -> None:
+    events = ({"event": "collision", **CRASH}, goal("Srobot1", "failed", 80.0))
+    driving = status("Srobot2", state="waiting", detail="for Srobot1", has_goal=True)
+    sent = {"event": "sent", "robot": "Srobot2", "name": "loader_4"}
+    breaches = report_of(tally_of(*events, sent, driving))["breaches"]
+    told = [
+        "collision of Srobot2 and wall_3 at (1.23, 5.00), t = 7.2 s",
+        "Srobot1 missed a at t = 80.0 s: error 208: closed",
+    ]
+    assert breach_lines(breaches, had_to_finish=False) == told
+    rest = "Srobot2 did not get to loader_4: waiting for Srobot1"
+    assert breach_lines(breaches, had_to_finish=True) == [*told, rest]
+
+
+def test_the_verdict_knows_collisions_that_nobody_reported() -> None:
+    report = report_of(tally_of(), VERDICT | {"collisions": [CRASH, CRASH]})
+    assert len(report["breaches"]["collisions"]) == 2
+    crashes = {**report["breaches"], "collisions": [CRASH] * 12}
+    lines = breach_lines(crashes, had_to_finish=True)
+    assert lines[-1] == "and 2 more collisions; all are in the report"
 
 
 def test_a_report_without_a_verdict_says_what_is_unknown() -> None:

@@ -1,0 +1,40 @@
+"""Signals that ask for the end, counted."""
+
+from __future__ import annotations
+
+import signal
+from types import TracebackType
+from typing import Any
+
+NUMBERS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+class SignalCounter:
+    """Counts the signals that ask for the end while it is entered; nothing else happens on them.
+
+    Attributes:
+        count: So far.
+    """
+
+    def __init__(self) -> None:
+        """Count nothing before it is entered."""
+        self.count = 0
+        self._before: dict[int, Any] = {}
+
+    def __enter__(self) -> SignalCounter:
+        """Begin to count."""
+        self._before = {number: signal.signal(number, self._note) for number in NUMBERS}
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Put the former handlers back."""
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+
+    def _note(self, *_: object) -> None:
+        self.count += 1

@@ -1,0 +1,258 @@
+"""The reservation protocol without robots: real tubes, claims and beacons, abstract motion.
+
+No planner, no controller, no walls: actors ask for random straight paths through a small square,
+move along what they hold or stand, change their minds, fall silent, die and begin again, while an
+adversarial radio loses, delays and reorders their beacons. Thousands of ticks take a second, and
+contention is far denser than in any hall.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from swarm_common.beacon import BEACON_DTYPE, FLAG_ACTIVE, NO_ROBOT, BeaconArray
+from swarm_common.records import Pose, Twist
+from swarm_nav.claim import Claim
+from swarm_nav.config import NavConfig
+from swarm_nav.planner import SPACING
+from swarm_nav.situation import Situation, begin
+from swarm_nav.tube import padded
+from tests.standins.navigation import room, waffle
+
+SIDE = 3.2  # [m] of the square in which targets lie
+MARGIN = 2.0  # [m] around it
+SPEED = 0.26  # [m/s]
+STEP_SHARE = SPEED * 0.1 / SPACING  # chance per tick of moving on by a path point
+COASTING = 3  # path points that a drive without commands still covers
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """One adversarial run; shares are chances per message, whims per robot and tick.
+
+    Attributes:
+        seed: Of everything random.
+        count: Number of robots.
+        ticks: Length of the run.
+        loss: Share of the messages that are lost.
+        delay: Ticks that every message is late.
+        jitter: Further ticks that a message is late at most, each on its own.
+        whims: Chance of each change of mind.
+        deafness: Chance of losing all batches for a while.
+        deaths: Chance of dying, to begin again later at the same place.
+    """
+
+    seed: int
+    count: int = 4
+    ticks: int = 400
+    loss: float = 0.0
+    delay: int = 0
+    jitter: int = 0
+    whims: float = 0.02
+    deafness: float = 0.0
+    deaths: float = 0.0
+
+
+@dataclass
+class Outcome:
+    """Smallest distance [m] between two held tubes beyond R, where, and how much was granted."""
+
+    excess: float = math.inf
+    tick: int = -1
+    pair: tuple[int, int] = (0, 0)
+    granted: int = 0
+
+    def note(self, excess: float, tick: int, pair: tuple[int, int]) -> None:
+        if excess < self.excess:
+            self.excess, self.tick, self.pair = excess, tick, pair
+
+
+class Actor:
+    """One robot: its claim is real, its wishes are random, its motion is perfect."""
+
+    def __init__(self, robot_id: int, pose: Pose, tick: int, config: NavConfig) -> None:
+        self._config = config
+        self.robot_id = robot_id
+        self.start(pose, tick)
+
+    def start(self, pose: Pose, tick: int) -> None:
+        """Begin as a new process: nothing known, nothing held but the place."""
+        size = SIDE + 2 * MARGIN
+        self.s: Situation = begin(self._config, waffle(), room(size, size), self.robot_id, pose)
+        self.s.listening_since = tick
+        self.s.priority = 0
+        self._next_priority = 0
+        self.claim = Claim(self.s)
+
+    def live(self, tick: int, batch: BeaconArray | None, rng: np.random.Generator) -> np.void:
+        """Pass one tick and return the beacon; `batch` is None for a deaf robot."""
+        s = self.s
+        s.tick = tick
+        self.move(1 if rng.random() < STEP_SHARE else 0)
+        if batch is not None:
+            s.hood.receive(batch, s.pose.x, s.pose.y)
+        s.hood.refresh(tick)
+        if batch is None:
+            self.claim.retract()
+        else:
+            self.claim.extend()
+        return self._publish()
+
+    def move(self, points: int) -> None:
+        """Go on by some path points, as far as they are held."""
+        tube = self.s.tube
+        ahead = min(points, tube.stop - tube.near)
+        tube.near += ahead
+        x, y = tube.points[tube.near]
+        self.s.pose = Pose(float(x), float(y), 0.0)
+        self.s.twist = Twist(SPEED if ahead else 0.0, 0.0, 0.0)
+
+    def change_mind(self, whim: int, target: tuple[float, float], priority: int) -> None:
+        """Do something that a navigator may do at any time."""
+        tube = self.s.tube
+        match whim:
+            case 0:
+                self.adopt(target)
+            case 1:
+                tube.cut()
+            case 2:
+                tube.reset(self.s.pose)
+            case 3:
+                tube.release_ahead(self.s.brake_points)
+            case 4:
+                tube.withdraw()
+            case 5:
+                self._next_priority = priority
+            case 6:
+                self.s.yields_for = 0 if self.s.yields_for else 1 + priority
+
+    def adopt(self, target: tuple[float, float]) -> None:
+        """Take a straight path from the stop point."""
+        start = np.array(self.s.stop_point)
+        gap = np.array(target) - start
+        count = int(math.hypot(*gap) / SPACING)
+        if count >= 1:
+            step = gap / math.hypot(*gap) * SPACING
+            self.s.tube.adopt(start + np.arange(count + 1)[:, None] * step)
+
+    def _publish(self) -> np.void:
+        s = self.s
+        beacon: np.void = np.zeros(1, BEACON_DTYPE)[0]
+        beacon["id"], beacon["tick"], beacon["radius"] = s.robot_id, s.tick, s.radius
+        beacon["pose"] = (s.pose.x, s.pose.y, 0.0)
+        beacon["flags"] = FLAG_ACTIVE
+        s.priority = self._next_priority
+        beacon["priority"] = (0, s.priority)
+        beacon["blocked_ticks"], beacon["blocked_by"] = s.blocked_ticks, s.blocked_by
+        beacon["yields_for"] = s.yields_for or NO_ROBOT
+        held, wanted, intent = s.tube.publish(s.pose)
+        for name, points in (("held", held), ("wanted", wanted), ("intent", intent)):
+            beacon[name], beacon[f"{name}_size"] = padded(points, len(beacon[name]))
+        self.claim.note_published(beacon)
+        return beacon
+
+
+@dataclass
+class Air:
+    """Beacons under way: each receiver loses and delays each message on its own."""
+
+    schedule: Schedule
+    rng: np.random.Generator
+    _arrivals: dict[tuple[int, int], list[np.void]] = field(default_factory=dict)
+
+    def send(self, tick: int, sender: int, beacon: np.void) -> None:
+        plan = self.schedule
+        for receiver in range(plan.count):
+            if receiver != sender and self.rng.random() >= plan.loss:
+                late = plan.delay + int(self.rng.integers(0, plan.jitter + 1))
+                self._arrivals.setdefault((tick + 1 + late, receiver), []).append(beacon)
+
+    def batch(self, tick: int, receiver: int) -> BeaconArray:
+        """Return what arrives, at most one beacon of each sender, ordered by id."""
+        found = self._arrivals.pop((tick, receiver), [])
+        self.rng.shuffle(found)  # the adversary chooses which of two late ones comes first
+        newest = {int(beacon["id"]): beacon for beacon in found}
+        return np.array([newest[key] for key in sorted(newest)], BEACON_DTYPE)
+
+
+class Crowd:
+    """Runs a schedule and watches the distance between all held tubes."""
+
+    def __init__(self, schedule: Schedule, config: NavConfig | None = None) -> None:
+        self._plan = schedule
+        self._config = config or NavConfig()
+        self._rng = np.random.default_rng(schedule.seed)
+        self._air = Air(replace(schedule), self._rng)
+        reach = 2.0 * begin(self._config, waffle(), room(4.0, 4.0), 1, Pose(2.0, 2.0, 0.0)).radius
+        self.actors = [
+            Actor(i + 1, pose, 0, self._config) for i, pose in enumerate(self._starts(reach))
+        ]
+        self._deaf_until = [0] * schedule.count
+        self._dead_until = [0] * schedule.count
+        self.outcome = Outcome()
+
+    def _starts(self, reach: float) -> Iterator[Pose]:
+        places: list[tuple[float, float]] = []
+        while len(places) < self._plan.count:
+            place = self._target()
+            if all(math.dist(place, other) > reach + 0.02 for other in places):
+                places.append(place)
+                yield Pose(*place, 0.0)
+
+    def _target(self) -> tuple[float, float]:
+        x, y = self._rng.uniform(MARGIN, MARGIN + SIDE, 2)
+        return float(x), float(y)
+
+    def run(self) -> Outcome:
+        for tick in range(1, self._plan.ticks + 1):
+            self._step(tick)
+        return self.outcome
+
+    def _step(self, tick: int) -> None:
+        held: list[tuple[np.ndarray, float]] = []
+        for index, actor in enumerate(self.actors):
+            batch = self._air.batch(tick, index)
+            if self._is_dead(index, actor, tick):
+                here = actor.s.pose
+                held.append((np.array(((here.x, here.y),), np.float32), actor.s.radius))
+                continue
+            self._tempt(actor)
+            stop = actor.s.tube.stop
+            deaf = self._is_deaf(index, tick)
+            beacon = actor.live(tick, None if deaf else batch, self._rng)
+            self.outcome.granted += max(0, actor.s.tube.stop - stop)
+            self._air.send(tick, index, beacon)
+            held.append((beacon["held"][: beacon["held_size"]], float(beacon["radius"])))
+        for (i, (a, r)), (j, (b, q)) in itertools.combinations(enumerate(held), 2):
+            gap = float(np.hypot(*(a[:, None] - b[None]).T).min())
+            self.outcome.note(gap - r - q, tick, (i + 1, j + 1))
+
+    def _tempt(self, actor: Actor) -> None:
+        chance = 0.3 if actor.s.tube.is_complete else 0.0
+        if self._rng.random() < chance:
+            actor.adopt(self._target())
+        if self._rng.random() < 7 * self._plan.whims:
+            priority = int(self._rng.integers(0, 3))  # equal ones are common
+            actor.change_mind(int(self._rng.integers(0, 7)), self._target(), priority)
+
+    def _is_deaf(self, index: int, tick: int) -> bool:
+        if self._rng.random() < self._plan.deafness:
+            self._deaf_until[index] = tick + int(self._rng.integers(1, 40))
+        return tick < self._deaf_until[index]
+
+    def _is_dead(self, index: int, actor: Actor, tick: int) -> bool:
+        if tick < self._dead_until[index]:
+            return True
+        if self._dead_until[index]:
+            self._dead_until[index] = 0
+            actor.start(actor.s.pose, tick)
+        if self._rng.random() < self._plan.deaths:
+            self._dead_until[index] = tick + int(self._rng.integers(1, 150))
+            actor.move(COASTING)
+            return True
+        return False
