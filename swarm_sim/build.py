@@ -11,7 +11,8 @@ from swarm_common.map_io import load_map, map_path
 from swarm_common.records import Pose, RobotSpec
 from swarm_common.robot_io import load_robot
 from swarm_common.sites_io import load_sites
-from swarm_sim.check import check_map, check_sites
+from swarm_sim.actors import load_actors
+from swarm_sim.check import check_map, check_sites, check_walkers
 from swarm_sim.draw_map import draw_world
 from swarm_sim.robot_model import description, parse_urdf
 from swarm_sim.scene import Scene
@@ -49,10 +50,13 @@ def build(settings: Settings) -> Stage:
     scene = load_world(settings.world)
     if settings.sites is not None:
         scene = dataclasses.replace(scene, sites=load_sites(settings.sites))
+    if settings.actors is not None:
+        scene = dataclasses.replace(scene, walkers=load_actors(settings.actors))
     models = {entry.model: load_robot(entry.model) for entry in settings.robots}
     specs = tuple(models[entry.model] for entry in settings.robots)
     widest = max(specs, key=lambda spec: spec.circumscribed_radius)
     check_sites(scene, widest)
+    check_walkers(scene, scene.walkers)
     poses = spawn_poses(scene, widest, len(specs))
     grid = _map(settings, scene, specs[0].lidar.z)
     texts = {name: description(name) for name in models}

@@ -9,13 +9,20 @@ import numpy as np
 import pybullet
 
 from swarm_common.records import CONTROL_PERIOD, Pose, RobotSpec
-from swarm_sim.bullet_bodies import add_ground, add_obstacle, add_robot, solid_bodies
+from swarm_sim.bullet_bodies import (
+    add_ground,
+    add_obstacle,
+    add_robot,
+    add_walker,
+    solid_bodies,
+)
 from swarm_sim.bullet_kernels import near_pairs, ramp_all
 from swarm_sim.engine import NEAR, FloatArray, Touch
 from swarm_sim.planar import MAX_CORNERS, bounds_of, pack_polygons, pad_polygon
 from swarm_sim.robot_model import RobotModel
 from swarm_sim.scene import Body
 from swarm_sim.section import section_between
+from swarm_sim.walkers import Walkers
 
 MOTOR_TORQUE = 1.4  # [N m] stall torque of a wheel's motor
 SOLVER_ITERATIONS = 10
@@ -37,6 +44,7 @@ class BulletEngine:
         models: Sequence[RobotModel],
         poses: Sequence[Pose],
         physics_period: float,
+        walkers: Walkers,
     ) -> None:
         """Build the bodies and let them settle.
 
@@ -47,6 +55,7 @@ class BulletEngine:
             models: One per robot.
             poses: Start poses in the map frame, one per robot.
             physics_period: [s] of a step.
+            walkers: Who moves beside the robots.
         """
         count = len(specs)
         self._steps = round(CONTROL_PERIOD / physics_period)
@@ -56,6 +65,7 @@ class BulletEngine:
             self._configure()
             add_ground(self._client)
             self._add_obstacles(solid_bodies(bodies, *heights), heights)
+            self._add_walkers(walkers)
             self._robots = [
                 add_robot(self._client, model, spec, pose)
                 for model, spec, pose in zip(models, specs, poses, strict=True)
@@ -80,18 +90,22 @@ class BulletEngine:
         self.yaws_gyro: FloatArray = np.zeros(count)
         self.clearances: FloatArray = np.full((count, 2), np.inf)
         self._robot_gaps = np.empty((count * (count - 1) // 2, 3))
-        self._wall_gaps = np.empty((count * len(self._walls), 3))
+        self._wall_gaps = np.empty((count * len(self._obstacles), 3))
         self._settle()
 
     def advance(self, targets: FloatArray) -> list[Touch]:
         """Run one control period towards target speeds (n, 2); return the contacts in it."""
         touches: list[Touch] = []
         suspects = self._suspects()
+        self._walkers.begin()
+        guess = self.poses.copy()  # of the robots, for the walkers to look at
         for step in range(self._steps):
             self._drive(targets)
+            self._walk(guess, step)
             pybullet.stepSimulation(physicsClientId=self._client)
             for robot, other, obstacle in suspects:
                 self._note_contact(robot, other, obstacle, step, touches)
+        touches += self._walkers.touches()
         self._read()
         self._measure()
         return touches
@@ -129,6 +143,37 @@ class BulletEngine:
                 self._obstacles.append((identifier, body.name))
         self._walls = pack_polygons(outlines)
         self._bounds = bounds_of(self._walls)
+
+    def _add_walkers(self, walkers: Walkers) -> None:
+        """Add the walkers' bodies; in `_obstacles` they follow the outlines."""
+        self._walkers = walkers
+        for spec in walkers.specs:
+            identifier = add_walker(self._client, spec.radius, spec.height)
+            self._obstacles.append((identifier, spec.name))
+        still = np.zeros(len(self._walls))
+        self._obstacle_reaches = np.concatenate([still, walkers.reaches * CONTROL_PERIOD])
+        self._place_walkers()
+
+    def _place_walkers(self) -> None:
+        """Move the walkers' bodies to where the walkers are."""
+        bodies = self._obstacles[len(self._walls) :]
+        for spec, (identifier, _), disc in zip(
+            self._walkers.specs, bodies, self._walkers.discs.tolist(), strict=True
+        ):
+            pybullet.resetBasePositionAndOrientation(
+                identifier, [disc[0], disc[1], spec.height / 2], [0, 0, 0, 1], self._client
+            )
+
+    def _walk(self, guess: FloatArray, step: int) -> None:
+        """Let the walkers walk for one step among robots that move on as their motors aim."""
+        if not len(self._walkers):
+            return
+        speed, turn = self._speeds.T
+        guess[:, 0] += speed * np.cos(guess[:, 2]) * self._period
+        guess[:, 1] += speed * np.sin(guess[:, 2]) * self._period
+        guess[:, 2] += turn * self._period
+        self._walkers.step(guess, speed, self._hulls, self._period, step)
+        self._place_walkers()
 
     def _settle(self) -> None:
         self._set_motors(range(len(self._robots)))
@@ -192,7 +237,7 @@ class BulletEngine:
             self.poses,
             self._limits[:, 2],
             self._hulls,
-            (self._walls, self._bounds),
+            (self._walls, self._bounds, self._walkers.discs),
             NEAR,
             self._robot_gaps,
             self._wall_gaps,
@@ -230,7 +275,7 @@ class BulletEngine:
         walls = {
             (int(i), self._obstacles[int(k)])
             for i, k, gap in self._near_walls
-            if gap < reach[int(i)]
+            if gap < reach[int(i)] + self._obstacle_reaches[int(k)]
         }
         return pairs + [(robot, -1, obstacle) for robot, obstacle in sorted(walls)]
 

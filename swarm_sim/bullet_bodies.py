@@ -74,6 +74,17 @@ def add_obstacle(client: int, body: Body) -> int:
     return identifier
 
 
+def add_walker(client: int, radius: float, height: float) -> int:
+    """Add an upright cylinder that robots can touch and that is moved by hand; return its id."""
+    shape = pybullet.createCollisionShape(
+        pybullet.GEOM_CYLINDER, radius=radius, height=height, physicsClientId=client
+    )
+    identifier = int(pybullet.createMultiBody(0, shape, physicsClientId=client))
+    pybullet.changeDynamics(identifier, -1, lateralFriction=WALL_FRICTION, physicsClientId=client)
+    pybullet.setCollisionFilterGroupMask(identifier, -1, OBSTACLE, ROBOT, physicsClientId=client)
+    return identifier
+
+
 def add_robot(client: int, model: RobotModel, spec: RobotSpec, pose: Pose) -> RobotBody:
     """Add a robot with two driven wheels, its base_footprint at a pose on the ground.
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from swarm_sim.planar_kernels import box_gap, ramp
 from swarm_sim.polygon_kernels import distance, place
+from swarm_sim.walker_kernels import disc_gap
 
 FloatArray = NDArray[np.float64]
 
@@ -39,7 +42,7 @@ def near_pairs(
     poses: FloatArray,
     radii: FloatArray,
     hulls: FloatArray,
-    walls: tuple[FloatArray, FloatArray],
+    walls: tuple[FloatArray, FloatArray, FloatArray],
     near: float,
     robot_gaps: FloatArray,
     wall_gaps: FloatArray,
@@ -50,7 +53,7 @@ def near_pairs(
         poses: (n, 3).
         radii: (n,) circumscribed radii.
         hulls: (n, k, 2) footprints in base_footprint.
-        walls: Outlines (m, c, 2) and their bounds (m, 4).
+        walls: Outlines (m, c, 2), their bounds (m, 4), and discs (d, 3), counted after these.
         near: [m]
         robot_gaps: Rows i, j, distance with i < j, written.
         wall_gaps: Rows i, wall, distance, written.
@@ -77,6 +80,15 @@ def near_pairs(
             gap = distance(placed[i], walls[0][k])
             if gap <= near:
                 wall_gaps[sides, 0], wall_gaps[sides, 1] = i, k
+                wall_gaps[sides, 2] = gap
+                sides += 1
+        for k in range(len(walls[2])):
+            disc = walls[2][k]
+            if math.hypot(disc[0] - x, disc[1] - y) > radii[i] + disc[2] + near:
+                continue
+            gap = disc_gap(placed[i], disc[0], disc[1], disc[2])
+            if gap <= near:
+                wall_gaps[sides, 0], wall_gaps[sides, 1] = i, len(walls[0]) + k
                 wall_gaps[sides, 2] = gap
                 sides += 1
     return robots, sides

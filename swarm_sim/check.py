@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
 from swarm_common.errors import ConfigError, MapError
 from swarm_common.grid import FREE, OCCUPIED, Grid
 from swarm_common.records import RobotSpec
+from swarm_sim.actors import WalkerSpec
 from swarm_sim.draw_map import SCAN_HEIGHT
 from swarm_sim.raster import draw_on
 from swarm_sim.scene import Scene
@@ -19,6 +23,7 @@ TOLERANCE = 0.1  # [m] by which an obstacle may be displaced on the map
 MAX_SHARE = 0.02  # of the occupied cells that may disagree
 PLACES = 3  # named in the message
 MAX_SHIFT = 3.0  # [m] looked at for the hint
+WALK_STEP = 0.1  # [m] between the places of a walker's path that are looked at
 
 
 def check_map(scene: Scene, grid: Grid, height: float = SCAN_HEIGHT) -> None:
@@ -78,6 +83,31 @@ def check_sites(scene: Scene, spec: RobotSpec) -> None:
             raise ConfigError(
                 f"{name} of world '{scene.name}' at ({x:g}, {y:g}) lies {place}; "
                 f"a {spec.model} needs {spec.circumscribed_radius:.3f} m"
+            )
+
+
+def check_walkers(scene: Scene, specs: Sequence[WalkerSpec]) -> None:
+    """Check that walkers do not walk through obstacles.
+
+    Raises:
+        ConfigError: Naming the walker and the place where it would.
+    """
+    section = section_between(scene.bodies, 0.005, max([s.height for s in specs], default=1.0))
+    for spec in specs:
+        closed = np.array([*spec.path, spec.path[0]])
+        points = np.vstack(
+            [
+                np.linspace(a, b, max(2, int(np.hypot(*(b - a)) / WALK_STEP)))
+                for a, b in pairwise(closed)
+            ]
+        )
+        gaps = wall_distance(points, section)
+        worst = int(np.argmin(gaps))
+        if gaps[worst] < spec.radius:
+            x, y = points[worst]
+            raise ConfigError(
+                f"{spec.name}: its path runs {gaps[worst]:.2f} m from an obstacle at "
+                f"({x:.2f}, {y:.2f}); a body of radius {spec.radius:g} does not fit there"
             )
 
 

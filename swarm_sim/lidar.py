@@ -14,17 +14,24 @@ from swarm_sim.scene import Body, Scene
 from swarm_sim.section import Section, section_at, section_between
 
 FloatArray = NDArray[np.float64]
-WORLD = -1  # owner of what does not move
+WORLD = -1  # owner of what no robot carries
+NO_DISCS: FloatArray = np.zeros((0, 3))
 
 
 class LidarGroup:
     """Robots with equal LiDARs, scanned together.
 
-    What they can hit is the world's section at their scan plane and those of the other robots.
+    What they can hit is the world's section at their scan plane, those of the other robots, and
+    the walkers.
     """
 
     def __init__(
-        self, spec: LidarSpec, members: Sequence[int], world: Section, robots: Sequence[Section]
+        self,
+        spec: LidarSpec,
+        members: Sequence[int],
+        world: Section,
+        robots: Sequence[Section],
+        walkers: int = 0,
     ) -> None:
         """Prepare the arrays.
 
@@ -33,6 +40,7 @@ class LidarGroup:
             members: Indices of the robots that carry it.
             world: What stands still at the height of the scan plane.
             robots: The section of every robot at that height, in its base_footprint.
+            walkers: Number of discs that move on their own.
         """
         self.spec = spec
         self.members = np.array(members, np.int64)
@@ -47,28 +55,32 @@ class LidarGroup:
         self._still_segments = len(world.segments())
         self._still_discs = len(world.discs)
         self._segments = np.vstack([world.segments(), self._segments_base])
-        self._discs = np.vstack([world.discs, self._discs_base])
+        self._discs = np.vstack([world.discs, self._discs_base, np.zeros((walkers, 3))])
+        self._first_walker = len(self._discs) - walkers
         still = [np.full(n, WORLD, np.int64) for n in (self._still_segments, self._still_discs)]
         self._owners = (
             np.concatenate([still[0], self._segment_owners]),
-            np.concatenate([still[1], self._disc_owners]),
+            np.concatenate([still[1], self._disc_owners, np.full(walkers, WORLD, np.int64)]),
         )
         self._rays = np.arange(spec.rays)
         self._true_ranges = np.empty((len(members), spec.rays))
 
-    def scan(self, poses: FloatArray, seed: int, tick: int) -> NDArray[np.float32]:
-        """Return the measured ranges (members, rays) at true poses (n, 3)."""
+    def scan(
+        self, poses: FloatArray, seed: int, tick: int, walkers: FloatArray = NO_DISCS
+    ) -> NDArray[np.float32]:
+        """Return the measured ranges (members, rays) at true poses (n, 3) among walkers (m, 3)."""
         spec = self.spec
-        self.cast(poses)
+        self.cast(poses, walkers)
         ranges = np.empty((len(self.members), spec.rays), np.float32)
         words = hash_words(seed, tick, self.members[:, None], self._rays)
         limits = (spec.range_min, spec.range_max)
         lidar_kernels.add_noise(self._true_ranges, words, spec.sigma, *limits, ranges)
         return ranges
 
-    def cast(self, poses: FloatArray) -> FloatArray:
+    def cast(self, poses: FloatArray, walkers: FloatArray = NO_DISCS) -> FloatArray:
         """Return the true ranges (members, rays); the array is reused by the next call."""
         self._place(poses)
+        self._discs[self._first_walker :] = walkers
         lidar_kernels.cast(
             compose(poses[self.members], self._base_from_lidar),
             self.members,
@@ -87,7 +99,7 @@ class LidarGroup:
             self._segments[self._still_segments :, ends] = moved(
                 owners, self._segments_base[:, ends]
             )
-        self._discs[self._still_discs :, :2] = moved(
+        self._discs[self._still_discs : self._first_walker, :2] = moved(
             poses[self._disc_owners], self._discs_base[:, :2]
         )
 
@@ -96,7 +108,12 @@ class Lidars:
     """All LiDARs of a swarm."""
 
     def __init__(
-        self, scene: Scene, specs: Sequence[RobotSpec], models: Sequence[Sequence[Body]], seed: int
+        self,
+        scene: Scene,
+        specs: Sequence[RobotSpec],
+        models: Sequence[Sequence[Body]],
+        seed: int,
+        walkers: int = 0,
     ) -> None:
         """Group robots with equal LiDARs.
 
@@ -105,6 +122,7 @@ class Lidars:
             specs: One per robot.
             models: Bodies of each robot in its base_footprint.
             seed: Of the range noise.
+            walkers: How many there are.
         """
         self._seed = seed
         self._groups: list[LidarGroup] = []
@@ -115,17 +133,24 @@ class Lidars:
                 key: section_between(bodies, lidar.z, lidar.z) for key, bodies in distinct.items()
             }
             robots = [cuts[id(bodies)] for bodies in models]
-            self._groups.append(LidarGroup(lidar, members, section_at(scene, lidar.z), robots))
+            world = section_at(scene, lidar.z)
+            self._groups.append(LidarGroup(lidar, members, world, robots, walkers))
 
-    def due(self, tick: int, poses: FloatArray) -> dict[int, Scan]:
-        """Return the scans that are due at a tick, by index of the robot."""
+    def due(self, tick: int, poses: FloatArray, walkers: FloatArray = NO_DISCS) -> dict[int, Scan]:
+        """Return the scans that are due at a tick, by index of the robot.
+
+        Args:
+            tick: Control tick.
+            poses: True poses (n, 3) of the robots.
+            walkers: Discs (m, 3) of the walkers.
+        """
         scans: dict[int, Scan] = {}
         for group in self._groups:
             if tick % group.period_ticks:
                 continue
             spec = group.spec
             limits = (spec.angle_min, spec.angle_increment, spec.range_min, spec.range_max)
-            measured = group.scan(poses, self._seed, tick)
+            measured = group.scan(poses, self._seed, tick, walkers)
             for member, ranges in zip(group.members, measured, strict=True):
                 scans[int(member)] = Scan(tick, *limits, ranges)
         return scans

@@ -14,12 +14,13 @@ from swarm_common.records import CONTROL_PERIOD, Pose, RobotSpec
 from swarm_sim.engine import NEAR, FloatArray, Touch
 from swarm_sim.planar_kernels import clearances, move
 from swarm_sim.section import Section
+from swarm_sim.walkers import Walkers
 
 MAX_CORNERS = 8
 
 
 class PlanarEngine:
-    """Kinematic robots among fixed polygons; see `engine.Engine` for the attributes."""
+    """Kinematic robots among fixed polygons and walkers; see `engine.Engine` for the attributes."""
 
     def __init__(
         self,
@@ -27,6 +28,7 @@ class PlanarEngine:
         specs: Sequence[RobotSpec],
         poses: Sequence[Pose],
         physics_period: float,
+        walkers: Walkers,
     ) -> None:
         """Place the robots.
 
@@ -35,6 +37,7 @@ class PlanarEngine:
             specs: One per robot.
             poses: Start poses in the map frame, one per robot.
             physics_period: [s] of a step.
+            walkers: Who moves beside the robots.
         """
         count = len(specs)
         self._specs = list(specs)
@@ -43,6 +46,7 @@ class PlanarEngine:
         self._names = section.names
         self._walls = pack_polygons(section.outlines())
         self._bounds = bounds_of(self._walls)
+        self._walkers = walkers
         self._hulls = np.stack([pad_polygon(np.array(s.footprint), MAX_CORNERS) for s in specs])
         self._limits = np.array(
             [[s.acc_lim_x, s.acc_lim_theta, s.circumscribed_radius] for s in specs]
@@ -51,6 +55,7 @@ class PlanarEngine:
         self._state[:, :3] = [(pose.x, pose.y, pose.yaw) for pose in poses]
         self._robot_touches = np.zeros((count, count), np.int64)
         self._wall_touches = np.zeros((count, len(self._walls)), np.int64)
+        self._walker_touches = np.zeros((count, len(walkers)), np.int64)
         self.poses: FloatArray = self._state[:, :3]
         self.twists: FloatArray = self._state[:, 3:]
         self.travels: FloatArray = np.zeros(count)
@@ -63,6 +68,8 @@ class PlanarEngine:
         """Run one control period towards target speeds (n, 2); return the contacts in it."""
         self._robot_touches[:] = -1
         self._wall_touches[:] = -1
+        self._walker_touches[:] = -1
+        self._walkers.begin()
         paths = np.zeros((len(self._state), 2))
         touched = False
         for step in range(self._steps):
@@ -71,11 +78,15 @@ class PlanarEngine:
                 targets,
                 self._limits,
                 self._hulls,
-                (self._walls, self._bounds),
-                (self._robot_touches, self._wall_touches, paths),
+                self._obstacles,
+                (self._robot_touches, self._wall_touches, self._walker_touches, paths),
                 self._period,
                 step,
             )
+            if len(self._walkers):
+                touched |= self._walkers.step(
+                    self.poses, self._state[:, 3], self._hulls, self._period, step
+                )
         self.travels += paths[:, 0]
         self.yaws_gyro += paths[:, 1]
         self._measure()
@@ -101,11 +112,15 @@ class PlanarEngine:
             self._state,
             self._limits,
             self._hulls,
-            self._walls,
-            self._bounds,
+            self._obstacles,
             NEAR,
             self.clearances,
         )
+
+    @property
+    def _obstacles(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Outlines of what stands, their bounds, and the walkers' discs."""
+        return self._walls, self._bounds, self._walkers.discs
 
     def _touches(self) -> list[Touch]:
         touches = [
@@ -116,6 +131,17 @@ class PlanarEngine:
             Touch(int(i), -1, self._names[k], *self._middle(i, i), int(self._wall_touches[i, k]))
             for i, k in np.argwhere(self._wall_touches >= 0)
         ]
+        touches += [
+            Touch(
+                int(i),
+                -1,
+                self._walkers.names[w],
+                *self._middle(i, i),
+                int(self._walker_touches[i, w]),
+            )
+            for i, w in np.argwhere(self._walker_touches >= 0)
+        ]
+        touches += self._walkers.touches()
         return sorted(touches, key=lambda touch: (touch.step, touch.robot, touch.other))
 
     def _middle(self, i: int, j: int) -> tuple[float, float]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_sim.polygon_kernels import distance, overlap, place
+from swarm_sim.walker_kernels import disc_gap
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -34,12 +35,12 @@ def hits(
     state: FloatArray,
     limits: FloatArray,
     placed: FloatArray,
-    walls: tuple[FloatArray, FloatArray],
-    touches: tuple[IntArray, IntArray, FloatArray],
+    walls: tuple[FloatArray, FloatArray, FloatArray],
+    touches: tuple[IntArray, IntArray, IntArray, FloatArray],
     step: int,
 ) -> bool:
     """Note which robots and walls a robot's placed hull meets; return whether any."""
-    polygons, bounds = walls
+    polygons, bounds, discs = walls
     radius = limits[robot, 2]
     any_hit = False
     x, y = state[robot, 0], state[robot, 1]
@@ -58,6 +59,14 @@ def hits(
             if touches[1][robot, k] < 0:
                 touches[1][robot, k] = step
             any_hit = True
+    for k in range(discs.shape[0]):
+        cx, cy, size = discs[k, 0], discs[k, 1], discs[k, 2]
+        if math.hypot(cx - x, cy - y) > radius + size:
+            continue
+        if disc_gap(placed[robot], cx, cy, size) <= 0.0:
+            if touches[2][robot, k] < 0:
+                touches[2][robot, k] = step
+            any_hit = True
     return any_hit
 
 
@@ -67,8 +76,8 @@ def move(
     targets: FloatArray,
     limits: FloatArray,
     hulls: FloatArray,
-    walls: tuple[FloatArray, FloatArray],
-    touches: tuple[IntArray, IntArray, FloatArray],
+    walls: tuple[FloatArray, FloatArray, FloatArray],
+    touches: tuple[IntArray, IntArray, IntArray, FloatArray],
     period: float,
     step: int,
 ) -> bool:
@@ -79,8 +88,9 @@ def move(
         targets: (n, 2): commanded v, w.
         limits: (n, 3): acceleration, angular acceleration, circumscribed radius.
         hulls: (n, k, 2) footprints in base_footprint.
-        walls: Packed polygons (m, k, 2) and their bounds (m, 4).
-        touches: First step of contact (n, n), (n, m), -1 for none; driven path (n, 2). Changed.
+        walls: Packed polygons (m, k, 2), their bounds (m, 4), and discs (d, 3).
+        touches: First step of contact with robots (n, n), polygons (n, m), discs (n, d), -1 for
+            none; driven path (n, 2). Changed.
         period: [s] of the step.
         step: Its number within the control period.
     """
@@ -107,8 +117,8 @@ def move(
             place(hulls[i], x, y, yaw, placed[i])
             any_touch = True
         else:
-            touches[2][i, 0] += v * period
-            touches[2][i, 1] += w * period
+            touches[3][i, 0] += v * period
+            touches[3][i, 1] += w * period
     return any_touch
 
 
@@ -117,23 +127,22 @@ def clearances(
     state: FloatArray,
     limits: FloatArray,
     hulls: FloatArray,
-    polygons: FloatArray,
-    bounds: FloatArray,
+    walls: tuple[FloatArray, FloatArray, FloatArray],
     near: float,
     out: FloatArray,
 ) -> None:
-    """Write the distance of each hull to the nearest other hull and wall; inf beyond `near`.
+    """Write the distance of each hull to the nearest other hull and obstacle; inf beyond `near`.
 
     Args:
         state: (n, 5): x, y, yaw, v, w.
         limits: (n, 3): of which the circumscribed radius is used.
         hulls: (n, k, 2) footprints in base_footprint.
-        polygons: Walls (m, k, 2).
-        bounds: Their bounds (m, 4).
+        walls: Packed polygons (m, k, 2), their bounds (m, 4), and discs (d, 3).
         near: [m] greatest distance of interest.
         out: (n, 2).
     """
     count = state.shape[0]
+    polygons, bounds, discs = walls
     placed = np.empty_like(hulls)
     for i in range(count):
         place(hulls[i], state[i, 0], state[i, 1], state[i, 2], placed[i])
@@ -152,5 +161,11 @@ def clearances(
             if box_gap(bounds[k], x, y) > limits[i, 2] + near:
                 continue
             gap = distance(placed[i], polygons[k])
+            if gap <= near:
+                out[i, 1] = min(out[i, 1], gap)
+        for k in range(discs.shape[0]):
+            if math.hypot(discs[k, 0] - x, discs[k, 1] - y) > limits[i, 2] + discs[k, 2] + near:
+                continue
+            gap = disc_gap(placed[i], discs[k, 0], discs[k, 1], discs[k, 2])
             if gap <= near:
                 out[i, 1] = min(out[i, 1], gap)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_common.sites import Sites
+from swarm_sim.actors import WalkerSpec
 
 FloatArray = NDArray[np.float64]
 Transform = FloatArray  # homogeneous (4, 4)
@@ -82,12 +83,14 @@ class Scene:
         directory: Folder of the world file, for what it refers to.
         bodies: In file order.
         sites: From `sites.yaml` beside the world file; empty if there is none.
+        walkers: From `actors.yaml` beside it.
     """
 
     name: str
     directory: Path
     bodies: tuple[Body, ...]
     sites: Sites = field(default_factory=Sites)
+    walkers: tuple[WalkerSpec, ...] = ()
 
 
 def transform_from_xyz_rpy(x: float, y: float, z: float, r: float, p: float, w: float) -> Transform:

@@ -14,6 +14,7 @@ from swarm_common.errors import WorldError
 from swarm_common.resources import find_resource, resource_names
 from swarm_common.sites import Sites
 from swarm_common.sites_io import load_sites
+from swarm_sim.actors import ACTORS_FILE, load_actors
 from swarm_sim.scene import (
     Body,
     Box,
@@ -47,12 +48,13 @@ def load_world(name_or_path: str | Path) -> Scene:
         WorldError: If the file is unusable; the message names file and line or element.
     """
     path = find_resource("world", name_or_path, WORLD_FILE)
-    sites_path = path.with_name(SITES_FILE)
+    sites_path, actors_path = path.with_name(SITES_FILE), path.with_name(ACTORS_FILE)
     return Scene(
         name=path.parent.name if path.name == WORLD_FILE else path.stem,
         directory=path.parent,
         bodies=tuple(read_bodies(path)),
         sites=load_sites(sites_path) if sites_path.is_file() else Sites(),
+        walkers=load_actors(actors_path) if actors_path.is_file() else (),
     )
 
 

@@ -30,6 +30,7 @@ class Settings:
     robots: tuple[RobotEntry, ...]
     map: str | None = None  # path of a map file; None: the one that ships with the world
     sites: str | None = None  # path of a sites file; None: the one beside the world
+    actors: str | None = None  # path of an actors file; None: the one beside the world
     seed: int = 0
     speed: float | None = None  # times real time; None: as fast as possible
     free_run: bool = False  # no lockstep, for third-party navigators

@@ -10,8 +10,9 @@ import numpy as np
 from swarm_common.beacon import BeaconArray
 from swarm_common.errors import ConfigError, UnknownNameError
 from swarm_common.records import CONTROL_PERIOD, Odometry, Pose, RobotSpec, Scan, Twist
+from swarm_sim.actors import WalkerSpec
 from swarm_sim.drive import CommandBuffer, Odometer
-from swarm_sim.engine import Engine
+from swarm_sim.engine import Engine, FloatArray
 from swarm_sim.lidar import Lidars
 from swarm_sim.planar import PlanarEngine
 from swarm_sim.radio import Radio, RadioConfig
@@ -19,6 +20,7 @@ from swarm_sim.robot_model import RobotModel, load_robot_model
 from swarm_sim.scene import Scene
 from swarm_sim.section import section_between
 from swarm_sim.verdict import Collision, Judge, Verdict
+from swarm_sim.walkers import Walkers
 
 ENGINES = ("bullet", "planar")
 GROUND_GAP = 0.005  # [m] above ground from which something counts as an obstacle
@@ -32,6 +34,7 @@ class WorldConfig:
     physics_period: float = 0.01  # [s] of a physics step
     with_lidar: bool = True
     radio: RadioConfig = field(default_factory=RadioConfig)
+    walkers: tuple[WalkerSpec, ...] | None = None  # None: those of the scene
 
     def __post_init__(self) -> None:
         """Refuse impossible values."""
@@ -94,11 +97,14 @@ class World:
         if models is None and (config.with_lidar or config.engine == "bullet"):
             models = {spec.model: load_robot_model(spec.model) for spec in specs}
         models = models or {}
-        self._engine = _make_engine(scene, specs, poses, models, config)
+        walkers = scene.walkers if config.walkers is None else config.walkers
+        self._walkers = Walkers(walkers, specs, poses, seed)
+        self._engine = _make_engine(scene, specs, poses, models, config, self._walkers)
         self._lidars: Lidars | None = None
         if config.with_lidar:
             bodies = {name: model.bodies() for name, model in models.items()}
-            self._lidars = Lidars(scene, specs, [bodies[spec.model] for spec in specs], seed)
+            carried = [bodies[spec.model] for spec in specs]
+            self._lidars = Lidars(scene, specs, carried, seed, len(walkers))
         self._commands = CommandBuffer(specs)
         self._odometer = Odometer(len(specs))
         self._radio = Radio(config.radio, len(specs), seed)
@@ -128,7 +134,7 @@ class World:
         """Return what each robot senses at the present tick."""
         scans: dict[int, Scan] = {}
         if self._lidars is not None:
-            scans = self._lidars.due(self._tick, self._engine.poses)
+            scans = self._lidars.due(self._tick, self._engine.poses, self._walkers.discs)
         return [
             Observation(
                 self._odometer.reading(i, self._tick, self._engine.twists[i]),
@@ -172,6 +178,10 @@ class World:
             for pose, twist in zip(self._engine.poses, self._engine.twists, strict=True)
         ]
 
+    def walkers(self) -> FloatArray:
+        """Return where the walkers are (m, 3): x, y, radius [m] in map."""
+        return self._walkers.discs.copy()
+
     def joint_states(self, robot: int) -> tuple[list[str], list[float], list[float]]:
         """Return names, positions [rad] and velocities [rad/s] of a robot's joints."""
         return self._engine.joint_state(robot)
@@ -187,11 +197,12 @@ def _make_engine(
     poses: Sequence[Pose],
     models: Mapping[str, RobotModel],
     config: WorldConfig,
+    walkers: Walkers,
 ) -> Engine:
     height = max([spec.height for spec in specs], default=1.0)
     if config.engine == "planar":
         section = section_between(scene.bodies, GROUND_GAP, height)
-        return PlanarEngine(section, specs, poses, config.physics_period)
+        return PlanarEngine(section, specs, poses, config.physics_period, walkers)
     from swarm_sim.bullet import BulletEngine  # pybullet is slow to import
 
     return BulletEngine(
@@ -201,4 +212,5 @@ def _make_engine(
         [models[spec.model] for spec in specs],
         poses,
         config.physics_period,
+        walkers,
     )
