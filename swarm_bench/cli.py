@@ -1,0 +1,20 @@
+"""Entry point of the command `swarm-bench`."""
+
+from __future__ import annotations
+
+import sys
+
+import typer
+
+from swarm_commander.cli import run_app
+
+
+def main() -> None:
+    """Run `swarm-bench`."""
+    sys.exit(run_app("swarm-bench", _load))
+
+
+def _load() -> typer.Typer:
+    from swarm_bench.bench_command import bench_app
+
+    return bench_app

@@ -1,0 +1,200 @@
+"""One run without the ROS graph: the loop of world, brains and missions, tick by tick.
+
+The order of things is that of lockstep over ROS: all robots observe a tick, all decide, goals
+that end are followed by the next ones before the tick is over, and the world takes the step.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from array import array
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from swarm_bench.invariant import Invariant
+from swarm_bench.ledger import Ledger
+from swarm_bench.methods import Driver
+from swarm_bench.result import RunResult
+from swarm_bench.stage import RunOptions, Stage, build
+from swarm_commander.itinerary import Order
+from swarm_common.beacon import BEACON_DTYPE, BeaconArray, empty_beacons
+from swarm_common.records import CONTROL_PERIOD, Odometry, Pose, Twist
+from swarm_common.wire import yaw_of
+from swarm_nav.goals import Goal, GoalEnded, GoalKind, Outcome, Output
+from swarm_sim.world import Observation, World
+
+Watcher = Callable[[World, Sequence[Driver], Sequence[Output | None]], None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Faults:
+    """What is wrong with some robots, by index; for tests.
+
+    Attributes:
+        dead: Tick from which a robot does and says nothing; its goals are not asked for.
+        mute: Robots whose beacons nobody gets.
+        deaf: Robots that get no batch of neighbours.
+    """
+
+    dead: Mapping[int, int] = field(default_factory=dict)
+    mute: Collection[int] = ()
+    deaf: Collection[int] = ()
+
+
+class Harness:
+    """A run in progress.
+
+    Attributes:
+        stage: World, drivers and missions.
+        invariant: The safety invariant so far.
+        beacons: (n,) what was sent in the last tick; zero held points where nothing was.
+    """
+
+    def __init__(
+        self,
+        options: RunOptions,
+        *,
+        on_tick: Watcher | None = None,
+        faults: Faults | None = None,
+        stage: Stage | None = None,
+    ) -> None:
+        """Build the stage, or take one that was built elsewhere.
+
+        Args:
+            options: What to run.
+            on_tick: Called in each tick, before the world's step.
+            faults: Of single robots.
+            stage: Instead of the one that `options` describe.
+        """
+        self.options = options
+        self.stage = stage or build(options)
+        self.invariant = Invariant()
+        count = len(self.stage.drivers)
+        self.beacons: BeaconArray = empty_beacons(count)
+        self._on_tick = on_tick
+        self._faults = faults or Faults()
+        self._dead = set(self.stage.dead)
+        self._outputs: list[Output | None] = [None] * count
+        self._twists: list[Twist | None] = [Twist()] * count
+        self._sent: list[np.void | None] = [None] * count
+        self._ledger = Ledger(self.stage.itineraries)
+        self._goal_ids = [0] * count
+        self._durations = array("f")  # [s] of wall time of each brain's tick
+        self._limit = round(options.scenario.limit_of(options.robots) / CONTROL_PERIOD)
+
+    @property
+    def is_over(self) -> bool:
+        """Whether every robot that is not dead is through with its mission."""
+        return all(
+            itinerary.is_over or index in self._dead
+            for index, itinerary in enumerate(self.stage.itineraries)
+        )
+
+    def run(self) -> RunResult:
+        """Run until all missions are over or the scenario's time limit."""
+        started = time.perf_counter()
+        try:
+            while self.advance():
+                pass
+            wall_time = time.perf_counter() - started
+            return self._ledger.result(
+                self.options, self.stage, self._dead, self.invariant, self._durations, wall_time
+            )
+        finally:
+            self.stage.world.close()
+
+    def advance(self) -> bool:
+        """Run one tick; return whether there is another one."""
+        world = self.stage.world
+        tick = world.tick
+        self._die(tick)
+        for index, seen in enumerate(world.observe()):
+            self._decide(index, tick, seen)
+        self._note(tick)
+        for index, output in enumerate(self._outputs):
+            if output is not None and (output.events or tick == 0):
+                self._follow_mission(index, tick, output)
+        if self._on_tick is not None:
+            self._on_tick(world, self.stage.drivers, self._outputs)
+        if self.is_over or tick >= self._limit:
+            return False
+        world.step(self._twists, self._sent)
+        return True
+
+    def _die(self, tick: int) -> None:
+        for index, death in self._faults.dead.items():
+            if tick >= death:
+                self._dead.add(index)
+
+    def _decide(self, index: int, tick: int, seen: Observation) -> None:
+        if index in self._dead:
+            self._outputs[index] = self._sent[index] = None
+            self._twists[index] = Twist()  # as the world commands who does not answer
+            return
+        driver = self.stage.drivers[index]
+        odom = as_received(seen.odom)
+        started = time.perf_counter()
+        driver.on_odom(odom)
+        if seen.scan is not None:
+            driver.on_scan(seen.scan)
+        if index not in self._faults.deaf:
+            driver.on_neighbors(seen.neighbors)
+        output = driver.tick(tick)
+        self._durations.append(time.perf_counter() - started)
+        self._outputs[index] = output
+        self._twists[index] = output.twist
+        self._sent[index] = None if index in self._faults.mute else output.beacon
+
+    def _note(self, tick: int) -> None:
+        """Keep the beacons of a tick, look at the invariant and at who waits."""
+        blank = _BLANK
+        joined = b"".join([blank if o is None else o.beacon.tobytes() for o in self._outputs])
+        self.beacons = np.frombuffer(joined, BEACON_DTYPE)
+        self.invariant.check(tick, self.beacons)
+        self._ledger.note(self.beacons)
+
+    def _follow_mission(self, index: int, tick: int, output: Output) -> None:
+        itinerary = self.stage.itineraries[index]
+        if tick == 0:
+            self._send(index, tick, itinerary.start())
+        for event in output.events:
+            if isinstance(event, GoalEnded) and not itinerary.is_over:
+                is_reached = event.outcome is Outcome.SUCCEEDED
+                self._ledger.settle(index, tick, is_reached)
+                self._send(index, tick, itinerary.on_end(is_reached, tick))
+
+    def _send(self, index: int, tick: int, order: Order | None) -> None:
+        if order is None:
+            return
+        self._goal_ids[index] += 1
+        self._ledger.open(index, max(tick, order.start_tick))
+        self.stage.drivers[index].set_goal(
+            Goal(
+                kind=GoalKind.NAVIGATE,
+                goal_id=self._goal_ids[index],
+                poses_map=(pose_as_received(order.stop.pose_map),),
+                start_tick=order.start_tick,
+            )
+        )
+
+
+_BLANK = empty_beacons(1).tobytes()
+
+
+def run(options: RunOptions) -> RunResult:
+    """Run a scenario once."""
+    return Harness(options).run()
+
+
+def as_received(odom: Odometry) -> Odometry:
+    """Return an odometry as it comes out of a ROS message: the yaw has been a quaternion."""
+    return Odometry(odom.tick, pose_as_received(odom.pose_odom), odom.twist)
+
+
+def pose_as_received(pose: Pose) -> Pose:
+    """Return a pose as it comes out of a ROS message."""
+    half = 0.5 * pose.yaw
+    return Pose(pose.x, pose.y, yaw_of(0.0, 0.0, math.sin(half), math.cos(half)))

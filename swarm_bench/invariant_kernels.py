@@ -1,0 +1,54 @@
+"""The smallest gap between held tubes, for the check of the safety invariant in every tick."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True)
+def smallest_gap(held, sizes, radii, bounds, far, best):
+    """Find the pair of tubes with the smallest distance.
+
+    Args:
+        held: Points (n, p, 2) of each tube.
+        sizes: (n,) points in use; 0 for a robot that is left out.
+        radii: (n,) of each tube.
+        bounds: (n, 4) scratch.
+        far: Distances from here on are of no interest.
+        best: (4,) out: smallest distance, smallest distance less the radii, and the pair's
+            indices; left as it is where nothing is nearer.
+    """
+    count = len(sizes)
+    for i in range(count):
+        bounds[i, 0] = bounds[i, 1] = np.inf
+        bounds[i, 2] = bounds[i, 3] = -np.inf
+        for k in range(sizes[i]):
+            x, y = held[i, k, 0], held[i, k, 1]
+            bounds[i, 0] = min(bounds[i, 0], x)
+            bounds[i, 1] = min(bounds[i, 1], y)
+            bounds[i, 2] = max(bounds[i, 2], x)
+            bounds[i, 3] = max(bounds[i, 3], y)
+    for i in range(count):
+        for j in range(i):
+            if (
+                bounds[i, 0] - bounds[j, 2] > far
+                or bounds[j, 0] - bounds[i, 2] > far
+                or bounds[i, 1] - bounds[j, 3] > far
+                or bounds[j, 1] - bounds[i, 3] > far
+            ):
+                continue
+            nearest = far * far
+            for k in range(sizes[i]):
+                for m in range(sizes[j]):
+                    dx = held[i, k, 0] - held[j, m, 0]
+                    dy = held[i, k, 1] - held[j, m, 1]
+                    nearest = min(nearest, dx * dx + dy * dy)
+            gap = np.sqrt(nearest)
+            if gap < far:
+                best[0] = min(best[0], gap)
+                slack = gap - radii[i] - radii[j]
+                if slack < best[1]:
+                    best[1] = slack
+                    best[2] = i
+                    best[3] = j

@@ -1,0 +1,77 @@
+"""What drives a robot in the bench: our navigator, or a baseline with the same face."""
+
+from __future__ import annotations
+
+import importlib
+from typing import Protocol
+
+from swarm_common.beacon import BeaconArray
+from swarm_common.errors import UnknownNameError
+from swarm_common.grid import Grid
+from swarm_common.records import Odometry, Pose, RobotSpec, Scan
+from swarm_common.sites import Sites
+from swarm_nav.config import NavConfig
+from swarm_nav.goals import Goal, Output, Status
+
+
+class Driver(Protocol):
+    """One robot's decisions; `swarm_nav.navigator.Navigator` is one.
+
+    In each tick `on_odom` and `on_neighbors` come first, `on_scan` when a scan is due, then
+    `tick`. The output's beacon must be filled in: at least id, tick, radius, pose, twist and
+    one held point (the pose), since bench and radio read them. A goal has ended when a `GoalEnded`
+    is among the output's events.
+    """
+
+    def on_odom(self, odom: Odometry) -> None:
+        """Take the odometry of this tick."""
+
+    def on_scan(self, scan: Scan) -> None:
+        """Take a scan."""
+
+    def on_neighbors(self, beacons: BeaconArray) -> None:
+        """Take the beacons heard in this tick."""
+
+    def set_goal(self, goal: Goal) -> None:
+        """Take a goal of kind NAVIGATE, for its start tick."""
+
+    def tick(self, tick: int) -> Output:
+        """Decide."""
+
+    def status(self) -> Status:
+        """Return counters for the result."""
+
+
+class Method(Protocol):
+    """Makes the driver of one robot; the signature of `Navigator`."""
+
+    def __call__(
+        self,
+        config: NavConfig,
+        spec: RobotSpec,
+        grid: Grid,
+        sites: Sites,
+        robot_id: int,
+        initial_pose_map: Pose,
+    ) -> Driver:
+        """Return a driver of a robot that stands at a pose."""
+
+
+METHODS = {
+    "ours": "swarm_nav.navigator:Navigator",
+    "dwa": "swarm_bench.baselines.dwa:DwaDriver",
+    "orca": "swarm_bench.baselines.orca:OrcaDriver",
+}
+
+
+def load_method(name: str) -> Method:
+    """Return a method by name.
+
+    Raises:
+        UnknownNameError: If there is none.
+    """
+    if name not in METHODS:
+        raise UnknownNameError("method", name, METHODS)
+    module, _, attribute = METHODS[name].partition(":")
+    method: Method = getattr(importlib.import_module(module), attribute)
+    return method

@@ -1,0 +1,142 @@
+"""What a run was: counted by the harness, the same fields for every method."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotResult:
+    """One robot's share.
+
+    Attributes:
+        goals_reached: Of its mission.
+        goals_failed: Given up, or never reached in time.
+        finish_time: [s] when its last goal was reached; None if one was missed.
+        hold_time: [s] in the holding pattern.
+        wait_time: [s] with a goal in hand but standing or holding.
+        longest_goal: [s] that its slowest goal took.
+        distance: [m] driven.
+        collisions: Contact episodes.
+        min_clearance: [m] from anything; None if nothing was near.
+    """
+
+    goals_reached: int
+    goals_failed: int
+    finish_time: float | None
+    hold_time: float
+    wait_time: float
+    longest_goal: float
+    distance: float
+    collisions: int
+    min_clearance: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunResult:
+    """One run.
+
+    Attributes:
+        scenario: Name.
+        method: What drove the robots.
+        robots: Swarm size.
+        seed: Of the run.
+        engine: Physics.
+        conditions: What differs from the scenario, like loss or a parameter.
+        goals_sent: Goals asked for.
+        goals_reached: Reached in time.
+        goals_failed: Given up or not reached in time.
+        robot_robot: Contact episodes between robots.
+        robot_world: Contact episodes with obstacles.
+        first_collision: Where and when; empty if there was none.
+        near_misses: As counted by the world.
+        min_clearance: [m] of any robot from anything.
+        min_held_gap: [m] smallest distance between two held tubes.
+        min_held_slack: [m] the same less the two radii; negative where the invariant broke.
+        makespan: [s] until the last goal was reached; None if one was missed.
+        throughput_per_minute: Goals.
+        sim_time: [s] at the end.
+        hold_time: [s] of all robots.
+        wait_median: [s] over robots.
+        wait_worst: [s] over robots.
+        fairness: Worst by median of the finish times.
+        longest_goal: [s] that the slowest goal took.
+        pushes: Counter of the brains, likewise up to recoveries.
+        wall_time: [s] of the run.
+        tick_us_median: [µs] of a brain's tick.
+        tick_us_p99: [µs] likewise.
+        trajectory_sha256: Of the true poses of all ticks.
+        per_robot: By name.
+    """
+
+    scenario: str
+    method: str
+    robots: int
+    seed: int
+    engine: str
+    conditions: Mapping[str, Any]
+    goals_sent: int
+    goals_reached: int
+    goals_failed: int
+    robot_robot: int
+    robot_world: int
+    first_collision: str
+    near_misses: int | None
+    min_clearance: float | None
+    min_held_gap: float | None
+    min_held_slack: float | None
+    makespan: float | None
+    throughput_per_minute: float
+    sim_time: float
+    hold_time: float
+    wait_median: float
+    wait_worst: float
+    fairness: float | None
+    longest_goal: float
+    pushes: int | None
+    retreats: int | None
+    deadlocks_resolved: int | None
+    replans: int | None
+    recoveries: int | None
+    wall_time: float
+    tick_us_median: float | None
+    tick_us_p99: float | None
+    trajectory_sha256: str
+    per_robot: Mapping[str, RobotResult]
+
+    @property
+    def is_flawless(self) -> bool:
+        """Whether all goals were reached without a collision."""
+        return self.goals_reached == self.goals_sent and not (self.robot_robot + self.robot_world)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return a dictionary for json.dump, with figures rounded to what they are worth."""
+        return {"schema": 1, **_rounded(dataclasses.asdict(self))}
+
+
+def result_from_json(data: Mapping[str, Any]) -> RunResult:
+    """Return the result in a dictionary of `RunResult.as_json`.
+
+    Raises:
+        TypeError: If a field is unknown or missing.
+    """
+    values = {key: value for key, value in data.items() if key != "schema"}
+    robots = {name: RobotResult(**item) for name, item in values["per_robot"].items()}
+    return RunResult(**(values | {"per_robot": robots}))
+
+
+def finite(value: float) -> float | None:
+    """Return a number, or None for one that is not finite."""
+    return value if math.isfinite(value) else None
+
+
+def _rounded(value: Any) -> Any:
+    if isinstance(value, float):
+        return round(value, 4) if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {key: _rounded(item) for key, item in value.items()}
+    return value

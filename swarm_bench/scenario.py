@@ -1,0 +1,206 @@
+"""Scenarios: the rows of the traffic suite, as written in `params/scenarios/*.yaml`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+from swarm_common.errors import ConfigError, UnknownNameError
+from swarm_common.records import Pose
+from swarm_common.resources import share_directory
+from swarm_common.yaml_io import check_keys, number, numbers, read_yaml
+
+MOST_ROBOTS = 200
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Target:
+    """Makespans [s] that a row of the suite is measured by; None where none was set."""
+
+    release: float | None = None
+    stretch: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scenario:
+    """A world, what the robots do in it, and what makes it hard.
+
+    Attributes:
+        name: Of the file.
+        description: One line for tables.
+        world: Name or path.
+        mission: Name or path.
+        robots: Swarm sizes of the suite.
+        robot: Model of every robot where there is no fleet.
+        fleet: Models in turn: robot k is of model fleet[(k - 1) % len(fleet)].
+        loss: Share of the beacons that are lost.
+        delay: [s] that beacons are late, beyond the one tick that they always take.
+        with_lidar: Whether LiDARs run; without them only map and beacons are known.
+        walkers: Number of people who walk along the world's walks.
+        dead: Where robots stand, the last ones of the swarm, that never do or say anything.
+        time_limit: [s] of simulated time by swarm size, after which missing goals are missed.
+        targets: By swarm size.
+    """
+
+    name: str
+    description: str = ""
+    world: str = "slim_blockage"
+    mission: str = "loading_route"
+    robots: tuple[int, ...] = (20,)
+    robot: str = "turtlebot3_waffle"
+    fleet: tuple[str, ...] = ()
+    loss: float = 0.0
+    delay: float = 0.0
+    with_lidar: bool = False
+    walkers: int = 0
+    dead: tuple[Pose, ...] = ()
+    time_limit: Mapping[int, float] = field(default_factory=dict)
+    targets: Mapping[int, Target] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Refuse impossible values."""
+        if not self.robots:
+            raise ConfigError("robots is empty; expected at least one swarm size")
+        for size in self.robots:
+            check_size(size, "robots")
+        if not 0.0 <= self.loss < 1.0:
+            raise ConfigError(f"loss is {self.loss}; it must be 0 or more and less than 1")
+        if self.delay < 0.0:
+            raise ConfigError(f"delay is {self.delay} s; it must not be negative")
+        if self.walkers < 0:
+            raise ConfigError(f"walkers is {self.walkers}; it must be 0 or more")
+        if len(self.dead) >= min(self.robots):
+            raise ConfigError(f"{len(self.dead)} dead robots leave none of {min(self.robots)}")
+        for size, limit in self.time_limit.items():
+            if limit <= 0.0:
+                raise ConfigError(f"time_limit of {size} robots is {limit} s; it must be positive")
+
+    def limit_of(self, robots: int) -> float:
+        """Return the time limit [s] of a swarm size: that of the next larger size known."""
+        larger = [size for size in sorted(self.time_limit) if size >= robots]
+        if larger:
+            return self.time_limit[larger[0]]
+        return max(self.time_limit.values(), default=3600.0)
+
+    def models(self, robots: int) -> list[str]:
+        """Return the model of each robot."""
+        fleet = self.fleet or (self.robot,)
+        return [fleet[index % len(fleet)] for index in range(robots)]
+
+
+def check_size(size: int, what: str) -> int:
+    """Return a swarm size.
+
+    Raises:
+        ConfigError: If it is out of bounds.
+    """
+    if not 1 <= size <= MOST_ROBOTS:
+        raise ConfigError(f"{what} is {size}; expected a swarm size from 1 to {MOST_ROBOTS}")
+    return size
+
+
+def scenario_names() -> list[str]:
+    """Return the names of the scenarios that come with the project."""
+    return sorted(path.stem for path in _folder().glob("*.yaml"))
+
+
+def load_scenario(name_or_path: str) -> Scenario:
+    """Return a scenario of `params/scenarios` by name, or one from the user's own file.
+
+    Raises:
+        ConfigError: If there is no such scenario or something in it is wrong.
+    """
+    path = Path(name_or_path)
+    if path.suffix not in (".yaml", ".yml") and len(path.parts) == 1:
+        if name_or_path not in scenario_names():
+            raise UnknownNameError("scenario", name_or_path, scenario_names())
+        path = _folder() / f"{name_or_path}.yaml"
+    content = read_yaml(path)
+    check_keys(content, [item.name for item in fields(Scenario) if item.name != "name"], str(path))
+    try:
+        return Scenario(
+            name=path.stem, **{key: _READERS[key](content[key], key) for key in content}
+        )
+    except UnknownNameError:
+        raise
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error}") from None
+
+
+def _folder() -> Path:
+    return share_directory("params") / "params" / "scenarios"
+
+
+def _text(value: object, what: str) -> str:
+    if not isinstance(value, str) or not value:
+        raise ConfigError(f"{what} is {value!r}; expected a text")
+    return value
+
+
+def _texts(value: object, what: str) -> tuple[str, ...]:
+    if not isinstance(value, list):
+        raise ConfigError(f"{what} is {value!r}; expected a list of names")
+    return tuple(_text(item, what) for item in value)
+
+
+def _flag(value: object, what: str) -> bool:
+    if not isinstance(value, bool):
+        raise ConfigError(f"{what} is {value!r}; expected true or false")
+    return value
+
+
+def _integer(value: object, what: str) -> int:
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise ConfigError(f"{what} is {value!r}; expected an integer")
+    return value
+
+
+def _sizes(value: object, what: str) -> tuple[int, ...]:
+    values = value if isinstance(value, list) else [value]
+    return tuple(_integer(item, what) for item in values)
+
+
+def _poses(value: object, what: str) -> tuple[Pose, ...]:
+    if not isinstance(value, list):
+        raise ConfigError(f"{what} is {value!r}; expected a list of poses [x, y, yaw]")
+    return tuple(Pose(*numbers(item, 3, f"{what}[{i}]")) for i, item in enumerate(value))
+
+
+def _by_size(value: object, what: str) -> dict[int, Any]:
+    if not isinstance(value, dict):
+        raise ConfigError(f"{what} is {value!r}; expected 'swarm size: value' lines")
+    return {check_size(_integer(size, what), what): item for size, item in value.items()}
+
+
+def _limits(value: object, what: str) -> dict[int, float]:
+    return {size: number(item, f"{what}.{size}") for size, item in _by_size(value, what).items()}
+
+
+def _targets(value: object, what: str) -> dict[int, Target]:
+    targets = {}
+    for size, item in _by_size(value, what).items():
+        where = f"{what}.{size}"
+        if not isinstance(item, dict):
+            raise ConfigError(f"{where} is {item!r}; expected {{release: s, stretch: s}}")
+        check_keys(item, ("release", "stretch"), where)
+        targets[size] = Target(**{key: number(item[key], f"{where}.{key}") for key in item})
+    return targets
+
+
+_READERS: dict[str, Any] = {
+    "description": _text,
+    "world": _text,
+    "mission": _text,
+    "robots": _sizes,
+    "robot": _text,
+    "fleet": _texts,
+    "loss": number,
+    "delay": number,
+    "with_lidar": _flag,
+    "walkers": _integer,
+    "dead": _poses,
+    "time_limit": _limits,
+    "targets": _targets,
+}

@@ -1,0 +1,209 @@
+"""Everything that a run needs, made from a scenario: world, map, drivers and missions."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from swarm_bench.methods import Driver, load_method
+from swarm_bench.scenario import Scenario
+from swarm_commander.itinerary import Itinerary
+from swarm_commander.mission import Mission, load_mission
+from swarm_commander.params import default_parameters, limits_of
+from swarm_common.errors import ConfigError
+from swarm_common.grid import Grid
+from swarm_common.map_io import load_map, map_path
+from swarm_common.records import Pose, RobotSpec
+from swarm_common.robot_io import load_robot
+from swarm_nav.config import NavConfig, config_from_parameters
+from swarm_sim.draw_map import draw_world
+from swarm_sim.radio import RadioConfig
+from swarm_sim.scene import Scene
+from swarm_sim.sdf import load_world
+from swarm_sim.spawn import spawn_poses
+from swarm_sim.world import World, WorldConfig
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunOptions:
+    """One run of a scenario.
+
+    Attributes:
+        scenario: What.
+        robots: Swarm size.
+        seed: Of everything random.
+        method: What drives the robots.
+        engine: Physics: planar or bullet.
+        parameters: Of the navigators, by dotted name, in place of the defaults.
+    """
+
+    scenario: Scenario
+    robots: int
+    seed: int = 0
+    method: str = "ours"
+    engine: str = "planar"
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(slots=True)
+class Stage:
+    """A run that is ready to start; lists have one entry per robot.
+
+    Attributes:
+        world: The world core.
+        drivers: What decides for each robot.
+        itineraries: What each robot has to do.
+        homes_map: Where each starts.
+        dead: Indices of the robots that never do anything.
+        grid: The map.
+    """
+
+    world: World
+    drivers: list[Driver]
+    itineraries: list[Itinerary]
+    homes_map: list[Pose]
+    dead: frozenset[int]
+    grid: Grid
+
+
+def build(options: RunOptions) -> Stage:
+    """Return the stage of a run; starts, goals and parameters are those of `swarm-up`.
+
+    Raises:
+        SwarmError: If a file or a value is unusable.
+    """
+    scenario, count = options.scenario, options.robots
+    scene, grid, mission = _scene(scenario.world), _grid(scenario.world), _mission(scenario.mission)
+    mission.check_stations(scene.sites, f"world {scene.name}, for mission {mission.name}")
+    specs = [_robot(model) for model in scenario.models(count)]
+    homes = _homes(scenario, specs)
+    dead = frozenset(range(count - len(scenario.dead), count))
+    method = load_method(options.method)
+    world = World(
+        scene,
+        specs,
+        homes,
+        WorldConfig(
+            engine=options.engine,
+            with_lidar=scenario.with_lidar,
+            radio=RadioConfig(loss=scenario.loss, delay=scenario.delay),
+        ),
+        options.seed,
+    )
+    configs = {spec: nav_config(options, spec) for spec in set(specs)}
+    drivers = [
+        method(configs[spec], spec, grid, scene.sites, number, home)
+        for number, (spec, home) in enumerate(zip(specs, homes, strict=True), 1)
+    ]
+    itineraries = [
+        Itinerary(
+            ()
+            if index in dead
+            else mission.stops(scene.sites, home, seed=options.seed, robot_id=index + 1),
+            mission.retries,
+        )
+        for index, home in enumerate(homes)
+    ]
+    return Stage(world, drivers, itineraries, homes, dead, grid)
+
+
+def nav_config(options: RunOptions, spec: RobotSpec) -> NavConfig:
+    """Return the parameters of a navigator, as `swarm-up` would write them."""
+    values = {
+        **_defaults(),
+        **limits_of(spec),
+        **({} if options.scenario.with_lidar else {"costmap.scan_timeout": 0.0}),
+        **options.parameters,
+    }
+    return config_from_parameters(values, where="--set")
+
+
+def parse_parameters(settings: list[str]) -> dict[str, Any]:
+    """Return the parameters in texts like traffic.safety_margin=0.06.
+
+    Raises:
+        ConfigError: If one is malformed, unknown, or of a wrong type.
+    """
+    values: dict[str, Any] = {}
+    known = _defaults()
+    for setting in settings:
+        name, equals, text = setting.partition("=")
+        if not equals:
+            raise ConfigError(f"--set is '{setting}'; expected NAME=VALUE")
+        values[name] = _parsed(text, known.get(name))
+    config_from_parameters(values, where="--set")
+    return values
+
+
+def _parsed(text: str, default: Any) -> Any:
+    if isinstance(default, bool):
+        return {"true": True, "false": False}.get(text.lower(), text)
+    for kind in (int, float):
+        try:
+            value = kind(text)
+        except ValueError:
+            continue
+        if math.isfinite(value):
+            return value
+    return text
+
+
+def _homes(scenario: Scenario, specs: list[RobotSpec]) -> list[Pose]:
+    """Return the start poses; dead robots stand where the scenario says."""
+    widest = max(specs, key=lambda spec: spec.circumscribed_radius)
+    alive = len(specs) - len(scenario.dead)
+    if alive < 1:
+        raise ConfigError(
+            f"scenario {scenario.name} has {len(scenario.dead)} dead robots; "
+            f"a swarm of {len(specs)} leaves none alive"
+        )
+    return [*_spawn(scenario.world, widest, alive), *scenario.dead]
+
+
+# Worlds and maps are read once per process.
+
+
+@functools.lru_cache(maxsize=4)
+def _scene(world: str) -> Scene:
+    return load_world(world)
+
+
+@functools.lru_cache(maxsize=4)
+def _grid(world: str) -> Grid:
+    scene = _scene(world)
+    path = map_path(scene.name)
+    return load_map(path) if path.is_file() else draw_world(scene)
+
+
+@functools.lru_cache(maxsize=4)
+def _mission(name: str) -> Mission:
+    return load_mission(name)
+
+
+@functools.lru_cache(maxsize=8)
+def _robot(model: str) -> RobotSpec:
+    return load_robot(model)
+
+
+@functools.lru_cache(maxsize=8)
+def _spawn(world: str, widest: RobotSpec, count: int) -> tuple[Pose, ...]:
+    return tuple(spawn_poses(_scene(world), widest, count))
+
+
+@functools.lru_cache(maxsize=1)
+def _defaults() -> dict[str, Any]:
+    return dict(default_parameters())
+
+
+def with_radio(scenario: Scenario, loss: float | None, delay: float | None) -> Scenario:
+    """Return a scenario with another radio where one is given."""
+    changes: dict[str, Any] = {}
+    if loss is not None:
+        changes["loss"] = loss
+    if delay is not None:
+        changes["delay"] = delay
+    return dataclasses.replace(scenario, **changes)
