@@ -146,6 +146,8 @@ class Run:
         for number, (name, home) in enumerate(
             zip(self._plan.options.robot_names, homes, strict=True), 1
         ):
+            if name not in self._plan.alive:
+                continue
             path = self._folder.params / f"{name}.yaml"
             write_parameter_file(path, self._plan.parameter_file(number, home))
             robots.append({"name": name, "params": str(path)})
@@ -173,7 +175,7 @@ class Run:
             self._start_robots(event["poses"])
 
     def _on_active_event(self, _: dict[str, Any]) -> None:
-        if self.tally.active == len(self.tally.robots) and self.active_after_wall is None:
+        if self.tally.active == len(self._plan.alive) and self.active_after_wall is None:
             self.active_after_wall = time.time() - self._started
             self._sample(now=True)
             self.usage.mark()
@@ -192,7 +194,7 @@ class Run:
         self._children[WORLD].tell({"cmd": "dead", "robot": event["robot"]})
         if RUNNER in self._children:
             self._children[RUNNER].tell({"cmd": "dead", "robot": event["robot"]})
-        if all(robot.died for robot in self.tally.robots.values()):
+        if all(self.tally.robots[name].died for name in self._plan.alive):
             self._stop("no robot is left")
 
     def _on_collision_event(self, event: dict[str, Any]) -> None:
@@ -239,7 +241,7 @@ class Run:
         waited = time.time() - self._started
         awaited = self._plan.options.autostart and self.active_after_wall is None
         if awaited and waited > START_LIMIT and not self._is_stopping:
-            missing = [name for name, robot in self.tally.robots.items() if not robot.active]
+            missing = [name for name in self._plan.alive if not self.tally.robots[name].active]
             self._fail(f"after {waited:.0f} s not active: {', '.join(missing)}")
             self._stop("stopping")
 

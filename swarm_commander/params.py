@@ -9,6 +9,8 @@ from typing import Any
 
 import yaml
 
+from swarm_commander.flat import Flat, flatten, nest, typed
+from swarm_commander.world_params import SECTION, WorldParams, is_world, parse_world
 from swarm_common.errors import ConfigError, UnknownNameError
 from swarm_common.records import Pose, RobotSpec
 from swarm_common.resources import share_directory
@@ -16,33 +18,7 @@ from swarm_common.robot_params import robot_parameters
 from swarm_common.yaml_io import read_yaml
 
 NODE = "navigator"
-SECTION = "ros__parameters"
 LIMITS = ("max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta")  # of the robot model
-
-Flat = dict[str, Any]  # dotted parameter name -> value
-
-
-def flatten(tree: Mapping[str, Any], prefix: str = "") -> Flat:
-    """Return nested parameters under their dotted names."""
-    flat: Flat = {}
-    for key, value in tree.items():
-        if isinstance(value, Mapping):
-            flat.update(flatten(value, f"{prefix}{key}."))
-        else:
-            flat[f"{prefix}{key}"] = value
-    return flat
-
-
-def nest(flat: Mapping[str, Any]) -> dict[str, Any]:
-    """Return dotted parameters as the nested mapping of a parameter file."""
-    tree: dict[str, Any] = {}
-    for name, value in flat.items():
-        *groups, key = name.split(".")
-        node = tree
-        for group in groups:
-            node = node.setdefault(group, {})
-        node[key] = value
-    return tree
 
 
 def default_parameters() -> Flat:
@@ -52,9 +28,14 @@ def default_parameters() -> Flat:
 
 
 class Overrides:
-    """The user's --params file: per pattern of node names, some parameters."""
+    """The user's --params file: per pattern of node names, some parameters.
 
-    def __init__(self, sections: Mapping[str, Flat]) -> None:
+    Attributes:
+        world: What it says about the world.
+    """
+
+    def __init__(self, sections: Mapping[str, Flat], world: WorldParams | None = None) -> None:
+        self.world = world or WorldParams()
         self._sections = dict(sections)
 
     def for_robot(self, robot: str) -> Flat:
@@ -78,6 +59,7 @@ def load_overrides(path: Path, robots: list[str], known: Mapping[str, Any]) -> O
         ConfigError: If the file is no parameter file, or a name or a type is wrong.
     """
     sections: dict[str, Flat] = {}
+    world = WorldParams()
     for pattern, body in read_yaml(path).items():
         where = f"{path}: {pattern}"
         if not isinstance(body, dict) or not isinstance(body.get(SECTION), dict):
@@ -85,14 +67,16 @@ def load_overrides(path: Path, robots: list[str], known: Mapping[str, Any]) -> O
         if len(body) > 1:
             extra = next(key for key in body if key != SECTION)
             raise UnknownNameError("key", str(extra), [SECTION], where)
+        if is_world(str(pattern)):
+            world = parse_world(body[SECTION], robots, where)
+            continue
         if not any(_matches(str(pattern), robot) for robot in robots):
-            names = ["/**", *(f"/{robot}/{NODE}" for robot in robots)]
+            names = ["/world", "/**", *(f"/{robot}/{NODE}" for robot in robots)]
             raise UnknownNameError("node", str(pattern), names, str(path))
         sections[str(pattern)] = {
-            name: _typed(name, value, known, where)
-            for name, value in flatten(body[SECTION]).items()
+            name: typed(name, value, known, where) for name, value in flatten(body[SECTION]).items()
         }
-    return Overrides(sections)
+    return Overrides(sections, world)
 
 
 def _matches(pattern: str, robot: str) -> bool:
@@ -103,20 +87,6 @@ def _matches(pattern: str, robot: str) -> bool:
     return len(parts) == 2 and all(
         fnmatch.fnmatchcase(name, part) for name, part in zip((robot, NODE), parts, strict=True)
     )
-
-
-def _typed(name: str, value: Any, known: Mapping[str, Any], where: str) -> Any:
-    if name not in known:
-        raise UnknownNameError("parameter", name, known, where)
-    expected = type(known[name])
-    if expected is float and type(value) is int:
-        return float(value)
-    if type(value) is not expected:
-        raise ConfigError(
-            f"{where}: parameter '{name}' is {value!r} ({type(value).__name__});"
-            f" expected a {expected.__name__} like {known[name]!r}"
-        )
-    return value
 
 
 def robot_parameter_file(

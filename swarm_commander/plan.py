@@ -53,14 +53,25 @@ class RunPlan:
     defaults: dict[str, Any]
     overrides: Overrides
 
+    @property
+    def alive(self) -> list[str]:
+        """Names of the robots that have a navigator."""
+        broken = self.overrides.world.broken_map
+        return [name for name in self.options.robot_names if name not in broken]
+
     def world_config(self, verdict: Path) -> dict[str, Any]:
         """Return the configuration of the world process."""
-        options = self.options
+        options, params = self.options, self.overrides.world
+        broken = params.broken_map
         return {
+            **params.settings(),
             "world": str(self.world),
             "map": str(self.map) if self.map else None,
             "sites": str(self.sites_path) if self.sites_path else None,
-            "robots": [{"name": name, "model": options.robot} for name in options.robot_names],
+            "robots": [
+                {"name": name, "model": options.robot, "broken_at": _triple(broken.get(name))}
+                for name in options.robot_names
+            ],
             "seed": options.seed,
             "speed": "max" if options.speed is None else options.speed,
             "free_run": options.free_run,
@@ -86,9 +97,11 @@ class RunPlan:
         options = self.options
         return {
             "robots": [
-                {"name": name, "home": [home.x, home.y, home.yaw]}
-                for name, home in zip(options.robot_names, homes_map, strict=True)
+                {"name": name, "number": number}
+                for number, name in enumerate(options.robot_names, 1)
+                if name in self.alive
             ],
+            "homes": [_triple(home) for home in homes_map],
             "mission": options.mission,
             "sites": str(self.sites_path) if self.sites_path else None,
             "seed": options.seed,
@@ -96,6 +109,10 @@ class RunPlan:
             "goals_per_robot": options.goals_per_robot,
             "stand_still_at_end": options.until_done,
         }
+
+
+def _triple(pose: Pose | None) -> list[float] | None:
+    return None if pose is None else [pose.x, pose.y, pose.yaw]
 
 
 def check_plan(options: UpOptions) -> RunPlan:
@@ -116,6 +133,8 @@ def check_plan(options: UpOptions) -> RunPlan:
     overrides = Overrides({})
     if options.params is not None:
         overrides = load_overrides(options.params, options.robot_names, defaults)
+        if len(overrides.world.broken_map) == options.swarm_size:
+            raise ConfigError(f"{options.params}: /world: broken leaves no robot that works")
     mission = load_mission(options.mission) if options.mission is not None else None
     if mission is not None:
         if not has_sites and any(leg.stations for leg in mission.route):

@@ -178,15 +178,15 @@ def itineraries(config: dict[str, Any]) -> list[Itinerary | None]:
         Itinerary(
             mission.stops(
                 sites,
-                Pose(*robot["home"]),
+                Pose(*config["homes"][robot["number"] - 1]),
                 seed=config["seed"],
-                robot_id=number,
+                robot_id=robot["number"],
                 laps=config["laps"],
                 limit=config["goals_per_robot"],
             ),
             mission.retries,
         )
-        for number, robot in enumerate(config["robots"], 1)
+        for robot in config["robots"]
     ]
 
 

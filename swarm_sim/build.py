@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,7 +18,7 @@ from swarm_sim.draw_map import draw_world
 from swarm_sim.robot_model import description, parse_urdf
 from swarm_sim.scene import Scene
 from swarm_sim.sdf import load_world
-from swarm_sim.settings import Settings
+from swarm_sim.settings import RobotEntry, Settings
 from swarm_sim.spawn import spawn_poses
 from swarm_sim.world import World, WorldConfig
 
@@ -57,7 +58,7 @@ def build(settings: Settings) -> Stage:
     widest = max(specs, key=lambda spec: spec.circumscribed_radius)
     check_sites(scene, widest)
     check_walkers(scene, scene.walkers)
-    poses = spawn_poses(scene, widest, len(specs))
+    poses = _places(scene, widest, settings.robots)
     grid = _map(settings, scene, specs[0].lidar.z)
     texts = {name: description(name) for name in models}
     shapes = {spec.model: parse_urdf(texts[name], name) for name, spec in models.items()}
@@ -65,13 +66,20 @@ def build(settings: Settings) -> Stage:
         scene,
         specs,
         poses,
-        WorldConfig(engine=settings.engine, radio=settings.radio),
+        WorldConfig(engine=settings.engine, with_lidar=settings.with_lidar, radio=settings.radio),
         settings.seed,
         [entry.name for entry in settings.robots],
         shapes,
     )
     urdfs = tuple(texts[entry.model] for entry in settings.robots)
     return Stage(world, grid, specs, urdfs, tuple(poses))
+
+
+def _places(scene: Scene, widest: RobotSpec, robots: Sequence[RobotEntry]) -> list[Pose]:
+    """Return where each robot starts: working ones on the spawn area's places in order."""
+    working = spawn_poses(scene, widest, sum(robot.broken_at is None for robot in robots))
+    places = iter(working)
+    return [robot.broken_at or next(places) for robot in robots]
 
 
 def _map(settings: Settings, scene: Scene, scan_height: float) -> Grid:

@@ -60,6 +60,9 @@ class WorldNode:
         self.is_over = False
         self._barrier = Barrier(len(stage.specs), settings.wall_limit, not settings.free_run)
         speed = settings.speed if settings.speed or not settings.free_run else 1.0
+        for index, robot in enumerate(settings.robots):
+            if robot.broken_at is not None:
+                self._barrier.lose(index)  # nobody will answer for it
         self._throttle = Throttle(speed)
         self._clock_rate = Rate(CLOCK_PERIOD)
         self._report_rate = Rate(REPORT_PERIOD)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
 from swarm_common.errors import ConfigError, UnknownNameError
+from swarm_common.records import Pose
 from swarm_sim.radio import RadioConfig
 
 MAX_SPEED = "max"
@@ -16,10 +17,17 @@ MAX_SPEED = "max"
 
 @dataclass(frozen=True, slots=True)
 class RobotEntry:
-    """One robot of the swarm: its namespace and its model's name or path."""
+    """One robot of the swarm.
+
+    Attributes:
+        name: Namespace.
+        model: Name or path of its model.
+        broken_at: Where it stands in the map without a navigator; None for one that works.
+    """
 
     name: str
     model: str
+    broken_at: Pose | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,6 +47,8 @@ class Settings:
     duration: float | None = None  # [s] of simulated time, then the world ends
     verdict_path: str | None = None
     engine: str = "bullet"
+    actuation_noise: float = 0.0  # of each speed, as a share of it
+    with_lidar: bool = True
     radio: RadioConfig = field(default_factory=RadioConfig)
 
     def __post_init__(self) -> None:
@@ -67,13 +77,17 @@ def parse_settings(data: Mapping[str, Any], where: str) -> Settings:
             raise UnknownNameError("key", key, known, where)
     values = dict(data)
     try:
-        values["robots"] = tuple(RobotEntry(**robot) for robot in data["robots"])
+        values["robots"] = tuple(_parse_robot(**robot) for robot in data["robots"])
         values["radio"] = RadioConfig(**(data.get("radio") or {}))
     except (KeyError, TypeError) as cause:
         raise ConfigError(f"{where}: {cause}") from cause
     if values.get("speed") == MAX_SPEED:
         values["speed"] = None
     return Settings(**values)
+
+
+def _parse_robot(name: str, model: str, broken_at: Sequence[float] | None = None) -> RobotEntry:
+    return RobotEntry(name, model, None if broken_at is None else Pose(*broken_at))
 
 
 def read_settings(path: str | Path) -> Settings:

@@ -5,19 +5,21 @@ from typing import Any
 import pytest
 import yaml
 
+from swarm_commander.flat import flatten, nest
 from swarm_commander.params import (
     default_parameters,
-    flatten,
     limits_of,
     load_overrides,
-    nest,
     robot_parameter_file,
     write_parameter_file,
 )
+from swarm_commander.world_params import WorldParams, default_world_parameters
 from swarm_common.errors import ConfigError
 from swarm_common.records import Pose
 from swarm_common.robot_io import load_robot
 from swarm_common.robot_params import robot_from_parameters, robot_parameters
+from swarm_sim.radio import RadioConfig
+from swarm_sim.settings import Settings, parse_settings
 
 ROOT = Path(__file__).resolve().parents[3]
 ROBOTS = ["Srobot1", "Srobot2", "Srobot12"]
@@ -89,6 +91,55 @@ def test_later_sections_win_and_integers_pass_for_floats(tmp_path: Path) -> None
 """
     assert overrides_of(tmp_path, text, "Srobot1") == {"max_vel_x": 1.0, "holding.mode": "park"}
     assert overrides_of(tmp_path, text, "Srobot2")["max_vel_x"] == 0.1
+
+
+def world_of(tmp_path: Path, text: str) -> WorldParams:
+    path = tmp_path / "mine.yaml"
+    path.write_text(text, encoding="utf-8")
+    return load_overrides(path, ROBOTS, KNOWN).world
+
+
+def test_the_defaults_of_the_world_are_those_of_its_process() -> None:
+    robots = [{"name": "Srobot1", "model": "turtlebot3_waffle"}]
+    values = WorldParams(default_world_parameters()).settings()
+    settings = parse_settings({"world": "hall", "robots": robots, **values}, "here")
+    assert settings == Settings(world="hall", robots=settings.robots)
+
+
+def test_a_section_of_the_world_sets_its_radio_and_breaks_robots(tmp_path: Path) -> None:
+    text = """
+/**:
+  ros__parameters: {max_vel_x: 0.1}
+/world:
+  ros__parameters:
+    engine: planar
+    radio: {loss: 0.2, delay: 1}
+    broken:
+      Srobot2: [1.0, -2.0, 1.57]
+"""
+    world = world_of(tmp_path, text)
+    assert world.settings() == {"engine": "planar", "radio": {"loss": 0.2, "delay": 1.0}}
+    assert world.broken_map == {"Srobot2": Pose(1.0, -2.0, 1.57)}
+    robots = [{"name": "Srobot2", "model": "burger", "broken_at": [1.0, -2.0, 1.57]}]
+    settings = parse_settings({"world": "w", "robots": robots, **world.settings()}, "here")
+    assert settings.robots[0].broken_at == Pose(1.0, -2.0, 1.57)
+    assert settings.radio == RadioConfig(loss=0.2, delay=1.0)
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        ("radio: {los: 0.1}", "unknown parameter 'radio.los'.*'radio.loss'"),
+        ("radio: {loss: much}", "'radio.loss' is 'much'.*float"),
+        ("broken: {Srobot3: [0, 0, 0]}", "unknown robot 'Srobot3'"),
+        ("broken: {Srobot2: [0, 0]}", "broken.Srobot2.*expected a list of 3 numbers"),
+    ],
+)
+def test_a_mistake_about_the_world_is_named(tmp_path: Path, body: str, message: str) -> None:
+    text = f"/world:\n  ros__parameters:\n    {body}\n"
+    with pytest.raises(ConfigError, match="(?s)" + message) as caught:
+        world_of(tmp_path, text)
+    assert "mine.yaml" in str(caught.value)
 
 
 @pytest.mark.parametrize(
