@@ -164,7 +164,8 @@ class Harness:
             if isinstance(event, GoalEnded) and not itinerary.is_over:
                 is_reached = event.outcome is Outcome.SUCCEEDED
                 self._ledger.settle(index, tick, is_reached)
-                self._send(index, tick, itinerary.on_end(is_reached, tick))
+                reason = f"error {int(event.error_code)}: {event.message}"
+                self._send(index, tick, itinerary.on_end(is_reached, tick, reason))
 
     def _send(self, index: int, tick: int, order: Order | None) -> None:
         if order is None:

@@ -80,7 +80,7 @@ def build(options: RunOptions) -> Stage:
     scene, grid, mission = _scene(scenario.world), _grid(scenario.world), _mission(scenario.mission)
     mission.check_stations(scene.sites, f"world {scene.name}, for mission {mission.name}")
     specs = [_robot(model) for model in scenario.models(count)]
-    homes = _homes(scenario, specs)
+    homes = _homes(scenario, specs, mission.spawn)
     dead = frozenset(range(count - len(scenario.dead), count))
     method = load_method(options.method)
     world = World(
@@ -103,7 +103,9 @@ def build(options: RunOptions) -> Stage:
         Itinerary(
             ()
             if index in dead
-            else mission.stops(scene.sites, home, seed=options.seed, robot_id=index + 1),
+            else mission.stops(
+                scene.sites, home, seed=options.seed, robot_id=index + 1, homes_map=homes
+            ),
             mission.retries,
         )
         for index, home in enumerate(homes)
@@ -152,7 +154,7 @@ def _parsed(text: str, default: Any) -> Any:
     return text
 
 
-def _homes(scenario: Scenario, specs: list[RobotSpec]) -> list[Pose]:
+def _homes(scenario: Scenario, specs: list[RobotSpec], spawn: str) -> list[Pose]:
     """Return the start poses; dead robots stand where the scenario says."""
     widest = max(specs, key=lambda spec: spec.circumscribed_radius)
     alive = len(specs) - len(scenario.dead)
@@ -161,7 +163,7 @@ def _homes(scenario: Scenario, specs: list[RobotSpec]) -> list[Pose]:
             f"scenario {scenario.name} has {len(scenario.dead)} dead robots; "
             f"a swarm of {len(specs)} leaves none alive"
         )
-    return [*_spawn(scenario.world, widest, alive), *scenario.dead]
+    return [*_spawn(scenario.world, widest, alive, spawn), *scenario.dead]
 
 
 # Worlds and maps are read once per process.
@@ -190,8 +192,8 @@ def _robot(model: str) -> RobotSpec:
 
 
 @functools.lru_cache(maxsize=8)
-def _spawn(world: str, widest: RobotSpec, count: int) -> tuple[Pose, ...]:
-    return tuple(spawn_poses(_scene(world), widest, count))
+def _spawn(world: str, widest: RobotSpec, count: int, spawn: str) -> tuple[Pose, ...]:
+    return tuple(spawn_poses(_scene(world), widest, count, spawn))
 
 
 @functools.lru_cache(maxsize=1)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
-from swarm_commander.mission import Stop
+from swarm_commander.leg import Stop
 from swarm_common.records import CONTROL_PERIOD
 
 RETRY_TICKS = 10  # [ticks] between a failed goal and the next try
@@ -168,8 +168,8 @@ class Itinerary:
         if len(self.outcomes) == len(self._stops):
             self.state = State.DONE
             return None
-        self._first_tick = start_tick
-        return self._order(start_tick)
+        self._first_tick = start_tick + self._stops[len(self.outcomes)].delay_ticks
+        return self._order(self._first_tick)
 
     def _order(self, start_tick: int) -> Order:
         number = len(self.outcomes)

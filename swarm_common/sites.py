@@ -1,9 +1,10 @@
-"""Named places of a world: stations, holding circuits and the spawn area (`sites.yaml`)."""
+"""Named places of a world: stations, holding circuits, spawns and places (`sites.yaml`)."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from swarm_common.errors import UnknownNameError
 from swarm_common.records import Pose
 
 
@@ -20,6 +21,25 @@ class SpawnArea:
 
 
 @dataclass(frozen=True, slots=True)
+class SpawnAreas:
+    """Several areas: robots are dealt to them in turn, the first to the first area."""
+
+    areas: tuple[SpawnArea, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class SpawnCircle:
+    """Circle in the map frame on which robots start, evenly spaced and facing its centre."""
+
+    x: float
+    y: float
+    radius: float
+
+
+Spawn = SpawnArea | SpawnAreas | SpawnCircle
+
+
+@dataclass(frozen=True, slots=True)
 class Sites:
     """What `worlds/<name>/sites.yaml` says.
 
@@ -27,8 +47,29 @@ class Sites:
         stations: Pose in the map frame of each station by name, in file order.
         circuits: Closed polylines [(x, y), ...] by name, in driving order.
         spawn: Where robots start; None lets the world choose free places.
+        spawns: Other starts, which a mission may ask for by name.
+        places: Poses in the map frame to which missions send robots at random.
     """
 
     stations: dict[str, Pose] = field(default_factory=dict)
     circuits: dict[str, tuple[tuple[float, float], ...]] = field(default_factory=dict)
-    spawn: SpawnArea | None = None
+    spawn: Spawn | None = None
+    spawns: dict[str, Spawn] = field(default_factory=dict)
+    places: tuple[Pose, ...] = ()
+
+    def spawn_named(self, name: str) -> Spawn | None:
+        """Return a start by name; the default one for an empty name.
+
+        Raises:
+            UnknownNameError: If there is none of that name.
+        """
+        if not name:
+            return self.spawn
+        if name not in self.spawns:
+            raise UnknownNameError("spawn", name, self.spawns, "sites.yaml")
+        return self.spawns[name]
+
+
+def area_count(spawn: Spawn | None) -> int:
+    """Return the number of areas that robots are dealt to in turn."""
+    return len(spawn.areas) if isinstance(spawn, SpawnAreas) else 1

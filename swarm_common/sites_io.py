@@ -1,4 +1,4 @@
-"""Reading of `sites.yaml`: stations, holding circuits and the spawn area of a world."""
+"""Reading of `sites.yaml`: stations, holding circuits, spawns and places of a world."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import Any
 
 from swarm_common.errors import ConfigError
 from swarm_common.records import Pose
-from swarm_common.sites import Sites, SpawnArea
+from swarm_common.sites import Sites, Spawn, SpawnArea, SpawnAreas, SpawnCircle
 from swarm_common.yaml_io import check_keys, number, numbers, read_yaml
 
-SECTIONS = ("stations", "circuits", "spawn")
+SECTIONS = ("stations", "circuits", "spawn", "spawns", "places")
 
 
 def load_sites(path: str | Path) -> Sites:
@@ -35,6 +35,11 @@ def load_sites(path: str | Path) -> Sites:
             for name, value in circuits.items()
         },
         spawn=_spawn(data["spawn"], f"{path}: spawn") if data.get("spawn") else None,
+        spawns={
+            str(name): _spawn(value, f"{path}: spawns.{name}")
+            for name, value in _section(data, "spawns", path).items()
+        },
+        places=_places(data.get("places") or [], f"{path}: places"),
     )
 
 
@@ -52,15 +57,41 @@ def _circuit(value: object, what: str) -> tuple[tuple[float, float], ...]:
     return tuple((x, y) for x, y in points)
 
 
-def _spawn(value: object, what: str) -> SpawnArea:
+def _places(value: object, what: str) -> tuple[Pose, ...]:
+    if not isinstance(value, list):
+        raise ConfigError(f"{what} is {value!r}; expected a list of poses [x, y, yaw]")
+    return tuple(Pose(*numbers(item, 3, f"{what}[{i}]")) for i, item in enumerate(value))
+
+
+def _spawn(value: object, what: str) -> Spawn:
+    if isinstance(value, list) and value:
+        return SpawnAreas(tuple(_area(item, f"{what}[{i}]") for i, item in enumerate(value)))
+    if isinstance(value, dict) and "radius" in value:
+        return _circle(value, what)
+    return _area(value, what)
+
+
+def _circle(value: dict[str, Any], what: str) -> SpawnCircle:
+    circle = SpawnCircle(**_filled(value, SpawnCircle, 3, what))
+    if circle.radius <= 0.0:
+        raise ConfigError(f"{what}.radius is {circle.radius} m; it must be positive")
+    return circle
+
+
+def _area(value: object, what: str) -> SpawnArea:
     if not isinstance(value, dict):
         raise ConfigError(f"{what} is {value!r}; expected x_min, y_min, x_max, y_max")
-    known = [field.name for field in fields(SpawnArea)]
-    check_keys(value, known, what)
-    missing = [name for name in known[:4] if name not in value]
-    if missing:
-        raise ConfigError(f"{what} lacks {', '.join(missing)}")
-    area = SpawnArea(**{key: number(item, f"{what}.{key}") for key, item in value.items()})
+    area = SpawnArea(**_filled(value, SpawnArea, 4, what))
     if area.x_max < area.x_min or area.y_max < area.y_min or area.pitch <= 0.0:
         raise ConfigError(f"{what} is empty: {area}; expected x_min <= x_max, y_min <= y_max")
     return area
+
+
+def _filled(value: dict[str, Any], kind: type[Any], required: int, what: str) -> dict[str, float]:
+    """Return the numbers in a mapping, whose keys must be a dataclass's fields."""
+    known = [field.name for field in fields(kind)]
+    check_keys(value, known, what)
+    missing = [name for name in known[:required] if name not in value]
+    if missing:
+        raise ConfigError(f"{what} lacks {', '.join(missing)}")
+    return {key: number(item, f"{what}.{key}") for key, item in value.items()}

@@ -1,15 +1,16 @@
-"""Where robots start: a lattice that keeps off walls, stations and holding circuits."""
+"""Where robots start: lattices that keep off walls, stations and circuits, or a circle."""
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from swarm_common.errors import WorldError
-from swarm_common.records import Pose, RobotSpec
-from swarm_common.sites import Sites, SpawnArea
+from swarm_common.records import Pose, RobotSpec, wrap_angle
+from swarm_common.sites import Sites, Spawn, SpawnArea, SpawnAreas, SpawnCircle
 from swarm_sim.draw_map import accessible_points
 from swarm_sim.polygon_kernels import corner_distance, overlap
 from swarm_sim.raster import draw_grid
@@ -25,23 +26,39 @@ PITCH_STEPS = 40
 REACH_RESOLUTION = 0.1  # [m] of the grid on which reachability is checked
 
 
-def spawn_poses(scene: Scene, spec: RobotSpec, count: int) -> list[Pose]:
+def spawn_poses(scene: Scene, spec: RobotSpec, count: int, spawn: str = "") -> list[Pose]:
     """Return places for `count` robots in the map frame, the same ones for the same input.
-
-    Rows are filled from the lower left corner of the world's spawn area. The pitch is that of
-    `sites.yaml`, or the largest smaller one at which all robots fit.
 
     Args:
         scene: World with its sites.
         spec: The largest robot that may stand on any of the places.
         count: Number of robots, at least 1.
+        spawn: Name of one of the spawns of `sites.yaml`; empty for the default one.
 
     Raises:
-        WorldError: If the area is too small for so many robots.
+        WorldError: If there is no room for so many robots.
+        UnknownNameError: If there is no such spawn.
     """
     section = section_between(scene.bodies, 0.005, spec.height)
-    area = scene.sites.spawn or _default_area(section, count)
-    min_pitch = max(MIN_PITCH, 2.0 * spec.circumscribed_radius + 0.1)
+    start: Spawn = scene.sites.spawn_named(spawn) or _default_area(section, count)
+    if isinstance(start, SpawnCircle):
+        return _on_circle(start, section, scene, spec, count)
+    areas = start.areas if isinstance(start, SpawnAreas) else (start,)
+    shares = [
+        _in_area(area, section, scene, spec, len(range(index, count, len(areas))))
+        for index, area in enumerate(areas)
+    ]
+    return [shares[number % len(areas)][number // len(areas)] for number in range(count)]
+
+
+def _in_area(
+    area: SpawnArea, section: Section, scene: Scene, spec: RobotSpec, count: int
+) -> list[Pose]:
+    """Return places in an area, row by row from its lower left corner.
+
+    The pitch is that of `sites.yaml`, or the largest smaller one at which all robots fit.
+    """
+    min_pitch = _min_pitch(spec)
     most = 0
     for pitch in np.linspace(max(area.pitch, min_pitch), min_pitch, PITCH_STEPS):
         points = _places(area, float(pitch), section, scene, spec)
@@ -52,6 +69,36 @@ def spawn_poses(scene: Scene, spec: RobotSpec, count: int) -> list[Pose]:
         f"the spawn area of world '{scene.name}' has room for {most} robots of "
         f"model {spec.model}; {count} are asked for"
     )
+
+
+def _on_circle(
+    circle: SpawnCircle, section: Section, scene: Scene, spec: RobotSpec, count: int
+) -> list[Pose]:
+    """Return places on a circle, counter-clockwise from the positive x axis."""
+    most = int(math.tau * circle.radius / _min_pitch(spec))
+    if count > most:
+        raise WorldError(
+            f"the spawn circle of world '{scene.name}' has room for {most} robots of "
+            f"model {spec.model}; {count} are asked for"
+        )
+    angles = math.tau * np.arange(count) / count
+    points = np.array([circle.x, circle.y]) + circle.radius * np.column_stack(
+        [np.cos(angles), np.sin(angles)]
+    )
+    blocked = wall_distance(points, section) <= spec.circumscribed_radius + WALL_GAP
+    if blocked.any():
+        x, y = points[int(np.argmax(blocked))]
+        raise WorldError(
+            f"the spawn circle of world '{scene.name}' meets an obstacle at ({x:.2f}, {y:.2f})"
+        )
+    return [
+        Pose(float(x), float(y), wrap_angle(float(angle) + math.pi))
+        for (x, y), angle in zip(points, angles, strict=True)
+    ]
+
+
+def _min_pitch(spec: RobotSpec) -> float:
+    return max(MIN_PITCH, 2.0 * spec.circumscribed_radius + 0.1)
 
 
 def _default_area(section: Section, count: int) -> SpawnArea:

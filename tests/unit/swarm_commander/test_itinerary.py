@@ -1,7 +1,7 @@
 import pytest
 
 from swarm_commander.itinerary import RETRY_TICKS, TRANSITIONS, Event, Itinerary, State
-from swarm_commander.mission import Stop
+from swarm_commander.leg import Stop
 from swarm_common.records import Pose
 
 A = Stop("a", Pose(1.0, 0.0, 0.0), 2)

@@ -2,7 +2,8 @@ from pathlib import Path
 
 import pytest
 
-from swarm_commander.mission import HOME, load_mission, mission_path, single_goal
+from swarm_commander.leg import HOME
+from swarm_commander.mission import load_mission, mission_path, single_goal
 from swarm_common.errors import ConfigError, SwarmError, UnknownNameError
 from swarm_common.records import Pose
 from swarm_common.resources import find_resource
