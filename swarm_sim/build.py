@@ -66,7 +66,12 @@ def build(settings: Settings) -> Stage:
         scene,
         specs,
         poses,
-        WorldConfig(engine=settings.engine, with_lidar=settings.with_lidar, radio=settings.radio),
+        WorldConfig(
+            engine=settings.engine,
+            with_lidar=settings.with_lidar,
+            radio=settings.radio,
+            actuation_noise=settings.actuation_noise,
+        ),
         settings.seed,
         [entry.name for entry in settings.robots],
         shapes,

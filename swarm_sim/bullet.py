@@ -16,9 +16,10 @@ from swarm_sim.bullet_bodies import (
     add_walker,
     solid_bodies,
 )
-from swarm_sim.bullet_kernels import near_pairs, ramp_all
-from swarm_sim.engine import NEAR, FloatArray, Touch
-from swarm_sim.planar import MAX_CORNERS, bounds_of, pack_polygons, pad_polygon
+from swarm_sim.bullet_contacts import Contacts
+from swarm_sim.bullet_kernels import ramp_all
+from swarm_sim.engine import Approach, FloatArray, Touch
+from swarm_sim.planar import pack_polygons
 from swarm_sim.robot_model import RobotModel
 from swarm_sim.scene import Body
 from swarm_sim.section import section_between
@@ -28,9 +29,6 @@ MOTOR_TORQUE = 1.4  # [N m] stall torque of a wheel's motor
 SOLVER_ITERATIONS = 10
 CONTACT_BREAKING = 0.0005  # [m]
 SETTLE_STEPS = 50  # in which the robots come to rest before tick 0
-EXACT_BELOW = 0.1  # [m] clearances below this come from the engine, larger ones from footprints
-REACH_SLACK = 0.02  # [m] added to how far a robot may move in a control period
-TOUCH_NORMAL_FORCE, TOUCH_DISTANCE, TOUCH_POSITION = 9, 8, 5  # fields of a contact point
 
 
 class BulletEngine:
@@ -74,40 +72,52 @@ class BulletEngine:
             self.close()
             raise
         self._centers = np.array([robot.base_from_center for robot in self._robots])
-        self._hulls = np.stack([pad_polygon(np.array(s.footprint), MAX_CORNERS) for s in specs])
-        self._limits = np.array(
-            [[s.acc_lim_x, s.acc_lim_theta, s.circumscribed_radius] for s in specs]
-        )
+        self._limits = np.array([[s.acc_lim_x, s.acc_lim_theta] for s in specs])
         self._radii = np.array([s.wheel_radius for s in specs])
         self._half_tracks = np.array([s.wheel_separation / 2.0 for s in specs])
-        speeds = [s.max_vel_x + s.max_vel_theta * s.circumscribed_radius for s in specs]
-        self._reaches = np.array(speeds) * CONTROL_PERIOD + REACH_SLACK
         self._speeds = np.zeros((count, 2))  # that the motors aim at
         self._joints = np.zeros((count, 4))  # left, right: positions, then velocities
         self.poses: FloatArray = np.zeros((count, 3))
         self.twists: FloatArray = np.zeros((count, 2))
         self.travels: FloatArray = np.zeros(count)
         self.yaws_gyro: FloatArray = np.zeros(count)
-        self.clearances: FloatArray = np.full((count, 2), np.inf)
-        self._robot_gaps = np.empty((count * (count - 1) // 2, 3))
-        self._wall_gaps = np.empty((count * len(self._obstacles), 3))
+        self._contacts = Contacts(
+            self._client,
+            specs,
+            [robot.body for robot in self._robots],
+            self._obstacles,
+            self._walls,
+            walkers.speeds,
+        )
         self._settle()
+
+    @property
+    def clearances(self) -> FloatArray:
+        """(n, 2) to the nearest robot, obstacle; inf beyond NEAR."""
+        return self._contacts.clearances
+
+    @property
+    def approaches(self) -> list[Approach]:
+        """Pairs closer than NEAR_MISS at the end of the control period."""
+        return self._contacts.approaches
 
     def advance(self, targets: FloatArray) -> list[Touch]:
         """Run one control period towards target speeds (n, 2); return the contacts in it."""
         touches: list[Touch] = []
-        suspects = self._suspects()
+        suspects = self._contacts.suspects()
         self._walkers.begin()
         guess = self.poses.copy()  # of the robots, for the walkers to look at
         for step in range(self._steps):
             self._drive(targets)
             self._walk(guess, step)
             pybullet.stepSimulation(physicsClientId=self._client)
-            for robot, other, obstacle in suspects:
-                self._note_contact(robot, other, obstacle, step, touches)
+            for suspect in suspects:
+                touch = self._contacts.touch(suspect, step)
+                if touch is not None:
+                    touches.append(touch)
         touches += self._walkers.touches()
         self._read()
-        self._measure()
+        self._contacts.measure(self.poses, self._walkers.discs)
         return touches
 
     def joint_state(self, robot: int) -> tuple[list[str], list[float], list[float]]:
@@ -142,7 +152,6 @@ class BulletEngine:
                 outlines.append(outline)
                 self._obstacles.append((identifier, body.name))
         self._walls = pack_polygons(outlines)
-        self._bounds = bounds_of(self._walls)
 
     def _add_walkers(self, walkers: Walkers) -> None:
         """Add the walkers' bodies; in `_obstacles` they follow the outlines."""
@@ -150,8 +159,6 @@ class BulletEngine:
         for spec in walkers.specs:
             identifier = add_walker(self._client, spec.radius, spec.height)
             self._obstacles.append((identifier, spec.name))
-        still = np.zeros(len(self._walls))
-        self._obstacle_reaches = np.concatenate([still, walkers.reaches * CONTROL_PERIOD])
         self._place_walkers()
 
     def _place_walkers(self) -> None:
@@ -172,7 +179,7 @@ class BulletEngine:
         guess[:, 0] += speed * np.cos(guess[:, 2]) * self._period
         guess[:, 1] += speed * np.sin(guess[:, 2]) * self._period
         guess[:, 2] += turn * self._period
-        self._walkers.step(guess, speed, self._hulls, self._period, step)
+        self._walkers.step(guess, speed, self._contacts.hulls, self._period, step)
         self._place_walkers()
 
     def _settle(self) -> None:
@@ -182,7 +189,7 @@ class BulletEngine:
         self._read()
         self.travels[:] = 0.0
         self.yaws_gyro[:] = 0.0
-        self._measure()
+        self._contacts.measure(self.poses, self._walkers.discs)
 
     def _drive(self, targets: FloatArray) -> None:
         """Move the motors' aims one step towards the targets."""
@@ -230,69 +237,3 @@ class BulletEngine:
         self.twists[:, 1] = velocities[:, 5]
         rolled = (self._joints[:, :2] - before).sum(axis=1) / 2.0
         self.travels += rolled * self._radii
-
-    def _measure(self) -> None:
-        """Find near pairs, and the clearance of each robot."""
-        counts = near_pairs(
-            self.poses,
-            self._limits[:, 2],
-            self._hulls,
-            (self._walls, self._bounds, self._walkers.discs),
-            NEAR,
-            self._robot_gaps,
-            self._wall_gaps,
-        )
-        self._near_robots = self._robot_gaps[: counts[0]]
-        self._near_walls = self._wall_gaps[: counts[1]]
-        self.clearances[:] = np.inf
-        for i, j, gap in self._near_robots:
-            a, b = int(i), int(j)
-            if gap < EXACT_BELOW:
-                gap = self._distance(self._robots[a].body, self._robots[b].body, gap)
-            self.clearances[a, 0] = min(self.clearances[a, 0], gap)
-            self.clearances[b, 0] = min(self.clearances[b, 0], gap)
-        for i, k, gap in self._near_walls:
-            a = int(i)
-            if gap < EXACT_BELOW:
-                gap = self._distance(self._robots[a].body, self._obstacles[int(k)][0], gap)
-            self.clearances[a, 1] = min(self.clearances[a, 1], gap)
-
-    def _distance(self, a: int, b: int, estimate: float) -> float:
-        """Return the engine's distance between two bodies; the estimate is a lower bound."""
-        points = pybullet.getClosestPoints(
-            a, b, estimate + 0.1, -1, -1, physicsClientId=self._client
-        )
-        return max(0.0, min((point[TOUCH_DISTANCE] for point in points), default=estimate))
-
-    def _suspects(self) -> list[tuple[int, int, tuple[int, str] | None]]:
-        """Return the pairs that could touch within a control period: robots, or an obstacle."""
-        reach = self._reaches
-        pairs: list[tuple[int, int, tuple[int, str] | None]] = [
-            (int(i), int(j), None)
-            for i, j, gap in self._near_robots
-            if gap < reach[int(i)] + reach[int(j)]
-        ]
-        walls = {
-            (int(i), self._obstacles[int(k)])
-            for i, k, gap in self._near_walls
-            if gap < reach[int(i)] + self._obstacle_reaches[int(k)]
-        }
-        return pairs + [(robot, -1, obstacle) for robot, obstacle in sorted(walls)]
-
-    def _note_contact(
-        self,
-        robot: int,
-        other: int,
-        obstacle: tuple[int, str] | None,
-        step: int,
-        touches: list[Touch],
-    ) -> None:
-        body = self._robots[other].body if obstacle is None else obstacle[0]
-        points = pybullet.getContactPoints(
-            self._robots[robot].body, body, -1, -1, physicsClientId=self._client
-        )
-        for point in points or ():
-            if point[TOUCH_NORMAL_FORCE] > 0.0 or point[TOUCH_DISTANCE] <= 0.0:
-                x, y, _ = point[TOUCH_POSITION]
-                touches.append(Touch(robot, other, obstacle[1] if obstacle else "", x, y, step))
-                return

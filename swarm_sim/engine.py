@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 NEAR = 0.5  # [m] clearances beyond this are not measured
+NEAR_MISS = 0.03  # [m] closer than this without contact is a near miss
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +34,16 @@ class Touch:
     step: int
 
 
+@dataclass(frozen=True, slots=True)
+class Approach:
+    """A pair that is closer than `NEAR_MISS`; `gap` [m], the rest as in `Touch`."""
+
+    robot: int
+    other: int
+    obstacle: str
+    gap: float
+
+
 class Engine(Protocol):
     """Bodies and motors; arrays have one row per robot."""
 
@@ -40,7 +51,16 @@ class Engine(Protocol):
     twists: FloatArray  # (n, 2) true forward and turning speed
     travels: FloatArray  # (n,) [m] distance that the wheels report, backwards negative
     yaws_gyro: FloatArray  # (n,) [rad] integrated gyro, not wrapped
-    clearances: FloatArray  # (n, 2) to the nearest robot, obstacle; inf beyond NEAR
+
+    @property
+    def clearances(self) -> FloatArray:
+        """(n, 2) to the nearest robot, obstacle; inf beyond NEAR."""
+        ...
+
+    @property
+    def approaches(self) -> list[Approach]:
+        """Pairs closer than NEAR_MISS at the end of the control period."""
+        ...
 
     def advance(self, targets: FloatArray) -> list[Touch]:
         """Run one control period towards target speeds (n, 2); return the contacts in it."""

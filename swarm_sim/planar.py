@@ -11,12 +11,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from swarm_common.records import CONTROL_PERIOD, Pose, RobotSpec
-from swarm_sim.engine import NEAR, FloatArray, Touch
+from swarm_sim.engine import NEAR, NEAR_MISS, Approach, FloatArray, Touch
 from swarm_sim.planar_kernels import clearances, move
 from swarm_sim.section import Section
 from swarm_sim.walkers import Walkers
 
 MAX_CORNERS = 8
+CLOSE_PAIRS = 8  # per robot, that are listed at most
 
 
 class PlanarEngine:
@@ -61,6 +62,8 @@ class PlanarEngine:
         self.travels: FloatArray = np.zeros(count)
         self.yaws_gyro: FloatArray = np.zeros(count)
         self.clearances: FloatArray = np.full((count, 2), np.inf)
+        self.approaches: list[Approach] = []
+        self._close = np.empty((CLOSE_PAIRS * count, 4))
         self._wheel_turns = np.zeros((count, 2))
         self._measure()
 
@@ -108,14 +111,22 @@ class PlanarEngine:
         """Release nothing: everything is in Python."""
 
     def _measure(self) -> None:
-        clearances(
+        count = clearances(
             self._state,
             self._limits,
             self._hulls,
             self._obstacles,
-            NEAR,
+            (NEAR, NEAR_MISS),
             self.clearances,
+            self._close,
         )
+        self.approaches = [self._approach(*row) for row in self._close[:count].tolist()]
+
+    def _approach(self, robot: float, kind: float, index: float, gap: float) -> Approach:
+        if kind == 0:
+            return Approach(int(robot), int(index), "", gap)
+        names = self._names if kind == 1 else self._walkers.names
+        return Approach(int(robot), -1, names[int(index)], gap)
 
     @property
     def _obstacles(self) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -128,20 +128,25 @@ def clearances(
     limits: FloatArray,
     hulls: FloatArray,
     walls: tuple[FloatArray, FloatArray, FloatArray],
-    near: float,
+    near: tuple[float, float],
     out: FloatArray,
-) -> None:
-    """Write the distance of each hull to the nearest other hull and obstacle; inf beyond `near`.
+    close: FloatArray,
+) -> int:
+    """Write the distance of each hull to the nearest other hull and obstacle; list close pairs.
 
     Args:
         state: (n, 5): x, y, yaw, v, w.
         limits: (n, 3): of which the circumscribed radius is used.
         hulls: (n, k, 2) footprints in base_footprint.
         walls: Packed polygons (m, k, 2), their bounds (m, 4), and discs (d, 3).
-        near: [m] greatest distance of interest.
-        out: (n, 2).
+        near: [m] distances beyond the first are not measured, those below the second listed.
+        out: (n, 2) inf where nothing is near.
+        close: Rows i, kind (0 hull, 1 polygon, 2 disc), index, distance; written.
+
+    Returns:
+        The number of rows listed, at most the length of `close`.
     """
-    count = state.shape[0]
+    count, listed = state.shape[0], 0
     polygons, bounds, discs = walls
     placed = np.empty_like(hulls)
     for i in range(count):
@@ -150,22 +155,39 @@ def clearances(
     for i in range(count):
         x, y = state[i, 0], state[i, 1]
         for j in range(i):
-            reach = limits[i, 2] + limits[j, 2] + near
+            reach = limits[i, 2] + limits[j, 2] + near[0]
             dx, dy = state[j, 0] - x, state[j, 1] - y
             if dx * dx + dy * dy > reach * reach:
                 continue
             gap = distance(placed[i], placed[j])
-            if gap <= near:
+            if gap <= near[0]:
                 out[i, 0], out[j, 0] = min(out[i, 0], gap), min(out[j, 0], gap)
+                listed = _list(close, listed, (j, 0, i), gap, near[1])
         for k in range(polygons.shape[0]):
-            if box_gap(bounds[k], x, y) > limits[i, 2] + near:
+            if box_gap(bounds[k], x, y) > limits[i, 2] + near[0]:
                 continue
             gap = distance(placed[i], polygons[k])
-            if gap <= near:
+            if gap <= near[0]:
                 out[i, 1] = min(out[i, 1], gap)
+                listed = _list(close, listed, (i, 1, k), gap, near[1])
         for k in range(discs.shape[0]):
-            if math.hypot(discs[k, 0] - x, discs[k, 1] - y) > limits[i, 2] + discs[k, 2] + near:
+            reach = limits[i, 2] + discs[k, 2] + near[0]
+            if math.hypot(discs[k, 0] - x, discs[k, 1] - y) > reach:
                 continue
             gap = disc_gap(placed[i], discs[k, 0], discs[k, 1], discs[k, 2])
-            if gap <= near:
+            if gap <= near[0]:
                 out[i, 1] = min(out[i, 1], gap)
+                listed = _list(close, listed, (i, 2, k), gap, near[1])
+    return listed
+
+
+@numba.njit(cache=True)
+def _list(
+    close: FloatArray, listed: int, pair: tuple[int, int, int], gap: float, limit: float
+) -> int:
+    """Add a row to a list if a pair is closer than a limit; return the list's new length."""
+    if gap >= limit or listed >= close.shape[0]:
+        return listed
+    close[listed, 0], close[listed, 1], close[listed, 2] = pair
+    close[listed, 3] = gap
+    return listed + 1

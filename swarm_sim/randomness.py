@@ -27,6 +27,14 @@ def uniform(words: NDArray[np.uint64]) -> NDArray[np.float64]:
     return (words >> np.uint64(11)).astype(np.float64) * 2.0**-53
 
 
+def normal(words: NDArray[np.uint64]) -> NDArray[np.float64]:
+    """Return standard normal numbers made of words (Box and Muller)."""
+    first = ((words >> np.uint64(32)).astype(np.float64) + 1.0) * 2.0**-32
+    second = (words & np.uint64(0xFFFFFFFF)).astype(np.float64) * 2.0**-32
+    result: NDArray[np.float64] = np.sqrt(-2.0 * np.log(first)) * np.cos(2.0 * np.pi * second)
+    return result
+
+
 def _mix(words: NDArray[np.uint64]) -> NDArray[np.uint64]:
     words = (words ^ (words >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     words = (words ^ (words >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)

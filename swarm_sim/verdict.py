@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
@@ -10,10 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_sim.engine import Touch
+from swarm_common.records import CONTROL_PERIOD
+from swarm_sim.close_calls import EPISODE_GAP, CloseCalls, NearMiss
+from swarm_sim.engine import Approach, Touch
 
 FloatArray = NDArray[np.float64]
-EPISODE_GAP = 0.5  # [s] without contact that end an episode
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +44,7 @@ class RobotVerdict:
     distance: float
     collisions: int
     min_clearance: float
+    near_misses: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +57,8 @@ class Verdict:
         robot_world: Number of contact episodes of a robot and an obstacle.
         min_clearance: [m] smallest distance of any robot from anything; inf if all were far.
         collisions: The episodes in order of time.
+        near_misses: Number of episodes closer than `engine.NEAR_MISS` without contact.
+        close_calls: These episodes in order of time.
         robots: By name.
         trajectory_sha256: Of the true poses (float64) of all ticks, in order of robots.
     """
@@ -63,6 +68,8 @@ class Verdict:
     robot_world: int
     min_clearance: float
     collisions: tuple[Collision, ...]
+    near_misses: int = 0
+    close_calls: tuple[NearMiss, ...] = ()
     robots: dict[str, RobotVerdict] = field(default_factory=dict)
     trajectory_sha256: str = ""
 
@@ -83,6 +90,7 @@ class Judge:
         self._names = list(names)
         self._collisions: list[Collision] = []
         self._last_touch: dict[tuple[int, int, str], float] = {}
+        self._close_calls = CloseCalls(names)
         self._distances = np.zeros(len(names))
         self._min_clearances = np.full(len(names), np.inf)
         self._counts = np.zeros(len(names), np.int64)
@@ -102,6 +110,7 @@ class Judge:
         touches: Iterable[Touch],
         poses: FloatArray,
         clearances: FloatArray,
+        approaches: Iterable[Approach] = (),
     ) -> None:
         """Take in one control period.
 
@@ -111,15 +120,18 @@ class Judge:
             touches: Contacts in it, in order of steps; one pair may occur several times.
             poses: True poses (n, 3) at its end.
             clearances: (n, 2) at its end.
+            approaches: What is very close at its end.
         """
         for touch in touches:
             self._touch(touch, start + (touch.step + 1) * physics_period)
+        self._close_calls.observe(start + CONTROL_PERIOD, approaches, poses)
         self._note(poses, clearances)
 
     def _touch(self, touch: Touch, time: float) -> None:
         key = (touch.robot, touch.other, touch.obstacle)
         is_new = time - self._last_touch.get(key, -np.inf) > EPISODE_GAP + 1e-9
         self._last_touch[key] = time
+        self._close_calls.touch(key, time)
         members = [touch.robot] if touch.other < 0 else [touch.robot, touch.other]
         self._min_clearances[members] = 0.0
         if not is_new:
@@ -137,6 +149,8 @@ class Judge:
 
     def verdict(self, sim_time: float) -> Verdict:
         """Return the verdict so far."""
+        close_calls = self._close_calls.near_misses()
+        shares = Counter(name for call in close_calls for name in call.robots)
         between_robots = sum(len(collision.robots) == 2 for collision in self._collisions)
         return Verdict(
             sim_time=sim_time,
@@ -144,8 +158,10 @@ class Judge:
             robot_world=len(self._collisions) - between_robots,
             min_clearance=float(self._min_clearances.min(initial=np.inf)),
             collisions=tuple(self._collisions),
+            near_misses=len(close_calls),
+            close_calls=close_calls,
             robots={
-                name: RobotVerdict(float(distance), int(count), float(clearance))
+                name: RobotVerdict(float(distance), int(count), float(clearance), shares[name])
                 for name, distance, count, clearance in zip(
                     self._names, self._distances, self._counts, self._min_clearances, strict=True
                 )

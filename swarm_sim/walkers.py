@@ -28,7 +28,7 @@ class Walkers:
     Attributes:
         names: As collisions name them.
         discs: (m, 3) x, y, radius [m] in map.
-        reaches: (m,) [m] that each can walk in a second.
+        speeds: (m,) [m/s] of each.
     """
 
     def __init__(
@@ -51,7 +51,7 @@ class Walkers:
         """
         self.names = [spec.name for spec in specs]
         self.specs = tuple(specs)
-        self.reaches = np.array([spec.speed for spec in specs])
+        self.speeds = np.array([spec.speed for spec in specs])
         count = len(specs)
         corners = max([len(spec.path) for spec in specs], default=1) + 1
         self._paths = np.zeros((count, corners, 2))
@@ -110,9 +110,13 @@ class Walkers:
     def touches(self) -> list[Touch]:
         """Return whom the walkers ran into in this control period."""
         return [
-            Touch(int(i), -1, self.names[w], *map(float, self._places[w]), int(self._touches[i, w]))
+            Touch(int(i), -1, self.names[w], *self._place(w), int(self._touches[i, w]))
             for i, w in np.argwhere(self._touches >= 0)
         ]
+
+    def _place(self, walker: int) -> tuple[float, float]:
+        x, y = self._places[walker].tolist()
+        return x, y
 
     def _lay_out(self, index: int, spec: WalkerSpec, circles: FloatArray, seed: int) -> None:
         closed = np.array([*spec.path, spec.path[0]])

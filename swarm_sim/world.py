@@ -16,6 +16,7 @@ from swarm_sim.engine import Engine, FloatArray
 from swarm_sim.lidar import Lidars
 from swarm_sim.planar import PlanarEngine
 from swarm_sim.radio import Radio, RadioConfig
+from swarm_sim.randomness import hash_words, normal
 from swarm_sim.robot_model import RobotModel, load_robot_model
 from swarm_sim.scene import Scene
 from swarm_sim.section import section_between
@@ -23,6 +24,8 @@ from swarm_sim.verdict import Collision, Judge, Verdict
 from swarm_sim.walkers import Walkers
 
 ENGINES = ("bullet", "planar")
+MAX_NOISE = 0.2  # of the speeds
+NOISE_WORD = 73  # what a random number is for
 GROUND_GAP = 0.005  # [m] above ground from which something counts as an obstacle
 
 
@@ -33,6 +36,7 @@ class WorldConfig:
     engine: str = "bullet"  # bullet: rigid bodies on wheels; planar: kinematic, fast
     physics_period: float = 0.01  # [s] of a physics step
     with_lidar: bool = True
+    actuation_noise: float = 0.0  # standard deviation of each speed, as a share of it, per tick
     radio: RadioConfig = field(default_factory=RadioConfig)
     walkers: tuple[WalkerSpec, ...] | None = None  # None: those of the scene
 
@@ -40,6 +44,10 @@ class WorldConfig:
         """Refuse impossible values."""
         if self.engine not in ENGINES:
             raise UnknownNameError("engine", self.engine, ENGINES)
+        if not 0.0 <= self.actuation_noise <= MAX_NOISE:
+            raise ConfigError(
+                f"actuation_noise is {self.actuation_noise}; expected 0 to {MAX_NOISE}"
+            )
         steps = CONTROL_PERIOD / self.physics_period if self.physics_period > 0.0 else 0.0
         if steps < 1.0 or abs(steps - round(steps)) > 1e-6:
             raise ConfigError(
@@ -94,6 +102,7 @@ class World:
         self.specs = list(specs)
         self._config = config
         self._tick = 0
+        self._seed = seed
         if models is None and (config.with_lidar or config.engine == "bullet"):
             models = {spec.model: load_robot_model(spec.model) for spec in specs}
         models = models or {}
@@ -156,7 +165,7 @@ class World:
         """
         known = len(self._judge.collisions)
         self._radio.send(self._tick, beacons, self._engine.poses[:, :2])
-        touches = self._engine.advance(self._commands.update(commands))
+        touches = self._engine.advance(self._disturbed(self._commands.update(commands)))
         self._odometer.update(self._engine.travels, self._engine.yaws_gyro)
         self._judge.observe(
             self._tick * CONTROL_PERIOD,
@@ -164,9 +173,20 @@ class World:
             touches,
             self._engine.poses,
             self._engine.clearances,
+            self._engine.approaches,
         )
         self._tick += 1
         return list(self._judge.collisions[known:])
+
+    def _disturbed(self, targets: FloatArray) -> FloatArray:
+        """Return the speeds (n, 2) that the drives make of those aimed at."""
+        noise = self._config.actuation_noise
+        if noise == 0.0:
+            return targets
+        robots = np.arange(len(targets))[:, None]
+        words = hash_words(self._seed, NOISE_WORD, self._tick, robots, np.arange(2))
+        disturbed: FloatArray = targets * (1.0 + noise * normal(words))
+        return disturbed
 
     def ground_truth(self) -> list[tuple[Pose, Twist]]:
         """Return the true pose in the map frame and twist of each robot."""

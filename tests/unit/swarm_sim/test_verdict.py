@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from swarm_sim.engine import Touch
+from swarm_sim.engine import Approach, Touch
 from swarm_sim.verdict import Judge
 
 FAR = np.full((2, 2), np.inf)
@@ -51,6 +51,41 @@ def test_obstacles_count_apart() -> None:
     assert verdict.collisions[0].obstacle == "wall"
 
 
+def approach(judge: Judge, tick: int, *approaches: Approach) -> None:
+    judge.observe(0.1 * tick, 0.01, [], POSES, FAR, approaches)
+
+
+def test_a_near_miss_is_one_episode_with_its_closest_place() -> None:
+    judge = make_judge()
+    for tick, gap in enumerate([0.02, 0.01, 0.025]):
+        poses = np.array([[float(tick), 0.0, 0.0], [0.0, 1.0, 0.0]])
+        judge.observe(0.1 * tick, 0.01, [], poses, FAR, [Approach(0, 1, "", gap)])
+    for tick in range(3, 12):
+        feed(judge, tick)
+    approach(judge, 12, Approach(0, -1, "wall", 0.005))
+    verdict = judge.verdict(1.3)
+    first, second = verdict.close_calls
+    assert (first.robots, first.obstacle, first.distance) == (("a", "b"), "", 0.01)
+    assert (first.x, first.y, first.sim_time) == (0.5, 0.5, 0.1)
+    assert (second.robots, second.obstacle, second.sim_time) == (("a",), "wall", 1.3)
+    assert verdict.near_misses == 2
+    assert [verdict.robots[name].near_misses for name in "ab"] == [2, 1]
+    assert verdict.as_json()["close_calls"][0]["robots"] == ("a", "b")
+
+
+def test_an_approach_that_ends_or_begins_with_contact_is_no_near_miss() -> None:
+    judge = make_judge()
+    approach(judge, 0, Approach(0, 1, "", 0.01))
+    feed(judge, 1, Touch(0, 1, "", 0.0, 0.0, 3))
+    approach(judge, 2, Approach(0, 1, "", 0.01))
+    verdict = judge.verdict(0.3)
+    assert (verdict.robot_robot, verdict.near_misses) == (1, 0)
+    for tick in range(3, 10):
+        feed(judge, tick)
+    approach(judge, 10, Approach(0, 1, "", 0.01))  # long after it: one of its own
+    assert judge.verdict(1.1).near_misses == 1
+
+
 def test_distance_and_clearance() -> None:
     judge = make_judge()
     moved = np.array([[0.3, 0.4, 0.0], [0.0, 0.0, 1.0]])
@@ -65,7 +100,12 @@ def test_distance_and_clearance() -> None:
 def test_json_has_no_infinity() -> None:
     data = json.loads(json.dumps(make_judge().verdict(0.0).as_json(), allow_nan=False))
     assert data["min_clearance"] is None
-    assert data["robots"]["a"] == {"distance": 0.0, "collisions": 0, "min_clearance": None}
+    assert data["robots"]["a"] == {
+        "distance": 0.0,
+        "collisions": 0,
+        "min_clearance": None,
+        "near_misses": 0,
+    }
 
 
 def test_the_hash_tells_trajectories_apart() -> None:

@@ -186,6 +186,21 @@ def test_the_same_seed_gives_the_same_run_bit_for_bit(engine: str) -> None:
     assert run(engine, 4)[1] != first[1]
 
 
+@pytest.mark.parametrize("engine", ENGINES)
+def test_actuation_noise_follows_the_seed_and_odometry_tells_it(engine: str) -> None:
+    start, ends = Pose(0.0, 0.0, 0.0), []
+    for seed in (1, 1, 2):
+        config = WorldConfig(engine=engine, with_lidar=False, actuation_noise=0.02)
+        world = World(FIELD, [WAFFLE], [start], config, seed)
+        drive(world, 20.0, Twist(0.2, 0.0, 0.2))
+        truth = world.ground_truth()[0][0]
+        assert truth.distance(start.compose(world.observe()[0].odom.pose_odom)) < 0.01
+        ends.append(truth)
+        world.close()
+    assert ends[0] == ends[1]
+    assert 1e-4 < ends[0].distance(ends[2]) < 0.2
+
+
 def test_worlds_of_one_process_do_not_disturb_each_other() -> None:
     alone = make_world("bullet", FIELD, Pose(0.0, 0.0, 0.0))
     drive(alone, 2.0, Twist(0.2, 0.0, 0.3))
@@ -217,6 +232,8 @@ def test_closed_worlds_leave_nothing_behind() -> None:
 def test_impossible_settings_are_refused() -> None:
     with pytest.raises(UnknownNameError, match="did you mean 'bullet'"):
         WorldConfig(engine="bulet")
+    with pytest.raises(ConfigError, match="actuation_noise"):
+        WorldConfig(actuation_noise=0.5)
     with pytest.raises(ConfigError, match="physics_period"):
         WorldConfig(physics_period=0.03)
     with pytest.raises(ConfigError, match="physics_period"):

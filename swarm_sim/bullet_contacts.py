@@ -1,0 +1,134 @@
+"""Who is near whom in the rigid-body engine, and who touches whom."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pybullet
+
+from swarm_common.records import CONTROL_PERIOD, RobotSpec
+from swarm_sim.bullet_kernels import near_pairs
+from swarm_sim.engine import NEAR, NEAR_MISS, Approach, FloatArray, Touch
+from swarm_sim.planar import MAX_CORNERS, bounds_of, pad_polygon
+
+EXACT_BELOW = 0.1  # [m] clearances below this come from the engine, larger ones from footprints
+REACH_SLACK = 0.02  # [m] added to how far a robot may move in a control period
+TOUCH_NORMAL_FORCE, TOUCH_DISTANCE, TOUCH_POSITION = 9, 8, 5  # fields of a contact point
+Suspect = tuple[int, int, tuple[int, str] | None]  # robot, other robot or -1, obstacle
+
+
+class Contacts:
+    """Looks for contacts only between pairs that could meet within a control period.
+
+    Attributes:
+        hulls: Footprints (n, k, 2) in base_footprint.
+        radii: Circumscribed radii (n,) [m].
+        clearances: (n, 2) to the nearest robot, obstacle; inf beyond NEAR.
+        approaches: Pairs closer than NEAR_MISS.
+    """
+
+    def __init__(
+        self,
+        client: int,
+        specs: Sequence[RobotSpec],
+        robots: Sequence[int],
+        obstacles: Sequence[tuple[int, str]],
+        outlines: FloatArray,
+        walker_speeds: FloatArray,
+    ) -> None:
+        """Prepare the arrays.
+
+        Args:
+            client: Of the engine.
+            specs: One per robot.
+            robots: Body of each robot.
+            obstacles: Body and name of each outline, then of each walker.
+            outlines: Packed polygons (m, c, 2) of what stands.
+            walker_speeds: [m/s] of each walker.
+        """
+        count = len(specs)
+        self._client = client
+        self._robots = list(robots)
+        self._obstacles = list(obstacles)
+        self._walls, self._bounds = outlines, bounds_of(outlines)
+        self.hulls = np.stack([pad_polygon(np.array(s.footprint), MAX_CORNERS) for s in specs])
+        self.radii = np.array([s.circumscribed_radius for s in specs])
+        speeds = [s.max_vel_x + s.max_vel_theta * s.circumscribed_radius for s in specs]
+        self._reaches = np.array(speeds) * CONTROL_PERIOD + REACH_SLACK
+        still = np.zeros(len(outlines))
+        self._obstacle_reaches = np.concatenate([still, walker_speeds * CONTROL_PERIOD])
+        self._robot_gaps = np.empty((count * (count - 1) // 2, 3))
+        self._wall_gaps = np.empty((count * len(self._obstacles), 3))
+        self.clearances: FloatArray = np.full((count, 2), np.inf)
+        self.approaches: list[Approach] = []
+
+    def measure(self, poses: FloatArray, walkers: FloatArray) -> None:
+        """Find near pairs, and the clearance of each robot.
+
+        Args:
+            poses: (n, 3) of the robots.
+            walkers: Discs (d, 3).
+        """
+        counts = near_pairs(
+            poses,
+            self.radii,
+            self.hulls,
+            (self._walls, self._bounds, walkers),
+            NEAR,
+            self._robot_gaps,
+            self._wall_gaps,
+        )
+        self._near_robots = self._robot_gaps[: counts[0]]
+        self._near_walls = self._wall_gaps[: counts[1]]
+        self.clearances[:] = np.inf
+        self.approaches = []
+        for i, j, gap in self._near_robots.tolist():
+            a, b = int(i), int(j)
+            exact = self._exact(self._robots[a], self._robots[b], gap)
+            self.clearances[[a, b], 0] = np.minimum(self.clearances[[a, b], 0], exact)
+            if exact < NEAR_MISS:
+                self.approaches.append(Approach(a, b, "", exact))
+        for i, k, gap in self._near_walls.tolist():
+            a, (body, name) = int(i), self._obstacles[int(k)]
+            exact = self._exact(self._robots[a], body, gap)
+            self.clearances[a, 1] = min(self.clearances[a, 1], exact)
+            if exact < NEAR_MISS:
+                self.approaches.append(Approach(a, -1, name, exact))
+
+    def suspects(self) -> list[Suspect]:
+        """Return the pairs that could touch within a control period."""
+        reach = self._reaches
+        pairs: list[Suspect] = [
+            (int(i), int(j), None)
+            for i, j, gap in self._near_robots
+            if gap < reach[int(i)] + reach[int(j)]
+        ]
+        walls = {
+            (int(i), self._obstacles[int(k)])
+            for i, k, gap in self._near_walls
+            if gap < reach[int(i)] + self._obstacle_reaches[int(k)]
+        }
+        return pairs + [(robot, -1, obstacle) for robot, obstacle in sorted(walls)]
+
+    def touch(self, suspect: Suspect, step: int) -> Touch | None:
+        """Return the contact of a pair after a physics step, None if there is none."""
+        robot, other, obstacle = suspect
+        body = self._robots[other] if obstacle is None else obstacle[0]
+        points = pybullet.getContactPoints(
+            self._robots[robot], body, -1, -1, physicsClientId=self._client
+        )
+        for point in points or ():
+            if point[TOUCH_NORMAL_FORCE] > 0.0 or point[TOUCH_DISTANCE] <= 0.0:
+                x, y, _ = point[TOUCH_POSITION]
+                return Touch(robot, other, obstacle[1] if obstacle else "", x, y, step)
+        return None
+
+    def _exact(self, a: int, b: int, estimate: float) -> float:
+        """Return the engine's distance between two bodies if the estimate is small."""
+        if estimate >= EXACT_BELOW:
+            return estimate
+        points = pybullet.getClosestPoints(
+            a, b, estimate + 0.1, -1, -1, physicsClientId=self._client
+        )
+        return max(0.0, min((point[TOUCH_DISTANCE] for point in points), default=estimate))
