@@ -52,6 +52,7 @@ BEACON_DTYPE = np.dtype(
     ]
 )
 BEACON_SIZE = BEACON_DTYPE.itemsize
+BEACON_WORDS = BEACON_SIZE // 4
 
 ENCAPSULATION = b"\x00\x01\x00\x00"  # CDR, little endian
 
@@ -61,6 +62,22 @@ BeaconArray = NDArray[np.void]  # shape (n,), dtype BEACON_DTYPE
 def empty_beacons(count: int) -> BeaconArray:
     """Return `count` zeroed beacons."""
     return np.zeros(count, BEACON_DTYPE)
+
+
+def word_of(member: str) -> int:
+    """Return the index of a member's first 4-byte word, for kernels that read beacons as words."""
+    assert BEACON_DTYPE.fields is not None
+    return int(BEACON_DTYPE.fields[member][1]) // 4
+
+
+def words_of(beacons: BeaconArray) -> NDArray[np.uint32]:
+    """Return a copy of beacons as words (n, BEACON_WORDS).
+
+    numpy copies records member by member; words it copies at once. The copy is writable and
+    aligned whatever buffer the beacons came in.
+    """
+    words = np.ascontiguousarray(beacons).view(np.uint32)
+    return np.array(words).reshape(len(beacons), BEACON_WORDS)
 
 
 def serialize_beacon(beacon: np.void) -> bytes:

@@ -102,8 +102,7 @@ class Controller:
             window,
             (v_limit, max(0, end - first), TUBE_TOLERANCE),
             (config.max_vel_x, config.max_vel_theta, acc, config.acc_lim_theta),
-            (config.vx_samples, config.vtheta_samples),
-            config.sim_time,
+            (config.vx_samples, config.vtheta_samples, config.sim_time),
             (
                 config.path_distance_scale,
                 config.goal_distance_scale,

@@ -5,15 +5,22 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.beacon import BEACON_DTYPE, FLAG_ACTIVE, FLAG_STUCK, BeaconArray
+from swarm_common.beacon import (
+    BEACON_DTYPE,
+    BEACON_WORDS,
+    FLAG_ACTIVE,
+    FLAG_STUCK,
+    BeaconArray,
+    words_of,
+)
 from swarm_common.records import CONTROL_PERIOD
+from swarm_nav import neighborhood_kernels as kernels
 from swarm_nav.config import TrafficConfig
 
 STOPPING_POINTS = 5  # held points, the pose first, on which a drive without commands stops
 MAX_SPEED = 0.52  # [m/s] at which two robots can part
 INITIAL_ROWS = 32
 CLAIM_COLUMNS = (
-    "id",
     "radius",
     "blocked_ticks",
     "held",
@@ -31,70 +38,53 @@ class Neighborhood:
     A robot that is not heard for `lost_ticks` has left the radio range if it was last heard near
     the range's edge. If it was heard well inside, it is *gone* (dead or mute): it stays an
     obstacle at the space that it last held or requested, until it is heard again; once it has
-    been silent for `dead_ticks`, at the place where it stopped.
+    been silent for `dead_ticks`, at the place where it can have come to a stop: what it held or
+    requested beyond would close a station next to it for ever.
+
+    Attributes:
+        beacons: (n,) ascending by id; a view that the next `refresh` overwrites.
+        ids: (n,)
+        ages: (n,) [ticks] since each was sent.
+        gone: (n,)
+        priorities: (n,) as published.
     """
 
     def __init__(self, own_id: int, config: TrafficConfig) -> None:
         """Start knowing nobody."""
         self._own_id = own_id
         self._config = config
-        # indexed by robot id
-        self._table: BeaconArray = np.zeros(INITIAL_ROWS, BEACON_DTYPE)
-        self._is_known: NDArray[np.bool_] = np.zeros(INITIAL_ROWS, np.bool_)
-        self._distance: NDArray[np.float64] = np.zeros(INITIAL_ROWS)
-        self.beacons: BeaconArray = self._table[:0]
-        self.ages: NDArray[np.int64] = np.zeros(0, np.int64)
-        self.gone: NDArray[np.bool_] = np.zeros(0, np.bool_)
-        self.priorities: NDArray[np.int64] = np.zeros(0, np.int64)
+        self._count = 0
+        self._inbox: list[tuple[NDArray[np.uint32], float, float]] = []
+        self._words: NDArray[np.uint32] = np.zeros((0, BEACON_WORDS), np.uint32)
+        self._allocate(INITIAL_ROWS)
+        self._show()
 
     def configure(self, config: TrafficConfig) -> None:
         """Take new parameters, effective from the next tick."""
         self._config = config
 
     def receive(self, beacons: BeaconArray, x: float, y: float) -> None:
-        """Store a batch; (x, y) is the own position in map."""
-        if len(beacons) == 0:
-            return
-        ids = beacons["id"]
-        highest = int(ids.max())
-        if highest >= len(self._table):
-            self._grow(highest + 1)
-        self._table[ids] = beacons
-        self._is_known[ids] = True
-        pose = beacons["pose"]
-        self._distance[ids] = np.hypot(pose[:, 0] - x, pose[:, 1] - y)
+        """Take a batch for the next `refresh`; (x, y) is the own position in map."""
+        if len(beacons):
+            self._inbox.append((words_of(beacons), x, y))
 
     def refresh(self, tick: int) -> None:
-        """Work out ages at `tick` and forget those who left."""
+        """Store what was received, work out ages at `tick` and forget those who left."""
+        for batch, x, y in self._inbox:
+            if self._count + len(batch) > len(self._words):
+                self._allocate(2 * (self._count + len(batch)))
+            self._count = kernels.merge(
+                self._words, self._floats, self._distances, self._count, batch, x, y
+            )
+        self._inbox.clear()
         config = self._config
         edge = config.radio_range - 2.0 * MAX_SPEED * config.lost_ticks * CONTROL_PERIOD
-        ids = np.flatnonzero(self._is_known)
-        ages = tick - self._table["tick"][ids].astype(np.int64)
-        has_left = (ages > config.lost_ticks) & (self._distance[ids] > edge)
-        if has_left.any():
-            self._is_known[ids[has_left]] = False
-            ids, ages = ids[~has_left], ages[~has_left]
-        self.beacons = self._table[ids]
-        self.ages = ages
-        self.gone = ages > config.lost_ticks
-        self._settle_dead(ages > config.dead_ticks)
-        words = self.beacons["priority"].astype(np.int64)
-        self.priorities = (words[:, 0] << 32) | words[:, 1]
-
-    def _settle_dead(self, is_dead: NDArray[np.bool_]) -> None:
-        """Shrink the space of robots silent for long to where they can have come to a stop.
-
-        A drive without commands stops after half a second, within the first points of the held
-        tube. What the robot held or requested beyond would close a station next to it for ever.
-        """
-        sizes = self.beacons["held_size"]
-        self.beacons["held_size"] = np.where(is_dead, np.minimum(sizes, STOPPING_POINTS), sizes)
-        self.beacons["wanted_size"] = np.where(is_dead, 0, self.beacons["wanted_size"])
-
-    @property
-    def ids(self) -> NDArray[np.uint32]:
-        """Ids of all known robots, ascending."""
-        return self.beacons["id"]
+        # A drive without commands stops after half a second, within the first held points.
+        limits = (config.lost_ticks, edge, config.dead_ticks, STOPPING_POINTS)
+        self._count = kernels.refresh(
+            self._words, self._distances, self._columns, self._count, tick, limits
+        )
+        self._show()
 
     @property
     def stuck(self) -> NDArray[np.bool_]:
@@ -110,16 +100,33 @@ class Neighborhood:
     def claims(self) -> tuple[NDArray[np.generic], ...]:
         """Return the columns that `tube_kernels.extend` reads.
 
-        They are contiguous for any number of rows: a view of one field is so for one row only,
-        and numba would compile the kernels a second time, in each robot.
+        The first four have a row per robot, the others are views of the whole table: a view of
+        one row would be contiguous, and numba would compile the kernels a second time for it.
         """
-        columns = [np.ascontiguousarray(self.beacons[name]) for name in CLAIM_COLUMNS]
-        return (columns[0], self.ages, self.gone, self.priorities, *columns[1:])
+        return (self.ids, self.ages, self.gone, self.priorities, *self._claims)
 
     def row(self, robot_id: int) -> int | None:
         """Return the row of a robot, None if it is not known."""
-        found = np.flatnonzero(self.beacons["id"] == robot_id)
-        return int(found[0]) if len(found) else None
+        row = kernels.row_of(self.ids, robot_id)
+        return row if row >= 0 else None
+
+    def highest_pusher(self, priority: int, yields_for: int, patience: int) -> int | None:
+        """Return the row of the highest robot that this one has blocked for `patience` ticks.
+
+        Only one that ranks above `priority`, or that is already made way for (`yields_for`).
+        """
+        row = kernels.highest_pusher(
+            self._words, self.gone, self.priorities, self._own_id, priority, yields_for, patience
+        )
+        return row if row >= 0 else None
+
+    def earlier_requests(self, station: tuple[float, float], tick: int, same: float) -> int:
+        """Return how many robots asked before `tick` for a station within `same` [m] of this."""
+        return int(
+            kernels.earlier_requests(
+                self._words, self._floats, self.gone, station, tick, self._own_id, same
+            )
+        )
 
     def tubes(self, row: int) -> NDArray[np.float32]:
         """Return the held points (n, 2) of one robot, with what it requested if it is gone."""
@@ -129,9 +136,30 @@ class Neighborhood:
             return held
         return np.vstack((held, beacon["wanted"][: beacon["wanted_size"]]))
 
-    def _grow(self, rows: int) -> None:
-        """Make room for ids below `rows`, at least doubling."""
-        more = max(rows - len(self._table), len(self._table))
-        self._table = np.concatenate((self._table, np.zeros(more, BEACON_DTYPE)))
-        self._is_known = np.concatenate((self._is_known, np.zeros(more, np.bool_)))
-        self._distance = np.concatenate((self._distance, np.zeros(more)))
+    def _allocate(self, rows: int) -> None:
+        """Make the table `rows` long."""
+        words = np.zeros((rows, BEACON_WORDS), np.uint32)
+        words[: self._count] = self._words[: self._count]
+        distances = np.zeros(rows)
+        if self._count:
+            distances[: self._count] = self._distances[: self._count]
+        self._words, self._distances = words, distances
+        self._floats = words.view(np.float32)
+        self._records: BeaconArray = words.view(BEACON_DTYPE)[:, 0]
+        self._columns = (
+            np.zeros(rows, np.uint32),
+            np.zeros(rows, np.int64),
+            np.zeros(rows, np.bool_),
+            np.zeros(rows, np.int64),
+        )
+        self._claims = tuple(self._records[name] for name in CLAIM_COLUMNS)
+
+    def _show(self) -> None:
+        """Point the public arrays at the rows in use."""
+        count = self._count
+        self.beacons = self._records[:count]
+        ids, ages, gone, priorities = self._columns
+        self.ids: NDArray[np.uint32] = ids[:count]
+        self.ages: NDArray[np.int64] = ages[:count]
+        self.gone: NDArray[np.bool_] = gone[:count]
+        self.priorities: NDArray[np.int64] = priorities[:count]

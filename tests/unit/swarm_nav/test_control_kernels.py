@@ -30,14 +30,22 @@ def bend(radius: float, count: int = 13) -> np.ndarray:
     return np.column_stack((radius * np.sin(angle), radius * (1.0 - np.cos(angle))))
 
 
+def segments_of(path: np.ndarray) -> np.ndarray:
+    segments = np.empty((len(path), 6))
+    kernels.measure(path, segments)
+    return segments
+
+
 @settings(max_examples=50, deadline=None)
 @given(st.floats(-3.0, 3.0), st.floats(0.0, 0.3), st.floats(-1.8, 1.8))
 def test_a_rollout_follows_the_constant_twist(yaw: float, v: float, w: float) -> None:
-    out = np.empty((STEPS, 3))
-    _, _, final = kernels.rollout(0.1, -0.2, yaw, v, w, STEPS, EAST, 0, out)
+    out, track, headings = np.empty((STEPS, 3)), np.empty((STEPS, 3)), np.empty((STEPS, 2))
+    kernels.predict((0.1, -0.2, yaw), v, w, out)
     expected = oracle.arc((0.1, -0.2, yaw), v, w, STEPS, kernels.STEP)
     assert np.allclose(out, expected)
-    assert final == pytest.approx(expected[-1, 2])
+    assert kernels.turning(yaw, w, headings) == pytest.approx(expected[-1, 2])
+    kernels.advance((0.1, -0.2, yaw), v * kernels.STEP, headings, EAST, track)
+    assert np.allclose(track[:, :2], expected[:, :2])
 
 
 @settings(max_examples=30, deadline=None)
@@ -47,7 +55,7 @@ def test_the_gap_to_a_path_is_that_of_the_segments_beside_its_nearest_point(
 ) -> None:
     path = bend(0.6)
     nearest = int(np.hypot(*(path - (x, y)).T).argmin())
-    gap = math.sqrt(kernels.segment_gap(path, nearest, x, y))
+    gap = math.sqrt(kernels.segment_gap(path, segments_of(path), nearest, x, y))
     assert gap == pytest.approx(oracle.segment_gap(path, x, y), abs=1e-3)
 
 
@@ -80,17 +88,22 @@ def test_a_twist_stops_inside_where_braking_ends_near_the_held_part(
 
 
 def test_the_score_of_a_rollout_is_its_mean_squared_gap() -> None:
-    out = np.empty((STEPS, 3))
-    score, reached, _ = kernels.rollout(0.0, 0.1, 0.0, 0.2, 0.0, STEPS, EAST, 0, out)
-    assert score == pytest.approx(0.01)
+    headings, track = np.empty((STEPS, 2)), np.empty((STEPS, 3))
+    kernels.turning(0.0, 0.0, headings)
+    reached = kernels.advance((0.0, 0.1, 0.0), 0.2 * kernels.STEP, headings, EAST, track)
     assert reached == 3  # 0.16 m along
+    unit = kernels.DISTANCE_UNIT**2
+    cost = kernels.gap_cost(track, EAST, segments_of(EAST), 32.0, 1e20)
+    assert cost == pytest.approx(32.0 * 0.01 / unit)
+    assert kernels.gap_cost(track, EAST, segments_of(EAST), 32.0, 0.9 * cost) == 1e20
+    assert kernels.gap_cost(track, EAST, segments_of(EAST), 0.0, 0.0) == 0.0
 
 
 def test_arc_length_goes_on_beyond_both_ends() -> None:
-    assert kernels.along(EAST, 0, -0.02, 0.0) == pytest.approx(-0.02)
-    assert kernels.along(EAST, 4, 0.22, 0.03) == pytest.approx(0.22)
-    assert kernels.along(EAST, 12, 0.63, 0.0) == pytest.approx(0.63)
-    assert kernels.along(EAST[:1], 0, 5.0, 5.0) == 0.0
+    segments = segments_of(EAST)
+    assert kernels.arc_length(EAST, segments, 0, -0.02, 0.0) == pytest.approx(-0.02)
+    assert kernels.arc_length(EAST, segments, 4, 0.22, 0.03) == pytest.approx(0.22)
+    assert kernels.arc_length(EAST, segments, 12, 0.63, 0.0) == pytest.approx(0.63)
 
 
 def best(
@@ -99,7 +112,7 @@ def best(
     arc = np.empty((STEPS, 3))
     v, w, _ = kernels.best_twist(
         (0.0, 0.0, yaw), (v, w), path, (v_limit, len(path) - 1, 0.035), LIMITS,
-        (DEFAULT.vx_samples, DEFAULT.vtheta_samples), DEFAULT.sim_time, SCALES, arc,
+        (DEFAULT.vx_samples, DEFAULT.vtheta_samples, DEFAULT.sim_time), SCALES, arc,
     )  # fmt: skip
     return v, w, arc
 
@@ -145,3 +158,42 @@ def test_a_bend_is_followed_to_its_side(side: int) -> None:
 def test_off_the_path_the_robot_turns_back_to_it() -> None:
     _, w, _ = best(np.ascontiguousarray(EAST + np.array((0.0, 0.06))))
     assert w > 0.05
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    st.tuples(st.floats(-0.05, 0.1), st.floats(-0.1, 0.1), st.floats(-0.5, 0.5)),
+    st.floats(0.0, 0.26), st.floats(-1.8, 1.8), st.floats(0.0, 0.4), st.integers(0, 12),
+    st.floats(0.3, 5.0), st.tuples(st.integers(2, 9), st.integers(2, 21)),
+)  # fmt: skip
+def test_the_chosen_twist_is_the_best_of_all_samples(
+    pose: tuple[float, float, float], v: float, w: float, v_limit: float, held: int,
+    radius: float, samples: tuple[int, int],
+) -> None:  # fmt: skip
+    path = bend(radius)
+    arc = np.empty((STEPS, 3))
+    inside = (v_limit, held, 0.035)
+    chosen = kernels.best_twist(
+        pose, (v, w), path, inside, LIMITS, (*samples, DEFAULT.sim_time), SCALES, arc
+    )
+    costs = oracle.twist_costs(
+        pose, (v, w), path, v_limit, LIMITS, samples, DEFAULT.sim_time, SCALES, STEPS
+    )
+    admissible = {
+        twist: cost
+        for twist, cost in costs.items()
+        if kernels.stops_inside(
+            pose,
+            v,
+            *twist,
+            LIMITS[2],
+            path,
+            held,
+            max(0.035, kernels.held_gap(path, held, *pose[:2])),
+        )
+    }
+    if admissible:
+        assert chosen[2] == pytest.approx(min(admissible.values()), rel=1e-9)
+        assert admissible[chosen[:2]] == pytest.approx(chosen[2], rel=1e-9)
+    else:
+        assert chosen[2] == 1e20

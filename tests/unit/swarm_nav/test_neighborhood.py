@@ -112,3 +112,59 @@ def test_who_is_silent_for_long_keeps_only_the_place_where_it_stopped() -> None:
     assert len(here.tubes(0)) == 14
     here.refresh(11 + dead)
     assert here.tubes(0)[-1].tolist() == pytest.approx([1.2, 0.0])
+
+
+def test_more_robots_than_the_table_had_rows_are_all_kept() -> None:
+    here = hood()
+    heard(here, 1, *(beacon(robot, 1.0, 0.01 * robot) for robot in range(90, 1, -1)))
+    heard(here, 2, *(beacon(robot, 1.0, 0.01 * robot) for robot in range(3, 91, 3)))
+    here.refresh(3)
+    assert here.ids.tolist() == list(range(2, 91))
+    assert here.ages.tolist() == [1 if robot % 3 == 0 else 2 for robot in range(2, 91)]
+    assert [row["id"] for row in here.beacons] == here.ids.tolist()
+    assert here.beacons["pose"][:, 1] == pytest.approx(0.01 * here.ids)
+
+
+def test_a_batch_in_a_foreign_buffer_is_copied() -> None:
+    here = hood()
+    record = beacon(2, 1.0, 0.0)
+    batch = np.frombuffer(b"xyz" + record.tobytes(), record.dtype, 1, 3)
+    here.receive(batch, 0.0, 0.0)
+    here.refresh(1)
+    assert here.beacons[0].tobytes() == record.tobytes()
+    assert here.beacons.flags.writeable
+
+
+def test_the_highest_of_those_that_were_blocked_for_long_enough_pushes() -> None:
+    here = hood()
+
+    def blocked(robot: int, priority: int, ticks: int, by: int = 1) -> np.void:
+        record = beacon(robot, 1.0, 0.0, priority=priority)
+        record["blocked_by"], record["blocked_ticks"] = by, ticks
+        return record
+
+    assert here.highest_pusher(5, 0, 3) is None
+    heard(here, 1, blocked(2, 7, 3), blocked(3, 9, 3), blocked(4, 9, 9), blocked(5, 99, 2),
+          blocked(6, 99, 9, by=7), blocked(8, 4, 9))  # fmt: skip
+    here.refresh(2)
+    assert here.highest_pusher(5, 0, 3) == 1  # of equals the smaller id
+    assert here.highest_pusher(9, 0, 3) is None
+    assert here.highest_pusher(9, 8, 3) == 5  # the one that is made way for already
+    here.refresh(40)
+    assert here.highest_pusher(5, 0, 3) is None  # all are gone
+
+
+def test_earlier_requests_for_the_same_station_count() -> None:
+    here = Neighborhood(5, TrafficConfig())
+
+    def asking(robot: int, tick: int, x: float) -> np.void:
+        record = beacon(robot, 1.0, 0.0)
+        record["station"], record["station_tick"] = (x, 0.0), tick
+        return record
+
+    heard(here, 20, asking(2, 10, 3.0), asking(3, 12, 3.0), asking(4, 11, 3.3), asking(6, 12, 3.0),
+          asking(7, 3, 5.0), asking(8, 0, 3.0), asking(9, 11, np.nan))  # fmt: skip
+    here.refresh(21)
+    assert here.earlier_requests((3.0, 0.0), 12, 0.6) == 3
+    assert here.earlier_requests((3.0, 0.0), 10, 0.6) == 1
+    assert here.earlier_requests((5.0, 0.0), 9, 0.6) == 1
