@@ -59,7 +59,7 @@ def build(settings: Settings) -> Stage:
     check_sites(scene, widest)
     check_walkers(scene, scene.walkers)
     poses = _places(scene, widest, settings.robots)
-    grid = _map(settings, scene, specs[0].lidar.z)
+    grid = _map(settings, scene, min(spec.lidar.z for spec in specs))
     texts = {name: description(name) for name in models}
     shapes = {spec.model: parse_urdf(texts[name], name) for name, spec in models.items()}
     world = World(

@@ -87,8 +87,21 @@ def test_a_waffle_at_its_scan_height_is_its_puck() -> None:
     assert not section.polygons
 
 
-def test_other_readers_accept_the_description() -> None:
-    text = description("turtlebot3_waffle")
+def test_a_burger_is_above_a_waffles_scan_plane_and_a_waffle_below_a_burgers() -> None:
+    waffle, burger = load_robot("turtlebot3_waffle"), load_robot("turtlebot3_burger")
+    model = load_robot_model("turtlebot3_burger")
+    assert burger.circumscribed_radius == pytest.approx(0.124, abs=5e-4)
+    seen = section_between(model.bodies(), waffle.lidar.z, waffle.lidar.z)
+    assert len(seen.polygons) == 1  # its box
+    assert waffle.height < burger.lidar.z
+    assert sum(group.mass for group in model.groups) == pytest.approx(
+        0.8257 + 2 * 0.0285 + 0.114 + 0.005
+    )
+
+
+@pytest.mark.parametrize("name", ["turtlebot3_waffle", "turtlebot3_burger"])
+def test_other_readers_accept_the_description(name: str) -> None:
+    text = description(name)
     assert "xacro" not in text.split("<robot", 1)[1]
     for link in ("base_footprint", "base_link", "wheel_left_link", "base_scan", "imu_link"):
         assert f'<link name="{link}"' in text

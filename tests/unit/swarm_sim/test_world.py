@@ -11,7 +11,7 @@ import pytest
 
 from swarm_common.beacon import empty_beacons
 from swarm_common.errors import ConfigError, RobotModelError, UnknownNameError
-from swarm_common.records import Pose, Twist, wrap_angle
+from swarm_common.records import Pose, RobotSpec, Twist, wrap_angle
 from swarm_common.robot_io import load_robot
 from swarm_sim.radio import RadioConfig
 from swarm_sim.scene import Scene
@@ -20,14 +20,17 @@ from swarm_sim.spawn import spawn_poses
 from swarm_sim.world import World, WorldConfig
 
 WAFFLE = load_robot("turtlebot3_waffle")
+BURGER = load_robot("turtlebot3_burger")
 FIELD = Scene("field", Path("."), ())
 HALL = load_world("hall_12")
 ENGINES = ("planar", "bullet")
 
 
-def make_world(engine: str, scene: Scene, *poses: Pose, seed: int = 0) -> World:
+def make_world(
+    engine: str, scene: Scene, *poses: Pose, seed: int = 0, spec: RobotSpec = WAFFLE
+) -> World:
     config = WorldConfig(engine=engine, with_lidar=False)
-    return World(scene, [WAFFLE] * len(poses), poses, config, seed)
+    return World(scene, [spec] * len(poses), poses, config, seed)
 
 
 def drive(world: World, seconds: float, *twists: Twist) -> None:
@@ -36,11 +39,15 @@ def drive(world: World, seconds: float, *twists: Twist) -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("spec", [WAFFLE, BURGER], ids=["waffle", "burger"])
 @pytest.mark.parametrize(
     ("v", "w"), [(0.26, 0.0), (0.05, 0.0), (-0.15, 0.0), (0.0, 1.0), (0.0, -1.82), (0.2, 0.5)]
 )
-def test_speed_and_turn_are_within_one_percent(engine: str, v: float, w: float) -> None:
-    world = make_world(engine, FIELD, Pose(0.0, 0.0, 0.3))
+def test_speed_and_turn_are_within_one_percent(
+    engine: str, v: float, w: float, spec: RobotSpec
+) -> None:
+    v, w = v * spec.max_vel_x / 0.26, w * spec.max_vel_theta / 1.82
+    world = make_world(engine, FIELD, Pose(0.0, 0.0, 0.3), spec=spec)
     command = Twist(v, 0.0, w)
     drive(world, 1.0, command)
     yaw, turned, length = world.ground_truth()[0][0].yaw, 0.0, world.verdict.robots["Srobot1"]
@@ -126,6 +133,26 @@ def test_a_blind_robot_driven_into_another_is_one_collision(engine: str) -> None
     assert verdict.robots["Srobot2"].collisions == 1
     assert 0.0 < collision.x < 0.9
     world.close()
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("specs", [(WAFFLE, BURGER), (BURGER, WAFFLE)], ids=["wb", "bw"])
+def test_a_burger_and_a_waffle_pass_and_meet_with_their_own_bodies(
+    engine: str, specs: tuple[RobotSpec, RobotSpec]
+) -> None:
+    config = WorldConfig(engine=engine, with_lidar=False)
+    aside = 0.153 + 0.089 + 0.02  # half widths, and 2 cm
+    for offset, expected in ((aside, 0), (0.2, 1)):
+        poses = [Pose(-0.8, 0.0, 0.0), Pose(0.8, offset, math.pi)]
+        world = World(HALL, specs, poses, config)
+        drive(world, 6.0, Twist(0.22), Twist(0.22))
+        verdict = world.verdict
+        assert verdict.robot_robot == expected
+        if not expected:
+            assert verdict.min_clearance == pytest.approx(0.02, abs=0.006)
+            assert verdict.near_misses == 1
+            assert verdict.close_calls[0].robots == ("Srobot1", "Srobot2")
+        world.close()
 
 
 @pytest.mark.parametrize("engine", ENGINES)
