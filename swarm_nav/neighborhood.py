@@ -17,7 +17,7 @@ from swarm_common.records import CONTROL_PERIOD
 from swarm_nav import neighborhood_kernels as kernels
 from swarm_nav.config import TrafficConfig
 
-STOPPING_POINTS = 5  # held points, the pose first, on which a drive without commands stops
+STOPPING_POINTS = 7  # held points, the pose first: a drive without commands stops on the first five
 MAX_SPEED = 0.52  # [m/s] at which two robots can part
 INITIAL_ROWS = 32
 CLAIM_COLUMNS = (

@@ -26,12 +26,24 @@ def gap_squared(points, size, x, y):
     return best
 
 
+ROUNDING = 1e-6  # [m] by which two robots may compute one distance differently
+
+
 @njit(cache=True)
-def grantable_prefix(wanted, size, held, held_size, reach):
-    """Points of a neighbour's request before the first one that our published tube denies it."""
+def grantable_prefix(wanted, size, end, held, held_size, reach, slack):
+    """Points of a neighbour's request before the first one that our published tube denies it.
+
+    `end` is where its tube ends now. Whatever it might be granted counts: it may make way by now
+    (slack), and it may grow away if it is too near already.
+    """
+    before = gap_squared(held, held_size, end[0], end[1])
     for k in range(size):
-        if gap_squared(held, held_size, wanted[k, 0], wanted[k, 1]) < reach * reach:
+        here = gap_squared(held, held_size, wanted[k, 0], wanted[k, 1])
+        if here < (reach - slack - ROUNDING) ** 2 and (
+            before >= (reach + ROUNDING) ** 2 or here < before - 1e-5
+        ):
             return k
+        before = here
     return size
 
 
@@ -120,7 +132,10 @@ def extend(
         near[j] = gap < REASONABLE_REACH + reach + grown
         if not near[j]:
             continue
-        prefix[j] = grantable_prefix(wanted[j], wanted_size[j], own_held, own_held_size, reach)
+        prefix[j] = grantable_prefix(
+            wanted[j], wanted_size[j], held[j, held_size[j] - 1], own_held, own_held_size,
+            reach, yield_slack,
+        )  # fmt: skip
         ahead = min(intent_size[j], int(PRIORITY_LENGTH / INTENT_SPACING))
         exempt[j] = (
             yields_for != 0 or gap_squared(intent[j], ahead, origin[0], origin[1]) < reach * reach

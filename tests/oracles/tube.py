@@ -66,10 +66,12 @@ def refusal(own: Own, other: Other, point: Point, before: Point, origin: Point) 
         return "G2 wanted" if comes_near(point, before, other.wanted, reach, 0.0) else ""
     wins = other.age == 1 and (own.priority, -own.id) > (other.priority, -other.id)
     wanted: list[Point] = []
+    end = other.held[-1]
     for candidate in other.wanted:
-        if gap(candidate, own.published) < reach:
+        if comes_near(candidate, end, own.published, reach, own.slack):
             break  # it cannot be granted to the neighbour while we hold that place
         wanted.append(candidate)
+        end = candidate
     if not wins and gap(point, wanted) < reach:
         return "G2 wanted"
     ahead = other.intent[:8]

@@ -8,15 +8,17 @@ contention is far denser than in any hall.
 
 from __future__ import annotations
 
+import dataclasses
+import functools
 import itertools
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from swarm_common.beacon import BEACON_DTYPE, FLAG_ACTIVE, NO_ROBOT, BeaconArray
-from swarm_common.records import Pose, Twist
+from swarm_common.records import Pose, RobotSpec, Twist
 from swarm_nav.claim import Claim
 from swarm_nav.config import NavConfig
 from swarm_nav.planner import SPACING
@@ -29,6 +31,15 @@ MARGIN = 2.0  # [m] around it
 SPEED = 0.26  # [m/s]
 STEP_SHARE = SPEED * 0.1 / SPACING  # chance per tick of moving on by a path point
 COASTING = 3  # path points that a drive without commands still covers
+LOST_BEFORE_DEATH = 4  # beacons in a row at most where robots die
+HALL = room(SIDE + 2 * MARGIN, SIDE + 2 * MARGIN)
+
+
+@functools.cache
+def small() -> RobotSpec:
+    """Return a robot of little more than half a waffle's size."""
+    footprint = tuple((0.55 * x, 0.55 * y) for x, y in waffle().footprint)
+    return dataclasses.replace(waffle(), footprint=footprint)
 
 
 @dataclass(frozen=True)
@@ -44,18 +55,20 @@ class Schedule:
         jitter: Further ticks that a message is late at most, each on its own.
         whims: Chance of each change of mind.
         deafness: Chance of losing all batches for a while.
-        deaths: Chance of dying, to begin again later at the same place.
+        deaths: Chance of dying while nobody else is dead or deaf, to begin again at the same place.
+        silence: Ticks for which a pair of the living can be unheard of each other, at most.
     """
 
     seed: int
     count: int = 4
-    ticks: int = 400
+    ticks: int = 300
     loss: float = 0.0
     delay: int = 0
     jitter: int = 0
     whims: float = 0.02
     deafness: float = 0.0
     deaths: float = 0.0
+    silence: int = 12
 
 
 @dataclass
@@ -77,13 +90,13 @@ class Actor:
 
     def __init__(self, robot_id: int, pose: Pose, tick: int, config: NavConfig) -> None:
         self._config = config
+        self._spec = waffle() if robot_id % 2 else small()
         self.robot_id = robot_id
         self.start(pose, tick)
 
     def start(self, pose: Pose, tick: int) -> None:
         """Begin as a new process: nothing known, nothing held but the place."""
-        size = SIDE + 2 * MARGIN
-        self.s: Situation = begin(self._config, waffle(), room(size, size), self.robot_id, pose)
+        self.s: Situation = begin(self._config, self._spec, HALL, self.robot_id, pose)
         self.s.listening_since = tick
         self.s.priority = 0
         self._next_priority = 0
@@ -164,11 +177,16 @@ class Air:
     schedule: Schedule
     rng: np.random.Generator
     _arrivals: dict[tuple[int, int], list[np.void]] = field(default_factory=dict)
+    _lost: dict[tuple[int, int], int] = field(default_factory=dict)
 
     def send(self, tick: int, sender: int, beacon: np.void) -> None:
         plan = self.schedule
+        longest = LOST_BEFORE_DEATH if plan.deaths else plan.silence - plan.delay - plan.jitter
         for receiver in range(plan.count):
-            if receiver != sender and self.rng.random() >= plan.loss:
+            link = (sender, receiver)
+            is_lost = self.rng.random() < plan.loss and self._lost.get(link, 0) < longest
+            self._lost[link] = self._lost.get(link, 0) + 1 if is_lost else 0
+            if receiver != sender and not is_lost:
                 late = plan.delay + int(self.rng.integers(0, plan.jitter + 1))
                 self._arrivals.setdefault((tick + 1 + late, receiver), []).append(beacon)
 
@@ -187,16 +205,14 @@ class Crowd:
         self._plan = schedule
         self._config = config or NavConfig()
         self._rng = np.random.default_rng(schedule.seed)
-        self._air = Air(replace(schedule), self._rng)
-        reach = 2.0 * begin(self._config, waffle(), room(4.0, 4.0), 1, Pose(2.0, 2.0, 0.0)).radius
-        self.actors = [
-            Actor(i + 1, pose, 0, self._config) for i, pose in enumerate(self._starts(reach))
-        ]
+        self._air = Air(schedule, self._rng)
+        self.actors = [Actor(i + 1, pose, 0, self._config) for i, pose in enumerate(self._starts())]
         self._deaf_until = [0] * schedule.count
         self._dead_until = [0] * schedule.count
         self.outcome = Outcome()
 
-    def _starts(self, reach: float) -> Iterator[Pose]:
+    def _starts(self) -> Iterator[Pose]:
+        reach = 2.0 * (waffle().circumscribed_radius + self._config.traffic.safety_margin)
         places: list[tuple[float, float]] = []
         while len(places) < self._plan.count:
             place = self._target()
@@ -241,7 +257,7 @@ class Crowd:
             actor.change_mind(int(self._rng.integers(0, 7)), self._target(), priority)
 
     def _is_deaf(self, index: int, tick: int) -> bool:
-        if self._rng.random() < self._plan.deafness:
+        if self._rng.random() < self._plan.deafness and not any(self._dead_until):
             self._deaf_until[index] = tick + int(self._rng.integers(1, 40))
         return tick < self._deaf_until[index]
 
@@ -251,7 +267,8 @@ class Crowd:
         if self._dead_until[index]:
             self._dead_until[index] = 0
             actor.start(actor.s.pose, tick)
-        if self._rng.random() < self._plan.deaths:
+        all_well = not any(self._dead_until) and max(self._deaf_until) < tick
+        if all_well and self._rng.random() < self._plan.deaths:
             self._dead_until[index] = tick + int(self._rng.integers(1, 150))
             actor.move(COASTING)
             return True

@@ -111,7 +111,7 @@ def test_who_is_silent_for_long_keeps_only_the_place_where_it_stopped() -> None:
     here.refresh(10 + dead)
     assert len(here.tubes(0)) == 14
     here.refresh(11 + dead)
-    assert here.tubes(0)[-1].tolist() == pytest.approx([1.2, 0.0])
+    assert here.tubes(0)[-1].tolist() == pytest.approx([1.3, 0.0])
 
 
 def test_more_robots_than_the_table_had_rows_are_all_kept() -> None:

@@ -1,0 +1,98 @@
+"""Property: whatever the radio does and whoever changes his mind, two held tubes keep apart."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+
+from swarm_nav.config import NavConfig, TrafficConfig
+from tests.standins.protocol import Crowd, Schedule
+
+ROUNDING = 1e-4  # [m] beacons carry float32
+
+RADIOS = {
+    "as it is": {},
+    "lossy": {"loss": 0.2},
+    "very lossy": {"loss": 0.8},
+    "a tick late": {"delay": 1},
+    "two ticks late": {"delay": 2},
+    "five ticks late": {"delay": 5},
+    "out of order": {"jitter": 3},
+    "lossy and out of order": {"loss": 0.3, "jitter": 2, "delay": 1},
+}
+FATES = {
+    "all well": {},
+    "at times deaf": {"deafness": 0.004},
+    "dying and restarted": {"deaths": 0.003},
+    "everything": {"deafness": 0.003, "deaths": 0.002, "whims": 0.04},
+}
+seeds = st.integers(0, 2**31)
+schedules = st.builds(
+    Schedule,
+    seed=seeds,
+    count=st.integers(2, 6),
+    ticks=st.just(200),
+    loss=st.sampled_from((0.0, 0.2, 0.5, 0.8)),
+    delay=st.sampled_from((0, 0, 1, 2, 4)),
+    jitter=st.sampled_from((0, 0, 2, 5)),
+    whims=st.sampled_from((0.0, 0.01, 0.05)),
+    deafness=st.sampled_from((0.0, 0.004)),
+    deaths=st.sampled_from((0.0, 0.003)),
+)
+STEADY = dict(deadline=None, derandomize=True, phases=(Phase.explicit, Phase.generate))
+
+
+def keeps_apart(schedule: Schedule, config: NavConfig | None = None) -> None:
+    """Fail unless all held tubes kept the sum of both radii, the slack aside, in every tick."""
+    config = config or NavConfig()
+    outcome = Crowd(schedule, config).run()
+    assert outcome.excess >= -config.traffic.yield_slack - ROUNDING, (outcome, schedule)
+
+
+@pytest.mark.parametrize("fate", FATES)
+@pytest.mark.parametrize("radio", RADIOS)
+def test_held_tubes_keep_apart(radio: str, fate: str) -> None:
+    for seed in range(2):
+        keeps_apart(Schedule(seed, **RADIOS[radio], **FATES[fate]))
+
+
+@settings(max_examples=40, suppress_health_check=[HealthCheck.too_slow], **STEADY)
+@given(schedules)
+def test_held_tubes_keep_apart_in_any_schedule(schedule: Schedule) -> None:
+    keeps_apart(schedule)
+
+
+@settings(max_examples=15, suppress_health_check=[HealthCheck.too_slow], **STEADY)
+@given(schedules, st.integers(1, 6), st.sampled_from((0.1, 0.35, 0.8)), st.sampled_from((0.1, 0.4)))
+def test_held_tubes_keep_apart_with_other_lengths_and_confirmations(
+    schedule: Schedule, confirmations: int, held: float, wanted: float
+) -> None:
+    traffic = TrafficConfig(confirmations=confirmations, held_length=held, wanted_length=wanted)
+    keeps_apart(schedule, NavConfig(traffic=traffic))
+
+
+@settings(max_examples=15, suppress_health_check=[HealthCheck.too_slow], **STEADY)
+@given(seeds, st.sampled_from((0.0, 0.3)))
+def test_without_yielding_and_whims_not_even_the_slack_is_used(seed: int, loss: float) -> None:
+    outcome = Crowd(Schedule(seed, loss=loss, whims=0.0)).run()
+    assert outcome.excess >= -ROUNDING
+
+
+@pytest.mark.parametrize("radio", ["as it is", "lossy", "two ticks late"])
+def test_space_is_granted_all_the_same(radio: str) -> None:
+    granted = [Crowd(Schedule(seed, **RADIOS[radio])).run().granted for seed in range(3)]
+    assert min(granted) > 200  # path points of 5 cm, in 40 s
+
+
+def test_equal_schedules_run_equally() -> None:
+    schedule = Schedule(5, loss=0.3, jitter=2, deafness=0.003, deaths=0.002)
+    assert Crowd(schedule).run() == Crowd(schedule).run()
+
+
+@pytest.mark.long
+@pytest.mark.timeout(3600)
+@settings(max_examples=3000, suppress_health_check=[HealthCheck.too_slow], **STEADY)
+@given(schedules)
+def test_held_tubes_keep_apart_in_thousands_of_schedules(schedule: Schedule) -> None:
+    keeps_apart(schedule)
