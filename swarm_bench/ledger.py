@@ -97,7 +97,7 @@ class Ledger:
             robot_robot=verdict.robot_robot,
             robot_world=verdict.robot_world,
             first_collision=first_collision(stage.world),
-            near_misses=getattr(verdict, "near_misses", None),
+            near_misses=verdict.near_misses,
             min_clearance=finite(verdict.min_clearance),
             min_held_gap=finite(invariant.gap),
             min_held_slack=finite(invariant.slack),

@@ -38,7 +38,9 @@ class Scenario:
         loss: Share of the beacons that are lost.
         delay: [s] that beacons are late, beyond the one tick that they always take.
         with_lidar: Whether LiDARs run; without them only map and beacons are known.
-        walkers: Number of people who walk along the world's walks.
+        actors: Name of a file beside the world's, with people who walk about; empty for the
+            world's own.
+        noise: Standard deviation of each speed of a robot, as a share of it, in each tick.
         dead: Where robots stand, the last ones of the swarm, that never do or say anything.
         time_limit: [s] of simulated time by swarm size, after which missing goals are missed.
         targets: By swarm size.
@@ -54,7 +56,8 @@ class Scenario:
     loss: float = 0.0
     delay: float = 0.0
     with_lidar: bool = False
-    walkers: int = 0
+    actors: str = ""
+    noise: float = 0.02
     dead: tuple[Pose, ...] = ()
     time_limit: Mapping[int, float] = field(default_factory=dict)
     targets: Mapping[int, Target] = field(default_factory=dict)
@@ -69,8 +72,6 @@ class Scenario:
             raise ConfigError(f"loss is {self.loss}; it must be 0 or more and less than 1")
         if self.delay < 0.0:
             raise ConfigError(f"delay is {self.delay} s; it must not be negative")
-        if self.walkers < 0:
-            raise ConfigError(f"walkers is {self.walkers}; it must be 0 or more")
         if len(self.dead) >= min(self.robots):
             raise ConfigError(f"{len(self.dead)} dead robots leave none of {min(self.robots)}")
         for size, limit in self.time_limit.items():
@@ -199,7 +200,8 @@ _READERS: dict[str, Any] = {
     "loss": number,
     "delay": number,
     "with_lidar": _flag,
-    "walkers": _integer,
+    "actors": _text,
+    "noise": number,
     "dead": _poses,
     "time_limit": _limits,
     "targets": _targets,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import math
 from collections.abc import Mapping
@@ -20,6 +19,7 @@ from swarm_common.map_io import load_map, map_path
 from swarm_common.records import Pose, RobotSpec
 from swarm_common.robot_io import load_robot
 from swarm_nav.config import NavConfig, config_from_parameters
+from swarm_sim.actors import WalkerSpec, load_actors
 from swarm_sim.draw_map import draw_world
 from swarm_sim.radio import RadioConfig
 from swarm_sim.scene import Scene
@@ -90,6 +90,8 @@ def build(options: RunOptions) -> Stage:
         WorldConfig(
             engine=options.engine,
             with_lidar=scenario.with_lidar,
+            walkers=_walkers(scenario.world, scenario.actors),
+            actuation_noise=scenario.noise,
             radio=RadioConfig(loss=scenario.loss, delay=scenario.delay),
         ),
         options.seed,
@@ -196,16 +198,11 @@ def _spawn(world: str, widest: RobotSpec, count: int, spawn: str) -> tuple[Pose,
     return tuple(spawn_poses(_scene(world), widest, count, spawn))
 
 
+@functools.lru_cache(maxsize=4)
+def _walkers(world: str, actors: str) -> tuple[WalkerSpec, ...] | None:
+    return load_actors(_scene(world).directory / actors) if actors else None
+
+
 @functools.lru_cache(maxsize=1)
 def _defaults() -> dict[str, Any]:
     return dict(default_parameters())
-
-
-def with_radio(scenario: Scenario, loss: float | None, delay: float | None) -> Scenario:
-    """Return a scenario with another radio where one is given."""
-    changes: dict[str, Any] = {}
-    if loss is not None:
-        changes["loss"] = loss
-    if delay is not None:
-        changes["delay"] = delay
-    return dataclasses.replace(scenario, **changes)

@@ -152,7 +152,7 @@ def _reachable(points: FloatArray, section: Section, scene: Scene) -> NDArray[np
     """Return which points are connected with the stations, or, without any, with most points."""
     if not len(points):
         return np.ones(0, np.bool_)
-    grid = draw_grid(section, points[:0], REACH_RESOLUTION)
+    grid = draw_grid(section, accessible_points(scene), REACH_RESOLUTION)
     cells = np.array([grid.cell_of(x, y) for x, y in points], np.int64)
     on_grid = np.logical_and(cells >= 0, cells < grid.cells.shape).all(axis=1)
     seeds = np.array([grid.cell_of(x, y) for x, y in accessible_points(scene)], np.int64)
