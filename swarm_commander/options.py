@@ -7,17 +7,21 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from swarm_common.errors import ConfigError
+from swarm_common.fleet import Fleet
 
 SIZE_LIMIT = 100  # robots, without --over-limit
+DEFAULT_SIZE = 5
+DEFAULT_ROBOT = "turtlebot3_waffle"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UpOptions:
     """What the user asked for; names as on the command line."""
 
-    swarm_size: int = 5
+    swarm_size: int = DEFAULT_SIZE
     world: str = "slim_blockage"
-    robot: str = "turtlebot3_waffle"
+    robot: str = DEFAULT_ROBOT  # with a fleet: what it consists of
+    fleet: Fleet | None = None
     map: Path | None = None
     params: Path | None = None
     mission: str | None = None
@@ -52,7 +56,9 @@ class UpOptions:
 
     def _check_mission(self) -> None:
         if self.mission is None:
+            has_own = any(member.mission for member in self.fleet.members) if self.fleet else False
             for flag, used in (
+                ("a mission in the --fleet", has_own),
                 ("--until-done", self.until_done),
                 ("--laps", self.laps != 1),
                 ("--goals-per-robot", self.goals_per_robot is not None),
@@ -92,6 +98,31 @@ def parse_speed(text: str | None, has_mission: bool) -> float | None:
     if not (speed > 0 and math.isfinite(speed)):
         raise ConfigError(f"--speed is '{text}'; expected 'max' or a positive number like 2.5")
     return speed
+
+
+def swarm_size_of(given: int | None, fleet: Fleet | None) -> int:
+    """Return the swarm size: as typed, that of the fleet, or the default.
+
+    Raises:
+        ConfigError: If the fleet has another number of robots.
+    """
+    if fleet is None:
+        return DEFAULT_SIZE if given is None else given
+    if given is not None and given != len(fleet.members):
+        raise ConfigError(
+            f"--swarm-size is {given}, but the --fleet has {len(fleet.members)} robots;"
+            " leave one of them out"
+        )
+    return len(fleet.members)
+
+
+def robot_of(given: str | None, fleet: Fleet | None) -> str:
+    """Return the robot model: as typed, what the fleet consists of, or the default."""
+    if fleet is None:
+        return DEFAULT_ROBOT if given is None else given
+    if given is not None:
+        raise ConfigError("--robot and --fleet exclude each other: the fleet names its models")
+    return fleet.label
 
 
 def _at_least(lowest: int, flag: str, value: int) -> None:

@@ -12,13 +12,13 @@ import yaml
 from swarm_commander.flat import Flat, flatten, nest, typed
 from swarm_commander.world_params import SECTION, WorldParams, is_world, parse_world
 from swarm_common.errors import ConfigError, UnknownNameError
+from swarm_common.fleet import LIMITS
 from swarm_common.records import Pose, RobotSpec
 from swarm_common.resources import share_directory
 from swarm_common.robot_params import robot_parameters
 from swarm_common.yaml_io import read_yaml
 
 NODE = "navigator"
-LIMITS = ("max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta")  # of the robot model
 
 
 def default_parameters() -> Flat:

@@ -11,15 +11,14 @@ from swarm_commander.options import UpOptions
 from swarm_commander.params import (
     Overrides,
     default_parameters,
-    limits_of,
     load_overrides,
     robot_parameter_file,
 )
 from swarm_common.errors import ConfigError
+from swarm_common.fleet import Fleet, uniform_fleet
 from swarm_common.map_io import load_map
-from swarm_common.records import Pose, RobotSpec
+from swarm_common.records import Pose
 from swarm_common.resources import find_resource, share_directory
-from swarm_common.robot_io import load_robot
 from swarm_common.sites import Sites
 from swarm_common.sites_io import load_sites
 
@@ -37,7 +36,7 @@ class RunPlan:
         map: Map of the user or of a world that comes with us; None to draw it from the world.
         sites_path: Its sites file; None if there is none beside it.
         sites: What is in it.
-        spec: Robot model.
+        fleet: Model of each robot.
         mission: What the robots are to do, if anything.
         defaults: Parameters of the navigators by dotted name.
         overrides: Of the user.
@@ -48,7 +47,7 @@ class RunPlan:
     map: Path | None
     sites_path: Path | None
     sites: Sites
-    spec: RobotSpec
+    fleet: Fleet
     mission: Mission | None
     defaults: dict[str, Any]
     overrides: Overrides
@@ -69,8 +68,8 @@ class RunPlan:
             "map": str(self.map) if self.map else None,
             "sites": str(self.sites_path) if self.sites_path else None,
             "robots": [
-                {"name": name, "model": options.robot, "broken_at": _triple(broken.get(name))}
-                for name in options.robot_names
+                {"name": name, "model": member.model, "broken_at": _triple(broken.get(name))}
+                for name, member in zip(options.robot_names, self.fleet.members, strict=True)
             ],
             "seed": options.seed,
             "speed": "max" if options.speed is None else options.speed,
@@ -81,23 +80,27 @@ class RunPlan:
 
     def parameter_file(self, number: int, initial_pose_map: Pose) -> dict[str, Any]:
         """Return the parameter file of robot `number`, from 1."""
-        name = self.options.robot_names[number - 1]
+        name, member = self.options.robot_names[number - 1], self.fleet.members[number - 1]
         values = {
             "autostart": self.options.autostart,
             "wait_for_mission": self.mission is not None and not self.options.free_run,
             "sites": str(self.sites_path) if self.sites_path else "",
             **self.defaults,
-            **limits_of(self.spec),
+            **member.limits_in_force,
             **self.overrides.for_robot(name),
         }
-        return robot_parameter_file(name, number, self.spec, initial_pose_map, values)
+        return robot_parameter_file(name, number, member.spec, initial_pose_map, values)
 
     def runner_config(self, homes_map: list[Pose]) -> dict[str, Any]:
         """Return the configuration of the mission process."""
         options = self.options
         return {
             "robots": [
-                {"name": name, "number": number}
+                {
+                    "name": name,
+                    "number": number,
+                    "mission": self.fleet.members[number - 1].mission or options.mission,
+                }
                 for number, name in enumerate(options.robot_names, 1)
                 if name in self.alive
             ],
@@ -125,7 +128,7 @@ def check_plan(options: UpOptions) -> RunPlan:
     sites_path = world.parent / SITES_FILE
     has_sites = sites_path.is_file()
     sites = load_sites(sites_path) if has_sites else Sites()
-    spec = load_robot(options.robot)
+    fleet = options.fleet or uniform_fleet(options.robot, options.swarm_size)
     map_file = options.map.absolute() if options.map is not None else _shipped_map(world)
     if map_file is not None:
         load_map(map_file)
@@ -136,21 +139,27 @@ def check_plan(options: UpOptions) -> RunPlan:
         if len(overrides.world.broken_map) == options.swarm_size:
             raise ConfigError(f"{options.params}: /world: broken leaves no robot that works")
     mission = load_mission(options.mission) if options.mission is not None else None
-    if mission is not None:
-        if not has_sites and any(leg.stations for leg in mission.route):
-            raise ConfigError(f"mission {mission.name} needs stations, but {sites_path} is missing")
-        mission.check_stations(sites, f"{sites_path}, for mission {mission.name}")
+    own = dict.fromkeys(member.mission for member in fleet.members if member.mission)
+    for each in (mission, *map(load_mission, own)):
+        if each is not None:
+            _check_mission(each, sites, sites_path, has_sites)
     return RunPlan(
         options=options,
         world=world,
         map=map_file,
         sites_path=sites_path if has_sites else None,
         sites=sites,
-        spec=spec,
+        fleet=fleet,
         mission=mission,
         defaults=defaults,
         overrides=overrides,
     )
+
+
+def _check_mission(mission: Mission, sites: Sites, sites_path: Path, has_sites: bool) -> None:
+    if not has_sites and any(leg.stations for leg in mission.route):
+        raise ConfigError(f"mission {mission.name} needs stations, but {sites_path} is missing")
+    mission.check_stations(sites, f"{sites_path}, for mission {mission.name}")
 
 
 def _shipped_map(world: Path) -> Path | None:

@@ -172,11 +172,12 @@ def itineraries(config: dict[str, Any]) -> list[Itinerary | None]:
     """Return each robot's mission; None for all if there is none."""
     if config["mission"] is None:
         return [None for _ in config["robots"]]
-    mission = load_mission(config["mission"])
+    names = {robot["mission"] for robot in config["robots"]}
+    missions = {name: load_mission(name) for name in sorted(names)}
     sites = load_sites(config["sites"]) if config["sites"] else Sites()
     return [
         Itinerary(
-            mission.stops(
+            missions[robot["mission"]].stops(
                 sites,
                 Pose(*config["homes"][robot["number"] - 1]),
                 seed=config["seed"],
@@ -184,7 +185,7 @@ def itineraries(config: dict[str, Any]) -> list[Itinerary | None]:
                 laps=config["laps"],
                 limit=config["goals_per_robot"],
             ),
-            mission.retries,
+            missions[robot["mission"]].retries,
         )
         for robot in config["robots"]
     ]

@@ -15,7 +15,13 @@ from rich.text import Text
 from swarm_commander.breach import breach_lines
 from swarm_commander.bringup import Run
 from swarm_commander.domain import DomainLock, domain_id
-from swarm_commander.options import UpOptions, parse_speed
+from swarm_commander.options import (
+    DEFAULT_ROBOT,
+    UpOptions,
+    parse_speed,
+    robot_of,
+    swarm_size_of,
+)
 from swarm_commander.plan import RunPlan, check_plan
 from swarm_commander.progress import Progress, summary_table
 from swarm_commander.report import (
@@ -29,6 +35,7 @@ from swarm_commander.rundir import create_run_folder, write_env_sh
 from swarm_commander.tally import Tally
 from swarm_common import ros_env
 from swarm_common.errors import ConfigError
+from swarm_common.fleet import load_fleet
 from swarm_common.interfaces_build import ensure_interfaces
 
 NOT_YET = "is not available in this version"
@@ -38,10 +45,17 @@ up_app = typer.Typer(add_completion=False, rich_markup_mode=None)
 
 @up_app.command()
 def up(
-    swarm_size: Annotated[int, typer.Option(help="Number of robots.")] = 5,
+    swarm_size: Annotated[
+        int | None, typer.Option(help="Number of robots.  [default: 5]", show_default=False)
+    ] = None,
     world: Annotated[str, typer.Option(help="Name or path of a world.")] = "slim_blockage",
-    robot: Annotated[str, typer.Option(help="Robot model.")] = "turtlebot3_waffle",
-    fleet: Annotated[Path | None, typer.Option(help="Several robot models.", hidden=True)] = None,
+    robot: Annotated[
+        str | None,
+        typer.Option(help=f"Robot model.  [default: {DEFAULT_ROBOT}]", show_default=False),
+    ] = None,
+    fleet: Annotated[
+        str | None, typer.Option(help="Name or file of a fleet of several robot models.")
+    ] = None,
     map_: Annotated[Path | None, typer.Option("--map", help="Map yaml of your own.")] = None,
     params: Annotated[Path | None, typer.Option(help="ROS 2 parameter file.")] = None,
     mission: Annotated[str | None, typer.Option(help="Name or file of a mission.")] = None,
@@ -84,17 +98,18 @@ def up(
     collision; 2 bad input; 3 a component failed.
     """
     flags = {
-        "--fleet": fleet is not None,
         "--viewer": viewer,
         "--rviz": rviz,
         "--record": record,
         "--port": port is not None,
     }
     _refuse_absent([flag for flag, is_given in flags.items() if is_given], headless)
+    crew = load_fleet(fleet) if fleet is not None else None
     options = UpOptions(
-        swarm_size=swarm_size,
+        swarm_size=swarm_size_of(swarm_size, crew),
         world=world,
-        robot=robot,
+        robot=robot_of(robot, crew),
+        fleet=crew,
         map=map_,
         params=params,
         mission=mission,

@@ -62,7 +62,10 @@ def refusal(
         (["--viewer"], ["--viewer is not available in this version"]),
         (["--rviz"], ["--rviz is not available in this version"]),
         (["--record"], ["--record is not available in this version"]),
-        (["--fleet", "fleet.yaml"], ["--fleet is not available in this version"]),
+        (["--fleet", "none.yaml"], ["none.yaml"]),
+        (["--fleet", "mixd"], ["unknown fleet 'mixd'", "'mixed'"]),
+        (["--fleet", "mixed", "--swarm-size", "5"], ["--swarm-size is 5", "30 robots"]),
+        (["--fleet", "mixed", "--robot", "turtlebot3_waffle"], ["--robot and --fleet exclude"]),
         (["--port", "8080"], ["--port is not available in this version"]),
         (["extra"], ["extra"]),
     ],
@@ -114,6 +117,24 @@ def test_a_parameter_file(refusal: Refusal, tmp_path: Path, text: str, part: str
     message = refusal("--params", "mine.yaml")
     assert part in message
     assert "mine.yaml" in message
+
+
+@pytest.mark.parametrize(
+    ("text", "part"),
+    [
+        ("groups:\n  - {model: turtlebot3_burger, count: 0}\n", "count is 0"),
+        ("groups:\n  - {model: turtlebot3_burgr, count: 1}\n", "'turtlebot3_burger'"),
+        ("groups:\n  - {model: turtlebot3_burger, count: 1\n", "line"),
+        ("groups:\n  - {model: turtlebot3_burger, count: 101}\n", "--over-limit"),
+        (
+            "groups:\n  - {model: turtlebot3_burger, count: 1, mission: loading_route}\n",
+            "a mission in the --fleet needs a --mission",
+        ),
+    ],
+)
+def test_a_fleet_file(refusal: Refusal, tmp_path: Path, text: str, part: str) -> None:
+    (tmp_path / "fleet.yaml").write_text(text, encoding="utf-8")
+    assert part in refusal("--fleet", "fleet.yaml")
 
 
 def test_a_mission_file(refusal: Refusal, tmp_path: Path) -> None:
