@@ -71,6 +71,7 @@ class RunPlan:
                 {"name": name, "model": member.model, "broken_at": _triple(broken.get(name))}
                 for name, member in zip(options.robot_names, self.fleet.members, strict=True)
             ],
+            "spawn": self.mission.spawn if self.mission is not None else "",
             "seed": options.seed,
             "speed": "max" if options.speed is None else options.speed,
             "free_run": options.free_run,

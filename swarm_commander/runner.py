@@ -175,15 +175,17 @@ def itineraries(config: dict[str, Any]) -> list[Itinerary | None]:
     names = {robot["mission"] for robot in config["robots"]}
     missions = {name: load_mission(name) for name in sorted(names)}
     sites = load_sites(config["sites"]) if config["sites"] else Sites()
+    homes = [Pose(*home) for home in config["homes"]]
     return [
         Itinerary(
             missions[robot["mission"]].stops(
                 sites,
-                Pose(*config["homes"][robot["number"] - 1]),
+                homes[robot["number"] - 1],
                 seed=config["seed"],
                 robot_id=robot["number"],
                 laps=config["laps"],
                 limit=config["goals_per_robot"],
+                homes_map=homes,
             ),
             missions[robot["mission"]].retries,
         )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,7 +17,7 @@ from swarm_sim.draw_map import draw_world
 from swarm_sim.robot_model import description, parse_urdf
 from swarm_sim.scene import Scene
 from swarm_sim.sdf import load_world
-from swarm_sim.settings import RobotEntry, Settings
+from swarm_sim.settings import Settings
 from swarm_sim.spawn import spawn_poses
 from swarm_sim.world import World, WorldConfig
 
@@ -58,7 +57,7 @@ def build(settings: Settings) -> Stage:
     widest = max(specs, key=lambda spec: spec.circumscribed_radius)
     check_sites(scene, widest)
     check_walkers(scene, scene.walkers)
-    poses = _places(scene, widest, settings.robots)
+    poses = _places(scene, widest, settings)
     grid = _map(settings, scene, min(spec.lidar.z for spec in specs))
     texts = {name: description(name) for name in models}
     shapes = {spec.model: parse_urdf(texts[name], name) for name, spec in models.items()}
@@ -80,9 +79,11 @@ def build(settings: Settings) -> Stage:
     return Stage(world, grid, specs, urdfs, tuple(poses))
 
 
-def _places(scene: Scene, widest: RobotSpec, robots: Sequence[RobotEntry]) -> list[Pose]:
-    """Return where each robot starts: working ones on the spawn area's places in order."""
-    working = spawn_poses(scene, widest, sum(robot.broken_at is None for robot in robots))
+def _places(scene: Scene, widest: RobotSpec, settings: Settings) -> list[Pose]:
+    """Return where each robot starts: working ones on the spawn's places in order."""
+    robots = settings.robots
+    count = sum(robot.broken_at is None for robot in robots)
+    working = spawn_poses(scene, widest, count, settings.spawn)
     places = iter(working)
     return [robot.broken_at or next(places) for robot in robots]
 

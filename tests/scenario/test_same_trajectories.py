@@ -25,11 +25,13 @@ robots: [3]
 with_lidar: true
 loss: 0.2
 delay: 0.1
+noise: 0.02
 """
 PARAMS = """
 /world:
   ros__parameters:
     radio: {loss: 0.2, delay: 0.1}
+    actuation_noise: 0.02
 """
 
 
