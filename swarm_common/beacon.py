@@ -8,6 +8,10 @@ the claim against the ROS serialiser.
 
 from __future__ import annotations
 
+import math
+import struct
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -53,10 +57,43 @@ BEACON_DTYPE = np.dtype(
 )
 BEACON_SIZE = BEACON_DTYPE.itemsize
 BEACON_WORDS = BEACON_SIZE // 4
+POINTS = ("held", "wanted", "intent", "footprint")  # members that have a size in front
 
 ENCAPSULATION = b"\x00\x01\x00\x00"  # CDR, little endian
 
 BeaconArray = NDArray[np.void]  # shape (n,), dtype BEACON_DTYPE
+
+
+def _head_struct() -> struct.Struct:
+    """Return the layout of the members before the points."""
+    names = BEACON_DTYPE.names or ()
+    codes = []
+    for name in names[: names.index(POINTS[0])]:
+        member, length = BEACON_DTYPE[name].base, math.prod(BEACON_DTYPE[name].shape)
+        codes.append(f"{length}{'f' if member.kind == 'f' else 'iI'[member.kind == 'u']}")
+    return struct.Struct("<" + "".join(codes))
+
+
+_HEAD = _head_struct()
+
+
+def make_beacon(head: Sequence[float], points: Sequence[NDArray[np.floating]]) -> np.void:
+    """Return a beacon on memory of its own.
+
+    Args:
+        head: The members before `held_size` in their order, vectors one number after the other.
+        points: What goes into the members `POINTS` (k, 2); what exceeds a capacity is left out.
+    """
+    words = np.zeros(BEACON_WORDS, np.uint32)
+    beacon: np.void = np.ndarray((1,), BEACON_DTYPE, words)[0]
+    sizes = []
+    for name, block in zip(POINTS, points, strict=True):
+        room = beacon[name]
+        size = min(len(block), len(room))
+        room[:size] = block[:size]
+        sizes.append(size)
+    _HEAD.pack_into(words.data, 0, *head, *sizes)
+    return beacon
 
 
 def empty_beacons(count: int) -> BeaconArray:

@@ -7,18 +7,14 @@ import math
 import numpy as np
 
 from swarm_common.beacon import (
-    BEACON_DTYPE,
     FLAG_ACTIVE,
     FLAG_STUCK,
-    FOOTPRINT_POINTS,
-    HELD_POINTS,
-    INTENT_POINTS,
     MODE_DONE,
     MODE_DRIVE,
     MODE_HOLD,
     MODE_PAUSE,
     MODE_YIELD,
-    WANTED_POINTS,
+    make_beacon,
 )
 from swarm_common.records import CONTROL_PERIOD, Pose, RobotSpec, stamp_from_tick
 from swarm_common.sites import Sites
@@ -35,7 +31,6 @@ from swarm_nav.right_of_way import (
 from swarm_nav.situation import Situation
 from swarm_nav.states import State
 from swarm_nav.task import Task
-from swarm_nav.tube import padded
 
 MODES = {
     State.IDLE: MODE_DONE,
@@ -45,6 +40,7 @@ MODES = {
     State.RECOVERING: MODE_DRIVE,
     State.BEHAVING: MODE_PAUSE,
 }
+NOWHERE = (math.nan, math.nan)
 WAITING_TICKS = 10  # ticks of being blocked after which `status` says waiting
 
 
@@ -66,35 +62,19 @@ def compose_beacon(
         rank = CLASS_HOLDING if state in (State.HOLDING, State.BEHAVING) else CLASS_DRIVING
     priority = max(base_priority(rank, last_goal_tick, s.robot_id), right.inherited)
     s.priority = priority
-    held, wanted, intent = s.tube.publish(s.pose)
-    beacon: np.void = np.zeros(1, BEACON_DTYPE)[0]
-    beacon["sec"], beacon["nanosec"] = stamp_from_tick(s.tick)
-    beacon["id"] = s.robot_id
-    beacon["tick"] = s.tick
-    beacon["radius"] = s.radius
-    beacon["pose"] = (s.pose.x, s.pose.y, s.pose.yaw)
-    beacon["twist"] = (s.twist.vx, s.twist.wz)
-    beacon["priority"] = (priority >> 32, priority & 0xFFFFFFFF)
-    beacon["blocked_ticks"] = s.blocked_ticks
-    beacon["blocked_by"] = s.blocked_by
-    beacon["yields_for"] = s.yields_for
     flags = (FLAG_STUCK if s.is_stuck or not is_active else 0) | (FLAG_ACTIVE if is_active else 0)
-    beacon["flags"] = flags | holding.flags
-    beacon["mode"] = MODE_YIELD if right.is_yielding else MODES[state]
-    beacon["target"] = (math.nan, math.nan)
+    target = holding.target or NOWHERE
     if right.is_yielding:
-        beacon["target"] = s.tube.points[-1]
-    elif holding.target is not None:
-        beacon["target"] = holding.target
-    beacon["station"] = lease.station or (math.nan, math.nan)
-    beacon["station_tick"] = lease.tick
-    beacon["held"], beacon["held_size"] = padded(held, HELD_POINTS)
-    beacon["wanted"], beacon["wanted_size"] = padded(wanted, WANTED_POINTS)
-    beacon["intent"], beacon["intent_size"] = padded(intent, INTENT_POINTS)
-    beacon["footprint"], beacon["footprint_size"] = padded(
-        np.array(spec.footprint), FOOTPRINT_POINTS
-    )
-    return beacon
+        x, y = s.tube.points[-1]
+        target = (float(x), float(y))
+    head = (
+        *stamp_from_tick(s.tick), s.robot_id, s.tick, s.radius,
+        s.pose.x, s.pose.y, s.pose.yaw, s.twist.vx, s.twist.wz,
+        priority >> 32, priority & 0xFFFFFFFF, s.blocked_ticks, s.blocked_by, s.yields_for,
+        flags | holding.flags, MODE_YIELD if right.is_yielding else MODES[state],
+        *target, *(lease.station or NOWHERE), lease.tick, 0,
+    )  # fmt: skip
+    return make_beacon(head, (*s.tube.publish(s.pose), np.array(spec.footprint)))
 
 
 def compose_status(

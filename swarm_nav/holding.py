@@ -60,17 +60,11 @@ class Lease:
         config = situation.config.holding
         if self.tick == 0 and situation.distance_to(*self.station) <= config.request_distance:
             self.tick = situation.tick
-        self.place = self._earlier_requests(situation) if self.tick else 0
-
-    def _earlier_requests(self, situation: Situation) -> int:
-        assert self.station is not None
-        beacons = situation.hood.beacons
-        other = beacons["station"].astype(np.float64)
-        near = np.hypot(other[:, 0] - self.station[0], other[:, 1] - self.station[1])
-        ticks = beacons["station_tick"].astype(np.int64)
-        has_smaller_id = beacons["id"] < situation.robot_id
-        earlier = (ticks < self.tick) | ((ticks == self.tick) & has_smaller_id)
-        return int(((near < SAME_STATION) & (ticks > 0) & earlier & ~situation.hood.gone).sum())
+        self.place = (
+            situation.hood.earlier_requests(self.station, self.tick, SAME_STATION)
+            if self.tick
+            else 0
+        )
 
     def is_turn(self, config: HoldingConfig) -> bool:
         """Whether the robot may drive the last metres."""

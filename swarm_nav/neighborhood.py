@@ -56,6 +56,7 @@ class Neighborhood:
         self._count = 0
         self._inbox: list[tuple[NDArray[np.uint32], float, float]] = []
         self._words: NDArray[np.uint32] = np.zeros((0, BEACON_WORDS), np.uint32)
+        self._distances: NDArray[np.float64] = np.zeros(0)
         self._allocate(INITIAL_ROWS)
         self._show()
 
@@ -141,8 +142,7 @@ class Neighborhood:
         words = np.zeros((rows, BEACON_WORDS), np.uint32)
         words[: self._count] = self._words[: self._count]
         distances = np.zeros(rows)
-        if self._count:
-            distances[: self._count] = self._distances[: self._count]
+        distances[: self._count] = self._distances[: self._count]
         self._words, self._distances = words, distances
         self._floats = words.view(np.float32)
         self._records: BeaconArray = words.view(BEACON_DTYPE)[:, 0]

@@ -61,22 +61,11 @@ class RightOfWay:
 
     def pusher(self, situation: Situation) -> int | None:
         """Return the row of the highest robot that this one blocks and that ranks above it."""
-        hood = situation.hood
-        beacons = hood.beacons
         traffic = situation.config.traffic
         # who is on its own way anyhow is not disturbed at once
         is_moving = not self.is_yielding and situation.twist.vx > MOVING_SPEED
         patience = situation.ticks(traffic.moving_patience) if is_moving else traffic.push_ticks
-        pushing = (
-            (beacons["blocked_by"] == situation.robot_id)
-            & (beacons["blocked_ticks"] >= patience)
-            & ~hood.gone
-            & ((hood.priorities > situation.priority) | (beacons["id"] == situation.yields_for))
-        )
-        rows = np.flatnonzero(pushing)
-        if len(rows) == 0:
-            return None
-        return int(max(rows, key=lambda r: (hood.priorities[r], -int(beacons[r]["id"]))))
+        return situation.hood.highest_pusher(situation.priority, situation.yields_for, patience)
 
     def update(self, situation: Situation) -> bool:
         """React to pushers; return whether the robot is (still) making way or stepping back."""

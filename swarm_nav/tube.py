@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from swarm_common.beacon import HELD_POINTS, INTENT_POINTS, WANTED_POINTS
 from swarm_common.records import FloatArray, Pose
+from swarm_nav import tube_kernels
 from swarm_nav.planner import SPACING
 
 CHORD_POINTS = 2  # path points on either side over which a bend is measured
@@ -31,6 +32,7 @@ class Tube:
         """Hold the place under the robot."""
         self.configure(confirmations, held_length, wanted_length)
         self.corner_angle = 0.5
+        self._held: FloatArray = np.empty((HELD_POINTS, 2))
         self.is_reverse = False
         self.reset(pose)
 
@@ -94,9 +96,14 @@ class Tube:
         self.is_withdrawn = True
 
     def publish(self, pose: Pose) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return (held, wanted, intent) for the beacon, and remember what was requested."""
-        held = self.points[self.near + 1 : self.stop + 1][: HELD_POINTS - 1]
-        held = np.vstack((((pose.x, pose.y),), held))
+        """Return (held, wanted, intent) for the beacon, and remember what was requested.
+
+        They are views that the next call or a change of the path overwrites.
+        """
+        ahead = self.points[self.near + 1 : self.stop + 1][: HELD_POINTS - 1]
+        held = self._held[: len(ahead) + 1]
+        held[0] = pose.x, pose.y
+        held[1:] = ahead
         end = min(self.stop + self._wanted_points, len(self.points) - 1)
         if self.is_withdrawn:
             self.is_withdrawn = False
@@ -110,13 +117,7 @@ class Tube:
 
     def advance(self, pose: Pose, limit: int) -> None:
         """Move the robot's index to the nearest point from here up to `limit`."""
-        segment = self.points[self.near : limit + 1]
-        gaps = np.hypot(segment[:, 0] - pose.x, segment[:, 1] - pose.y)
-        # the path may pass the same place again: look for the first local minimum
-        k = 0
-        while k + 1 < len(gaps) and gaps[k + 1] <= gaps[k]:
-            k += 1
-        self.near += k
+        self.near = tube_kernels.nearest_ahead(self.points, self.near, limit, pose.x, pose.y)
 
     def next_corner(self) -> int:
         """Return the index of the next bend that is turned on the spot, or of the path's end."""

@@ -179,3 +179,20 @@ def extend(
         if k > confirmed:
             return k - 1, UNCONFIRMED, -1
     return last, REACHED, -1
+
+
+@njit(cache=True)
+def nearest_ahead(points, first, limit, x, y):
+    """Return the index of the point nearest to (x, y) from `first` on, at most `limit`.
+
+    The path may pass the same place again: it is the first local minimum.
+    """
+    k = first
+    gap = math.hypot(points[k, 0] - x, points[k, 1] - y)
+    while k < limit:
+        ahead = math.hypot(points[k + 1, 0] - x, points[k + 1, 1] - y)
+        if ahead > gap:
+            break
+        gap = ahead
+        k += 1
+    return k

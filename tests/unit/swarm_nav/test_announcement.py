@@ -20,6 +20,7 @@ from swarm_common.beacon import (
     MODE_YIELD,
     deserialize_beacon,
     deserialize_neighbors,
+    make_beacon,
     serialize_beacon,
     serialize_neighbors,
 )
@@ -160,3 +161,12 @@ def test_messages_that_are_too_short_are_refused() -> None:
 def test_a_beacon_has_no_padding() -> None:
     assert BEACON_DTYPE.itemsize == sum(BEACON_DTYPE[name].itemsize for name in BEACON_DTYPE.names)
     assert math.isclose(BEACON_SIZE / 1024, 0.66, abs_tol=0.1)
+
+
+def test_points_beyond_a_capacity_are_left_out() -> None:
+    points = [np.full((count, 2), float(count)) for count in (30, 8, 3, 0)]
+    record = make_beacon([0] * 23, points)
+    sizes = [int(record[f"{name}_size"]) for name in ("held", "wanted", "intent", "footprint")]
+    assert sizes == [24, 8, 3, 0]
+    assert (record["held"] == 30.0).all()
+    assert record["intent"].sum() == 18.0
