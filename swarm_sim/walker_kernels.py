@@ -65,28 +65,28 @@ def is_barred(
     ahead: FloatArray,
     radius: float,
     robots: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
-    hull: FloatArray,
 ) -> bool:
-    """Return whether a robot that stands is in the way from `here` to `ahead`, both (1, 2).
+    """Return whether a robot that stands is in the way from `here` to `ahead`, both (2,).
+
+    Robots count as discs in which they can turn; one that is too near already bars nobody who
+    walks away from it.
 
     Args:
         here: Where the walker is.
         ahead: Where its next step ends.
         radius: [m] of the walker.
         robots: Poses (n, 3), forward speeds (n,), hulls (n, k, 2), circumscribed radii (n,).
-        hull: Scratch (k, 2).
     """
-    way = np.vstack((here, ahead))
-    reach = math.hypot(ahead[0, 0] - here[0, 0], ahead[0, 1] - here[0, 1])
+    ex, ey = ahead[0] - here[0], ahead[1] - here[1]
+    length = ex * ex + ey * ey
     for i in range(robots[0].shape[0]):
         if abs(robots[1][i]) >= STANDING:
             continue
-        dx, dy = robots[0][i, 0] - here[0, 0], robots[0][i, 1] - here[0, 1]
-        if math.hypot(dx, dy) > reach + radius + ELBOW_ROOM + robots[3][i]:
-            continue
-        place(robots[2][i], robots[0][i, 0], robots[0][i, 1], robots[0][i, 2], hull)
-        nearest = distance(hull, way)
-        if nearest < radius + ELBOW_ROOM and nearest < distance(hull, here) - 1e-9:
+        dx, dy = robots[0][i, 0] - here[0], robots[0][i, 1] - here[1]
+        along = min(1.0, max(0.0, (dx * ex + dy * ey) / length)) if length > 0.0 else 0.0
+        nearest = math.hypot(dx - along * ex, dy - along * ey)
+        reach = radius + ELBOW_ROOM + robots[3][i]
+        if nearest < reach and nearest < math.hypot(dx, dy) - 1e-9:
             return True
     return False
 
@@ -117,7 +117,7 @@ def walk(
         step: Its number within the control period.
     """
     hull = np.empty_like(robots[2][0])
-    here, goal = np.empty((1, 2)), np.empty((1, 2))
+    goal = np.empty(2)
     any_touch = False
     for w in range(len(state)):
         if state[w, PAUSE] > 0.0:
@@ -128,20 +128,19 @@ def walk(
         direction = state[w, DIRECTION]
         corner = next_corner(arcs, state[w, ARC], direction)
         left = abs(corner - state[w, ARC])
-        here[0] = places[w]
         arc = state[w, ARC] + direction * min(left, traits[w, STEP])
-        point_at(path, arcs, arc, goal[0])
-        if is_barred(here, goal, traits[w, RADIUS], robots, hull):
+        point_at(path, arcs, arc, goal)
+        if is_barred(places[w], goal, traits[w, RADIUS], robots):
             state[w, WAITED] += period
             if state[w, WAITED] > traits[w, PATIENCE]:
                 state[w, WAITED], state[w, DIRECTION] = 0.0, -direction
             continue
         arc = state[w, ARC] + direction * min(left, traits[w, SPEED] * period)
-        point_at(path, arcs, arc, goal[0])
-        if _hits(goal[0], traits[w, RADIUS], robots, hull, touches[:, w], step):
+        point_at(path, arcs, arc, goal)
+        if _hits(goal, traits[w, RADIUS], robots, hull, touches[:, w], step):
             any_touch = True
             continue
-        places[w], state[w, WAITED] = goal[0], 0.0
+        places[w], state[w, WAITED] = goal, 0.0
         if left <= traits[w, SPEED] * period:
             pauses = loops[3][w]
             state[w, PAUSE] = pauses[int(state[w, VISITS]) % len(pauses)]
