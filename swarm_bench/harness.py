@@ -14,8 +14,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from swarm_bench.compose import compose_result
 from swarm_bench.invariant import Invariant
-from swarm_bench.ledger import Ledger
 from swarm_bench.methods import Driver
 from swarm_bench.result import RunResult
 from swarm_bench.stage import RunOptions, Stage, build
@@ -80,7 +80,6 @@ class Harness:
         self._outputs: list[Output | None] = [None] * count
         self._twists: list[Twist | None] = [Twist()] * count
         self._sent: list[np.void | None] = [None] * count
-        self._ledger = Ledger(self.stage.itineraries)
         self._goal_ids = [0] * count
         self._durations = array("f")  # [s] of wall time of each brain's tick
         self._limit = round(options.scenario.limit_of(options.robots) / CONTROL_PERIOD)
@@ -100,7 +99,7 @@ class Harness:
             while self.advance():
                 pass
             wall_time = time.perf_counter() - started
-            return self._ledger.result(
+            return compose_result(
                 self.options, self.stage, self._dead, self.invariant, self._durations, wall_time
             )
         finally:
@@ -149,29 +148,26 @@ class Harness:
         self._sent[index] = None if index in self._faults.mute else output.beacon
 
     def _note(self, tick: int) -> None:
-        """Keep the beacons of a tick, look at the invariant and at who waits."""
+        """Keep the beacons of a tick and look at the invariant."""
         blank = _BLANK
         joined = b"".join([blank if o is None else o.beacon.tobytes() for o in self._outputs])
         self.beacons = np.frombuffer(joined, BEACON_DTYPE)
         self.invariant.check(tick, self.beacons)
-        self._ledger.note(self.beacons)
 
     def _follow_mission(self, index: int, tick: int, output: Output) -> None:
         itinerary = self.stage.itineraries[index]
         if tick == 0:
-            self._send(index, tick, itinerary.start())
+            self._send(index, itinerary.start())
         for event in output.events:
             if isinstance(event, GoalEnded) and not itinerary.is_over:
                 is_reached = event.outcome is Outcome.SUCCEEDED
-                self._ledger.settle(index, tick, is_reached)
                 reason = f"error {int(event.error_code)}: {event.message}"
-                self._send(index, tick, itinerary.on_end(is_reached, tick, reason))
+                self._send(index, itinerary.on_end(is_reached, tick, reason))
 
-    def _send(self, index: int, tick: int, order: Order | None) -> None:
+    def _send(self, index: int, order: Order | None) -> None:
         if order is None:
             return
         self._goal_ids[index] += 1
-        self._ledger.open(index, max(tick, order.start_tick))
         self.stage.drivers[index].set_goal(
             Goal(
                 kind=GoalKind.NAVIGATE,

@@ -18,8 +18,8 @@ class RobotResult:
         goals_failed: Given up, or never reached in time.
         finish_time: [s] when its last goal was reached; None if one was missed.
         hold_time: [s] in the holding pattern.
-        wait_time: [s] with a goal in hand but standing or holding.
-        longest_goal: [s] that its slowest goal took.
+        wait_time: [s] of standing on its way because of other robots.
+        goal_worst: [s] that its slowest goal took; None without one.
         distance: [m] driven.
         collisions: Contact episodes.
         min_clearance: [m] from anything; None if nothing was near.
@@ -30,7 +30,7 @@ class RobotResult:
     finish_time: float | None
     hold_time: float
     wait_time: float
-    longest_goal: float
+    goal_worst: float | None
     distance: float
     collisions: int
     min_clearance: float | None
@@ -61,10 +61,12 @@ class RunResult:
         throughput_per_minute: Goals.
         sim_time: [s] at the end.
         hold_time: [s] of all robots.
-        wait_median: [s] over robots.
-        wait_worst: [s] over robots.
-        fairness: Worst by median of the finish times.
-        longest_goal: [s] that the slowest goal took.
+        wait_time: [s] of all robots.
+        wait_median: [s] that a robot waited and held in total, median over robots.
+        wait_worst: [s] likewise, of the robot that waited most.
+        goal_median: [s] that a goal took.
+        goal_worst: [s] that the slowest goal took.
+        fairness: Worst by median of these.
         pushes: Counter of the brains, likewise up to recoveries.
         wall_time: [s] of the run.
         tick_us_median: [µs] of a brain's tick.
@@ -93,10 +95,12 @@ class RunResult:
     throughput_per_minute: float
     sim_time: float
     hold_time: float
-    wait_median: float
+    wait_time: float
+    wait_median: float | None
     wait_worst: float
+    goal_median: float | None
+    goal_worst: float | None
     fairness: float | None
-    longest_goal: float
     pushes: int | None
     retreats: int | None
     deadlocks_resolved: int | None

@@ -51,7 +51,7 @@ def _cells(row: Row) -> tuple[str, ...]:
         str(row.deadlocks_resolved),
         str(row.pushes),
         str(row.retreats),
-        f"{row.wait_worst:.0f}",
+        _number(row.wait_worst, 0),
         _number(row.min_clearance),
         _number(row.min_held_gap),
         _number(row.tick_us, 0),

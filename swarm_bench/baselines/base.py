@@ -1,0 +1,260 @@
+"""What all baselines share: goals, arrival, the others' poses, and the beacon that they send."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from swarm_common.beacon import (
+    BEACON_DTYPE,
+    FLAG_ACTIVE,
+    FOOTPRINT_POINTS,
+    MODE_DONE,
+    MODE_DRIVE,
+    BeaconArray,
+)
+from swarm_common.grid import Grid
+from swarm_common.records import (
+    CONTROL_PERIOD,
+    FloatArray,
+    Odometry,
+    Pose,
+    RobotSpec,
+    Scan,
+    Twist,
+    stamp_from_tick,
+    wrap_angle,
+)
+from swarm_common.sites import Sites
+from swarm_nav.config import NavConfig
+from swarm_nav.controller import Controller
+from swarm_nav.goals import ErrorCode, Event, Goal, GoalEnded, Outcome, Output, Status
+from swarm_nav.localisation import OdometryLocaliser
+from swarm_nav.neighborhood import Neighborhood
+from swarm_nav.obstacles import ObstacleLayer
+from swarm_nav.tube import padded
+
+STOP_SHARE = 0.8  # of the goal tolerance at which a robot stops, as our navigator does
+STANDING_SPEED = 0.02  # [m/s]
+MOST_EXTRAPOLATION = 3  # [ticks] for which a neighbour is assumed to go on as its beacon said
+
+
+@dataclass(frozen=True, slots=True)
+class Others:
+    """The other robots heard, at the present tick; arrays have one row per robot.
+
+    Attributes:
+        places: (k, 2) [m] in map, moved on since the beacons were sent.
+        velocities: (k, 2) [m/s] of base_footprint in map.
+        yaws: (k,) [rad] in map.
+        turns: (k,) [rad/s]
+        radii: (k,) [m]
+    """
+
+    places: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
+    velocities: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
+    yaws: FloatArray = field(default_factory=lambda: np.zeros(0))
+    turns: FloatArray = field(default_factory=lambda: np.zeros(0))
+    radii: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+
+class Baseline(ABC):
+    """A robot driven by some method; see `swarm_bench.methods.Driver`."""
+
+    def __init__(
+        self,
+        config: NavConfig,
+        spec: RobotSpec,
+        grid: Grid,
+        sites: Sites,
+        robot_id: int,
+        initial_pose_map: Pose,
+    ) -> None:
+        """Stand at a pose without a goal; `sites` are of no interest to a baseline."""
+        self.config = config
+        self.spec = spec
+        self.grid = grid
+        self.robot_id = robot_id
+        self.radius = spec.circumscribed_radius
+        self.tick_now = 0
+        self.twist = Twist()
+        self.others = Others()
+        self.replans = 0
+        self.recoveries = 0
+        self.obstacles = ObstacleLayer(config.costmap, spec.lidar)
+        self.hood = Neighborhood(robot_id, config.traffic)
+        self._localiser = OdometryLocaliser(initial_pose_map)
+        self._turner = Controller(config.controller)
+        self._goal: Goal | None = None
+        self._pending: Goal | None = None
+        self._has_arrived = False
+        self._reached = 0
+        self._failed = 0
+        self._events: list[Event] = []
+
+    @property
+    def pose(self) -> Pose:
+        """Estimated pose in map."""
+        return self._localiser.pose_map
+
+    @property
+    def target(self) -> Pose | None:
+        """Where to, in map; None without a goal."""
+        return None if self._goal is None else self._goal.poses_map[0]
+
+    @property
+    def is_standing(self) -> bool:
+        """Whether the robot has stopped."""
+        return abs(self.twist.vx) < STANDING_SPEED and abs(self.twist.wz) < 0.1
+
+    # What a method decides
+
+    @abstractmethod
+    def begin(self, target: Pose) -> None:
+        """Prepare for a new target."""
+
+    @abstractmethod
+    def drive(self, target: Pose) -> Twist:
+        """Return the twist on the way to the target."""
+
+    @abstractmethod
+    def rest(self) -> Twist:
+        """Return the twist without a goal."""
+
+    @abstractmethod
+    def see(self, scan: Scan) -> None:
+        """Take a scan."""
+
+    # The face of a driver
+
+    def on_odom(self, odom: Odometry) -> None:
+        """Take the odometry of this tick."""
+        self._localiser.on_odom(odom)
+        self.twist = odom.twist
+
+    def on_scan(self, scan: Scan) -> None:
+        """Take a scan."""
+        self.see(scan)
+
+    def on_neighbors(self, beacons: BeaconArray) -> None:
+        """Take the beacons heard in this tick."""
+        self.hood.receive(beacons, self.pose.x, self.pose.y)
+
+    def set_goal(self, goal: Goal) -> None:
+        """Take a goal of kind NAVIGATE, for its start tick."""
+        self._pending = goal
+
+    def tick(self, tick: int) -> Output:
+        """Decide."""
+        self.tick_now = tick
+        self.hood.refresh(tick)
+        self.others = _others(self.hood)
+        self._begin_pending()
+        twist = self._decide()
+        events, self._events = tuple(self._events), []
+        return Output(twist, self._beacon(), events)
+
+    def fail(self, code: ErrorCode, message: str) -> None:
+        """Give the goal in hand up."""
+        self._failed += 1
+        self._end(Outcome.ABORTED, code, message)
+
+    def status(self) -> Status:
+        """Return the state with its counters."""
+        return Status(
+            state="idle" if self._goal is None else "driving",
+            detail="",
+            pose_map=self.pose,
+            goal_map=self.target,
+            station="",
+            queue_place=0,
+            distance_remaining=0.0 if self.target is None else self.pose.distance(self.target),
+            estimated_time_remaining=0.0,
+            holding_since_tick=0,
+            hold_time=0.0,
+            wait_time=0.0,
+            number_of_recoveries=self.recoveries,
+            goals_reached=self._reached,
+            goals_failed=self._failed,
+            pushes=0,
+            retreats=0,
+            deadlocks_resolved=0,
+            replans=self.replans,
+        )
+
+    def _begin_pending(self) -> None:
+        goal = self._pending
+        if goal is None or goal.start_tick > self.tick_now:
+            return
+        self._pending = None
+        self._goal = goal
+        self._has_arrived = False
+        self.begin(goal.poses_map[0])
+
+    def _decide(self) -> Twist:
+        target = self.target
+        if target is None:
+            return self.rest()
+        if not self._is_at(target):
+            return self.drive(target)
+        if abs(self.twist.vx) >= STANDING_SPEED:
+            return Twist()
+        error = wrap_angle(target.yaw - self.pose.yaw)
+        if abs(error) > self.config.goal_checker.yaw_goal_tolerance or not self.is_standing:
+            return self._turner.turn_to(target.yaw, self.pose, self.twist)
+        self._reached += 1
+        self._end(Outcome.SUCCEEDED)
+        return Twist()
+
+    def _is_at(self, target: Pose) -> bool:
+        """Whether the position is reached; once it is, until the tolerance is left again."""
+        distance = self.pose.distance(target)
+        tolerance = self.config.goal_checker.xy_goal_tolerance
+        if distance > tolerance:
+            self._has_arrived = False
+        elif distance <= STOP_SHARE * tolerance or self.is_standing:
+            self._has_arrived = True
+        return self._has_arrived
+
+    def _end(self, outcome: Outcome, code: ErrorCode = ErrorCode.NONE, message: str = "") -> None:
+        if self._goal is not None:
+            self._events.append(
+                GoalEnded(self._goal.goal_id, outcome, self.tick_now, code, message)
+            )
+        self._goal = None
+
+    def _beacon(self) -> np.void:
+        beacon: np.void = np.zeros(1, BEACON_DTYPE)[0]
+        pose = self.pose
+        beacon["sec"], beacon["nanosec"] = stamp_from_tick(self.tick_now)
+        beacon["id"] = self.robot_id
+        beacon["tick"] = self.tick_now
+        beacon["radius"] = self.radius
+        beacon["pose"] = (pose.x, pose.y, pose.yaw)
+        beacon["twist"] = (self.twist.vx, self.twist.wz)
+        beacon["flags"] = FLAG_ACTIVE
+        beacon["mode"] = MODE_DONE if self._goal is None else MODE_DRIVE
+        beacon["target"] = beacon["station"] = (math.nan, math.nan)
+        beacon["held"][0] = (pose.x, pose.y)
+        beacon["held_size"] = 1
+        footprint, count = padded(np.array(self.spec.footprint), FOOTPRINT_POINTS)
+        beacon["footprint"], beacon["footprint_size"] = footprint, count
+        return beacon
+
+
+def _others(hood: Neighborhood) -> Others:
+    """Return where the neighbours are now, if they went on as they did."""
+    beacons = hood.beacons
+    if len(beacons) == 0:
+        return Others()
+    poses = beacons["pose"].astype(np.float64)
+    twists = beacons["twist"].astype(np.float64)
+    age = np.minimum(hood.ages, MOST_EXTRAPOLATION) * CONTROL_PERIOD
+    age = np.where(hood.ages > MOST_EXTRAPOLATION, 0.0, age)  # silent for long: it may stand
+    yaws = poses[:, 2] + twists[:, 1] * age
+    velocities = twists[:, :1] * np.column_stack((np.cos(yaws), np.sin(yaws)))
+    places = poses[:, :2] + velocities * age[:, None]
+    return Others(places, velocities, yaws, twists[:, 1], beacons["radius"].astype(np.float64))

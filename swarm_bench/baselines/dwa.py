@@ -1,0 +1,209 @@
+"""Baseline A: DWA alone, with global replanning around the robots that are seen.
+
+What a Nav2 robot does that has nobody but itself to think of: A* once a second with all robots
+in sight as obstacles, a dynamic window (Fox, Burgard, Thrun 1997) over what LiDAR and beacons
+show, a rotation shim, and recoveries (turn, wait, back up) when it gets nowhere. Beacons only say
+where the others are now; nothing is reserved, nobody has the right of way. It never gives up.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from swarm_bench.baselines import dwa_kernels as kernels
+from swarm_bench.baselines.base import Baseline
+from swarm_bench.baselines.planning import Track, plain_planner, robot_costs, waypoint
+from swarm_common.grid import Grid
+from swarm_common.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec, Scan, Twist
+from swarm_common.records import wrap_angle
+from swarm_common.sites import Sites
+from swarm_nav.config import NavConfig
+from swarm_nav.goals import PlanError
+
+PADDING = 0.02  # [m] around the robot's circle (Nav2's footprint_padding)
+LATENCY = 0.2  # [s] of a moving robot's way that is added to its circle: beacon and reaction
+SEEN = 2.5  # [m] Nav2's obstacle_max_range: robots up to there enter plan and window
+REPLAN_TICKS = 10  # Nav2 replans once a second
+LOOKAHEAD = 1.0  # [m] to the point of the path that is steered for
+HORIZON_STEPS = 15  # of 0.1 s: 1.5 s, about Nav2's 1.7
+SHIM_ANGLE = 0.785  # [rad] of Nav2's rotation shim
+ALIGNED = 0.2  # [rad] at which it ends
+SCALES = (0.4, 1.0, 0.8, 0.15, 0.3)  # heading, progress, path, clearance, clearance enough
+SAMPLES = (8, 21)
+NEAR_POINTS = 1.2  # [m] up to which LiDAR hits are looked at
+
+
+class DwaDriver(Baseline):
+    """DWA with global replanning."""
+
+    def __init__(
+        self,
+        config: NavConfig,
+        spec: RobotSpec,
+        grid: Grid,
+        sites: Sites,
+        robot_id: int,
+        initial_pose_map: Pose,
+    ) -> None:
+        """Stand at a pose without a goal."""
+        super().__init__(config, spec, grid, sites, robot_id, initial_pose_map)
+        self._planner = plain_planner(grid, config, self.radius)
+        self._track: Track | None = None
+        self._is_turning = False
+        self._recovery: Recovery | None = None
+        self._progress = (initial_pose_map, 0)
+        self._tries = 0
+
+    def see(self, scan: Scan) -> None:
+        """Mark hits that are neither walls nor known robots."""
+        self.obstacles.update(scan, self.pose, self._planner.terrain, self.hood)
+
+    def begin(self, target: Pose) -> None:
+        """Plan in the next tick."""
+        self._track = None
+        self._recovery = None
+        self._is_turning = False
+        self._progress = (self.pose, self.tick_now)
+        self._tries = 0
+
+    def rest(self) -> Twist:
+        """Stand: nobody can ask a robot of this kind to make way."""
+        return Twist()
+
+    def drive(self, target: Pose) -> Twist:
+        """Return the twist on the way to the target."""
+        self._check_progress()
+        if self._recovery is not None:
+            return self._recover(self._recovery)
+        if self._track is None or (self.tick_now + self.robot_id) % REPLAN_TICKS == 0:
+            self._plan(target)
+        if self._track is None:
+            return Twist()
+        self._track.update(self.pose)
+        return self._steer(self._track)
+
+    def _plan(self, target: Pose) -> None:
+        """Plan around the robots in sight; where that leaves no way, as if they would move."""
+        start, goal = (self.pose.x, self.pose.y), (target.x, target.y)
+        self.replans += self._track is not None
+        is_near = np.hypot(*(self.others.places - start).T) < SEEN
+        places, radii = self.others.places[is_near], self.others.radii[is_near]
+        hits = self.obstacles.points
+        places = np.vstack((places, hits))
+        radii = np.concatenate((radii, np.full(len(hits), PADDING)))
+        try:
+            extra = robot_costs(self._planner, places, radii, self.radius)
+            self._track = Track(self._planner.plan(start, goal, extra))
+            return
+        except PlanError:
+            pass
+        try:
+            self._track = Track(self._planner.plan(start, goal, self._planner.no_extra()))
+        except PlanError as error:
+            self.fail(error.code, str(error))
+
+    def _steer(self, track: Track) -> Twist:
+        pose, config = self.pose, self.config.controller
+        clearance = self.radius + PADDING
+        place = waypoint(track, self._planner, pose, LOOKAHEAD, clearance)
+        error = wrap_angle(math.atan2(place[1] - pose.y, place[0] - pose.x) - pose.yaw)
+        self._is_turning = abs(error) > (ALIGNED if self._is_turning else SHIM_ANGLE)
+        if self._is_turning:
+            return self._turner.turn_to(pose.yaw + error, pose, self.twist)
+        v, w, _ = kernels.best_twist(
+            (pose.x, pose.y, pose.yaw),
+            (self.twist.vx, self.twist.wz),
+            place,
+            (config.max_vel_x, config.max_vel_theta, config.acc_lim_x, config.acc_lim_theta),
+            SAMPLES,
+            clearance,
+            self._scene(),
+            np.ascontiguousarray(track.ahead(LOOKAHEAD)),
+            SCALES,
+            HORIZON_STEPS,
+        )
+        return Twist(float(v), 0.0, float(w))
+
+    def _scene(
+        self,
+    ) -> tuple[FloatArray, tuple[float, float, float], FloatArray, FloatArray, float]:
+        """Return what the window is checked against, as the kernels take it."""
+        terrain, others, pose = self._planner.terrain, self.others, self.pose
+        speeds = np.hypot(others.velocities[:, 0], others.velocities[:, 1])
+        discs = np.column_stack((others.places, others.radii + LATENCY * speeds))
+        is_near = np.hypot(discs[:, 0] - pose.x, discs[:, 1] - pose.y) < SEEN
+        hits = self.obstacles.points
+        hits = hits[np.hypot(hits[:, 0] - pose.x, hits[:, 1] - pose.y) < NEAR_POINTS]
+        reach = self.config.costmap.unknown_body_margin
+        return (
+            terrain.distance,
+            terrain.frame,
+            np.ascontiguousarray(discs[is_near]),
+            np.ascontiguousarray(hits),
+            reach,
+        )
+
+    # Recoveries
+
+    def _check_progress(self) -> None:
+        checker = self.config.progress_checker
+        pose, tick = self._progress
+        if self.pose.distance(pose) >= checker.required_movement_radius:
+            self._progress = (self.pose, self.tick_now)
+            self._tries = 0
+        elif (self.tick_now - tick) * CONTROL_PERIOD > checker.movement_time_allowance:
+            self._progress = (self.pose, self.tick_now)
+            self._recovery = Recovery(RECOVERIES[self._tries % len(RECOVERIES)], self)
+            self._tries += 1
+            self.recoveries += 1
+            self._track = None
+
+    def _recover(self, recovery: Recovery) -> Twist:
+        twist = recovery.step(self)
+        if twist is None:
+            self._recovery = None
+            self._progress = (self.pose, self.tick_now)
+            return Twist()
+        return twist
+
+    def turn_to(self, yaw: float) -> Twist:
+        """Return the twist that turns towards `yaw` on the spot."""
+        return self._turner.turn_to(yaw, self.pose, self.twist)
+
+    def can_back_up(self, way: float) -> bool:
+        """Whether there is room to back up by `way` [m]."""
+        pose = self.pose
+        place = (pose.x, pose.y, pose.yaw)
+        return bool(kernels.backing_room(place, way, self.radius + PADDING, self._scene()))
+
+
+RECOVERIES = ("turn", "wait", "back up")  # the order of Nav2's behaviour tree
+
+
+class Recovery:
+    """One of Nav2's recovery behaviours."""
+
+    def __init__(self, kind: str, robot: DwaDriver) -> None:
+        """Begin at the robot's present pose."""
+        behavior = robot.config.behavior
+        self._kind = kind
+        self._start = robot.pose
+        self._yaw = robot.pose.yaw + behavior.spin_dist
+        self._end_tick = robot.tick_now + round(behavior.wait_duration / CONTROL_PERIOD)
+
+    def step(self, robot: DwaDriver) -> Twist | None:
+        """Return the next twist; None when it is over."""
+        if robot.tick_now >= self._end_tick:
+            return None
+        if self._kind == "wait":
+            return Twist()
+        if self._kind == "turn":
+            is_turned = abs(wrap_angle(self._yaw - robot.pose.yaw)) < ALIGNED
+            return None if is_turned else robot.turn_to(self._yaw)
+        behavior = robot.config.behavior
+        rest = behavior.backup_dist - robot.pose.distance(self._start)
+        if rest <= 0.0 or not robot.can_back_up(min(rest, 0.1)):
+            return None
+        return Twist(-behavior.backup_speed)

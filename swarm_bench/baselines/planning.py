@@ -1,0 +1,121 @@
+"""Global paths of the baselines: our A* on the map, without lanes or any other traffic rule."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_common.grid import Grid
+from swarm_common.records import FloatArray, Pose
+from swarm_nav import distance_kernels, search_kernels
+from swarm_nav.config import CostmapConfig, NavConfig, PlannerConfig
+from swarm_nav.planner import SPACING, Planner
+from swarm_nav.terrain import Terrain
+
+INFLATION_WEIGHT = 4.0  # cost per metre right beside a wall: Nav2's NavFn, 0.8 * 252 / 50
+ROBOT_GAP = 0.03  # [m] between the circles of two robots that a path leaves
+ROBOT_SURROUNDINGS = 0.3  # [m] around a robot that are to be avoided where there is room
+ROBOT_COST = 3.0  # of them, per metre
+LOST_PATH = 0.5  # [m] from the path at which it is of no use any more
+
+
+def plain_planner(grid: Grid, config: NavConfig, radius: float) -> Planner:
+    """Return a planner on a terrain that all robots of a process share."""
+    origin = (grid.origin_x, grid.origin_y, grid.height, grid.width)
+    terrain = _terrain(
+        grid.cells.tobytes(), grid.resolution, origin, config.planner, config.costmap, radius
+    )
+    return Planner(terrain, config.planner, config.costmap)
+
+
+@functools.lru_cache(maxsize=4)
+def _terrain(
+    cells: bytes,
+    resolution: float,
+    origin: tuple[float, float, int, int],
+    planner: PlannerConfig,
+    costmap: CostmapConfig,
+    radius: float,
+) -> Terrain:
+    array = np.frombuffer(cells, np.int8).reshape(origin[2], origin[3])
+    terrain = Terrain(Grid(array, resolution, origin[0], origin[1]), planner, costmap, radius)
+    lattice = terrain.lattice
+    gap = np.maximum(lattice.clearance - radius, 0.0)
+    inflation = INFLATION_WEIGHT * np.exp(-costmap.cost_scaling_factor * gap)
+    inflation[lattice.clearance > costmap.inflation_radius] = 0.0
+    closed = lattice.base >= search_kernels.WALL
+    base = np.where(closed, search_kernels.WALL, 1.0 + inflation).astype(np.float32)
+    terrain.lattice = dataclasses.replace(lattice, base=base, lane=np.zeros_like(lattice.lane))
+    return terrain
+
+
+def robot_costs(
+    planner: Planner, places: FloatArray, radii: FloatArray, radius: float
+) -> NDArray[np.float32]:
+    """Return the lattice costs of robots at `places` (k, 2) for a robot of `radius` [m]."""
+    extra = planner.no_extra()
+    frame = planner.lattice.frame
+    for place, other in zip(places, radii, strict=True):
+        point = place.reshape(1, 2)
+        reach = radius + float(other) + ROBOT_GAP
+        distance_kernels.stamp_discs(
+            extra, *frame, point, 1, reach + ROBOT_SURROUNDINGS, ROBOT_COST
+        )
+        distance_kernels.stamp_discs(extra, *frame, point, 1, reach, search_kernels.WALL)
+    return extra
+
+
+class Track:
+    """A path (n, 2) and how far along it the robot is."""
+
+    def __init__(self, points: FloatArray) -> None:
+        """Begin at the first point."""
+        self.points = points
+        self._near = 0
+
+    def update(self, pose: Pose) -> None:
+        """Note where the robot is; it may have been pushed back or cut a corner."""
+        first = max(0, self._near - round(1.0 / SPACING))
+        window = self.points[first : self._near + round(1.5 / SPACING)]
+        gaps = np.hypot(window[:, 0] - pose.x, window[:, 1] - pose.y)
+        self._near = first + int(gaps.argmin())
+
+    def is_lost(self, pose: Pose) -> bool:
+        """Whether the robot is off the path."""
+        x, y = self.points[self._near]
+        return math.hypot(x - pose.x, y - pose.y) > LOST_PATH
+
+    def ahead(self, distance: float) -> FloatArray:
+        """Return the points from the robot to `distance` [m] ahead; at least one."""
+        return self.points[self._near : self._near + 1 + round(distance / SPACING)]
+
+    @property
+    def rest(self) -> float:
+        """Length [m] from the robot to the end."""
+        return (len(self.points) - 1 - self._near) * SPACING
+
+
+def waypoint(
+    track: Track, planner: Planner, pose: Pose, distance: float, clearance: float
+) -> tuple[float, float]:
+    """Return the point of the path up to `distance` [m] ahead that is farthest and in sight.
+
+    In sight: the straight line to it keeps `clearance` [m] from walls, or as much as its ends do.
+    """
+    points = track.ahead(distance)
+    terrain = planner.terrain
+    here = terrain.clearance(pose.x, pose.y)
+    for x, y in points[::-3]:
+        floor = min(clearance, here, terrain.clearance(float(x), float(y))) - 0.02
+        steps = max(2, math.ceil(math.hypot(x - pose.x, y - pose.y) / SPACING))
+        shares = np.linspace(0.0, 1.0, steps)
+        if all(
+            terrain.clearance(pose.x + s * (x - pose.x), pose.y + s * (y - pose.y)) >= floor
+            for s in shares
+        ):
+            return float(x), float(y)
+    return float(points[0, 0]), float(points[0, 1])
