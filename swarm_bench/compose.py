@@ -11,7 +11,7 @@ import numpy as np
 from swarm_bench.invariant import Invariant
 from swarm_bench.result import RobotResult, RunResult, finite
 from swarm_bench.stage import RunOptions, Stage
-from swarm_commander.breach import Crash
+from swarm_commander.breach import Crash, Miss, Unfinished
 from swarm_commander.fairness import fairness
 from swarm_commander.itinerary import Itinerary
 from swarm_common.records import CONTROL_PERIOD
@@ -67,6 +67,7 @@ def compose_result(
         robot_robot=verdict.robot_robot,
         robot_world=verdict.robot_world,
         first_collision=_first_collision(stage.world),
+        first_miss=_first_miss(stage, alive),
         near_misses=verdict.near_misses,
         min_clearance=finite(verdict.min_clearance),
         min_held_gap=finite(invariant.gap),
@@ -124,3 +125,22 @@ def _first_collision(world: World) -> str:
         return ""
     first = world.collisions[0]
     return str(Crash(first.robots, first.obstacle, first.x, first.y, first.sim_time))
+
+
+def _first_miss(stage: Stage, alive: Sequence[int]) -> str:
+    """Return who gave up a goal first, or else who was still under way."""
+    misses = [
+        Miss(stage.world.names[i], o.stop.name, o.tick * CONTROL_PERIOD, o.reason)
+        for i in alive
+        for o in stage.itineraries[i].outcomes
+        if not o.reached
+    ]
+    if misses:
+        return str(min(misses, key=lambda miss: miss.sim_time))
+    for index in alive:
+        if not stage.itineraries[index].is_over:
+            status = stage.drivers[index].status()
+            goal = stage.itineraries[index].next_stop
+            state = f"{status.state} {status.detail}".strip()
+            return str(Unfinished(stage.world.names[index], goal, state))
+    return ""

@@ -53,6 +53,7 @@ class RunResult:
         robot_robot: Contact episodes between robots.
         robot_world: Contact episodes with obstacles.
         first_collision: Where and when; empty if there was none.
+        first_miss: Who missed which goal and why; empty if nobody did.
         near_misses: As counted by the world.
         min_clearance: [m] of any robot from anything.
         min_held_gap: [m] smallest distance between two held tubes.
@@ -87,6 +88,7 @@ class RunResult:
     robot_robot: int
     robot_world: int
     first_collision: str
+    first_miss: str
     near_misses: int | None
     min_clearance: float | None
     min_held_gap: float | None

@@ -13,6 +13,7 @@ from swarm_common.resources import share_directory
 from swarm_common.yaml_io import check_keys, number, numbers, read_yaml
 
 MOST_ROBOTS = 200
+SUITE_SEEDS = 20
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,6 +43,7 @@ class Scenario:
             world's own.
         noise: Standard deviation of each speed of a robot, as a share of it, in each tick.
         dead: Where robots stand, the last ones of the swarm, that never do or say anything.
+        seeds: Number of seeds of the suite by swarm size; `SUITE_SEEDS` where nothing is said.
         time_limit: [s] of simulated time by swarm size, after which missing goals are missed.
         targets: By swarm size.
     """
@@ -59,6 +61,7 @@ class Scenario:
     actors: str = ""
     noise: float = 0.02
     dead: tuple[Pose, ...] = ()
+    seeds: Mapping[int, int] = field(default_factory=dict)
     time_limit: Mapping[int, float] = field(default_factory=dict)
     targets: Mapping[int, Target] = field(default_factory=dict)
 
@@ -70,10 +73,14 @@ class Scenario:
             check_size(size, "robots")
         if not 0.0 <= self.loss < 1.0:
             raise ConfigError(f"loss is {self.loss}; it must be 0 or more and less than 1")
-        if self.delay < 0.0:
-            raise ConfigError(f"delay is {self.delay} s; it must not be negative")
+        for name in ("delay", "noise"):
+            if getattr(self, name) < 0.0:
+                raise ConfigError(f"{name} is {getattr(self, name)}; it must not be negative")
         if len(self.dead) >= min(self.robots):
             raise ConfigError(f"{len(self.dead)} dead robots leave none of {min(self.robots)}")
+        for size, count in self.seeds.items():
+            if count < 1:
+                raise ConfigError(f"seeds of {size} robots is {count}; it must be 1 or more")
         for size, limit in self.time_limit.items():
             if limit <= 0.0:
                 raise ConfigError(f"time_limit of {size} robots is {limit} s; it must be positive")
@@ -84,6 +91,10 @@ class Scenario:
         if larger:
             return self.time_limit[larger[0]]
         return max(self.time_limit.values(), default=3600.0)
+
+    def seeds_of(self, robots: int) -> int:
+        """Return the number of seeds of the suite for a swarm size."""
+        return self.seeds.get(robots, SUITE_SEEDS)
 
     def models(self, robots: int) -> list[str]:
         """Return the model of each robot."""
@@ -175,6 +186,10 @@ def _by_size(value: object, what: str) -> dict[int, Any]:
     return {check_size(_integer(size, what), what): item for size, item in value.items()}
 
 
+def _counts(value: object, what: str) -> dict[int, int]:
+    return {size: _integer(item, f"{what}.{size}") for size, item in _by_size(value, what).items()}
+
+
 def _limits(value: object, what: str) -> dict[int, float]:
     return {size: number(item, f"{what}.{size}") for size, item in _by_size(value, what).items()}
 
@@ -203,6 +218,7 @@ _READERS: dict[str, Any] = {
     "actors": _text,
     "noise": number,
     "dead": _poses,
+    "seeds": _counts,
     "time_limit": _limits,
     "targets": _targets,
 }

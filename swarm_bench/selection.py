@@ -13,14 +13,18 @@ from swarm_common.errors import ConfigError, UnknownNameError
 from swarm_sim.world import ENGINES
 
 MOST_SEEDS = 100_000
+MOST_JOBS = 256
+SUITE = "suite"
 
 
-def parse_seeds(text: str) -> list[int]:
-    """Return the seeds in a text like 0-19 or 1,5,7-9.
+def parse_seeds(text: str) -> list[int] | None:
+    """Return the seeds in a text like 0-19 or 1,5,7-9; None for `suite`.
 
     Raises:
         ConfigError: If it is malformed.
     """
+    if text == SUITE:
+        return None
     seeds: list[int] = []
     for part in text.split(","):
         first, dash, last = part.strip().partition("-")
@@ -53,7 +57,7 @@ def parse_sizes(text: str | None) -> list[int]:
 def select(
     names: str,
     sizes: Sequence[int],
-    seeds: Sequence[int],
+    seeds: Sequence[int] | None,
     *,
     method: str = "ours",
     engine: str = "planar",
@@ -63,6 +67,17 @@ def select(
     settings: Sequence[str] = (),
 ) -> list[RunOptions]:
     """Return the runs asked for, scenario by scenario, size by size, seed by seed.
+
+    Args:
+        names: Of scenarios, comma-separated; `all` for every one that comes with the project.
+        sizes: Of swarms; empty for those of each scenario.
+        seeds: The seeds; None for as many as each scenario says.
+        method: What drives the robots.
+        engine: Physics.
+        loss: Of beacons, in place of the scenario's.
+        delay: [s] of beacons, likewise.
+        lidar: Likewise.
+        settings: Parameters like traffic.safety_margin=0.06.
 
     Raises:
         ConfigError: For the first thing that is wrong.
@@ -89,8 +104,22 @@ def select(
         )
         for scenario in scenarios
         for size in (sizes or scenario.robots)
-        for seed in seeds
+        for seed in (range(scenario.seeds_of(size)) if seeds is None else seeds)
     ]
+
+
+def check_jobs(jobs: int, *, ros: bool, method: str) -> None:
+    """Refuse a number of processes, or a way to run, that cannot be.
+
+    Raises:
+        ConfigError: With what to do.
+    """
+    if not 1 <= jobs <= MOST_JOBS:
+        raise ConfigError(f"--jobs is {jobs}; expected 1 to {MOST_JOBS}")
+    if ros and jobs > 1:
+        raise ConfigError("--ros takes all cores for each run; leave out --jobs")
+    if ros and method != "ours":
+        raise ConfigError(f"--ros runs our navigators; --method {method} needs the bench")
 
 
 def _scenarios(names: str) -> list[Scenario]:

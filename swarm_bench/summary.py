@@ -6,37 +6,60 @@ import statistics
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from swarm_bench.compose import conditions
 from swarm_bench.result import RunResult
+from swarm_bench.scenario import Scenario, load_scenario, scenario_names
+from swarm_bench.stage import RunOptions
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Row:
-    """What the runs of one scenario, method and size have in common; counts are sums.
+    """The runs of one scenario, method, engine, size and set of conditions.
 
     Attributes:
-        makespans: [s] of the complete runs, sorted.
-        wait_worst: [s] that any robot waited in one run.
-        min_clearance: [m] over all runs.
-        min_held_gap: [m] over all runs.
-        tick_us: [µs] median of the runs' medians.
+        runs: At least one, in order of seeds.
+        scenario: As shipped; None for one of the user's.
     """
 
-    name: str
-    method: str
-    robots: int
-    runs: int
-    collisions: int
-    goals_reached: int
-    goals_sent: int
-    makespans: tuple[float, ...]
-    deadlocks_resolved: int
-    pushes: int
-    retreats: int
-    wait_worst: float
-    min_clearance: float | None
-    min_held_gap: float | None
-    min_held_slack: float | None
-    tick_us: float | None
+    runs: tuple[RunResult, ...]
+    scenario: Scenario | None
+
+    @property
+    def first(self) -> RunResult:
+        """A run, for what all have in common."""
+        return self.runs[0]
+
+    @property
+    def label(self) -> str:
+        """Name of the scenario, and what was other than it says."""
+        changes = [f"{name} {value:g}" if _is_number(value) else f"{name} {value}"
+                   for name, value in self._changes()]  # fmt: skip
+        return ", ".join([self.first.scenario, *changes])
+
+    def _changes(self) -> list[tuple[str, object]]:
+        if self.scenario is None:
+            return []
+        usual = conditions(RunOptions(scenario=self.scenario, robots=self.first.robots))
+        return [
+            (name, value)
+            for name, value in self.first.conditions.items()
+            if usual.get(name) != value and name != "lidar"
+        ]
+
+    @property
+    def collisions(self) -> int:
+        """Contact episodes of any kind."""
+        return sum(run.robot_robot + run.robot_world for run in self.runs)
+
+    @property
+    def goals_sent(self) -> int:
+        """Goals asked for."""
+        return sum(run.goals_sent for run in self.runs)
+
+    @property
+    def goals_reached(self) -> int:
+        """Goals reached in time."""
+        return sum(run.goals_reached for run in self.runs)
 
     @property
     def is_flawless(self) -> bool:
@@ -44,54 +67,67 @@ class Row:
         return self.collisions == 0 and self.goals_reached == self.goals_sent
 
     @property
+    def makespans(self) -> list[float]:
+        """Of the complete runs [s], sorted."""
+        return sorted(run.makespan for run in self.runs if run.makespan is not None)
+
+    @property
+    def makespan_median(self) -> float | None:
+        """Of the complete runs [s]."""
+        return statistics.median(self.makespans) if self.makespans else None
+
+    @property
     def makespan_text(self) -> str:
         """Median and range of the complete runs, and how many were not complete."""
-        if not self.makespans:
+        known = self.makespans
+        if not known:
             return "-"
-        middle = statistics.median(self.makespans)
-        text = f"{middle:.0f} [{self.makespans[0]:.0f}..{self.makespans[-1]:.0f}]"
-        missing = self.runs - len(self.makespans)
+        text = f"{statistics.median(known):.0f} [{known[0]:.0f}..{known[-1]:.0f}]"
+        missing = len(self.runs) - len(known)
         return f"{text}, {missing} incomplete" if missing else text
+
+    def total(self, name: str) -> int:
+        """Return the sum of a counter over the runs."""
+        return sum(getattr(run, name) or 0 for run in self.runs)
+
+    def least(self, name: str) -> float | None:
+        """Return the smallest value of a field in any run, None if no run has one."""
+        return min(self._values(name), default=None)
+
+    def most(self, name: str) -> float | None:
+        """Return the largest value of a field in any run, None if no run has one."""
+        return max(self._values(name), default=None)
+
+    def median(self, name: str) -> float | None:
+        """Return the median over the runs of a field, None if no run has one."""
+        values = self._values(name)
+        return statistics.median(values) if values else None
+
+    def _values(self, name: str) -> list[float]:
+        values = [getattr(run, name) for run in self.runs]
+        return [value for value in values if value is not None]
 
 
 def summarise(results: Iterable[RunResult]) -> list[Row]:
-    """Return a row per scenario, method, engine and size, in order of first appearance."""
-    groups: dict[tuple[str, str, str, int, str], list[RunResult]] = {}
+    """Return a row per scenario, method, engine, size and conditions, in order of appearance."""
+    groups: dict[tuple[object, ...], list[RunResult]] = {}
     for result in results:
         key = (
             result.scenario, result.method, result.engine, result.robots,
-            repr(sorted(result.conditions.items())),
+            tuple(sorted(result.conditions.items())),
         )  # fmt: skip
         groups.setdefault(key, []).append(result)
-    return [_row(group) for group in groups.values()]
+    known = {name: load_scenario(name) for name in scenario_names()}
+    return [
+        Row(tuple(sorted(runs, key=lambda run: run.seed)), known.get(runs[0].scenario))
+        for runs in groups.values()
+    ]
 
 
-def _row(runs: Sequence[RunResult]) -> Row:
-    first = runs[0]
-    return Row(
-        name=first.scenario,
-        method=first.method,
-        robots=first.robots,
-        runs=len(runs),
-        collisions=sum(run.robot_robot + run.robot_world for run in runs),
-        goals_reached=sum(run.goals_reached for run in runs),
-        goals_sent=sum(run.goals_sent for run in runs),
-        makespans=tuple(sorted(run.makespan for run in runs if run.makespan is not None)),
-        deadlocks_resolved=sum(run.deadlocks_resolved or 0 for run in runs),
-        pushes=sum(run.pushes or 0 for run in runs),
-        retreats=sum(run.retreats or 0 for run in runs),
-        wait_worst=max(run.wait_worst for run in runs),
-        min_clearance=_least(run.min_clearance for run in runs),
-        min_held_gap=_least(run.min_held_gap for run in runs),
-        min_held_slack=_least(run.min_held_slack for run in runs),
-        tick_us=_middle(run.tick_us_median for run in runs),
-    )
+def in_suite_order(rows: Sequence[Row]) -> list[Row]:
+    """Return rows by scenario name and size."""
+    return sorted(rows, key=lambda row: (row.label, row.first.robots, row.first.method))
 
 
-def _least(values: Iterable[float | None]) -> float | None:
-    return min((value for value in values if value is not None), default=None)
-
-
-def _middle(values: Iterable[float | None]) -> float | None:
-    known = [value for value in values if value is not None]
-    return statistics.median(known) if known else None
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from multiprocessing import get_context
 
@@ -10,14 +10,27 @@ from swarm_bench.harness import run
 from swarm_bench.result import RunResult
 from swarm_bench.stage import RunOptions
 
+Runner = Callable[[RunOptions], RunResult]
 
-def run_all(options: Sequence[RunOptions], jobs: int) -> Iterator[RunResult]:
-    """Yield the result of each run as it comes."""
-    if jobs == 1:
+
+def run_all(
+    options: Sequence[RunOptions], jobs: int = 1, runner: Runner = run
+) -> Iterator[RunResult]:
+    """Yield the result of each run as it comes.
+
+    Args:
+        options: The runs, in order.
+        jobs: Processes.
+        runner: Runs one.
+    """
+    if jobs == 1 or len(options) < 2:
         for item in options:
-            yield run(item)
+            yield runner(item)
         return
-    # spawned, not forked: numba's and pybullet's threads do not survive a fork
-    with ProcessPoolExecutor(min(jobs, len(options)), mp_context=get_context("spawn")) as pool:
-        for future in as_completed([pool.submit(run, item) for item in options]):
+    # spawned, not forked: the threads of numba and pybullet do not survive a fork
+    pool = ProcessPoolExecutor(min(jobs, len(options)), mp_context=get_context("spawn"))
+    try:
+        for future in as_completed([pool.submit(runner, item) for item in options]):
             yield future.result()
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)

@@ -10,31 +10,31 @@ from swarm_bench.result import RunResult
 from swarm_bench.summary import Row, summarise
 
 COLUMNS = (
-    "scenario", "robots", "runs", "collisions", "goals", "makespan [s]", "deadlocks", "pushes",
-    "retreats", "worst wait [s]", "clearance [m]", "held gap [m]", "µs/tick",
+    "scenario", "method", "robots", "runs", "collisions", "goals", "makespan [s]", "deadlocks",
+    "pushes", "retreats", "worst wait [s]", "clearance [m]", "held gap - R [m]", "µs/tick",
 )  # fmt: skip
 
 
 def run_line(result: RunResult) -> str:
     """Return one line about one run."""
-    makespan = "-" if result.makespan is None else f"{result.makespan:.1f}"
     text = (
-        f"{result.scenario} {result.method} {result.robots} robots seed {result.seed}: "
-        f"goals {result.goals_reached}/{result.goals_sent}, "
-        f"collisions {result.robot_robot}+{result.robot_world}, makespan {makespan} s, "
-        f"clearance {_number(result.min_clearance)}, held {_number(result.min_held_slack)}, "
-        f"pushes {result.pushes}, retreats {result.retreats}, "
-        f"deadlocks {result.deadlocks_resolved}, "
-        f"{result.tick_us_median or 0.0:.0f} µs, {result.wall_time:.0f} s wall"
+        f"{result.scenario} {result.method} {result.engine} {result.robots} robots "
+        f"seed {result.seed}: goals {result.goals_reached}/{result.goals_sent}, "
+        f"collisions {result.robot_robot}+{result.robot_world}, "
+        f"makespan {number(result.makespan, 1)} s, clearance {number(result.min_clearance)}, "
+        f"held {number(result.min_held_slack)}, pushes {result.pushes}, "
+        f"retreats {result.retreats}, deadlocks {result.deadlocks_resolved}, "
+        f"{number(result.tick_us_median, 0)} µs, {result.wall_time:.0f} s wall"
     )
-    return text if not result.first_collision else f"{text}; first: {result.first_collision}"
+    notes = [note for note in (result.first_collision, result.first_miss) if note]
+    return "; ".join([text, *notes])
 
 
 def summary_table(results: Sequence[RunResult]) -> Table:
     """Return the table of a sweep."""
     table = Table(box=None, header_style="bold")
     for column in COLUMNS:
-        table.add_column(column, justify="left" if column == "scenario" else "right")
+        table.add_column(column, justify="left" if column in COLUMNS[:2] else "right")
     for row in summarise(results):
         table.add_row(*_cells(row), style="" if row.is_flawless else "red")
     return table
@@ -42,21 +42,23 @@ def summary_table(results: Sequence[RunResult]) -> Table:
 
 def _cells(row: Row) -> tuple[str, ...]:
     return (
-        row.name,
-        str(row.robots),
-        str(row.runs),
+        row.label,
+        row.first.method,
+        str(row.first.robots),
+        str(len(row.runs)),
         str(row.collisions),
         f"{row.goals_reached}/{row.goals_sent}",
         row.makespan_text,
-        str(row.deadlocks_resolved),
-        str(row.pushes),
-        str(row.retreats),
-        _number(row.wait_worst, 0),
-        _number(row.min_clearance),
-        _number(row.min_held_gap),
-        _number(row.tick_us, 0),
+        str(row.total("deadlocks_resolved")),
+        str(row.total("pushes")),
+        str(row.total("retreats")),
+        number(row.most("wait_worst"), 0),
+        number(row.least("min_clearance")),
+        number(row.least("min_held_slack")),
+        number(row.median("tick_us_median"), 0),
     )
 
 
-def _number(value: float | None, digits: int = 3) -> str:
+def number(value: float | None, digits: int = 3) -> str:
+    """Return a number for a table, - for None."""
     return "-" if value is None else f"{value:.{digits}f}"

@@ -114,6 +114,12 @@ class Itinerary:
         return len(self._stops)
 
     @property
+    def next_stop(self) -> str:
+        """Name of the first stop that is not settled; empty if all are."""
+        settled = len(self.outcomes)
+        return self._stops[settled].name if settled < len(self._stops) else ""
+
+    @property
     def is_over(self) -> bool:
         """Whether nothing more will be sent."""
         return self.state in (State.DONE, State.LOST)
