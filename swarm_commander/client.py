@@ -36,18 +36,15 @@ from nav2_msgs.action import (
 )
 from nav_msgs.msg import Path
 from rclpy.action import ActionClient
-from rclpy.client import Client
 from rclpy.node import Node
 from swarm_interfaces.msg import RobotStatus
 
+from swarm_commander.quiet_action import QuietActionClient
 from swarm_commander.task import Task, TaskResult
 from swarm_common.errors import SwarmError
-from swarm_common.ros_io import LATCHED, RELIABLE
+from swarm_common.ros_io import RELIABLE
 
 NANOSECONDS = 1_000_000_000
-# An action client cannot do without a subscription to feedback, but it can ask for what no server
-# offers (a memory of what it sent), so that DDS does not connect the two.
-NEVER_MATCHES = LATCHED
 POLL_PERIOD = 0.2  # [s] of wall time between two questions
 
 
@@ -86,13 +83,8 @@ class RobotCommander:
         self.task: Task | None = None
         self._node = node
         self._on_status = on_status
-        self._feedback_qos = RELIABLE if with_feedback else NEVER_MATCHES
-        self._clients: dict[str, ActionClient] = {}
-        self._probe: Client | None = None
-        if not with_feedback:  # an action client that gets none never thinks that it is ready
-            service = f"/{self.name}/navigate_to_pose/_action/send_goal"
-            self._client("navigate_to_pose", NavigateToPose)
-            self._probe = node.create_client(NavigateToPose.Impl.SendGoalService, service)
+        self._with_feedback = with_feedback
+        self._clients: dict[str, ActionClient | QuietActionClient] = {}
         self._subscription = node.create_subscription(
             RobotStatus, f"/{self.name}/status", self._take_status, RELIABLE
         )
@@ -201,10 +193,7 @@ class RobotCommander:
 
     def isReady(self) -> bool:
         """Whether goals of `goToPose` would arrive; never waits."""
-        client = self._client("navigate_to_pose", NavigateToPose)
-        if self._probe is None:
-            return bool(client.server_is_ready())
-        return bool(self._probe.service_is_ready())
+        return bool(self._client("navigate_to_pose", NavigateToPose).server_is_ready())
 
     def waitUntilNav2Active(self, timeout: float = 60.0) -> None:
         """Wait until the navigator is active and takes goals, spinning the node.
@@ -256,14 +245,10 @@ class RobotCommander:
             rclpy.spin_once(self._node, timeout_sec=POLL_PERIOD)
         return str(response.current_state.label) if response is not None else ""
 
-    def _client(self, action: str, action_type: type) -> ActionClient:
+    def _client(self, action: str, action_type: type) -> ActionClient | QuietActionClient:
         if action not in self._clients:
-            self._clients[action] = ActionClient(
-                self._node,
-                action_type,
-                f"/{self.name}/{action}",
-                feedback_sub_qos_profile=self._feedback_qos,
-            )
+            make = ActionClient if self._with_feedback else QuietActionClient
+            self._clients[action] = make(self._node, action_type, f"/{self.name}/{action}")
         return self._clients[action]
 
     def _take_status(self, message: RobotStatus) -> None:

@@ -10,6 +10,8 @@ from action_msgs.msg import GoalStatus
 from rclpy.action import ActionClient
 from rclpy.task import Future
 
+from swarm_commander.quiet_action import QuietActionClient
+
 
 class TaskResult(Enum):
     """How a task ended, with BasicNavigator's names."""
@@ -46,7 +48,7 @@ class Task:
         self._handle: Any = None
         self._is_cancelled = False
 
-    def send(self, client: ActionClient, goal: Any) -> None:
+    def send(self, client: ActionClient | QuietActionClient, goal: Any) -> None:
         """Send the goal."""
         future = client.send_goal_async(goal, feedback_callback=self._take_feedback)
         future.add_done_callback(self._take_answer)

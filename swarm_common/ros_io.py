@@ -16,7 +16,6 @@ from geometry_msgs.msg import (
     Point32,
     Pose2D,
     PoseStamped,
-    PoseWithCovarianceStamped,
     TransformStamped,
 )
 from geometry_msgs.msg import Pose as PoseMsg
@@ -93,18 +92,6 @@ def pose2d_msg(pose: Pose | None) -> Pose2D:
 def pose_stamped(pose: Pose, tick: int, frame: str = "map") -> PoseStamped:
     """Return geometry_msgs/PoseStamped."""
     return PoseStamped(header=header(tick, frame), pose=pose_msg(pose))
-
-
-def amcl_pose_msg(
-    pose_map: Pose, covariance: Sequence[float], tick: int
-) -> PoseWithCovarianceStamped:
-    """Return the localisation's answer; `covariance` holds the variances of x, y, yaw."""
-    message = PoseWithCovarianceStamped(header=header(tick, "map"))
-    message.pose.pose = pose_msg(pose_map)
-    full = np.zeros(36)
-    full[[0, 7, 35]] = covariance
-    message.pose.covariance = full
-    return message
 
 
 def path_msg(points_map: FloatArray, tick: int, frame: str = "map") -> Path:

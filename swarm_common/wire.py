@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 import struct
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -100,6 +101,33 @@ def read_odometry(data: bytes) -> Odometry:
     offset = after_string(data, after_string(data, HEAD + STAMP.size))
     x, y, _, qx, qy, qz, qw, vx, vy, _, _, _, wz = _ODOMETRY.unpack_from(data, aligned(offset, 8))
     return Odometry(tick, Pose(x, y, yaw_of(qx, qy, qz, qw)), Twist(vx, vy, wz))
+
+
+class CovariantPoseWriter:
+    """Encodes geometry_msgs/PoseWithCovarianceStamped with a fixed frame id."""
+
+    _POSE = struct.Struct("<7d")
+    _DIAGONAL = (0, 7, 35)  # x, y, yaw in the 6 x 6 covariance
+
+    def __init__(self, frame: str) -> None:
+        """Lay out the message once."""
+        data = bytearray(LITTLE_ENDIAN + STAMP.pack(0, 0) + encode_string(frame))
+        data += bytes(aligned(len(data), 8) - len(data))
+        self._pose_at = len(data)
+        self._data = data + bytes(self._POSE.size) + COVARIANCE
+
+    def encode(self, tick: int, pose: Pose, variances: Sequence[float]) -> bytes:
+        """Return the message of one tick; the variances are those of x, y and yaw."""
+        data = self._data
+        STAMP.pack_into(data, HEAD, *stamp_from_tick(tick))
+        half = 0.5 * pose.yaw
+        self._POSE.pack_into(
+            data, self._pose_at, pose.x, pose.y, 0.0, 0.0, 0.0, math.sin(half), math.cos(half)
+        )
+        covariance_at = self._pose_at + self._POSE.size
+        for place, variance in zip(self._DIAGONAL, variances, strict=True):
+            struct.pack_into("<d", data, covariance_at + 8 * place, variance)
+        return bytes(data)
 
 
 class ScanWriter:

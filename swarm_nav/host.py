@@ -7,6 +7,7 @@ robots). A fork costs almost nothing; a fresh interpreter costs a CPU second and
 from __future__ import annotations
 
 import argparse
+import contextlib
 import gc
 import json
 import os
@@ -29,10 +30,11 @@ from swarm_common.errors import ConfigError, SwarmError
 from swarm_common.pipes import EventWriter, LineReader
 from swarm_common.process import die_with
 from swarm_nav.node import NavigatorNode
+from swarm_nav.ros_loop import TickLoop
 from swarm_nav.settings import NodeSettings, read_node_settings
 from swarm_nav.warm_up import warm_up
 
-WAIT_SLICE = 0.25  # [s] of wall time between two looks at signals and patience
+WAIT_SLICE = 0.25  # [s] of wall time between two looks at signals
 GRACE = 5.0  # [s] for the children to end when asked to
 
 
@@ -146,16 +148,10 @@ def run_navigators(group: Sequence[NodeSettings], events: EventWriter) -> None:
         )
         for settings in group
     ]
-    for node in nodes:
-        executor.add_node(node.node)
-    try:
+    loop = TickLoop(nodes, executor, context)
+    with contextlib.suppress(ExternalShutdownException):
         while not is_stopped:
-            executor.spin_once(timeout_sec=WAIT_SLICE)
-            now = time.monotonic()
-            for node in nodes:
-                node.check_patience(now)
-    except ExternalShutdownException:
-        pass
+            loop.turn()
 
 
 def read_config(path: str | Path) -> tuple[list[list[NodeSettings]], Path | None]:

@@ -18,6 +18,7 @@ from swarm_common import ros_io, wire
 from swarm_common.beacon import deserialize_neighbors, serialize_beacon
 from swarm_common.grid import Grid
 from swarm_common.records import Pose, tick_from_stamp
+from swarm_common.ros_poll import PolledTopic
 from swarm_common.sites import Sites
 from swarm_common.sites_io import load_sites
 from swarm_nav.config import NavConfig
@@ -25,6 +26,7 @@ from swarm_nav.goals import GoalEnded, Output
 from swarm_nav.inputs import TickInput, TickInputs
 from swarm_nav.lifecycle import Lifecycle
 from swarm_nav.navigator import Navigator
+from swarm_nav.ros_clock import TickClock
 from swarm_nav.ros_goals import UnknownFrameError
 from swarm_nav.ros_params import Parameters
 from swarm_nav.ros_services import Services
@@ -34,6 +36,7 @@ from swarm_nav.settings import NODE, NodeSettings
 from swarm_nav.withholding import Withholding
 
 STATUS_TICKS = 5  # 2 Hz
+CLOCK_TICKS = 5  # for what rclpy itself stamps; our own messages carry the tick
 STATUS_PERIOD = 0.4  # [s] of wall time between two statuses without a change
 # Parameter changes are announced inside the robot's namespace, as everything of a robot.
 REMAPPING = ("--ros-args", "-r", "/parameter_events:=parameter_events")
@@ -70,6 +73,7 @@ class NavigatorNode:
         self._answer: tuple[bytes, bytes] | None = None  # beacon and command of `tick`
         self._command_writer = wire.CommandWriter("base_footprint")
         self.node = _create_node(settings, context)
+        self._clock = TickClock(self.node) if settings.fixed["use_sim_time"] else None
         self._parameters = Parameters(self.node, settings, self._reconfigure)
         self._map_subscription = self.node.create_subscription(
             OccupancyGrid, "/map", self._take_map_msg, ros_io.LATCHED
@@ -116,15 +120,36 @@ class NavigatorNode:
             self.change_lifecycle("startup")
 
     def _subscribe(self) -> None:
-        make = self.node.create_subscription
         quality = ros_io.TICK_INPUT
-        make(OdometryMsg, "odom", self._take_odom, quality, raw=True)
-        make(LaserScan, "scan", self._take_scan, quality, raw=True)
-        make(NeighborArray, "neighbors", self._take_neighbors, quality, raw=True)
+        self._odom = PolledTopic(self.node, OdometryMsg, "odom", quality)
+        self._scan = PolledTopic(self.node, LaserScan, "scan", quality)
+        self._neighbors = PolledTopic(self.node, NeighborArray, "neighbors", quality)
+        make = self.node.create_subscription
         make(PoseWithCovarianceStamped, "initialpose", self._take_initial_pose, ros_io.RELIABLE)
         make(Mission, "mission", self._take_mission, ros_io.LATCHED)
 
     # What a tick is made of
+
+    @property
+    def awaited(self) -> PolledTopic | None:
+        """What the next tick's last message comes on; None while something else must come first.
+
+        The world publishes `neighbors` after `odom` and `scan`. Without a map, or while an answer
+        is withheld, it is the executor that must be waited for.
+        """
+        is_waiting = self._brain is None or self._withholding.is_holding
+        return None if is_waiting else self._neighbors
+
+    def take_inputs(self) -> None:
+        """Take all messages of the tick that have arrived; decide if it is complete."""
+        if self._brain is None:
+            return
+        while (data := self._odom.take()) is not None:
+            self._take_odom(data)
+        while (data := self._scan.take()) is not None:
+            self._take_scan(data)
+        while (data := self._neighbors.take()) is not None:
+            self._take_neighbors(data)
 
     def _take_odom(self, data: bytes) -> None:
         odom = wire.read_odometry(data)
@@ -174,6 +199,8 @@ class NavigatorNode:
         if output.events or is_due:
             self._last_status = now
             self.publish_status()
+        if self._clock is not None and self.tick % CLOCK_TICKS == 0:
+            self._clock.set(self.tick)
         self._tasks.report(self.tick, ended)
         self._views.publish(self.tick)
 
@@ -278,10 +305,6 @@ def _is_placeholder(stamped: PoseStamped) -> bool:
 
 
 def _create_node(settings: NodeSettings, context: Context) -> Node:
-    overrides = {
-        "use_sim_time": settings.fixed["use_sim_time"],
-        "start_type_description_service": False,
-    }
     return Node(
         NODE,
         namespace=settings.name,
@@ -289,5 +312,5 @@ def _create_node(settings: NodeSettings, context: Context) -> Node:
         cli_args=list(REMAPPING),
         use_global_arguments=False,
         enable_rosout=False,
-        parameter_overrides=[Parameter(name, value=value) for name, value in overrides.items()],
+        parameter_overrides=[Parameter("start_type_description_service", value=False)],
     )

@@ -44,6 +44,7 @@ class TickActionServer(ActionServer):  # type: ignore[misc]  # rclpy has no type
         """
         self.kind = kind
         self._begin = begin
+        self._feedback_topic = f"{name}/_action/feedback"
 
         def on_goal(request: Any) -> GoalResponse:
             return GoalResponse.ACCEPT if consider(request) else GoalResponse.REJECT
@@ -65,6 +66,11 @@ class TickActionServer(ActionServer):  # type: ignore[misc]  # rclpy has no type
         """Begin the goal instead of running a callback for it."""
         del execute_callback
         self._begin(self, goal_handle)
+
+    @property
+    def has_listeners(self) -> bool:
+        """Whether somebody wants feedback."""
+        return bool(self._node.count_subscribers(self._feedback_topic) > 0)
 
     def finish(self, handle: ServerGoalHandle, outcome: Outcome, result: Any) -> None:
         """End a goal and send its result."""

@@ -131,11 +131,14 @@ class Tasks:
                 running.server.finish(running.handle, event.outcome, result)
         running = self._running.get(self._brain.goal_id or 0)
         if running is not None and (tick - running.started_tick) % FEEDBACK_TICKS == 0:
-            feedback = self._brain.feedback()
-            if feedback is not None:
-                running.handle.publish_feedback(
-                    feedback_msg(running.goal, feedback, running.started_tick, tick)
-                )
+            self._send_feedback(running, tick)
+
+    def _send_feedback(self, running: Running, tick: int) -> None:
+        feedback = self._brain.feedback() if running.server.has_listeners else None
+        if feedback is not None:
+            running.handle.publish_feedback(
+                feedback_msg(running.goal, feedback, running.started_tick, tick)
+            )
 
     def _serve_plans(self, action: Any, name: str, field: str) -> None:
         def begin(server: TickActionServer, handle: ServerGoalHandle) -> None:

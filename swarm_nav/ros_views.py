@@ -11,7 +11,7 @@ from rclpy.publisher import Publisher
 from swarm_interfaces.msg import RobotStatus
 from tf2_msgs.msg import TFMessage
 
-from swarm_common import ros_io
+from swarm_common import ros_io, wire
 from swarm_common.records import Pose
 from swarm_nav.costmap import Costmap
 from swarm_nav.goals import Status
@@ -39,6 +39,7 @@ class Views:
         self._amcl_pose = make(PoseWithCovarianceStamped, "amcl_pose", ros_io.LATCHED)
         self._particles = make(ParticleCloud, "particle_cloud", ros_io.SENSOR)
         self._tf = make(TFMessage, "tf", ros_io.TRANSFORMS)
+        self._pose_writer = wire.CovariantPoseWriter("map")
         self._wanted: set[Publisher] = set()
         self._footprint_base = np.array(brain.spec.footprint)
 
@@ -71,8 +72,7 @@ class Views:
     def publish_pose(self, tick: int) -> None:
         """Publish the estimated pose; the last one stays for late subscribers."""
         brain = self._brain
-        message = ros_io.amcl_pose_msg(brain.pose_map, brain.variances(), tick)
-        self._amcl_pose.publish(message)
+        self._amcl_pose.publish(self._pose_writer.encode(tick, brain.pose_map, brain.variances()))
 
     def _look_for_subscribers(self) -> None:
         heavy = (

@@ -29,6 +29,7 @@ from swarm_common import ros_env, ros_io
 from swarm_common.errors import SwarmError
 from swarm_common.pipes import EventWriter, LineReader
 from swarm_common.records import CONTROL_PERIOD, Twist
+from swarm_common.ros_poll import Waiter, drain
 from swarm_sim.barrier import Barrier
 from swarm_sim.build import Stage, build
 from swarm_sim.pacing import Rate, SpeedMeter, Throttle
@@ -39,6 +40,7 @@ from swarm_sim.world import Observation
 
 REPEAT_PERIOD = 0.25  # [s] of wall time after which an unanswered tick is published again
 CLOCK_PERIOD = 0.045  # [s] of wall time: at most ~20 Hz
+REQUEST_PERIOD = 0.05  # [s] of wall time between two looks for requests
 REPORT_PERIOD = 0.5  # [s] of wall time between verdicts
 WAIT_SLICE = 0.05  # [s] of wall time after which signals and periods are looked at
 
@@ -67,6 +69,7 @@ class WorldNode:
         self._clock_rate = Rate(CLOCK_PERIOD)
         self._report_rate = Rate(REPORT_PERIOD)
         self._repeat_rate = Rate(REPEAT_PERIOD)
+        self._request_rate = Rate(REQUEST_PERIOD)
         self._meter = SpeedMeter()
         self._started = time.monotonic()
         self._observations: list[Observation] = []
@@ -74,6 +77,7 @@ class WorldNode:
         self._node = _create_node()
         self._executor = EventsExecutor()
         self._executor.add_node(self._node)
+        self._waiter = Waiter(self._node.context)
         self._create_topics(stage)
 
     def _create_topics(self, stage: Stage) -> None:
@@ -136,9 +140,10 @@ class WorldNode:
         was_started = self._barrier.has_started
         while not self._is_stopped:
             now = time.monotonic()
+            self._take_answers()
             if self._barrier.is_complete(now):
                 break
-            self._executor.spin_once(timeout_sec=WAIT_SLICE)
+            self._waiter.wait([self._links[self._barrier.missing()[0]].awaited], WAIT_SLICE)
             self._repeat(now)
             self._look_around(now)
         if not was_started:
@@ -146,6 +151,12 @@ class WorldNode:
             self._throttle.start(now)
             self._meter.start(now, self._world.sim_time)
             self._started = now
+
+    def _take_answers(self) -> None:
+        """Take what has come from robots whose answer is not whole, also from the late."""
+        for link in self._links:
+            if not link.has_answered:
+                link.take_answers()
 
     def _repeat(self, now: float) -> None:
         """Publish the tick once more for robots that were not there or lost a message."""
@@ -164,7 +175,8 @@ class WorldNode:
             now = time.monotonic()
             if now >= end:
                 break
-            self._executor.spin_once(timeout_sec=min(WAIT_SLICE, end - now))
+            time.sleep(min(WAIT_SLICE, end - now))
+            self._take_answers()
             self._look_around(now)
 
     def _advance(self) -> None:
@@ -200,7 +212,9 @@ class WorldNode:
                     link.publish_truth(*truth)
 
     def _look_around(self, now: float) -> None:
-        """Do what is due on the wall clock: reports, control pipe, viewers."""
+        """Do what is due on the wall clock: requests, reports, control pipe, viewers."""
+        if self._request_rate.is_due(now):
+            drain(self._executor)
         if not self._report_rate.is_due(now):
             return
         for command in self._control.read() if self._control is not None else []:

@@ -19,6 +19,7 @@ from tf2_msgs.msg import TFMessage
 from swarm_common import ros_io, wire
 from swarm_common.beacon import deserialize_beacon, serialize_neighbors
 from swarm_common.records import Pose, RobotSpec, Twist, stamp_from_tick
+from swarm_common.ros_poll import PolledTopic
 from swarm_sim.ros_frames import Joint, fixed_transforms, moving_transforms, read_joints
 from swarm_sim.settings import Settings
 from swarm_sim.world import Observation
@@ -67,11 +68,9 @@ class RobotLink:
         self._create_publishers(node, f"/{name}")
         self._publish_description(urdf)
         kind: Any = TwistStamped if settings.cmd_vel_stamped else TwistMsg
-        callback = self._take_stamped if settings.cmd_vel_stamped else self._take_plain
-        node.create_subscription(kind, f"/{name}/cmd_vel", callback, ros_io.TICK_INPUT, raw=True)
-        node.create_subscription(
-            Beacon, f"/{name}/beacon", self._take_beacon, ros_io.TICK_INPUT, raw=True
-        )
+        self._read_command = self._take_stamped if settings.cmd_vel_stamped else self._take_plain
+        self._commands = PolledTopic(node, kind, f"/{name}/cmd_vel", ros_io.TICK_INPUT)
+        self._beacons = PolledTopic(node, Beacon, f"/{name}/beacon", ros_io.TICK_INPUT)
         self.look_for_viewers()
 
     def _create_publishers(self, node: Node, space: str) -> None:
@@ -109,6 +108,23 @@ class RobotLink:
             self._scan.publish(self._scan_writer.encode(scan))
         stamp = stamp_from_tick(odom.tick)
         self._neighbors.publish(serialize_neighbors(*stamp, observation.neighbors))
+
+    @property
+    def has_answered(self) -> bool:
+        """Whether the whole answer to the tick in hand is there."""
+        return self.command is not None and self.beacon is not None
+
+    @property
+    def awaited(self) -> PolledTopic:
+        """What the rest of the answer comes on; robots send the command last."""
+        return self._commands if self.command is None else self._beacons
+
+    def take_answers(self) -> None:
+        """Take what the robot has sent."""
+        while (data := self._beacons.take()) is not None:
+            self._take_beacon(data)
+        while (data := self._commands.take()) is not None:
+            self._read_command(data)
 
     def publish_for_viewers(
         self, pose_odom: Pose, joints: tuple[list[str], list[float], list[float]] | None
@@ -157,5 +173,5 @@ class RobotLink:
             self._note_answer()
 
     def _note_answer(self) -> None:
-        if self.command is not None and self.beacon is not None:
+        if self.has_answered:
             self._on_answer()

@@ -48,8 +48,13 @@ def robots() -> Iterator[Robots]:
 
 def config_of(path: Path, count: int, **changes: Any) -> Path:
     names = [f"Srobot{number}" for number in range(1, count + 1)]
+    mission = changes.get("mission", "loading_route")
     config = {
-        "robots": [{"name": name, "home": [0.0, 0.0, 0.0]} for name in names],
+        "robots": [
+            {"name": name, "number": number, "mission": mission}
+            for number, name in enumerate(names, 1)
+        ],
+        "homes": [[0.0, 0.0, 0.0] for _ in names],
         "mission": "loading_route",
         "sites": str(SITES),
         "seed": 0,

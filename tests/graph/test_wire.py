@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from geometry_msgs.msg import PoseWithCovarianceStamped as PoseMsg
 from geometry_msgs.msg import Twist as TwistMsg
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry as OdometryMsg
@@ -12,6 +13,7 @@ from sensor_msgs.msg import LaserScan
 
 from swarm_common import wire
 from swarm_common.records import Pose, Scan, Twist
+from swarm_common.ros_io import pose_from_msg
 
 POSE, TWIST = Pose(1.25, -2.5, 0.75), Twist(0.25, 0.0, -0.5)
 
@@ -28,6 +30,18 @@ def test_odometry(frame, child):
     odom = wire.read_odometry(serialize_message(message))
     assert (odom.tick, odom.twist) == (123, TWIST)
     assert odom.pose_odom.yaw == pytest.approx(POSE.yaw)
+
+
+@pytest.mark.parametrize("frame", ["map", "m", "a_longer_name"])
+def test_pose_with_covariance(frame):
+    writer = wire.CovariantPoseWriter(frame)
+    writer.encode(1, Pose(0.0, 0.0, 0.0), (9.0, 9.0, 9.0))
+    message = deserialize_message(writer.encode(123, POSE, (0.1, 0.2, 0.3)), PoseMsg)
+    assert message.header.frame_id == frame
+    assert (message.header.stamp.sec, message.header.stamp.nanosec) == (12, 300_000_000)
+    assert (message.pose.pose.position.x, message.pose.pose.position.y) == (POSE.x, POSE.y)
+    assert pose_from_msg(message.pose.pose).yaw == pytest.approx(POSE.yaw)
+    assert {i: v for i, v in enumerate(message.pose.covariance) if v} == {0: 0.1, 7: 0.2, 35: 0.3}
 
 
 def test_scan():
