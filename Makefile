@@ -33,7 +33,7 @@ setup: .venv/.ready-run
 	@touch $@
 
 .venv/.ready-test: $(inputs)
-	tools/bootstrap.sh dev
+	tools/bootstrap.sh dev,bench
 	@touch $@ .venv/.ready-run
 
 clean:

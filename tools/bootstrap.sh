@@ -1,6 +1,6 @@
 #!/bin/sh
 # Sets up .venv: Python environment, dependencies, ROS 2 interface packages.
-# Usage: tools/bootstrap.sh [EXTRA]      (an extra of pyproject.toml: dev)
+# Usage: tools/bootstrap.sh [EXTRAS]      (extras of pyproject.toml, like dev,bench)
 # Called by the Makefile, which skips it while nothing has changed since.
 set -eu
 cd "$(dirname "$0")/.."

@@ -16,8 +16,15 @@ from swarm_bench.baselines import dwa_kernels as kernels
 from swarm_bench.baselines.base import Baseline
 from swarm_bench.baselines.planning import Track, plain_planner, robot_costs, waypoint
 from swarm_common.grid import Grid
-from swarm_common.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec, Scan, Twist
-from swarm_common.records import wrap_angle
+from swarm_common.records import (
+    CONTROL_PERIOD,
+    FloatArray,
+    Pose,
+    RobotSpec,
+    Scan,
+    Twist,
+    wrap_angle,
+)
 from swarm_common.sites import Sites
 from swarm_nav.config import NavConfig
 from swarm_nav.goals import PlanError
@@ -120,7 +127,7 @@ class DwaDriver(Baseline):
             SAMPLES,
             clearance,
             self._scene(),
-            np.ascontiguousarray(track.ahead(LOOKAHEAD)),
+            np.ascontiguousarray(track.ahead(LOOKAHEAD)[::2]),
             SCALES,
             HORIZON_STEPS,
         )

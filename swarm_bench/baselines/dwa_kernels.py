@@ -45,21 +45,26 @@ def follow(pose, v, w, steps, radius, scene, path):
     x, y, yaw = pose
     start = gap(x, y, radius, field, frame, discs, points, reach)
     floor = min(0.0, start)
-    smallest = FAR
+    smallest = start
     free = FAR
     off_path = 0.0
+    if v == 0.0:  # a circle that turns on the spot
+        return free, smallest, x, y, yaw + w * steps * STEP, path_gap(x, y, path)
+    looks = 0
     for s in range(steps):
         middle = yaw + 0.5 * w * STEP
         x += v * STEP * math.cos(middle)
         y += v * STEP * math.sin(middle)
         yaw += w * STEP
         near = gap(x, y, radius, field, frame, discs, points, reach)
-        if near < floor and v != 0.0:
+        smallest = min(smallest, near)
+        if near < floor:
             free = abs(v) * STEP * s
             break
-        smallest = min(smallest, near)
-        off_path += path_gap(x, y, path)
-    return free, smallest, x, y, yaw, off_path / steps
+        if s % 3 == 2:
+            off_path += path_gap(x, y, path)
+            looks += 1
+    return free, smallest, x, y, yaw, off_path / max(1, looks)
 
 
 @njit(cache=True)
