@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -13,14 +13,15 @@ from swarm_bench import store
 from swarm_bench.machine import machine_line
 from swarm_bench.report import traffic_report
 from swarm_bench.result import RunResult
-from swarm_bench.ros_run import run_on_graph
-from swarm_bench.selection import SUITE, check_jobs, parse_seeds, parse_sizes, select
-from swarm_bench.sweep import run_all
-from swarm_bench.table import run_line, summary_table
+from swarm_bench.selection import SUITE, check_jobs, parse_seeds, parse_sizes, select, suite_sweeps
+from swarm_bench.sweep import Sweep
+from swarm_bench.table import summary_table
 from swarm_common.errors import ConfigError
 
 MISSED = 1
 PIPE_WIDTH = 170  # columns of tables that nobody looks at on a terminal
+
+Jobs = Annotated[int, typer.Option(help="Processes.")]
 
 bench_app = typer.Typer(add_completion=False, rich_markup_mode=None, no_args_is_help=True)
 
@@ -44,7 +45,9 @@ def traffic(
     delay: Annotated[float | None, typer.Option(help="[s] by which beacons are late.")] = None,
     engine: Annotated[
         str | None,
-        typer.Option(help="planar or bullet.  [default: planar; bullet with --ros]"),
+        typer.Option(
+            help="planar or bullet.  [default: planar; bullet with --ros]", show_default=False
+        ),
     ] = None,
     lidar: Annotated[
         bool | None,
@@ -55,18 +58,18 @@ def traffic(
         list[str] | None,
         typer.Option("--set", help="Parameter of the navigators: traffic.safety_margin=0.06"),
     ] = None,
-    jobs: Annotated[int, typer.Option(help="Processes.")] = 1,
+    jobs: Jobs = 1,
     ros: Annotated[bool, typer.Option("--ros", help="By swarm-up, on the real ROS graph.")] = False,
     json_: Annotated[
         Path | None,
         typer.Option("--json", help="File of JSON lines to add to; runs in it are not repeated."),
     ] = None,
 ) -> None:
-    """Run the traffic suite; without --ros in one process per run, without the ROS graph.
+    """Run scenarios; without --ros each run is one process without the ROS graph.
 
     Exit code: 0 every goal reached without a collision; 1 otherwise; 2 bad input.
     """
-    wanted = select(
+    options = select(
         scenario,
         parse_sizes(robots),
         parse_seeds(seeds),
@@ -78,41 +81,70 @@ def traffic(
         settings=set_ or [],
     )
     check_jobs(jobs, ros=ros, method=method)
+    sweep = Sweep(options, jobs, ros)
+    sweep.check()
     console = _console()
-    known = store.read_results(json_) if json_ is not None and json_.is_file() else []
-    keys = {store.key_of_options(item, ros=ros) for item in wanted}
-    results = [result for result in known if store.key_of(result) in keys]
-    todo = store.missing(wanted, known, ros=ros)
-    if results:
-        console.print(f"{len(results)} of {len(wanted)} runs are in {json_} already")
-    with contextlib.ExitStack() as stack:
-        file = stack.enter_context(store.open_to_append(json_)) if json_ is not None else None
-        for result in run_all(todo, jobs, run_on_graph) if ros else run_all(todo, jobs):
-            results.append(result)
-            console.print(run_line(result), highlight=False, soft_wrap=True, markup=False)
-            if file is not None:
-                store.append(file, result)
+    results = sweep.run(json_, console)
     console.print(summary_table(results))
-    if not all(result.is_flawless for result in results):
-        raise typer.Exit(MISSED)
+    _exit(results)
+
+
+@bench_app.command()
+def suite(
+    json_: Annotated[
+        Path, typer.Option("--json", help="File of JSON lines; runs in it are not repeated.")
+    ],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Markdown file to write.")],
+    jobs: Jobs = 1,
+    seeds: Annotated[
+        str, typer.Option(help=f"Of the bench runs; {SUITE}: as many as each scenario says.")
+    ] = SUITE,
+    baseline_seeds: Annotated[str, typer.Option(help="Of dwa and orca; none: without.")] = "0-2",
+    ros_seeds: Annotated[str, typer.Option(help="On the ROS graph; none: without.")] = "0-2",
+    ros_most: Annotated[int, typer.Option(help="Largest swarm on the ROS graph.")] = 50,
+) -> None:
+    """Run the whole suite, the baselines and the ROS rows, and write the document.
+
+    Exit code: as of `traffic`, where the baselines' misses do not count.
+    """
+    check_jobs(jobs, ros=False, method="ours")
+    sweeps = suite_sweeps(seeds, baseline_seeds, ros_seeds, ros_most, jobs)
+    for sweep in sweeps:
+        sweep.check()
+    console = _console()
+    results = [result for sweep in sweeps for result in sweep.run(json_, console)]
+    console.print(summary_table(results))
+    _write_report(results, output, machine_line())
+    _exit([result for result in results if result.method == "ours"])
 
 
 @bench_app.command("report-traffic")
 def report_traffic(
     files: Annotated[list[Path], typer.Argument(help="Files of `swarm-bench traffic --json`.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="Markdown file to write.")],
-    machine: Annotated[str, typer.Option(help="Where it was measured.  [default: here]")] = "",
+    machine: Annotated[
+        str, typer.Option(help="Where it was measured.  [default: here]", show_default=False)
+    ] = "",
 ) -> None:
-    """Write the tables of a sweep, as in docs/traffic.md."""
+    """Write the tables of runs that were made before."""
     results: list[RunResult] = []
     for path in files:
         results += store.read_results(path)
     if not results:
         raise ConfigError(f"no results in {', '.join(map(str, files))}")
+    _write_report(results, output, machine or machine_line())
+
+
+def _write_report(results: Sequence[RunResult], output: Path, machine: str) -> None:
     try:
-        output.write_text(traffic_report(results, machine or machine_line()), encoding="utf-8")
+        output.write_text(traffic_report(results, machine), encoding="utf-8")
     except OSError as cause:
         raise ConfigError(f"cannot write {output}: {cause}") from cause
+
+
+def _exit(results: Sequence[RunResult]) -> None:
+    if not all(result.is_flawless for result in results):
+        raise typer.Exit(MISSED)
 
 
 def _console() -> Console:

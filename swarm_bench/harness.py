@@ -83,6 +83,8 @@ class Harness:
         self._goal_ids = [0] * count
         self._durations = array("f")  # [s] of wall time of each brain's tick
         self._limit = round(options.scenario.limit_of(options.robots) / CONTROL_PERIOD)
+        self._stall_limit = round(options.scenario.stall_limit / CONTROL_PERIOD)
+        self._last_success = 0  # tick
 
     @property
     def is_over(self) -> bool:
@@ -93,7 +95,7 @@ class Harness:
         )
 
     def run(self) -> RunResult:
-        """Run until all missions are over or the scenario's time limit."""
+        """Run until all missions are over, or one of the scenario's limits."""
         started = time.perf_counter()
         try:
             while self.advance():
@@ -118,7 +120,7 @@ class Harness:
                 self._follow_mission(index, tick, output)
         if self._on_tick is not None:
             self._on_tick(world, self.stage.drivers, self._outputs)
-        if self.is_over or tick >= self._limit:
+        if self.is_over or tick >= min(self._limit, self._last_success + self._stall_limit):
             return False
         world.step(self._twists, self._sent)
         return True
@@ -161,6 +163,8 @@ class Harness:
         for event in output.events:
             if isinstance(event, GoalEnded) and not itinerary.is_over:
                 is_reached = event.outcome is Outcome.SUCCEEDED
+                if is_reached:
+                    self._last_success = tick
                 reason = f"error {int(event.error_code)}: {event.message}"
                 self._send(index, itinerary.on_end(is_reached, tick, reason))
 

@@ -15,22 +15,22 @@ SHOWN = 20  # flaws that are listed one by one
 HEAD = """\
 # Traffic, measured
 
-Written by `swarm-bench report-traffic` from the results of these commands; a killed one continues
-where it was. Do not edit by hand.
+Not written by hand, but by one command; killed and started again, it continues where it was:
 
 ```
-swarm-bench traffic --scenario all --seeds suite --jobs 2 --json suite.jsonl
-swarm-bench traffic --scenario all --seeds 0-2 --method dwa --jobs 2 --json suite.jsonl
-swarm-bench traffic --scenario all --seeds 0-2 --method orca --jobs 2 --json suite.jsonl
-swarm-bench traffic --scenario all --robots 20 --seeds 0-2 --ros --json suite.jsonl
-swarm-bench report-traffic suite.jsonl -o docs/traffic.md
+swarm-bench suite --jobs 2 --json traffic.jsonl -o docs/traffic.md
 ```
 
-Machine: {machine}. Makespans are simulated seconds until the last goal was reached, median
-[smallest..largest] of the complete runs. Worst wait is the time that the robot which waited most
-in any run stood because of others or held. Clearance is the smallest true distance of any robot
-from anything. "Held gap" is the smallest distance between the tubes that two robots held, less
-the sum of their safety radii; a robot that makes way may use up `traffic.yield_slack` of it.
+Machine: {machine}.
+
+- **Makespan**: simulated seconds until the last goal was reached, median [smallest..largest] of
+  the complete runs. A run in which nobody reaches a goal for 600 s counts as deadlocked and ends.
+- **Worst wait**: time for which the robot that waited most in any run stood because of others or
+  held.
+- **Clearance**: smallest true distance of any robot from anything.
+- **Held gap**: smallest distance between the tubes that two robots held, less the sum of their
+  safety radii.
+- **µs per tick**: of one navigator, all that it does in a tick, median.
 """
 BENCH = """
 ## The suite in the bench

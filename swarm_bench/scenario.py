@@ -45,6 +45,7 @@ class Scenario:
         dead: Where robots stand, the last ones of the swarm, that never do or say anything.
         seeds: Number of seeds of the suite by swarm size; `SUITE_SEEDS` where nothing is said.
         time_limit: [s] of simulated time by swarm size, after which missing goals are missed.
+        stall_limit: [s] without any goal reached after which a run counts as deadlocked and ends.
         targets: By swarm size.
     """
 
@@ -63,6 +64,7 @@ class Scenario:
     dead: tuple[Pose, ...] = ()
     seeds: Mapping[int, int] = field(default_factory=dict)
     time_limit: Mapping[int, float] = field(default_factory=dict)
+    stall_limit: float = 600.0
     targets: Mapping[int, Target] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -78,6 +80,8 @@ class Scenario:
                 raise ConfigError(f"{name} is {getattr(self, name)}; it must not be negative")
         if len(self.dead) >= min(self.robots):
             raise ConfigError(f"{len(self.dead)} dead robots leave none of {min(self.robots)}")
+        if self.stall_limit <= 0.0:
+            raise ConfigError(f"stall_limit is {self.stall_limit} s; it must be positive")
         for size, count in self.seeds.items():
             if count < 1:
                 raise ConfigError(f"seeds of {size} robots is {count}; it must be 1 or more")
@@ -220,5 +224,6 @@ _READERS: dict[str, Any] = {
     "dead": _poses,
     "seeds": _counts,
     "time_limit": _limits,
+    "stall_limit": number,
     "targets": _targets,
 }

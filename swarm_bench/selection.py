@@ -9,12 +9,15 @@ from typing import Any
 from swarm_bench.methods import METHODS
 from swarm_bench.scenario import Scenario, check_size, load_scenario, scenario_names
 from swarm_bench.stage import RunOptions, parse_parameters
+from swarm_bench.sweep import Sweep
 from swarm_common.errors import ConfigError, UnknownNameError
 from swarm_sim.world import ENGINES
 
 MOST_SEEDS = 100_000
 MOST_JOBS = 256
-SUITE = "suite"
+SUITE = "suite"  # as many seeds as each scenario says
+ALL = "all"  # scenarios
+NONE = "none"  # seeds
 
 
 def parse_seeds(text: str) -> list[int] | None:
@@ -122,7 +125,30 @@ def check_jobs(jobs: int, *, ros: bool, method: str) -> None:
         raise ConfigError(f"--ros runs our navigators; --method {method} needs the bench")
 
 
+def suite_sweeps(
+    seeds: str, baseline_seeds: str, ros_seeds: str, ros_most: int, jobs: int
+) -> list[Sweep]:
+    """Return everything that docs/traffic.md is written from.
+
+    Args:
+        seeds: Of our method in the bench.
+        baseline_seeds: Of the other methods; `none` to leave them out.
+        ros_seeds: On the ROS graph; likewise.
+        ros_most: Largest swarm on the ROS graph.
+        jobs: Processes of the bench.
+    """
+    sweeps = [Sweep(select(ALL, (), parse_seeds(seeds)), jobs)]
+    if baseline_seeds != NONE:
+        chosen = parse_seeds(baseline_seeds)
+        others = [method for method in METHODS if method != "ours"]
+        sweeps += [Sweep(select(ALL, (), chosen, method=method), jobs) for method in others]
+    if ros_seeds != NONE:
+        runs = select(ALL, (), parse_seeds(ros_seeds), engine="bullet", lidar=True)
+        sweeps.append(Sweep([run for run in runs if run.robots <= ros_most], ros=True))
+    return sweeps
+
+
 def _scenarios(names: str) -> list[Scenario]:
-    if names == "all":
+    if names == ALL:
         return [load_scenario(name) for name in scenario_names()]
     return [load_scenario(name.strip()) for name in names.split(",")]

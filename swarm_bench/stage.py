@@ -70,6 +70,20 @@ class Stage:
     grid: Grid
 
 
+def check(options: RunOptions) -> None:
+    """Check what a run needs, without a world.
+
+    Raises:
+        SwarmError: If a file or a value is unusable.
+    """
+    scene, mission, homes, specs = _cast(options)
+    mission.stops(scene.sites, homes[0], seed=options.seed, robot_id=1, homes_map=homes)
+    _grid(options.scenario.world)
+    _walkers(options.scenario.world, options.scenario.actors)
+    load_method(options.method)
+    nav_config(options, specs[0])
+
+
 def build(options: RunOptions) -> Stage:
     """Return the stage of a run; starts, goals and parameters are those of `swarm-up`.
 
@@ -77,10 +91,8 @@ def build(options: RunOptions) -> Stage:
         SwarmError: If a file or a value is unusable.
     """
     scenario, count = options.scenario, options.robots
-    scene, grid, mission = _scene(scenario.world), _grid(scenario.world), _mission(scenario.mission)
-    mission.check_stations(scene.sites, f"world {scene.name}, for mission {mission.name}")
-    specs = [_robot(model) for model in scenario.models(count)]
-    homes = _homes(scenario, specs, mission.spawn)
+    scene, mission, homes, specs = _cast(options)
+    grid = _grid(scenario.world)
     dead = frozenset(range(count - len(scenario.dead), count))
     method = load_method(options.method)
     world = World(
@@ -113,6 +125,15 @@ def build(options: RunOptions) -> Stage:
         for index, home in enumerate(homes)
     ]
     return Stage(world, drivers, itineraries, homes, dead, grid)
+
+
+def _cast(options: RunOptions) -> tuple[Scene, Mission, list[Pose], list[RobotSpec]]:
+    """Return world, mission, and where robots of which model start."""
+    scenario = options.scenario
+    scene, mission = _scene(scenario.world), _mission(scenario.mission)
+    mission.check_stations(scene.sites, f"world {scene.name}, for mission {mission.name}")
+    specs = [_robot(model) for model in scenario.models(options.robots)]
+    return scene, mission, _homes(scenario, specs, mission.spawn), specs
 
 
 def nav_config(options: RunOptions, spec: RobotSpec) -> NavConfig:

@@ -1,16 +1,73 @@
-"""Many runs, one after the other or in several processes."""
+"""Many runs, one after the other or in several processes, with their results kept on disk."""
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
 from multiprocessing import get_context
+from pathlib import Path
 
+from rich.console import Console
+
+from swarm_bench import store
 from swarm_bench.harness import run
 from swarm_bench.result import RunResult
-from swarm_bench.stage import RunOptions
+from swarm_bench.ros_run import run_on_graph
+from swarm_bench.stage import RunOptions, check
+from swarm_bench.table import run_line
 
 Runner = Callable[[RunOptions], RunResult]
+
+
+@dataclass(frozen=True, slots=True)
+class Sweep:
+    """What to run, and how.
+
+    Attributes:
+        options: The runs, in order.
+        jobs: Processes.
+        ros: Whether on the ROS graph.
+    """
+
+    options: Sequence[RunOptions]
+    jobs: int = 1
+    ros: bool = False
+
+    def check(self) -> None:
+        """Check each scenario and size before anything runs.
+
+        Raises:
+            SwarmError: For the first thing that is wrong.
+        """
+        seen: set[tuple[str, int]] = set()
+        for item in self.options:
+            if (item.scenario.name, item.robots) not in seen:
+                seen.add((item.scenario.name, item.robots))
+                check(item)
+
+    def run(self, file: Path | None, console: Console) -> list[RunResult]:
+        """Run what is not in a result file yet, add it there; return all results.
+
+        Args:
+            file: Of JSON lines; None to keep nothing.
+            console: For a line per run.
+        """
+        known = store.read_results(file) if file is not None and file.is_file() else []
+        keys = {store.key_of_options(item, ros=self.ros) for item in self.options}
+        results = [result for result in known if store.key_of(result) in keys]
+        todo = store.missing(self.options, known, ros=self.ros)
+        if results:
+            console.print(f"{len(results)} of {len(self.options)} runs are in {file} already")
+        with contextlib.ExitStack() as stack:
+            output = stack.enter_context(store.open_to_append(file)) if file is not None else None
+            for result in run_all(todo, self.jobs, run_on_graph if self.ros else run):
+                results.append(result)
+                console.print(run_line(result), highlight=False, soft_wrap=True, markup=False)
+                if output is not None:
+                    store.append(output, result)
+        return results
 
 
 def run_all(
