@@ -19,12 +19,14 @@ HELD_POINTS = 24  # capacity of the held tube's polyline
 WANTED_POINTS = 8  # capacity of the requested continuation
 INTENT_POINTS = 31  # capacity of the announced path
 FOOTPRINT_POINTS = 8
+HEARD_ENTRIES = 24  # robots whose beacons can be acknowledged at a time
 NO_ROBOT = 0  # ids start at 1
 
 MODE_DRIVE, MODE_HOLD, MODE_YIELD, MODE_PAUSE, MODE_DONE = range(5)
 FLAG_STUCK = 1
 FLAG_ACTIVE = 2  # the navigator is active (lifecycle)
 FLAG_CIRCUIT = 4  # driving the holding circuit
+FLAG_DEAF = 8  # stands because it hears nothing; listens anew before it claims again
 
 BEACON_DTYPE = np.dtype(
     [
@@ -53,6 +55,7 @@ BEACON_DTYPE = np.dtype(
         ("wanted", "<f4", (WANTED_POINTS, 2)),
         ("intent", "<f4", (INTENT_POINTS, 2)),
         ("footprint", "<f4", (FOOTPRINT_POINTS, 2)),
+        ("heard", "<u4", (HEARD_ENTRIES,)),
     ]
 )
 BEACON_SIZE = BEACON_DTYPE.itemsize

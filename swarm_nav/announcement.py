@@ -8,6 +8,7 @@ import numpy as np
 
 from swarm_common.beacon import (
     FLAG_ACTIVE,
+    FLAG_DEAF,
     FLAG_STUCK,
     MODE_DONE,
     MODE_DRIVE,
@@ -61,8 +62,11 @@ def compose_beacon(
     if has_goal:
         rank = CLASS_HOLDING if state in (State.HOLDING, State.BEHAVING) else CLASS_DRIVING
     priority = max(base_priority(rank, last_goal_tick, s.robot_id), right.inherited)
+    if priority != s.priority:
+        s.tube.forget_requests()  # who acknowledged them compared another priority
     s.priority = priority
     flags = (FLAG_STUCK if s.is_stuck or not is_active else 0) | (FLAG_ACTIVE if is_active else 0)
+    flags |= FLAG_DEAF if s.is_deaf else 0
     target = holding.target or NOWHERE
     if right.is_yielding:
         x, y = s.tube.points[-1]
@@ -74,7 +78,9 @@ def compose_beacon(
         flags | holding.flags, MODE_YIELD if right.is_yielding else MODES[state],
         *target, *(lease.station or NOWHERE), lease.tick, 0,
     )  # fmt: skip
-    return make_beacon(head, (*s.tube.publish(s.pose), np.array(spec.footprint)))
+    beacon = make_beacon(head, (*s.tube.publish(s.pose, s.tick), np.array(spec.footprint)))
+    beacon["heard"] = s.hood.heard(s.tick)
+    return beacon
 
 
 def compose_status(

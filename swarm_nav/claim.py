@@ -43,12 +43,8 @@ class Claim:
             (s.radius, s.priority, s.robot_id, s.yields_for),
             self._published_held,
             len(self._published_held),
-            (
-                traffic.confirmations,
-                traffic.wanted_length,
-                traffic.push_ticks,
-                traffic.yield_slack,
-            ),
+            tube.requests,
+            (traffic.push_ticks, traffic.yield_slack),
             (s.obstacle_points(), s.obstacle_clearance),
             s.hood.claims(),
         )

@@ -10,6 +10,7 @@ from swarm_common.beacon import (
     BEACON_WORDS,
     FLAG_ACTIVE,
     FLAG_STUCK,
+    HEARD_ENTRIES,
     BeaconArray,
     words_of,
 )
@@ -17,7 +18,10 @@ from swarm_common.records import CONTROL_PERIOD
 from swarm_nav import neighborhood_kernels as kernels
 from swarm_nav.config import TrafficConfig
 
-STOPPING_POINTS = 7  # held points, the pose first: a drive without commands stops on the first five
+UNHEARD_PATIENCE = 12  # ticks without an acknowledgement after which a robot stands
+STOPPING_POINTS = 8  # of a tube, the pose first, on which a robot has stopped that stands then
+UNHEARD_NEAR = 2.0  # [m] within which every robot has to hear this one
+UNHEARD_FAR = 4.5  # [m] within which at least one has to
 MAX_SPEED = 0.52  # [m/s] at which two robots can part
 INITIAL_ROWS = 32
 CLAIM_COLUMNS = (
@@ -47,6 +51,7 @@ class Neighborhood:
         ages: (n,) [ticks] since each was sent.
         gone: (n,)
         priorities: (n,) as published.
+        acks: (n,) tick of the newest own beacon that each has; of who need not hear us, now.
     """
 
     def __init__(self, own_id: int, config: TrafficConfig) -> None:
@@ -56,7 +61,8 @@ class Neighborhood:
         self._count = 0
         self._inbox: list[tuple[NDArray[np.uint32], float, float]] = []
         self._words: NDArray[np.uint32] = np.zeros((0, BEACON_WORDS), np.uint32)
-        self._distances: NDArray[np.float64] = np.zeros(0)
+        self._notes: NDArray[np.float64] = np.zeros((0, 2))
+        self._heard: NDArray[np.uint32] = np.zeros(HEARD_ENTRIES, np.uint32)
         self._allocate(INITIAL_ROWS)
         self._show()
 
@@ -75,15 +81,21 @@ class Neighborhood:
             if self._count + len(batch) > len(self._words):
                 self._allocate(2 * (self._count + len(batch)))
             self._count = kernels.merge(
-                self._words, self._floats, self._distances, self._count, batch, x, y
+                self._words,
+                self._floats,
+                self._notes,
+                self._count,
+                batch,
+                x,
+                y,
+                self._config.lost_ticks,
             )
         self._inbox.clear()
         config = self._config
         edge = config.radio_range - 2.0 * MAX_SPEED * config.lost_ticks * CONTROL_PERIOD
-        # A drive without commands stops after half a second, within the first held points.
         limits = (config.lost_ticks, edge, config.dead_ticks, STOPPING_POINTS)
         self._count = kernels.refresh(
-            self._words, self._distances, self._columns, self._count, tick, limits
+            self._words, self._notes, self._columns, self._count, tick, self._own_id, limits
         )
         self._show()
 
@@ -104,7 +116,17 @@ class Neighborhood:
         The first four have a row per robot, the others are views of the whole table: a view of
         one row would be contiguous, and numba would compile the kernels a second time for it.
         """
-        return (self.ids, self.ages, self.gone, self.priorities, *self._claims)
+        return (self.ids, self.acks, self.gone, self.priorities, *self._claims)
+
+    def heard(self, tick: int) -> NDArray[np.uint32]:
+        """Return the acknowledgements for the beacon of `tick`; the next call overwrites them."""
+        kernels.acknowledge(self._words, self._notes, self.gone, tick, self._heard)
+        return self._heard
+
+    def deaf_neighbor(self, tick: int) -> int:
+        """Return the id of a near robot that does not hear this one, 0 if all do."""
+        limits = (UNHEARD_PATIENCE, UNHEARD_NEAR, UNHEARD_FAR)
+        return int(kernels.deaf_neighbor(self.ids, self.acks, self._notes, tick, limits))
 
     def row(self, robot_id: int) -> int | None:
         """Return the row of a robot, None if it is not known."""
@@ -141,15 +163,16 @@ class Neighborhood:
         """Make the table `rows` long."""
         words = np.zeros((rows, BEACON_WORDS), np.uint32)
         words[: self._count] = self._words[: self._count]
-        distances = np.zeros(rows)
-        distances[: self._count] = self._distances[: self._count]
-        self._words, self._distances = words, distances
+        notes = np.zeros((rows, 2))
+        notes[: self._count] = self._notes[: self._count]
+        self._words, self._notes = words, notes
         self._floats = words.view(np.float32)
         self._records: BeaconArray = words.view(BEACON_DTYPE)[:, 0]
         self._columns = (
             np.zeros(rows, np.uint32),
             np.zeros(rows, np.int64),
             np.zeros(rows, np.bool_),
+            np.zeros(rows, np.int64),
             np.zeros(rows, np.int64),
         )
         self._claims = tuple(self._records[name] for name in CLAIM_COLUMNS)
@@ -158,8 +181,9 @@ class Neighborhood:
         """Point the public arrays at the rows in use."""
         count = self._count
         self.beacons = self._records[:count]
-        ids, ages, gone, priorities = self._columns
+        ids, ages, gone, priorities, acks = self._columns
         self.ids: NDArray[np.uint32] = ids[:count]
         self.ages: NDArray[np.int64] = ages[:count]
         self.gone: NDArray[np.bool_] = gone[:count]
         self.priorities: NDArray[np.int64] = priorities[:count]
+        self.acks: NDArray[np.int64] = acks[:count]

@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numba import njit
 
-from swarm_common.beacon import word_of
+from swarm_common.beacon import FLAG_DEAF, HEARD_ENTRIES, word_of
 
 ID = word_of("id")
 TICK = word_of("tick")
@@ -23,11 +23,18 @@ STATION = word_of("station")
 STATION_TICK = word_of("station_tick")
 HELD_SIZE = word_of("held_size")
 WANTED_SIZE = word_of("wanted_size")
+FLAGS = word_of("flags")
+HEARD = word_of("heard")
+UNHEARD = -(1 << 40)  # tick that no request is as old as
+ROTATING = 4  # entries that are shared out in turn when there are more robots than entries
 
 
 @njit(cache=True)
-def merge(words, floats, distances, count, batch, x, y):
-    """Store a batch of rows, with the distances of their poses to (x, y); return the new count."""
+def merge(words, floats, notes, count, batch, x, y, lost_ticks):
+    """Store a batch of rows that are newer than what is known; return the new count.
+
+    notes = (n, 2): distance of the pose to (x, y) when heard, tick since which it is heard.
+    """
     row = 0
     for k in range(batch.shape[0]):
         robot = batch[k, ID]
@@ -38,44 +45,105 @@ def merge(words, floats, distances, count, batch, x, y):
         if row == count or words[row, ID] != robot:
             for j in range(count, row, -1):
                 words[j] = words[j - 1]
-                distances[j] = distances[j - 1]
+                notes[j] = notes[j - 1]
             count += 1
+            notes[row, 1] = batch[k, TICK]
+        elif batch[k, TICK] < words[row, TICK]:
+            continue  # overtaken by a newer one
+        elif np.int64(batch[k, TICK]) - np.int64(words[row, TICK]) > lost_ticks:
+            notes[row, 1] = batch[k, TICK]
         words[row] = batch[k]
-        distances[row] = math.hypot(floats[row, POSE] - x, floats[row, POSE + 1] - y)
+        notes[row, 0] = math.hypot(floats[row, POSE] - x, floats[row, POSE + 1] - y)
         row += 1
     return count
 
 
 @njit(cache=True)
-def refresh(words, distances, columns, count, tick, limits):
+def refresh(words, notes, columns, count, tick, own_id, limits):
     """Drop the rows of those who left and fill the columns of the others; return their number.
 
-    columns = (ids, ages, gone, priorities), one entry per row. limits = (lost_ticks, edge,
+    columns = (ids, ages, gone, priorities, acks), one entry per row. limits = (lost_ticks, edge,
     dead_ticks, stopping_points): a robot silent for more than lost_ticks has left if it was heard
-    beyond `edge` [m] and is gone otherwise; silent for more than dead_ticks it keeps only
-    `stopping_points` of its held tube.
+    beyond `edge` [m] and is gone otherwise; silent for more than dead_ticks it keeps only the
+    first `stopping_points` of what it held and requested.
     """
-    ids, ages, gone, priorities = columns
+    ids, ages, gone, priorities, acks = columns
     lost_ticks, edge, dead_ticks, stopping_points = limits
     kept = 0
     for row in range(count):
         age = tick - np.int64(words[row, TICK])
-        if age > lost_ticks and distances[row] > edge:
+        if age > lost_ticks and notes[row, 0] > edge:
             continue
         if kept < row:
             words[kept] = words[row]
-            distances[kept] = distances[row]
+            notes[kept] = notes[row]
         if age > dead_ticks:
-            words[kept, HELD_SIZE] = min(words[kept, HELD_SIZE], np.uint32(stopping_points))
-            words[kept, WANTED_SIZE] = 0
+            held = min(np.int64(words[kept, HELD_SIZE]), stopping_points)
+            words[kept, HELD_SIZE] = held
+            words[kept, WANTED_SIZE] = min(
+                np.int64(words[kept, WANTED_SIZE]), stopping_points - held
+            )
         ids[kept] = words[kept, ID]
         ages[kept] = age
         gone[kept] = age > lost_ticks
         priorities[kept] = (np.int64(words[kept, PRIORITY]) << 32) | np.int64(
             words[kept, PRIORITY + 1]
         )
+        is_deaf = words[kept, FLAGS] & np.uint32(FLAG_DEAF)
+        acks[kept] = tick if gone[kept] or is_deaf else heard_tick(words[kept], own_id, tick)
         kept += 1
     return kept
+
+
+@njit(cache=True)
+def heard_tick(row, own_id, tick):
+    """Return the tick of the newest beacon of ours that a robot says to have, UNHEARD without."""
+    for k in range(HEARD, HEARD + HEARD_ENTRIES):
+        entry = np.int64(row[k])
+        if entry >> 16 == own_id:
+            return tick - ((tick - entry) & 0xFFFF)
+    return UNHEARD
+
+
+@njit(cache=True)
+def acknowledge(words, notes, gone, tick, out):
+    """Write which beacons were heard last: those of the nearest robots, of further ones in turn."""
+    count = gone.shape[0]
+    room = out.shape[0]
+    out[:] = 0
+    if count <= room:
+        for row in range(count):
+            out[row] = (words[row, ID] << np.uint32(16)) | (words[row, TICK] & np.uint32(0xFFFF))
+        return
+    order = np.argsort(notes[:count, 0])
+    for k in range(room):
+        row = order[k]
+        if k >= room - ROTATING:
+            row = order[room - ROTATING + (tick * ROTATING + k) % (count - room + ROTATING)]
+        out[k] = (words[row, ID] << np.uint32(16)) | (words[row, TICK] & np.uint32(0xFFFF))
+
+
+@njit(cache=True)
+def deaf_neighbor(ids, acks, notes, tick, limits):
+    """Return the id of a robot that does not hear us, 0 if all do that matter.
+
+    limits = (patience, near, far): a robot within `near` [m] that has not acknowledged a beacon
+    for `patience` ticks; or within `far`, if nobody there has.
+    """
+    patience, near, far = limits
+    silent = 0
+    is_heard = False
+    for row in range(ids.shape[0]):
+        need_not_hear = acks[row] == tick
+        if need_not_hear or notes[row, 0] > far or tick - notes[row, 1] <= patience:
+            continue
+        if tick - acks[row] <= patience:
+            is_heard = True
+        elif notes[row, 0] <= near:
+            return np.int64(ids[row])
+        else:
+            silent = np.int64(ids[row])
+    return 0 if is_heard else silent
 
 
 @njit(cache=True)

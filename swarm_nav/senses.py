@@ -42,6 +42,9 @@ class Senses:
         timeout = s.config.costmap.scan_timeout
         if not is_hearing:
             return "stands: its radio delivers nothing"
+        unheard_by = s.hood.deaf_neighbor(s.tick)
+        if unheard_by:
+            return f"stands: Srobot{unheard_by} does not hear it"
         if timeout > 0.0 and s.tick - max(self._scan_tick, s.listening_since) > s.ticks(timeout):
             return f"stands: no scan for more than {timeout:.1f} s"
         return ""
@@ -50,7 +53,9 @@ class Senses:
         """Listen anew after a silence in which robots may have come near unheard."""
         if not self._is_hearing:
             self._deaf_ticks += 1
+            self._s.is_deaf = self._deaf_ticks > self._s.config.traffic.lost_ticks
             return
-        if self._deaf_ticks > self._s.config.traffic.lost_ticks:
+        if self._s.is_deaf:
             self._s.listening_since = self._s.tick
         self._deaf_ticks = 0
+        self._s.is_deaf = False

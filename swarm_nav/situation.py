@@ -47,6 +47,7 @@ class Situation:
         yields_for: Id of the robot that is made way for, 0 for none.
         priority: As published in the last beacon.
         missing: What keeps the robot from driving (no scans, no radio), empty if nothing.
+        is_deaf: Whether nothing was heard for so long that all must be listened to anew.
         listening_since: Tick since which the radio is heard without a gap.
         events: What happened since the last output, in order.
     """
@@ -69,6 +70,7 @@ class Situation:
     obstacle_ticks: int = 0
     yields_for: int = 0
     is_stuck: bool = False
+    is_deaf: bool = False
     has_grown: bool = False
     missing: str = ""
     priority: int = 0

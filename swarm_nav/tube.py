@@ -2,14 +2,13 @@
 
 The held tube H is the polyline from the pose to the committed stop; discs of the robot's safety
 radius around it belong to the robot. Motion happens inside H only. H grows point by point along
-the path, and only over points that were requested in the last M beacons and that no neighbour
-holds or requests with a better priority (`tube_kernels.extend`, rules G1..G5 of ARCHITECTURE.md).
+the path, and only over points whose request all near neighbours have acknowledged and that none
+of them holds or requests with a better priority (`tube_kernels.extend`, rules G1..G5 of
+ARCHITECTURE.md).
 Shrinking it is always safe.
 """
 
 from __future__ import annotations
-
-import collections
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +19,7 @@ from swarm_nav import tube_kernels
 from swarm_nav.planner import SPACING
 
 CHORD_POINTS = 2  # path points on either side over which a bend is measured
+REMEMBERED = 32  # beacons whose requests are remembered
 INTENT_STRIDE = 2  # path points per intent point: 10 cm
 
 
@@ -40,7 +40,8 @@ class Tube:
         """Take new parameters; space is confirmed anew."""
         self._held_points = max(1, round(held_length / SPACING))
         self._wanted_points = min(WANTED_POINTS, max(1, round(wanted_length / SPACING)))
-        self._requests: collections.deque[int] = collections.deque(maxlen=confirmations)
+        self._confirmations = min(confirmations, REMEMBERED)
+        self._requests: NDArray[np.int64] = np.zeros((0, 2), np.int64)
 
     def reset(self, pose: Pose) -> None:
         """Drop path, claim and request; keep the place under the robot."""
@@ -50,7 +51,7 @@ class Tube:
         self.corners: list[int] = []
         self.is_withdrawn = False
         self.is_reverse = False
-        self._requests.clear()
+        self.forget_requests()
 
     @property
     def stop_point(self) -> tuple[float, float]:
@@ -70,33 +71,43 @@ class Tube:
         self.near = 0
         self.is_reverse = is_reverse
         self.corners = _corners(self.points, self.corner_angle)
-        self._requests.clear()
+        self.forget_requests()
 
     def cut(self) -> None:
         """Give up the path beyond the stop point."""
         if len(self.points) > self.stop + 1:
             self.points = self.points[: self.stop + 1]
             self.corners = [k for k in self.corners if k < self.stop]
-            self._requests.clear()
+            self.forget_requests()
 
     def release_ahead(self, keep: int) -> None:
         """Shrink the held part to `keep` points ahead of the robot and forget the requests."""
         self.stop = min(self.stop, self.near + keep)
-        self._requests.clear()
+        self.forget_requests()
 
     @property
     def span(self) -> tuple[int, int, int]:
-        """(stop, last point wanted now, last point confirmed by requests)."""
+        """(stop, last point wanted now, last point requested in enough beacons)."""
         last = min(self.near + self._held_points, len(self.points) - 1)
-        full = len(self._requests) == self._requests.maxlen
-        return self.stop, max(self.stop, last), min(self._requests) if full else -1
+        is_confirmed = len(self._requests) >= self._confirmations
+        confirmed = int(self._requests[-self._confirmations, 1]) if is_confirmed else -1
+        return self.stop, max(self.stop, last), confirmed
+
+    @property
+    def requests(self) -> NDArray[np.int64]:
+        """(k, 2): tick and last point of the requests published since the last change."""
+        return self._requests
+
+    def forget_requests(self) -> None:
+        """Have space confirmed anew: what was requested is no longer what is requested."""
+        self._requests = self._requests[:0]
 
     def withdraw(self) -> None:
         """Ask for nothing in the next beacon."""
         self.is_withdrawn = True
 
-    def publish(self, pose: Pose) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return (held, wanted, intent) for the beacon, and remember what was requested.
+    def publish(self, pose: Pose, tick: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return (held, wanted, intent) for the beacon of `tick`, and remember what was requested.
 
         They are views that the next call or a change of the path overwrites.
         """
@@ -107,10 +118,11 @@ class Tube:
         end = min(self.stop + self._wanted_points, len(self.points) - 1)
         if self.is_withdrawn:
             self.is_withdrawn = False
-            self._requests.clear()
+            self.forget_requests()
             wanted = self.points[:0]
         else:
-            self._requests.append(end)
+            entry = np.array(((tick, end),), np.int64)
+            self._requests = np.concatenate((self._requests[1 - REMEMBERED :], entry))
             wanted = self.points[self.stop + 1 : end + 1]
         intent = self.points[self.stop :: INTENT_STRIDE][:INTENT_POINTS]
         return held, wanted, intent

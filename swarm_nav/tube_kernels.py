@@ -7,8 +7,8 @@ import math
 from numba import njit
 
 REACHED, UNCONFIRMED, ROBOT, OBSTACLE, RIGHT_OF_WAY = range(5)
-FRESH = 1  # [ticks] age of a beacon published in the tick before
-REASONABLE_REACH = 2.5  # [m] beyond which two claims cannot meet, radii and silence excepted
+REASONABLE_REACH = 2.5  # [m] beyond which two claims cannot meet, radii excepted
+ACKNOWLEDGED_REACH = 1.5  # [m] within which a robot can claim before it hears of a new claim
 PRIORITY_LENGTH = 0.8  # [m] of an entitled robot's path that lower ones keep free
 INTENT_SPACING = 0.1  # [m] between the points of an intent
 
@@ -58,38 +58,26 @@ def denied(points, size, p, previous, reach, slack):
 
 
 @njit(cache=True)
-def admissible(p, previous, neighbor, reach, slack, wins, prefix, growth):
-    """Whether point p may join our tube as far as one neighbour is concerned (G2, G3).
+def admissible(p, previous, neighbor, reach, slack, wins, prefix):
+    """Whether point p may join our tube as far as one living neighbour is concerned (G2).
 
-    neighbor = (held, held_size, wanted, wanted_size); `reach` is the sum of both radii, `growth`
-    what a silent neighbour may have taken since (0 when its beacon is recent). A tube that is
-    already too near, by an actuation error, may grow away from the neighbour; a robot that makes
-    way may also pass it `slack` nearer, so that it is not caught by millimetres.
+    neighbor = (held, held_size, wanted, wanted_size); `reach` is the sum of both radii. A tube that
+    is already too near, by an actuation error, may grow away from the neighbour; a robot that
+    makes way may also pass it `slack` nearer, so that it is not caught by millimetres.
     """
-    held, held_size, wanted, wanted_size = neighbor
-    if growth > 0.0:
-        limit = (reach + growth) ** 2
-        return (
-            gap_squared(held, held_size, p[0], p[1]) >= limit
-            and gap_squared(wanted, wanted_size, p[0], p[1]) >= limit
-        )
+    held, held_size, wanted, _ = neighbor
     if denied(held, held_size, p, previous, reach, slack):
         return False
-    if not wins and gap_squared(wanted, prefix, p[0], p[1]) < reach * reach:
-        return False
-    return True
+    return wins or gap_squared(wanted, prefix, p[0], p[1]) >= reach * reach
 
 
 @njit(cache=True)
-def silent_growth(age, is_gone, confirmations, wanted_length):
-    """Length [m] that a neighbour may have taken beyond what its newest beacon requests (G3).
-
-    A point is granted M ticks after its first request at the earliest, so each M ticks of silence
-    beyond the first M let a neighbour take one more wanted length.
-    """
-    if age <= confirmations or is_gone:
-        return 0.0
-    return wanted_length * ((age - 1) // confirmations)
+def acknowledged(requests, tick):
+    """Last point that the beacon of `tick` and all since have requested, -1 if it is forgotten."""
+    for k in range(requests.shape[0] - 1, -1, -1):
+        if requests[k, 0] <= tick:
+            return requests[k, 1]
+    return -1
 
 
 @njit(cache=True)
@@ -99,6 +87,7 @@ def extend(
     own,
     own_held,
     own_held_size,
+    requests,
     protocol,
     around,
     claims,
@@ -107,7 +96,8 @@ def extend(
 
     span = (stop, last, confirmed): indices of the tube's end, of the last point wanted now and of
     the last point that was requested in enough beacons. own = (radius, priority, id, yields_for).
-    protocol = (confirmations, wanted_length, push_ticks, yield_slack).
+    requests = (k, 2) ticks and last points of the requests published since the last change.
+    protocol = (push_ticks, yield_slack).
     around = (obstacles (k, 2), clearance).
     claims = the neighbours' columns, see `Neighborhood.claims`.
 
@@ -115,23 +105,24 @@ def extend(
     """
     stop, last, confirmed = span
     radius, priority, own_id, yields_for = own
-    confirmations, wanted_length, push_ticks, yield_slack = protocol
+    push_ticks, yield_slack = protocol
     slack = yield_slack if yields_for != 0 else 0.0
     obstacles, clearance = around
-    (ids, ages, gone, priorities, radii, blocked, held, held_size, wanted, wanted_size,
+    (ids, acks, gone, priorities, radii, blocked, held, held_size, wanted, wanted_size,
      intent, intent_size) = claims  # fmt: skip
     origin = points[stop]
     prefix = held_size.copy()
     exempt = gone.copy()
     near = gone.copy()
+    heard = acks.copy()
     for j in range(ids.shape[0]):
         reach = radius + radii[j]
         first = held[j, 0]
-        grown = silent_growth(ages[j], gone[j], confirmations, wanted_length)
         gap = math.hypot(first[0] - origin[0], first[1] - origin[1])
-        near[j] = gap < REASONABLE_REACH + reach + grown
+        near[j] = gap < REASONABLE_REACH + reach
         if not near[j]:
             continue
+        heard[j] = acknowledged(requests, acks[j])
         prefix[j] = grantable_prefix(
             wanted[j], wanted_size[j], held[j, held_size[j] - 1], own_held, own_held_size,
             reach, yield_slack,
@@ -152,8 +143,6 @@ def extend(
             if not near[j]:
                 continue
             reach = radius + radii[j]
-            age = ages[j]
-            growth = silent_growth(age, gone[j], confirmations, wanted_length)
             neighbor = (held[j], held_size[j], wanted[j], wanted_size[j])
             if gone[j]:
                 # it may have stopped anywhere in what it held or requested
@@ -161,10 +150,8 @@ def extend(
                     wanted[j], wanted_size[j], p, before, reach, 0.0
                 )
             else:
-                wins = age == FRESH and (
-                    priority > priorities[j] or (priority == priorities[j] and own_id < ids[j])
-                )
-                is_free = admissible(p, before, neighbor, reach, slack, wins, prefix[j], growth)
+                wins = priority > priorities[j] or (priority == priorities[j] and own_id < ids[j])
+                is_free = admissible(p, before, neighbor, reach, slack, wins, prefix[j])
             if not is_free:
                 return k - 1, ROBOT, j
             if (
@@ -176,6 +163,10 @@ def extend(
                 ahead = min(intent_size[j], int(PRIORITY_LENGTH / INTENT_SPACING))
                 if gap_squared(intent[j], ahead, p[0], p[1]) < reach * reach:
                     return k - 1, RIGHT_OF_WAY, j
+            if k > heard[j] and not gone[j]:
+                away = math.hypot(held[j, 0, 0] - p[0], held[j, 0, 1] - p[1])
+                if away < ACKNOWLEDGED_REACH + reach:
+                    return k - 1, UNCONFIRMED, j
         if k > confirmed:
             return k - 1, UNCONFIRMED, -1
     return last, REACHED, -1

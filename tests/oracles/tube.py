@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, field
 
 Point = tuple[float, float]
+MEETING = 1.5  # [m] beyond both radii within which a request has to be acknowledged
 
 
 @dataclass
@@ -21,6 +22,7 @@ class Other:
     held: list[Point]
     wanted: list[Point] = field(default_factory=list)
     intent: list[Point] = field(default_factory=list)
+    acknowledged: int = 99  # last point of ours whose request it has acknowledged
 
 
 @dataclass
@@ -32,8 +34,6 @@ class Own:
     priority: int
     yields_for: int
     published: list[Point]
-    confirmations: int = 3
-    wanted_length: float = 0.35
     push_ticks: int = 3
     slack: float = 0.02
 
@@ -55,16 +55,12 @@ def comes_near(
 def refusal(own: Own, other: Other, point: Point, before: Point, origin: Point) -> str:
     """Return the rule by which a neighbour denies a point, '' if it does not."""
     reach = own.radius + other.radius
-    if other.age > own.confirmations and not other.is_gone:
-        silent = own.wanted_length * ((other.age - 1) // own.confirmations)
-        near = gap(point, other.held + other.wanted) < reach + silent
-        return "G3" if near else ""
     slack = own.slack if own.yields_for else 0.0
     if comes_near(point, before, other.held, reach, slack):
         return "G2 held"
     if other.is_gone:
         return "G2 wanted" if comes_near(point, before, other.wanted, reach, 0.0) else ""
-    wins = other.age == 1 and (own.priority, -own.id) > (other.priority, -other.id)
+    wins = (own.priority, -own.id) > (other.priority, -other.id)
     wanted: list[Point] = []
     end = other.held[-1]
     for candidate in other.wanted:
@@ -101,6 +97,10 @@ def extend(
             rule = refusal(own, other, path[k], path[k - 1], path[stop])
             if rule:
                 return k - 1, rule
+            reach = own.radius + other.radius + MEETING
+            is_near = math.dist(path[k], other.held[0]) < reach
+            if is_near and k > other.acknowledged and not other.is_gone:
+                return k - 1, "G3"
         if k > confirmed:
             return k - 1, "G1"
     return last, ""

@@ -91,6 +91,7 @@ def hear(s: Situation, *beacons: np.void, tick: int | None = None) -> None:
     """Let a situation receive beacons as of the tick before its own (or of `tick`)."""
     batch = np.array(list(beacons), BEACON_DTYPE)
     batch["tick"] = s.tick - 1 if tick is None else tick
+    batch["heard"][:, 0] = s.robot_id << 16 | max(0, s.tick - 1)
     s.hood.receive(batch, s.pose.x, s.pose.y)
     s.hood.refresh(s.tick)
 
@@ -177,6 +178,8 @@ class Squad:
         sent = [b for b in self.beacons if b is not None] + self.extra_beacons
         for record in self.extra_beacons:
             record["tick"] = max(0, self.tick - 1)
+            for index in range(len(self.robots)):  # such robots hear everything
+                record["heard"][index] = index + 1 << 16 | max(0, self.tick - 2)
         outputs: dict[int, Twist] = {}
         published: list[np.void | None] = []
         for index, (robot, body) in enumerate(zip(self.robots, self.bodies, strict=True)):

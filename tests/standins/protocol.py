@@ -17,20 +17,23 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from swarm_common.beacon import BEACON_DTYPE, FLAG_ACTIVE, NO_ROBOT, BeaconArray
+from swarm_common.beacon import BEACON_DTYPE, FLAG_ACTIVE, FLAG_DEAF, NO_ROBOT, BeaconArray
 from swarm_common.records import Pose, RobotSpec, Twist
 from swarm_nav.claim import Claim
 from swarm_nav.config import NavConfig
 from swarm_nav.planner import SPACING
+from swarm_nav.senses import Senses
 from swarm_nav.situation import Situation, begin
 from swarm_nav.tube import padded
-from tests.standins.navigation import room, waffle
+from tests.standins.navigation import room, waffle, without_lidar
 
 SIDE = 3.2  # [m] of the square in which targets lie
 MARGIN = 2.0  # [m] around it
 SPEED = 0.26  # [m/s]
-STEP_SHARE = SPEED * 0.1 / SPACING  # chance per tick of moving on by a path point
+STEP_TICKS = 2  # ticks per path point at that speed
+EAGERNESS = 0.8  # chance of moving on when it is time
 COASTING = 3  # path points that a drive without commands still covers
+ACQUAINTED = 20  # ticks after which everybody has heard everybody
 LOST_BEFORE_DEATH = 4  # beacons in a row at most where robots die
 HALL = room(SIDE + 2 * MARGIN, SIDE + 2 * MARGIN)
 
@@ -56,6 +59,9 @@ class Schedule:
         whims: Chance of each change of mind.
         deafness: Chance of losing all batches for a while.
         deaths: Chance of dying while nobody else is dead or deaf, to begin again at the same place.
+        cut_links: Chance per pair that from some tick on one of the two never hears the other.
+        mute: Robots that from some tick on nobody hears.
+        hard_of_hearing: Robots that from some tick on hear nobody, without knowing why.
         silence: Ticks for which a pair of the living can be unheard of each other, at most.
     """
 
@@ -68,6 +74,9 @@ class Schedule:
     whims: float = 0.02
     deafness: float = 0.0
     deaths: float = 0.0
+    cut_links: float = 0.0
+    mute: int = 0
+    hard_of_hearing: int = 0
     silence: int = 12
 
 
@@ -98,22 +107,25 @@ class Actor:
         """Begin as a new process: nothing known, nothing held but the place."""
         self.s: Situation = begin(self._config, self._spec, HALL, self.robot_id, pose)
         self.s.listening_since = tick
+        self.senses = Senses(self.s)
         self.s.priority = 0
         self._next_priority = 0
+        self._moved_tick = tick
         self.claim = Claim(self.s)
 
     def live(self, tick: int, batch: BeaconArray | None, rng: np.random.Generator) -> np.void:
         """Pass one tick and return the beacon; `batch` is None for a deaf robot."""
         s = self.s
         s.tick = tick
-        self.move(1 if rng.random() < STEP_SHARE else 0)
+        is_time = tick - self._moved_tick >= STEP_TICKS
+        self.move(1 if is_time and rng.random() < EAGERNESS else 0)
         if batch is not None:
-            s.hood.receive(batch, s.pose.x, s.pose.y)
+            self.senses.on_neighbors(batch)
         s.hood.refresh(tick)
-        if batch is None:
-            self.claim.retract()
-        else:
+        if self.senses.update():
             self.claim.extend()
+        else:
+            self.claim.retract()
         return self._publish()
 
     def move(self, points: int) -> None:
@@ -121,6 +133,7 @@ class Actor:
         tube = self.s.tube
         ahead = min(points, tube.stop - tube.near)
         tube.near += ahead
+        self._moved_tick = self.s.tick if ahead else self._moved_tick
         x, y = tube.points[tube.near]
         self.s.pose = Pose(float(x), float(y), 0.0)
         self.s.twist = Twist(SPEED if ahead else 0.0, 0.0, 0.0)
@@ -158,12 +171,15 @@ class Actor:
         beacon: np.void = np.zeros(1, BEACON_DTYPE)[0]
         beacon["id"], beacon["tick"], beacon["radius"] = s.robot_id, s.tick, s.radius
         beacon["pose"] = (s.pose.x, s.pose.y, 0.0)
-        beacon["flags"] = FLAG_ACTIVE
+        beacon["flags"] = FLAG_ACTIVE | (FLAG_DEAF if s.is_deaf else 0)
+        beacon["heard"] = s.hood.heard(s.tick)
+        if s.priority != self._next_priority:
+            s.tube.forget_requests()
         s.priority = self._next_priority
         beacon["priority"] = (0, s.priority)
         beacon["blocked_ticks"], beacon["blocked_by"] = s.blocked_ticks, s.blocked_by
         beacon["yields_for"] = s.yields_for or NO_ROBOT
-        held, wanted, intent = s.tube.publish(s.pose)
+        held, wanted, intent = s.tube.publish(s.pose, s.tick)
         for name, points in (("held", held), ("wanted", wanted), ("intent", intent)):
             beacon[name], beacon[f"{name}_size"] = padded(points, len(beacon[name]))
         self.claim.note_published(beacon)
@@ -178,15 +194,40 @@ class Air:
     rng: np.random.Generator
     _arrivals: dict[tuple[int, int], list[np.void]] = field(default_factory=dict)
     _lost: dict[tuple[int, int], int] = field(default_factory=dict)
+    _cut_since: dict[tuple[int, int], int] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        plan = self.schedule
+        robots = range(plan.count)
+        for a, b in itertools.combinations(robots, 2):
+            if self.rng.random() < plan.cut_links:
+                self._cut((a, b) if self.rng.random() < 0.5 else (b, a))
+        for index in range(plan.mute):
+            since = self._someday()
+            for other in robots:
+                self._cut((index, other), since)
+        for index in range(plan.count - plan.hard_of_hearing, plan.count):
+            since = self._someday()
+            for other in robots:
+                self._cut((other, index), since)
+
+    def _someday(self) -> int:
+        return int(self.rng.integers(ACQUAINTED, self.schedule.ticks))
+
+    def _cut(self, link: tuple[int, int], since: int | None = None) -> None:
+        """Let a link fail for good, unless the way back fails already."""
+        if link[::-1] not in self._cut_since:
+            self._cut_since[link] = self._someday() if since is None else since
 
     def send(self, tick: int, sender: int, beacon: np.void) -> None:
         plan = self.schedule
         longest = LOST_BEFORE_DEATH if plan.deaths else plan.silence - plan.delay - plan.jitter
         for receiver in range(plan.count):
             link = (sender, receiver)
+            is_cut = tick >= self._cut_since.get(link, tick + 1)
             is_lost = self.rng.random() < plan.loss and self._lost.get(link, 0) < longest
             self._lost[link] = self._lost.get(link, 0) + 1 if is_lost else 0
-            if receiver != sender and not is_lost:
+            if receiver != sender and not is_lost and not is_cut:
                 late = plan.delay + int(self.rng.integers(0, plan.jitter + 1))
                 self._arrivals.setdefault((tick + 1 + late, receiver), []).append(beacon)
 
@@ -203,7 +244,7 @@ class Crowd:
 
     def __init__(self, schedule: Schedule, config: NavConfig | None = None) -> None:
         self._plan = schedule
-        self._config = config or NavConfig()
+        self._config = without_lidar(config)
         self._rng = np.random.default_rng(schedule.seed)
         self._air = Air(schedule, self._rng)
         self.actors = [Actor(i + 1, pose, 0, self._config) for i, pose in enumerate(self._starts())]

@@ -19,7 +19,7 @@ def on_a_path(held: int = 0) -> tuple[Situation, Claim]:
     s.tube.adopt(np.column_stack((np.arange(2.0, 4.0, 0.05), np.full(40, 4.0))))
     s.tube.stop = held
     for _ in range(s.config.traffic.confirmations):
-        s.tube.publish(s.pose)
+        s.tube.publish(s.pose, s.tick)
     return s, Claim(s)
 
 
@@ -88,7 +88,7 @@ def test_a_retracted_claim_is_what_stopping_needs_and_asks_for_nothing() -> None
     s.twist = Twist(0.26)
     claim.retract()
     assert s.tube.stop == s.brake_points
-    _, wanted, _ = s.tube.publish(s.pose)
+    _, wanted, _ = s.tube.publish(s.pose, s.tick)
     assert len(wanted) == 0
     s.twist = Twist()
     claim.retract()

@@ -225,7 +225,7 @@ def test_new_parameters_reach_every_layer() -> None:
     one.run(10)
     assert len(s.obstacles.points) == 0
     assert s.tube.stop - s.tube.near <= 4
-    assert s.tube._requests.maxlen == 6
+    assert s.tube._confirmations == 6
 
 
 def test_a_pose_from_the_operator_replaces_the_estimate_and_the_claims() -> None:

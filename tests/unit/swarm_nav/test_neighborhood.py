@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from swarm_common.beacon import FLAG_ACTIVE, FLAG_STUCK
+from swarm_common.beacon import FLAG_ACTIVE, FLAG_DEAF, FLAG_STUCK
 from swarm_nav.config import TrafficConfig
 from swarm_nav.neighborhood import Neighborhood
+from swarm_nav.neighborhood_kernels import UNHEARD
 from tests.standins.navigation import beacon
 
 
@@ -111,7 +112,76 @@ def test_who_is_silent_for_long_keeps_only_the_place_where_it_stopped() -> None:
     here.refresh(10 + dead)
     assert len(here.tubes(0)) == 14
     here.refresh(11 + dead)
-    assert here.tubes(0)[-1].tolist() == pytest.approx([1.3, 0.0])
+    assert here.tubes(0)[-1].tolist() == pytest.approx([1.35, 0.0])
+
+
+def test_of_a_short_tube_the_request_is_kept_as_far_as_the_robot_can_have_come() -> None:
+    here = hood()
+    wanted = [(1.05 + 0.05 * k, 0.0) for k in range(8)]
+    heard(here, 10, beacon(2, 1.0, 0.0, wanted=wanted))
+    here.refresh(11 + TrafficConfig().dead_ticks)
+    assert len(here.tubes(0)) == 8
+
+
+def test_an_overtaken_beacon_is_dropped() -> None:
+    here = hood()
+    heard(here, 10, beacon(2, 1.0, 0.0))
+    heard(here, 8, beacon(2, 2.0, 0.0))
+    here.refresh(11)
+    assert here.ages.tolist() == [1]
+    assert here.beacons[0]["pose"][0] == 1.0
+
+
+def test_what_the_others_have_is_read_from_their_acknowledgements() -> None:
+    here = hood()
+    heard(
+        here, 70_000, acknowledging(2, 69_998), acknowledging(3, 69_000),
+        beacon(4, 1.0, 0.0), beacon(5, 1.0, 0.0, flags=FLAG_ACTIVE | FLAG_DEAF),
+    )  # fmt: skip
+    here.refresh(70_001)
+    assert here.acks.tolist() == [69_998, 69_000, UNHEARD, 70_001]
+    here.refresh(70_100)
+    assert here.acks.tolist() == [70_100] * 4  # gone: they cannot answer
+
+
+def test_the_nearest_robots_are_acknowledged_and_the_others_in_turn() -> None:
+    here = hood()
+    heard(here, 7, *(beacon(k, 0.1 * k, 0.0) for k in range(2, 42)))
+    here.refresh(8)
+    seen = {int(entry) >> 16 for entry in here.heard(8)}
+    assert set(range(2, 22)) <= seen
+    assert all(int(entry) & 0xFFFF == 7 for entry in here.heard(8))
+    for tick in range(9, 13):
+        seen |= {int(entry) >> 16 for entry in here.heard(tick)}
+    assert seen == set(range(2, 42))
+
+
+@pytest.mark.parametrize(
+    ("distance", "acknowledged", "stands"),
+    [(1.5, 90, False), (1.5, 80, True), (3.0, 80, True), (5.0, 80, False)],
+)
+def test_who_is_not_heard_by_a_near_robot_notices(
+    distance: float, acknowledged: int, stands: bool
+) -> None:
+    here = hood()
+    for tick in (80, 90, 100):
+        heard(here, tick, acknowledging(2, acknowledged, distance))
+        here.refresh(tick + 1)
+    assert (here.deaf_neighbor(101) == 2) is stands
+
+
+def test_one_far_robot_that_does_not_hear_is_no_reason_if_another_does() -> None:
+    here = hood()
+    for tick in (80, 90, 100):
+        heard(here, tick, acknowledging(2, 80, 3.0), acknowledging(3, tick - 1, 3.0))
+        here.refresh(tick + 1)
+    assert here.deaf_neighbor(101) == 0
+
+
+def acknowledging(robot: int, tick: int, x: float = 1.0) -> np.void:
+    record = beacon(robot, x, 0.0)
+    record["heard"][3] = 1 << 16 | (tick & 0xFFFF)
+    return record
 
 
 def test_more_robots_than_the_table_had_rows_are_all_kept() -> None:

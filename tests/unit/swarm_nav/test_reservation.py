@@ -18,16 +18,17 @@ from tests.standins.navigation import RADIUS, beacon
 
 REACH = 2 * RADIUS
 NOTHING = np.zeros((0, 2))
+OWN_ID = 5
+ALL_REQUESTS = np.array([(k, k) for k in range(100)])  # point k was requested since tick k
 RULES = {
     kernels.REACHED: "",
-    kernels.UNCONFIRMED: "G1",
     kernels.OBSTACLE: "obstacle",
     kernels.RIGHT_OF_WAY: "G5",
 }
 
 
 def claims(others: list[oracle.Other], tick: int = 100) -> tuple:
-    hood = Neighborhood(0, TrafficConfig(lost_ticks=200))
+    hood = Neighborhood(OWN_ID, TrafficConfig(lost_ticks=200))
     records = []
     for other in others:
         record = beacon(
@@ -35,6 +36,7 @@ def claims(others: list[oracle.Other], tick: int = 100) -> tuple:
             priority=other.priority, blocked_ticks=other.blocked, radius=other.radius,
         )  # fmt: skip
         record["tick"] = tick - other.age
+        record["heard"][0] = OWN_ID << 16 | max(0, other.acknowledged)
         records.append(record)
     hood.receive(np.array(records, BEACON_DTYPE), 0.0, 0.0)
     hood.refresh(tick)
@@ -50,7 +52,7 @@ def grow(
     return kernels.extend(
         np.ascontiguousarray(path, np.float64), span,
         (own.radius, own.priority, own.id, own.yields_for), published, len(published),
-        (own.confirmations, own.wanted_length, own.push_ticks, own.slack),
+        ALL_REQUESTS, (own.push_ticks, own.slack),
         (np.ascontiguousarray(obstacles, np.float64), clearance), claims(others),
     )  # fmt: skip
 
@@ -94,9 +96,12 @@ def test_g2_a_request_yields_to_the_higher_priority_and_then_to_the_smaller_id(
     assert (stop == 7) == may
 
 
-def test_g2_a_request_in_an_old_beacon_wins_whatever_its_priority() -> None:
-    contested = other(1.2, age=2, priority=1, wanted=[(0.9, 0.0), (0.85, 0.0)])
-    assert grow(STRAIGHT, (0, 7, 7), me(), [contested])[0] < 7
+@pytest.mark.parametrize("age", [1, 2, 5, 16])
+def test_g2_the_age_of_a_beacon_does_not_matter(age: int) -> None:
+    wanted = [(0.9, 0.0), (0.85, 0.0)]
+    lower, higher = (other(1.2, age=age, priority=p, wanted=wanted) for p in (1, 900))
+    assert grow(STRAIGHT, (0, 7, 7), me(), [lower])[0] == 7
+    assert grow(STRAIGHT, (0, 7, 7), me(), [higher])[0] < 7
 
 
 def test_g2_only_the_part_of_a_request_before_my_held_tube_counts() -> None:
@@ -110,15 +115,19 @@ def test_g2_only_the_part_of_a_request_before_my_held_tube_counts() -> None:
     assert grow(STRAIGHT, path, me(published=[(0.0, -2.0)]), [contested])[0] == 0
 
 
-def test_g3_a_silent_robot_is_kept_at_what_it_may_have_taken_since() -> None:
-    stops = {}
-    for age in (3, 4, 6, 7, 12):
-        silent = other(1.7, age=age, wanted=[(1.65, 0.0)], priority=0)
-        stops[age] = grow(STRAIGHT, (0, 15, 15), me(), [silent])[0]
-    # M = 3: nothing beyond the request up to age 3, then one wanted length per 3 ticks
-    free = [1.65 - REACH - growth for growth in (0.0, 0.35, 0.35, 0.7, 1.05)]
-    expected = [max(0, int(length / 0.05 + 1e-6)) for length in free]
-    assert list(stops.values()) == [min(15, k) for k in expected]
+def test_g3_space_is_taken_only_when_every_near_robot_has_acknowledged_the_request() -> None:
+    for acknowledged in (-1, 0, 3, 6, 7):
+        near = other(1.5, 1.0, acknowledged=acknowledged)
+        stop, reason, _ = grow(STRAIGHT, (0, 7, 7), me(), [other(0.0, 1.0, id=2), near])
+        assert stop == max(0, acknowledged)
+        assert reason == (kernels.REACHED if stop == 7 else kernels.UNCONFIRMED)
+
+
+def test_g3_who_cannot_get_here_or_is_gone_need_not_acknowledge() -> None:
+    far = other(0.0, 2.2, acknowledged=-1)
+    gone = other(0.0, 1.0, acknowledged=-1, is_gone=True, age=40)
+    assert grow(STRAIGHT, (0, 7, 7), me(), [far])[0] == 7
+    assert grow(STRAIGHT, (0, 7, 7), me(), [gone])[0] == 7
 
 
 @pytest.mark.parametrize("ticks", [0, 2, 3, 50])
@@ -189,7 +198,7 @@ neighbor = st.builds(
     oracle.Other,
     id=st.integers(1, 9), age=st.integers(1, 16), is_gone=st.booleans(),
     priority=st.integers(1, 4), radius=st.just(RADIUS), blocked=st.integers(0, 5),
-    held=line, wanted=st.one_of(st.just([]), line), intent=line,
+    held=line, wanted=st.one_of(st.just([]), line), intent=line, acknowledged=st.integers(0, 15),
 )  # fmt: skip
 
 
@@ -215,6 +224,8 @@ def test_growth_equals_its_slow_twin(
     expected, rule = oracle.extend(path, *span, own, others, obstacles, 0.5)
     assert got == expected
     if reason == kernels.ROBOT:
-        assert rule in ("G2 held", "G2 wanted", "G3")
+        assert rule in ("G2 held", "G2 wanted")
+    elif reason == kernels.UNCONFIRMED:
+        assert rule in ("G1", "G3")
     else:
         assert RULES[reason] == rule

@@ -21,7 +21,7 @@ def tube_along_x(length: float = 2.0, confirmations: int = 3) -> Tube:
 
 def test_a_new_tube_holds_the_place_under_the_robot_only() -> None:
     tube = Tube(HOME, 3, 0.35, 0.35)
-    held, wanted, intent = tube.publish(HOME)
+    held, wanted, intent = tube.publish(HOME, 0)
     assert held.tolist() == [[0.0, 0.0]]
     assert len(wanted) == 0
     assert len(intent) == 1
@@ -32,7 +32,7 @@ def test_space_is_confirmed_after_it_was_requested_in_every_one_of_m_beacons() -
     tube = tube_along_x()
     for _ in range(3):
         assert tube.span[2] == -1
-        tube.publish(HOME)
+        tube.publish(HOME, 0)
     assert tube.span == (0, 7, 7)
 
 
@@ -40,11 +40,11 @@ def test_space_is_confirmed_after_it_was_requested_in_every_one_of_m_beacons() -
 def test_a_withdrawn_or_changed_request_starts_the_count_again(change: str) -> None:
     tube = tube_along_x()
     for _ in range(3):
-        tube.publish(HOME)
+        tube.publish(HOME, 0)
     match change:
         case "withdraw":
             tube.withdraw()
-            _, wanted, _ = tube.publish(HOME)
+            _, wanted, _ = tube.publish(HOME, 0)
             assert len(wanted) == 0
         case "adopt":
             tube.adopt(np.array(((0.0, 0.0), (0.0, 0.05), (0.0, 0.1))))
@@ -56,15 +56,15 @@ def test_a_withdrawn_or_changed_request_starts_the_count_again(change: str) -> N
             tube.reset(HOME)
     assert tube.span[2] == -1
     for _ in range(2):
-        tube.publish(HOME)
+        tube.publish(HOME, 0)
         assert tube.span[2] == -1
 
 
 def test_a_withdrawal_lasts_for_one_beacon() -> None:
     tube = tube_along_x()
     tube.withdraw()
-    assert len(tube.publish(HOME)[1]) == 0
-    assert len(tube.publish(HOME)[1]) == 7
+    assert len(tube.publish(HOME, 0)[1]) == 0
+    assert len(tube.publish(HOME, 0)[1]) == 7
 
 
 def test_a_plan_continues_from_the_stop_point_and_keeps_what_is_held() -> None:
@@ -97,7 +97,7 @@ def test_releasing_shrinks_and_never_grows() -> None:
 def test_the_beacon_starts_at_the_true_pose_and_fits_its_arrays() -> None:
     tube = tube_along_x(6.0)
     tube.near, tube.stop = 3, 19
-    held, wanted, intent = tube.publish(Pose(0.16, 0.01, 0.0))
+    held, wanted, intent = tube.publish(Pose(0.16, 0.01, 0.0), 0)
     assert held[0].tolist() == [0.16, 0.01]
     assert np.allclose(held[-1], (0.95, 0.0))
     assert np.allclose(wanted[0], (1.0, 0.0))
@@ -112,7 +112,7 @@ def test_the_longest_claim_that_parameters_allow_fits_the_beacon() -> None:
     tube = Tube(HOME, 3, longest.held_length, longest.wanted_length)
     tube.adopt(np.column_stack((np.arange(0.0, 3.0, 0.05), np.zeros(60))))
     tube.stop = tube.span[1]
-    held, wanted, _ = tube.publish(HOME)
+    held, wanted, _ = tube.publish(HOME, 0)
     assert np.allclose(held[-1], tube.stop_point)
     assert len(wanted) == WANTED_POINTS
 
@@ -154,27 +154,17 @@ def test_the_number_of_confirmations_is_a_parameter() -> None:
     tube = tube_along_x(confirmations=5)
     for count in range(5):
         assert tube.span[2] == -1, count
-        tube.publish(HOME)
+        tube.publish(HOME, 0)
     assert tube.span[2] == 7
 
 
-@pytest.mark.parametrize("held_length", [0.35, 0.8])
-@pytest.mark.parametrize("pattern", range(8))
-def test_no_robot_takes_more_in_silence_than_g3_expects(held_length: float, pattern: int) -> None:
-    """Run one tube at full growth; at any age it stays within request + growth of the rule."""
-    tube = Tube(HOME, 3, held_length, 0.35)
-    tube.adopt(np.column_stack((np.arange(0.0, 5.0, 0.05), np.zeros(100))))
-    known: list[tuple[int, int]] = []  # (stop, requested end) of each beacon
-    for tick in range(40):
-        blocked = tick < 10 + pattern
-        stop, last, confirmed = tube.span
-        if not blocked:
-            tube.stop = max(stop, min(last, confirmed))
-        tube.near = min(tube.stop, tube.near + (tick % 2))
-        _, wanted, _ = tube.publish(HOME)
-        for then, (_, end) in enumerate(known):
-            age = tick + 1 - then - 1
-            if 1 <= age <= 16:
-                growth = 0.35 * ((age - 1) // 3) if age > 3 else 0.0
-                assert 0.05 * (tube.stop - end) <= growth + 1e-9, (age, then)
-        known.append((tube.stop, tube.stop + len(wanted)))
+def test_requests_are_remembered_with_their_ticks_until_one_changes() -> None:
+    tube = tube_along_x()
+    for tick in range(50):
+        tube.stop = min(tick // 10, 3)
+        tube.publish(HOME, tick)
+    assert tube.requests[-1].tolist() == [49, 10]
+    assert tube.requests[:, 0].tolist() == list(range(50 - len(tube.requests), 50))
+    assert (np.diff(tube.requests[:, 1]) >= 0).all()
+    tube.forget_requests()
+    assert len(tube.requests) == 0
