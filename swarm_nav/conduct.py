@@ -119,7 +119,8 @@ class Conduct:
         s = self._s
         traffic = s.config.traffic
         is_listening = s.tick - s.listening_since < 2 * traffic.listen_ticks
-        task.note_progress(s, is_excused=is_listening or s.blocked_ticks > 0)
+        is_excused = is_listening or s.blocked_ticks > 0 or s.is_wary
+        task.note_progress(s, is_excused)
         code = ErrorCode.FAILED_TO_MAKE_PROGRESS
         if s.tick - task.moved_tick > s.ticks(traffic.patience):
             message = f"blocked by Srobot{s.blocked_by} for {traffic.patience:.0f} s"

@@ -11,6 +11,7 @@ from swarm_common.sites import Sites
 from swarm_nav import costmap as costmaps
 from swarm_nav.announcement import compose_beacon, compose_feedback, compose_status
 from swarm_nav.automaton import Automaton
+from swarm_nav.caution import limited
 from swarm_nav.claim import Claim
 from swarm_nav.conduct import Conduct
 from swarm_nav.config import NavConfig
@@ -178,7 +179,7 @@ class Navigator:
         if self._claim.drop_if_unused() and self._task is not None:
             self._task.is_planned = False
         self._pursuit.yield_or_resume(self._right.update(self._s))
-        twist = self._conduct.act()
+        twist = limited(self._s, self._conduct.act())
         self._claim.extend()
         return twist
 

@@ -7,6 +7,7 @@ import numpy as np
 from swarm_common.records import FloatArray, LidarSpec, Pose, Scan
 from swarm_nav import obstacle_kernels
 from swarm_nav.config import CostmapConfig
+from swarm_nav.movers import Movers
 from swarm_nav.neighborhood import Neighborhood
 from swarm_nav.terrain import Terrain
 
@@ -25,6 +26,7 @@ class ObstacleLayer:
         self._base_from_lidar = Pose(lidar.x, lidar.y, lidar.yaw)
         self._hits = np.empty((lidar.rays, 2))
         self.points: FloatArray = np.zeros((0, 2))
+        self._movers = Movers(CELL)
 
     def configure(self, config: CostmapConfig) -> None:
         """Take new parameters, effective from the next scan."""
@@ -33,6 +35,11 @@ class ObstacleLayer:
     def clear(self) -> None:
         """Forget all marks."""
         self.points = np.zeros((0, 2))
+        self._movers.clear()
+
+    def restless_gap(self, x: float, y: float, tick: int) -> float:
+        """Return the distance [m] of a point in map from what may be somebody who walks on."""
+        return self._movers.gap(self.points, x, y, tick)
 
     def update(self, scan: Scan, pose_map: Pose, terrain: Terrain, hood: Neighborhood) -> None:
         """Mark unexplained hits and clear marks that a ray passes through."""
@@ -66,9 +73,14 @@ class ObstacleLayer:
                 reach,
                 keep,
             )
+        hits = self._hits[:count]
+        arrivals = self._movers.arrivals(hits, ranges, beam, pose, config.raytrace_max_range)
+        if not keep.all():
+            self.points = self.points[keep]
+            self._movers.keep(keep)
         if count == 0:
-            if not keep.all():
-                self.points = self.points[keep]
             return
-        cells = np.round(np.vstack((self.points[keep], self._hits[:count])) / CELL)
+        old = self.points
+        cells = np.round(np.vstack((old, hits)) / CELL)
         self.points = np.unique(cells, axis=0)[:MAX_MARKS] * CELL
+        self._movers.update(self.points, old, arrivals, scan.tick)

@@ -46,6 +46,7 @@ class Situation:
         blocked_by: Id of that robot, 0 for none.
         yields_for: Id of the robot that is made way for, 0 for none.
         priority: As published in the last beacon.
+        is_wary: Whether somebody may be near who walks into a robot that drives.
         missing: What keeps the robot from driving (no scans, no radio), empty if nothing.
         is_deaf: Whether nothing was heard for so long that all must be listened to anew.
         listening_since: Tick since which the radio is heard without a gap.
@@ -71,6 +72,7 @@ class Situation:
     yields_for: int = 0
     is_stuck: bool = False
     is_deaf: bool = False
+    is_wary: bool = False
     has_grown: bool = False
     missing: str = ""
     priority: int = 0

@@ -1,0 +1,91 @@
+"""Which marks of the obstacle layer may be somebody who walks on.
+
+A mark is restless until it has been there for long. How long that takes depends on what is known
+of the body: one that was seen to move, by hits where rays had passed shortly before, may be a
+person who pauses; one that never moved is a thing sooner. Marks near a mover's belong to it.
+"""
+
+from __future__ import annotations
+
+import collections
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_common.records import FloatArray
+from swarm_nav import mover_kernels
+
+STILL_TICKS = 80  # after which a mark of what never moved is a thing,
+MOVER_TICKS = 300  # and one of what was seen moving
+PAST_SCANS = 2  # looked back for where something moved to
+FREE_MARGIN = 0.15  # [m] beyond a place that a ray must have gone to show that it was free
+BODY = 0.3  # [m] within which marks belong to one body
+
+Beam = tuple[float, float, float]
+PoseTuple = tuple[float, float, float]
+
+
+class Movers:
+    """Age and motion of marks; row k of each array is about mark k."""
+
+    def __init__(self, cell: float) -> None:
+        """Start without marks; `cell` [m] is the lattice that they lie on."""
+        self._cell = cell
+        self._past: collections.deque[tuple[NDArray[np.float32], PoseTuple]] = collections.deque(
+            maxlen=PAST_SCANS
+        )
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget all marks."""
+        self._births = np.zeros(0, np.int64)  # tick in which each mark appeared
+        self._has_moved = np.zeros(0, np.bool_)
+
+    def keep(self, mask: NDArray[np.bool_]) -> None:
+        """Forget the marks that are flagged False."""
+        self._births, self._has_moved = self._births[mask], self._has_moved[mask]
+
+    def arrivals(
+        self,
+        hits: FloatArray,
+        ranges: NDArray[np.float32],
+        beam: Beam,
+        pose: PoseTuple,
+        reach: float,
+    ) -> FloatArray:
+        """Return the hits at places through which rays passed two scans ago; remember this scan.
+
+        Args:
+            hits: Unexplained ones (k, 2) in map.
+            ranges: Of the scan (n,) [m].
+            beam: (angle_min, angle_increment, range_min).
+            pose: (x, y, yaw) of the LiDAR in map.
+            reach: [m] up to which rays tell of free space.
+        """
+        has_come = np.zeros(len(hits), np.bool_)
+        if len(self._past) == PAST_SCANS and len(hits):
+            before, pose_before = self._past[0]
+            limits = (reach, FREE_MARGIN)
+            mover_kernels.passed_through(hits, before, beam, pose_before, limits, has_come)
+        self._past.append((ranges, pose))
+        return hits[has_come]
+
+    def update(self, marks: FloatArray, old: FloatArray, arrivals: FloatArray, tick: int) -> None:
+        """Take over new marks (n, 2); `old` (m, 2) are those that were kept, in order."""
+        births = np.empty(len(marks), np.int64)
+        has_moved = np.empty(len(marks), np.bool_)
+        mover_kernels.inherit(
+            marks,
+            (old, self._births, self._has_moved),
+            arrivals,
+            (self._cell, BODY),
+            (tick, STILL_TICKS, MOVER_TICKS),
+            births,
+            has_moved,
+        )
+        self._births, self._has_moved = births, has_moved
+
+    def gap(self, marks: FloatArray, x: float, y: float, tick: int) -> float:
+        """Return the distance [m] of a point from the nearest restless mark; inf without one."""
+        times = (tick, STILL_TICKS, MOVER_TICKS)
+        return float(mover_kernels.restless_gap(marks, self._births, self._has_moved, times, x, y))
