@@ -104,6 +104,6 @@ def _mark(
         return
     stamped = np.zeros(lethal.shape, np.float32)
     distance_kernels.stamp_discs(
-        stamped, origin_x, origin_y, resolution, block, len(block), max(radius, resolution), 1.0
+        stamped, (origin_x, origin_y, resolution), block, len(block), max(radius, resolution), 1.0
     )
     lethal |= stamped > 0

@@ -21,8 +21,37 @@ def stamp(
 ) -> None:
     """Raise the lattice cells within `radius` of the points to at least `value`."""
     block = np.ascontiguousarray(points, np.float64).reshape(-1, 2)
-    lattice = situation.planner.lattice
-    distance_kernels.stamp_discs(grid, *lattice.frame, block, len(block), radius, np.float32(value))
+    frame = situation.planner.lattice.frame
+    distance_kernels.stamp_discs(grid, frame, block, len(block), radius, np.float32(value))
+
+
+def stamp_tubes(
+    grid: NDArray[np.float32],
+    situation: Situation,
+    margins: NDArray[np.float64] | float,
+    values: NDArray[np.float32] | float,
+) -> None:
+    """Stamp what each neighbour holds, and requested if it is gone.
+
+    Args:
+        grid: Lattice.
+        situation: Of the robot.
+        margins: [m] beyond the distance that the robot keeps from each, (n,) or one for all.
+        values: (n,) or one for all.
+    """
+    hood = situation.hood
+    beacons = hood.beacons
+    frame = situation.planner.lattice.frame
+    radii = situation.radius + beacons["radius"].astype(np.float64) + margins
+    heights = np.broadcast_to(np.float32(values), radii.shape).astype(np.float32)
+    wanted_sizes = np.where(hood.gone, beacons["wanted_size"], 0).astype(np.uint32)
+    for points, sizes in (
+        (beacons["held"], beacons["held_size"]),
+        (beacons["wanted"], wanted_sizes),
+    ):
+        # one row of a field is contiguous, more are not: numba would compile a second time
+        block, counts = np.ascontiguousarray(points), np.ascontiguousarray(sizes)
+        distance_kernels.stamp_rows(grid, frame, block, counts, radii, heights)
 
 
 def stamp_obstacles(grid: NDArray[np.float32], situation: Situation, value: float) -> None:
@@ -36,20 +65,13 @@ def congestion(situation: Situation) -> NDArray[np.float32]:
     """Return the extra costs under which a way to the goal is planned."""
     extra = situation.planner.no_extra()
     hood = situation.hood
-    stuck, immovable = hood.stuck, hood.immovable
-    for row in range(len(hood.beacons)):
-        beacon = hood.beacons[row]
-        if stuck[row]:
-            value = STUCK
-        elif beacon["mode"] == MODE_YIELD:
-            value = YIELDING
-        elif abs(float(beacon["twist"][0])) > MOVING_SPEED:
-            value = MOVING
-        else:
-            value = STANDING
-        # who cannot be pushed may not be grazed by the lattice's coarseness
-        margin = IMMOVABLE_MARGIN if immovable[row] else 0.0
-        stamp(extra, situation, hood.tubes(row), situation.reach(row) + margin, value)
+    speeds = np.abs(hood.beacons["twist"][:, 0].astype(np.float64))
+    values = np.where(speeds > MOVING_SPEED, MOVING, STANDING)
+    values[hood.beacons["mode"] == MODE_YIELD] = YIELDING
+    values[hood.stuck] = STUCK
+    # who cannot be pushed may not be grazed by the lattice's coarseness
+    margins = np.where(hood.immovable, IMMOVABLE_MARGIN, 0.0)
+    stamp_tubes(extra, situation, margins, values)
     stamp_obstacles(extra, situation, OBSTACLE)
     return extra
 
@@ -58,12 +80,7 @@ def refuge_costs(situation: Situation, priority: int, margin: float) -> NDArray[
     """Return extra costs for making way at `priority`: who ranks as high or is stuck is a wall."""
     extra = situation.planner.no_extra()
     hood = situation.hood
-    stuck = hood.stuck
-    for row in range(len(hood.beacons)):
-        if hood.priorities[row] >= priority or stuck[row]:
-            value = float(WALL)
-        else:
-            value = PUSHABLE
-        stamp(extra, situation, hood.tubes(row), situation.reach(row) + margin, value)
+    is_wall = (hood.priorities >= priority) | hood.stuck
+    stamp_tubes(extra, situation, margin, np.where(is_wall, WALL, PUSHABLE))
     stamp_obstacles(extra, situation, float(WALL))
     return extra

@@ -1,4 +1,4 @@
-"""Bare numba kernels on distance fields and polylines; checked faces are in terrain.py."""
+"""Bare numba kernels on distance fields; checked faces are in terrain.py and crowd.py."""
 
 from __future__ import annotations
 
@@ -124,124 +124,42 @@ def nearest_squared(points, count, x, y):
 
 
 @njit(cache=True)
-def stamp_discs(grid, origin_x, origin_y, step, points, count, radius, value):
-    """Raise the cells within `radius` of the points to at least `value`."""
+def stamp_discs(grid, frame, points, count, radius, value):
+    """Raise the cells within `radius` of the points to at least `value`.
+
+    frame = (origin_x, origin_y, step). Cells are taken row by row, from the first to the last
+    one whose centre is inside.
+    """
     height, width = grid.shape
+    origin_x, origin_y, step = frame
+    reach = radius / step
+    limit = reach * reach
     for k in range(count):
         x = (points[k, 0] - origin_x) / step - 0.5
         y = (points[k, 1] - origin_y) / step - 0.5
-        reach = radius / step
         for r in range(max(0, math.ceil(y - reach)), min(height, math.floor(y + reach) + 1)):
-            for c in range(max(0, math.ceil(x - reach)), min(width, math.floor(x + reach) + 1)):
-                if (c - x) * (c - x) + (r - y) * (r - y) < reach * reach:
-                    if grid[r, c] < value:
-                        grid[r, c] = value
+            aside = (r - y) * (r - y)
+            half = math.sqrt(max(0.0, limit - aside))
+            first = max(0, math.ceil(x - half) - 1)
+            last = min(width - 1, math.floor(x + half) + 1)
+            while first <= last and (first - x) * (first - x) + aside >= limit:
+                first += 1
+            while last >= first and (last - x) * (last - x) + aside >= limit:
+                last -= 1
+            for c in range(first, last + 1):
+                grid[r, c] = max(grid[r, c], value)
 
 
 @njit(cache=True)
-def smooth_path(points, passes, reach, field, frame, floor, blocked, blocked_frame, out):
-    """Moving average of +-`reach` points, kept where it stays clear.
-
-    frame = (origin_x, origin_y, resolution) of `field` (distances), likewise blocked_frame of
-    `blocked` (a point may not enter a cell whose value is larger than where it was).
-    """
-    n = points.shape[0]
-    for k in range(n):
-        out[k, 0] = points[k, 0]
-        out[k, 1] = points[k, 1]
-    previous = points.copy()
-    for _ in range(passes):
-        for k in range(1, n - 1):
-            half = min(reach, k, n - 1 - k)
-            x = 0.0
-            y = 0.0
-            for j in range(k - half, k + half + 1):
-                x += previous[j, 0]
-                y += previous[j, 1]
-            x /= 2 * half + 1
-            y /= 2 * half + 1
-            now = sample(field, frame[0], frame[1], frame[2], x, y)
-            if now < floor and now < sample(
-                field, frame[0], frame[1], frame[2], previous[k, 0], previous[k, 1]
-            ):
-                x, y = previous[k, 0], previous[k, 1]
-            elif cell_value(blocked, blocked_frame, x, y) > cell_value(
-                blocked, blocked_frame, previous[k, 0], previous[k, 1]
-            ):
-                x, y = previous[k, 0], previous[k, 1]
-            out[k, 0] = x
-            out[k, 1] = y
-        for k in range(n):
-            previous[k, 0] = out[k, 0]
-            previous[k, 1] = out[k, 1]
+def stamp_rows(grid, frame, points, sizes, radii, values):
+    """Stamp discs of one radius and value per row; points (n, k, 2), sizes (n,) of them count."""
+    for row in range(sizes.shape[0]):
+        stamp_discs(grid, frame, points[row], sizes[row], radii[row], values[row])
 
 
 @njit(cache=True)
-def cell_value(grid, frame, x, y):
-    """Value of the cell that holds (x, y); frame = (origin_x, origin_y, resolution)."""
-    r = math.floor((y - frame[1]) / frame[2])
-    c = math.floor((x - frame[0]) / frame[2])
-    if r < 0 or c < 0 or r >= grid.shape[0] or c >= grid.shape[1]:
-        return grid[0, 0] * 0 + np.float32(1e9)
-    return grid[r, c]
-
-
-@njit(cache=True)
-def lift_off_walls(points, field, frame, wanted, rounds):
-    """Move inner points up the distance field until `wanted` clearance, a centimetre a round."""
-    eps = frame[2]
-    for _ in range(rounds):
-        for k in range(1, points.shape[0] - 1):
-            x = points[k, 0]
-            y = points[k, 1]
-            here = sample(field, frame[0], frame[1], frame[2], x, y)
-            if here >= wanted:
-                continue
-            gx = sample(field, frame[0], frame[1], frame[2], x + eps, y) - sample(
-                field, frame[0], frame[1], frame[2], x - eps, y
-            )
-            gy = sample(field, frame[0], frame[1], frame[2], x, y + eps) - sample(
-                field, frame[0], frame[1], frame[2], x, y - eps
-            )
-            norm = math.hypot(gx, gy)
-            if norm < 1e-6:
-                continue
-            step = min(0.01, wanted - here)
-            x += step * gx / norm
-            y += step * gy / norm
-            if sample(field, frame[0], frame[1], frame[2], x, y) > here:
-                points[k, 0] = x
-                points[k, 1] = y
-
-
-@njit(cache=True)
-def resample(points, spacing, out):
-    """Write points every `spacing` along the polyline, the last one exact; return the count."""
-    n = points.shape[0]
-    out[0, 0] = points[0, 0]
-    out[0, 1] = points[0, 1]
-    count = 1
-    carried = 0.0
-    for k in range(1, n):
-        dx = points[k, 0] - points[k - 1, 0]
-        dy = points[k, 1] - points[k - 1, 1]
-        length = math.hypot(dx, dy)
-        if length < 1e-12:
-            continue
-        along = spacing - carried
-        while along <= length and count < out.shape[0] - 1:
-            out[count, 0] = points[k - 1, 0] + dx * along / length
-            out[count, 1] = points[k - 1, 1] + dy * along / length
-            count += 1
-            along += spacing
-        carried = length - (along - spacing)
-    last = math.hypot(points[n - 1, 0] - out[count - 1, 0], points[n - 1, 1] - out[count - 1, 1])
-    if last > 0.2 * spacing or count == 1:
-        if last > 1e-6:
-            out[count, 0] = points[n - 1, 0]
-            out[count, 1] = points[n - 1, 1]
-            count += 1
-    else:
-        out[count - 1, 0] = points[n - 1, 0]
-        out[count - 1, 1] = points[n - 1, 1]
-    return count
+def untouched(stamped, allowed, out):
+    """Fill `out` with 1 where nothing is stamped and `allowed` is not 0, with 0 elsewhere."""
+    for r in range(out.shape[0]):
+        for c in range(out.shape[1]):
+            out[r, c] = 1 if stamped[r, c] == 0.0 and allowed[r, c] != 0 else 0

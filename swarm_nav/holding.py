@@ -196,13 +196,11 @@ def parking_path(situation: Situation, stations: list[tuple[float, float]]) -> F
     if stations:
         crowd.stamp(taken, situation, np.array(stations), PARKING_DISTANCE, 1.0)
     hood = situation.hood
-    for row in range(len(hood.beacons)):
-        reach = situation.reach(row) + PARKING_GAP
-        crowd.stamp(taken, situation, hood.tubes(row), reach, 1.0)
-        target = hood.beacons[row]["target"]
-        if math.isfinite(float(target[0])):
-            crowd.stamp(taken, situation, target, reach, 1.0)
-    places = ((taken == 0) & (lattice.parking > 0)).astype(np.uint8)
+    crowd.stamp_tubes(taken, situation, PARKING_GAP, 1.0)
+    targets = hood.beacons["target"]
+    for row in np.flatnonzero(np.isfinite(targets[:, 0])):
+        crowd.stamp(taken, situation, targets[row], situation.reach(int(row)) + PARKING_GAP, 1.0)
+    places = situation.planner.free_places(taken, lattice.parking)
     extra = crowd.congestion(situation)
     return situation.planner.nearest(
         situation.stop_point, extra, places, situation.config.holding.search_distance

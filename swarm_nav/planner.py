@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_common.records import FloatArray, Pose
-from swarm_nav import distance_kernels, search_kernels
+from swarm_nav import distance_kernels, path_kernels, search_kernels
 from swarm_nav.config import CostmapConfig, PlannerConfig
 from swarm_nav.goals import ErrorCode, PlanError
 from swarm_nav.terrain import NODE_MARGIN, Lattice, Terrain
@@ -18,17 +18,18 @@ from swarm_nav.terrain import NODE_MARGIN, Lattice, Terrain
 SPACING = 0.05  # [m] between the points of a path
 SMOOTH_PASSES = 3
 SMOOTH_REACH = 4  # points on either side
+LIFT_ROUNDS = 6
 
 
 class Planner:
     """Plans on one terrain; `extra` is the lattice of costs that other robots add."""
 
     def __init__(self, terrain: Terrain, planner: PlannerConfig, costmap: CostmapConfig) -> None:
-        """Keep the terrain and allocate the work arrays."""
+        """Keep the terrain, which holds the work arrays."""
         self.terrain = terrain
         self._config = planner
         self._costmap = costmap
-        self._nodes = np.empty(terrain.lattice.base.size, np.int64)
+        self._anywhere = np.ones(terrain.lattice.base.shape, np.uint8)
         self.expansions = 0  # of the last search
 
     @property
@@ -39,6 +40,14 @@ class Planner:
     def no_extra(self) -> NDArray[np.float32]:
         """Return an `extra` lattice that adds nothing."""
         return np.zeros(self.lattice.base.shape, np.float32)
+
+    def free_places(
+        self, taken: NDArray[np.float32], allowed: NDArray[np.uint8] | None = None
+    ) -> NDArray[np.uint8]:
+        """Return 1 where nothing is `taken`, and `allowed` if that is given, 0 elsewhere."""
+        places = np.empty(taken.shape, np.uint8)
+        distance_kernels.untouched(taken, self._anywhere if allowed is None else allowed, places)
+        return places
 
     def plan(
         self, start: tuple[float, float], goal: tuple[float, float], extra: NDArray[np.float32]
@@ -53,26 +62,16 @@ class Planner:
         """
         start_node = self._start_node(start)
         goal_node, goal = self._goal_node(goal)
-        lattice = self.lattice
-        count, self.expansions = search_kernels.astar(
-            lattice.base,
-            lattice.lane,
-            lattice.heading,
-            extra,
-            lattice.step,
-            start_node,
-            goal_node,
-            self.terrain.cost_to_go(goal_node),
-            self._nodes,
+        nodes, self.expansions = self.terrain.search.cheapest(
+            start_node, goal_node, extra, self.terrain.cost_to_go(goal_node)
         )
-        if count == 0:
+        if len(nodes) == 0:
             raise PlanError(
                 ErrorCode.NO_VALID_PATH,
                 f"no path from ({start[0]:.2f}, {start[1]:.2f}) to ({goal[0]:.2f}, {goal[1]:.2f}):"
                 " every way is closed by walls or obstacles",
             )
-        points = lattice.points_of(self._nodes[:count])
-        return self.finish(points, start, goal, extra, True)
+        return self.finish(self.lattice.points_of(nodes), start, goal, extra, True)
 
     def plan_through(self, points: Sequence[tuple[float, float]]) -> FloatArray:
         """Return the path (n, 2) from the first point through the others, robots aside.
@@ -97,13 +96,10 @@ class Planner:
         node = self.lattice.node_of(*start, extra)
         if node is None:
             return None
-        lattice = self.lattice
-        count = search_kernels.nearest_place(
-            lattice.base, extra, places, lattice.step, node, reach, self._nodes
-        )
-        if count == 0:
+        nodes = self.terrain.search.nearest(node, extra, places, reach)
+        if len(nodes) == 0:
             return None
-        points = lattice.points_of(self._nodes[:count])
+        points = self.lattice.points_of(nodes)
         goal = (float(points[-1, 0]), float(points[-1, 1]))
         return self.finish(points, start, goal, extra, smooth)
 
@@ -116,28 +112,15 @@ class Planner:
         smooth: bool,
     ) -> FloatArray:
         """Replace the end nodes by the exact ends, resample and smooth."""
-        inner = points[1:-1] if len(points) > 2 else points[:0]
         # nodes beside the exact ends would make hooks
-        near = np.minimum(np.hypot(*(inner - start).T), np.hypot(*(inner - goal).T))
-        inner = inner[near > self.lattice.step]
-        path = _resampled(np.vstack((start, inner, goal)))
-        if smooth and len(path) > 2:
-            smoothed = np.empty_like(path)
-            distance_kernels.smooth_path(
-                path,
-                SMOOTH_PASSES,
-                SMOOTH_REACH,
-                self.terrain.distance,
-                self.terrain.frame,
-                self._costmap.wall_clearance,
-                extra,
-                self.lattice.frame,
-                smoothed,
-            )
-            distance_kernels.lift_off_walls(
-                smoothed, self.terrain.distance, self.terrain.frame, self._costmap.wall_clearance, 6
-            )
-            path = _resampled(smoothed)
+        course = path_kernels.with_ends(points, np.array((start, goal)), self.lattice.step)
+        if not smooth:
+            return _resampled(course)
+        walls = (self.terrain.distance, self.terrain.frame, self._costmap.wall_clearance)
+        path: FloatArray = path_kernels.drivable(
+            course, SPACING, (SMOOTH_PASSES, SMOOTH_REACH, LIFT_ROUNDS), walls,
+            (extra, self.lattice.frame),
+        )  # fmt: skip
         return path
 
     def _start_node(self, start: tuple[float, float]) -> int:
@@ -197,7 +180,5 @@ def straight_path(start: Pose, distance: float) -> FloatArray:
 
 
 def _resampled(points: FloatArray) -> FloatArray:
-    capacity = int(path_length(points) / SPACING) + len(points) + 4
-    out = np.empty((capacity, 2))
-    count = distance_kernels.resample(np.ascontiguousarray(points), SPACING, out)
-    return out[:count].copy()
+    path: FloatArray = path_kernels.resampled(np.ascontiguousarray(points), SPACING)
+    return path

@@ -16,7 +16,6 @@ import numpy as np
 from swarm_common.beacon import MODE_YIELD
 from swarm_common.records import FloatArray
 from swarm_nav import crowd
-from swarm_nav.search_kernels import WALL
 from swarm_nav.situation import Situation
 
 CLASS_DONE, CLASS_HOLDING, CLASS_DRIVING = 0, 1, 2
@@ -160,23 +159,19 @@ def refuge_path(situation: Situation, row: int, priority: int) -> FloatArray | N
     """
     hood = situation.hood
     pusher = hood.beacons[row]
-    lattice = situation.planner.lattice
     taken = situation.planner.no_extra()
     reach = situation.reach(row) + REFUGE_MARGIN
     crowd.stamp(taken, situation, pusher["held"][: pusher["held_size"]], reach, 1.0)
     crowd.stamp(taken, situation, pusher["wanted"][: pusher["wanted_size"]], reach, 1.0)
     ahead = min(int(pusher["intent_size"]), INTENT_POINTS_CLEARED)
     crowd.stamp(taken, situation, pusher["intent"][:ahead], reach, 1.0)
-    for other in range(len(hood.beacons)):
-        beacon = hood.beacons[other]
-        crowd.stamp(
-            taken, situation, hood.tubes(other), situation.reach(other) + REFUGE_MARGIN, 1.0
-        )
-        target = beacon["target"]
-        if other != row and math.isfinite(float(target[0])) and beacon["mode"] == MODE_YIELD:
-            crowd.stamp(taken, situation, target, situation.reach(other), 1.0)
-    places = ((taken == 0) & (lattice.base < WALL)).astype(np.uint8)
-    for margin, smooth in ((0.003, True), (0.003, False), (0.0, False), (-0.04, False)):
+    crowd.stamp_tubes(taken, situation, REFUGE_MARGIN, 1.0)
+    for other in np.flatnonzero(hood.beacons["mode"] == MODE_YIELD):
+        target = hood.beacons[other]["target"]
+        if other != row and math.isfinite(float(target[0])):
+            crowd.stamp(taken, situation, target, situation.reach(int(other)), 1.0)
+    places = situation.planner.free_places(taken)
+    for margin, smooth in ((0.003, True), (0.0, False), (-0.04, False)):
         extra = crowd.refuge_costs(situation, priority, margin)
         path = situation.planner.nearest(situation.stop_point, extra, places, REFUGE_COST, smooth)
         if path is not None:
@@ -186,14 +181,9 @@ def refuge_path(situation: Situation, row: int, priority: int) -> FloatArray | N
 
 def retreat_path(situation: Situation) -> FloatArray | None:
     """Return a way to a free place at least `RETREAT_DISTANCE` from here, if any."""
-    lattice = situation.planner.lattice
     taken = situation.planner.no_extra()
     crowd.stamp(taken, situation, situation.stop_point, RETREAT_DISTANCE, 1.0)
-    hood = situation.hood
-    for other in range(len(hood.beacons)):
-        crowd.stamp(
-            taken, situation, hood.tubes(other), situation.reach(other) + REFUGE_MARGIN, 1.0
-        )
-    places = ((taken == 0) & (lattice.base < WALL)).astype(np.uint8)
+    crowd.stamp_tubes(taken, situation, REFUGE_MARGIN, 1.0)
+    places = situation.planner.free_places(taken)
     extra = crowd.refuge_costs(situation, situation.priority, 0.003)
     return situation.planner.nearest(situation.stop_point, extra, places, REFUGE_COST, False)

@@ -3,6 +3,11 @@
 The lattice has 16 moves per node (8 neighbours and the knight's moves). A directed edge into a
 node with unit direction u costs length * (base + lane * (1 - u.h) / 2 + extra), where h is the
 direction with the nearer wall on the right and `extra` (>= 0) is what other robots add.
+
+The kernels share two tuples, made by `search.SearchSpace`: ground = (base, lane, heading, moves,
+step), where moves is what `open_moves` found; work = (cost, parent, marks, keys, nodes, clock),
+arrays that are never cleared: a node was reached in the present search if its mark is the clock's
+value or, once it is closed, the next one.
 """
 
 from __future__ import annotations
@@ -19,6 +24,7 @@ MOVES = np.array(
     ],
     np.int64,
 )  # fmt: skip  # (row, column)
+LENGTHS = np.sqrt((MOVES**2).sum(axis=1).astype(np.float64))  # [cells] of each move
 WALL = np.float32(1e9)  # value of `base` or `extra` that no path may enter
 
 
@@ -78,21 +84,59 @@ def passable(base, r, c, dr, dc):
 
 
 @njit(cache=True)
-def edge_cost(base, lane, heading, step, i, j, dr, dc):
-    """Cost of the move (dr, dc) that ends in (i, j), without other robots."""
-    cells = math.sqrt(dr * dr + dc * dc)
-    along = (dc * heading[i, j, 0] + dr * heading[i, j, 1]) / cells
+def open_moves(base, moves):
+    """Fill `moves` (h, w) uint16: bit m says that `MOVES[m]` leads somewhere."""
+    for r in range(base.shape[0]):
+        for c in range(base.shape[1]):
+            bits = 0
+            for m in range(16):
+                if passable(base, r, c, MOVES[m, 0], MOVES[m, 1]):
+                    bits |= 1 << m
+            moves[r, c] = bits
+
+
+@njit(cache=True)
+def nearest_open(base, extra, frame, x, y):
+    """Return the flat index of the open node nearest to (x, y) within two cells, or -1.
+
+    frame = (origin_x, origin_y, step). Nodes that `extra` closes count as ten cells further away.
+    """
+    height, width = base.shape
+    origin_x, origin_y, step = frame
+    row = math.floor((y - origin_y) / step)
+    column = math.floor((x - origin_x) / step)
+    best = -1
+    nearest = np.inf
+    for i in range(max(0, row - 2), min(height, row + 3)):
+        for j in range(max(0, column - 2), min(width, column + 3)):
+            if base[i, j] >= WALL:
+                continue
+            gap = math.hypot(origin_x + (j + 0.5) * step - x, origin_y + (i + 0.5) * step - y)
+            if extra[i, j] >= WALL:
+                gap += 10.0 * step
+            if gap < nearest:
+                best = i * width + j
+                nearest = gap
+    return best
+
+
+@njit(cache=True)
+def edge_cost(ground, i, j, m):
+    """Cost of move m that ends in (i, j), without other robots."""
+    base, lane, heading, _, step = ground
+    cells = LENGTHS[m]
+    along = (MOVES[m, 1] * heading[i, j, 0] + MOVES[m, 0] * heading[i, j, 1]) / cells
     return cells * step * (base[i, j] + lane[i, j] * (1.0 - along) * 0.5)
 
 
 @njit(cache=True)
-def cost_to_go(base, lane, heading, step, goal_r, goal_c):
-    """Dijkstra backwards from the goal over directed edges; inf where it cannot be reached."""
+def cost_to_go(ground, goal_r, goal_c, work, cost):
+    """Fill `cost` (h, w): Dijkstra backwards from the goal; inf where it cannot be reached."""
+    base, moves = ground[0], ground[3]
+    _, _, _, keys, nodes, _ = work
     height, width = base.shape
-    cost = np.full((height, width), np.inf, np.float32)
-    capacity = height * width * 4 + 64
-    keys = np.empty(capacity)
-    nodes = np.empty(capacity, np.int64)
+    cost[:] = np.inf
+    capacity = keys.shape[0]
     cost[goal_r, goal_c] = 0.0
     size = heap_push(keys, nodes, 0, 0.0, goal_r * width + goal_c)
     while size > 0:
@@ -104,72 +148,63 @@ def cost_to_go(base, lane, heading, step, goal_r, goal_c):
         if key > cost[r, c] + 1e-4:
             continue
         for m in range(16):
-            dr = MOVES[m, 0]
-            dc = MOVES[m, 1]
-            i = r - dr
-            j = c - dc
+            i = r - MOVES[m, 0]
+            j = c - MOVES[m, 1]
             if i < 0 or j < 0 or i >= height or j >= width or base[i, j] >= WALL:
                 continue
-            if not passable(base, i, j, dr, dc):
+            if not moves[i, j] >> m & 1:
                 continue
-            new = cost[r, c] + edge_cost(base, lane, heading, step, r, c, dr, dc)
+            new = cost[r, c] + edge_cost(ground, r, c, m)
             if new < cost[i, j] - 1e-6 and size < capacity:
                 cost[i, j] = new
                 size = heap_push(keys, nodes, size, new, i * width + j)
-    return cost
 
 
 @njit(cache=True)
-def astar(base, lane, heading, extra, step, start, goal, heuristic, path):
+def astar(ground, extra, start, goal, heuristic, work, path):
     """A* with an exact static heuristic; return (nodes written to path, expansions).
 
     0 nodes: no path. `path` receives flat indices from start to goal; `start` and `goal` are
     flat indices, `heuristic` is `cost_to_go` of the goal (admissible, since extra >= 0).
     """
-    height, width = base.shape
-    cost = np.full(height * width, np.inf, np.float32)
-    parent = np.full(height * width, -1, np.int64)
-    closed = np.zeros(height * width, np.bool_)
-    capacity = height * width * 4 + 64
-    keys = np.empty(capacity)
-    nodes = np.empty(capacity, np.int64)
+    base, _, _, moves, step = ground
+    cost, parent, marks, keys, nodes, clock = work
+    width = base.shape[1]
+    clock[0] += 2
+    seen = clock[0]
+    capacity = keys.shape[0]
     cost[start] = 0.0
+    parent[start] = -1
+    marks[start] = seen
     size = heap_push(keys, nodes, 0, heuristic[start // width, start % width], start)
     expansions = 0
     while size > 0:
         node = nodes[0]
         size = heap_pop(keys, nodes, size)
-        if closed[node]:
+        if marks[node] == seen + 1:
             continue
-        closed[node] = True
+        marks[node] = seen + 1
         expansions += 1
         if node == goal:
-            break
+            return trace_back(parent, goal, path), expansions
         r = node // width
         c = node % width
         for m in range(16):
-            dr = MOVES[m, 0]
-            dc = MOVES[m, 1]
-            if not passable(base, r, c, dr, dc):
+            if not moves[r, c] >> m & 1:
                 continue
-            i = r + dr
-            j = c + dc
+            i = r + MOVES[m, 0]
+            j = c + MOVES[m, 1]
             other = i * width + j
-            if closed[other] or extra[i, j] >= WALL or heuristic[i, j] == np.inf:
+            mark = marks[other]
+            if mark == seen + 1 or extra[i, j] >= WALL or heuristic[i, j] == np.inf:
                 continue
-            cells = math.sqrt(dr * dr + dc * dc)
-            new = (
-                cost[node]
-                + edge_cost(base, lane, heading, step, i, j, dr, dc)
-                + cells * step * extra[i, j]
-            )
-            if new < cost[other] and size < capacity:
+            new = cost[node] + edge_cost(ground, i, j, m) + LENGTHS[m] * step * extra[i, j]
+            if (mark != seen or new < cost[other]) and size < capacity:
                 cost[other] = new
                 parent[other] = node
+                marks[other] = seen
                 size = heap_push(keys, nodes, size, new + heuristic[i, j], other)
-    if not closed[goal]:
-        return 0, expansions
-    return trace_back(parent, goal, path), expansions
+    return 0, expansions
 
 
 @njit(cache=True)
@@ -187,19 +222,21 @@ def trace_back(parent, goal, path):
 
 
 @njit(cache=True)
-def nearest_place(base, extra, places, step, start, reach, path):
+def nearest_place(ground, extra, places, start, reach, work, path):
     """Dijkstra from `start` to the cheapest node with places > 0 within cost `reach`.
 
     Edges cost length * (1 + extra); nodes with extra >= WALL are closed. Returns the number of
     flat indices written to `path`, 0 if there is no such node.
     """
-    height, width = base.shape
-    cost = np.full(height * width, np.inf, np.float32)
-    parent = np.full(height * width, -1, np.int64)
-    capacity = height * width * 4 + 64
-    keys = np.empty(capacity)
-    nodes = np.empty(capacity, np.int64)
+    base, _, _, moves, step = ground
+    cost, parent, marks, keys, nodes, clock = work
+    width = base.shape[1]
+    clock[0] += 2
+    seen = clock[0]
+    capacity = keys.shape[0]
     cost[start] = 0.0
+    parent[start] = -1
+    marks[start] = seen
     size = heap_push(keys, nodes, 0, 0.0, start)
     while size > 0:
         key = keys[0]
@@ -214,18 +251,17 @@ def nearest_place(base, extra, places, step, start, reach, path):
         if key > reach:
             return 0
         for m in range(16):
-            dr = MOVES[m, 0]
-            dc = MOVES[m, 1]
-            if not passable(base, r, c, dr, dc):
+            if not moves[r, c] >> m & 1:
                 continue
-            i = r + dr
-            j = c + dc
+            i = r + MOVES[m, 0]
+            j = c + MOVES[m, 1]
             if extra[i, j] >= WALL:
                 continue
             other = i * width + j
-            new = cost[node] + math.sqrt(dr * dr + dc * dc) * step * (1.0 + extra[i, j])
-            if new < cost[other] - 1e-6 and size < capacity:
+            new = cost[node] + LENGTHS[m] * step * (1.0 + extra[i, j])
+            if (marks[other] != seen or new < cost[other] - 1e-6) and size < capacity:
                 cost[other] = new
                 parent[other] = node
+                marks[other] = seen
                 size = heap_push(keys, nodes, size, new, other)
     return 0

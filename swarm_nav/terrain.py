@@ -18,6 +18,7 @@ from swarm_common.grid import OCCUPIED, UNKNOWN, Grid
 from swarm_common.records import FloatArray
 from swarm_nav import distance_kernels, search_kernels
 from swarm_nav.config import CostmapConfig, PlannerConfig
+from swarm_nav.search import SearchSpace
 
 HALL_DISTANCE = 2.0  # [m] from any wall: open floor, no lanes and free for parking
 PASSAGE_REACH = 0.95  # [m] within which the widest clearance of a passage is looked for
@@ -25,6 +26,7 @@ STRIP_WIDTH = 0.26  # [m] next to the ridge of a passage that separates its lane
 PARKING_HALF_WIDTH = 1.35  # [m] of a passage whose median strip may hold a parked robot
 NODE_MARGIN = 0.035  # [m] beyond the robot's circumscribed radius at which nodes end
 WALL_COST = 0.6  # extra cost per metre right beside a wall
+GOALS_MEMORY = 20_000_000  # [bytes] of costs to go that a process keeps per terrain
 STANDING_ROOM = 0.1  # [m] more than the wall clearance from where no wall cost applies
 
 
@@ -59,21 +61,9 @@ class Lattice:
 
         With `extra`, nodes that it closes are passed over where there is another one.
         """
-        height, width = self.base.shape
-        row = math.floor((y - self.origin_y) / self.step)
-        column = math.floor((x - self.origin_x) / self.step)
-        best, nearest = None, math.inf
-        closed = 10.0 * self.step
-        for i in range(max(0, row - 2), min(height, row + 3)):
-            for j in range(max(0, column - 2), min(width, column + 3)):
-                if self.base[i, j] < search_kernels.WALL:
-                    px, py = self.point_of(i * width + j)
-                    distance = math.hypot(px - x, py - y)
-                    if extra is not None and extra[i, j] >= search_kernels.WALL:
-                        distance += closed
-                    if distance < nearest:
-                        best, nearest = i * width + j, distance
-        return best
+        closed = self.base if extra is None else extra
+        node = search_kernels.nearest_open(self.base, closed, self.frame, x, y)
+        return node if node >= 0 else None
 
     def point_of(self, node: int) -> tuple[float, float]:
         """Return the centre of a node."""
@@ -83,7 +73,7 @@ class Lattice:
             self.origin_y + (row + 0.5) * self.step,
         )
 
-    def points_of(self, nodes: NDArray[np.int64]) -> FloatArray:
+    def points_of(self, nodes: NDArray[np.integer]) -> FloatArray:
         """Return the centres (n, 2) of flat node indices."""
         rows, columns = np.divmod(nodes, self.base.shape[1])
         return np.column_stack(
@@ -118,7 +108,12 @@ class Terrain:
         self.distance: FloatArray = np.maximum(0.0, cells * grid.resolution - grid.resolution / 2)
         self.frame = (grid.origin_x, grid.origin_y, grid.resolution)
         self.lattice = _lattice(self.distance, grid, planner, costmap, radius)
-        self._cost_to_go = functools.lru_cache(maxsize=24)(self._compute_cost_to_go)
+        self.search = SearchSpace(
+            self.lattice.base, self.lattice.lane, self.lattice.heading, self.lattice.step
+        )
+        self._cost_to_go = functools.lru_cache(GOALS_MEMORY // self.lattice.base.nbytes + 1)(
+            self.search.cost_to_go
+        )
 
     def clearance(self, x: float, y: float) -> float:
         """Return the distance [m] to the nearest mapped wall."""
@@ -127,14 +122,6 @@ class Terrain:
     def cost_to_go(self, node: int) -> NDArray[np.float32]:
         """Return the cost of driving from every node to `node`, without other robots."""
         return self._cost_to_go(node)
-
-    def _compute_cost_to_go(self, node: int) -> NDArray[np.float32]:
-        lattice = self.lattice
-        row, column = divmod(node, lattice.base.shape[1])
-        cost: NDArray[np.float32] = search_kernels.cost_to_go(
-            lattice.base, lattice.lane, lattice.heading, lattice.step, row, column
-        )
-        return cost
 
 
 @functools.lru_cache(maxsize=4)

@@ -15,10 +15,9 @@ from numpy.typing import NDArray
 
 from swarm_common.beacon import HELD_POINTS, INTENT_POINTS, WANTED_POINTS
 from swarm_common.records import FloatArray, Pose
-from swarm_nav import tube_kernels
+from swarm_nav import path_kernels, tube_kernels
 from swarm_nav.planner import SPACING
 
-CHORD_POINTS = 2  # path points on either side over which a bend is measured
 REMEMBERED = 32  # beacons whose requests are remembered
 INTENT_STRIDE = 2  # path points per intent point: 10 cm
 
@@ -70,7 +69,7 @@ class Tube:
         self.stop -= self.near
         self.near = 0
         self.is_reverse = is_reverse
-        self.corners = _corners(self.points, self.corner_angle)
+        self.corners = path_kernels.corners(self.points, self.corner_angle).tolist()
         self.forget_requests()
 
     def cut(self) -> None:
@@ -144,27 +143,6 @@ class Tube:
         if len(rest) < 2:
             return 0.0
         return float(np.hypot(np.diff(rest[:, 0]), np.diff(rest[:, 1])).sum())
-
-
-def _corners(points: FloatArray, angle: float) -> list[int]:
-    """Return the indices at which the path bends by more than `angle` within two chords."""
-    count = len(points)
-    if count < 3:
-        return []
-    index = np.arange(1, count - 1)
-    arm = np.minimum(CHORD_POINTS, np.minimum(index, count - 1 - index))
-    arriving = points[index] - points[index - arm]
-    leaving = points[index + arm] - points[index]
-    cross = arriving[:, 0] * leaving[:, 1] - arriving[:, 1] * leaving[:, 0]
-    bend = np.abs(np.arctan2(cross, (arriving * leaving).sum(axis=1)))
-    corners: list[int] = []
-    for k in np.flatnonzero(bend > angle):
-        if corners and index[k] - corners[-1] <= CHORD_POINTS:
-            if bend[k] > bend[corners[-1] - 1]:
-                corners[-1] = int(index[k])
-        else:
-            corners.append(int(index[k]))
-    return corners
 
 
 def padded(points: NDArray[np.float64], capacity: int) -> tuple[NDArray[np.float32], int]:

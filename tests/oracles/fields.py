@@ -65,3 +65,20 @@ def resample(points: FloatArray, spacing: float) -> FloatArray:
     elif gap <= 1e-6:
         return inner
     return np.vstack((inner, points[-1]))
+
+
+def corners(points: FloatArray, angle: float) -> list[int]:
+    """Return where a path turns by more than `angle`; of turns within two points the sharpest."""
+    found: list[tuple[int, float]] = []
+    for k in range(1, len(points) - 1):
+        arm = min(2, k, len(points) - 1 - k)
+        (ax, ay), (bx, by) = points[k] - points[k - arm], points[k + arm] - points[k]
+        bend = abs(math.atan2(ax * by - ay * bx, ax * bx + ay * by))
+        if bend <= angle:
+            continue
+        if found and k - found[-1][0] <= 2:
+            if bend > found[-1][1]:
+                found[-1] = (k, bend)
+        else:
+            found.append((k, bend))
+    return [k for k, _ in found]

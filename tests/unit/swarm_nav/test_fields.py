@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from swarm_common.records import Pose
 from swarm_nav import distance_kernels as kernels
+from swarm_nav import path_kernels
 from swarm_nav.planner import SPACING, path_length, straight_path
 from tests.oracles import fields as oracle
 
@@ -72,8 +73,30 @@ def test_discs_are_stamped_where_cell_centres_lie_inside(radius: float) -> None:
     grid = rng.random((12, 15)).astype(np.float32)
     points = rng.uniform((-1.3, 1.7), (0.0, 2.8), (4, 2))
     expected = oracle.stamp_discs(grid, FRAME, points, radius, 0.7)
-    kernels.stamp_discs(grid, *FRAME, points, len(points), radius, np.float32(0.7))
+    kernels.stamp_discs(grid, FRAME, points, len(points), radius, np.float32(0.7))
     assert np.allclose(grid, expected)
+
+
+def test_rows_of_points_are_stamped_with_a_radius_and_a_value_each() -> None:
+    rng = np.random.default_rng(4)
+    grid = rng.random((12, 15)).astype(np.float32)
+    points = rng.uniform((-1.3, 1.7), (0.0, 2.8), (3, 4, 2)).astype(np.float32)
+    sizes = np.array((4, 0, 2), np.uint32)
+    radii, values = np.array((0.2, 1.0, 0.3)), np.array((0.7, 9.0, 0.4), np.float32)
+    expected = grid
+    for row in range(3):
+        expected = oracle.stamp_discs(
+            expected, FRAME, points[row, : sizes[row]], radii[row], values[row]
+        )
+    kernels.stamp_rows(grid, FRAME, points, sizes, radii, values)
+    assert np.allclose(grid, expected)
+
+
+def test_untouched_is_what_is_allowed_and_not_stamped() -> None:
+    stamped = np.array(((0.0, 1.0), (0.0, 0.0)), np.float32)
+    out = np.empty((2, 2), np.uint8)
+    kernels.untouched(stamped, np.array(((1, 1), (0, 2)), np.uint8), out)
+    assert out.tolist() == [[1, 0], [0, 1]]
 
 
 def test_the_nearest_point_counts_the_first_ones_only() -> None:
@@ -85,7 +108,7 @@ def test_the_nearest_point_counts_the_first_ones_only() -> None:
 
 def resampled(points: np.ndarray, spacing: float) -> np.ndarray:
     out = np.empty((int(path_length(points) / spacing) + len(points) + 4, 2))
-    return out[: kernels.resample(points, spacing, out)]
+    return out[: path_kernels.resample(points, spacing, out)]
 
 
 coordinates = st.floats(-3.0, 3.0).map(lambda value: round(value, 3))
@@ -128,7 +151,7 @@ def corner_path() -> np.ndarray:
 def smoothed(path: np.ndarray, field: np.ndarray, blocked: np.ndarray, floor: float) -> np.ndarray:
     out = np.empty_like(path)
     frame = (0.0, 0.0, 0.05)
-    kernels.smooth_path(path, 3, 4, field, frame, floor, blocked, (0.0, 0.0, 0.1), out)
+    path_kernels.smooth_path(path, 3, 4, (field, frame, floor), (blocked, (0.0, 0.0, 0.1)), out)
     return out
 
 
@@ -150,7 +173,8 @@ def test_smoothing_rounds_corners_and_keeps_the_ends() -> None:
 def test_smoothing_is_a_moving_average_where_nothing_is_near() -> None:
     path = np.random.default_rng(0).random((30, 2)) * 0.02 + corner_path()[:30]
     once = np.empty_like(path)
-    kernels.smooth_path(path, 1, 4, FREE, (0.0, 0.0, 0.05), 0.3, OPEN, (0.0, 0.0, 0.1), once)
+    walls, others = (FREE, (0.0, 0.0, 0.05), 0.3), (OPEN, (0.0, 0.0, 0.1))
+    path_kernels.smooth_path(path, 1, 4, walls, others, once)
     for axis in (0, 1):
         expected = np.convolve(path[:, axis], np.full(9, 1 / 9), "valid")
         assert np.allclose(once[4:-4, axis], expected)
@@ -160,7 +184,7 @@ def test_smoothing_does_not_enter_what_others_hold() -> None:
     blocked = OPEN.copy()
     blocked[6:, :14] = 1e9  # the inside of the corner
     smooth = smoothed(corner_path(), FREE, blocked, 0.3)
-    values = [kernels.cell_value(blocked, (0.0, 0.0, 0.1), x, y) for x, y in smooth]
+    values = [path_kernels.cell_value(blocked, (0.0, 0.0, 0.1), x, y) for x, y in smooth]
     assert max(values) == 0.0
 
 
@@ -179,11 +203,37 @@ def test_lifting_moves_inner_points_off_the_wall() -> None:
     occupied[0, :] = True
     field = kernels.distance_cells(occupied) * 0.05
     points = np.column_stack((np.arange(0.3, 2.5, 0.05), np.full(44, 0.28)))
-    kernels.lift_off_walls(points, field, (0.0, 0.0, 0.05), 0.30, 6)
+    path_kernels.lift_off_walls(points, field, (0.0, 0.0, 0.05), 0.30, 6)
     gaps = np.array([oracle.sample(field, (0.0, 0.0, 0.05), x, y) for x, y in points])
     assert gaps[[0, -1]].max() < 0.26  # ends stay
     assert gaps[1:-1].min() > 0.299
 
 
 def test_a_value_outside_the_grid_is_closed() -> None:
-    assert kernels.cell_value(OPEN, (0.0, 0.0, 0.1), -0.01, 0.5) > 1e8
+    assert path_kernels.cell_value(OPEN, (0.0, 0.0, 0.1), -0.01, 0.5) > 1e8
+
+
+@settings(max_examples=60, deadline=None)
+@given(polylines, st.floats(0.1, 1.5))
+def test_corners_equal_their_slow_twin(points: np.ndarray, angle: float) -> None:
+    assert path_kernels.corners(points, angle).tolist() == oracle.corners(points, angle)
+
+
+@settings(max_examples=60, deadline=None)
+@given(polylines)
+def test_the_ends_replace_what_is_near_them(points: np.ndarray) -> None:
+    ends = np.array(((0.0, 0.0), (1.0, 1.0)))
+    course = path_kernels.with_ends(points, ends, 0.5)
+    assert np.array_equal(course[[0, -1]], ends)
+    far = [p for p in points[1:-1] if min(math.dist(p, ends[0]), math.dist(p, ends[1])) > 0.5]
+    assert np.array_equal(course[1:-1], np.array(far).reshape(-1, 2))
+
+
+def test_a_drivable_path_is_resampled_smoothed_lifted_and_resampled() -> None:
+    course = np.array(((0.3, 0.5), (1.5, 0.5), (1.5, 1.5)))
+    walls, others = (FREE, (0.0, 0.0, 0.05), 0.3), (OPEN, (0.0, 0.0, 0.1))
+    path = path_kernels.drivable(course, SPACING, (3, 4, 6), walls, others)
+    by_hand = smoothed(path_kernels.resampled(course, SPACING), FREE, OPEN, 0.3)
+    assert np.allclose(path, path_kernels.resampled(by_hand, SPACING))
+    short = course[:1] + np.array(((0.0, 0.0), (0.05, 0.0)))
+    assert len(path_kernels.drivable(short, SPACING, (3, 4, 6), walls, others)) == 2

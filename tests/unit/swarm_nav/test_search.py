@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from swarm_nav import search_kernels as kernels
+from swarm_nav.search import SearchSpace
 from tests.oracles import search as oracle
 
 STEP = 0.1
@@ -31,22 +32,20 @@ class Maze:
         free = np.flatnonzero((self.base < kernels.WALL) & (self.extra < kernels.WALL))
         self.start, self.goal = (int(node) for node in rng.choice(free, 2, replace=False))
         self.width = width
+        self.space = SearchSpace(self.base, self.lane, self.heading, STEP)
 
     def edges(self, with_others: bool = True) -> oracle.Edges:
         extra = self.extra if with_others else np.zeros_like(self.extra)
         return oracle.edges(self.base, self.lane, self.heading, extra, STEP)
 
     def cost_to_go(self) -> np.ndarray:
-        row, column = divmod(self.goal, self.width)
-        return kernels.cost_to_go(self.base, self.lane, self.heading, STEP, row, column)
+        return self.space.cost_to_go(self.goal)
 
     def astar(self) -> tuple[list[int], int]:
-        nodes = np.empty(self.base.size, np.int64)
-        count, expansions = kernels.astar(
-            self.base, self.lane, self.heading, self.extra, STEP,
-            self.start, self.goal, self.cost_to_go(), nodes,
-        )  # fmt: skip
-        return nodes[:count].tolist(), expansions
+        nodes, expansions = self.space.cheapest(
+            self.start, self.goal, self.extra, self.cost_to_go()
+        )
+        return nodes.tolist(), expansions
 
 
 @pytest.mark.parametrize("seed", range(25))
@@ -103,22 +102,44 @@ def test_moves_do_not_cut_corners_of_walls() -> None:
             swept = [*oracle.between(row, column, dr, dc), (i, j)]
             expected = inside and all(base[cell] < kernels.WALL for cell in swept)
             assert kernels.passable(base, row, column, dr, dc) == expected
+    moves = np.empty((5, 5), np.uint16)
+    kernels.open_moves(base, moves)
+    for row, column in np.ndindex(5, 5):
+        bits = [kernels.passable(base, row, column, dr, dc) for dr, dc in kernels.MOVES]
+        assert moves[row, column] == sum(1 << m for m in range(16) if bits[m])
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_nearest_open_node_is_within_two_cells(seed: int) -> None:
+    maze = Maze(seed)
+    rng = np.random.default_rng(seed)
+    height, width = maze.base.shape
+    for x, y in rng.uniform((-0.3, -0.3), (width * STEP + 0.3, height * STEP + 0.3), (50, 2)):
+        gaps = {}
+        row, column = np.floor(y / STEP), np.floor(x / STEP)
+        for i, j in np.argwhere(maze.base < kernels.WALL):
+            if abs(i - row) <= 2 and abs(j - column) <= 2:
+                closed = 1.0 if maze.extra[i, j] >= kernels.WALL else 0.0
+                centre = ((j + 0.5) * STEP, (i + 0.5) * STEP)
+                gaps[i * width + j] = closed + np.hypot(centre[0] - x, centre[1] - y)
+        node = kernels.nearest_open(maze.base, maze.extra, (0.0, 0.0, STEP), x, y)
+        expected = min(gaps.values(), default=None)
+        assert gaps.get(node) == (None if expected is None else pytest.approx(expected))
 
 
 @pytest.mark.parametrize("seed", range(10))
 def test_the_nearest_place_is_the_cheapest_to_reach(seed: int) -> None:
     maze = Maze(seed)
     places = (np.random.default_rng(seed).random(maze.base.shape) < 0.1).astype(np.uint8)
-    nodes = np.empty(maze.base.size, np.int64)
-    count = kernels.nearest_place(maze.base, maze.extra, places, STEP, maze.start, 8.0, nodes)
+    maze.astar()  # leaves traces in the work arrays
+    path = maze.space.nearest(maze.start, maze.extra, places, 8.0).tolist()
     flat = np.where(maze.base < kernels.WALL, np.float32(1.0), kernels.WALL)
     table = oracle.edges(flat, 0 * maze.lane, maze.heading, maze.extra, STEP)
     reached = oracle.distances(table, maze.start)
     best = min((reached[n] for n in np.flatnonzero(places) if n in reached), default=np.inf)
     if best > 8.0:
-        assert count == 0
+        assert path == []
         return
-    path = nodes[:count].tolist()
     assert places.ravel()[path[-1]] == 1
     assert oracle.path_cost(table, path) == pytest.approx(best, rel=1e-5)
 
