@@ -86,6 +86,7 @@ class Baseline(ABC):
         self.recoveries = 0
         self.obstacles = ObstacleLayer(config.costmap, spec.lidar)
         self.hood = Neighborhood(robot_id, config.traffic)
+        self._footprint = padded(np.array(spec.footprint), FOOTPRINT_POINTS)
         self._localiser = OdometryLocaliser(initial_pose_map)
         self._turner = Controller(config.controller)
         self._goal: Goal | None = None
@@ -240,8 +241,7 @@ class Baseline(ABC):
         beacon["target"] = beacon["station"] = (math.nan, math.nan)
         beacon["held"][0] = (pose.x, pose.y)
         beacon["held_size"] = 1
-        footprint, count = padded(np.array(self.spec.footprint), FOOTPRINT_POINTS)
-        beacon["footprint"], beacon["footprint_size"] = footprint, count
+        beacon["footprint"], beacon["footprint_size"] = self._footprint
         return beacon
 
 

@@ -39,7 +39,7 @@ SHIM_ANGLE = 0.785  # [rad] of Nav2's rotation shim
 ALIGNED = 0.2  # [rad] at which it ends
 SCALES = (0.4, 1.0, 0.8, 0.15, 0.3)  # heading, progress, path, clearance, clearance enough
 SAMPLES = (8, 21)
-NEAR_POINTS = 1.2  # [m] up to which LiDAR hits are looked at
+NEAR = 1.5  # [m] up to which robots and LiDAR hits can matter within the horizon
 
 
 class DwaDriver(Baseline):
@@ -140,9 +140,9 @@ class DwaDriver(Baseline):
         terrain, others, pose = self._planner.terrain, self.others, self.pose
         speeds = np.hypot(others.velocities[:, 0], others.velocities[:, 1])
         discs = np.column_stack((others.places, others.radii + LATENCY * speeds))
-        is_near = np.hypot(discs[:, 0] - pose.x, discs[:, 1] - pose.y) < SEEN
+        is_near = np.hypot(discs[:, 0] - pose.x, discs[:, 1] - pose.y) < NEAR
         hits = self.obstacles.points
-        hits = hits[np.hypot(hits[:, 0] - pose.x, hits[:, 1] - pose.y) < NEAR_POINTS]
+        hits = hits[np.hypot(hits[:, 0] - pose.x, hits[:, 1] - pose.y) < NEAR]
         reach = self.config.costmap.unknown_body_margin
         return (
             terrain.distance,

@@ -9,6 +9,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from swarm_bench.baselines import sight_kernels
 from swarm_common.grid import Grid
 from swarm_common.records import FloatArray, Pose
 from swarm_nav import distance_kernels, search_kernels
@@ -20,6 +21,7 @@ INFLATION_WEIGHT = 4.0  # cost per metre right beside a wall: Nav2's NavFn, 0.8 
 ROBOT_GAP = 0.03  # [m] between the circles of two robots that a path leaves
 ROBOT_SURROUNDINGS = 0.3  # [m] around a robot that are to be avoided where there is room
 ROBOT_COST = 3.0  # of them, per metre
+SIGHT_SLACK = 0.02  # [m] by which a line of sight may be nearer to walls than asked for
 LOST_PATH = 0.5  # [m] from the path at which it is of no use any more
 
 
@@ -106,16 +108,9 @@ def waypoint(
 
     In sight: the straight line to it keeps `clearance` [m] from walls, or as much as its ends do.
     """
-    points = track.ahead(distance)
+    points = np.ascontiguousarray(track.ahead(distance))
     terrain = planner.terrain
-    here = terrain.clearance(pose.x, pose.y)
-    for x, y in points[::-3]:
-        floor = min(clearance, here, terrain.clearance(float(x), float(y))) - 0.02
-        steps = max(2, math.ceil(math.hypot(x - pose.x, y - pose.y) / SPACING))
-        shares = np.linspace(0.0, 1.0, steps)
-        if all(
-            terrain.clearance(pose.x + s * (x - pose.x), pose.y + s * (y - pose.y)) >= floor
-            for s in shares
-        ):
-            return float(x), float(y)
-    return float(points[0, 0]), float(points[0, 1])
+    index = sight_kernels.farthest_in_sight(
+        points, pose.x, pose.y, clearance, SIGHT_SLACK, terrain.distance, terrain.frame
+    )
+    return float(points[index, 0]), float(points[index, 1])

@@ -1,0 +1,36 @@
+"""Bare numba kernel of line of sight."""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+from swarm_nav.distance_kernels import sample
+
+STEP = 0.05  # [m] between the samples of a line
+STRIDE = 3  # path points between two candidates
+
+
+@njit(cache=True)
+def farthest_in_sight(points, x, y, clearance, slack, field, frame):
+    """Index of the last of the points (n, 2) to which the line from (x, y) is clear; 0 if none.
+
+    Clear: it keeps `clearance` [m] from walls, or as much as its ends do, less `slack` [m].
+    """
+    here = min(clearance, sample(field, frame[0], frame[1], frame[2], x, y))
+    for k in range(points.shape[0] - 1, 0, -STRIDE):
+        dx = points[k, 0] - x
+        dy = points[k, 1] - y
+        there = sample(field, frame[0], frame[1], frame[2], points[k, 0], points[k, 1])
+        floor = min(here, there) - slack
+        steps = max(1, math.ceil(math.hypot(dx, dy) / STEP))
+        clear = True
+        for s in range(1, steps):
+            share = s / steps
+            if sample(field, *frame, x + share * dx, y + share * dy) < floor:
+                clear = False
+                break
+        if clear:
+            return k
+    return 0
