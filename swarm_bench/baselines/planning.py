@@ -64,10 +64,8 @@ def robot_costs(
     for place, other in zip(places, radii, strict=True):
         point = place.reshape(1, 2)
         reach = radius + float(other) + ROBOT_GAP
-        distance_kernels.stamp_discs(
-            extra, *frame, point, 1, reach + ROBOT_SURROUNDINGS, ROBOT_COST
-        )
-        distance_kernels.stamp_discs(extra, *frame, point, 1, reach, search_kernels.WALL)
+        distance_kernels.stamp_discs(extra, frame, point, 1, reach + ROBOT_SURROUNDINGS, ROBOT_COST)
+        distance_kernels.stamp_discs(extra, frame, point, 1, reach, search_kernels.WALL)
     return extra
 
 

@@ -28,7 +28,9 @@ def farthest_in_sight(points, x, y, clearance, slack, field, frame):
         clear = True
         for s in range(1, steps):
             share = s / steps
-            if sample(field, *frame, x + share * dx, y + share * dy) < floor:
+            px = x + share * dx
+            py = y + share * dy
+            if sample(field, frame[0], frame[1], frame[2], px, py) < floor:
                 clear = False
                 break
         if clear:
