@@ -18,7 +18,6 @@ from swarm_bench.baselines.planning import Track, plain_planner, robot_costs, wa
 from swarm_common.grid import Grid
 from swarm_common.records import (
     CONTROL_PERIOD,
-    FloatArray,
     Pose,
     RobotSpec,
     Scan,
@@ -133,9 +132,7 @@ class DwaDriver(Baseline):
         )
         return Twist(float(v), 0.0, float(w))
 
-    def _scene(
-        self,
-    ) -> tuple[FloatArray, tuple[float, float, float], FloatArray, FloatArray, float]:
+    def _scene(self) -> kernels.Scene:
         """Return what the window is checked against, as the kernels take it."""
         terrain, others, pose = self._planner.terrain, self.others, self.pose
         speeds = np.hypot(others.velocities[:, 0], others.velocities[:, 1])

@@ -124,9 +124,9 @@ class OrcaDriver(Baseline):
         self._place_others()
         simulator.do_step()
         x, y = simulator.get_agent_velocity(0).to_tuple()
-        return self._twist(x * cos + y * sin, (y * cos - x * sin) / OFFSET)
+        return self.limited(x * cos + y * sin, (y * cos - x * sin) / OFFSET)
 
-    def _twist(self, v: float, w: float) -> Twist:
+    def limited(self, v: float, w: float) -> Twist:
         """Return a twist within the limits that moves the point in the same direction."""
         config = self.config.controller
         excess = max(1.0, abs(v) / config.max_vel_x, abs(w) / config.max_vel_theta)
