@@ -93,6 +93,13 @@ def test_the_report_has_what_tools_outside_rely_on() -> None:
     ]
 
 
+def test_the_document_names_every_field() -> None:
+    text = (Path(__file__).resolve().parents[3] / "docs" / "report.md").read_text("utf-8")
+    report = report_of(tally_of())
+    for part in (report, report["robots"]["Srobot1"], report["breaches"], report["goals"]):
+        assert [name for name in part if f"`{name}`" not in text] == []
+
+
 def test_waits_and_counters_are_summed_over_the_robots() -> None:
     counts = {"pushes": 3, "retreats": 1, "deadlocks_resolved": 2, "replans": 7}
     report = report_of(
