@@ -135,12 +135,9 @@ def load_scenario(name_or_path: str) -> Scenario:
         path = _folder() / f"{name_or_path}.yaml"
     content = read_yaml(path)
     check_keys(content, [item.name for item in fields(Scenario) if item.name != "name"], str(path))
+    values = {key: _READERS[key](content[key], f"{path}: {key}") for key in content}
     try:
-        return Scenario(
-            name=path.stem, **{key: _READERS[key](content[key], key) for key in content}
-        )
-    except UnknownNameError:
-        raise
+        return Scenario(name=path.stem, **values)
     except ConfigError as error:
         raise ConfigError(f"{path}: {error}") from None
 

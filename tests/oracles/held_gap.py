@@ -1,0 +1,22 @@
+"""Slow twin of swarm_bench.invariant_kernels."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+
+from swarm_common.beacon import BeaconArray
+
+
+def smallest(beacons: BeaconArray) -> tuple[float, float]:
+    """Return the smallest gap between two tubes, and the smallest less the two radii."""
+    gap = slack = math.inf
+    for a, b in itertools.combinations(beacons, 2):
+        held_a, held_b = a["held"][: a["held_size"]], b["held"][: b["held_size"]]
+        if len(held_a) and len(held_b):
+            nearest = float(np.hypot(*(held_a[:, None] - held_b[None]).T).min())
+            gap = min(gap, nearest)
+            slack = min(slack, nearest - float(a["radius"]) - float(b["radius"]))
+    return gap, slack

@@ -1,0 +1,100 @@
+"""Bad input to `swarm-bench`: one clear message on stderr, exit code 2, and nothing is run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from swarm_bench import cli, sweep
+
+Refusal = Callable[..., str]
+
+
+@pytest.fixture
+def refusal(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Refusal:
+    """Return a function that runs swarm-bench with flags and returns its line on stderr."""
+
+    def must_not_run(*_: object) -> None:
+        pytest.fail("something was run")
+
+    def run(*flags: str) -> str:
+        monkeypatch.setattr("sys.argv", ["swarm-bench", *flags])
+        with pytest.raises(SystemExit) as caught:
+            cli.main()
+        assert caught.value.code == 2
+        output, errors = capsys.readouterr()
+        assert output == ""
+        assert errors.startswith("swarm-bench: ")
+        assert errors.count("\n") == 1
+        return errors
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sweep, "run_all", must_not_run)
+    return run
+
+
+@pytest.mark.parametrize(
+    ("flags", "parts"),
+    [
+        (["--scenario", "slim_blokage"], ["unknown scenario 'slim_blokage'", "'slim_blockage'"]),
+        (["--scenario", "none.yaml"], ["none.yaml"]),
+        (["--robots", "0"], ["--robots is 0", "from 1 to 200"]),
+        (["--robots", "-3"], ["--robots is -3"]),
+        (["--robots", "1000"], ["--robots is 1000"]),
+        (["--robots", "ten"], ["--robots is 'ten'"]),
+        (["--robots", "20,"], ["--robots is '20,'"]),
+        (["--scenario", "doorway", "--robots", "150"], ["room for", "75 are asked for"]),
+        (["--scenario", "circle", "--robots", "60"], ["room for 44", "60 are asked for"]),
+        (["--seeds", "x"], ["--seeds is 'x'", "0-19"]),
+        (["--seeds", "5-2"], ["'5-2'"]),
+        (["--seeds", "-1"], ["--seeds is '-1'"]),
+        (["--seeds", "1.5"], ["--seeds is '1.5'"]),
+        (["--seeds", "0-99999999"], ["0-99999999"]),
+        (["--loss", "1.5"], ["loss is 1.5"]),
+        (["--delay", "-0.2"], ["delay is -0.2"]),
+        (["--engine", "gazebo"], ["unknown engine 'gazebo'", "bullet, planar"]),
+        (["--method", "mine"], ["unknown method 'mine'", "dwa, orca, ours"]),
+        (["--set", "traffic.safety_margin"], ["expected NAME=VALUE"]),
+        (["--set", "traffic.safety_margn=0.1"], ["'traffic.safety_margn'", "safety_margin'"]),
+        (["--set", "traffic.safety_margin=big"], ["safety_margin", "'big'"]),
+        (["--set", "traffic.safety_margin=-1"], ["safety_margin is -1"]),
+        (["--jobs", "0"], ["--jobs is 0"]),
+        (["--jobs", "2", "--ros"], ["--ros takes all cores"]),
+        (["--ros", "--method", "dwa"], ["--method dwa needs the bench"]),
+        (["--json", "none/there.jsonl"], ["none/there.jsonl"]),
+        (["--sceanrio", "corridor"], ["--sceanrio"]),
+    ],
+)
+def test_bad_flags_of_traffic_are_refused(
+    refusal: Refusal, flags: list[str], parts: list[str]
+) -> None:
+    message = refusal("traffic", *(flags if "--scenario" in flags else ["--scenario", "circle"]),
+                      *([] if "--scenario" in flags else flags))  # fmt: skip
+    for part in parts:
+        assert part in message
+
+
+def test_a_file_that_holds_no_results_is_refused(refusal: Refusal, tmp_path: Path) -> None:
+    (tmp_path / "notes.txt").write_text("makespan 12\n", encoding="utf-8")
+    message = refusal("traffic", "--scenario", "circle", "--json", "notes.txt")
+    assert "notes.txt, line 1 is no result" in message
+    assert "no results" in refusal_of_empty(refusal, tmp_path)
+
+
+def refusal_of_empty(refusal: Refusal, folder: Path) -> str:
+    (folder / "empty.jsonl").write_text("", encoding="utf-8")
+    return refusal("report-traffic", "empty.jsonl", "-o", "out.md")
+
+
+def test_a_report_needs_its_files(refusal: Refusal) -> None:
+    assert "none.jsonl" in refusal("report-traffic", "none.jsonl", "-o", "out.md")
+
+
+def test_the_suite_checks_its_seeds(refusal: Refusal) -> None:
+    flags = ("suite", "--json", "a.jsonl", "-o", "a.md")
+    assert "--seeds is 'x'" in refusal(*flags, "--seeds", "x")
+    assert "--jobs is -1" in refusal(*flags, "--jobs", "-1")

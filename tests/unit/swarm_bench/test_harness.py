@@ -1,0 +1,132 @@
+"""The harness: equal seeds give equal runs, faults do what they say, goals are counted."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from swarm_bench.harness import Faults, Harness, run
+from swarm_bench.methods import Driver
+from swarm_bench.result import RunResult, result_from_json
+from swarm_bench.scenario import load_scenario
+from swarm_bench.stage import RunOptions
+from swarm_bench.sweep import run_all
+from swarm_nav.goals import Output
+from swarm_sim.world import World
+
+SCENARIO = """
+world: doorway
+mission: change_rooms
+robots: 4
+time_limit: {4: LIMIT}
+"""
+
+
+def options(folder: Path, seed: int = 0, limit: float = 300.0, **changes: object) -> RunOptions:
+    path = folder / "short.yaml"
+    path.write_text(SCENARIO.replace("LIMIT", str(limit)), encoding="utf-8")
+    scenario = dataclasses.replace(load_scenario(str(path)), **changes)  # type: ignore[arg-type]
+    return RunOptions(scenario=scenario, robots=4, seed=seed)
+
+
+def without_times(result: RunResult) -> dict[str, object]:
+    """Return all that must not depend on the machine."""
+    times = ("wall_time", "tick_us_median", "tick_us_p99")
+    return {key: value for key, value in result.as_json().items() if key not in times}
+
+
+def test_equal_seeds_give_equal_runs_and_others_do_not(tmp_path: Path) -> None:
+    first, second = (run(options(tmp_path, seed=3)) for _ in range(2))
+    assert without_times(first) == without_times(second)
+    assert first.is_flawless
+    assert (first.goals_sent, first.goals_reached) == (4, 4)
+    assert first.makespan == max(r.finish_time or 0.0 for r in first.per_robot.values())
+    assert first.min_held_gap is not None
+    other = run(options(tmp_path, seed=4))
+    assert other.trajectory_sha256 != first.trajectory_sha256
+
+
+@pytest.mark.slow
+def test_processes_give_what_one_process_gives(tmp_path: Path) -> None:
+    runs = [options(tmp_path, seed) for seed in (0, 1)]
+    alone = {result.seed: without_times(result) for result in run_all(runs)}
+    spread = {result.seed: without_times(result) for result in run_all(runs, jobs=2)}
+    assert alone == spread
+
+
+def test_losses_change_the_run(tmp_path: Path) -> None:
+    clean = run(options(tmp_path))
+    lossy = run(options(tmp_path, loss=0.3))
+    assert clean.trajectory_sha256 != lossy.trajectory_sha256
+    assert lossy.conditions["loss"] == 0.3
+
+
+def test_what_is_not_reached_in_time_is_missed_and_named(tmp_path: Path) -> None:
+    result = run(options(tmp_path, limit=12.0))
+    assert not result.is_flawless
+    assert result.makespan is None
+    assert result.goals_failed == 4 - result.goals_reached > 0
+    assert "did not get to home of Srobot" in result.first_miss
+    assert result.sim_time == pytest.approx(12.0)
+
+
+def test_a_run_in_which_nobody_gets_anywhere_ends(tmp_path: Path) -> None:
+    stalled = Faults(deaf=range(4))
+    result = Harness(options(tmp_path, stall_limit=20.0), faults=stalled).run()
+    assert result.sim_time == pytest.approx(20.0)
+    assert result.goals_reached == 0
+    assert result.robot_robot == result.robot_world == 0
+
+
+def test_a_dead_robot_stands_and_its_goals_are_not_asked_for(tmp_path: Path) -> None:
+    places: list[tuple[float, float]] = []
+    silent: list[bool] = []
+
+    def watch(world: World, _: Sequence[Driver], outputs: Sequence[Output | None]) -> None:
+        pose, _twist = world.ground_truth()[0]
+        places.append((pose.x, pose.y))
+        silent.append(outputs[0] is None)
+
+    harness = Harness(options(tmp_path), faults=Faults(dead={0: 60}), on_tick=watch)
+    result = harness.run()
+    assert result.goals_sent == 3
+    assert "Srobot1" not in result.per_robot
+    assert not any(silent[:60])
+    assert all(silent[60:])
+    assert places[70] == pytest.approx(places[-1], abs=1e-6)
+
+
+def test_a_mute_robot_is_not_heard(tmp_path: Path) -> None:
+    heard: set[int] = set()
+    harness = Harness(options(tmp_path, limit=20.0), faults=Faults(mute={1}))
+
+    def listen(world: World, _: Sequence[Driver], __: Sequence[Output | None]) -> None:
+        for seen in world.observe():
+            heard.update(int(number) for number in seen.neighbors["id"])
+
+    harness._on_tick = listen
+    harness.run()
+    assert heard == {1, 3, 4}
+
+
+def test_robots_of_the_scenario_that_are_dead_stand_where_it_says(tmp_path: Path) -> None:
+    scenario = load_scenario("dead_robot")
+    harness = Harness(RunOptions(scenario=scenario, robots=3, engine="planar"))
+    assert harness.stage.dead == {2}
+    assert harness.stage.homes_map[2] == scenario.dead[0]
+    assert harness.stage.itineraries[2].total == 0
+    for _ in range(30):
+        harness.advance()
+    pose, _twist = harness.stage.world.ground_truth()[2]
+    assert pose.distance(scenario.dead[0]) < 1e-9
+    harness.stage.world.close()
+
+
+def test_a_result_survives_json(tmp_path: Path) -> None:
+    result = run(options(tmp_path, limit=5.0))
+    text = json.dumps(result.as_json(), allow_nan=False)
+    assert result_from_json(json.loads(text)).as_json() == result.as_json()

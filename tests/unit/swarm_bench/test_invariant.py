@@ -1,0 +1,60 @@
+"""The watch on the safety invariant, against its slow twin."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from swarm_bench.invariant import FAR, Invariant
+from swarm_common.beacon import BeaconArray, empty_beacons
+from tests.oracles.held_gap import smallest
+
+
+def swarm(seed: int, count: int, extent: float) -> BeaconArray:
+    rng = np.random.default_rng(seed)
+    beacons = empty_beacons(count)
+    beacons["id"] = np.arange(count) + 1
+    beacons["radius"] = rng.uniform(0.1, 0.3, count)
+    beacons["held_size"] = rng.integers(0, 25, count)
+    starts = rng.uniform(0.0, extent, (count, 1, 2))
+    beacons["held"] = starts + np.cumsum(rng.normal(0.0, 0.04, (count, 24, 2)), axis=1)
+    return beacons
+
+
+@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize(("count", "extent"), [(2, 1.0), (9, 3.0), (30, 12.0)])
+def test_it_finds_what_the_slow_twin_finds(seed: int, count: int, extent: float) -> None:
+    beacons = swarm(seed, count, extent)
+    watch = Invariant()
+    watch.check(0, beacons)
+    gap, slack = smallest(beacons)
+    if gap < FAR:
+        assert watch.gap == pytest.approx(gap, abs=1e-6)
+        assert watch.slack == pytest.approx(slack, abs=1e-6)
+    else:
+        assert watch.gap == math.inf
+
+
+def test_the_smallest_of_all_ticks_is_kept_and_a_breach_names_the_pair() -> None:
+    beacons = empty_beacons(3)
+    beacons["id"] = [4, 7, 9]
+    beacons["radius"] = 0.285
+    beacons["held_size"] = 1
+    watch = Invariant()
+    for tick, distance in enumerate((0.8, 0.58, 0.5, 0.7)):
+        beacons["held"][:, 0, 0] = (0.0, distance, 9.0)
+        watch.check(tick, beacons)
+    assert watch.gap == pytest.approx(0.5)
+    assert watch.slack == pytest.approx(-0.07)
+    assert watch.breach is not None
+    assert watch.breach.tick == 2
+    assert set(watch.breach.robots) == {4, 7}
+
+
+def test_robots_that_hold_nothing_or_are_alone_break_nothing() -> None:
+    watch = Invariant()
+    watch.check(0, empty_beacons(2))
+    watch.check(1, empty_beacons(1))
+    assert (watch.gap, watch.slack, watch.breach) == (math.inf, math.inf, None)

@@ -1,0 +1,130 @@
+"""Results on disk, and the document that is written from them."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+
+import pytest
+
+from swarm_bench import store
+from swarm_bench.report import traffic_report
+from swarm_bench.result import RunResult
+from swarm_bench.ros_run import result_of_report, up_flags
+from swarm_bench.selection import select, suite_sweeps
+from swarm_bench.stage import RunOptions
+from swarm_bench.sweep import Sweep
+from swarm_common.errors import ConfigError
+from tests.standins.results import result
+
+
+def test_a_killed_sweep_continues(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "runs.jsonl"
+    options = select("slim_blockage", [20], [0, 1, 2])
+    with store.open_to_append(path) as file:
+        store.append(file, result(seed=1, conditions=dict(LOSSLESS)))
+        file.write('{"schema": 1, "scen')  # killed here
+    asked: list[int] = []
+
+    def fake(runs: list[RunOptions], *_: object) -> list[RunResult]:
+        asked.extend(item.seed for item in runs)
+        return [result(seed=item.seed, conditions=dict(LOSSLESS)) for item in runs]
+
+    monkeypatch.setattr("swarm_bench.sweep.run_all", fake)
+    results = Sweep(options).run(path, _quiet())
+    assert asked == [0, 2]
+    assert sorted(item.seed for item in results) == [0, 1, 2]
+    assert [item.seed for item in store.read_results(path)] == [1, 0, 2]
+
+
+LOSSLESS = {"loss": 0.0, "delay": 0.0, "lidar": False, "noise": 0.02}
+
+
+def _quiet():  # type: ignore[no-untyped-def]
+    from rich.console import Console
+
+    return Console(quiet=True)
+
+
+def test_other_conditions_are_other_runs() -> None:
+    (plain,) = select("slim_blockage", [20], [0])
+    (lossy,) = select("slim_blockage", [20], [0], loss=0.2)
+    (tuned,) = select("slim_blockage", [20], [0], settings=["traffic.safety_margin=0.06"])
+    keys = {store.key_of_options(item, ros=False) for item in (plain, lossy, tuned)}
+    assert len({*keys, store.key_of_options(plain, ros=True)}) == 4
+
+
+def test_a_line_that_is_no_result_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "runs.jsonl"
+    path.write_text(json.dumps({"scenario": "circle"}) + "\n", encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"runs\.jsonl, line 1 is no result"):
+        store.read_results(path)
+
+
+def test_the_document_has_rows_targets_flaws_and_a_comparison() -> None:
+    runs = [result(seed=seed, makespan=600.0 + seed) for seed in range(3)]
+    runs += [result(seed=0, engine="ros", makespan=640.0, tick_us_median=None)]
+    runs += [
+        result(seed=seed, method="dwa", goals_reached=20, makespan=None, robot_robot=2)
+        for seed in range(2)
+    ]
+    runs += [
+        result(
+            scenario="circle", robots=40, seed=7, goals_sent=40, goals_reached=39, makespan=None,
+            first_miss="Srobot3 missed home of Srobot23 at t = 600.0 s",
+        )
+    ]  # fmt: skip
+    text = traffic_report(runs, "a machine")
+    assert "a machine" in text
+    assert (
+        "| slim_blockage | 20 | 3 | 0 | 480/480 | 601 [600..602] | ≤ 650, stretch 450: met" in text
+    )
+    assert "| slim_blockage | 20 | 1 | 0 | 160/160 | 640 [640..640]" in text  # on the graph
+    assert "| slim_blockage | 20 | 2 | 12 %, 4 contacts, - | 100 %, 0 contacts" in text
+    assert "| circle | 40 | 1 | 0 | 39/40 | - | ≤ 125: missed |" in text
+    assert "Srobot3 missed home of Srobot23" in text
+
+
+def test_rows_with_other_conditions_say_so() -> None:
+    text = traffic_report([result(conditions={**LOSSLESS, "loss": 0.2})], "m")
+    assert "| slim_blockage, loss 0.2 | 20 |" in text
+
+
+def test_the_suite_covers_every_scenario_and_method() -> None:
+    ours, dwa, orca, ros = suite_sweeps("suite", "0-2", "0-2", 50, 2)
+    assert len([item for item in ours.options if item.scenario.name == "crossing"]) == 1000
+    assert len([item for item in ours.options if item.robots == 100]) == 5
+    assert {item.method for item in (*dwa.options, *orca.options)} == {"dwa", "orca"}
+    assert ros.ros
+    assert max(item.robots for item in ros.options) == 50
+    assert all(item.scenario.with_lidar for item in ros.options)
+    assert len(suite_sweeps("0", "none", "none", 50, 1)) == 1
+
+
+def test_a_run_on_the_graph_gets_all_that_the_scenario_says(tmp_path: Path) -> None:
+    (options,) = select("dead_robot", [4], [2], engine="bullet", loss=0.1)
+    flags = up_flags(options, tmp_path)
+    pairs = dict(zip(flags[:-3:2], flags[1::2], strict=False))
+    assert pairs["--world"] == "slim_blockage"
+    assert (pairs["--swarm-size"], pairs["--seed"]) == ("4", "2")
+    text = (tmp_path / "params.yaml").read_text(encoding="utf-8")
+    assert "radio.loss: 0.1" in text
+    assert "actuation_noise: 0.02" in text
+    assert "broken.Srobot4" in text
+    (mixed,) = select("mixed_fleet", [5], [0], engine="bullet")
+    assert "--fleet" in up_flags(mixed, tmp_path)
+    (people,) = select("walkers", [5], [0], engine="bullet")
+    up_flags(people, tmp_path)
+    assert "people.yaml" in (tmp_path / "params.yaml").read_text(encoding="utf-8")
+
+
+def test_a_report_becomes_a_result() -> None:
+    (options,) = select("slim_blockage", [2], [0], engine="bullet", lidar=True)
+    report = json.loads((Path(__file__).parent / "report.json").read_text(encoding="utf-8"))
+    found = result_of_report(options, report)
+    assert (found.engine, found.goals_sent, found.goals_reached) == ("ros", 16, 15)
+    assert found.makespan is None  # a goal is missing
+    assert found.first_collision.startswith("collision of Srobot1 and Srobot2 at (1.00, 2.00)")
+    assert found.first_miss.startswith("Srobot2 did not get to home")
+    assert dataclasses.asdict(found)["per_robot"]["Srobot1"]["goals_reached"] == 8
