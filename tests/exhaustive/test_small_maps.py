@@ -1,0 +1,64 @@
+"""Every placement of few robots on small maps: all arrive, nobody touches.
+
+A sample of them runs always, every one with `-m long` (hours) or `python -m tests.exhaustive`.
+"""
+
+from __future__ import annotations
+
+import itertools
+
+import pytest
+
+from tests.standins.cells import AISLE, EIGHT, MAPS, RING, CellMap, Placement, play
+
+HELD_GAP = 0.5  # [m] that two held tubes keep at least, whatever happens
+CASES = [(cells, count) for cells in MAPS for count in (2, 3, 4)]
+SAMPLES = 6  # placements per case that run always
+COUNTS = {  # placements, one per symmetry
+    (RING, 1): 10, (RING, 2): 210, (RING, 3): 2388,
+    (AISLE, 1): 16, (AISLE, 2): 416, (AISLE, 3): 4704,
+    (EIGHT, 1): 47, (EIGHT, 2): 3094,
+}  # fmt: skip
+
+
+def ends_well(cells: CellMap, placement: Placement) -> None:
+    end = play(cells, placement)
+    assert end.is_done, (cells.name, placement, end)
+    assert end.contacts == 0, (cells.name, placement, end)
+    assert end.gap >= HELD_GAP, (cells.name, placement, end)
+
+
+@pytest.mark.parametrize(("cells", "count"), list(COUNTS), ids=lambda value: str(value)[:24])
+def test_all_placements_are_counted_once(cells: CellMap, count: int) -> None:
+    placements = list(cells.placements(count))
+    assert len(placements) == len(set(placements)) == COUNTS[cells, count]
+
+
+@pytest.mark.timeout(300)
+@pytest.mark.parametrize(("cells", "count"), CASES, ids=lambda value: str(value)[:24])
+def test_all_arrive_from_a_sample_of_placements(cells: CellMap, count: int) -> None:
+    if cells is EIGHT and count > 2:
+        placements = list(itertools.islice(cells.placements(count), 20_000, 20_000 + SAMPLES))
+    else:
+        everything = list(cells.placements(count))
+        placements = everything[count :: len(everything) // SAMPLES + 1]
+    for placement in placements:
+        ends_well(cells, placement)
+
+
+@pytest.mark.timeout(300)
+def test_seven_robots_change_places_on_the_eight_cells_of_the_ring() -> None:
+    cells = RING.free[:7]
+    ends_well(RING, tuple(zip(cells, (*cells[1:], cells[0]), strict=True)))
+
+
+@pytest.mark.long
+@pytest.mark.timeout(36_000)
+@pytest.mark.parametrize(
+    ("cells", "count"),
+    [(RING, 2), (RING, 3), (RING, 4), (AISLE, 2), (AISLE, 3), (EIGHT, 2)],
+    ids=lambda value: str(value)[:24],
+)
+def test_all_arrive_from_every_placement(cells: CellMap, count: int) -> None:
+    for placement in cells.placements(count):
+        ends_well(cells, placement)
