@@ -9,9 +9,9 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from swarm_common.errors import WorldError
+from swarm_common.errors import UnknownNameError, WorldError
 from swarm_common.robot_io import load_robot
-from swarm_common.sites import Sites
+from swarm_common.sites import Sites, SpawnCircle
 from swarm_sim.sdf import load_world
 from swarm_sim.section import section_between
 from swarm_sim.spawn import CIRCUIT_CLEARANCE, STATION_CLEARANCE, spawn_poses, wall_distance
@@ -52,7 +52,9 @@ def test_the_same_call_gives_the_same_places(count: int) -> None:
     assert spawn_poses(SLIM, WAFFLE, count) == spawn_poses(SLIM, WAFFLE, count)
 
 
-@pytest.mark.parametrize("name", ["hall_12", "corridor", "crossing", "doorway"])
+@pytest.mark.parametrize(
+    "name", ["hall_12", "corridor", "crossing", "doorway", "u_shape", "pillars"]
+)
 @pytest.mark.parametrize("count", [1, 12, 24])
 def test_small_worlds_have_room(name: str, count: int) -> None:
     assert len(spawn_poses(load_world(name), WAFFLE, count)) == count
@@ -83,3 +85,33 @@ def test_closed_rooms_are_not_used() -> None:
     inside = replace(SLIM, sites=replace(SLIM.sites, spawn=area))
     with pytest.raises(WorldError):
         spawn_poses(inside, WAFFLE, 20)
+
+
+@pytest.mark.parametrize("count", [1, 2, 7, 20])
+def test_robots_are_dealt_to_several_areas_in_turn(count: int) -> None:
+    poses = spawn_poses(load_world("corridor"), WAFFLE, count, "both_rooms")
+    assert len(set(poses)) == count
+    assert all((pose.x > 0.0) == bool(index % 2) for index, pose in enumerate(poses))
+
+
+@pytest.mark.parametrize("count", [1, 8, 40])
+def test_robots_stand_evenly_on_a_circle_and_face_its_centre(count: int) -> None:
+    poses = spawn_poses(load_world("hall_12"), WAFFLE, count, "circle")
+    assert len(poses) == count
+    for index, pose in enumerate(poses):
+        assert math.hypot(pose.x, pose.y) == pytest.approx(5.0)
+        assert math.cos(pose.yaw - math.atan2(-pose.y, -pose.x)) == pytest.approx(1.0)
+        if count > 1:
+            gap = 10.0 * math.sin(math.pi / count)
+            assert pose.distance(poses[index - 1]) == pytest.approx(gap)
+
+
+def test_a_circle_that_is_full_or_meets_a_wall_is_refused() -> None:
+    hall = load_world("hall_12")
+    with pytest.raises(WorldError, match=r"circle .* room for 44 robots .* 45 are asked for"):
+        spawn_poses(hall, WAFFLE, 45, "circle")
+    wide = replace(hall, sites=Sites(spawn=SpawnCircle(0.0, 0.0, 5.9)))
+    with pytest.raises(WorldError, match=r"meets an obstacle at \(5\.90, 0\.00\)"):
+        spawn_poses(wide, WAFFLE, 4)
+    with pytest.raises(UnknownNameError, match="did you mean 'circle'"):
+        spawn_poses(hall, WAFFLE, 4, "cirle")
