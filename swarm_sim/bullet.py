@@ -14,6 +14,7 @@ from swarm_sim.bullet_bodies import (
     add_obstacle,
     add_robot,
     add_walker,
+    set_asleep,
     solid_bodies,
 )
 from swarm_sim.bullet_contacts import Contacts
@@ -28,6 +29,7 @@ from swarm_sim.walkers import Walkers
 MOTOR_TORQUE = 1.4  # [N m] stall torque of a wheel's motor
 SOLVER_ITERATIONS = 10
 CONTACT_BREAKING = 0.0005  # [m]
+REST_TICKS = 3  # that a robot stands before it is left out
 SETTLE_STEPS = 50  # in which the robots come to rest before tick 0
 
 
@@ -76,6 +78,7 @@ class BulletEngine:
         self._radii = np.array([s.wheel_radius for s in specs])
         self._half_tracks = np.array([s.wheel_separation / 2.0 for s in specs])
         self._speeds = np.zeros((count, 2))  # that the motors aim at
+        self._rest_ticks = np.zeros(count, np.int64)  # for which each robot has stood
         self._joints = np.zeros((count, 4))  # left, right: positions, then velocities
         self.poses: FloatArray = np.zeros((count, 3))
         self.twists: FloatArray = np.zeros((count, 2))
@@ -105,6 +108,7 @@ class BulletEngine:
         """Run one control period towards target speeds (n, 2); return the contacts in it."""
         touches: list[Touch] = []
         suspects = self._contacts.suspects()
+        self._put_to_rest(targets)
         self._walkers.begin()
         guess = self.poses.copy()  # of the robots, for the walkers to look at
         for step in range(self._steps):
@@ -196,6 +200,15 @@ class BulletEngine:
         changed = ramp_all(self._speeds, targets, self._limits, self._period)
         if changed.any():
             self._set_motors(np.flatnonzero(changed).tolist())
+
+    def _put_to_rest(self, targets: FloatArray) -> None:
+        """Let robots sleep that stand and are to stand, and wake up those that are to go."""
+        before = self._rest_ticks >= REST_TICKS
+        rests = ~(targets.any(axis=1) | self._speeds.any(axis=1))
+        self._rest_ticks = np.where(rests, self._rest_ticks + 1, 0)
+        after = self._rest_ticks >= REST_TICKS
+        for index in np.flatnonzero(before != after):
+            set_asleep(self._client, self._robots[index], bool(after[index]))
 
     def _set_motors(self, robots: Sequence[int]) -> None:
         turn = self._speeds[:, 1] * self._half_tracks

@@ -111,6 +111,21 @@ def add_robot(client: int, model: RobotModel, spec: RobotSpec, pose: Pose) -> Ro
     return RobotBody(body, (0, 1), (left.joint, right.joint), center)
 
 
+def set_asleep(client: int, robot: RobotBody, is_asleep: bool) -> None:
+    """Let the engine leave a robot out that stands, or take it in again.
+
+    A sleeping robot costs next to nothing; one that is run into wakes up by itself. A robot that
+    is awake never falls asleep by itself: it might be creeping.
+    """
+    states = (
+        (pybullet.ACTIVATION_STATE_ENABLE_SLEEPING, pybullet.ACTIVATION_STATE_SLEEP)
+        if is_asleep
+        else (pybullet.ACTIVATION_STATE_WAKE_UP, pybullet.ACTIVATION_STATE_DISABLE_SLEEPING)
+    )
+    for state in states:
+        pybullet.changeDynamics(robot.body, -1, activationState=state, physicsClientId=client)
+
+
 def _base_and_wheels(
     model: RobotModel, spec: RobotSpec
 ) -> tuple[RigidGroup, RigidGroup, RigidGroup]:
