@@ -12,6 +12,7 @@ from swarm_nav.situation import Situation
 
 JOINED = 0.1  # [m] from the path within which it is taken up without a plan
 LAST_PIECE = 0.5  # [m] before the end from where the goal may count as reached
+LOOK_AHEAD = 0.5  # [m] of path beyond a nearest point in which a nearer one is looked for
 
 
 class GivenPath:
@@ -21,6 +22,8 @@ class GivenPath:
         """Start at the first of the points (n, 2)."""
         self.points = np.ascontiguousarray(points, np.float64)
         self.index = 0
+        steps = np.hypot(*np.diff(self.points, axis=0).T) if len(self.points) > 1 else np.zeros(0)
+        self._lengths: FloatArray = np.concatenate((np.zeros(1), np.cumsum(steps)))
 
     @property
     def is_at_end(self) -> bool:
@@ -49,12 +52,21 @@ class GivenPath:
         return path
 
     def _nearest(self, x: float, y: float) -> int:
-        """Return the first local minimum of the distance to (x, y) from the index on."""
+        """Return the point from the index on to which none shortly after it is nearer.
+
+        The path may pass the same place again much later; at a cusp it does so at once.
+        """
         gaps = np.hypot(*(self.points[self.index :] - (x, y)).T)
         k = 0
-        while k + 1 < len(gaps) and gaps[k + 1] <= gaps[k]:
-            k += 1
-        return self.index + k
+        while True:
+            start = self._lengths[self.index + k]
+            end = int(np.searchsorted(self._lengths, start + LOOK_AHEAD, "right")) - self.index
+            ahead = gaps[k : max(end, k + 2)]
+            step = int(ahead[::-1].argmin())  # of equally near points the last one
+            step = len(ahead) - 1 - step
+            if step == 0:
+                return self.index + k
+            k += step
 
     @staticmethod
     def _check(path: FloatArray, situation: Situation) -> None:
