@@ -8,6 +8,7 @@ the claim against the ROS serialiser.
 
 from __future__ import annotations
 
+import functools
 import math
 import struct
 from collections.abc import Sequence
@@ -60,8 +61,6 @@ BEACON_DTYPE = np.dtype(
 )
 BEACON_SIZE = BEACON_DTYPE.itemsize
 BEACON_WORDS = BEACON_SIZE // 4
-POINTS = ("held", "wanted", "intent", "footprint")  # members that have a size in front
-
 ENCAPSULATION = b"\x00\x01\x00\x00"  # CDR, little endian
 
 BeaconArray = NDArray[np.void]  # shape (n,), dtype BEACON_DTYPE
@@ -71,7 +70,7 @@ def _head_struct() -> struct.Struct:
     """Return the layout of the members before the points."""
     names = BEACON_DTYPE.names or ()
     codes = []
-    for name in names[: names.index(POINTS[0])]:
+    for name in names[: names.index("held")]:
         member, length = BEACON_DTYPE[name].base, math.prod(BEACON_DTYPE[name].shape)
         codes.append(f"{length}{'f' if member.kind == 'f' else 'iI'[member.kind == 'u']}")
     return struct.Struct("<" + "".join(codes))
@@ -80,23 +79,24 @@ def _head_struct() -> struct.Struct:
 _HEAD = _head_struct()
 
 
-def make_beacon(head: Sequence[float], points: Sequence[NDArray[np.floating]]) -> np.void:
-    """Return a beacon on memory of its own.
+def pack_head(words: NDArray[np.uint32], head: Sequence[float]) -> None:
+    """Fill in the members before `held`, in their order, vectors one number after the other."""
+    _HEAD.pack_into(words.data, 0, *head)
 
-    Args:
-        head: The members before `held_size` in their order, vectors one number after the other.
-        points: What goes into the members `POINTS` (k, 2); what exceeds a capacity is left out.
-    """
+
+@functools.lru_cache(maxsize=16)
+def blank_beacon(footprint: tuple[tuple[float, float], ...]) -> NDArray[np.uint32]:
+    """Return the words of a beacon with nothing but a footprint, to be copied."""
     words = np.zeros(BEACON_WORDS, np.uint32)
-    beacon: np.void = np.ndarray((1,), BEACON_DTYPE, words)[0]
-    sizes = []
-    for name, block in zip(POINTS, points, strict=True):
-        room = beacon[name]
-        size = min(len(block), len(room))
-        room[:size] = block[:size]
-        sizes.append(size)
-    _HEAD.pack_into(words.data, 0, *head, *sizes)
-    return beacon
+    count = min(len(footprint), FOOTPRINT_POINTS)
+    record_of(words)["footprint"][:count] = footprint[:count]
+    return words
+
+
+def record_of(words: NDArray[np.uint32]) -> np.void:
+    """Return the beacon whose memory are `words` (BEACON_WORDS,)."""
+    record: np.void = np.ndarray((1,), BEACON_DTYPE, words.data)[0]
+    return record
 
 
 def empty_beacons(count: int) -> BeaconArray:
@@ -111,13 +111,13 @@ def word_of(member: str) -> int:
 
 
 def words_of(beacons: BeaconArray) -> NDArray[np.uint32]:
-    """Return a copy of beacons as words (n, BEACON_WORDS).
+    """Return beacons as words (n, BEACON_WORDS), writable and aligned; a view if they are.
 
-    numpy copies records member by member; words it copies at once. The copy is writable and
-    aligned whatever buffer the beacons came in.
+    numpy copies records member by member; words it copies at once.
     """
-    words = np.ascontiguousarray(beacons).view(np.uint32)
-    return np.array(words).reshape(len(beacons), BEACON_WORDS)
+    words = np.ndarray((len(beacons), BEACON_WORDS), np.uint32, np.ascontiguousarray(beacons))
+    is_fit = words.flags.writeable and words.flags.aligned
+    return words if is_fit else words.copy()
 
 
 def serialize_beacon(beacon: np.void) -> bytes:

@@ -15,7 +15,10 @@ from swarm_common.beacon import (
     MODE_HOLD,
     MODE_PAUSE,
     MODE_YIELD,
-    make_beacon,
+    blank_beacon,
+    pack_head,
+    record_of,
+    word_of,
 )
 from swarm_common.records import CONTROL_PERIOD, Pose, RobotSpec, stamp_from_tick
 from swarm_common.sites import Sites
@@ -41,6 +44,8 @@ MODES = {
     State.RECOVERING: MODE_DRIVE,
     State.BEHAVING: MODE_PAUSE,
 }
+HEARD = slice(word_of("heard"), None)
+CLAIMS = slice(word_of("held"), word_of("footprint"))
 NOWHERE = (math.nan, math.nan)
 WAITING_TICKS = 10  # ticks of being blocked after which `status` says waiting
 
@@ -71,16 +76,19 @@ def compose_beacon(
     if right.is_yielding:
         x, y = s.tube.points[-1]
         target = (float(x), float(y))
+    sizes = map(len, s.tube.publish(s.pose, s.tick))
     head = (
         *stamp_from_tick(s.tick), s.robot_id, s.tick, s.radius,
         s.pose.x, s.pose.y, s.pose.yaw, s.twist.vx, s.twist.wz,
         priority >> 32, priority & 0xFFFFFFFF, s.blocked_ticks, s.blocked_by, s.yields_for,
         flags | holding.flags, MODE_YIELD if right.is_yielding else MODES[state],
-        *target, *(lease.station or NOWHERE), lease.tick, 0,
+        *target, *(lease.station or NOWHERE), lease.tick, 0, *sizes, len(spec.footprint),
     )  # fmt: skip
-    beacon = make_beacon(head, (*s.tube.publish(s.pose, s.tick), np.array(spec.footprint)))
-    beacon["heard"] = s.hood.heard(s.tick)
-    return beacon
+    words = blank_beacon(spec.footprint).copy()
+    pack_head(words, head)
+    words[CLAIMS] = s.tube.published
+    words[HEARD] = s.hood.heard(s.tick)
+    return record_of(words)
 
 
 def compose_status(

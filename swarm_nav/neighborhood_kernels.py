@@ -52,7 +52,8 @@ def merge(words, floats, notes, count, batch, x, y, lost_ticks):
             continue  # overtaken by a newer one
         elif np.int64(batch[k, TICK]) - np.int64(words[row, TICK]) > lost_ticks:
             notes[row, 1] = batch[k, TICK]
-        words[row] = batch[k]
+        for word in range(words.shape[1]):
+            words[row, word] = batch[k, word]
         notes[row, 0] = math.hypot(floats[row, POSE] - x, floats[row, POSE + 1] - y)
         row += 1
     return count

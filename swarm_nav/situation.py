@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass, field
 
@@ -33,6 +34,12 @@ class Counters:
     replans: int = 0
     hold_ticks: int = 0  # in the holding pattern
     wait_ticks: int = 0  # standing on the way because of another robot
+
+
+@functools.lru_cache(maxsize=256)
+def ticks_of(seconds: float) -> int:
+    """Return a duration in control ticks."""
+    return max(1, round(seconds / CONTROL_PERIOD))
 
 
 @dataclass(slots=True)
@@ -99,9 +106,7 @@ class Situation:
         if (config.planner, config.costmap) != (old.planner, old.costmap):
             self.load_map(self.terrain.grid)
 
-    def ticks(self, seconds: float) -> int:
-        """Return a duration in control ticks."""
-        return max(1, round(seconds / CONTROL_PERIOD))
+    ticks = staticmethod(ticks_of)
 
     def reach(self, row: int) -> float:
         """Return the distance [m] that the own tube and a neighbour's keep."""

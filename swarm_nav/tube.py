@@ -19,7 +19,6 @@ from swarm_nav import path_kernels, tube_kernels
 from swarm_nav.planner import SPACING
 
 REMEMBERED = 32  # beacons whose requests are remembered
-INTENT_STRIDE = 2  # path points per intent point: 10 cm
 
 
 class Tube:
@@ -31,7 +30,10 @@ class Tube:
         """Hold the place under the robot."""
         self.configure(confirmations, held_length, wanted_length)
         self.corner_angle = 0.5
-        self._held: FloatArray = np.empty((HELD_POINTS, 2))
+        points = np.zeros((HELD_POINTS + WANTED_POINTS + INTENT_POINTS, 2), np.float32)
+        self._blocks = np.split(points, (HELD_POINTS, HELD_POINTS + WANTED_POINTS))
+        self.published: NDArray[np.uint32] = points.view(np.uint32).ravel()
+        self._log: NDArray[np.int64] = np.zeros((REMEMBERED, 2), np.int64)
         self.is_reverse = False
         self.reset(pose)
 
@@ -40,7 +42,7 @@ class Tube:
         self._held_points = max(1, round(held_length / SPACING))
         self._wanted_points = min(WANTED_POINTS, max(1, round(wanted_length / SPACING)))
         self._confirmations = min(confirmations, REMEMBERED)
-        self._requests: NDArray[np.int64] = np.zeros((0, 2), np.int64)
+        self._noted = 0
 
     def reset(self, pose: Pose) -> None:
         """Drop path, claim and request; keep the place under the robot."""
@@ -88,43 +90,48 @@ class Tube:
     def span(self) -> tuple[int, int, int]:
         """(stop, last point wanted now, last point requested in enough beacons)."""
         last = min(self.near + self._held_points, len(self.points) - 1)
-        is_confirmed = len(self._requests) >= self._confirmations
-        confirmed = int(self._requests[-self._confirmations, 1]) if is_confirmed else -1
+        first = self._noted - self._confirmations
+        confirmed = int(self._log[first, 1]) if first >= 0 else -1
         return self.stop, max(self.stop, last), confirmed
 
     @property
     def requests(self) -> NDArray[np.int64]:
         """(k, 2): tick and last point of the requests published since the last change."""
-        return self._requests
+        return self._log[: self._noted]
 
     def forget_requests(self) -> None:
         """Have space confirmed anew: what was requested is no longer what is requested."""
-        self._requests = self._requests[:0]
+        self._noted = 0
 
     def withdraw(self) -> None:
         """Ask for nothing in the next beacon."""
         self.is_withdrawn = True
 
-    def publish(self, pose: Pose, tick: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def publish(self, pose: Pose, tick: int) -> tuple[NDArray[np.float32], ...]:
         """Return (held, wanted, intent) for the beacon of `tick`, and remember what was requested.
 
-        They are views that the next call or a change of the path overwrites.
+        They are views of `published` that the next call overwrites.
         """
-        ahead = self.points[self.near + 1 : self.stop + 1][: HELD_POINTS - 1]
-        held = self._held[: len(ahead) + 1]
-        held[0] = pose.x, pose.y
-        held[1:] = ahead
-        end = min(self.stop + self._wanted_points, len(self.points) - 1)
+        end = self.stop
         if self.is_withdrawn:
             self.is_withdrawn = False
             self.forget_requests()
-            wanted = self.points[:0]
         else:
-            entry = np.array(((tick, end),), np.int64)
-            self._requests = np.concatenate((self._requests[1 - REMEMBERED :], entry))
-            wanted = self.points[self.stop + 1 : end + 1]
-        intent = self.points[self.stop :: INTENT_STRIDE][:INTENT_POINTS]
-        return held, wanted, intent
+            end = min(self.stop + self._wanted_points, len(self.points) - 1)
+            self._note_request(tick, end)
+        held, wanted, intent = self._blocks
+        sizes = tube_kernels.publish(
+            self.points, (pose.x, pose.y), (self.near, self.stop, end), held, wanted, intent
+        )  # fmt: skip
+        return held[: sizes[0]], wanted[: sizes[1]], intent[: sizes[2]]
+
+    def _note_request(self, tick: int, end: int) -> None:
+        if self._noted == REMEMBERED:
+            self._log[:-1] = self._log[1:]
+        else:
+            self._noted += 1
+        self._log[self._noted - 1, 0] = tick
+        self._log[self._noted - 1, 1] = end
 
     def advance(self, pose: Pose, limit: int) -> None:
         """Move the robot's index to the nearest point from here up to `limit`."""

@@ -187,3 +187,32 @@ def nearest_ahead(points, first, limit, x, y):
         gap = ahead
         k += 1
     return k
+
+
+@njit(cache=True)
+def publish(points, position, span, held, wanted, intent):
+    """Fill the blocks of a beacon, zeros behind; return their sizes (held, wanted, intent).
+
+    span = (near, stop, end): the held part goes from the robot's position over the points behind
+    `near` to `stop`, the request from there to `end`, the intent from `stop` on with every
+    second point.
+    """
+    near, stop, end = span
+    held[:] = 0.0
+    wanted[:] = 0.0
+    intent[:] = 0.0
+    held[0, 0] = position[0]
+    held[0, 1] = position[1]
+    held_size = min(max(stop - near, 0) + 1, held.shape[0])
+    for k in range(1, held_size):
+        held[k, 0] = points[near + k, 0]
+        held[k, 1] = points[near + k, 1]
+    wanted_size = min(end - stop, wanted.shape[0])
+    for k in range(wanted_size):
+        wanted[k, 0] = points[stop + 1 + k, 0]
+        wanted[k, 1] = points[stop + 1 + k, 1]
+    intent_size = min((points.shape[0] - stop + 1) // 2, intent.shape[0])
+    for k in range(intent_size):
+        intent[k, 0] = points[stop + 2 * k, 0]
+        intent[k, 1] = points[stop + 2 * k, 1]
+    return held_size, wanted_size, intent_size

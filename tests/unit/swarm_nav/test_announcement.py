@@ -18,11 +18,14 @@ from swarm_common.beacon import (
     MODE_DRIVE,
     MODE_HOLD,
     MODE_YIELD,
+    blank_beacon,
     deserialize_beacon,
     deserialize_neighbors,
-    make_beacon,
+    pack_head,
+    record_of,
     serialize_beacon,
     serialize_neighbors,
+    words_of,
 )
 from swarm_common.records import Pose
 from swarm_common.sites import Sites
@@ -163,10 +166,22 @@ def test_a_beacon_has_no_padding() -> None:
     assert math.isclose(BEACON_SIZE / 1024, 0.66, abs_tol=0.1)
 
 
-def test_points_beyond_a_capacity_are_left_out() -> None:
-    points = [np.full((count, 2), float(count)) for count in (30, 8, 3, 0)]
-    record = make_beacon([0] * 23, points)
-    sizes = [int(record[f"{name}_size"]) for name in ("held", "wanted", "intent", "footprint")]
-    assert sizes == [24, 8, 3, 0]
-    assert (record["held"] == 30.0).all()
-    assert record["intent"].sum() == 18.0
+def test_a_beacon_is_packed_in_the_order_of_its_members() -> None:
+    words = blank_beacon(((1.0, 2.0), (3.0, 4.0))).copy()
+    pack_head(words, range(1, 28))
+    record = record_of(words)
+    names = BEACON_DTYPE.names or ()
+    values = np.concatenate([np.ravel(record[name]) for name in names[: names.index("held")]])
+    assert values.tolist() == list(range(1, 28))
+    assert record["footprint"][:3].tolist() == [[1.0, 2.0], [3.0, 4.0], [0.0, 0.0]]
+    assert not record["held"].any()
+
+
+def test_words_are_those_of_the_beacons_whatever_their_buffer() -> None:
+    batch = np.frombuffer(np.random.default_rng(0).bytes(3 * BEACON_SIZE + 1), np.uint8)
+    for start in (0, 1):  # aligned and not
+        beacons = batch[start : start + 3 * BEACON_SIZE].view(BEACON_DTYPE)
+        words = words_of(beacons)
+        assert words.tobytes() == beacons.tobytes()
+        assert words.flags.writeable
+        assert words.flags.aligned

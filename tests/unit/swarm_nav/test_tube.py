@@ -98,7 +98,7 @@ def test_the_beacon_starts_at_the_true_pose_and_fits_its_arrays() -> None:
     tube = tube_along_x(6.0)
     tube.near, tube.stop = 3, 19
     held, wanted, intent = tube.publish(Pose(0.16, 0.01, 0.0), 0)
-    assert held[0].tolist() == [0.16, 0.01]
+    assert held[0] == pytest.approx((0.16, 0.01))
     assert np.allclose(held[-1], (0.95, 0.0))
     assert np.allclose(wanted[0], (1.0, 0.0))
     assert len(held) <= HELD_POINTS
@@ -168,3 +168,22 @@ def test_requests_are_remembered_with_their_ticks_until_one_changes() -> None:
     assert (np.diff(tube.requests[:, 1]) >= 0).all()
     tube.forget_requests()
     assert len(tube.requests) == 0
+
+
+def test_what_is_published_has_zeros_behind_it() -> None:
+    tube = Tube(HOME, 3, 0.35, 0.35)
+    tube.adopt(np.column_stack((np.arange(0.0, 4.0, 0.05), np.zeros(80))))
+    tube.stop = 30
+    sizes = [len(points) for points in tube.publish(HOME, 0)]
+    assert sizes == [24, 7, 25]
+    tube.reset(HOME)
+    held, wanted, intent = tube.publish(HOME, 1)
+    assert (held.tolist(), len(wanted), len(intent)) == ([[0.0, 0.0]], 0, 1)
+    assert not tube.published.any()
+
+
+def test_more_requests_than_are_remembered_push_out_the_oldest() -> None:
+    tube = Tube(HOME, 3, 0.35, 0.35)
+    for tick in range(40):
+        tube.publish(HOME, tick)
+    assert tube.requests[:, 0].tolist() == list(range(8, 40))
