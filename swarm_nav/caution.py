@@ -1,13 +1,16 @@
 """Caution around people: who stands may be walked up to, who drives may be walked into.
 
-A person stops for nobody, but does not step into a robot that stands. So near anything restless
-that neither the map nor the radio explains, the robot goes no faster than standing (the speed and
-separation monitoring of ISO/TS 15066): it still gets away from there, but nobody can run into it.
-The distance follows from the reaction: age of the scan, a control period and braking, in all of
-which a person walks on.
+A person stops for nobody, but does not step into a robot that stands. So the nearer anything
+restless is that neither map nor radio explains, the slower the robot drives (the speed and
+separation monitoring of ISO/TS 15066): it can always stand before the person is there. Where even
+that is too late it creeps, which counts as standing, so that it still gets away from there. The
+gap that a speed needs follows from the reaction: age of the scan, a control period and braking,
+in all of which a person walks on.
 """
 
 from __future__ import annotations
+
+import math
 
 from swarm_common.records import CONTROL_PERIOD, Twist
 from swarm_nav.situation import Situation
@@ -32,6 +35,16 @@ def caution_distance(max_speed: float, acceleration: float) -> float:
     return WALKING_SPEED * (reaction + braking) + own_way + ROOM
 
 
+def cautious_speed(gap: float, acceleration: float) -> float:
+    """Return the largest speed [m/s] whose `caution_distance` is at most a gap [m]; 0 for none."""
+    reaction = SCAN_AGE + CONTROL_PERIOD
+    spare = gap - WALKING_SPEED * reaction - ROOM
+    if spare <= 0.0:
+        return 0.0
+    half = WALKING_SPEED / acceleration + reaction
+    return acceleration * (math.sqrt(half * half + 2.0 * spare / acceleration) - half)
+
+
 def limited(situation: Situation, twist: Twist) -> Twist:
     """Return the twist, slowed down if somebody is near; notes that in `is_wary`."""
     s = situation
@@ -43,7 +56,8 @@ def limited(situation: Situation, twist: Twist) -> Twist:
         return twist
     if gap < TURN_ROOM:
         return Twist()
-    if speed <= CREEP_SPEED:
+    allowed = max(CREEP_SPEED, cautious_speed(gap, config.acc_lim_x))
+    if speed <= allowed:
         return twist
-    share = CREEP_SPEED / speed
+    share = allowed / speed
     return Twist(twist.vx * share, 0.0, twist.wz * share)

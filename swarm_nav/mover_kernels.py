@@ -33,19 +33,23 @@ def passed_through(points, ranges, beam, pose, limits, out):
 
 
 @njit(cache=True)
-def inherit(marks, old, arrivals, sizes, times, births, has_moved):
-    """Write birth and motion of marks.
+def inherit(marks, old, seen, sizes, times, out):
+    """Write birth, motion and time of the last hit of marks.
 
-    old = (points (m, 2), births, has_moved); sizes = (cell, body);
-    times = (tick, still_ticks, mover_ticks).
+    old = (points (m, 2), births, has_moved, hit_ticks); seen = (hits, arrivals);
+    sizes = (cell, body); times = (tick, still_ticks, mover_ticks);
+    out = (births, has_moved, hit_ticks).
     """
-    points, old_births, old_moved = old
+    points, old_births, old_moved, old_hits = old
+    hits, arrivals = seen
+    births, has_moved, hit_ticks = out
     cell, body = sizes
     tick, still_ticks, mover_ticks = times
     for i in range(marks.shape[0]):
         x, y = marks[i, 0], marks[i, 1]
         births[i] = tick
         has_moved[i] = False
+        hit_ticks[i] = tick
         is_beside_thing = False
         for k in range(arrivals.shape[0]):
             if max(abs(arrivals[k, 0] - x), abs(arrivals[k, 1] - y)) <= cell:
@@ -58,10 +62,15 @@ def inherit(marks, old, arrivals, sizes, times, births, has_moved):
             age = tick - old_births[j]
             if gap < 0.5 * cell:
                 births[i] = old_births[j]
+                hit_ticks[i] = old_hits[j]
             if old_moved[j]:
                 has_moved[i] = has_moved[i] or age < mover_ticks
             elif age >= still_ticks and gap < 1.6 * cell:
                 is_beside_thing = True
+        for k in range(hits.shape[0]):
+            if max(abs(hits[k, 0] - x), abs(hits[k, 1] - y)) <= 0.6 * cell:
+                hit_ticks[i] = tick
+                break
         if is_beside_thing and not has_moved[i]:
             births[i] = min(births[i], tick - still_ticks)
 

@@ -19,6 +19,7 @@ STILL_TICKS = 80  # after which a mark of what never moved is a thing,
 MOVER_TICKS = 300  # and one of what was seen moving
 PAST_SCANS = 2  # looked back for where something moved to
 FREE_MARGIN = 0.15  # [m] beyond a place that a ray must have gone to show that it was free
+GONE_TICKS = 30  # after which a mark of what was seen moving, if not hit again, is dropped
 BODY = 0.3  # [m] within which marks belong to one body
 
 Beam = tuple[float, float, float]
@@ -39,11 +40,18 @@ class Movers:
     def clear(self) -> None:
         """Forget all marks."""
         self._births = np.zeros(0, np.int64)  # tick in which each mark appeared
+        self._hit_ticks = np.zeros(0, np.int64)  # in which it was last hit
         self._has_moved = np.zeros(0, np.bool_)
 
     def keep(self, mask: NDArray[np.bool_]) -> None:
         """Forget the marks that are flagged False."""
         self._births, self._has_moved = self._births[mask], self._has_moved[mask]
+        self._hit_ticks = self._hit_ticks[mask]
+
+    def present(self, tick: int) -> NDArray[np.bool_]:
+        """Return which marks may still be there: what moves and is out of sight goes away."""
+        present: NDArray[np.bool_] = ~self._has_moved | (tick - self._hit_ticks < GONE_TICKS)
+        return present
 
     def arrivals(
         self,
@@ -70,20 +78,35 @@ class Movers:
         self._past.append((ranges, pose))
         return hits[has_come]
 
-    def update(self, marks: FloatArray, old: FloatArray, arrivals: FloatArray, tick: int) -> None:
-        """Take over new marks (n, 2); `old` (m, 2) are those that were kept, in order."""
+    def update(
+        self,
+        marks: FloatArray,
+        old: FloatArray,
+        hits: FloatArray,
+        arrivals: FloatArray,
+        tick: int,
+    ) -> None:
+        """Take over new marks.
+
+        Args:
+            marks: All of them (n, 2).
+            old: Those that were kept (m, 2), in order.
+            hits: What the new ones come from (k, 2).
+            arrivals: Those of the hits that have come lately.
+            tick: Of the scan.
+        """
         births = np.empty(len(marks), np.int64)
+        hit_ticks = np.empty(len(marks), np.int64)
         has_moved = np.empty(len(marks), np.bool_)
         mover_kernels.inherit(
             marks,
-            (old, self._births, self._has_moved),
-            arrivals,
+            (old, self._births, self._has_moved, self._hit_ticks),
+            (hits, arrivals),
             (self._cell, BODY),
             (tick, STILL_TICKS, MOVER_TICKS),
-            births,
-            has_moved,
+            (births, has_moved, hit_ticks),
         )
-        self._births, self._has_moved = births, has_moved
+        self._births, self._has_moved, self._hit_ticks = births, has_moved, hit_ticks
 
     def gap(self, marks: FloatArray, x: float, y: float, tick: int) -> float:
         """Return the distance [m] of a point from the nearest restless mark; inf without one."""

@@ -75,6 +75,7 @@ class ObstacleLayer:
             )
         hits = self._hits[:count]
         arrivals = self._movers.arrivals(hits, ranges, beam, pose, config.raytrace_max_range)
+        keep &= self._movers.present(scan.tick)
         if not keep.all():
             self.points = self.points[keep]
             self._movers.keep(keep)
@@ -83,4 +84,4 @@ class ObstacleLayer:
         old = self.points
         cells = np.round(np.vstack((old, hits)) / CELL)
         self.points = np.unique(cells, axis=0)[:MAX_MARKS] * CELL
-        self._movers.update(self.points, old, arrivals, scan.tick)
+        self._movers.update(self.points, old, hits, arrivals, scan.tick)

@@ -33,7 +33,7 @@ class WalkerSpec:
     pause: float = 1.0  # [s] mean stay at each point of the path
     start: float | None = None  # [m] along the path; None: drawn from the seed
     step_length: float = 0.3  # [m] ahead that must be free of robots that stand
-    patience: float = 5.0  # [s] of waiting for one, then the walker turns round
+    patience: float = 3.0  # [s] of waiting for one, then the walker turns round
 
     def __post_init__(self) -> None:
         """Refuse impossible values."""

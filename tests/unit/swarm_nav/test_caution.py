@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 
 from swarm_common.records import LidarSpec, Pose, Scan, Twist
-from swarm_nav.caution import CREEP_SPEED, caution_distance, limited
+from swarm_nav.caution import CREEP_SPEED, caution_distance, cautious_speed, limited
 from swarm_nav.config import CostmapConfig
 from swarm_nav.movers import MOVER_TICKS, STILL_TICKS
 from swarm_nav.obstacles import ObstacleLayer
@@ -73,6 +74,23 @@ def test_nothing_seen_is_nobody() -> None:
     assert layer.restless_gap(0.0, 0.0, 5) == math.inf
 
 
+@pytest.mark.parametrize("speed", [0.01, 0.05, 0.1, 0.26])
+def test_speed_and_distance_are_inverse(speed: float) -> None:
+    assert cautious_speed(caution_distance(speed, 1.0), 1.0) == pytest.approx(speed)
+    assert cautious_speed(caution_distance(0.0, 1.0) - 0.01, 1.0) == 0.0
+
+
+def test_who_has_walked_out_of_sight_is_forgotten() -> None:
+    s, layer = situation(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), LIDAR)
+    for tick in range(0, 20, SCAN_TICKS):
+        watch(s, layer, tick, 5.5, 3.0 + 0.08 * tick)
+    assert len(layer.points)
+    blind = Scan(0, 0.0, math.tau / 360, 0.12, 3.5, np.full(360, 0.5, np.float32))
+    for tick in range(20, 60, SCAN_TICKS):  # something stands in front of it all around
+        layer.update(dataclasses.replace(blind, tick=tick), MIDDLE, s.terrain, s.hood)
+    assert np.hypot(*(layer.points - (4.0, 4.0)).T).max() < 0.6
+
+
 @pytest.mark.parametrize("walking", [0.6, 0.8, 1.0])
 @pytest.mark.parametrize("phase", [0.0, 0.05, 0.1, 0.15, 0.199])
 def test_a_robot_stands_before_a_person_who_comes_at_it_is_there(
@@ -102,7 +120,7 @@ def test_near_somebody_the_robot_creeps_and_turns_or_does_nothing() -> None:
     body = s.body_radius
     for gap, expected in (
         (1.5, drive),
-        (0.5, Twist(CREEP_SPEED, 0.0, 0.4 * CREEP_SPEED / 0.2)),
+        (0.3, Twist(CREEP_SPEED, 0.0, 0.4 * CREEP_SPEED / 0.2)),
         (0.01, Twist()),
     ):
         s.obstacles.clear()

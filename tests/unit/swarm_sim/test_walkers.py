@@ -68,7 +68,7 @@ def test_pauses_and_starts_follow_the_seed() -> None:
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_walker_waits_for_a_robot_that_stands_then_turns_round(engine: str) -> None:
     world = make_world(engine, [Pose(0.5, 0.0, 0.0)], ANN)
-    places = np.array(run(world, 9.0, Twist()))[:, 0, 0]
+    places = np.array(run(world, 7.0, Twist()))[:, 0, 0]
     gap = 0.5 - WAFFLE.circumscribed_radius - 0.25 - places.max()
     assert 0.05 < gap < 0.06 + ANN.step_length
     assert places[-1] < places.max() - 0.5
