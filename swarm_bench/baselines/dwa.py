@@ -28,7 +28,7 @@ from swarm_common.sites import Sites
 from swarm_nav.config import NavConfig
 from swarm_nav.goals import PlanError
 
-PADDING = 0.02  # [m] around the robot's circle (Nav2's footprint_padding)
+PADDING = 0.03  # [m] around the robot's circle: half a map cell, and 2 % of slip
 LATENCY = 0.2  # [s] of a moving robot's way that is added to its circle: beacon and reaction
 SEEN = 2.5  # [m] Nav2's obstacle_max_range: robots up to there enter plan and window
 REPLAN_TICKS = 10  # Nav2 replans once a second

@@ -16,6 +16,8 @@ Scene = tuple[FloatArray, tuple[float, float, float], FloatArray, FloatArray, fl
 
 STEP = 0.1  # [s] of a rollout, and the control period
 FAR = 1e9
+TOO_NEAR = 0.01  # [m] below zero from which only a way out is admissible: one on which
+GETAWAY = 0.3  # [m] of gap are gained per metre
 
 
 @njit(cache=True)
@@ -44,12 +46,14 @@ def path_gap(x, y, path):
 def follow(pose, v, w, steps, radius, scene, path):
     """Drive an arc; return (way to the first contact, smallest gap, end x, y, yaw, path gap).
 
-    A robot that is too near to something already may go where it does not get nearer.
+    A robot that is a little too near to something already may go where it does not get nearer,
+    one that is much too near only where it gets away.
     """
     field, frame, discs, points, reach = scene
     x, y, yaw = pose
     start = gap(x, y, radius, field, frame, discs, points, reach)
     floor = min(0.0, start)
+    rise = GETAWAY * abs(v) * STEP if start < -TOO_NEAR else 0.0
     smallest = start
     free = FAR
     off_path = 0.0
@@ -63,7 +67,8 @@ def follow(pose, v, w, steps, radius, scene, path):
         yaw += w * STEP
         near = gap(x, y, radius, field, frame, discs, points, reach)
         smallest = min(smallest, near)
-        if near < floor:
+        floor += rise
+        if near < min(floor, 0.0):
             free = abs(v) * STEP * s
             break
         if s % 3 == 2:
@@ -112,6 +117,13 @@ def best_twist(pose, twist, target, limits, samples, radius, scene, path, scales
                 best_v = v
                 best_w = w
     return best_v, best_w, best
+
+
+@njit(cache=True)
+def can_stop(pose, v, w, v_acc, radius, scene):
+    """Whether a robot that drives (v, w) for a period can stop before it touches something."""
+    free = follow(pose, v, w, 4, radius, scene, np.zeros((1, 2)))[0]
+    return abs(v) * STEP + v * v / (2.0 * v_acc) <= free
 
 
 @njit(cache=True)

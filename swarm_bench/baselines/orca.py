@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from swarm_bench.baselines import dwa_kernels as kernels
 from swarm_bench.baselines.base import Baseline
 from swarm_bench.baselines.outlines import wall_outlines
 from swarm_bench.baselines.planning import Track, plain_planner, robot_costs, waypoint
@@ -35,6 +36,8 @@ LOOKAHEAD = 1.0  # [m] to the point of the path that the preferred velocity lead
 SLOW_DOWN = 0.3  # [m] from the goal at which the preferred speed begins to fall
 JITTER = 0.01  # of the speed: random part of the preferred velocity
 REPLAN_TICKS = 10  # between two looks at whether the path is still of use
+WALL_PADDING = 0.01  # [m]
+NO_DISCS, NO_POINTS = np.zeros((0, 3)), np.zeros((0, 2))
 NOWHERE = 1e4  # [m] where agents are that stand for nobody
 
 
@@ -124,7 +127,20 @@ class OrcaDriver(Baseline):
         self._place_others()
         simulator.do_step()
         x, y = simulator.get_agent_velocity(0).to_tuple()
-        return self.limited(x * cos + y * sin, (y * cos - x * sin) / OFFSET)
+        return self._stopped_by_walls(self.limited(x * cos + y * sin, (y * cos - x * sin) / OFFSET))
+
+    def _stopped_by_walls(self, twist: Twist) -> Twist:
+        """Return the twist without its speed if the robot could not stop before a wall.
+
+        ORCA's constraints hold for velocities that are there at once; this drive ramps.
+        """
+        pose, terrain = self.pose, self._planner.terrain
+        scene = (terrain.distance, terrain.frame, NO_DISCS, NO_POINTS, 0.0)
+        place = (pose.x, pose.y, pose.yaw)
+        acc = self.config.controller.acc_lim_x
+        if kernels.can_stop(place, twist.vx, twist.wz, acc, self.radius + WALL_PADDING, scene):
+            return twist
+        return Twist(0.0, 0.0, twist.wz)
 
     def limited(self, v: float, w: float) -> Twist:
         """Return a twist within the limits that moves the point in the same direction."""
