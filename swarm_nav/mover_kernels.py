@@ -50,7 +50,7 @@ def inherit(marks, old, seen, sizes, times, out):
         births[i] = tick
         has_moved[i] = False
         hit_ticks[i] = tick
-        is_beside_thing = False
+        is_beside_thing = is_beside_mover = False
         for k in range(arrivals.shape[0]):
             if max(abs(arrivals[k, 0] - x), abs(arrivals[k, 1] - y)) <= cell:
                 has_moved[i] = True
@@ -63,14 +63,17 @@ def inherit(marks, old, seen, sizes, times, out):
             if gap < 0.5 * cell:
                 births[i] = old_births[j]
                 hit_ticks[i] = old_hits[j]
+                has_moved[i] = has_moved[i] or old_moved[j]
             if old_moved[j]:
-                has_moved[i] = has_moved[i] or age < mover_ticks
+                is_beside_mover = is_beside_mover or age < mover_ticks
             elif age >= still_ticks and gap < 1.6 * cell:
                 is_beside_thing = True
         for k in range(hits.shape[0]):
             if max(abs(hits[k, 0] - x), abs(hits[k, 1] - y)) <= 0.6 * cell:
                 hit_ticks[i] = tick
                 break
+        if is_beside_mover and tick - births[i] < still_ticks:
+            has_moved[i] = True
         if is_beside_thing and not has_moved[i]:
             births[i] = min(births[i], tick - still_ticks)
 

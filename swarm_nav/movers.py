@@ -2,7 +2,7 @@
 
 A mark is restless until it has been there for long. How long that takes depends on what is known
 of the body: one that was seen to move, by hits where rays had passed shortly before, may be a
-person who pauses; one that never moved is a thing sooner. Marks near a mover's belong to it.
+person who pauses; one that never moved is a thing sooner. Young marks near a mover's belong to it.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from swarm_common.records import FloatArray
 from swarm_nav import mover_kernels
 
 STILL_TICKS = 80  # after which a mark of what never moved is a thing,
-MOVER_TICKS = 300  # and one of what was seen moving
+MOVER_TICKS = 3000  # and one of what was seen moving
 PAST_SCANS = 2  # looked back for where something moved to
 FREE_MARGIN = 0.15  # [m] beyond a place that a ray must have gone to show that it was free
 GONE_TICKS = 30  # after which a mark of what was seen moving, if not hit again, is dropped

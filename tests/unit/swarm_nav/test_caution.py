@@ -54,10 +54,25 @@ def test_who_was_seen_moving_stays_restless_for_longer() -> None:
     s, layer = situation(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), LIDAR)
     for tick in range(0, 20, SCAN_TICKS):  # walks past at 0.8 m/s and stops
         watch(s, layer, tick, 5.5, 3.0 + 0.08 * tick)
-    last = 20 + MOVER_TICKS
-    gaps = {t: watch(s, layer, t, 5.5, 4.5) for t in range(20, last + 10, SCAN_TICKS)}
-    assert all(math.isfinite(gap) for tick, gap in gaps.items() if tick < MOVER_TICKS)
-    assert math.isinf(gaps[last + 8])
+    gaps = [watch(s, layer, t, 5.5, 4.5) for t in range(20, 4 * STILL_TICKS, SCAN_TICKS)]
+    assert all(math.isfinite(gap) for gap in gaps)
+    assert math.isfinite(layer.restless_gap(MIDDLE.x, MIDDLE.y, MOVER_TICKS - 1))
+    assert math.isinf(layer.restless_gap(MIDDLE.x, MIDDLE.y, MOVER_TICKS + 4 * STILL_TICKS))
+
+
+def test_a_thing_does_not_become_a_person_because_one_walks_past() -> None:
+    s, layer = situation(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), LIDAR)
+    box = ranges_to(5.2, 4.0, 0.2)
+
+    def see(tick: int, y: float) -> None:
+        ranges = np.minimum(box, ranges_to(5.75, y, 0.25))
+        layer.update(Scan(tick, 0.0, math.tau / 360, 0.12, 3.5, ranges), MIDDLE, s.terrain, s.hood)
+
+    for tick in range(0, STILL_TICKS + 10, SCAN_TICKS):
+        see(tick, 20.0)
+    for tick in range(STILL_TICKS + 10, STILL_TICKS + 40, SCAN_TICKS):
+        see(tick, 2.6 + 0.08 * (tick - STILL_TICKS - 10))
+        assert layer.restless_gap(5.0, 4.0, tick) > 0.2
 
 
 def test_who_walks_up_to_the_robot_is_restless_all_the_way() -> None:
