@@ -100,7 +100,8 @@ class Behavior:
                 self._end = BehaviorEnd(code, "a wall is in the way")
                 return controller.stop(situation.twist)
             tube.reset(situation.pose)
-            tube.adopt(path, is_reverse)
+            tube.adopt(path)
+            tube.is_reverse = is_reverse
         if self.distance_traveled(situation) >= self.goal.distance - DRIVE_DONE:
             self._end = BehaviorEnd()
             tube.cut()

@@ -51,7 +51,11 @@ class Conduct:
         elif state is State.HOLDING:
             assert task is not None
             self._hold(task)
-        return self._controller.follow(self._s.tube, self._s.pose, self._s.twist)
+        s = self._s
+        may_back = state is State.YIELDING
+        if not self._controller.choose_direction(s.tube, s.pose, s.twist, may_back):
+            return self._controller.stop(s.twist)
+        return self._controller.follow(s.tube, s.pose, s.twist)
 
     def _behave(self) -> Twist:
         pursuit = self._pursuit

@@ -24,6 +24,8 @@ ALIGNED = 0.05  # [rad] heading error at which turning on the spot ends
 ALIGNED_RATE = 0.4  # [rad/s] at which it may end
 SETTLED = 0.02  # [rad] within which the drive is not asked for corrections that it overshoots
 STANDING = 0.02  # [m/s]
+BACKWARDS = 1.9  # [rad] heading error from which a robot that makes way rather drives backwards
+FORWARDS = 1.3  # [rad] below which it drives forwards again
 
 
 class Controller:
@@ -48,6 +50,22 @@ class Controller:
     def turn_to(self, yaw: float, pose: Pose, twist: Twist) -> Twist:
         """Return the twist that stops the robot and turns it towards `yaw` on the spot."""
         return self._turn(wrap_angle(yaw - pose.yaw), pose, twist)
+
+    def choose_direction(self, tube: Tube, pose: Pose, twist: Twist, may_back: bool) -> bool:
+        """Decide at standstill whether the tube is driven backwards; return if there is a choice.
+
+        A robot that makes way turns twice if it drives forwards: away, and back again.
+        """
+        if abs(twist.vx) > STANDING:
+            return may_back or not tube.is_reverse
+        if not may_back:
+            tube.is_reverse = False
+            return True
+        ahead = _direction(tube, pose, tube.next_corner())
+        if ahead is not None:
+            error = abs(wrap_angle(ahead - pose.yaw))
+            tube.is_reverse = error > (FORWARDS if tube.is_reverse else BACKWARDS)
+        return True
 
     def follow(self, tube: Tube, pose: Pose, twist: Twist) -> Twist:
         """Return the twist that follows the tube, at most to its held end."""

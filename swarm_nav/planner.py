@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_common.records import FloatArray, Pose
-from swarm_nav import distance_kernels, path_kernels, search_kernels
+from swarm_nav import distance_kernels, judgement_kernels, path_kernels, search_kernels
 from swarm_nav.config import CostmapConfig, PlannerConfig
 from swarm_nav.goals import ErrorCode, PlanError
 from swarm_nav.terrain import NODE_MARGIN, Lattice, Terrain
@@ -72,6 +72,12 @@ class Planner:
                 " every way is closed by walls or obstacles",
             )
         return self.finish(self.lattice.points_of(nodes), start, goal, extra, True)
+
+    def cost_of(self, path: FloatArray, extra: NDArray[np.float32]) -> float:
+        """Return the cost [m] of driving along a path (n, 2), other robots' share included."""
+        lattice = self.lattice
+        layers = (lattice.base, lattice.lane, lattice.heading)
+        return float(judgement_kernels.path_cost(path, lattice.frame, layers, extra))
 
     def plan_through(self, points: Sequence[tuple[float, float]]) -> FloatArray:
         """Return the path (n, 2) from the first point through the others, robots aside.

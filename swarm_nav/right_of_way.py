@@ -15,7 +15,7 @@ import numpy as np
 
 from swarm_common.beacon import MODE_YIELD
 from swarm_common.records import FloatArray
-from swarm_nav import crowd
+from swarm_nav import crowd, judgement_kernels
 from swarm_nav.situation import Situation
 
 CLASS_DONE, CLASS_HOLDING, CLASS_DRIVING = 0, 1, 2
@@ -27,6 +27,10 @@ RETREAT_DISTANCE = 0.95  # [m]
 STUCK_PATIENCE = 1.5  # [s] blocked by a stuck robot before stepping back
 MOVING_SPEED = 0.08  # [m/s] above which a robot is on its way
 RETRY_TIME = 1.0  # [s] between searches for a refuge
+WAY_AHEAD = 32  # points of the own path, 1.6 m, on which a pushed robot may get out of the way
+GAIN = 8  # points of the pusher's way, about 0.8 m, that it gets ahead instead
+SLACK = 2  # points of that way by which it may come towards the pusher
+GO_ON_PATIENCE = 2.0  # [s] that a pushed robot may be blocked on its own way
 
 
 def base_priority(rank: int, last_goal_tick: int, robot_id: int) -> int:
@@ -47,11 +51,12 @@ class RightOfWay:
         self._next_search_tick = 0
         self._retreat_until = -1
         self._blocked_since = -1
+        self._is_diverted = False
 
     @property
     def is_yielding(self) -> bool:
-        """Whether the robot makes way or steps back."""
-        return self.inherited > 0 or self._retreat_until >= 0
+        """Whether the robot leaves its own way to make way or to step back."""
+        return self._is_diverted or self._retreat_until >= 0
 
     @property
     def is_retreating(self) -> bool:
@@ -93,7 +98,9 @@ class RightOfWay:
         situation.yields_for = 0
         situation.is_stuck = False
         self._blocked_since = -1
-        situation.tube.cut()
+        if self._is_diverted:
+            self._is_diverted = False
+            situation.tube.cut()
 
     def _make_way(self, situation: Situation, row: int) -> None:
         hood = situation.hood
@@ -102,6 +109,9 @@ class RightOfWay:
         self._last_pushed_tick = situation.tick
         self._retreat_until = -1
         self.inherited = int(hood.priorities[row]) - 1
+        if not self._is_diverted and self._goes_on(situation, row):
+            return
+        self._is_diverted = True
         if is_new:
             situation.counters.pushes += 1
             situation.yields_for = pusher_id
@@ -122,6 +132,16 @@ class RightOfWay:
             return
         if situation.tube.is_complete or situation.is_stuck:
             self._search(situation, row)
+
+    def _goes_on(self, situation: Situation, row: int) -> bool:
+        """Whether the robot gets out of the pusher's way by going its own, with its priority."""
+        if situation.blocked_ticks:
+            if situation.blocked_ticks > situation.ticks(GO_ON_PATIENCE):
+                return False
+            blocker = situation.hood.row(situation.blocked_by)
+            if blocker is None or situation.hood.priorities[blocker] >= self.inherited:
+                return False
+        return clears_way(situation, row)
 
     def _search(self, situation: Situation, row: int) -> None:
         """Adopt the way to the nearest refuge, or say that there is none."""
@@ -149,6 +169,23 @@ class RightOfWay:
         self._retreat_until = situation.tick + situation.ticks(
             situation.config.traffic.retreat_time
         )
+
+
+def clears_way(situation: Situation, row: int) -> bool:
+    """Whether the robot's own path leads out of the way of a neighbour, or ahead of it."""
+    tube = situation.tube
+    path = tube.points[tube.near : tube.near + WAY_AHEAD]
+    if len(path) < 3 or situation.obstacle_ticks:
+        return False
+    beacon = situation.hood.beacons[row]
+    way = np.vstack(
+        (
+            beacon["held"][: beacon["held_size"]][::2],
+            beacon["intent"][: min(int(beacon["intent_size"]), INTENT_POINTS_CLEARED)],
+        )
+    )
+    reach = situation.reach(row) + REFUGE_MARGIN
+    return bool(judgement_kernels.clears(path, way, reach, SLACK, GAIN))
 
 
 def refuge_path(situation: Situation, row: int, priority: int) -> FloatArray | None:

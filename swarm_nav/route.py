@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
 from swarm_common.records import FloatArray
 from swarm_nav import crowd
 from swarm_nav.goals import ErrorCode, PlanError
@@ -13,6 +16,7 @@ from swarm_nav.task import Task
 
 REPLAN_PAUSE = 1.2  # [s] between replans of a blocked robot; shorter ones are never granted
 OBSTACLE_PATIENCE = 1.0  # [s] before another way around a sensed obstacle is looked for
+KEEP_COST = 0.8  # [m] that a new path must save
 FATAL = (ErrorCode.GOAL_OCCUPIED, ErrorCode.GOAL_OUTSIDE_MAP, ErrorCode.NO_VALID_CONTROL)
 
 
@@ -54,10 +58,13 @@ class Route:
         s = self._s
         s.last_plan_tick = s.tick
         try:
-            path = self._path_to(task)
+            extra = crowd.congestion(s)
+            path = self._path_to(task, extra)
+            if self._keeps(task, path, extra):
+                return
             if self._turns_back(path):
-                s.tube.release_ahead(s.brake_points if s.twist.vx > 0.05 else 0)
-                path = self._path_to(task)
+                s.tube.release_ahead(s.brake_points if abs(s.twist.vx) > 0.05 else 0)
+                path = self._path_to(task, extra)
         except PlanError as error:
             task.is_planned = True
             if error.code in FATAL:
@@ -70,11 +77,22 @@ class Route:
         if len(path) >= 2:
             s.tube.adopt(path)
 
-    def _path_to(self, task: Task) -> FloatArray:
+    def _path_to(self, task: Task, extra: NDArray[np.float32]) -> FloatArray:
         s = self._s
         if task.given is not None:
             return task.given.way(s)
-        return s.planner.plan(s.stop_point, (task.target.x, task.target.y), crowd.congestion(s))
+        return s.planner.plan(s.stop_point, (task.target.x, task.target.y), extra)
+
+    def _keeps(self, task: Task, path: FloatArray, extra: NDArray[np.float32]) -> bool:
+        """Whether the path in hand is as good as a new one: each change costs turns and claims."""
+        s = self._s
+        rest = s.tube.points[s.tube.stop :]
+        if not task.is_planned or task.given is not None or len(rest) < 2:
+            return False
+        if math.dist(rest[-1], task.place) > 0.5 * s.config.goal_checker.xy_goal_tolerance:
+            return False
+        saved = s.planner.cost_of(rest, extra) - s.planner.cost_of(path, extra)
+        return saved < KEEP_COST
 
     def _turns_back(self, path: FloatArray) -> bool:
         """Whether a plan from the stop point leads back along space that is still held."""

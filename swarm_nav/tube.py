@@ -64,13 +64,12 @@ class Tube:
         """Whether the whole path is held."""
         return self.stop >= len(self.points) - 1
 
-    def adopt(self, path: FloatArray, is_reverse: bool = False) -> None:
+    def adopt(self, path: FloatArray) -> None:
         """Continue from the stop point along `path` (n, 2), which starts there."""
         kept = self.points[self.near : self.stop + 1]
         self.points = np.ascontiguousarray(np.vstack((kept, path[1:])))
         self.stop -= self.near
         self.near = 0
-        self.is_reverse = is_reverse
         self.corners = path_kernels.corners(self.points, self.corner_angle).tolist()
         self.forget_requests()
 
