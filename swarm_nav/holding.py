@@ -19,6 +19,7 @@ from swarm_nav import crowd
 from swarm_nav.config import HoldingConfig
 from swarm_nav.goals import PlanError
 from swarm_nav.planner import path_length
+from swarm_nav.right_of_way import above
 from swarm_nav.situation import Situation
 
 SAME_STATION = 0.6  # [m] between targets that are one station
@@ -40,11 +41,14 @@ class Lease:
         station: (x, y) in map, None without a goal.
         tick: Tick of the request, 0 before it was made.
         place: Number of earlier requests known.
+        inherited: Priority of the highest robot that waits for this one to leave the station
+            (priority inheritance of a resource's holder: Sha, Rajkumar, Lehoczky 1990), 0 if none.
     """
 
     station: tuple[float, float] | None = None
     tick: int = 0
     place: int = 0
+    inherited: int = 0
 
     def aim(self, station: tuple[float, float] | None) -> None:
         """Take a new target; the old lease is given back."""
@@ -52,6 +56,7 @@ class Lease:
             self.station = station
             self.tick = 0
             self.place = 0
+            self.inherited = 0
 
     def update(self, situation: Situation) -> None:
         """Request within range of the station and work out the place in the queue."""
@@ -65,6 +70,15 @@ class Lease:
             if self.tick
             else 0
         )
+        self.inherited = self._highest_waiting(situation) if self.tick and not self.place else 0
+
+    def _highest_waiting(self, situation: Situation) -> int:
+        assert self.station is not None
+        hood = situation.hood
+        other = hood.beacons["station"].astype(np.float64)
+        near = np.hypot(other[:, 0] - self.station[0], other[:, 1] - self.station[1])
+        waits = (near < SAME_STATION) & (hood.beacons["station_tick"] > 0) & ~hood.gone
+        return above(int(hood.priorities[waits].max())) if waits.any() else 0
 
     def is_turn(self, config: HoldingConfig) -> bool:
         """Whether the robot may drive the last metres."""

@@ -13,7 +13,7 @@ from swarm_common.records import FloatArray, Pose
 from swarm_nav import distance_kernels, judgement_kernels, path_kernels, search_kernels
 from swarm_nav.config import CostmapConfig, PlannerConfig
 from swarm_nav.goals import ErrorCode, PlanError
-from swarm_nav.terrain import NODE_MARGIN, Lattice, Terrain
+from swarm_nav.terrain import NODE_MARGIN, Lattice, Terrain, sector_of
 
 SPACING = 0.05  # [m] between the points of a path
 SMOOTH_PASSES = 3
@@ -50,21 +50,29 @@ class Planner:
         return places
 
     def plan(
-        self, start: tuple[float, float], goal: tuple[float, float], extra: NDArray[np.float32]
+        self,
+        start: tuple[float, float],
+        goal: tuple[float, float],
+        extra: NDArray[np.float32],
+        yaw: float = math.nan,
     ) -> FloatArray:
         """Return a path (n, 2) [m] in map from start to goal, points `SPACING` apart.
 
         Optimal on the lattice (A* with an exact static heuristic). A goal inside the clearance of
-        a wall is moved by at most the planner's tolerance.
+        a wall is moved by at most the planner's tolerance. The last metre prefers the direction
+        `yaw` [rad]; NaN for none.
 
         Raises:
             PlanError: With Nav2's code, if start or goal is unusable or no path exists.
         """
         start_node = self._start_node(start)
         goal_node, goal = self._goal_node(goal)
-        nodes, self.expansions = self.terrain.search.cheapest(
-            start_node, goal_node, extra, self.terrain.cost_to_go(goal_node)
-        )
+        sector = sector_of(yaw)
+        to_go = self.terrain.cost_to_go(goal_node, sector)
+        with self.terrain.approach(goal_node, sector):
+            nodes, self.expansions = self.terrain.search.cheapest(
+                start_node, goal_node, extra, to_go
+            )
         if len(nodes) == 0:
             raise PlanError(
                 ErrorCode.NO_VALID_PATH,

@@ -20,6 +20,7 @@ from swarm_nav.situation import Situation
 
 CLASS_DONE, CLASS_HOLDING, CLASS_DRIVING = 0, 1, 2
 DEPTH_BITS, ID_BITS, TICK_BITS = 6, 10, 32
+TOP_DEPTH = (1 << DEPTH_BITS) - 1
 REFUGE_MARGIN = 0.03  # [m] more than the reach that a refuge keeps from the pusher's way
 REFUGE_COST = 12.0  # largest cost of a way to a refuge
 INTENT_POINTS_CLEARED = 16  # 1.6 m of the pusher's path
@@ -34,11 +35,16 @@ GO_ON_PATIENCE = 2.0  # [s] that a pushed robot may be blocked on its own way
 
 
 def base_priority(rank: int, last_goal_tick: int, robot_id: int) -> int:
-    """Return the 50-bit priority: class, seniority, id, and full depth for inheritance."""
+    """Return the 50-bit priority: class, seniority, id, and depth for inheritance."""
     seniority = (1 << TICK_BITS) - 1 - last_goal_tick
     value = (rank << TICK_BITS) | seniority
     value = (value << ID_BITS) | ((1 << ID_BITS) - 1 - robot_id % (1 << ID_BITS))
-    return (value << DEPTH_BITS) | ((1 << DEPTH_BITS) - 1)
+    return (value << DEPTH_BITS) | (TOP_DEPTH - 1)
+
+
+def above(priority: int) -> int:
+    """Return the priority of a robot for which others wait: just above the waiting robot's own."""
+    return priority | TOP_DEPTH
 
 
 class RightOfWay:

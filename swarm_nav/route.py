@@ -81,7 +81,9 @@ class Route:
         s = self._s
         if task.given is not None:
             return task.given.way(s)
-        return s.planner.plan(s.stop_point, (task.target.x, task.target.y), extra)
+        target = task.target
+        yaw = math.nan if task.is_passing else target.yaw
+        return s.planner.plan(s.stop_point, (target.x, target.y), extra, yaw)
 
     def _keeps(self, task: Task, path: FloatArray, extra: NDArray[np.float32]) -> bool:
         """Whether the path in hand is as good as a new one: each change costs turns and claims."""

@@ -7,8 +7,10 @@ gets two-way passages and one sense of circulation around islands without hand-d
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,9 +27,17 @@ PASSAGE_REACH = 0.95  # [m] within which the widest clearance of a passage is lo
 STRIP_WIDTH = 0.26  # [m] next to the ridge of a passage that separates its lanes
 PARKING_HALF_WIDTH = 1.35  # [m] of a passage whose median strip may hold a parked robot
 NODE_MARGIN = 0.035  # [m] beyond the robot's circumscribed radius at which nodes end
+APPROACH_RADIUS = 0.7  # [m] around a goal in which the way leads in the goal's direction
+SECTOR_ANGLE = math.pi / 8  # [rad] to which that direction is rounded
+ANY_SECTOR = -1
 WALL_COST = 0.6  # extra cost per metre right beside a wall
 GOALS_MEMORY = 20_000_000  # [bytes] of costs to go that a process keeps per terrain
 STANDING_ROOM = 0.1  # [m] more than the wall clearance from where no wall cost applies
+
+
+def sector_of(yaw: float) -> int:
+    """Return the sector of a direction [rad] for `Terrain.approach`; any for NaN."""
+    return ANY_SECTOR if math.isnan(yaw) else round(yaw / SECTOR_ANGLE) % 16
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,16 +122,44 @@ class Terrain:
             self.lattice.base, self.lattice.lane, self.lattice.heading, self.lattice.step
         )
         self._cost_to_go = functools.lru_cache(GOALS_MEMORY // self.lattice.base.nbytes + 1)(
-            self.search.cost_to_go
+            self._compute_cost_to_go
         )
+        self._approach_weight = 2.0 * planner.lane_weight
 
     def clearance(self, x: float, y: float) -> float:
         """Return the distance [m] to the nearest mapped wall."""
         return float(distance_kernels.sample(self.distance, *self.frame, x, y))
 
-    def cost_to_go(self, node: int) -> NDArray[np.float32]:
+    def cost_to_go(self, node: int, sector: int = ANY_SECTOR) -> NDArray[np.float32]:
         """Return the cost of driving from every node to `node`, without other robots."""
-        return self._cost_to_go(node)
+        return self._cost_to_go(node, sector)
+
+    def _compute_cost_to_go(self, node: int, sector: int) -> NDArray[np.float32]:
+        with self.approach(node, sector):
+            return self.search.cost_to_go(node)
+
+    @contextlib.contextmanager
+    def approach(self, node: int, sector: int) -> Iterator[None]:
+        """Within it, the last metre to `node` is a lane in the goal's direction.
+
+        So robots arrive at a station one behind the other, with the heading that is asked for,
+        and leave it ahead, instead of meeting head-on in front of it.
+        """
+        if sector == ANY_SECTOR:
+            yield
+            return
+        lattice = self.lattice
+        row, column = divmod(node, lattice.base.shape[1])
+        reach = round(APPROACH_RADIUS / lattice.step)
+        box = np.s_[max(0, row - reach) : row + reach + 1, max(0, column - reach) : column + reach + 1]
+        lane, heading = lattice.lane[box].copy(), lattice.heading[box].copy()
+        try:
+            yaw = sector * SECTOR_ANGLE
+            np.maximum(lane, self._approach_weight, out=lattice.lane[box])
+            lattice.heading[box] = (math.cos(yaw), math.sin(yaw))
+            yield
+        finally:
+            lattice.lane[box], lattice.heading[box] = lane, heading
 
 
 @functools.lru_cache(maxsize=4)
