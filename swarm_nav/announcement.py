@@ -23,6 +23,7 @@ from swarm_common.beacon import (
 from swarm_common.records import CONTROL_PERIOD, Pose, RobotSpec, stamp_from_tick
 from swarm_common.sites import Sites
 from swarm_nav.behaviors import Behavior
+from swarm_nav.gate import Gate
 from swarm_nav.goals import Feedback, Status
 from swarm_nav.holding import SAME_STATION, HoldingPattern, Lease
 from swarm_nav.right_of_way import (
@@ -56,6 +57,7 @@ def compose_beacon(
     state: State,
     right: RightOfWay,
     lease: Lease,
+    gate: Gate,
     holding: HoldingPattern,
     last_goal_tick: int,
     has_goal: bool,
@@ -83,7 +85,8 @@ def compose_beacon(
         s.pose.x, s.pose.y, s.pose.yaw, s.twist.vx, s.twist.wz,
         priority >> 32, priority & 0xFFFFFFFF, s.blocked_ticks, s.blocked_by, s.yields_for,
         flags | holding.flags, MODE_YIELD if right.is_yielding else MODES[state],
-        *target, *(lease.station or NOWHERE), lease.tick, 0, *sizes, len(spec.footprint),
+        *target, *(lease.station or NOWHERE), lease.tick, gate.announced,
+        *sizes, len(spec.footprint),
     )  # fmt: skip
     words = blank_beacon(spec.footprint).copy()
     pack_head(words, head)
@@ -98,6 +101,7 @@ def compose_status(
     state: State,
     target: Pose | None,
     lease: Lease,
+    gate: Gate,
     sites: Sites,
     holding: HoldingPattern,
     holding_since: int,
@@ -114,6 +118,8 @@ def compose_status(
     elif state is State.HOLDING:
         where = "on the circuit" if holding.is_on_circuit else "parked"
         detail = f"{where}, {lease.place} before it at {station or 'its goal'}"
+        if gate.is_closed:
+            detail = f"{where}, waits until the narrow region ahead has room"
     elif state is State.YIELDING:
         detail = f"makes way for Srobot{s.yields_for}" if s.yields_for else "steps back"
     elif state is State.DRIVING and s.blocked_ticks > WAITING_TICKS:

@@ -7,6 +7,7 @@ import math
 from swarm_common.records import Twist
 from swarm_nav.automaton import Automaton
 from swarm_nav.controller import Controller
+from swarm_nav.gate import Gate
 from swarm_nav.goals import ErrorCode, Outcome
 from swarm_nav.holding import HoldingPattern, Lease
 from swarm_nav.pursuit import Pursuit
@@ -25,6 +26,7 @@ class Conduct:
         automaton: Automaton,
         pursuit: Pursuit,
         lease: Lease,
+        gate: Gate,
         holding: HoldingPattern,
         controller: Controller,
     ) -> None:
@@ -34,6 +36,7 @@ class Conduct:
         self._pursuit = pursuit
         self._route = Route(situation, pursuit)
         self._lease = lease
+        self._gate = gate
         self._holding = holding
         self._controller = controller
 
@@ -87,6 +90,9 @@ class Conduct:
         if task.has_arrived:
             return self._settle(task)
         config = s.config.holding
+        if self._gate.is_closed:
+            self._automaton.switch(Event.STATION_TAKEN)
+            return None
         if not self._lease.is_turn(config) and self._lease.station is not None:
             if s.distance_to(*self._lease.station) <= config.hold_distance:
                 self._automaton.switch(Event.STATION_TAKEN)
@@ -114,10 +120,11 @@ class Conduct:
     def _hold(self, task: Task) -> None:
         s = self._s
         task.note_progress(s, True)
-        if self._lease.is_turn(s.config.holding) or self._lease.is_barred(s):
+        has_turn = self._lease.is_turn(s.config.holding) or self._lease.is_barred(s)
+        if has_turn and not self._gate.is_closed:
             self._automaton.switch(Event.STATION_GRANTED)
         else:
-            self._holding.update(s)
+            self._holding.update(s, self._gate.region if self._gate.is_closed else None)
 
     def _check_progress(self, task: Task) -> None:
         s = self._s

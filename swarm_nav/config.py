@@ -204,10 +204,12 @@ class HoldingConfig:
 
     mode: str = "auto"  # circuit | park | auto
     request_distance: float = 3.0  # [m] from the station at which its lease is requested
-    hold_distance: float = 1.2  # [m] from the station at which a robot without its turn holds
-    approach_slots: int = 1  # robots that may be on the last metres to a station
+    hold_distance: float = 2.0  # [m] from the station at which a robot without its turn holds
+    approach_slots: int = 2  # robots that may be on the last metres to a station
     circuit_spacing: float = 6.0  # [m] of circuit per robot below which `auto` parks
     search_distance: float = 8.0  # [m] of driving to a parking place
+    gate_density: float = 0.5  # [1/m²] of robots in a narrow region with stations; 0: no gate
+    gate_patience: float = 30.0  # [s] of waiting for which one robot more is let in
     station_patience: float = 120.0  # [s] that a station may be blocked by a silent robot
 
     def __post_init__(self) -> None:
@@ -215,7 +217,8 @@ class HoldingConfig:
         if self.mode not in ("circuit", "park", "auto"):
             raise UnknownNameError("holding.mode", self.mode, ("circuit", "park", "auto"))
         _positive("holding.", self, "request_distance", "hold_distance", "circuit_spacing")
-        _positive("holding.", self, "search_distance", "station_patience")
+        _positive("holding.", self, "search_distance", "station_patience", "gate_patience")
+        _not_negative("holding.", self, "gate_density")
         if self.approach_slots < 1:
             raise ConfigError(
                 f"holding.approach_slots is {self.approach_slots}; it must be 1 or more"

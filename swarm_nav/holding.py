@@ -12,6 +12,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from swarm_common.beacon import FLAG_CIRCUIT
 from swarm_common.records import FloatArray
@@ -129,13 +130,13 @@ class HoldingPattern:
         self.is_on_circuit = False
         self.target = None
 
-    def update(self, situation: Situation) -> None:
-        """Keep going round, or look for a parking place until one is reached."""
+    def update(self, situation: Situation, closed: NDArray[np.bool_] | None = None) -> None:
+        """Keep going round, or look for a parking place, not in `closed`, until it is reached."""
         if self.is_on_circuit:
             self._drive_circuit(situation)
         elif situation.tick >= self._next_search_tick and self._needs_place(situation):
             self._next_search_tick = situation.tick + situation.ticks(SEARCH_PAUSE)
-            path = parking_path(situation, self._stations)
+            path = parking_path(situation, self._stations, closed)
             if path is not None and len(path) >= 2:
                 situation.tube.adopt(path)
                 self.target = (float(path[-1, 0]), float(path[-1, 1]))
@@ -203,7 +204,11 @@ class HoldingPattern:
         return FLAG_CIRCUIT if self.is_on_circuit else 0
 
 
-def parking_path(situation: Situation, stations: list[tuple[float, float]]) -> FloatArray | None:
+def parking_path(
+    situation: Situation,
+    stations: list[tuple[float, float]],
+    closed: NDArray[np.bool_] | None = None,
+) -> FloatArray | None:
     """Return the way (n, 2) to the nearest free parking place, None if there is none in reach."""
     lattice = situation.planner.lattice
     taken = situation.planner.no_extra()
@@ -214,6 +219,8 @@ def parking_path(situation: Situation, stations: list[tuple[float, float]]) -> F
     targets = hood.beacons["target"]
     for row in np.flatnonzero(np.isfinite(targets[:, 0])):
         crowd.stamp(taken, situation, targets[row], situation.reach(int(row)) + PARKING_GAP, 1.0)
+    if closed is not None:
+        taken[closed] = 1.0
     places = situation.planner.free_places(taken, lattice.parking)
     extra = crowd.congestion(situation)
     return situation.planner.nearest(

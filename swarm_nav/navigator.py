@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+from numpy.typing import NDArray
+
 from swarm_common.beacon import BeaconArray
 from swarm_common.grid import Grid
 from swarm_common.records import FloatArray, Odometry, Pose, RobotSpec, Scan, Twist
@@ -17,6 +20,7 @@ from swarm_nav.conduct import Conduct
 from swarm_nav.config import NavConfig
 from swarm_nav.controller import Controller
 from swarm_nav.costmap import Costmap
+from swarm_nav.gate import Gate, narrow_region
 from swarm_nav.goals import Feedback, Goal, Outcome, Output, Status
 from swarm_nav.holding import HoldingPattern, Lease
 from swarm_nav.localisation import OdometryLocaliser
@@ -55,13 +59,19 @@ class Navigator:
         self._lease = Lease()
         self._right = RightOfWay()
         self._s = s = begin(config, spec, grid, robot_id, initial_pose_map)
+        self._gate = Gate(self._narrow_region())
         self._automaton = Automaton(s, self._holding)
         self._pursuit = Pursuit(s, self._automaton, self._lease, self._right)
         self._conduct = Conduct(
-            s, self._automaton, self._pursuit, self._lease, self._holding, self._controller
-        )
+            s, self._automaton, self._pursuit, self._lease, self._gate, self._holding,
+            self._controller,
+        )  # fmt: skip
         self._senses = Senses(s)
         self._claim = Claim(s)
+
+    def _narrow_region(self) -> NDArray[np.bool_] | None:
+        stations = tuple((p.x, p.y) for p in self.sites.stations.values())
+        return narrow_region(self._s.terrain, stations)
 
     @property
     def config(self) -> NavConfig:
@@ -117,6 +127,7 @@ class Navigator:
     def load_map(self, grid: Grid) -> None:
         """Take another map."""
         self._s.load_map(grid)
+        self._gate.region = self._narrow_region()
 
     def reconfigure(self, config: NavConfig) -> None:
         """Take new parameters, effective from the next tick."""
@@ -156,6 +167,7 @@ class Navigator:
         s.hood.refresh(tick)
         self._pursuit.begin_pending()
         self._lease.update(s)
+        self._gate.update(s, self._task is not None)
         if self._senses.update() and self.is_active:
             twist = self._drive()
         else:
@@ -163,7 +175,7 @@ class Navigator:
             twist = self._controller.stop(s.twist)
         events, s.events = tuple(s.events), []
         beacon = compose_beacon(
-            s, self.spec, self._state, self._right, self._lease, self._holding,
+            s, self.spec, self._state, self._right, self._lease, self._gate, self._holding,
             self._pursuit.last_goal_tick, self._pursuit.has_goal, self.is_active,
         )  # fmt: skip
         self._claim.note_published(beacon)

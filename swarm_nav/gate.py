@@ -1,0 +1,146 @@
+"""Entry control: how many robots may be in a narrow region that has stations (perimeter control).
+
+Beyond a density the flow through a narrow region falls as more robots enter it (the fundamental
+diagram of traffic; perimeter control: Daganzo 2007, Keyvan-Ekbatani et al. 2012). A robot in the
+open whose way leads into such a region counts those that it hears inside, those admitted and those
+that have waited for longer; it enters while that is less than the region's share within radio
+range allows, and otherwise waits in the open. Each robot decides alone. The longer it has waited,
+the more it allows, so that the gate only delays: safety and liveness do not rest on it.
+
+Plain corridors are left alone: they have no station to wait for, and robots only pass.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_common.records import CONTROL_PERIOD
+from swarm_nav import distance_kernels, gate_kernels, search_kernels
+from swarm_nav.situation import Situation
+from swarm_nav.terrain import HALL_DISTANCE, Lattice, Terrain
+
+NONE, ADMITTED = 0, 1  # values of a beacon's gate_tick that are not the tick of asking
+WAY_POINTS = 60  # path points, 3 m, in which the region's border is looked for
+
+
+@functools.lru_cache(maxsize=4)
+def narrow_region(
+    terrain: Terrain, stations: tuple[tuple[float, float], ...]
+) -> NDArray[np.bool_] | None:
+    """Return the lattice cells of narrow regions with stations; None if there are none.
+
+    Narrow is what lies farther than `HALL_DISTANCE` from any place with that much clearance.
+    """
+    lattice = terrain.lattice
+    is_hall = lattice.clearance >= HALL_DISTANCE
+    if not stations or not is_hall.any():
+        return None  # no open place to wait in
+    from_hall = distance_kernels.distance_cells(is_hall) * lattice.step
+    is_free = lattice.base < search_kernels.WALL
+    narrow = is_free & (from_hall > HALL_DISTANCE)
+    region = np.zeros_like(narrow)
+    for x, y in stations:
+        node = lattice.node_of(x, y)
+        if node is None:
+            continue
+        row, column = divmod(node, narrow.shape[1])
+        if narrow[row, column] and not region[row, column]:
+            region |= _component(lattice, narrow, row, column)
+    return region if region.any() else None
+
+
+def _component(
+    lattice: Lattice, narrow: NDArray[np.bool_], row: int, column: int
+) -> NDArray[np.bool_]:
+    base = np.where(narrow, np.float32(1.0), search_kernels.WALL)
+    cost = search_kernels.cost_to_go(
+        base, np.zeros_like(lattice.lane), lattice.heading, lattice.step, row, column
+    )
+    return np.isfinite(cost)
+
+
+@dataclass(slots=True)
+class Gate:
+    """One robot's admission to the narrow region ahead of it.
+
+    Attributes:
+        asked_tick: Tick since which it waits or asks, 0 if it does not.
+        is_admitted: Whether it may enter, or is inside.
+    """
+
+    region: NDArray[np.bool_] | None
+    asked_tick: int = 0
+    is_admitted: bool = False
+
+    @property
+    def announced(self) -> int:
+        """The beacon's gate_tick: none, admitted, or the tick of asking."""
+        if self.asked_tick == 0:
+            return NONE
+        return ADMITTED if self.is_admitted else self.asked_tick
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether the robot has to wait outside."""
+        return self.asked_tick > 0 and not self.is_admitted
+
+    def leave(self) -> None:
+        """Ask no more, as without a goal."""
+        self.asked_tick = 0
+        self.is_admitted = False
+
+    def update(self, situation: Situation, is_asking: bool) -> None:
+        """Ask, wait or be admitted; `is_asking` says whether the robot is on its way to a goal."""
+        config = situation.config.holding
+        if self.region is None or config.gate_density <= 0.0:
+            return
+        frame = situation.planner.lattice.frame
+        if not is_asking or gate_kernels.is_inside(
+            self.region, frame, situation.pose.x, situation.pose.y
+        ):
+            self.leave()
+            return
+        if self.is_admitted:
+            return
+        if self.asked_tick == 0:
+            tube = situation.tube
+            way = tube.points[tube.near : tube.near + WAY_POINTS]
+            if not gate_kernels.enters(self.region, frame, way):
+                return
+            self.asked_tick = situation.tick
+        self.is_admitted = self._ahead(situation) < self._capacity(situation)
+
+    def _ahead(self, situation: Situation) -> int:
+        """Count who is inside, admitted, or has waited for longer."""
+        hood = situation.hood
+        beacons = hood.beacons
+        return int(
+            gate_kernels.count_ahead(
+                self.region,
+                situation.planner.lattice.frame,
+                np.ascontiguousarray(beacons["pose"]),
+                np.ascontiguousarray(beacons["gate_tick"]),
+                np.ascontiguousarray(beacons["id"]),
+                (self.asked_tick, situation.robot_id),
+            )
+        )
+
+    def _capacity(self, situation: Situation) -> float:
+        """Return how many robots the part of the region within radio range has room for."""
+        assert self.region is not None
+        config = situation.config
+        lattice = situation.planner.lattice
+        cells = gate_kernels.cells_within(
+            self.region,
+            lattice.frame,
+            (situation.pose.x, situation.pose.y),
+            config.traffic.radio_range,
+        )
+        waited = (situation.tick - self.asked_tick) * CONTROL_PERIOD
+        share = config.holding.gate_density * cells * lattice.step**2
+        return max(1.0, share) + math.floor(waited / config.holding.gate_patience)
