@@ -68,8 +68,8 @@ def compose_beacon(
     rank = CLASS_DONE
     if has_goal:
         rank = CLASS_HOLDING if state in (State.HOLDING, State.BEHAVING) else CLASS_DRIVING
-    own = base_priority(rank, last_goal_tick, s.robot_id)
-    priority = max(own, right.inherited, lease.inherited)
+    s.own_priority = max(base_priority(rank, last_goal_tick, s.robot_id), lease.inherited)
+    priority = max(s.own_priority, right.inherited)
     if priority != s.priority:
         s.tube.forget_requests()  # who acknowledged them compared another priority
     s.priority = priority

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from swarm_common.records import CONTROL_PERIOD
 from swarm_nav import distance_kernels, gate_kernels, search_kernels
+from swarm_nav.search import SearchSpace
 from swarm_nav.situation import Situation
 from swarm_nav.terrain import HALL_DISTANCE, Lattice, Terrain
 
@@ -58,9 +59,8 @@ def _component(
     lattice: Lattice, narrow: NDArray[np.bool_], row: int, column: int
 ) -> NDArray[np.bool_]:
     base = np.where(narrow, np.float32(1.0), search_kernels.WALL)
-    cost = search_kernels.cost_to_go(
-        base, np.zeros_like(lattice.lane), lattice.heading, lattice.step, row, column
-    )
+    space = SearchSpace(base, np.zeros_like(lattice.lane), lattice.heading, lattice.step)
+    cost = space.cost_to_go(row * narrow.shape[1] + column)
     return np.isfinite(cost)
 
 

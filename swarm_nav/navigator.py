@@ -243,6 +243,6 @@ class Navigator:
         """Return the state for the operator."""
         target = self._task.target if self._task is not None else None
         return compose_status(
-            self._s, self.is_active, self._state, target, self._lease, self.sites,
+            self._s, self.is_active, self._state, target, self._lease, self._gate, self.sites,
             self._holding, self._automaton.holding_since, self.distance_remaining(),
         )  # fmt: skip

@@ -133,13 +133,15 @@ class Neighborhood:
         row = kernels.row_of(self.ids, robot_id)
         return row if row >= 0 else None
 
-    def highest_pusher(self, priority: int, yields_for: int, patience: int) -> int | None:
+    def highest_pusher(self, priority: int, patience: int, least_depth: int) -> int | None:
         """Return the row of the highest robot that this one has blocked for `patience` ticks.
 
-        Only one that ranks above `priority`, or that is already made way for (`yields_for`).
+        Only one that ranks above `priority`, does not make way for this one, and has at least
+        `least_depth` in its chain of inheritance.
         """
+        own = (self._own_id, priority)
         row = kernels.highest_pusher(
-            self._words, self.gone, self.priorities, self._own_id, priority, yields_for, patience
+            self._words, self.gone, self.priorities, own, patience, least_depth
         )
         return row if row >= 0 else None
 

@@ -18,6 +18,8 @@ TICK = word_of("tick")
 POSE = word_of("pose")
 PRIORITY = word_of("priority")
 BLOCKED_TICKS = word_of("blocked_ticks")
+YIELDS_FOR = word_of("yields_for")
+DEPTH_MASK = 63  # the bits of a priority that count the hops of its inheritance
 BLOCKED_BY = word_of("blocked_by")
 STATION = word_of("station")
 STATION_TICK = word_of("station_tick")
@@ -157,17 +159,22 @@ def row_of(ids, robot):
 
 
 @njit(cache=True)
-def highest_pusher(words, gone, priorities, own_id, own_priority, yields_for, patience):
+def highest_pusher(words, gone, priorities, own, patience, least_depth):
     """Return the row of the highest robot that has been blocked by us for `patience` ticks, or -1.
 
-    It must rank above `own_priority`, or be the one that is made way for already; of equal
+    own = (id, priority without what was inherited from pushers). The pusher must rank above that,
+    must not itself make way for us, and must be of at least `least_depth` in its chain of
+    inheritance: so that no priority outlives its source by going round in a circle. Of equal
     priorities that of the smaller id counts.
     """
+    own_id, own_priority = own
     best = -1
     for row in range(gone.shape[0]):
         if words[row, BLOCKED_BY] != own_id or words[row, BLOCKED_TICKS] < patience or gone[row]:
             continue
-        if priorities[row] <= own_priority and words[row, ID] != yields_for:
+        if priorities[row] <= own_priority or words[row, YIELDS_FOR] == own_id:
+            continue
+        if (priorities[row] & DEPTH_MASK) < least_depth:
             continue
         if best < 0 or priorities[row] > priorities[best]:
             best = row

@@ -21,6 +21,7 @@ from swarm_nav.situation import Situation
 CLASS_DONE, CLASS_HOLDING, CLASS_DRIVING = 0, 1, 2
 DEPTH_BITS, ID_BITS, TICK_BITS = 6, 10, 32
 TOP_DEPTH = (1 << DEPTH_BITS) - 1
+LEAST_DEPTH = TOP_DEPTH - 32  # longest chain of robots that push each other, by 32 hops
 REFUGE_MARGIN = 0.03  # [m] more than the reach that a refuge keeps from the pusher's way
 REFUGE_COST = 12.0  # largest cost of a way to a refuge
 INTENT_POINTS_CLEARED = 16  # 1.6 m of the pusher's path
@@ -75,7 +76,7 @@ class RightOfWay:
         # who is on its own way anyhow is not disturbed at once
         is_moving = not self.is_yielding and situation.twist.vx > MOVING_SPEED
         patience = situation.ticks(traffic.moving_patience) if is_moving else traffic.push_ticks
-        return situation.hood.highest_pusher(situation.priority, situation.yields_for, patience)
+        return situation.hood.highest_pusher(situation.own_priority, patience, LEAST_DEPTH)
 
     def update(self, situation: Situation) -> bool:
         """React to pushers; return whether the robot is (still) making way or stepping back."""

@@ -53,6 +53,7 @@ class Situation:
         blocked_by: Id of that robot, 0 for none.
         yields_for: Id of the robot that is made way for, 0 for none.
         priority: As published in the last beacon.
+        own_priority: The same without what was inherited from robots that push.
         is_wary: Whether somebody may be near who walks into a robot that drives.
         missing: What keeps the robot from driving (no scans, no radio), empty if nothing.
         is_deaf: Whether nothing was heard for so long that all must be listened to anew.
@@ -83,6 +84,7 @@ class Situation:
     has_grown: bool = False
     missing: str = ""
     priority: int = 0
+    own_priority: int = 0
     last_plan_tick: int = -1000
     listening_since: int = 0
     events: list[Event] = field(default_factory=list)
