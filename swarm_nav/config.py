@@ -203,9 +203,9 @@ class HoldingConfig:
     """Stations and the holding pattern; `holding.` parameters."""
 
     mode: str = "auto"  # circuit | park | auto
-    request_distance: float = 3.0  # [m] from the station at which its lease is requested
-    hold_distance: float = 2.0  # [m] from the station at which a robot without its turn holds
-    approach_slots: int = 2  # robots that may be on the last metres to a station
+    request_distance: float = 4.0  # [m] from the station at which its lease is requested
+    hold_distance: float = 3.0  # [m] from the station at which a robot without its turn holds
+    approach_slots: int = 3  # robots that may be on the last metres to a station
     circuit_spacing: float = 6.0  # [m] of circuit per robot below which `auto` parks
     search_distance: float = 8.0  # [m] of driving to a parking place
     gate_density: float = 0.5  # [1/m²] of robots in a narrow region with stations; 0: no gate

@@ -22,10 +22,12 @@ from swarm_nav.goals import PlanError
 from swarm_nav.planner import path_length
 from swarm_nav.right_of_way import above
 from swarm_nav.situation import Situation
+from swarm_nav.terrain import HALL_DISTANCE
 
 SAME_STATION = 0.6  # [m] between targets that are one station
 STATION_OVERLAP = 0.25  # [m] less than the reach at which a robot bars a station
-PARKING_DISTANCE = 1.1  # [m] of a parking place from any station
+PARKING_DISTANCE = 1.1  # [m] of a parking place in a passage from any station
+OPEN_PARKING_DISTANCE = 2.2  # [m] the same in a hall, where the ways to the station are kept free
 PARKING_GAP = 0.1  # [m] beyond the reach between parked robots
 CIRCUIT_LOOKAHEAD = 4.0  # [m] of circuit driven per plan
 CIRCUIT_RENEW = 1.5  # [m] before the end of a plan at which the next is made
@@ -213,6 +215,8 @@ def parking_path(
     lattice = situation.planner.lattice
     taken = situation.planner.no_extra()
     if stations:
+        crowd.stamp(taken, situation, np.array(stations), OPEN_PARKING_DISTANCE, 1.0)
+        taken[lattice.clearance <= HALL_DISTANCE] = 0.0
         crowd.stamp(taken, situation, np.array(stations), PARKING_DISTANCE, 1.0)
     hood = situation.hood
     crowd.stamp_tubes(taken, situation, PARKING_GAP, 1.0)
