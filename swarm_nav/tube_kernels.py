@@ -68,7 +68,7 @@ def admissible(p, previous, neighbor, reach, slack, wins, prefix):
     held, held_size, wanted, _ = neighbor
     if denied(held, held_size, p, previous, reach, slack):
         return False
-    return wins or gap_squared(wanted, prefix, p[0], p[1]) >= reach * reach
+    return wins or gap_squared(wanted, prefix, p[0], p[1]) >= (reach - slack) ** 2
 
 
 @njit(cache=True)

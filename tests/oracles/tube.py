@@ -68,7 +68,7 @@ def refusal(own: Own, other: Other, point: Point, before: Point, origin: Point) 
             break  # it cannot be granted to the neighbour while we hold that place
         wanted.append(candidate)
         end = candidate
-    if not wins and gap(point, wanted) < reach:
+    if not wins and gap(point, wanted) < reach - slack:
         return "G2 wanted"
     ahead = other.intent[:8]
     is_entitled = other.blocked >= own.push_ticks and other.priority > own.priority

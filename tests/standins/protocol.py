@@ -308,7 +308,8 @@ class Crowd:
         if self._dead_until[index]:
             self._dead_until[index] = 0
             actor.start(actor.s.pose, tick)
-        all_well = not any(self._dead_until) and max(self._deaf_until) < tick
+        is_known = tick - actor.s.listening_since > ACQUAINTED
+        all_well = is_known and not any(self._dead_until) and max(self._deaf_until) < tick
         if all_well and self._rng.random() < self._plan.deaths:
             self._dead_until[index] = tick + int(self._rng.integers(1, 150))
             actor.move(COASTING)

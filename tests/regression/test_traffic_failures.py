@@ -1,0 +1,349 @@
+"""Each failure that cost a design of this kind a contact or a deadlock, as a test of its cure.
+
+The first part was known before the first line was written, the second was met on the way.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from swarm_common.beacon import FLAG_ACTIVE, FLAG_STUCK
+from swarm_common.records import Pose, Twist
+from swarm_nav import tube_kernels
+from swarm_nav.claim import WATCHDOG_TIME, Claim
+from swarm_nav.goals import GoalKind, Outcome
+from swarm_nav.planner import SPACING
+from swarm_nav.right_of_way import CLASS_DRIVING, RightOfWay, base_priority, refuge_path
+from swarm_nav.route import REPLAN_PAUSE
+from swarm_nav.situation import Situation
+from tests.standins.navigation import RADIUS, Squad, beacon, config, hear, room, situation
+from tests.standins.protocol import Crowd, Schedule
+
+REACH = 2 * RADIUS
+HALL = room(8.0, 8.0)
+AISLE = room(8.0, 1.8)
+HIGH = base_priority(CLASS_DRIVING, 0, 2)
+
+
+def priority_of(record: np.void | None) -> int:
+    assert record is not None
+    return int(record["priority"][0]) << 32 | int(record["priority"][1])
+
+
+def path_of(s: Situation, *corners: tuple[float, float]) -> None:
+    """Give a robot a path through corners and let everybody know of it for long enough."""
+    pieces = [np.array(s.stop_point)[None, :]]
+    for corner in corners:
+        start = pieces[-1][-1]
+        count = round(math.dist(start, corner) / SPACING)
+        pieces.append(start + np.linspace(0.0, 1.0, count + 1)[1:, None] * (corner - start))
+    s.tube.adopt(np.vstack(pieces))
+    for tick in range(s.tick - 5, s.tick):
+        s.tube.publish(s.pose, tick)
+
+
+def taken(s: Situation, *others: np.void) -> int:
+    """Return how many points a robot is granted beside some others."""
+    claim = Claim(s)
+    claim.note_published(beacon(s.robot_id, s.pose.x, s.pose.y))
+    hear(s, *others)
+    before = s.tube.stop
+    claim.extend()
+    return s.tube.stop - before
+
+
+# 1 -------------------------------------------------------------------------------------------
+
+
+def test_priority_is_static_between_goals_and_compared_as_published() -> None:
+    pair = Squad(AISLE, [Pose(1.0, 0.9, 0.0), Pose(7.0, 0.9, math.pi)])
+    pair.send(0, Pose(7.0, 0.9, 0.0))
+    pair.send(1, Pose(1.0, 0.9, 0.0))
+    seen: list[set[int]] = [set(), set()]
+    while not (pair.ended(0) or pair.ended(1)) and pair.tick < 600:
+        pair.run(1)
+        for index, record in enumerate(pair.beacons):
+            assert priority_of(record) == pair.robots[index]._s.priority
+            assert record is not None
+            if not record["yields_for"]:
+                seen[index].add(priority_of(record))
+    # one before the goal counts, one while driving; waiting changes nothing
+    assert [len(priorities) <= 2 for priorities in seen] == [True, True]
+
+
+# 2 -------------------------------------------------------------------------------------------
+
+
+def test_equal_inherited_priorities_are_broken_by_the_id() -> None:
+    granted = []
+    for own_id, other_id in ((3, 9), (9, 3)):
+        s = situation(HALL, Pose(3.0, 4.0, 0.0), own_id)
+        s.priority = HIGH - 1
+        path_of(s, (5.0, 4.0))
+        contested = [(3.75 - 0.05 * k, 4.0) for k in range(4)]
+        granted.append(taken(s, beacon(other_id, 3.8, 4.0, wanted=contested, priority=HIGH - 1)))
+    assert granted[0] > granted[1]
+
+
+def test_equal_priorities_never_let_two_tubes_meet() -> None:
+    assert Crowd(Schedule(17, count=6, whims=0.05)).run().excess >= -0.0201
+
+
+# 3 -------------------------------------------------------------------------------------------
+
+
+def test_the_request_of_a_blocked_robot_does_not_block_who_makes_way() -> None:
+    s = situation(HALL, Pose(4.0, 4.0, 0.0))
+    s.yields_for = 2
+    path_of(s, (4.0, 5.0))
+    through_us = [(3.35 + 0.05 * k, 4.0) for k in range(7)]
+    pusher = beacon(2, 3.3, 4.0, wanted=through_us, priority=HIGH, blocked_by=1, blocked_ticks=9)
+    assert taken(s, pusher) == 7
+
+
+def test_a_robot_asks_for_nothing_while_its_blocker_makes_way() -> None:
+    s = situation(HALL, Pose(4.0, 4.0, 0.0))
+    path_of(s, (6.0, 4.0))
+    assert taken(s, beacon(7, 4.6, 4.0, yields_for=s.robot_id)) == 0
+    assert len(s.tube.publish(s.pose, s.tick)[1]) == 0
+    assert len(s.tube.requests) == 0
+
+
+# 4 -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("age", [4, 8, 16])
+def test_a_silent_robot_is_waited_for_however_little_it_may_have_moved(age: int) -> None:
+    s = situation(HALL, Pose(3.0, 4.0, 0.0))
+    path_of(s, (5.0, 4.0))
+    silent = beacon(7, 5.0, 4.0, tick=s.tick - age)
+    silent["heard"][0] = s.robot_id << 16 | (s.tick - age - 1)
+    s.hood.receive(np.array([silent]), 3.0, 4.0)
+    s.hood.refresh(s.tick)
+    Claim(s).extend()
+    assert s.tube.stop == (0 if age > 4 else s.tube.stop)
+    assert SPACING * s.tube.stop <= 2.0 - REACH
+
+
+@pytest.mark.parametrize("seed", [1, 5, 7, 9])
+def test_lossy_radio_never_lets_two_tubes_meet(seed: int) -> None:
+    assert Crowd(Schedule(seed, loss=0.5, ticks=400)).run().excess >= -0.0201
+
+
+# 5 -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("change", ["withdraw", "cut", "path", "priority"])
+def test_a_withdrawn_request_restarts_the_confirmation(change: str) -> None:
+    s = situation(HALL, Pose(3.0, 4.0, 0.0))
+    path_of(s, (5.0, 4.0))
+    match change:
+        case "withdraw":
+            s.tube.withdraw()
+            s.tube.publish(s.pose, s.tick)
+            s.tick += 1
+        case "cut":
+            s.tube.cut()
+        case "path":
+            s.tube.adopt(s.tube.points[s.tube.stop :] * (1.0, 1.0))
+        case "priority":
+            s.tube.forget_requests()
+    assert s.tube.span[2] == -1
+    assert taken(s) == 0
+
+
+# 6 -------------------------------------------------------------------------------------------
+
+
+def test_replanning_every_tick_is_never_granted_so_routes_pause_longer() -> None:
+    s = situation(HALL, Pose(3.0, 4.0, 0.0))
+    for _ in range(30):
+        s.tick += 1
+        path = np.column_stack((np.arange(3.0, 5.0, SPACING), np.full(40, 4.0)))
+        s.tube.adopt(path)
+        assert taken(s) == 0
+        s.tube.publish(s.pose, s.tick)
+    assert s.ticks(REPLAN_PAUSE) > s.config.traffic.confirmations + 2
+
+
+def test_a_blocked_robot_replans_no_faster_than_it_can_be_granted() -> None:
+    jam = Squad(room(6.0, 0.9), [Pose(1.0, 0.45, 0.0), Pose(3.0, 0.45, 0.0)])
+    jam.robots[1].deactivate()
+    jam.send(0, Pose(5.0, 0.45, 0.0))
+    jam.run(200)
+    assert jam.robots[0].status().replans <= 20.0 / REPLAN_PAUSE + 1
+
+
+# 7, 8 ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("angle", np.linspace(0.0, 2.0 * math.pi, 12, endpoint=False))
+@pytest.mark.parametrize("gap", [-0.012, -0.003, 0.0, 0.004, 0.02])
+def test_a_refuge_path_is_granted_even_where_it_grazes_the_pusher(angle: float, gap: float) -> None:
+    s = situation(HALL, Pose(4.03, 3.98, 0.0))
+    x = 4.03 - (REACH + gap) * math.cos(angle)
+    y = 3.98 - (REACH + gap) * math.sin(angle)
+    way = [(x + 0.1 * k * math.cos(angle), y + 0.1 * k * math.sin(angle)) for k in range(20)]
+    pusher = beacon(2, x, y, intent=way, wanted=way[1:4], priority=HIGH)
+    pusher["blocked_by"], pusher["blocked_ticks"] = s.robot_id, 9
+    leaves(s, pusher)
+
+
+@pytest.mark.parametrize("y", [0.30, 0.34, 0.42, 0.6, 0.9])
+def test_along_a_wall_a_refuge_is_found_and_granted(y: float) -> None:
+    s = situation(AISLE, Pose(4.0, y, 0.0))
+    way = [(3.35 + 0.1 * k, y) for k in range(20)]
+    pusher = beacon(2, 3.35, y, intent=way, wanted=way[1:4], priority=HIGH)
+    pusher["blocked_by"], pusher["blocked_ticks"] = s.robot_id, 9
+    leaves(s, pusher)
+
+
+def leaves(s: Situation, pusher: np.void) -> None:
+    """Push a robot; fail unless it finds a way and is granted a part once the pusher waits."""
+    hear(s, pusher)
+    RightOfWay().update(s)
+    assert not s.is_stuck
+    assert len(s.tube.points) > 3
+    for tick in range(s.tick - 5, s.tick):
+        s.tube.publish(s.pose, tick)
+    pusher["wanted_size"] = 0  # it saw that it is made way for
+    assert taken(s, pusher) >= 3
+
+
+# 9 -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("corner", [0.6, 1.2, 2.0, 2.8, math.pi])
+def test_a_cusp_is_tracked_within_the_margin_and_left_soon(corner: float) -> None:
+    one = Squad(HALL, [Pose(2.0, 4.0, 0.0)])
+    tip = np.array((4.0, 4.0))
+    back = tip + 1.5 * np.array((math.cos(corner), math.sin(corner)))
+    path = np.vstack((np.linspace((2.0, 4.0), tip, 41), np.linspace(tip, back, 31)[1:]))
+    one.run(20)
+    one.send(0, kind=GoalKind.FOLLOW_PATH, path_map=path)
+    worst = 0.0
+    while not one.ended(0) and one.tick < 400:
+        one.run(1)
+        here = one.bodies[0].pose
+        worst = max(worst, float(np.hypot(*(path - (here.x, here.y)).T).min()))
+    assert one.ended(0)[0].outcome is Outcome.SUCCEEDED
+    assert worst < 0.047 + SPACING / 2
+
+
+def test_a_claim_that_is_not_driven_is_dropped_whatever_the_robot_does() -> None:
+    s = situation(HALL, Pose(2.0, 4.0, 0.0))
+    path_of(s, (5.0, 4.0))
+    s.tube.stop = 7
+    claim = Claim(s)
+    dropped = False
+    for _ in range(s.ticks(WATCHDOG_TIME) + 2):
+        s.tick += 1
+        s.twist = Twist(0.0, 0.0, 1.5)  # turns on the spot
+        dropped = dropped or claim.drop_if_unused()
+    assert dropped
+    assert len(s.tube.points) == 1
+
+
+# 10 ------------------------------------------------------------------------------------------
+
+
+def test_who_is_blocked_by_a_robot_without_a_refuge_steps_back() -> None:
+    s = situation(AISLE, Pose(4.0, 0.9, 0.0))
+    right = RightOfWay()
+    s.blocked_by, s.blocked_ticks = 7, 30
+    hear(s, beacon(7, 4.6, 0.9, flags=FLAG_STUCK | FLAG_ACTIVE))
+    assert right.update(s)
+    assert right.is_retreating
+    assert math.dist(s.tube.points[-1], (4.0, 0.9)) > 0.9
+
+
+def test_a_robot_at_the_end_of_a_blind_alley_gets_out() -> None:
+    alley = room(7.0, 4.0, (3.0, 0.0, 7.0, 1.55), (3.0, 2.45, 7.0, 4.0))
+    pair = Squad(alley, [Pose(6.4, 2.0, 0.0), Pose(4.0, 2.0, 0.0)])
+    pair.send(0, Pose(1.0, 1.0, 0.0))
+    pair.send(1, Pose(6.4, 2.0, 0.0))
+    pair.run_until(lambda: bool(pair.ended(0) and pair.ended(1)), 3000)
+    assert [pair.ended(k)[0].outcome for k in (0, 1)] == [Outcome.SUCCEEDED] * 2
+
+
+# 13 ------------------------------------------------------------------------------------------
+
+
+def test_two_streams_pass_in_a_corridor_two_robots_wide() -> None:
+    rows = [Pose(0.8 + 0.9 * k, 0.55, 0.0) for k in range(3)]
+    rows += [Pose(9.2 - 0.9 * k, 1.25, math.pi) for k in range(3)]
+    swarm = Squad(room(10.0, 1.8), rows, config(holding__request_distance=0.1))
+    for index in range(6):
+        swarm.send(index, rows[(index + 3) % 6])
+    swarm.run_until(lambda: all(swarm.ended(k) for k in range(6)), 2500)
+    assert all(swarm.ended(k)[0].outcome is Outcome.SUCCEEDED for k in range(6))
+
+
+# met on the way ------------------------------------------------------------------------------
+
+
+def test_a_request_ends_only_where_who_makes_way_would_be_denied_with_its_slack() -> None:
+    """Two yielding robots were granted the space beyond a point that only one held impassable."""
+    held = np.array(((0.0, 0.0),), np.float32)
+    wanted = np.array([(0.05 * k, REACH - 0.01) for k in range(-3, 4)], np.float32)
+    end = np.array((-0.2, REACH - 0.01), np.float32)
+    for slack, points in ((0.02, 7), (0.0, 0)):
+        size = tube_kernels.grantable_prefix(wanted, 7, end, held, 1, REACH, slack)
+        assert (size == 7) == (points == 7)
+
+
+def test_a_robot_too_near_that_may_grow_away_is_reckoned_with() -> None:
+    held = np.array(((0.0, 0.0),), np.float32)
+    wanted = np.array([(0.5 + 0.05 * k, 0.0) for k in range(1, 8)], np.float32)
+    end = np.array((0.5, 0.0), np.float32)
+    assert tube_kernels.grantable_prefix(wanted, 7, end, held, 1, REACH, 0.02) == 7
+
+
+@pytest.mark.parametrize("seed", [0, 14])
+def test_a_mute_robot_that_drives_on_is_noticed_by_itself(seed: int) -> None:
+    """Its neighbours took it for dead where it was last heard, and drove into its space."""
+    assert Crowd(Schedule(seed, mute=2, loss=0.2, ticks=400)).run().excess >= -0.0201
+
+
+def test_a_robot_that_nobody_acknowledges_stands_and_says_so() -> None:
+    pair = Squad(HALL, [Pose(2.0, 4.0, 0.0), Pose(3.0, 5.0, 0.0)])
+    pair.run(20)
+    pair.send(0, Pose(6.0, 4.0, 0.0))
+    pair.run(40)
+    assert pair.bodies[0].twist.vx > 0.1
+    listener = beacon(9, 4.5, 4.8)  # says that it hears nobody
+    for tick in range(pair.tick, pair.tick + 30):
+        listener["tick"] = tick - 1
+        hood = pair.robots[0]._s.hood
+        here = pair.bodies[0].pose
+        hood.receive(np.array([listener]), here.x, here.y)
+        pair.run(1)
+    assert pair.bodies[0].twist.vx == 0.0
+    assert pair.robots[0].status().detail == "stands: Srobot9 does not hear it"
+
+
+def test_a_robot_that_died_after_lost_beacons_is_where_it_is_thought_to_be() -> None:
+    """Twenty beacons may be lost before a death; the place must cover them."""
+    for seed in (3, 8):
+        outcome = Crowd(Schedule(seed, loss=0.8, deaths=0.003, deafness=0.003)).run()
+        assert outcome.excess >= -0.0201
+
+
+def test_a_beacon_that_was_overtaken_does_not_bring_back_the_past() -> None:
+    s = situation(HALL, Pose(3.0, 4.0, 0.0))
+    hear(s, beacon(7, 5.0, 4.0), tick=90)
+    hear(s, beacon(7, 4.0, 4.0), tick=80)
+    assert s.hood.beacons[0]["pose"][0] == 5.0
+
+
+def test_refuge_search_is_deterministic() -> None:
+    paths = []
+    for _ in range(2):
+        s = situation(HALL, Pose(4.0, 4.0, 0.0))
+        hear(s, beacon(2, 3.3, 4.0, intent=[(3.3 + 0.1 * k, 4.0) for k in range(20)]))
+        paths.append(refuge_path(s, 0, HIGH - 1))
+    assert paths[0] is not None
+    assert np.array_equal(paths[0], paths[1])
