@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 from swarm_common.records import CONTROL_PERIOD, Odometry, Pose, RobotSpec, Twist, wrap_angle
 
 FloatArray = NDArray[np.float64]
+_STOP = (0.0, 0.0)
 COMMAND_TIMEOUT = 0.5  # [s] of simulated time after which a robot without a command stops
 
 
@@ -31,17 +31,13 @@ class CommandBuffer:
             commands: One per robot; None from a robot that sent none. A command that is not
                 finite means stop.
         """
-        for index, command in enumerate(commands):
-            if command is None:
-                self._ages[index] += 1
-                if self._ages[index] >= self._max_age:
-                    self._targets[index] = 0.0
-                continue
-            self._ages[index] = 0
-            if not (math.isfinite(command.vx) and math.isfinite(command.wz)):
-                self._targets[index] = 0.0
-                continue
-            self._targets[index] = command.vx, command.wz
+        speeds = [_STOP if c is None else (c.vx, c.wz) for c in commands]
+        is_silent = np.array([command is None for command in commands], np.bool_)
+        self._ages = np.where(is_silent, self._ages + 1, 0)
+        is_held = is_silent & (self._ages < self._max_age)
+        commanded = np.array(speeds).reshape(-1, 2)
+        commanded[~np.isfinite(commanded).all(axis=1)] = 0.0
+        self._targets[~is_held] = commanded[~is_held]
         np.clip(self._targets, -self._limits, self._limits, out=self._targets)
         return self._targets
 
@@ -71,9 +67,9 @@ class Odometer:
         self._travels[:] = travels
         self._yaws[:] = yaws
 
-    def reading(self, robot: int, tick: int, twist: FloatArray) -> Odometry:
-        """Return a robot's odometry; `twist` is (2,): vx, wz."""
-        x, y, yaw = (float(value) for value in self._poses[robot])
-        return Odometry(
-            tick, Pose(x, y, wrap_angle(yaw)), Twist(float(twist[0]), 0.0, float(twist[1]))
-        )
+    def readings(self, tick: int, twists: FloatArray) -> list[Odometry]:
+        """Return the odometry of all robots; `twists` is (n, 2): vx, wz."""
+        return [
+            Odometry(tick, Pose(x, y, wrap_angle(yaw)), Twist(vx, 0.0, wz))
+            for (x, y, yaw), (vx, wz) in zip(self._poses.tolist(), twists.tolist(), strict=True)
+        ]

@@ -12,7 +12,7 @@ import numpy as np
 
 from swarm_common.records import CONTROL_PERIOD, Pose, RobotSpec
 from swarm_sim.engine import NEAR, NEAR_MISS, Approach, FloatArray, Touch
-from swarm_sim.planar_kernels import clearances, move
+from swarm_sim.planar_kernels import clearances, move, move_on
 from swarm_sim.section import Section
 from swarm_sim.walkers import Walkers
 
@@ -74,19 +74,14 @@ class PlanarEngine:
         self._walker_touches[:] = -1
         self._walkers.begin()
         paths = np.zeros((len(self._state), 2))
-        touched = False
-        for step in range(self._steps):
-            touched |= move(
-                self._state,
-                targets,
-                self._limits,
-                self._hulls,
-                self._obstacles,
-                (self._robot_touches, self._wall_touches, self._walker_touches, paths),
-                self._period,
-                step,
-            )
-            if len(self._walkers):
+        notes = (self._robot_touches, self._wall_touches, self._walker_touches, paths)
+        robots = (self._state, targets, self._limits, self._hulls, self._obstacles, notes)
+        if len(self._walkers) == 0:
+            touched = move_on(*robots, self._period, self._steps)
+        else:
+            touched = False
+            for step in range(self._steps):
+                touched |= move(*robots, self._period, step)
                 touched |= self._walkers.step(
                     self.poses, self._state[:, 3], self._hulls, self._period, step
                 )

@@ -123,6 +123,25 @@ def move(
 
 
 @numba.njit(cache=True)
+def move_on(
+    state: FloatArray,
+    targets: FloatArray,
+    limits: FloatArray,
+    hulls: FloatArray,
+    walls: tuple[FloatArray, FloatArray, FloatArray],
+    touches: tuple[IntArray, IntArray, IntArray, FloatArray],
+    period: float,
+    steps: int,
+) -> bool:
+    """Advance all robots by a number of physics steps from 0 on; see `move`."""
+    any_touch = False
+    for step in range(steps):
+        if move(state, targets, limits, hulls, walls, touches, period, step):
+            any_touch = True
+    return any_touch
+
+
+@numba.njit(cache=True)
 def clearances(
     state: FloatArray,
     limits: FloatArray,

@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.beacon import BEACON_DTYPE, BEACON_SIZE, BeaconArray
+from swarm_common.beacon import BEACON_DTYPE, BEACON_WORDS, BeaconArray
 from swarm_common.errors import ConfigError
 from swarm_common.records import CONTROL_PERIOD
-from swarm_sim.randomness import hash_words, uniform
+from swarm_sim import radio_kernels
 
 FloatArray = NDArray[np.float64]
 
@@ -55,10 +55,8 @@ class Radio:
         self._count = count
         self._seed = seed
         delay_ticks = math.ceil(config.delay / CONTROL_PERIOD - 1e-9)
-        silence = (np.zeros((0, BEACON_SIZE), np.uint8), np.zeros((count, 0), np.bool_))
-        self._under_way: deque[tuple[NDArray[np.uint8], NDArray[np.bool_]]] = deque(
-            [silence] * (delay_ticks + 1)
-        )
+        silence = _Wave(np.zeros((0, BEACON_WORDS), np.uint32), np.zeros((count, 0), np.bool_), 0)
+        self._under_way: deque[_Wave] = deque([silence] * (delay_ticks + 1))
 
     def send(self, tick: int, beacons: Sequence[np.void | None], positions: FloatArray) -> None:
         """Take the beacons that robots send at a tick; ends the tick.
@@ -71,21 +69,38 @@ class Radio:
         senders = np.array([i for i, b in enumerate(beacons) if b is not None], np.int64)
         joined = b"".join([b.tobytes() for b in beacons if b is not None])
         order = np.argsort(np.frombuffer(joined, BEACON_DTYPE)["id"], kind="stable")
-        # As plain bytes: numpy copies records of many members member by member.
-        sent = np.frombuffer(joined, np.uint8).reshape(len(senders), BEACON_SIZE)[order]
-        senders = senders[order]
-        gap = positions[:, None, :] - positions[None, senders, :]
-        heard = np.hypot(gap[..., 0], gap[..., 1]) <= self._config.range
-        heard[senders, np.arange(len(senders))] = False
-        if self._config.loss > 0.0:
-            receivers = np.arange(self._count)[:, None]
-            words = hash_words(self._seed, tick, senders[None, :], receivers)
-            heard &= uniform(words) >= self._config.loss
+        # As plain words: numpy copies records of many members member by member.
+        sent = np.frombuffer(joined, np.uint32).reshape(len(senders), BEACON_WORDS)[order]
+        heard = np.empty((self._count, len(senders)), np.bool_)
+        config = self._config
+        count = radio_kernels.listen(
+            positions, senders[order], config.range, config.loss, self._seed, tick, heard
+        )
         self._under_way.popleft()
-        self._under_way.append((sent, heard))
+        self._under_way.append(_Wave(sent, heard, count))
 
     def heard(self, receiver: int) -> BeaconArray:
         """Return the beacons that reach a robot at the present tick, ordered by id."""
-        sent, heard = self._under_way[0]
-        received: BeaconArray = sent[heard[receiver]].reshape(-1).view(BEACON_DTYPE)
-        return received
+        return self._under_way[0].batch(receiver)
+
+
+class _Wave:
+    """What was sent at one tick, and who hears it."""
+
+    def __init__(self, sent: NDArray[np.uint32], heard: NDArray[np.bool_], count: int) -> None:
+        """Keep beacons as words (s, words), (n, s) who hears which, and the number of messages."""
+        self._sent = sent
+        self._heard = heard
+        self._count = count
+        self._starts: list[int] = []
+        self._delivered: BeaconArray = np.zeros(0, BEACON_DTYPE)
+
+    def batch(self, receiver: int) -> BeaconArray:
+        """Return what one robot hears; all are copied out at the first call."""
+        if not self._starts:
+            starts = np.empty(len(self._heard) + 1, np.int64)
+            out = np.empty((self._count, BEACON_WORDS), np.uint32)
+            radio_kernels.deliver(self._sent, self._heard, starts, out)
+            self._starts = starts.tolist()
+            self._delivered = out.view(BEACON_DTYPE).reshape(-1)
+        return self._delivered[self._starts[receiver] : self._starts[receiver + 1]]

@@ -144,13 +144,9 @@ class World:
         scans: dict[int, Scan] = {}
         if self._lidars is not None:
             scans = self._lidars.due(self._tick, self._engine.poses, self._walkers.discs)
+        readings = self._odometer.readings(self._tick, self._engine.twists)
         return [
-            Observation(
-                self._odometer.reading(i, self._tick, self._engine.twists[i]),
-                scans.get(i),
-                self._radio.heard(i),
-            )
-            for i in range(len(self.specs))
+            Observation(odom, scans.get(i), self._radio.heard(i)) for i, odom in enumerate(readings)
         ]
 
     def step(

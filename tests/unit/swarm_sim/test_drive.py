@@ -40,7 +40,7 @@ def test_odometry_of_an_arc_is_exact(turn: float) -> None:
     odometer = Odometer(1)
     for tick in range(1, 101):
         odometer.update(np.array([0.026 * tick]), np.array([0.1 * turn * tick]))
-    reading = odometer.reading(0, 100, np.array([0.26, turn]))
+    (reading,) = odometer.readings(100, np.array([[0.26, turn]]))
     if turn == 0.0:
         expected = (2.6, 0.0)
     else:

@@ -1,0 +1,85 @@
+"""Numba kernels of the radio: who hears whom, and each receiver's batch."""
+
+from __future__ import annotations
+
+import math
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@numba.njit(cache=True)
+def mixed(word: np.uint64, part: np.uint64) -> np.uint64:
+    """Return the word with one more coordinate in it, as `randomness.hash_words` chains them."""
+    word += np.uint64(0x9E3779B97F4A7C15) + part
+    word = (word ^ (word >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    word = (word ^ (word >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return word ^ (word >> np.uint64(31))
+
+
+@numba.njit(cache=True)
+def listen(
+    positions: FloatArray,
+    senders: IntArray,
+    reach: float,
+    loss: float,
+    seed: int,
+    tick: int,
+    heard: NDArray[np.bool_],
+) -> int:
+    """Write which receiver (row) hears which sender (column); return how many messages arrive.
+
+    Args:
+        positions: True positions (n, 2) of all robots.
+        senders: (s,) indices of the robots that send.
+        reach: [m]
+        loss: Share of the messages that are lost.
+        seed: Of the losses.
+        tick: At which they are sent.
+        heard: (n, s)
+    """
+    head = mixed(mixed(np.uint64(0), np.uint64(seed)), np.uint64(tick))
+    count = 0
+    for column in range(senders.shape[0]):
+        sender = senders[column]
+        word = mixed(head, np.uint64(sender))
+        for receiver in range(positions.shape[0]):
+            dx = positions[receiver, 0] - positions[sender, 0]
+            dy = positions[receiver, 1] - positions[sender, 1]
+            arrives = receiver != sender and math.hypot(dx, dy) <= reach
+            if arrives and loss > 0.0:
+                drawn = mixed(word, np.uint64(receiver)) >> np.uint64(11)
+                arrives = float(drawn) * 2.0**-53 >= loss
+            heard[receiver, column] = arrives
+            count += arrives
+    return count
+
+
+@numba.njit(cache=True)
+def deliver(
+    sent: NDArray[np.uint32],
+    heard: NDArray[np.bool_],
+    starts: IntArray,
+    out: NDArray[np.uint32],
+) -> None:
+    """Copy the beacons that each receiver hears, one receiver after the other.
+
+    Args:
+        sent: Beacons as words (s, words).
+        heard: (n, s) who hears which.
+        starts: (n + 1,) receives the first row of each one's batch.
+        out: (messages, words)
+    """
+    row = 0
+    for receiver in range(heard.shape[0]):
+        starts[receiver] = row
+        for column in range(heard.shape[1]):
+            if heard[receiver, column]:
+                for word in range(sent.shape[1]):
+                    out[row, word] = sent[column, word]
+                row += 1
+    starts[heard.shape[0]] = row
