@@ -42,17 +42,31 @@ def hall_scene(width: float, height: float, boxes: tuple[Rectangle, ...]) -> Sce
 
 @dataclass
 class Trial:
-    """One random situation: a hall with a box in it, robots, two goals for each.
+    """One random situation: a hall with a box and pillars, robots, two goals for each.
 
     Attributes:
         seed: Of the situation and of the losses.
         loss: Share of the beacons that are lost.
+        delay: [s] that beacons are late.
         death: Tick from which the first robot does and says nothing more.
+        restart: Tick at which a new navigator, which knows nothing, drives the first robot.
+        deaf: Ticks in which the first robot gets no batch.
+        mute: Tick from which nobody hears the first robot.
+        numb: Tick from which the first robot hears nobody, without knowing why.
+        pillars: Number of pillars 0.2 m wide.
+        with_lidar: Whether robots see.
     """
 
     seed: int
     loss: float = 0.0
     death: int | None = None
+    delay: float = 0.0
+    restart: int = -1
+    deaf: range = range(0)
+    mute: int | None = None
+    numb: int | None = None
+    pillars: int = 0
+    with_lidar: bool = False
     count: int = field(init=False)
 
     def __post_init__(self) -> None:
@@ -65,6 +79,9 @@ class Trial:
             middle = np.array(self.size) / 2
             low, high = np.round(middle - half, 1), np.round(middle + half, 1)
             self.boxes = ((*low.tolist(), *high.tolist()),)
+        for _ in range(self.pillars):
+            x, y = np.round(rng.uniform((1.2, 1.2), np.array(self.size) - 1.4), 1).tolist()
+            self.boxes = (*self.boxes, (x, y, x + 0.2, y + 0.2))
         self.starts = self._places(rng)
         self.goals = [self._places(rng) for _ in range(2)]
 
@@ -99,26 +116,35 @@ class Report:
 def run(trial: Trial, parameters: NavConfig | None = None, limit: int = 2500) -> Report:
     """Let each robot drive to its two goals."""
     spec = waffle()
-    radio = RadioConfig(loss=trial.loss)
+    radio = RadioConfig(loss=trial.loss, delay=trial.delay)
+    config = (parameters or NavConfig()) if trial.with_lidar else without_lidar(parameters)
     world = World(
         hall_scene(*trial.size, trial.boxes), [spec] * trial.count, trial.starts,
-        WorldConfig(engine="planar", with_lidar=False, radio=radio), trial.seed,
+        WorldConfig(engine="planar", with_lidar=trial.with_lidar, radio=radio), trial.seed,
     )  # fmt: skip
     robots = [
-        Navigator(without_lidar(parameters), spec, trial.grid(), Sites(), i + 1, start)
+        Navigator(config, spec, trial.grid(), Sites(), i + 1, start)
         for i, start in enumerate(trial.starts)
     ]
     reached = [0] * trial.count
     gap = math.inf
     send(robots, trial, reached, range(trial.count))
     while world.tick < limit and not is_done(trial, reached, world):
+        if world.tick == trial.restart:
+            here = world.ground_truth()[0][0]
+            robots[0] = Navigator(config, spec, trial.grid(), Sites(), 1, here)
+            send(robots, trial, reached, [0])
         outputs: list[Output | None] = []
         for index, (robot, seen) in enumerate(zip(robots, world.observe(), strict=True)):
             if is_dead(trial, index, world.tick):
                 outputs.append(None)
                 continue
             robot.on_odom(seen.odom)
-            robot.on_neighbors(seen.neighbors)
+            if index > 0 or world.tick not in trial.deaf:
+                is_numb = index == 0 and has_begun(trial.numb, world.tick)
+                robot.on_neighbors(seen.neighbors[:0] if is_numb else seen.neighbors)
+            if seen.scan is not None:
+                robot.on_scan(seen.scan)
             outputs.append(robot.tick(world.tick))
         for index, output in enumerate(outputs):
             for event in output.events if output is not None else ():
@@ -126,15 +152,23 @@ def run(trial: Trial, parameters: NavConfig | None = None, limit: int = 2500) ->
                     reached[index] += event.outcome is Outcome.SUCCEEDED
                     send(robots, trial, reached, [index])
         gap = min(gap, smallest_gap([output.beacon for output in outputs if output is not None]))
-        world.step([o and o.twist for o in outputs], [o.beacon if o else None for o in outputs])
+        beacons = [o.beacon if o else None for o in outputs]
+        if has_begun(trial.mute, world.tick):
+            beacons[0] = None
+        world.step([o and o.twist for o in outputs], beacons)
     verdict = world.verdict
     contacts = verdict.robot_robot + verdict.robot_world
     return Report(is_done(trial, reached, world), contacts, gap, world.tick)
 
 
+def has_begun(since: int | None, tick: int) -> bool:
+    """Whether something that begins at a tick, if ever, has begun."""
+    return since is not None and tick >= since
+
+
 def is_dead(trial: Trial, index: int, tick: int) -> bool:
     """Whether a robot has stopped to do anything."""
-    return index == 0 and trial.death is not None and tick >= trial.death
+    return index == 0 and has_begun(trial.death, tick)
 
 
 def is_done(trial: Trial, reached: list[int], world: World) -> bool:
