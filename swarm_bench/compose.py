@@ -16,7 +16,7 @@ from swarm_commander.fairness import fairness
 from swarm_commander.itinerary import Itinerary
 from swarm_common.records import CONTROL_PERIOD
 from swarm_nav.goals import Status
-from swarm_sim.verdict import RobotVerdict
+from swarm_sim.verdict import RobotVerdict, Verdict
 from swarm_sim.world import World
 
 COUNTERS = ("pushes", "retreats", "deadlocks_resolved", "replans")
@@ -43,53 +43,82 @@ def compose_result(
     verdict = stage.world.verdict
     alive = [index for index in range(len(stage.drivers)) if index not in dead]
     statuses = [stage.drivers[index].status() for index in alive]
-    names = [stage.world.names[index] for index in alive]
     robots = {
-        name: _robot(stage.itineraries[index], verdict.robots[name], status)
-        for index, name, status in zip(alive, names, statuses, strict=True)
+        stage.world.names[index]: _robot(
+            stage.itineraries[index], verdict.robots[stage.world.names[index]], status
+        )
+        for index, status in zip(alive, statuses, strict=True)
     }
     reached = [o for i in alive for o in stage.itineraries[i].outcomes if o.reached]
     sent = sum(stage.itineraries[index].total for index in alive)
     last = max((outcome.tick for outcome in reached), default=0) * CONTROL_PERIOD
-    waits = [robot.hold_time + robot.wait_time for robot in robots.values()]
-    served = fairness([outcome.duration for outcome in reached])
-    times = np.asarray(durations, np.float64) * 1e6
     return RunResult(
-        scenario=options.scenario.name,
-        method=options.method,
-        robots=options.robots,
-        seed=options.seed,
-        engine=options.engine,
-        conditions=conditions(options),
+        **identity(options),
         goals_sent=sent,
         goals_reached=len(reached),
         goals_failed=sent - len(reached),
-        robot_robot=verdict.robot_robot,
-        robot_world=verdict.robot_world,
-        first_collision=_first_collision(stage.world),
         first_miss=_first_miss(stage, alive),
-        near_misses=verdict.near_misses,
-        min_clearance=finite(verdict.min_clearance),
-        min_held_gap=finite(invariant.gap),
-        min_held_slack=finite(invariant.slack),
         makespan=last if len(reached) == sent else None,
         throughput_per_minute=60.0 * len(reached) / last if last else 0.0,
-        sim_time=verdict.sim_time,
-        hold_time=sum(robot.hold_time for robot in robots.values()),
-        wait_time=sum(robot.wait_time for robot in robots.values()),
-        wait_median=statistics.median(waits) if waits else 0.0,
-        wait_worst=max(waits, default=0.0),
-        goal_median=served.median,
-        goal_worst=served.worst,
-        fairness=served.ratio,
-        recoveries=sum(status.number_of_recoveries for status in statuses),
+        min_held_gap=finite(invariant.gap),
+        min_held_slack=finite(invariant.slack),
         wall_time=wall_time,
-        tick_us_median=float(np.median(times)) if len(times) else None,
-        tick_us_p99=float(np.percentile(times, 99)) if len(times) else None,
-        trajectory_sha256=verdict.trajectory_sha256,
         per_robot=robots,
+        recoveries=sum(status.number_of_recoveries for status in statuses),
         **{name: sum(getattr(status, name) for status in statuses) for name in COUNTERS},
+        **_truth(stage.world, verdict),
+        **_service(list(robots.values()), [outcome.duration for outcome in reached]),
+        **_pace(durations),
     )
+
+
+def identity(options: RunOptions) -> dict[str, Any]:
+    """Return the fields that say which run it was."""
+    return {
+        "scenario": options.scenario.name,
+        "method": options.method,
+        "robots": options.robots,
+        "seed": options.seed,
+        "engine": options.engine,
+        "conditions": conditions(options),
+    }
+
+
+def _truth(world: World, verdict: Verdict) -> dict[str, Any]:
+    """Return what the world says."""
+    return {
+        "robot_robot": verdict.robot_robot,
+        "robot_world": verdict.robot_world,
+        "first_collision": _first_collision(world),
+        "near_misses": verdict.near_misses,
+        "min_clearance": finite(verdict.min_clearance),
+        "sim_time": verdict.sim_time,
+        "trajectory_sha256": verdict.trajectory_sha256,
+    }
+
+
+def _service(robots: Sequence[RobotResult], goal_times: Sequence[float]) -> dict[str, Any]:
+    """Return how long robots waited and goals took [s]."""
+    waits = [robot.hold_time + robot.wait_time for robot in robots]
+    served = fairness(goal_times)
+    return {
+        "hold_time": sum(robot.hold_time for robot in robots),
+        "wait_time": sum(robot.wait_time for robot in robots),
+        "wait_median": statistics.median(waits) if waits else None,
+        "wait_worst": max(waits, default=0.0),
+        "goal_median": served.median,
+        "goal_worst": served.worst,
+        "fairness": served.ratio,
+    }
+
+
+def _pace(durations: Sequence[float]) -> dict[str, Any]:
+    """Return how long [µs] a brain's tick took."""
+    times = np.asarray(durations, np.float64) * 1e6
+    if not len(times):
+        return {"tick_us_median": None, "tick_us_p99": None}
+    median, p99 = np.percentile(times, (50, 99))
+    return {"tick_us_median": float(median), "tick_us_p99": float(p99)}
 
 
 def conditions(options: RunOptions) -> dict[str, Any]:

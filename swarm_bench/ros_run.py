@@ -12,7 +12,7 @@ from typing import Any
 
 import yaml
 
-from swarm_bench.compose import COUNTERS, conditions
+from swarm_bench.compose import COUNTERS, identity
 from swarm_bench.result import RobotResult, RunResult
 from swarm_bench.stage import RunOptions
 from swarm_commander.breach import Crash, Miss, Unfinished
@@ -119,18 +119,14 @@ def result_of_report(options: RunOptions, report: Mapping[str, Any]) -> RunResul
     goals, collisions = report["goals"], report["collisions"]
     total = goals["reached"] + goals["failed"] + goals["pending"]
     is_complete = goals["reached"] == total
+    counters: dict[str, Any] = {name: report.get(name) for name in COUNTERS}
     robots = {name: _robot(item) for name, item in report["robots"].items()}
     waits = sorted(robot.hold_time + robot.wait_time for robot in robots.values())
     crashes = report["breaches"]["collisions"]
     misses = report["breaches"]["missed_goals"]
     unfinished = report["breaches"]["unfinished_goals"]
     return RunResult(
-        scenario=options.scenario.name,
-        method=options.method,
-        robots=options.robots,
-        seed=options.seed,
-        engine=ENGINE,
-        conditions=conditions(options),
+        **(identity(options) | {"engine": ENGINE}),
         goals_sent=total,
         goals_reached=goals["reached"],
         goals_failed=total - goals["reached"],
@@ -158,7 +154,7 @@ def result_of_report(options: RunOptions, report: Mapping[str, Any]) -> RunResul
         tick_us_p99=None,
         trajectory_sha256=report["trajectory_sha256"] or "",
         per_robot=robots,
-        **{name: report.get(name) for name in COUNTERS},
+        **counters,
     )
 
 

@@ -89,7 +89,9 @@ def select(
         raise UnknownNameError("method", method, METHODS)
     if engine not in ENGINES:
         raise UnknownNameError("engine", engine, ENGINES)
-    parameters = parse_parameters(list(settings))
+    common: dict[str, Any] = {
+        "method": method, "engine": engine, "parameters": parse_parameters(list(settings)),
+    }  # fmt: skip
     changes: dict[str, Any] = {
         key: value
         for key, value in {"loss": loss, "delay": delay, "with_lidar": lidar}.items()
@@ -97,14 +99,7 @@ def select(
     }
     scenarios = [dataclasses.replace(item, **changes) for item in _scenarios(names)]
     return [
-        RunOptions(
-            scenario=scenario,
-            robots=size,
-            seed=seed,
-            method=method,
-            engine=engine,
-            parameters=parameters,
-        )
+        RunOptions(scenario=scenario, robots=size, seed=seed, **common)
         for scenario in scenarios
         for size in (sizes or scenario.robots)
         for seed in (range(scenario.seeds_of(size)) if seeds is None else seeds)

@@ -138,12 +138,10 @@ def _cast(options: RunOptions) -> tuple[Scene, Mission, list[Pose], list[RobotSp
 
 def nav_config(options: RunOptions, spec: RobotSpec) -> NavConfig:
     """Return the parameters of a navigator, as `swarm-up` would write them."""
-    delay = float(options.scenario.delay)
     values = {
         **_defaults(),
         **limits_of(spec),
         **({} if options.scenario.with_lidar else {"costmap.scan_timeout": 0.0}),
-        **({"traffic.radio_delay": delay} if "traffic.radio_delay" in _defaults() else {}),
         **options.parameters,
     }
     return config_from_parameters(values, where="--set")
