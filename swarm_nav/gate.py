@@ -142,5 +142,5 @@ class Gate:
             config.traffic.radio_range,
         )
         waited = (situation.tick - self.asked_tick) * CONTROL_PERIOD
-        share = config.holding.gate_density * cells * lattice.step**2
+        share = config.holding.gate_density * int(cells) * lattice.step**2
         return max(1.0, share) + math.floor(waited / config.holding.gate_patience)

@@ -77,11 +77,8 @@ class Lease:
 
     def _highest_waiting(self, situation: Situation) -> int:
         assert self.station is not None
-        hood = situation.hood
-        other = hood.beacons["station"].astype(np.float64)
-        near = np.hypot(other[:, 0] - self.station[0], other[:, 1] - self.station[1])
-        waits = (near < SAME_STATION) & (hood.beacons["station_tick"] > 0) & ~hood.gone
-        return above(int(hood.priorities[waits].max())) if waits.any() else 0
+        highest = situation.hood.highest_waiting(self.station, SAME_STATION)
+        return above(highest) if highest else 0
 
     def is_turn(self, config: HoldingConfig) -> bool:
         """Whether the robot may drive the last metres."""

@@ -153,6 +153,14 @@ class Neighborhood:
             )
         )
 
+    def highest_waiting(self, station: tuple[float, float], same: float) -> int:
+        """Return the highest priority of who asked for a station within `same` [m], 0 if none."""
+        return int(
+            kernels.highest_waiting(
+                self._words, self._floats, self.gone, self.priorities, station, same
+            )
+        )
+
     def tubes(self, row: int) -> NDArray[np.float32]:
         """Return the held points (n, 2) of one robot, with what it requested if it is gone."""
         beacon = self.beacons[row]

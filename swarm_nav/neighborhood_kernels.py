@@ -196,3 +196,17 @@ def earlier_requests(words, floats, gone, station, tick, own_id, same):
         if math.hypot(dx, dy) < same:
             count += 1
     return count
+
+
+@njit(cache=True)
+def highest_waiting(words, floats, gone, priorities, station, same):
+    """Highest priority of the robots that asked for a station within `same` [m], 0 if none."""
+    highest = 0
+    for row in range(gone.shape[0]):
+        if words[row, STATION_TICK] == 0 or gone[row]:
+            continue
+        dx = floats[row, STATION] - station[0]
+        dy = floats[row, STATION + 1] - station[1]
+        if math.hypot(dx, dy) < same:
+            highest = max(highest, priorities[row])
+    return highest

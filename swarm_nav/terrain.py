@@ -151,7 +151,10 @@ class Terrain:
         lattice = self.lattice
         row, column = divmod(node, lattice.base.shape[1])
         reach = round(APPROACH_RADIUS / lattice.step)
-        box = np.s_[max(0, row - reach) : row + reach + 1, max(0, column - reach) : column + reach + 1]
+        box = (
+            slice(max(0, row - reach), row + reach + 1),
+            slice(max(0, column - reach), column + reach + 1),
+        )
         lane, heading = lattice.lane[box].copy(), lattice.heading[box].copy()
         try:
             yaw = sector * SECTOR_ANGLE

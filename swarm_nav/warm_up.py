@@ -9,12 +9,14 @@ import numpy as np
 from swarm_common.grid import OCCUPIED, Grid
 from swarm_common.records import LidarSpec, Odometry, Pose, RobotSpec, Scan, Twist
 from swarm_common.sites import Sites
-from swarm_nav import crowd
+from swarm_nav import crowd, gate_kernels, judgement_kernels
 from swarm_nav.config import NavConfig
+from swarm_nav.gate import Gate
 from swarm_nav.goals import Goal, GoalKind
 from swarm_nav.holding import parking_path
 from swarm_nav.navigator import Navigator
-from swarm_nav.right_of_way import refuge_path
+from swarm_nav.right_of_way import GAIN, SLACK, refuge_path
+from swarm_nav.situation import Situation
 
 TICKS = 60
 
@@ -51,9 +53,23 @@ def warm_up() -> None:
     situation.hood.refresh(TICKS)
     refuge_path(situation, 0, situation.priority + 1)
     parking_path(situation, [(1.0, 1.0)])
-    crowd.congestion(situation)
+    extra = crowd.congestion(situation)
+    situation.planner.cost_of(np.zeros((2, 2)), extra)
+    way = np.zeros((2, 2), np.float32)
+    judgement_kernels.clears(np.zeros((3, 2)), way, situation.radius, SLACK, GAIN)
+    situation.hood.highest_waiting((1.0, 1.0), 1.0)
+    _pass_gate(situation)
     robots[0].global_costmap()
     robots[0].local_costmap()
+
+
+def _pass_gate(situation: Situation) -> None:
+    region = np.ones(situation.planner.lattice.base.shape, np.bool_)
+    gate = Gate(region)
+    gate.update(situation, True)
+    gate_kernels.enters(region, situation.planner.lattice.frame, situation.tube.points)
+    gate._ahead(situation)
+    gate._capacity(situation)
 
 
 def _drive(robots: list[Navigator], poses: list[Pose]) -> None:

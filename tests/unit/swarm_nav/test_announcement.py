@@ -30,6 +30,7 @@ from swarm_common.beacon import (
 from swarm_common.records import Pose
 from swarm_common.sites import Sites
 from swarm_nav.announcement import compose_beacon, compose_status
+from swarm_nav.gate import Gate
 from swarm_nav.holding import HoldingPattern, Lease
 from swarm_nav.right_of_way import CLASS_DRIVING, CLASS_HOLDING, RightOfWay, base_priority
 from swarm_nav.situation import Situation
@@ -52,7 +53,7 @@ def announce(
     right: RightOfWay | None = None,
 ) -> np.void:  # fmt: skip
     return compose_beacon(
-        s, waffle(), state, right or RightOfWay(), Lease(STATION, 70, 1),
+        s, waffle(), state, right or RightOfWay(), Lease(STATION, 70, 1), Gate(None),
         HoldingPattern({}, []), 33, has_goal, is_active,
     )  # fmt: skip
 
@@ -110,11 +111,14 @@ def test_only_an_active_navigator_says_so() -> None:
     assert not int(announce(driving(), is_active=False)["flags"]) & FLAG_ACTIVE
 
 
-def status(s: Situation, state: State, is_active: bool = True, place: int = 2):  # type: ignore[no-untyped-def]
+def status(  # type: ignore[no-untyped-def]
+    s: Situation, state: State, is_active: bool = True, place: int = 2, gate: Gate | None = None
+):
     sites = Sites(stations={"loader_1": Pose(*STATION, 0.0)})
     return compose_status(
-        s, is_active, state, None, Lease(STATION, 70, place), sites, HoldingPattern({}, []), 60, 1.3
-    )
+        s, is_active, state, None, Lease(STATION, 70, place), gate or Gate(None), sites,
+        HoldingPattern({}, []), 60, 1.3,
+    )  # fmt: skip
 
 
 def test_the_status_says_what_the_robot_waits_for() -> None:
@@ -131,6 +135,12 @@ def test_the_status_says_what_the_robot_waits_for() -> None:
     s.yields_for = 8
     assert status(s, State.YIELDING).detail == "makes way for Srobot8"
     assert status(s, State.DRIVING, is_active=False).state == "inactive"
+
+
+def test_a_robot_that_waits_at_the_gate_says_so() -> None:
+    shown = status(driving(), State.HOLDING, gate=Gate(None, asked_tick=50))
+    assert "narrow region" in shown.detail
+    assert int(announce(driving())["gate_tick"]) == 0
 
 
 words = st.integers(0, 2**32 - 1)

@@ -22,7 +22,8 @@ START = Pose(0.0, 0.0, 0.0)
 def tube_over(path: np.ndarray, is_reverse: bool = False, stop: int | None = None) -> Tube:
     tube = Tube(Pose(float(path[0, 0]), float(path[0, 1]), 0.0), 3, 0.35, 0.35)
     tube.corner_angle = ControllerConfig().corner_angle
-    tube.adopt(path, is_reverse)
+    tube.adopt(path)
+    tube.is_reverse = is_reverse
     tube.stop = len(path) - 1 if stop is None else stop
     return tube
 

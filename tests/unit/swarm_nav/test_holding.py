@@ -33,7 +33,7 @@ def lease_of(s: Situation, *others: np.void) -> Lease:
 
 
 def test_a_lease_is_requested_within_reach_of_the_station_and_keeps_its_tick() -> None:
-    s = situation(HALL, Pose(6.0, 5.0, 0.0))
+    s = situation(HALL, Pose(6.0, 1.1 + HoldingConfig().request_distance, 0.0))
     lease = lease_of(s)
     assert lease.tick == 0
     s.pose = NEAR

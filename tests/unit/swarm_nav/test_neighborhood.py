@@ -213,15 +213,19 @@ def test_the_highest_of_those_that_were_blocked_for_long_enough_pushes() -> None
         record["blocked_by"], record["blocked_ticks"] = by, ticks
         return record
 
-    assert here.highest_pusher(5, 0, 3) is None
+    assert here.highest_pusher(5, 3, 0) is None
+    helping = blocked(9, 99, 9)
+    helping["yields_for"] = 1
     heard(here, 1, blocked(2, 7, 3), blocked(3, 9, 3), blocked(4, 9, 9), blocked(5, 99, 2),
-          blocked(6, 99, 9, by=7), blocked(8, 4, 9))  # fmt: skip
+          blocked(6, 99, 9, by=7), blocked(8, 4, 9), helping)  # fmt: skip
     here.refresh(2)
-    assert here.highest_pusher(5, 0, 3) == 1  # of equals the smaller id
-    assert here.highest_pusher(9, 0, 3) is None
-    assert here.highest_pusher(9, 8, 3) == 5  # the one that is made way for already
+    assert here.highest_pusher(5, 3, 0) == 1  # of equals the smaller id
+    assert here.highest_pusher(9, 3, 0) is None
+    assert here.highest_pusher(3, 9, 0) == 2
+    assert here.highest_pusher(3, 3, 9) == 1
+    assert here.highest_pusher(3, 3, 10) is None  # the chains are too long
     here.refresh(40)
-    assert here.highest_pusher(5, 0, 3) is None  # all are gone
+    assert here.highest_pusher(5, 3, 0) is None  # all are gone
 
 
 def test_earlier_requests_for_the_same_station_count() -> None:
@@ -238,3 +242,20 @@ def test_earlier_requests_for_the_same_station_count() -> None:
     assert here.earlier_requests((3.0, 0.0), 12, 0.6) == 3
     assert here.earlier_requests((3.0, 0.0), 10, 0.6) == 1
     assert here.earlier_requests((5.0, 0.0), 9, 0.6) == 1
+
+
+def test_the_highest_that_waits_for_a_station_counts() -> None:
+    here = hood()
+
+    def asking(robot: int, tick: int, x: float, priority: int) -> np.void:
+        record = beacon(robot, 1.0, 0.0, priority=priority)
+        record["station"], record["station_tick"] = (x, 0.0), tick
+        return record
+
+    assert here.highest_waiting((3.0, 0.0), 0.6) == 0
+    heard(here, 20, asking(2, 10, 3.0, 7), asking(3, 12, 3.3, 1 << 40), asking(4, 0, 3.0, 1 << 50),
+          asking(5, 9, 5.0, 1 << 51))  # fmt: skip
+    here.refresh(21)
+    assert here.highest_waiting((3.0, 0.0), 0.6) == 1 << 40
+    here.refresh(60)
+    assert here.highest_waiting((3.0, 0.0), 0.6) == 0

@@ -14,6 +14,8 @@ from swarm_nav.right_of_way import (
     CLASS_DONE,
     CLASS_DRIVING,
     CLASS_HOLDING,
+    DEPTH_BITS,
+    ID_BITS,
     REFUGE_MARGIN,
     RightOfWay,
     base_priority,
@@ -112,7 +114,7 @@ def test_a_gone_robot_pushes_nobody() -> None:
 
 
 def test_of_two_pushers_the_higher_one_counts() -> None:
-    higher = base_priority(CLASS_DRIVING, 0, 3) + 10_000
+    higher = HIGH + (1 << ID_BITS + DEPTH_BITS)
     s, right = pushed(MIDDLE, pushing(3.2, 4.0), pushing(4.0, 4.8, 3, priority=higher))
     assert s.yields_for == 3
     assert right.inherited == higher - 1
@@ -120,7 +122,7 @@ def test_of_two_pushers_the_higher_one_counts() -> None:
 
 def test_a_higher_pusher_replaces_a_lower_one() -> None:
     s, right = pushed()
-    higher = HIGH + 10_000
+    higher = HIGH + (1 << ID_BITS + DEPTH_BITS)
     s.tick += 1
     s.priority = right.inherited
     hear(s, pushing(3.2, 4.0), pushing(4.0, 4.8, 3, priority=higher))

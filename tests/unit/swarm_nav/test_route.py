@@ -64,7 +64,7 @@ def test_a_plan_that_leads_nowhere_is_renewed_after_a_pause(reason: str) -> None
     pause = s.ticks(REPLAN_PAUSE)
     assert not replans(s, route, task, since=pause - 1)
     assert replans(s, route, task, since=pause)
-    assert s.counters.replans == 1
+    assert s.counters.replans == (reason == "end")  # the others keep a path that is as good
 
 
 def test_robots_take_turns_with_periodic_plans() -> None:
