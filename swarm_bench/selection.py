@@ -125,6 +125,8 @@ def suite_sweeps(
 ) -> list[Sweep]:
     """Return everything that docs/traffic.md is written from.
 
+    Each sweep goes seed by seed, so that a killed one has something of every row.
+
     Args:
         seeds: Of our method in the bench.
         baseline_seeds: Of the other methods; `none` to leave them out.
@@ -132,15 +134,22 @@ def suite_sweeps(
         ros_most: Largest swarm on the ROS graph.
         jobs: Processes of the bench.
     """
-    sweeps = [Sweep(select(ALL, (), parse_seeds(seeds)), jobs)]
+    sweeps = [Sweep(_by_seed(select(ALL, (), parse_seeds(seeds))), jobs)]
     if baseline_seeds != NONE:
         chosen = parse_seeds(baseline_seeds)
         others = [method for method in METHODS if method != "ours"]
-        sweeps += [Sweep(select(ALL, (), chosen, method=method), jobs) for method in others]
+        sweeps += [
+            Sweep(_by_seed(select(ALL, (), chosen, method=method)), jobs) for method in others
+        ]
     if ros_seeds != NONE:
         runs = select(ALL, (), parse_seeds(ros_seeds), engine="bullet", lidar=True)
-        sweeps.append(Sweep([run for run in runs if run.robots <= ros_most], ros=True))
+        sweeps.append(Sweep(_by_seed([r for r in runs if r.robots <= ros_most]), ros=True))
     return sweeps
+
+
+def _by_seed(options: Sequence[RunOptions]) -> list[RunOptions]:
+    """Return runs by seed, the largest swarms of each seed first."""
+    return sorted(options, key=lambda item: (item.seed, -item.robots))
 
 
 def _scenarios(names: str) -> list[Scenario]:

@@ -99,6 +99,9 @@ def test_the_suite_covers_every_scenario_and_method() -> None:
     assert ros.ros
     assert max(item.robots for item in ros.options) == 50
     assert all(item.scenario.with_lidar for item in ros.options)
+    first = [item for item in ours.options if item.seed == 0]
+    assert list(ours.options[: len(first)]) == first
+    assert first[0].robots == 100
     assert len(suite_sweeps("0", "none", "none", 50, 1)) == 1
 
 
