@@ -98,6 +98,7 @@ def test_the_mode_follows_the_state(state: State, has_goal: bool, mode: int) -> 
 def test_a_yielding_robot_announces_its_refuge_and_what_it_inherited() -> None:
     s, right = driving(), RightOfWay()
     s.yields_for, s.is_stuck, right.inherited = 9, True, 2**50 - 1
+    right._is_diverted = True
     record = announce(s, State.YIELDING, right=right)
     assert record["mode"] == MODE_YIELD
     assert record["yields_for"] == 9
