@@ -261,6 +261,7 @@ def test_a_parked_robot_keeps_its_way_to_a_refuge_from_the_first_tick() -> None:
     one.extra_beacons = [
         beacon(k, k - 0.5, 7.0, station=(station.x, station.y), station_tick=1) for k in others
     ]
+    one.run(10)  # the others asked before
     one.send(0, station)
     one.run_until(lambda: one.robots[0].status().state == "holding", 300)
     one.run(150)
