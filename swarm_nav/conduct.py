@@ -98,7 +98,7 @@ class Conduct:
                 self._automaton.switch(Event.STATION_TAKEN)
                 return None
         if self._lease.is_barred(s):
-            message = "a robot that no longer answers stands on the station"
+            message = "a robot that no longer answers or is inactive stands on the station"
             self._pursuit.fail_target(task, ErrorCode.GOAL_OCCUPIED, message)
             return None
         self._route.update(task)

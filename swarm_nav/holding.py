@@ -85,12 +85,12 @@ class Lease:
         return self.place < config.approach_slots
 
     def is_barred(self, situation: Situation) -> bool:
-        """Whether a silent robot stands on the station, and was waited for long enough."""
+        """Whether a silent or inactive robot is on the station, and was waited for long enough."""
         if self.station is None or self.tick == 0:
             return False
         hood = situation.hood
         patience = situation.ticks(situation.config.holding.station_patience)
-        for row in np.flatnonzero(hood.gone):
+        for row in np.flatnonzero(hood.immovable):
             gaps = hood.tubes(int(row)) - self.station
             if float(np.hypot(*gaps.T).min()) < situation.reach(int(row)) - STATION_OVERLAP:
                 return situation.tick - self.tick > patience

@@ -166,7 +166,7 @@ class RightOfWay:
         if situation.blocked_ticks < situation.ticks(STUCK_PATIENCE) or self.is_retreating:
             return
         row = situation.hood.row(situation.blocked_by)
-        if row is None or not situation.hood.stuck[row] or situation.hood.gone[row]:
+        if row is None or not situation.hood.stuck[row] or situation.hood.immovable[row]:
             return
         path = retreat_path(situation)
         if path is None:
