@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from swarm_nav import tube_kernels
+from swarm_nav.narrows import Narrows
 from swarm_nav.situation import Situation
 
 WATCHDOG_TIME = 4.0  # [s] with a claim but without motion
@@ -18,6 +19,7 @@ class Claim:
     def __init__(self, situation: Situation) -> None:
         """Hold the place under the robot, published to nobody yet."""
         self._s = situation
+        self._narrows = Narrows()
         self._published_held: np.ndarray = np.zeros((1, 2), np.float32)
         self._watch_pose = situation.pose
         self._watch_tick = situation.tick
@@ -37,9 +39,14 @@ class Claim:
             s.blocked_ticks = s.obstacle_ticks = 0
             s.blocked_by = 0
             return
+        last, ahead = self._narrows.barrier(s, span[1])
+        if last <= span[0]:
+            s.has_grown = False
+            self._note_block(tube_kernels.RIGHT_OF_WAY, ahead)
+            return
         stop, reason, row = tube_kernels.extend(
             tube.points,
-            span,
+            (span[0], last, span[2]),
             (s.radius, s.priority, s.robot_id, s.yields_for),
             self._published_held,
             len(self._published_held),

@@ -168,7 +168,7 @@ class TrafficConfig:
 
     safety_margin: float = 0.047  # [m] beyond the circumscribed radius: tracking + localisation
     yield_slack: float = 0.02  # [m] of that margin that a robot making way may use up
-    confirmations: int = 3  # beacons in which space was requested before it is taken (M)
+    confirmations: int = 1  # beacons in which space was requested before it is taken (M)
     held_length: float = 0.35  # [m] of path held ahead
     wanted_length: float = 0.35  # [m] requested beyond that
     listen_ticks: int = 16  # ticks of listening before the first claim
@@ -208,7 +208,7 @@ class HoldingConfig:
     approach_slots: int = 3  # robots that may be on the last metres to a station
     circuit_spacing: float = 6.0  # [m] of circuit per robot below which `auto` parks
     search_distance: float = 8.0  # [m] of driving to a parking place
-    gate_density: float = 0.5  # [1/m²] of robots in a narrow region with stations; 0: no gate
+    gate_density: float = 0.25  # [1/m²] of robots in a narrow region with stations; 0: no gate
     gate_patience: float = 30.0  # [s] of waiting for which one robot more is let in
     station_patience: float = 120.0  # [s] that a station may be blocked by a silent robot
 

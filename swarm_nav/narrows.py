@@ -1,0 +1,78 @@
+"""Single-lane passages: which direction goes first through a door that two robots cannot pass in.
+
+A robot does not enter such a passage, or the mouth before it, while a robot with a higher priority
+is about to come through it the other way, or while somebody is still coming out. Robots going the
+same way follow each other. The highest priority is never held up, so this only orders what the
+reservation would otherwise settle by pushing robots back out of the door.
+"""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_nav import distance_kernels, narrows_kernels, search_kernels
+from swarm_nav.situation import Situation
+from swarm_nav.terrain import NODE_MARGIN, Terrain
+
+MOUTH = 1.5  # [m] around a single-lane passage that is kept free, too
+WAY_POINTS = 80  # path points, 4 m, of the own path on which the far end is looked for
+
+
+@functools.lru_cache(maxsize=4)
+def single_lanes(terrain: Terrain, radius: float) -> NDArray[np.int16] | None:
+    """Return labels (height, width) of single-lane passages with their mouths, 0 elsewhere.
+
+    Args:
+        terrain: Map for one size of robot.
+        radius: [m] safety radius: two robots keep twice that between their centres.
+
+    Returns:
+        Labels from 1, or None if the map has no such passage.
+    """
+    lattice = terrain.lattice
+    is_free = lattice.base < search_kernels.WALL
+    half = np.empty_like(lattice.clearance)
+    narrows_kernels.half_width(lattice.clearance, lattice.step, half)
+    is_single = is_free & (half < terrain.radius + NODE_MARGIN + radius)
+    if not is_single.any():
+        return None
+    near = distance_kernels.distance_cells(is_single) * lattice.step <= MOUTH
+    labels = np.zeros(is_free.shape, np.int16)
+    narrows_kernels.label(is_free & near, labels)
+    return labels
+
+
+class Narrows:
+    """Keeps one robot out of a single-lane passage while somebody else's turn is on."""
+
+    def __init__(self) -> None:
+        """Look at no map yet."""
+        self._terrain: Terrain | None = None
+        self._labels: NDArray[np.int16] | None = None
+
+    def barrier(self, situation: Situation, last: int) -> tuple[int, int]:
+        """Return (index of the last point that may be claimed, row of the robot waited for).
+
+        Args:
+            situation: Of the robot.
+            last: Index of the last path point that is wanted; (last, -1) if nothing is in the way.
+        """
+        if situation.terrain is not self._terrain:
+            self._terrain = situation.terrain
+            self._labels = single_lanes(situation.terrain, situation.radius)
+        if self._labels is None:
+            return last, -1
+        tube, hood = situation.tube, situation.hood
+        way = tube.points[tube.stop : tube.stop + WAY_POINTS]
+        count, row = narrows_kernels.barrier(
+            self._labels,
+            situation.planner.lattice.frame,
+            way,
+            last - tube.stop,
+            (situation.priority, situation.robot_id),
+            hood.claims(),
+        )
+        return tube.stop + count, row
