@@ -59,6 +59,7 @@ class Navigator:
         self._lease = Lease()
         self._right = RightOfWay()
         self._s = s = begin(config, spec, grid, robot_id, initial_pose_map)
+        s.stations = tuple(stations)
         self._gate = Gate(self._narrow_region())
         self._automaton = Automaton(s, self._holding)
         self._pursuit = Pursuit(s, self._automaton, self._lease, self._right)
@@ -70,8 +71,7 @@ class Navigator:
         self._claim = Claim(s)
 
     def _narrow_region(self) -> NDArray[np.bool_] | None:
-        stations = tuple((p.x, p.y) for p in self.sites.stations.values())
-        return narrow_region(self._s.terrain, stations)
+        return narrow_region(self._s.terrain, self._s.stations)
 
     @property
     def config(self) -> NavConfig:

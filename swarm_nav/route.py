@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from swarm_common.records import FloatArray
 from swarm_nav import crowd
 from swarm_nav.goals import ErrorCode, PlanError
+from swarm_nav.holding import SAME_STATION
 from swarm_nav.pursuit import Pursuit
 from swarm_nav.situation import Situation
 from swarm_nav.task import Task
@@ -82,8 +83,10 @@ class Route:
         if task.given is not None:
             return task.given.way(s)
         target = task.target
-        yaw = math.nan if task.is_passing else target.yaw
-        return s.planner.plan(s.stop_point, (target.x, target.y), extra, yaw)
+        place = (target.x, target.y)
+        is_station = any(math.dist(place, station) < SAME_STATION for station in s.stations)
+        yaw = target.yaw if is_station and not task.is_passing else math.nan
+        return s.planner.plan(s.stop_point, place, extra, yaw)
 
     def _keeps(self, task: Task, path: FloatArray, extra: NDArray[np.float32]) -> bool:
         """Whether the path in hand is as good as a new one: each change costs turns and claims."""

@@ -55,6 +55,7 @@ class Situation:
         priority: As published in the last beacon.
         own_priority: The same without what was inherited from robots that push.
         is_wary: Whether somebody may be near who walks into a robot that drives.
+        stations: Places (x, y) in map that many robots go to, by `sites.yaml`.
         missing: What keeps the robot from driving (no scans, no radio), empty if nothing.
         is_deaf: Whether nothing was heard for so long that all must be listened to anew.
         listening_since: Tick since which the radio is heard without a gap.
@@ -88,6 +89,7 @@ class Situation:
     last_plan_tick: int = -1000
     listening_since: int = 0
     events: list[Event] = field(default_factory=list)
+    stations: tuple[tuple[float, float], ...] = ()
 
     def load_map(self, grid: Grid) -> None:
         """Take another map; the path on the old one ends at the stop point."""
