@@ -82,6 +82,5 @@ class ObstacleLayer:
         if count == 0:
             return
         old = self.points
-        cells = np.round(np.vstack((old, hits)) / CELL)
-        self.points = np.unique(cells, axis=0)[:MAX_MARKS] * CELL
+        self.points = obstacle_kernels.marked(old, hits, CELL, MAX_MARKS)
         self._movers.update(self.points, old, hits, arrivals, scan.tick)

@@ -6,6 +6,8 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from swarm_common.records import LidarSpec, Pose, Scan
 from swarm_nav import obstacle_kernels
@@ -119,3 +121,15 @@ def test_the_choice_of_hits_equals_its_slow_twin(seed: int) -> None:
     walls = np.array([sample(s.terrain.distance, *s.terrain.frame, x, y) for x, y in hits])
     expected = oracle.unexplained(hits, ranges, (0.12, 2.5, 0.2), walls, robots, reach)
     assert np.allclose(out[:count], expected)
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.integers(0, 10_000), st.integers(0, 30), st.integers(0, 30))
+def test_marks_are_the_distinct_cells_of_all_points(seed: int, old: int, new: int) -> None:
+    rng = np.random.default_rng(seed)
+    points = rng.uniform(-0.4, 0.4, (old + new, 2))
+    expected = np.unique(np.round(points / 0.05), axis=0) * 0.05
+    marks = obstacle_kernels.marked(points[:old], points[old:], 0.05, 2000)
+    assert np.allclose(marks, expected)
+    few = obstacle_kernels.marked(points[:old], points[old:], 0.05, 3)
+    assert np.allclose(few, expected[:3])
