@@ -47,7 +47,7 @@ def run_on_the_graph(folder: Path, seed: int) -> dict[str, Any]:
         cwd=folder,
         capture_output=True,
         text=True,
-        timeout=110,
+        timeout=240,
         check=False,
     )
     assert result.returncode == 0, result.stdout + result.stderr
@@ -57,6 +57,7 @@ def run_on_the_graph(folder: Path, seed: int) -> dict[str, Any]:
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(300)
 def test_bench_and_graph_give_equal_trajectories(tmp_path: Path) -> None:
     (tmp_path / "short.yaml").write_text(MISSION, encoding="utf-8")
     (tmp_path / "params.yaml").write_text(PARAMS, encoding="utf-8")
