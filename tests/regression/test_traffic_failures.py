@@ -15,6 +15,7 @@ from swarm_common.records import Pose, Twist
 from swarm_nav import tube_kernels
 from swarm_nav.claim import WATCHDOG_TIME, Claim
 from swarm_nav.goals import GoalKind, Outcome
+from swarm_nav.holding import Lease
 from swarm_nav.planner import SPACING
 from swarm_nav.right_of_way import CLASS_DRIVING, RightOfWay, base_priority, refuge_path
 from swarm_nav.route import REPLAN_PAUSE
@@ -337,6 +338,43 @@ def test_a_beacon_that_was_overtaken_does_not_bring_back_the_past() -> None:
     hear(s, beacon(7, 5.0, 4.0), tick=90)
     hear(s, beacon(7, 4.0, 4.0), tick=80)
     assert s.hood.beacons[0]["pose"][0] == 5.0
+
+
+def blocked_by_us(x: float, robot: int, **fields: object) -> np.void:
+    """Return the beacon of a high robot that robot 1 has blocked for long."""
+    return beacon(
+        robot, x, 4.0, **{"priority": HIGH, "blocked_by": 1, "blocked_ticks": 20} | fields
+    )
+
+
+def test_two_robots_never_push_each_other() -> None:
+    """Each made way for the other with the other's priority, which lived on by itself."""
+    s = situation(HALL, Pose(4.0, 4.0, 0.0))
+    hear(s, blocked_by_us(3.2, 2, yields_for=1))
+    assert RightOfWay().pusher(s) is None
+    hear(s, blocked_by_us(3.2, 2, yields_for=0))
+    assert RightOfWay().pusher(s) == 0
+
+
+def test_a_priority_that_was_handed_on_too_often_pushes_nobody() -> None:
+    """In a circle of more than two it would outlive its source as well."""
+    s = situation(HALL, Pose(4.0, 4.0, 0.0))
+    for hops, is_pushed in ((10, True), (40, False)):
+        hear(s, blocked_by_us(3.2, 2, priority=HIGH - hops))
+        assert (RightOfWay().pusher(s) is not None) == is_pushed
+
+
+def test_who_has_the_station_ranks_above_all_who_wait_for_it() -> None:
+    """A robot on the station was pushed about by those whom its leaving would have helped."""
+    s = situation(HALL, Pose(4.0, 4.0, 0.0))
+    lease = Lease()
+    lease.aim((4.5, 4.0))
+    lease.update(s)
+    s.tick += 20
+    hear(s, beacon(2, 5.5, 4.0, priority=HIGH, station=(4.5, 4.0), station_tick=s.tick - 5))
+    lease.update(s)
+    assert lease.place == 0
+    assert HIGH < lease.inherited < HIGH + 64
 
 
 def test_refuge_search_is_deterministic() -> None:
