@@ -43,8 +43,8 @@ def half_width(clearance, step, out):
 def free_length(clearance, step, i, j, dy, dx):
     """Distance [m] from cell (i, j) to a wall in direction (dy, dx); inf beyond `CLIMB`."""
     for k in range(1, int(2.0 * CLIMB / step)):
-        r = int(round(i + 0.5 * k * dy))
-        c = int(round(j + 0.5 * k * dx))
+        r = round(i + 0.5 * k * dy)
+        c = round(j + 0.5 * k * dx)
         if r < 0 or c < 0 or r >= clearance.shape[0] or c >= clearance.shape[1]:
             break
         if clearance[r, c] < 0.5 * step:

@@ -14,6 +14,8 @@ from swarm_nav.config import NavConfig
 from swarm_nav.gate import Gate
 from swarm_nav.goals import Goal, GoalKind
 from swarm_nav.holding import parking_path
+from swarm_nav.narrows import Narrows
+from swarm_nav.narrows_kernels import barrier, half_width, label
 from swarm_nav.navigator import Navigator
 from swarm_nav.right_of_way import GAIN, SLACK, refuge_path
 from swarm_nav.situation import Situation
@@ -59,6 +61,7 @@ def warm_up() -> None:
     judgement_kernels.clears(np.zeros((3, 2)), way, situation.radius, SLACK, GAIN)
     situation.hood.highest_waiting((1.0, 1.0), 1.0)
     _pass_gate(situation)
+    _pass_door(situation)
     robots[0].global_costmap()
     robots[0].local_costmap()
 
@@ -70,6 +73,17 @@ def _pass_gate(situation: Situation) -> None:
     gate_kernels.enters(region, situation.planner.lattice.frame, situation.tube.points)
     gate._ahead(situation)
     gate._capacity(situation)
+
+
+def _pass_door(situation: Situation) -> None:
+    shape = situation.planner.lattice.base.shape
+    half_width(situation.planner.lattice.clearance, 0.1, np.empty(shape))
+    labels = np.zeros(shape, np.int16)
+    label(np.ones(shape, np.bool_), labels)
+    narrows = Narrows()
+    narrows.barrier(situation, situation.tube.stop)
+    frame, claims = situation.planner.lattice.frame, situation.hood.claims()
+    barrier(labels, frame, np.zeros((2, 2)), 1, (0, 1), claims)
 
 
 def _drive(robots: list[Navigator], poses: list[Pose]) -> None:

@@ -1,0 +1,61 @@
+"""Slow twins of entry control and of the single-lane passages."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+Point = tuple[float, float]
+Frame = tuple[float, float, float]
+
+
+def cell_of(frame: Frame, point: Point) -> tuple[int, int]:
+    """Return (row, column) of the cell that holds a point."""
+    return (
+        math.floor((point[1] - frame[1]) / frame[2]),
+        math.floor((point[0] - frame[0]) / frame[2]),
+    )
+
+
+def is_inside(region: NDArray[np.bool_], frame: Frame, point: Point) -> bool:
+    """Return whether a point lies in a cell of the region."""
+    row, column = cell_of(frame, point)
+    rows, columns = region.shape
+    return 0 <= row < rows and 0 <= column < columns and bool(region[row, column])
+
+
+def count_ahead(
+    region: NDArray[np.bool_],
+    frame: Frame,
+    robots: list[tuple[Point, int, int]],
+    own: tuple[int, int],
+) -> int:
+    """Return how many robots (place, gate tick, id) are inside, admitted, or asked before us."""
+    return sum(
+        is_inside(region, frame, place) or tick == 1 or (tick > 1 and (tick, robot) < own)
+        for place, tick, robot in robots
+    )
+
+
+def cells_within(region: NDArray[np.bool_], frame: Frame, centre: Point, reach: float) -> int:
+    """Return how many cells of the region have their centre within reach."""
+    places = (np.argwhere(region)[:, ::-1] + 0.5) * frame[2] + frame[:2]
+    return int((np.hypot(*(places - centre).T) <= reach).sum())
+
+
+def components(mask: NDArray[np.bool_]) -> list[frozenset[tuple[int, int]]]:
+    """Return the 8-connected components of a mask, in order of their first cell."""
+    rest = {(int(i), int(j)) for i, j in np.argwhere(mask)}
+    found = []
+    while rest:
+        group, edge = set(), {min(rest)}
+        while edge:
+            group |= edge
+            edge = {(i + di, j + dj) for i, j in edge for di in (-1, 0, 1) for dj in (-1, 0, 1)} & (
+                rest - group
+            )
+        rest -= group
+        found.append(frozenset(group))
+    return found
