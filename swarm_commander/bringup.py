@@ -279,6 +279,8 @@ class Run:
         self._sample(now=True)
         self._is_stopping = True
         self.wall_time = time.time() - self._started
+        for group, name in (("world", WORLD), ("navigators", HOST)):
+            self.usage.sample_private(group, process_tree(self._supervisor.pid(name)))
         self._progress.phase(phase)
         self._supervisor.stop(STOP_ORDER)
 

@@ -85,6 +85,9 @@ def compose_report(
             name: _rounded(1000.0 * value / seconds) if seconds else None
             for name, value in per_second.items()
         },
+        "private_mb": {
+            group: _rounded(usage.private_mb(group), 1) for group in ("world", "navigators")
+        },
         "rss_mb": {group: _rounded(usage.rss_mb(group), 1) for group in ("world", "navigators")},
         "trajectory_sha256": verdict.get("trajectory_sha256"),
         "breaches": as_json(_crashes(tally, verdict), tally.misses, tally.unfinished),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import statistics
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
@@ -50,16 +52,35 @@ def process_tree(pid: int | None) -> list[psutil.Process]:
         return []
 
 
+def private_mb(processes: Iterable[psutil.Process]) -> list[float]:
+    """Return the memory [MB] that each process would give back if it ended; slow to read."""
+    sizes = []
+    for process in processes:
+        with contextlib.suppress(psutil.Error):
+            sizes.append(process.memory_full_info().uss / MEGABYTE)
+    return sizes
+
+
 class UsageMeter:
     """Usage by group (`world`, `navigators`, `operator`), from `mark` on."""
 
     def __init__(self) -> None:
         self._groups: dict[str, Usage] = {}
         self._baseline: dict[str, float] = {}
+        self._private_mb: dict[str, list[float]] = {}
 
     def sample(self, group: str, processes: Iterable[psutil.Process]) -> None:
         """Read the present values of a group."""
         self._groups.setdefault(group, Usage()).sample(processes)
+
+    def sample_private(self, group: str, processes: Iterable[psutil.Process]) -> None:
+        """Read the private memory of a group, once, at the end of a run."""
+        self._private_mb[group] = private_mb(processes)
+
+    def private_mb(self, group: str) -> float | None:
+        """Return the median private memory of a group's processes [MB]; None if unknown."""
+        sizes = self._private_mb.get(group)
+        return statistics.median(sizes) if sizes else None
 
     def mark(self) -> None:
         """Count CPU time from here on: start-up is over."""

@@ -31,6 +31,7 @@ from swarm_common.pipes import EventWriter, LineReader
 from swarm_common.process import die_with
 from swarm_nav.node import NavigatorNode
 from swarm_nav.ros_loop import TickLoop
+from swarm_nav.ros_types import load_type_supports
 from swarm_nav.settings import NodeSettings, read_node_settings
 from swarm_nav.warm_up import warm_up
 
@@ -169,9 +170,17 @@ def read_config(path: str | Path) -> tuple[list[list[NodeSettings]], Path | None
     if pack < 1:
         raise ConfigError(f"{path}: pack is {pack}; it must be 1 or more")
     settings = [read_node_settings(name, params) for name, params in robots]
+    for robot in settings:
+        _ = robot.sites  # now, and not once more in each child
     groups = [settings[start : start + pack] for start in range(0, len(settings), pack)]
     log_dir = data.get("log_dir")
     return groups, Path(log_dir) if log_dir else None
+
+
+def _prepare() -> None:
+    """Do once what every child would do."""
+    load_type_supports()
+    warm_up()
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -190,7 +199,7 @@ def main(arguments: list[str] | None = None) -> int:
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: nursery.stop())
     if options.wait:
-        warm_up()
+        _prepare()
         if not nursery.wait_for_go(options.control_fd):
             return 0
     try:
@@ -200,7 +209,7 @@ def main(arguments: list[str] | None = None) -> int:
         sys.stderr.write(f"{error}\n")
         return 2
     if not options.wait:
-        warm_up()
+        _prepare()
     ros_env.announce_to_few(Path(options.config).resolve().parent, len(groups))
     gc.collect()
     gc.freeze()  # what the children share must not be touched by the collector

@@ -9,8 +9,6 @@ from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TwistStamp
 from nav_msgs.msg import OccupancyGrid
 from nav_msgs.msg import Odometry as OdometryMsg
 from rclpy.context import Context
-from rclpy.node import Node
-from rclpy.parameter import Parameter
 from sensor_msgs.msg import LaserScan
 from swarm_interfaces.msg import Beacon, Mission, NeighborArray, RobotStatus
 
@@ -19,27 +17,25 @@ from swarm_common.beacon import deserialize_neighbors, serialize_beacon
 from swarm_common.grid import Grid
 from swarm_common.records import Pose, tick_from_stamp
 from swarm_common.ros_poll import PolledTopic
-from swarm_common.sites import Sites
-from swarm_common.sites_io import load_sites
 from swarm_nav.config import NavConfig
 from swarm_nav.goals import GoalEnded, Output
 from swarm_nav.inputs import TickInput, TickInputs
 from swarm_nav.lifecycle import Lifecycle
 from swarm_nav.navigator import Navigator
 from swarm_nav.ros_clock import TickClock
-from swarm_nav.ros_goals import UnknownFrameError
+from swarm_nav.ros_demand import OnDemand
+from swarm_nav.ros_node import create_node
 from swarm_nav.ros_params import Parameters
+from swarm_nav.ros_poses import is_placeholder, pose_in_map
 from swarm_nav.ros_services import Services
 from swarm_nav.ros_tasks import Tasks
 from swarm_nav.ros_views import Views, status_msg
-from swarm_nav.settings import NODE, NodeSettings
+from swarm_nav.settings import NodeSettings
 from swarm_nav.withholding import Withholding
 
 STATUS_TICKS = 5  # 2 Hz
 CLOCK_TICKS = 5  # for what rclpy itself stamps; our own messages carry the tick
 STATUS_PERIOD = 0.4  # [s] of wall time between two statuses without a change
-# Parameter changes are announced inside the robot's namespace, as everything of a robot.
-REMAPPING = ("--ros-args", "-r", "/parameter_events:=parameter_events")
 
 
 class NavigatorNode:
@@ -72,9 +68,10 @@ class NavigatorNode:
         self._last_status = 0.0  # wall time
         self._answer: tuple[bytes, bytes] | None = None  # beacon and command of `tick`
         self._command_writer = wire.CommandWriter("base_footprint")
-        self.node = _create_node(settings, context)
+        self.node = create_node(settings, context)
         self._clock = TickClock(self.node) if settings.fixed["use_sim_time"] else None
-        self._parameters = Parameters(self.node, settings, self._reconfigure)
+        self._on_demand = OnDemand(self.node, is_eager=not settings.fixed["on_demand"])
+        self._parameters = Parameters(self.node, settings, self._reconfigure, self._on_demand)
         self._map_subscription = self.node.create_subscription(
             OccupancyGrid, "/map", self._take_map_msg, ros_io.LATCHED
         )
@@ -93,13 +90,11 @@ class NavigatorNode:
     def _begin(self, grid: Grid) -> None:
         """Create the brain and everything that needs it."""
         settings = self._settings
-        path = str(settings.fixed["sites"])
-        sites = load_sites(path) if path else Sites()
         brain = Navigator(
             self._config,
             settings.spec,
             grid,
-            sites,
+            settings.sites,
             settings.robot_id,
             settings.initial_pose_map,
         )
@@ -110,9 +105,14 @@ class NavigatorNode:
         self._status = make(RobotStatus, "status", ros_io.RELIABLE)
         self._views = Views(self.node, brain)
         self._tasks = Tasks(
-            self.node, brain, self._to_map, lambda: self.lifecycle.is_active, self._send_withheld
+            self.node,
+            brain,
+            self._to_map,
+            lambda: self.lifecycle.is_active,
+            self._send_withheld,
+            self._on_demand,
         )
-        Services(self.node, self, brain)
+        Services(self.node, self, brain, self._on_demand)
         self._subscribe()
         if not settings.fixed["autostart"]:
             brain.deactivate()
@@ -223,8 +223,9 @@ class NavigatorNode:
         if self._withholding.on_mission(message.active, time.monotonic()):
             self._send_withheld()
 
-    def check_patience(self, now: float) -> None:
-        """Give up waiting for an operator who does not send the next goal; `now` is wall time."""
+    def look_around(self, now: float) -> None:
+        """See who wants something, and who has been silent for too long; `now` is wall time."""
+        self._on_demand.look(now)
         if self._withholding.has_expired(now):
             self.node.get_logger().warning(
                 f"tick {self.tick}: the mission sends no goal; going on without it"
@@ -242,7 +243,7 @@ class NavigatorNode:
         except ValueError as error:
             self.node.get_logger().warning(f"initialpose: ignored: {error}")
             return
-        if _is_placeholder(stamped):
+        if is_placeholder(stamped):
             self.node.get_logger().warning(
                 "initialpose: (0, 0, 0) without a stamp is taken for a client's default and"
                 " ignored; a stamp makes it count",
@@ -255,15 +256,7 @@ class NavigatorNode:
     def _to_map(self, stamped: PoseStamped) -> Pose:
         """Return a pose of one of the robot's frames in map."""
         assert self._brain is not None
-        pose = ros_io.pose_from_msg(stamped.pose)
-        frame = stamped.header.frame_id.lstrip("/")
-        if frame in ("", "map"):
-            return pose
-        if frame == "odom":
-            return self._brain.map_from_odom.compose(pose)
-        if frame in ("base_footprint", "base_link"):
-            return self._brain.pose_map.compose(pose)
-        raise UnknownFrameError(f"frame '{frame}' is unknown; use map, odom or base_footprint")
+        return pose_in_map(self._brain, stamped)
 
     def take_map(self, grid: Grid) -> None:
         """Navigate on another map from now on."""
@@ -296,21 +289,3 @@ class NavigatorNode:
         if self._brain is not None:
             status = self._brain.status()
             self._status.publish(status_msg(status, self._settings.name, self.tick))
-
-
-def _is_placeholder(stamped: PoseStamped) -> bool:
-    """Whether BasicNavigator sent this because its user has never called setInitialPose."""
-    stamp, pose = stamped.header.stamp, ros_io.pose_from_msg(stamped.pose)
-    return not (stamp.sec or stamp.nanosec) and pose == Pose(0.0, 0.0, 0.0)
-
-
-def _create_node(settings: NodeSettings, context: Context) -> Node:
-    return Node(
-        NODE,
-        namespace=settings.name,
-        context=context,
-        cli_args=list(REMAPPING),
-        use_global_arguments=False,
-        enable_rosout=False,
-        parameter_overrides=[Parameter("start_type_description_service", value=False)],
-    )

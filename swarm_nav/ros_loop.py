@@ -52,4 +52,4 @@ class TickLoop:
             self._requests_due = now + REQUEST_PERIOD
             drain(self._executor)
             for node in self._nodes:
-                node.check_patience(now)
+                node.look_around(now)

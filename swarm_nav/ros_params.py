@@ -8,6 +8,7 @@ from typing import Any
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.parameter_service import ParameterService
 
 from swarm_common.errors import SwarmError
 from swarm_common.robot_params import robot_parameters
@@ -17,9 +18,18 @@ from swarm_nav.config import (
     config_from_parameters,
     parameter_values,
 )
+from swarm_nav.ros_demand import OnDemand
 from swarm_nav.settings import ROBOT_PREFIX, NodeSettings, check_limits
 
 USE_SIM_TIME = "use_sim_time"
+SERVICES = (
+    "describe_parameters",
+    "get_parameter_types",
+    "get_parameters",
+    "list_parameters",
+    "set_parameters",
+    "set_parameters_atomically",
+)
 
 
 class Parameters:
@@ -30,9 +40,20 @@ class Parameters:
     """
 
     def __init__(
-        self, node: Node, settings: NodeSettings, on_change: Callable[[NavConfig], None]
+        self,
+        node: Node,
+        settings: NodeSettings,
+        on_change: Callable[[NavConfig], None],
+        on_demand: OnDemand,
     ) -> None:
-        """Declare everything; `on_change` is called with each accepted configuration."""
+        """Declare everything.
+
+        Args:
+            node: Without parameter services.
+            settings: What to declare.
+            on_change: Called with each accepted configuration.
+            on_demand: Takes the services.
+        """
         self.config = settings.config
         self._spec = settings.spec
         self._on_change = on_change
@@ -49,6 +70,8 @@ class Parameters:
         ]
         node.declare_parameters("", changeable + constant, ignore_override=True)
         node.add_on_set_parameters_callback(self._on_set)
+        services = [f"{node.get_name()}/{service}" for service in SERVICES]
+        on_demand.offer(services, lambda: ParameterService(node))
 
     def _on_set(self, parameters: Sequence[Parameter]) -> SetParametersResult:
         values: dict[str, Any] = {

@@ -23,6 +23,7 @@ from swarm_common.records import Pose
 from swarm_nav.costmap import Costmap
 from swarm_nav.lifecycle import Lifecycle
 from swarm_nav.navigator import Navigator
+from swarm_nav.ros_demand import OnDemand
 
 STATE_IDS = {
     "unconfigured": LifecycleState.PRIMARY_STATE_UNCONFIGURED,
@@ -49,11 +50,14 @@ class Body(Protocol):
 class Services:
     """All services of one navigator beside its parameters'."""
 
-    def __init__(self, node: Node, body: Body, brain: Navigator) -> None:
-        """Create them."""
+    def __init__(self, node: Node, body: Body, brain: Navigator, on_demand: OnDemand) -> None:
+        """Offer them."""
         self._body = body
         self._brain = brain
-        make = node.create_service
+
+        def make(kind: Any, name: str, answer: Callable[[Any, Any], Any]) -> None:
+            on_demand.offer([name], lambda: node.create_service(kind, name, answer))
+
         for name in ("amcl", "bt_navigator"):
             make(GetState, f"{name}/get_state", self._get_state)
         make(ManageLifecycleNodes, "lifecycle_manager_navigation/manage_nodes", self._manage)

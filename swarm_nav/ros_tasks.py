@@ -6,6 +6,7 @@ import dataclasses
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from swarm_common.ros_io import RELIABLE, path_msg
 from swarm_nav.goals import ErrorCode, Goal, GoalEnded, GoalKind, Outcome, PlanError
 from swarm_nav.navigator import Navigator
 from swarm_nav.ros_actions import TickActionServer
+from swarm_nav.ros_demand import OnDemand
 from swarm_nav.ros_goals import (
     ACTIONS,
     ToMap,
@@ -53,6 +55,7 @@ class Tasks:
         to_map: ToMap,
         is_open: Callable[[], bool],
         on_goal: Callable[[], None],
+        on_demand: OnDemand,
     ) -> None:
         """Create the servers.
 
@@ -62,6 +65,7 @@ class Tasks:
             to_map: Brings a pose of any known frame to map.
             is_open: Whether goals are accepted now (lifecycle).
             on_goal: Called after the brain has got a goal.
+            on_demand: Takes the servers that few clients ask for.
         """
         self._node = node
         self._brain = brain
@@ -71,13 +75,15 @@ class Tasks:
         self._running: dict[int, Running] = {}
         self._last_id = 0
         self._tick = 0
+        self._serve(GoalKind.NAVIGATE, ACTIONS[GoalKind.NAVIGATE])
         for kind, action in ACTIONS.items():
-            self._serve(kind, action)
+            if kind is not GoalKind.NAVIGATE:
+                on_demand.offer_action(kind.value, partial(self._serve, kind, action))
         for action, name, field in (
             (ComputePathToPose, "compute_path_to_pose", "goal"),
             (ComputePathThroughPoses, "compute_path_through_poses", "goals"),
         ):
-            self._serve_plans(action, name, field)
+            on_demand.offer_action(name, partial(self._serve_plans, action, name, field))
         node.create_subscription(PoseStamped, "goal_pose", self._take_goal_pose, RELIABLE)
 
     def _serve(self, kind: GoalKind, action: Any) -> None:

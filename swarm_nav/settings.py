@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +11,8 @@ from typing import Any
 from swarm_common.errors import ConfigError, UnknownNameError
 from swarm_common.records import Pose, RobotSpec
 from swarm_common.robot_params import robot_from_parameters
+from swarm_common.sites import Sites
+from swarm_common.sites_io import load_sites
 from swarm_common.yaml_io import read_yaml
 from swarm_nav.config import NavConfig, config_from_parameters, parameter_values
 
@@ -25,6 +28,7 @@ FIXED: dict[str, Any] = {
     "sites": "",
     "autostart": True,
     "wait_for_mission": False,
+    "on_demand": False,
 }
 
 
@@ -50,9 +54,20 @@ class NodeSettings:
         return int(self.fixed["robot_id"])
 
     @property
+    def sites(self) -> Sites:
+        """Named places of the world; read once for all robots of a process."""
+        path = str(self.fixed["sites"])
+        return _sites_in(path) if path else Sites()
+
+    @property
     def initial_pose_map(self) -> Pose:
         """Where the robot stands at the start."""
         return Pose(*(float(self.fixed[f"initial_pose.{name}"]) for name in ("x", "y", "yaw")))
+
+
+@functools.cache
+def _sites_in(path: str) -> Sites:
+    return load_sites(path)
 
 
 def flatten(tree: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:

@@ -1,0 +1,33 @@
+"""Poses that arrive with a frame, in map."""
+
+from __future__ import annotations
+
+from geometry_msgs.msg import PoseStamped
+
+from swarm_common.records import Pose
+from swarm_common.ros_io import pose_from_msg
+from swarm_nav.navigator import Navigator
+from swarm_nav.ros_goals import UnknownFrameError
+
+
+def pose_in_map(brain: Navigator, stamped: PoseStamped) -> Pose:
+    """Return a pose of one of the robot's frames in map.
+
+    Raises:
+        UnknownFrameError: If it is in another frame.
+    """
+    pose = pose_from_msg(stamped.pose)
+    frame = stamped.header.frame_id.lstrip("/")
+    if frame in ("", "map"):
+        return pose
+    if frame == "odom":
+        return brain.map_from_odom.compose(pose)
+    if frame in ("base_footprint", "base_link"):
+        return brain.pose_map.compose(pose)
+    raise UnknownFrameError(f"frame '{frame}' is unknown; use map, odom or base_footprint")
+
+
+def is_placeholder(stamped: PoseStamped) -> bool:
+    """Whether BasicNavigator sent this because its user has never called setInitialPose."""
+    stamp, pose = stamped.header.stamp, pose_from_msg(stamped.pose)
+    return not (stamp.sec or stamp.nanosec) and pose == Pose(0.0, 0.0, 0.0)

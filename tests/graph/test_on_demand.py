@@ -1,0 +1,43 @@
+"""Navigators of a large swarm: servers that few clients use come when they are asked for."""
+
+import pytest
+from nav2_msgs.action import Spin
+from rcl_interfaces.srv import GetParameters
+
+
+@pytest.fixture(scope="module")
+def swarm(start_swarm):
+    started = start_swarm(2, on_demand=True)
+    started.wait_until_active()
+    return started
+
+
+def services_of(swarm, name):
+    return {
+        service.removeprefix(f"/{name}/")
+        for service, _ in swarm.node.get_service_names_and_types()
+        if service.startswith(f"/{name}/")
+    }
+
+
+def test_only_what_every_robot_needs_is_there_at_first(swarm):
+    swarm.spin_until(lambda: "navigate_to_pose/_action/send_goal" in services_of(swarm, "Srobot1"))
+    assert services_of(swarm, "Srobot1") == {
+        f"navigate_to_pose/_action/{name}" for name in ("send_goal", "get_result", "cancel_goal")
+    }
+
+
+def test_an_action_server_comes_for_its_client(swarm):
+    service = "/Srobot2/spin/_action/send_goal"
+    client = swarm.node.create_client(Spin.Impl.SendGoalService, service)
+    try:
+        assert client.wait_for_service(20.0)
+    finally:
+        swarm.node.destroy_client(client)
+    assert "follow_path/_action/send_goal" not in services_of(swarm, "Srobot2")
+
+
+def test_parameters_can_be_read(swarm):
+    request = GetParameters.Request(names=["robot_id", "use_sim_time"])
+    answer = swarm.call(GetParameters, "/Srobot2/navigator/get_parameters", request)
+    assert (answer.values[0].integer_value, answer.values[1].bool_value) == (2, True)
