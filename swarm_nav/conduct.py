@@ -93,11 +93,12 @@ class Conduct:
         if self._gate.is_closed:
             self._automaton.switch(Event.STATION_TAKEN)
             return None
-        if not self._lease.is_turn(config) and self._lease.station is not None:
+        is_barred = self._lease.is_barred(s)
+        if self._lease.station is not None and not is_barred and not self._has_turn():
             if s.distance_to(*self._lease.station) <= config.hold_distance:
                 self._automaton.switch(Event.STATION_TAKEN)
                 return None
-        if self._lease.is_barred(s):
+        if is_barred:
             message = "a robot that no longer answers or is inactive stands on the station"
             self._pursuit.fail_target(task, ErrorCode.GOAL_OCCUPIED, message)
             return None
@@ -120,11 +121,15 @@ class Conduct:
     def _hold(self, task: Task) -> None:
         s = self._s
         task.note_progress(s, True)
-        has_turn = self._lease.is_turn(s.config.holding) or self._lease.is_barred(s)
+        has_turn = self._has_turn() or self._lease.is_barred(s)
         if has_turn and not self._gate.is_closed:
             self._automaton.switch(Event.STATION_GRANTED)
         else:
             self._holding.update(s, self._gate.region if self._gate.is_closed else None)
+
+    def _has_turn(self) -> bool:
+        """Whether the robot may approach its station, and nobody stands on it for good."""
+        return self._lease.is_turn(self._s.config.holding) and not self._lease.is_covered(self._s)
 
     def _check_progress(self, task: Task) -> None:
         s = self._s

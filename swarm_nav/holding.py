@@ -73,12 +73,10 @@ class Lease:
             if self.tick
             else 0
         )
-        self.inherited = self._highest_waiting(situation) if self.tick and not self.place else 0
-
-    def _highest_waiting(self, situation: Situation) -> int:
-        assert self.station is not None
-        highest = situation.hood.highest_waiting(self.station, SAME_STATION)
-        return above(highest) if highest else 0
+        if self.tick and not self.place:
+            # never less than before: a priority that comes and goes would delay all requests
+            highest = situation.hood.highest_waiting(self.station, SAME_STATION)
+            self.inherited = max(self.inherited, above(highest) if highest else 0)
 
     def is_turn(self, config: HoldingConfig) -> bool:
         """Whether the robot may drive the last metres."""
@@ -86,14 +84,18 @@ class Lease:
 
     def is_barred(self, situation: Situation) -> bool:
         """Whether a silent or inactive robot is on the station, and was waited for long enough."""
+        patience = situation.ticks(situation.config.holding.station_patience)
+        return situation.tick - self.tick > patience and self.is_covered(situation)
+
+    def is_covered(self, situation: Situation) -> bool:
+        """Whether a robot that will not move by itself is on the station."""
         if self.station is None or self.tick == 0:
             return False
         hood = situation.hood
-        patience = situation.ticks(situation.config.holding.station_patience)
         for row in np.flatnonzero(hood.immovable):
             gaps = hood.tubes(int(row)) - self.station
             if float(np.hypot(*gaps.T).min()) < situation.reach(int(row)) - STATION_OVERLAP:
-                return situation.tick - self.tick > patience
+                return True
         return False
 
 

@@ -19,7 +19,9 @@ POSE = word_of("pose")
 PRIORITY = word_of("priority")
 BLOCKED_TICKS = word_of("blocked_ticks")
 YIELDS_FOR = word_of("yields_for")
-DEPTH_MASK = 63  # the bits of a priority that count the hops of its inheritance
+DEPTH_BITS = 6  # of a priority, the lowest: they count the hops of its inheritance
+DEPTH_MASK = (1 << DEPTH_BITS) - 1
+ID_MASK = 1023  # the bits above: ID_MASK less the id of the robot that it belongs to
 BLOCKED_BY = word_of("blocked_by")
 STATION = word_of("station")
 STATION_TICK = word_of("station_tick")
@@ -200,10 +202,17 @@ def earlier_requests(words, floats, gone, station, tick, own_id, same):
 
 @njit(cache=True)
 def highest_waiting(words, floats, gone, priorities, station, same):
-    """Highest priority of the robots that asked for a station within `same` [m], 0 if none."""
+    """Highest priority of the robots that asked for a station within `same` [m], 0 if none.
+
+    Only priorities of their own count, told by the id in them: one that was inherited may come
+    from the very robot that asks, and would go round for ever.
+    """
     highest = 0
     for row in range(gone.shape[0]):
         if words[row, STATION_TICK] == 0 or gone[row]:
+            continue
+        owner = ID_MASK - ((priorities[row] >> DEPTH_BITS) & ID_MASK)
+        if owner != np.int64(words[row, ID]) % (ID_MASK + 1):
             continue
         dx = floats[row, STATION] - station[0]
         dy = floats[row, STATION + 1] - station[1]

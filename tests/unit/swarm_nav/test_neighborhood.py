@@ -8,6 +8,7 @@ import pytest
 from swarm_common.beacon import FLAG_ACTIVE, FLAG_DEAF, FLAG_STUCK
 from swarm_nav.config import TrafficConfig
 from swarm_nav.neighborhood import Neighborhood
+from swarm_nav.right_of_way import base_priority
 from swarm_nav.neighborhood_kernels import UNHEARD
 from tests.standins.navigation import beacon
 
@@ -252,10 +253,15 @@ def test_the_highest_that_waits_for_a_station_counts() -> None:
         record["station"], record["station_tick"] = (x, 0.0), tick
         return record
 
+    own = [base_priority(2, 100 - robot, robot) for robot in range(6)]
     assert here.highest_waiting((3.0, 0.0), 0.6) == 0
-    heard(here, 20, asking(2, 10, 3.0, 7), asking(3, 12, 3.3, 1 << 40), asking(4, 0, 3.0, 1 << 50),
-          asking(5, 9, 5.0, 1 << 51))  # fmt: skip
+    heard(here, 20, asking(2, 10, 3.0, own[2]), asking(3, 12, 3.3, own[3]),
+          asking(4, 0, 3.0, own[4]), asking(5, 9, 5.0, own[5]))  # fmt: skip
     here.refresh(21)
-    assert here.highest_waiting((3.0, 0.0), 0.6) == 1 << 40
+    assert here.highest_waiting((3.0, 0.0), 0.6) == own[3]
+    # who was pushed by the holder of the station must not lend it its own priority back
+    heard(here, 21, asking(3, 12, 3.3, base_priority(2, 50, 9) - 1))
+    here.refresh(22)
+    assert here.highest_waiting((3.0, 0.0), 0.6) == own[2]
     here.refresh(60)
     assert here.highest_waiting((3.0, 0.0), 0.6) == 0
