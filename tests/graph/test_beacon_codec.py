@@ -8,7 +8,18 @@ from swarm_interfaces.msg import Beacon, NeighborArray
 
 from swarm_common import beacon as codec
 
-ARRAYS = ("pose", "twist", "priority", "target", "station", "held", "wanted", "intent", "footprint")
+ARRAYS = (
+    "pose",
+    "twist",
+    "priority",
+    "target",
+    "station",
+    "held",
+    "wanted",
+    "intent",
+    "footprint",
+    "heard",
+)
 
 
 def random_beacons(count):
