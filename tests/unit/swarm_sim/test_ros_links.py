@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
@@ -13,6 +12,7 @@ from swarm_common.beacon import BEACON_DTYPE, serialize_beacon
 from swarm_common.records import Twist
 from swarm_common.robot_io import load_robot
 from swarm_common.wire import CommandWriter
+from swarm_sim import ros_links
 from swarm_sim.ros_links import RobotLink
 from swarm_sim.settings import parse_settings
 
@@ -22,19 +22,21 @@ WRITER = CommandWriter("base_footprint")
 
 
 class Node:
-    """Stands in for rclpy's: hands out publishers that nobody reads, and keeps the callbacks."""
-
-    def __init__(self) -> None:
-        self.callbacks: dict[str, Callable[[bytes], None]] = {}
+    """Stands in for rclpy's: hands out publishers that nobody reads."""
 
     def create_publisher(self, *_: Any) -> Any:
         return SimpleNamespace(publish=lambda _: None, get_subscription_count=lambda: 0)
 
-    def create_subscription(
-        self, _: Any, topic: str, callback: Callable[[bytes], None], *__: Any, raw: bool
-    ) -> None:
-        assert raw
-        self.callbacks[topic] = callback
+
+class Topic:
+    """Stands in for a polled subscription: holds the messages that wait."""
+
+    def __init__(self, _node: Any, _kind: Any, name: str, _quality: Any) -> None:
+        self.name = name
+        self.waiting: list[bytes] = []
+
+    def take(self) -> bytes | None:
+        return self.waiting.pop(0) if self.waiting else None
 
 
 class Robot:
@@ -42,33 +44,42 @@ class Robot:
 
     def __init__(self, free_run: bool) -> None:
         self.answers = 0
-        node = Node()
         settings = parse_settings(
             {"world": "any", "robots": [{"name": "Srobot1", "model": MODEL}], "free_run": free_run},
             "test",
         )
         spec = load_robot(MODEL)
         self.link = RobotLink(
-            node,  # type: ignore[arg-type]
+            Node(),  # type: ignore[arg-type]
             "Srobot1",
             spec,
             "<robot name='none'/>",
             settings,
             self.count,
         )
-        self._take_command = node.callbacks["/Srobot1/cmd_vel"]
-        self._take_beacon = node.callbacks["/Srobot1/beacon"]
+        self._topics: dict[str, Topic] = {
+            topic.name: topic for topic in vars(self.link).values() if isinstance(topic, Topic)
+        }
 
     def count(self) -> None:
         self.answers += 1
 
     def command(self, tick: int, twist: Twist) -> None:
-        self._take_command(WRITER.encode(tick, twist))
+        self._send("/Srobot1/cmd_vel", WRITER.encode(tick, twist))
 
     def beacon(self, tick: int) -> None:
         record = np.zeros(1, BEACON_DTYPE)[0]
         record["sec"], record["nanosec"] = divmod(tick * 100_000_000, 1_000_000_000)
-        self._take_beacon(serialize_beacon(record))
+        self._send("/Srobot1/beacon", serialize_beacon(record))
+
+    def _send(self, topic: str, message: bytes) -> None:
+        self._topics[topic].waiting.append(message)
+        self.link.take_answers()
+
+
+@pytest.fixture(autouse=True)
+def _no_graph(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ros_links, "PolledTopic", Topic)
 
 
 @pytest.mark.parametrize("free_run", [False, True])
