@@ -8,13 +8,15 @@ from swarm_common.records import Twist
 from swarm_nav.automaton import Automaton
 from swarm_nav.controller import Controller
 from swarm_nav.gate import Gate
-from swarm_nav.goals import ErrorCode, Outcome
+from swarm_nav.goals import ErrorCode, Outcome, PlanError
 from swarm_nav.holding import HoldingPattern, Lease
 from swarm_nav.pursuit import Pursuit
 from swarm_nav.route import Route
 from swarm_nav.situation import Situation
 from swarm_nav.states import Event, State
 from swarm_nav.task import Task
+
+GATE_RECHECK = 5.0  # [s] after which a robot that waits outside looks whether it still has to
 
 
 class Conduct:
@@ -121,11 +123,21 @@ class Conduct:
     def _hold(self, task: Task) -> None:
         s = self._s
         task.note_progress(s, True)
+        if self._gate.is_closed and (s.tick + s.robot_id) % s.ticks(GATE_RECHECK) == 0:
+            self._recheck_gate(task)
         has_turn = self._has_turn() or self._lease.is_barred(s)
         if has_turn and not self._gate.is_closed:
             self._automaton.switch(Event.STATION_GRANTED)
         else:
             self._holding.update(s, self._gate.region if self._gate.is_closed else None)
+
+    def _recheck_gate(self, task: Task) -> None:
+        s = self._s
+        try:
+            way = s.planner.plan(s.stop_point, task.place, s.planner.no_extra())
+        except PlanError:
+            return
+        self._gate.recheck(way)
 
     def _has_turn(self) -> bool:
         """Whether the robot may approach its station, and nobody stands on it for good."""

@@ -209,7 +209,7 @@ class HoldingConfig:
     circuit_spacing: float = 6.0  # [m] of circuit per robot below which `auto` parks
     search_distance: float = 8.0  # [m] of driving to a parking place
     gate_density: float = 0.25  # [1/m²] of robots in a narrow region with stations; 0: no gate
-    gate_patience: float = 30.0  # [s] of waiting for which one robot more is let in
+    gate_patience: float = 30.0  # [s] without progress of the queue for which one more is let in
     station_patience: float = 120.0  # [s] that a station may be blocked by a silent robot
 
     def __post_init__(self) -> None:

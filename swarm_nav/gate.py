@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.records import CONTROL_PERIOD
+from swarm_common.records import CONTROL_PERIOD, FloatArray
 from swarm_nav import distance_kernels, gate_kernels, search_kernels
 from swarm_nav.search import SearchSpace
 from swarm_nav.situation import Situation
@@ -76,6 +76,9 @@ class Gate:
     region: NDArray[np.bool_] | None
     asked_tick: int = 0
     is_admitted: bool = False
+    _advanced_tick: int = 0
+    _fewest_ahead: int = 0
+    _frame: tuple[float, float, float] = (0.0, 0.0, 1.0)
 
     @property
     def announced(self) -> int:
@@ -94,13 +97,19 @@ class Gate:
         self.asked_tick = 0
         self.is_admitted = False
 
-    def update(self, situation: Situation, is_asking: bool) -> None:
-        """Ask, wait or be admitted; `is_asking` says whether the robot is on its way to a goal."""
+    def update(self, situation: Situation, has_goal: bool, is_driving: bool) -> None:
+        """Ask, wait or be admitted.
+
+        Args:
+            situation: Of the robot.
+            has_goal: Whether the robot is on its way to a goal.
+            is_driving: Whether the path in hand is the one to the goal: only that one counts.
+        """
         config = situation.config.holding
         if self.region is None or config.gate_density <= 0.0:
             return
-        frame = situation.planner.lattice.frame
-        if not is_asking or gate_kernels.is_inside(
+        self._frame = frame = situation.planner.lattice.frame
+        if not has_goal or gate_kernels.is_inside(
             self.region, frame, situation.pose.x, situation.pose.y
         ):
             self.leave()
@@ -108,12 +117,23 @@ class Gate:
         if self.is_admitted:
             return
         if self.asked_tick == 0:
+            if not is_driving:
+                return
             tube = situation.tube
             way = tube.points[tube.near : tube.near + WAY_POINTS]
             if not gate_kernels.enters(self.region, frame, way):
                 return
-            self.asked_tick = situation.tick
-        self.is_admitted = self._ahead(situation) < self._capacity(situation)
+            self.asked_tick = self._advanced_tick = situation.tick
+            self._fewest_ahead = 1 << 30
+        ahead = self._ahead(situation)
+        if ahead < self._fewest_ahead:
+            self._fewest_ahead, self._advanced_tick = ahead, situation.tick
+        self.is_admitted = ahead < self._capacity(situation)
+
+    def recheck(self, way: FloatArray) -> None:
+        """Ask no more if the way (n, 2) to the goal does not lead through the region any longer."""
+        if self.region is not None and not gate_kernels.enters(self.region, self._frame, way):
+            self.leave()
 
     def _ahead(self, situation: Situation) -> int:
         """Count who is inside, admitted, or has waited for longer."""
@@ -141,6 +161,6 @@ class Gate:
             (situation.pose.x, situation.pose.y),
             config.traffic.radio_range,
         )
-        waited = (situation.tick - self.asked_tick) * CONTROL_PERIOD
+        waited = (situation.tick - self._advanced_tick) * CONTROL_PERIOD
         share = config.holding.gate_density * int(cells) * lattice.step**2
         return max(1.0, share) + math.floor(waited / config.holding.gate_patience)

@@ -167,7 +167,7 @@ class Navigator:
         s.hood.refresh(tick)
         self._pursuit.begin_pending()
         self._lease.update(s)
-        self._gate.update(s, self._task is not None)
+        self._gate.update(s, self._task is not None, self._state is State.DRIVING)
         if self._senses.update() and self.is_active:
             twist = self._drive()
         else:

@@ -69,7 +69,7 @@ def warm_up() -> None:
 def _pass_gate(situation: Situation) -> None:
     region = np.ones(situation.planner.lattice.base.shape, np.bool_)
     gate = Gate(region)
-    gate.update(situation, True)
+    gate.update(situation, True, True)
     gate_kernels.enters(region, situation.planner.lattice.frame, situation.tube.points)
     gate._ahead(situation)
     gate._capacity(situation)

@@ -57,11 +57,11 @@ def gate_and_robot(*others: np.void) -> tuple[Gate, object]:
 
 def test_a_robot_whose_way_leads_in_asks_and_is_admitted_where_there_is_room() -> None:
     gate, s = gate_and_robot()
-    gate.update(s, True)
+    gate.update(s, True, True)
     assert gate.asked_tick == s.tick
     assert gate.is_admitted
     assert gate.announced == ADMITTED
-    gate.update(s, False)
+    gate.update(s, False, True)
     assert gate.announced == NONE
 
 
@@ -69,14 +69,14 @@ def test_a_full_region_is_waited_for_but_not_for_ever() -> None:
     crowd = [beacon(k, 5.2, 0.6 + 0.6 * k) for k in range(2, 14)]
     gate, s = gate_and_robot(*crowd)
     start = s.tick
-    gate.update(s, True)
+    gate.update(s, True, True)
     assert gate.is_closed
     assert gate.announced == start
     waited = 0
     while gate.is_closed and waited < 20_000:
         waited += 50
         s.tick = start + waited
-        gate.update(s, True)
+        gate.update(s, True, True)
     assert gate.is_admitted
     assert waited * 0.1 <= 12 * s.config.holding.gate_patience + 5.0
 
@@ -84,5 +84,35 @@ def test_a_full_region_is_waited_for_but_not_for_ever() -> None:
 def test_inside_nothing_is_asked() -> None:
     gate, s = gate_and_robot()
     s.pose = Pose(5.2, 4.5, 0.0)
-    gate.update(s, True)
+    gate.update(s, True, True)
     assert gate.announced == NONE
+
+
+def test_a_way_to_a_refuge_does_not_ask() -> None:
+    gate, s = gate_and_robot()
+    gate.update(s, True, False)
+    assert gate.announced == NONE
+
+
+def test_who_need_not_go_in_any_more_stops_waiting() -> None:
+    crowd = [beacon(k, 5.2, 0.6 + 0.6 * k) for k in range(2, 14)]
+    gate, s = gate_and_robot(*crowd)
+    gate.update(s, True, True)
+    assert gate.is_closed
+    gate.recheck(np.array(((3.0, 4.5), (5.2, 4.5))))
+    assert gate.is_closed
+    gate.recheck(np.array(((3.0, 4.5), (3.0, 2.5))))
+    assert gate.announced == NONE
+
+
+def test_a_queue_that_advances_earns_no_patience() -> None:
+    crowd = [beacon(k, 5.2, 0.6 + 0.6 * k) for k in range(2, 14)]
+    gate, s = gate_and_robot(*crowd)
+    start = s.tick
+    gate.update(s, True, True)
+    pause = s.ticks(0.9 * s.config.holding.gate_patience)
+    for left in range(1, 6):
+        s.tick = start + left * pause
+        hear(s, *(beacon(k, 5.2 if k > 1 + left else 2.0, 0.6 * k - 0.6) for k in range(2, 14)))
+        gate.update(s, True, True)
+        assert gate.is_closed
