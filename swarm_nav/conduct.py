@@ -137,7 +137,7 @@ class Conduct:
             way = s.planner.plan(s.stop_point, task.place, s.planner.no_extra())
         except PlanError:
             return
-        self._gate.recheck(way)
+        self._gate.recheck(s, way)
 
     def _has_turn(self) -> bool:
         """Whether the robot may approach its station, and nobody stands on it for good."""

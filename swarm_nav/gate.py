@@ -4,8 +4,9 @@ Beyond a density the flow through a narrow region falls as more robots enter it 
 diagram of traffic; perimeter control: Daganzo 2007, Keyvan-Ekbatani et al. 2012). A robot in the
 open whose way leads into such a region counts those that it hears inside, those admitted and those
 that have waited for longer; it enters while that is less than the region's share within radio
-range allows, and otherwise waits in the open. Each robot decides alone. The longer it has waited,
-the more it allows, so that the gate only delays: safety and liveness do not rest on it.
+range allows, and otherwise waits in the open. Each robot decides alone. A queue that has not
+advanced for a while lets one more in, then another, so that the gate only delays: safety and
+liveness do not rest on it.
 
 Plain corridors are left alone: they have no station to wait for, and robots only pass.
 """
@@ -78,7 +79,6 @@ class Gate:
     is_admitted: bool = False
     _advanced_tick: int = 0
     _fewest_ahead: int = 0
-    _frame: tuple[float, float, float] = (0.0, 0.0, 1.0)
 
     @property
     def announced(self) -> int:
@@ -108,7 +108,7 @@ class Gate:
         config = situation.config.holding
         if self.region is None or config.gate_density <= 0.0:
             return
-        self._frame = frame = situation.planner.lattice.frame
+        frame = situation.planner.lattice.frame
         if not has_goal or gate_kernels.is_inside(
             self.region, frame, situation.pose.x, situation.pose.y
         ):
@@ -130,9 +130,10 @@ class Gate:
             self._fewest_ahead, self._advanced_tick = ahead, situation.tick
         self.is_admitted = ahead < self._capacity(situation)
 
-    def recheck(self, way: FloatArray) -> None:
+    def recheck(self, situation: Situation, way: FloatArray) -> None:
         """Ask no more if the way (n, 2) to the goal does not lead through the region any longer."""
-        if self.region is not None and not gate_kernels.enters(self.region, self._frame, way):
+        frame = situation.planner.lattice.frame
+        if self.region is not None and not gate_kernels.enters(self.region, frame, way):
             self.leave()
 
     def _ahead(self, situation: Situation) -> int:

@@ -99,9 +99,9 @@ def test_who_need_not_go_in_any_more_stops_waiting() -> None:
     gate, s = gate_and_robot(*crowd)
     gate.update(s, True, True)
     assert gate.is_closed
-    gate.recheck(np.array(((3.0, 4.5), (5.2, 4.5))))
+    gate.recheck(s, np.array(((3.0, 4.5), (5.2, 4.5))))
     assert gate.is_closed
-    gate.recheck(np.array(((3.0, 4.5), (3.0, 2.5))))
+    gate.recheck(s, np.array(((3.0, 4.5), (3.0, 2.5))))
     assert gate.announced == NONE
 
 
