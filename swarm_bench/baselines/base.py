@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from swarm_bench.baselines.planning import Track, plain_planner
 from swarm_common.beacon import (
     BEACON_DTYPE,
     FLAG_ACTIVE,
@@ -95,6 +96,9 @@ class Baseline(ABC):
         self._reached = 0
         self._failed = 0
         self._events: list[Event] = []
+        self._planner = plain_planner(grid, config, self.radius)
+        self._track: Track | None = None
+        self.prepare()
 
     @property
     def pose(self) -> Pose:
@@ -114,6 +118,10 @@ class Baseline(ABC):
     # What a method decides
 
     @abstractmethod
+    def prepare(self) -> None:
+        """Set up what only this method needs; called once, at the end of the construction."""
+
+    @abstractmethod
     def begin(self, target: Pose) -> None:
         """Prepare for a new target."""
 
@@ -125,10 +133,6 @@ class Baseline(ABC):
     def rest(self) -> Twist:
         """Return the twist without a goal."""
 
-    @abstractmethod
-    def see(self, scan: Scan) -> None:
-        """Take a scan."""
-
     # The face of a driver
 
     def on_odom(self, odom: Odometry) -> None:
@@ -137,8 +141,8 @@ class Baseline(ABC):
         self.twist = odom.twist
 
     def on_scan(self, scan: Scan) -> None:
-        """Take a scan."""
-        self.see(scan)
+        """Take a scan: mark hits that are neither walls nor known robots."""
+        self.obstacles.update(scan, self.pose, self._planner.terrain, self.hood)
 
     def on_neighbors(self, beacons: BeaconArray) -> None:
         """Take the beacons heard in this tick."""

@@ -14,18 +14,13 @@ import numpy as np
 
 from swarm_bench.baselines import dwa_kernels as kernels
 from swarm_bench.baselines.base import Baseline
-from swarm_bench.baselines.planning import Track, plain_planner, robot_costs, waypoint
-from swarm_common.grid import Grid
+from swarm_bench.baselines.planning import Track, robot_costs, waypoint
 from swarm_common.records import (
     CONTROL_PERIOD,
     Pose,
-    RobotSpec,
-    Scan,
     Twist,
     wrap_angle,
 )
-from swarm_common.sites import Sites
-from swarm_nav.config import NavConfig
 from swarm_nav.goals import PlanError
 
 PADDING = 0.03  # [m] around the robot's circle: half a map cell, and 2 % of slip
@@ -44,27 +39,12 @@ NEAR = 1.5  # [m] up to which robots and LiDAR hits can matter within the horizo
 class DwaDriver(Baseline):
     """DWA with global replanning."""
 
-    def __init__(
-        self,
-        config: NavConfig,
-        spec: RobotSpec,
-        grid: Grid,
-        sites: Sites,
-        robot_id: int,
-        initial_pose_map: Pose,
-    ) -> None:
-        """Stand at a pose without a goal."""
-        super().__init__(config, spec, grid, sites, robot_id, initial_pose_map)
-        self._planner = plain_planner(grid, config, self.radius)
-        self._track: Track | None = None
+    def prepare(self) -> None:
+        """Begin without a goal."""
         self._is_turning = False
         self._recovery: Recovery | None = None
-        self._progress = (initial_pose_map, 0)
+        self._progress = (self.pose, 0)
         self._tries = 0
-
-    def see(self, scan: Scan) -> None:
-        """Mark hits that are neither walls nor known robots."""
-        self.obstacles.update(scan, self.pose, self._planner.terrain, self.hood)
 
     def begin(self, target: Pose) -> None:
         """Plan in the next tick."""

@@ -19,12 +19,10 @@ import numpy as np
 from swarm_bench.baselines import dwa_kernels as kernels
 from swarm_bench.baselines.base import Baseline
 from swarm_bench.baselines.outlines import wall_outlines
-from swarm_bench.baselines.planning import Track, plain_planner, robot_costs, waypoint
+from swarm_bench.baselines.planning import Track, robot_costs, waypoint
 from swarm_common.errors import ConfigError
 from swarm_common.grid import Grid
-from swarm_common.records import CONTROL_PERIOD, Pose, RobotSpec, Scan, Twist
-from swarm_common.sites import Sites
-from swarm_nav.config import NavConfig
+from swarm_common.records import CONTROL_PERIOD, Pose, Twist
 from swarm_nav.goals import PlanError
 
 OFFSET = 0.1  # [m] of the steered point ahead of the axle
@@ -44,25 +42,12 @@ NOWHERE = 1e4  # [m] where agents are that stand for nobody
 class OrcaDriver(Baseline):
     """Optimal reciprocal collision avoidance along a global path."""
 
-    def __init__(
-        self,
-        config: NavConfig,
-        spec: RobotSpec,
-        grid: Grid,
-        sites: Sites,
-        robot_id: int,
-        initial_pose_map: Pose,
-    ) -> None:
-        """Stand at a pose without a goal."""
-        super().__init__(config, spec, grid, sites, robot_id, initial_pose_map)
-        self._planner = plain_planner(grid, config, self.radius)
-        self._track: Track | None = None
-        self._random = random.Random(f"orca/{robot_id}")
-        self._simulator = _simulator(grid, self.radius + OFFSET, config.controller.max_vel_x)
-
-    def see(self, scan: Scan) -> None:
-        """Mark hits that are neither walls nor known robots."""
-        self.obstacles.update(scan, self.pose, self._planner.terrain, self.hood)
+    def prepare(self) -> None:
+        """Begin without a goal."""
+        self._random = random.Random(f"orca/{self.robot_id}")
+        self._simulator = _simulator(
+            self.grid, self.radius + OFFSET, self.config.controller.max_vel_x
+        )
 
     def begin(self, target: Pose) -> None:
         """Plan in the next tick."""
