@@ -26,13 +26,8 @@ from swarm_nav.behaviors import Behavior
 from swarm_nav.gate import Gate
 from swarm_nav.goals import Feedback, Status
 from swarm_nav.holding import SAME_STATION, HoldingPattern, Lease
-from swarm_nav.right_of_way import (
-    CLASS_DONE,
-    CLASS_DRIVING,
-    CLASS_HOLDING,
-    RightOfWay,
-    base_priority,
-)
+from swarm_nav.priority import CLASS_DONE, CLASS_DRIVING, CLASS_HOLDING, base_priority
+from swarm_nav.right_of_way import RightOfWay
 from swarm_nav.situation import Situation
 from swarm_nav.states import State
 from swarm_nav.task import Task

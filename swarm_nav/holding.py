@@ -20,7 +20,7 @@ from swarm_nav import crowd
 from swarm_nav.config import HoldingConfig
 from swarm_nav.goals import PlanError
 from swarm_nav.planner import path_length
-from swarm_nav.right_of_way import above
+from swarm_nav.priority import above
 from swarm_nav.situation import Situation
 from swarm_nav.terrain import HALL_DISTANCE
 

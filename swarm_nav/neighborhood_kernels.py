@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 
 from swarm_common.beacon import FLAG_DEAF, HEARD_ENTRIES, word_of
+from swarm_nav.priority import DEPTH_BITS, ID_MASK, TOP_DEPTH
 
 ID = word_of("id")
 TICK = word_of("tick")
@@ -19,9 +20,6 @@ POSE = word_of("pose")
 PRIORITY = word_of("priority")
 BLOCKED_TICKS = word_of("blocked_ticks")
 YIELDS_FOR = word_of("yields_for")
-DEPTH_BITS = 6  # of a priority, the lowest: they count the hops of its inheritance
-DEPTH_MASK = (1 << DEPTH_BITS) - 1
-ID_MASK = 1023  # the bits above: ID_MASK less the id of the robot that it belongs to
 BLOCKED_BY = word_of("blocked_by")
 STATION = word_of("station")
 STATION_TICK = word_of("station_tick")
@@ -176,7 +174,7 @@ def highest_pusher(words, gone, priorities, own, patience, least_depth):
             continue
         if priorities[row] <= own_priority or words[row, YIELDS_FOR] == own_id:
             continue
-        if (priorities[row] & DEPTH_MASK) < least_depth:
+        if (priorities[row] & TOP_DEPTH) < least_depth:
             continue
         if best < 0 or priorities[row] > priorities[best]:
             best = row

@@ -16,11 +16,9 @@ import numpy as np
 from swarm_common.beacon import MODE_YIELD
 from swarm_common.records import FloatArray
 from swarm_nav import crowd, judgement_kernels
+from swarm_nav.priority import TOP_DEPTH
 from swarm_nav.situation import Situation
 
-CLASS_DONE, CLASS_HOLDING, CLASS_DRIVING = 0, 1, 2
-DEPTH_BITS, ID_BITS, TICK_BITS = 6, 10, 32
-TOP_DEPTH = (1 << DEPTH_BITS) - 1
 LEAST_DEPTH = TOP_DEPTH - 32  # longest chain of robots that push each other, by 32 hops
 REFUGE_MARGIN = 0.03  # [m] more than the reach that a refuge keeps from the pusher's way
 REFUGE_COST = 12.0  # largest cost of a way to a refuge
@@ -33,19 +31,6 @@ WAY_AHEAD = 32  # points of the own path, 1.6 m, on which a pushed robot may get
 GAIN = 8  # points of the pusher's way, about 0.8 m, that it gets ahead instead
 SLACK = 2  # points of that way by which it may come towards the pusher
 GO_ON_PATIENCE = 2.0  # [s] that a pushed robot may be blocked on its own way
-
-
-def base_priority(rank: int, last_goal_tick: int, robot_id: int) -> int:
-    """Return the 50-bit priority: class, seniority, id, and depth for inheritance."""
-    seniority = (1 << TICK_BITS) - 1 - last_goal_tick
-    value = (rank << TICK_BITS) | seniority
-    value = (value << ID_BITS) | ((1 << ID_BITS) - 1 - robot_id % (1 << ID_BITS))
-    return (value << DEPTH_BITS) | (TOP_DEPTH - 1)
-
-
-def above(priority: int) -> int:
-    """Return the priority of a robot for which others wait: just above the waiting robot's own."""
-    return priority | TOP_DEPTH
 
 
 class RightOfWay:

@@ -17,7 +17,8 @@ from swarm_nav.claim import WATCHDOG_TIME, Claim
 from swarm_nav.goals import GoalKind, Outcome
 from swarm_nav.holding import Lease
 from swarm_nav.planner import SPACING
-from swarm_nav.right_of_way import CLASS_DRIVING, RightOfWay, base_priority, refuge_path
+from swarm_nav.priority import CLASS_DRIVING, base_priority
+from swarm_nav.right_of_way import RightOfWay, refuge_path
 from swarm_nav.route import REPLAN_PAUSE
 from swarm_nav.situation import Situation
 from tests.standins.navigation import RADIUS, Squad, beacon, config, hear, room, situation

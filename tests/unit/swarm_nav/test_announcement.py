@@ -32,7 +32,8 @@ from swarm_common.sites import Sites
 from swarm_nav.announcement import compose_beacon, compose_status
 from swarm_nav.gate import Gate
 from swarm_nav.holding import HoldingPattern, Lease
-from swarm_nav.right_of_way import CLASS_DRIVING, CLASS_HOLDING, RightOfWay, base_priority
+from swarm_nav.priority import CLASS_DRIVING, CLASS_HOLDING, base_priority
+from swarm_nav.right_of_way import RightOfWay
 from swarm_nav.situation import Situation
 from swarm_nav.states import State
 from tests.standins.navigation import RADIUS, room, situation, waffle

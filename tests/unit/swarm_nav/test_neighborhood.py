@@ -9,7 +9,7 @@ from swarm_common.beacon import FLAG_ACTIVE, FLAG_DEAF, FLAG_STUCK
 from swarm_nav.config import TrafficConfig
 from swarm_nav.neighborhood import Neighborhood
 from swarm_nav.neighborhood_kernels import UNHEARD
-from swarm_nav.right_of_way import base_priority
+from swarm_nav.priority import base_priority
 from tests.standins.navigation import beacon
 
 

@@ -10,17 +10,15 @@ from hypothesis import strategies as st
 from swarm_common.beacon import FLAG_ACTIVE, FLAG_STUCK
 from swarm_common.grid import Grid
 from swarm_common.records import Pose, Twist
-from swarm_nav.right_of_way import (
+from swarm_nav.priority import (
     CLASS_DONE,
     CLASS_DRIVING,
     CLASS_HOLDING,
     DEPTH_BITS,
     ID_BITS,
-    REFUGE_MARGIN,
-    RightOfWay,
     base_priority,
-    refuge_path,
 )
+from swarm_nav.right_of_way import REFUGE_MARGIN, RightOfWay, refuge_path
 from swarm_nav.situation import Situation
 from tests.standins.navigation import RADIUS, beacon, hear, room, situation
 

@@ -1,0 +1,25 @@
+"""A robot's priority as one number: class, seniority, id, and the depth of its inheritance.
+
+From the highest bits down: the class, how long ago the last goal was reached, the id (so that no
+two robots are equal), and the hops over which the priority was inherited, counted down.
+"""
+
+from __future__ import annotations
+
+CLASS_DONE, CLASS_HOLDING, CLASS_DRIVING = 0, 1, 2
+DEPTH_BITS, ID_BITS, TICK_BITS = 6, 10, 32
+TOP_DEPTH = (1 << DEPTH_BITS) - 1  # also the mask of the depth
+ID_MASK = (1 << ID_BITS) - 1
+
+
+def base_priority(rank: int, last_goal_tick: int, robot_id: int) -> int:
+    """Return the 50-bit priority: class, seniority, id, and depth for inheritance."""
+    seniority = (1 << TICK_BITS) - 1 - last_goal_tick
+    value = (rank << TICK_BITS) | seniority
+    value = (value << ID_BITS) | (ID_MASK - robot_id % (1 << ID_BITS))
+    return (value << DEPTH_BITS) | (TOP_DEPTH - 1)
+
+
+def above(priority: int) -> int:
+    """Return the priority of a robot for which others wait: just above the waiting robot's own."""
+    return priority | TOP_DEPTH
