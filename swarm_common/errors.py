@@ -26,6 +26,10 @@ class RobotModelError(SwarmError):
     """A robot description is unusable."""
 
 
+class MeshError(SwarmError):
+    """A mesh file is missing or unusable."""
+
+
 class UnknownNameError(ConfigError):
     """A name is not among the known ones.
 

@@ -9,8 +9,10 @@ true outline, as part of the body. Collision groups keep the two apart.
 from __future__ import annotations
 
 import math
+import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,7 +22,7 @@ from numpy.typing import NDArray
 from swarm_common.errors import RobotModelError
 from swarm_common.records import Pose, RobotSpec
 from swarm_sim.robot_model import RigidGroup, RobotModel
-from swarm_sim.scene import Body, Box, Cylinder, Part, Sphere, Transform
+from swarm_sim.scene import Body, Box, Cylinder, Hull, Part, Sphere, Transform
 from swarm_sim.section import section_between
 
 FloatArray = NDArray[np.float64]
@@ -29,7 +31,12 @@ GROUND, WHEEL, ROBOT, OBSTACLE = 1, 2, 4, 8  # collision groups
 ON_GROUND = 0.002  # [m] a part of the body that reaches lower stands on the ground
 ROTOR_INERTIA = 1e-3  # [kg m²] of the motor's rotor, seen through its gear; steadies the solver
 WALL_FRICTION = 0.3
-TYPES = {Box: pybullet.GEOM_BOX, Cylinder: pybullet.GEOM_CYLINDER, Sphere: pybullet.GEOM_SPHERE}
+TYPES = {
+    Box: pybullet.GEOM_BOX,
+    Cylinder: pybullet.GEOM_CYLINDER,
+    Sphere: pybullet.GEOM_SPHERE,
+    Hull: pybullet.GEOM_MESH,
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -229,20 +236,35 @@ def _compound(client: int, shapes: Sequence[tuple[Any, Transform]]) -> int:
     """Return the id of one collision shape made of several; planes are left out."""
     solid = [(shape, transform) for shape, transform in shapes if type(shape) in TYPES]
     places = [_position_quaternion(transform) for _, transform in solid]
-    return int(
-        pybullet.createCollisionShapeArray(
-            shapeTypes=[TYPES[type(shape)] for shape, _ in solid],
-            halfExtents=[
-                [edge / 2 for edge in shape.size] if isinstance(shape, Box) else [0.0, 0.0, 0.0]
-                for shape, _ in solid
-            ],
-            radii=[getattr(shape, "radius", 0.0) for shape, _ in solid],
-            lengths=[getattr(shape, "length", 0.0) for shape, _ in solid],
-            collisionFramePositions=[position for position, _ in places],
-            collisionFrameOrientations=[quaternion for _, quaternion in places],
-            physicsClientId=client,
+    with tempfile.TemporaryDirectory() as folder:
+        files = [_mesh_file(shape, Path(folder), i) for i, (shape, _) in enumerate(solid)]
+        meshes = {"fileNames": files, "meshScales": [[1.0] * 3] * len(files)}
+        return int(
+            pybullet.createCollisionShapeArray(
+                shapeTypes=[TYPES[type(shape)] for shape, _ in solid],
+                halfExtents=[
+                    [edge / 2 for edge in shape.size] if isinstance(shape, Box) else [0.0, 0.0, 0.0]
+                    for shape, _ in solid
+                ],
+                radii=[getattr(shape, "radius", 0.0) for shape, _ in solid],
+                lengths=[getattr(shape, "length", 0.0) for shape, _ in solid],
+                collisionFramePositions=[position for position, _ in places],
+                collisionFrameOrientations=[quaternion for _, quaternion in places],
+                physicsClientId=client,
+                **(meshes if any(files) else {}),
+            )
         )
-    )
+
+
+def _mesh_file(shape: Any, folder: Path, index: int) -> str:
+    """Write a hull where pybullet reads it from; return the file, empty for other shapes."""
+    if not isinstance(shape, Hull):
+        return ""
+    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in shape.vertices]
+    lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in shape.faces]
+    path = folder / f"{index}.obj"
+    path.write_text("\n".join(lines), encoding="utf-8")
+    return str(path)
 
 
 def _position_quaternion(transform: Transform) -> tuple[list[float], list[float]]:

@@ -5,54 +5,24 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
+from swarm_common.shapes import (
+    Box,
+    Cylinder,
+    Hull,
+    Part,
+    Plane,
+    Shape,
+    Sphere,
+    Transform,
+    transform_from_xyz_rpy,
+)
 from swarm_common.sites import Sites
 from swarm_sim.actors import WalkerSpec
 
-FloatArray = NDArray[np.float64]
-Transform = FloatArray  # homogeneous (4, 4)
-
-
-@dataclass(frozen=True, slots=True)
-class Box:
-    """Box centred on its frame; `size` along x, y, z."""
-
-    size: tuple[float, float, float]
-
-
-@dataclass(frozen=True, slots=True)
-class Cylinder:
-    """Cylinder centred on its frame, axis along z."""
-
-    radius: float
-    length: float
-
-
-@dataclass(frozen=True, slots=True)
-class Sphere:
-    """Sphere centred on its frame."""
-
-    radius: float
-
-
-@dataclass(frozen=True, slots=True)
-class Plane:
-    """Half space below the plane through the frame's origin with this normal."""
-
-    normal: tuple[float, float, float] = (0.0, 0.0, 1.0)
-
-
-Shape = Box | Cylinder | Sphere | Plane
-
-
-@dataclass(frozen=True, slots=True)
-class Part:
-    """A collision shape of a body."""
-
-    shape: Shape
-    body_from_part: Transform
+__all__ = [
+    "Body", "Box", "Cylinder", "Hull", "Part", "Plane", "Scene", "Shape", "Sphere", "Transform",
+    "transform_from_xyz_rpy",
+]  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +35,8 @@ class Body:
         parts: Its collision shapes.
         is_static: Whether it can never move.
         mass: [kg]; of no account for static bodies.
+        friction: Coulomb's coefficient against a surface of 1.
+        visuals: For viewers.
     """
 
     name: str
@@ -72,6 +44,8 @@ class Body:
     parts: tuple[Part, ...]
     is_static: bool = True
     mass: float = 1.0
+    friction: float = 1.0
+    visuals: tuple[Visual, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +57,10 @@ class Scene:
         directory: Folder of the world file, for what it refers to.
         bodies: In file order.
         sites: From `sites.yaml` beside the world file; empty if there is none.
-        walkers: From `actors.yaml` beside it.
+        walkers: From `actors.yaml` beside it, and the actors of the world file.
+        vehicles: Likewise.
+        decor: Bodies that are only to be seen.
+        notes: What of the world file is ignored, for the user.
     """
 
     name: str
@@ -91,16 +68,16 @@ class Scene:
     bodies: tuple[Body, ...]
     sites: Sites = field(default_factory=Sites)
     walkers: tuple[WalkerSpec, ...] = ()
+    vehicles: tuple[VehicleSpec, ...] = ()
+    decor: tuple[Body, ...] = ()
+    notes: tuple[str, ...] = ()
 
+    @property
+    def fixed(self) -> tuple[Body, ...]:
+        """The bodies that can never move: what a map shows."""
+        return tuple(body for body in self.bodies if body.is_static)
 
-def transform_from_xyz_rpy(x: float, y: float, z: float, r: float, p: float, w: float) -> Transform:
-    """Return the transform of an SDF or URDF pose: fixed-axis roll, pitch, yaw."""
-    cr, sr, cp, sp, cw, sw = np.cos(r), np.sin(r), np.cos(p), np.sin(p), np.cos(w), np.sin(w)
-    return np.array(
-        [
-            [cw * cp, cw * sp * sr - sw * cr, cw * sp * cr + sw * sr, x],
-            [sw * cp, sw * sp * sr + cw * cr, sw * sp * cr - cw * sr, y],
-            [-sp, cp * sr, cp * cr, z],
-            [0.0, 0.0, 0.0, 1.0],
-        ]
-    )
+    @property
+    def loose(self) -> tuple[Body, ...]:
+        """The bodies that can be pushed."""
+        return tuple(body for body in self.bodies if not body.is_static)

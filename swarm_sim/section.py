@@ -13,7 +13,7 @@ from itertools import combinations, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_sim.scene import Body, Box, Cylinder, Scene, Shape, Sphere, Transform
+from swarm_sim.scene import Body, Box, Cylinder, Hull, Scene, Shape, Sphere, Transform
 
 FloatArray = NDArray[np.float64]
 RIM_POINTS = 24  # corners that stand for the rim of a cylinder that is not upright
@@ -111,6 +111,8 @@ def _polygon(
         ring = [*pairwise(range(RIM_POINTS)), (RIM_POINTS - 1, 0)]
         edges = [(i + k, j + k) for i, j in ring for k in (0, RIM_POINTS)]
         edges += [(i, i + RIM_POINTS) for i in range(RIM_POINTS)]
+    elif isinstance(shape, Hull):
+        corners, edges = np.array(shape.vertices), shape.edges()
     else:
         return None
     points = corners @ world_from_part[:3, :3].T + world_from_part[:3, 3]
