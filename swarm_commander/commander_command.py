@@ -11,7 +11,7 @@ import typer
 from rclpy.node import Node
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_commander.discovery import find_robots, is_on_mission, read_home, read_sites
+from swarm_commander.discovery import find_robots, read_home, read_sites, robot_on_mission
 from swarm_commander.domain import domain_id
 from swarm_commander.driver import RobotDriver, has_goal, sim_seconds
 from swarm_commander.itinerary import Itinerary, Order, Outcome
@@ -143,12 +143,12 @@ class Commander:
         return poses[-1]
 
     def _refuse_if_busy(self) -> None:
-        for name in self._names:
-            if is_on_mission(self._node, name):
-                raise ConfigError(
-                    f"{name} is on a mission already;"
-                    " wait for its end, or start swarm-up without --mission"
-                )
+        name = robot_on_mission(self._node, self._names)
+        if name is not None:
+            raise ConfigError(
+                f"{name} is on a mission already;"
+                " wait for its end, or start swarm-up without --mission"
+            )
 
     def _wait_until_ready(self) -> None:
         deadline = time.monotonic() + READY_LIMIT

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import rclpy
@@ -19,8 +20,11 @@ from swarm_common.sites import Sites
 from swarm_common.sites_io import load_sites
 
 STATUS_TYPE = "swarm_interfaces/msg/RobotStatus"
-LOOK_LIMIT = 4.0  # [s] of wall time to see a swarm
-CALM_TIME = 1.0  # [s] without a new robot after which all have been seen
+LOOK_LIMIT = 5.0  # [s] of wall time to see a swarm
+# Every process announces itself once a second (fastdds.xml); on a busy machine that takes longer.
+CALM_TIME = 2.0  # [s] without news after which all has been seen
+ANSWER_LIMIT = 20.0  # [s] of wall time for a navigator to answer, on a busy machine
+ASK_PERIOD = 2.0  # [s] after which a question is repeated: discovery may have lost the answer
 
 
 def find_robots(node: Node, domain: int, wanted: Sequence[str]) -> list[str]:
@@ -83,47 +87,61 @@ def read_home(node: Node, robot: str) -> Pose | None:
     return Pose(*(value.double_value for value in values))
 
 
-def is_on_mission(node: Node, robot: str) -> bool:
-    """Return whether somebody drives a robot through a mission, or is about to.
+def robot_on_mission(node: Node, robots: Sequence[str]) -> str | None:
+    """Return the first of some robots that somebody drives through a mission, or is about to.
 
     Who drives a robot keeps its topic `mission` until the end of the process, so that latecomers
-    learn how things are; what counts is what was said there last.
+    learn how things are; what counts is what was said there last. Before the answer is "nobody",
+    such a process gets the time to be discovered: it may be later than the robot itself.
     """
-    topic = f"/{robot}/mission"
-    said: list[bool] = []
-    subscription = node.create_subscription(
-        Mission, topic, lambda message: said.append(message.active), LATCHED
-    )
+    said: dict[str, list[bool]] = {robot: [] for robot in robots}
+    subscriptions = [
+        node.create_subscription(
+            Mission, _mission_topic(robot), partial(_note, said[robot]), LATCHED
+        )
+        for robot in robots
+    ]
     try:
-        deadline = time.monotonic() + CALM_TIME
-        while len(said) < node.count_publishers(topic) and time.monotonic() < deadline:
+        start = changed = time.monotonic()
+        known = -1
+        while not any(map(any, said.values())):
+            now = time.monotonic()
+            counts = {robot: node.count_publishers(_mission_topic(robot)) for robot in robots}
+            if (news := sum(counts.values()) + len(node.get_node_names())) != known:
+                known, changed = news, now
+            silent = [robot for robot in robots if len(said[robot]) < counts[robot]]
+            if now - changed > CALM_TIME and (not silent or now - start > LOOK_LIMIT):
+                return silent[0] if silent else None
             rclpy.spin_once(node, timeout_sec=0.1)
-        return any(said) or len(said) < node.count_publishers(topic)
+        return next(robot for robot in robots if any(said[robot]))
     finally:
-        node.destroy_subscription(subscription)
+        for subscription in subscriptions:
+            node.destroy_subscription(subscription)
+
+
+def _mission_topic(robot: str) -> str:
+    return f"/{robot}/mission"
+
+
+def _note(said: list[bool], message: Mission) -> None:
+    said.append(message.active)
 
 
 def _read_parameters(node: Node, robot: str, names: list[str]) -> list[ParameterValue]:
     """Return parameters of a navigator; empty if one of them is not declared."""
     service = f"/{robot}/navigator/get_parameters"
-    silent = f"{service} does not answer; is the navigator of {robot} alive?"
     client = node.create_client(GetParameters, service)
+    request = GetParameters.Request(names=names)
     try:
-        if not _wait_for(node, client):
-            raise ConfigError(silent)
-        future = client.call_async(GetParameters.Request(names=names))
-        rclpy.spin_until_future_complete(node, future, timeout_sec=10.0)
-        if not future.done():
-            raise ConfigError(silent)
-        return list(future.result().values)
+        deadline = time.monotonic() + ANSWER_LIMIT
+        while time.monotonic() < deadline:
+            if not client.service_is_ready():
+                rclpy.spin_once(node, timeout_sec=0.1)
+                continue
+            future = client.call_async(request)
+            rclpy.spin_until_future_complete(node, future, timeout_sec=ASK_PERIOD)
+            if future.done():
+                return list(future.result().values)
+        raise ConfigError(f"{service} does not answer; is the navigator of {robot} alive?")
     finally:
         node.destroy_client(client)
-
-
-def _wait_for(node: Node, client: object) -> bool:
-    deadline = time.monotonic() + LOOK_LIMIT
-    while not client.service_is_ready():  # type: ignore[attr-defined]
-        if time.monotonic() > deadline:
-            return False
-        rclpy.spin_once(node, timeout_sec=0.1)
-    return True

@@ -4,7 +4,8 @@ python -m tests.standins.ros_robots COUNT [--fail NAME] [--mute NAME] [--homes]
 
 Time goes on as in lockstep: it stands still while a robot whose mission is active has no goal.
 `--fail` gives a robot whose every goal fails at the first try, `--mute` one that goes silent.
-With `--homes` they know where they were started: at y = 7, not where they are.
+With `--homes` they know where they were started: at y = 7, not where they are. Once all are there,
+a line says so.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import math
+import sys
 import time
 
 import rclpy
@@ -142,6 +144,8 @@ def main() -> None:
         moods = {"fails": name == options.fail, "is_mute": name == options.mute}
         robots.append(Robot(name, number, **moods, homes=options.homes))
         executor.add_node(robots[-1].node)
+    sys.stdout.write("ready\n")
+    sys.stdout.flush()
     tick = 0
     due = time.monotonic()
     while rclpy.ok():
