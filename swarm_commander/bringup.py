@@ -22,8 +22,9 @@ from swarm_commander.rundir import RunFolder, last_line
 from swarm_commander.signals import SignalCounter
 from swarm_commander.supervisor import Exit, ProcessSpec, Supervisor, describe_exit
 from swarm_commander.tally import Tally
-from swarm_commander.usage import UsageMeter, process_tree
+from swarm_commander.usage import UsageLog, UsageMeter, process_tree
 from swarm_common.errors import SwarmError
+from swarm_common.journal import Journal
 from swarm_common.records import Pose
 
 WORLD, HOST, RUNNER = "world", "navigators", "mission"
@@ -33,6 +34,7 @@ MODULES = {
     RUNNER: "swarm_commander.runner",
 }
 STOP_ORDER = (WORLD, RUNNER, HOST)  # the world first, so that nobody is late for it
+USAGE_FILE = "usage.jsonl"
 POLL_PERIOD = 0.1  # [s] of wall time
 GRACE = 10.0  # [s] for a process to end when asked to
 SAMPLE_PERIOD = 2.0  # [s] between two readings of CPU time and memory
@@ -81,6 +83,7 @@ class Run:
         self._supervisor = Supervisor(self._spawn, time.monotonic)
         self._started = psutil.Process().create_time()
         self._next_sample = 0.0
+        self._usage_log = UsageLog(Journal(folder.trace / USAGE_FILE))
         self._is_stopping = False
         self._signals = SignalCounter()
 
@@ -92,7 +95,8 @@ class Run:
         """
         with self._signals:
             try:
-                self._start(WORLD, self._plan.world_config(self._folder.verdict))
+                trace = {"trace_dir": str(self._folder.trace)}
+                self._start(WORLD, self._plan.world_config(self._folder.verdict) | trace)
                 self._start(HOST, {}, "--wait")  # imports and compiles meanwhile
                 while not self._supervisor.all_gone:
                     self._turn()
@@ -158,7 +162,8 @@ class Run:
         }
         self._configure(HOST, config)
         self._children[HOST].tell({"cmd": "go"})
-        self._start(RUNNER, self._plan.runner_config(homes))
+        trace = {"trace_dir": str(self._folder.trace)}
+        self._start(RUNNER, self._plan.runner_config(homes) | trace)
 
     # What they say
 
@@ -266,6 +271,10 @@ class Run:
         self.usage.sample("navigators", process_tree(self._supervisor.pid(HOST)))
         own = [psutil.Process(), *process_tree(self._supervisor.pid(RUNNER))]
         self.usage.sample("operator", own)
+        tally = self.tally
+        self._usage_log.write(
+            time.time() - self._started, tally.sim_time, tally.real_time_factor, self.usage
+        )
 
     # The end
 

@@ -24,7 +24,13 @@ class RunFolder:
         self.params = self.path / "params"
         self.logs = self.path / "logs"
         self.configs = self.path / "config"
+        self.trace = self.path / "trace"
+        self.rviz = self.path / "rviz"
+        self.foxglove = self.path / "foxglove"
+        self.recording = self.path / "recording"
+        self.plots = self.path / "plots"
         self.report = self.path / "report.json"
+        self.page = self.path / "report.html"
         self.verdict = self.configs / "verdict.json"
 
     def log(self, name: str) -> Path:
@@ -44,10 +50,13 @@ def create_run_folder(chosen: Path | None, now: datetime) -> RunFolder:
     """
     folder = RunFolder(chosen or _free_name(RUNS / now.strftime("%Y-%m-%d_%H-%M-%S")))
     try:
-        for old in (folder.params, folder.logs, folder.configs):
+        for old in (folder.rviz, folder.foxglove, folder.recording, folder.plots):
+            shutil.rmtree(old, ignore_errors=True)
+        for old in (folder.params, folder.logs, folder.configs, folder.trace):
             shutil.rmtree(old, ignore_errors=True)
             old.mkdir(parents=True)
-        folder.report.unlink(missing_ok=True)
+        for file in (folder.report, folder.page):
+            file.unlink(missing_ok=True)
         if chosen is None:
             _point_latest(folder.path)
     except OSError as error:

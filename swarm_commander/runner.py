@@ -19,9 +19,11 @@ from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from swarm_interfaces.msg import RobotStatus
 
+from swarm_commander.diary import FILE, Diary
 from swarm_commander.driver import RobotDriver, has_goal, sim_seconds
 from swarm_commander.itinerary import Itinerary, Order, Outcome
 from swarm_commander.mission import load_mission
+from swarm_common.journal import Journal
 from swarm_common.pipes import EventWriter, LineReader
 from swarm_common.records import Pose
 from swarm_common.sites import Sites
@@ -56,6 +58,8 @@ class Runner:
             robot["name"]: RobotDriver(node, robot["name"], itinerary, self)
             for robot, itinerary in zip(config["robots"], itineraries(config), strict=True)
         }
+        folder = config.get("trace_dir")
+        self._diary = Diary(Journal(Path(folder) / FILE)) if folder else None
         self._dead: set[str] = set()
         self._fresh: set[str] = set()
         self._sent: dict[str, int] = {}  # number of the latest goal, by robot
@@ -91,18 +95,25 @@ class Runner:
         if order.number > self._sent.get(driver.name, 0):
             self._sent[driver.name] = order.number
             self._events.write("sent", robot=driver.name, name=order.stop.name)
+            if self._diary is not None:
+                at = sim_seconds(max(order.start_tick, driver.tick))
+                self._diary.goal(driver.name, order.stop.name, "sent", at)
 
     def on_settled(self, driver: RobotDriver, outcome: Outcome) -> None:
         """Pass a settled stop on."""
+        word, name = "reached" if outcome.reached else "failed", outcome.stop.name
+        at, duration = sim_seconds(outcome.tick), round(outcome.duration, 3)
         self._events.write(
             "goal",
             robot=driver.name,
-            outcome="reached" if outcome.reached else "failed",
-            name=outcome.stop.name,
-            sim_time=sim_seconds(outcome.tick),
-            duration=round(outcome.duration, 3),
+            outcome=word,
+            name=name,
+            sim_time=at,
+            duration=duration,
             reason=outcome.reason,
         )
+        if self._diary is not None:
+            self._diary.goal(driver.name, name, word, at, duration)
 
     def on_over(self, driver: RobotDriver) -> bool:
         """Say so when all are done; keep the last from answering so that time stands still."""
@@ -115,6 +126,8 @@ class Runner:
 
     def on_status(self, driver: RobotDriver, status: RobotStatus) -> None:
         """Remember to pass it on."""
+        if self._diary is not None:
+            self._diary.note(driver.name, status)
         self._fresh.add(driver.name)
         self._heard_at[driver.name] = time.monotonic()
 

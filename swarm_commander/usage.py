@@ -9,6 +9,8 @@ from dataclasses import dataclass, field
 
 import psutil
 
+from swarm_common.journal import Journal
+
 MEGABYTE = 1e6
 
 
@@ -86,6 +88,11 @@ class UsageMeter:
         """Count CPU time from here on: start-up is over."""
         self._baseline = {name: usage.cpu for name, usage in self._groups.items()}
 
+    @property
+    def groups(self) -> list[str]:
+        """Names of what is measured."""
+        return list(self._groups)
+
     def cpu(self, group: str) -> float:
         """Return the CPU seconds of a group since `mark`."""
         usage = self._groups.get(group, Usage())
@@ -94,3 +101,27 @@ class UsageMeter:
     def rss_mb(self, group: str) -> float:
         """Return the largest resident memory of a group [MB]; shared pages count in each."""
         return self._groups.get(group, Usage()).rss_mb
+
+
+class UsageLog:
+    """CPU time, memory and the real-time factor over the wall clock, for the report."""
+
+    def __init__(self, journal: Journal) -> None:
+        self._journal = journal
+
+    def write(self, wall: float, sim_time: float, factor: float, meter: UsageMeter) -> None:
+        """Note a sample of the meter.
+
+        Args:
+            wall: [s] of wall time since the start.
+            sim_time: [s] of simulated time.
+            factor: Real-time factor at present.
+            meter: CPU time counts from its mark; it drops to zero there.
+        """
+        self._journal.write(
+            wall=round(wall, 3),
+            t=round(sim_time, 3),
+            rtf=round(factor, 3),
+            cpu={group: round(meter.cpu(group), 3) for group in meter.groups},
+            rss_mb={group: round(meter.rss_mb(group), 1) for group in meter.groups},
+        )

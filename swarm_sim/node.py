@@ -35,6 +35,7 @@ from swarm_sim.build import Stage, build
 from swarm_sim.pacing import Rate, SpeedMeter, Throttle
 from swarm_sim.ros_links import RobotLink
 from swarm_sim.settings import Settings, read_settings
+from swarm_sim.trace import Trace, begin_trace
 from swarm_sim.verdict import Collision
 from swarm_sim.world import Observation
 
@@ -74,6 +75,9 @@ class WorldNode:
         self._started = time.monotonic()
         self._observations: list[Observation] = []
         self._control: LineReader | None = None
+        self._trace: Trace | None = None
+        if settings.trace_dir is not None:
+            self._trace = begin_trace(Path(settings.trace_dir), stage)
         self._node = _create_node()
         self._executor = EventsExecutor()
         self._executor.add_node(self._node)
@@ -187,6 +191,8 @@ class WorldNode:
         collisions = self._world.step(commands, [link.beacon for link in self._links])
         for collision in collisions:
             self._report_collision(collision)
+        if self._trace is not None:
+            self._trace.observe(self._world.tick, self._world.poses, self._world.clearances)
 
     def _report_collision(self, collision: Collision) -> None:
         self._events.write(

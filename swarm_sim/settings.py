@@ -47,6 +47,7 @@ class Settings:
     wall_limit: float = 15.0  # [s] for a tick; longer than a mission's next goal is waited for
     duration: float | None = None  # [s] of simulated time, then the world ends
     verdict_path: str | None = None
+    trace_dir: str | None = None  # where to leave the map and a time series for the report
     engine: str = "bullet"
     actuation_noise: float = 0.0  # of each speed, as a share of it
     with_lidar: bool = True

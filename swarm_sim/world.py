@@ -194,6 +194,16 @@ class World:
             for pose, twist in zip(self._engine.poses, self._engine.twists, strict=True)
         ]
 
+    @property
+    def poses(self) -> FloatArray:
+        """True x, y, yaw (n, 3) in map; not to be changed."""
+        return self._engine.poses
+
+    @property
+    def clearances(self) -> FloatArray:
+        """Distances (n, 2) [m] to the nearest robot, obstacle; inf beyond `engine.NEAR`."""
+        return self._engine.clearances
+
     def walkers(self) -> FloatArray:
         """Return where the walkers are (m, 3): x, y, radius [m] in map."""
         return self._walkers.discs.copy()

@@ -1,0 +1,58 @@
+"""Append-only files of JSON lines: whatever happens to the writer, what it wrote can be read."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+
+class Journal:
+    """Writes one JSON object per line, straight to the file.
+
+    A process that is killed leaves all lines but perhaps half of the last one. A disk that is full
+    ends the journal, not the run.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        """Begin an empty file.
+
+        Raises:
+            OSError: If it cannot be written.
+        """
+        flags = os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND | os.O_CLOEXEC
+        self._descriptor: int | None = os.open(path, flags, 0o644)
+
+    def write(self, **values: Any) -> None:
+        """Append a line; numbers that are not finite must not be in it."""
+        if self._descriptor is None:
+            return
+        line = json.dumps(values, separators=(",", ":"), allow_nan=False) + "\n"
+        try:
+            os.write(self._descriptor, line.encode())
+        except OSError:
+            self.close()
+
+    def close(self) -> None:
+        """End the file; later lines are dropped."""
+        descriptor, self._descriptor = self._descriptor, None
+        if descriptor is not None:
+            with contextlib.suppress(OSError):
+                os.close(descriptor)
+
+
+def read_journal(path: Path) -> list[dict[str, Any]]:
+    """Return the lines of a journal; none if there is no file, without those that are cut off."""
+    try:
+        text = path.read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return []
+    lines = []
+    for line in text.splitlines():
+        with contextlib.suppress(ValueError):
+            value = json.loads(line)
+            if isinstance(value, dict):
+                lines.append(value)
+    return lines
