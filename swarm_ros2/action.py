@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 from typing import Any
 
 from action_msgs.msg import GoalStatus
@@ -12,7 +13,7 @@ from rclpy.action import (
     get_action_names_and_types,
     get_action_server_names_and_types_by_node,
 )
-from rclpy.node import Node
+from rclpy.node import Node, NodeNameNonExistentError
 
 from swarm_common.errors import SwarmError
 from swarm_ros2 import graph, interfaces, text
@@ -63,20 +64,14 @@ def add_verbs(verbs: Any) -> None:
 
 def _list(options: argparse.Namespace) -> None:
     with graph.open_node() as node:
-        graph.settle(node)
-        rows = get_action_names_and_types(node)
+        rows = graph.settled(node, lambda: get_action_names_and_types(node))
     graph.print_names(rows, types=options.show_types, count=options.count_actions)
 
 
 def _info(options: argparse.Namespace) -> None:
     action = graph.absolute(options.action_name)
     with graph.open_node() as node:
-        graph.settle(node)
-        names = node.get_node_names_and_namespaces()
-        sides = {
-            "clients": _users(node, names, action, get_action_client_names_and_types_by_node),
-            "servers": _users(node, names, action, get_action_server_names_and_types_by_node),
-        }
+        sides = graph.settled(node, lambda: _sides(node, action))
     print(f"Action: {action}")
     for side, users in sides.items():
         print(f"Action {side}: {len(users)}")
@@ -84,12 +79,22 @@ def _info(options: argparse.Namespace) -> None:
             print(f"    {name} [{', '.join(types)}]" if options.show_types else f"    {name}")
 
 
+def _sides(node: Node, action: str) -> dict[str, graph.NamesAndTypes]:
+    names = node.get_node_names_and_namespaces()
+    return {
+        "clients": _users(node, names, action, get_action_client_names_and_types_by_node),
+        "servers": _users(node, names, action, get_action_server_names_and_types_by_node),
+    }
+
+
 def _users(
     node: Node, names: list[tuple[str, str]], action: str, listing: Any
 ) -> graph.NamesAndTypes:
     users = []
     for name, namespace in names:
-        types = dict(listing(node, name, namespace)).get(action)
+        types = None
+        with contextlib.suppress(NodeNameNonExistentError):  # it has just gone
+            types = dict(listing(node, name, namespace)).get(action)
         if types:
             users.append((f"{namespace.rstrip('/')}/{name}", types))
     return sorted(users)

@@ -6,6 +6,7 @@ import os
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import TypeVar
 
 import rclpy
 import rclpy.executors
@@ -15,12 +16,15 @@ from rclpy.signals import SignalHandlerOptions
 from swarm_common.errors import SwarmError
 
 NamesAndTypes = list[tuple[str, list[str]]]
+Facts = TypeVar("Facts")
 
 PREFIX = "_ros2cli"
 POLL = 0.02  # [s]
 QUIET = 0.3  # [s] without news after which the graph counts as known
-LEAST = 1.1  # [s] before that: every participant announces itself once a second
-MOST = 3.5  # [s] to wait for something; Fast DDS by itself announces every 3 s
+LEAST = 1.3  # [s] before that: every participant announces itself once a second
+MOST = 5.0  # [s] to wait for something; Fast DDS by itself announces every 3 s
+NODES_TOPIC = "ros_discovery_info"  # on which each participant says which nodes it has
+UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"  # of an endpoint that is known before its node is
 
 
 @contextmanager
@@ -43,16 +47,38 @@ def open_node() -> Iterator[Node]:
 
 def settle(node: Node) -> None:
     """Wait until discovery brings nothing new."""
+    settled(node, lambda: (node.get_topic_names_and_types(), node_names(node, hidden=True)))
+
+
+def settled(
+    node: Node, read: Callable[[], Facts], is_whole: Callable[[Facts], bool] = lambda _: True
+) -> Facts:
+    """Return what is known of the graph once it stays the same.
+
+    Topics, endpoints and nodes of one participant become known one after the other, on a busy
+    machine with gaps.
+
+    Args:
+        node: Our own.
+        read: Returns what matters.
+        is_whole: Tells whether something is missing for certain, so that it is worth a wait.
+    """
     start = changed = time.monotonic()
-    known = -1
+    facts = read()
     while True:
-        now = time.monotonic()
-        size = len(node.get_topic_names_and_types()) + len(node.get_node_names())
-        if size != known:
-            known, changed = size, now
-        if now - start > MOST or (now - start > LEAST and now - changed > QUIET):
-            return
         time.sleep(POLL)
+        now = time.monotonic()
+        if (news := read()) != facts:
+            facts, changed = news, now
+        is_calm = now - start > LEAST and now - changed > QUIET
+        if now - start > MOST or (is_calm and _knows_nodes(node) and is_whole(facts)):
+            return facts
+
+
+def _knows_nodes(node: Node) -> bool:
+    """Tell whether somebody is there, and each participant has said which nodes it has."""
+    publishers = node.get_publishers_info_by_topic(NODES_TOPIC, no_mangle=True)
+    return 1 < len(publishers) <= len(node.get_node_names())
 
 
 def wait_for(condition: Callable[[], bool], timeout: float = MOST) -> bool:

@@ -10,6 +10,7 @@ from rclpy.action import (
     get_action_client_names_and_types_by_node,
     get_action_server_names_and_types_by_node,
 )
+from rclpy.node import Node, NodeNameNonExistentError
 
 from swarm_common.errors import SwarmError
 from swarm_ros2 import graph
@@ -53,19 +54,9 @@ def _info(options: argparse.Namespace) -> None:
     with graph.open_node() as node:
         try:
             full = graph.require_node(node, options.node_name)
-        except SwarmError:
+            sections = graph.settled(node, lambda: _sections(node, full))
+        except (SwarmError, NodeNameNonExistentError):
             raise SwarmError(f"Unable to find node '{options.node_name}'") from None
-        graph.settle(node)
-        namespace, _, name = full.rpartition("/")
-        who = (name, namespace or "/")
-        sections = {
-            "Subscribers": node.get_subscriber_names_and_types_by_node(*who),
-            "Publishers": node.get_publisher_names_and_types_by_node(*who),
-            "Service Servers": node.get_service_names_and_types_by_node(*who),
-            "Service Clients": node.get_client_names_and_types_by_node(*who),
-            "Action Servers": get_action_server_names_and_types_by_node(node, *who),
-            "Action Clients": get_action_client_names_and_types_by_node(node, *who),
-        }
     print(full)
     for title, rows in sections.items():
         print(f"  {title}:")
@@ -74,3 +65,17 @@ def _info(options: argparse.Namespace) -> None:
                 print(f"    {row}: {', '.join(types)}")
         if title.startswith(("Service Clients", "Action")):
             print()
+
+
+def _sections(node: Node, full: str) -> dict[str, graph.NamesAndTypes]:
+    """Return what a node offers and uses, under ros2cli's titles."""
+    namespace, _, name = full.rpartition("/")
+    who = (name, namespace or "/")
+    return {
+        "Subscribers": node.get_subscriber_names_and_types_by_node(*who),
+        "Publishers": node.get_publisher_names_and_types_by_node(*who),
+        "Service Servers": node.get_service_names_and_types_by_node(*who),
+        "Service Clients": node.get_client_names_and_types_by_node(*who),
+        "Action Servers": get_action_server_names_and_types_by_node(node, *who),
+        "Action Clients": get_action_client_names_and_types_by_node(node, *who),
+    }

@@ -25,7 +25,8 @@ LABELS = {
     ParameterType.PARAMETER_DOUBLE_ARRAY: "Double values are:",
     ParameterType.PARAMETER_STRING_ARRAY: "String values are:",
 }
-ANSWER = 5.0  # [s] that a node has for an answer
+ANSWER = 6.0  # [s] that a node has for an answer
+ASK_PERIOD = 2.0  # [s] after which it is asked again
 
 
 def add_verbs(verbs: Any) -> None:
@@ -52,13 +53,20 @@ def _call(node: Node, owner: str, kind: Any, service: str, request: Any) -> Any:
     client = node.create_client(kind, f"{owner}/{service}")
     if not graph.wait_for(client.service_is_ready):
         raise SwarmError(f"{owner} offers no service {service}")
-    future = client.call_async(request)
     is_late = graph.deadline(ANSWER)
-    graph.spin(node, lambda: future.done() or is_late())
-    if not future.done():
-        raise SwarmError(f"{owner} did not answer within {ANSWER:g} s")
-    node.destroy_client(client)
-    return future.result()
+    while not is_late():
+        future = client.call_async(request)
+        _spin_for(node, future)
+        if future.done():
+            node.destroy_client(client)
+            return future.result()
+    raise SwarmError(f"{owner} did not answer within {ANSWER:g} s")
+
+
+def _spin_for(node: Node, future: Any) -> None:
+    """Wait for an answer, but not too long: discovery may have lost it, and all may be repeated."""
+    is_overdue = graph.deadline(ASK_PERIOD)
+    graph.spin(node, lambda: future.done() or is_overdue())
 
 
 def _names(node: Node, owner: str) -> list[str]:

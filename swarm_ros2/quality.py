@@ -15,6 +15,8 @@ from rclpy.qos import (
     QoSReliabilityPolicy,
 )
 
+from swarm_ros2 import graph
+
 RELIABLE, BEST_EFFORT = QoSReliabilityPolicy.RELIABLE, QoSReliabilityPolicy.BEST_EFFORT
 KEPT, VOLATILE = QoSDurabilityPolicy.TRANSIENT_LOCAL, QoSDurabilityPolicy.VOLATILE
 
@@ -68,7 +70,7 @@ def for_listening(node: Node, topic: str, options: argparse.Namespace) -> QoSPro
     """Return the profile that hears all publishers of a topic.
 
     What the user asked for is taken as it is. Otherwise reliable and transient local are asked
-    for only if every publisher offers them.
+    for only if every publisher offers them; a first one gets the time to be discovered.
     """
     profile = from_arguments(options)
     given = (
@@ -78,9 +80,11 @@ def for_listening(node: Node, topic: str, options: argparse.Namespace) -> QoSPro
         options.qos_reliability,
         options.qos_durability,
     )
-    publishers = node.get_publishers_info_by_topic(topic)
-    if not publishers or any(value is not None for value in given):
+    if any(value is not None for value in given):
         return profile
+    if not graph.wait_for(lambda: node.count_publishers(topic) > 0):
+        return profile
+    publishers = node.get_publishers_info_by_topic(topic)
     offers = [info.qos_profile for info in publishers]
     profile.reliability = _common([q.reliability for q in offers], RELIABLE, BEST_EFFORT)
     profile.durability = _common([q.durability for q in offers], KEPT, VOLATILE)

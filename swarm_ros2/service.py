@@ -49,10 +49,9 @@ def add_verbs(verbs: Any) -> None:
 
 def _list(options: argparse.Namespace) -> None:
     with graph.open_node() as node:
-        graph.settle(node)
         rows = [
             (name, types)
-            for name, types in node.get_service_names_and_types()
+            for name, types in graph.settled(node, node.get_service_names_and_types)
             if options.include_hidden_services or not graph.is_hidden(name)
         ]
     graph.print_names(rows, types=options.show_types, count=options.count_services)
@@ -60,8 +59,7 @@ def _list(options: argparse.Namespace) -> None:
 
 def _find(options: argparse.Namespace) -> None:
     with graph.open_node() as node:
-        graph.settle(node)
-        rows = node.get_service_names_and_types()
+        rows = graph.settled(node, node.get_service_names_and_types)
     for name, types in sorted(rows):
         if options.service_type in types and not graph.is_hidden(name):
             print(name)

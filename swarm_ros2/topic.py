@@ -89,24 +89,34 @@ def _print_both_sides(node: Node, rows: graph.NamesAndTypes) -> None:
 def _info(options: argparse.Namespace) -> None:
     topic = graph.absolute(options.topic_name)
     with graph.open_node() as node:
-        graph.settle(node)
-        graph.wait_for(lambda: topic in dict(node.get_topic_names_and_types()), timeout=2.0)
-        types = dict(node.get_topic_names_and_types()).get(topic)
-        if types is None:
-            raise SwarmError(f"Unknown topic '{topic}'")
-        ends = ("\n", "\n") if options.verbose else ("", "")
-        print("Type:", types[0] if len(types) == 1 else types, end="\n" + ends[0])
-        print("Publisher count:", node.count_publishers(topic), end="\n" + ends[0])
-        if options.verbose:
-            _print_endpoints(node.get_publishers_info_by_topic(topic))
-        print("Subscription count:", node.count_subscribers(topic), end="\n" + ends[1])
-        if options.verbose:
-            _print_endpoints(node.get_subscriptions_info_by_topic(topic))
+        text = graph.settled(
+            node, lambda: _describe(node, topic, verbose=options.verbose), _is_whole
+        )
+    if not text:
+        raise SwarmError(f"Unknown topic '{topic}'")
+    print(text)
 
 
-def _print_endpoints(endpoints: list[Any]) -> None:
-    for endpoint in endpoints:
-        print(endpoint, end="\n\n")
+def _describe(node: Node, topic: str, *, verbose: bool) -> str:
+    """Return what ros2cli prints about a topic; nothing while it is unknown."""
+    types = dict(node.get_topic_names_and_types()).get(topic)
+    if types is None:
+        return ""
+    publishers = node.get_publishers_info_by_topic(topic)
+    subscriptions = node.get_subscriptions_info_by_topic(topic)
+    heads = (
+        f"Type: {types[0] if len(types) == 1 else types}",
+        f"Publisher count: {len(publishers)}",
+        f"Subscription count: {len(subscriptions)}",
+    )
+    if not verbose:
+        return "\n".join(heads)
+    blocks = (heads[0], heads[1], *map(str, publishers), heads[2], *map(str, subscriptions))
+    return "\n\n".join(blocks) + "\n"
+
+
+def _is_whole(text: str) -> bool:
+    return bool(text) and graph.UNKNOWN_NODE not in text
 
 
 def _type(options: argparse.Namespace) -> None:
@@ -120,8 +130,7 @@ def _type(options: argparse.Namespace) -> None:
 
 def _find(options: argparse.Namespace) -> None:
     with graph.open_node() as node:
-        graph.settle(node)
-        rows = node.get_topic_names_and_types()
+        rows = graph.settled(node, node.get_topic_names_and_types)
     for name, types in sorted(rows):
         if options.topic_type in types and not graph.is_hidden(name):
             print(name)

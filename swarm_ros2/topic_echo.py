@@ -54,7 +54,6 @@ def _echo(options: argparse.Namespace) -> None:
             print(f"WARNING: topic [{topic}] does not appear to be published yet", file=sys.stderr)
             raise SwarmError("Could not determine the type for the passed topic")
         message_class = interfaces.load("msg", name)
-        graph.wait_for(lambda: node.count_publishers(topic) > 0, timeout=1.0)
         printer = _Printer(_writer(options), once=options.once)
         node.create_subscription(
             message_class, topic, printer, quality.for_listening(node, topic, options)

@@ -1,7 +1,8 @@
-"""A small node with one of everything, for the tests of the `ros2` command."""
+"""A small node with one of everything (once it says so), for the tests of the `ros2` command."""
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 import rclpy
@@ -63,6 +64,8 @@ def main() -> None:
     node.create_timer(1.0 / RATE, publish)
     executor = SingleThreadedExecutor()
     executor.add_node(node)
+    sys.stdout.write("ready\n")
+    sys.stdout.flush()
     executor.spin()
 
 
