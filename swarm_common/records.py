@@ -107,6 +107,7 @@ class LidarSpec:
     range_max: float = 3.5
     rate: float = 5.0  # [Hz]
     sigma: float = 0.01  # [m] standard deviation of the range noise
+    frame: str = "base_scan"  # its link in the description
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,6 +125,16 @@ class RobotSpec:
     footprint: tuple[tuple[float, float], ...]  # convex polygon in base_footprint, CCW
     lidar: LidarSpec
     height: float
+    max_vel_y: float = 0.0  # [m/s] sideways; 0 unless omni
+    acc_lim_y: float = 0.0  # [m/s²]
+    wheel_base: float = 0.0  # [m] between the front and the rear axle
+    wheels_left: tuple[str, ...] = ("wheel_left_joint",)  # joints, front to rear
+    wheels_right: tuple[str, ...] = ("wheel_right_joint",)
+
+    @property
+    def is_omni(self) -> bool:
+        """Whether the robot drives in any direction."""
+        return self.drive == "omni"
 
     @property
     def circumscribed_radius(self) -> float:

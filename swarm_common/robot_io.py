@@ -13,6 +13,7 @@ from swarm_common.yaml_io import check_keys, number, numbers, read_yaml
 
 ROBOT_FILE = "robot.yaml"
 DRIVES = ("differential", "skid", "omni")
+OPTIONAL = ("model", "max_vel_y", "acc_lim_y", "wheel_base", "wheels_left", "wheels_right")
 POSITIVE = (
     "max_vel_x",
     "max_vel_theta",
@@ -48,7 +49,7 @@ def load_robot(name_or_path: str | Path) -> RobotSpec:
     data = read_yaml(path, RobotModelError)
     known = [field.name for field in fields(RobotSpec)]
     check_keys(data, known, str(path))
-    missing = [name for name in known if name not in data and name != "model"]
+    missing = [name for name in known if name not in data and name not in OPTIONAL]
     if missing:
         raise RobotModelError(f"{path} lacks {', '.join(missing)}")
     if data["drive"] not in DRIVES:

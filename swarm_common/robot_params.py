@@ -10,11 +10,15 @@ from typing import Any
 from swarm_common.errors import RobotModelError
 from swarm_common.records import LidarSpec, RobotSpec
 
+WORLDS_OWN = ("wheels_left", "wheels_right")  # of no use to a navigator
+
 
 def robot_parameters(spec: RobotSpec) -> dict[str, Any]:
     """Return `{name: value}` without the prefix `robot.`; the footprint as text, as in Nav2."""
     values = dataclasses.asdict(spec)
     lidar = values.pop("lidar")
+    for name in WORLDS_OWN:
+        del values[name]
     values["footprint"] = json.dumps([list(point) for point in spec.footprint])
     values.update({f"lidar.{name}": value for name, value in lidar.items()})
     return values

@@ -14,11 +14,13 @@ from swarm_sim.bullet_bodies import (
     add_obstacle,
     add_robot,
     add_walker,
+    push,
     set_asleep,
     solid_bodies,
 )
 from swarm_sim.bullet_contacts import Contacts
 from swarm_sim.bullet_kernels import ramp_all
+from swarm_sim.drive import Wheels
 from swarm_sim.engine import Approach, FloatArray, Touch
 from swarm_sim.planar import pack_polygons
 from swarm_sim.robot_model import RobotModel
@@ -74,15 +76,15 @@ class BulletEngine:
             self.close()
             raise
         self._centers = np.array([robot.base_from_center for robot in self._robots])
-        self._limits = np.array([[s.acc_lim_x, s.acc_lim_theta] for s in specs])
-        self._radii = np.array([s.wheel_radius for s in specs])
-        self._half_tracks = np.array([s.wheel_separation / 2.0 for s in specs])
-        self._speeds = np.zeros((count, 2))  # that the motors aim at
+        self._limits = np.array([[s.acc_lim_x, s.acc_lim_theta, s.acc_lim_y] for s in specs])
+        self._wheels = [Wheels(spec) for spec in specs]
+        self._sliders = [i for i, spec in enumerate(specs) if spec.is_omni]
+        self._speeds = np.zeros((count, 3))  # that the motors aim at
         self._rest_ticks = np.zeros(count, np.int64)  # for which each robot has stood
-        self._joints = np.zeros((count, 4))  # left, right: positions, then velocities
+        self._joints = [np.zeros((2, len(wheels.names))) for wheels in self._wheels]
         self.poses: FloatArray = np.zeros((count, 3))
-        self.twists: FloatArray = np.zeros((count, 2))
-        self.travels: FloatArray = np.zeros(count)
+        self.twists: FloatArray = np.zeros((count, 3))
+        self.travels: FloatArray = np.zeros((count, 2))
         self.yaws_gyro: FloatArray = np.zeros(count)
         self._contacts = Contacts(
             self._client,
@@ -105,7 +107,7 @@ class BulletEngine:
         return self._contacts.approaches
 
     def advance(self, targets: FloatArray) -> list[Touch]:
-        """Run one control period towards target speeds (n, 2); return the contacts in it."""
+        """Run one control period towards target speeds (n, 3); return the contacts in it."""
         touches: list[Touch] = []
         suspects = self._contacts.suspects()
         self._put_to_rest(targets)
@@ -126,8 +128,8 @@ class BulletEngine:
 
     def joint_state(self, robot: int) -> tuple[list[str], list[float], list[float]]:
         """Return names, positions and velocities of a robot's wheel joints."""
-        values = self._joints[robot].tolist()
-        return list(self._robots[robot].joint_names), values[:2], values[2:]
+        positions, velocities = self._joints[robot].tolist()
+        return list(self._robots[robot].joint_names), positions, velocities
 
     def close(self) -> None:
         """Disconnect; a second call does nothing."""
@@ -179,9 +181,12 @@ class BulletEngine:
         """Let the walkers walk for one step among robots that move on as their motors aim."""
         if not len(self._walkers):
             return
-        speed, turn = self._speeds.T
+        speed, turn, slide = self._speeds.T
         guess[:, 0] += speed * np.cos(guess[:, 2]) * self._period
         guess[:, 1] += speed * np.sin(guess[:, 2]) * self._period
+        if self._sliders:
+            guess[:, 0] -= slide * np.sin(guess[:, 2]) * self._period
+            guess[:, 1] += slide * np.cos(guess[:, 2]) * self._period
         guess[:, 2] += turn * self._period
         self._walkers.step(guess, speed, self._contacts.hulls, self._period, step)
         self._place_walkers()
@@ -200,6 +205,9 @@ class BulletEngine:
         changed = ramp_all(self._speeds, targets, self._limits, self._period)
         if changed.any():
             self._set_motors(np.flatnonzero(changed).tolist())
+        for index in self._sliders:
+            if self._rest_ticks[index] < REST_TICKS:
+                push(self._client, self._robots[index], self._speeds[index], self._period)
 
     def _put_to_rest(self, targets: FloatArray) -> None:
         """Let robots sleep that stand and are to stand, and wake up those that are to go."""
@@ -211,17 +219,15 @@ class BulletEngine:
             set_asleep(self._client, self._robots[index], bool(after[index]))
 
     def _set_motors(self, robots: Sequence[int]) -> None:
-        turn = self._speeds[:, 1] * self._half_tracks
-        left = ((self._speeds[:, 0] - turn) / self._radii).tolist()
-        right = ((self._speeds[:, 0] + turn) / self._radii).tolist()
         for index in robots:
             robot = self._robots[index]
+            rates = self._wheels[index].rates(*self._speeds[index]) * robot.signs
             pybullet.setJointMotorControlArray(
                 robot.body,
                 robot.wheels,
                 pybullet.VELOCITY_CONTROL,
-                targetVelocities=[left[index], right[index]],
-                forces=[MOTOR_TORQUE, MOTOR_TORQUE],
+                targetVelocities=rates.tolist(),
+                forces=[MOTOR_TORQUE] * len(robot.wheels),
                 physicsClientId=self._client,
             )
 
@@ -230,14 +236,16 @@ class BulletEngine:
         client = self._client
         places = np.empty((len(self._robots), 7))
         velocities = np.empty((len(self._robots), 6))
-        before = self._joints[:, :2].copy()
         for i, robot in enumerate(self._robots):
             position, quaternion = pybullet.getBasePositionAndOrientation(robot.body, client)
             places[i, :3], places[i, 3:] = position, quaternion
             linear, angular = pybullet.getBaseVelocity(robot.body, client)
             velocities[i, :3], velocities[i, 3:] = linear, angular
-            left, right = pybullet.getJointStates(robot.body, robot.wheels, client)
-            self._joints[i] = left[0], right[0], left[1], right[1]
+            states = pybullet.getJointStates(robot.body, robot.wheels, client)
+            joints = np.array([state[:2] for state in states]).T
+            rolled = (joints[0] - self._joints[i][0]) * robot.signs
+            self.travels[i] += self._wheels[i].travel(rolled)
+            self._joints[i] = joints
         x, y, z, w = places[:, 3], places[:, 4], places[:, 5], places[:, 6]
         yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
         cos, sin = np.cos(yaw), np.sin(yaw)
@@ -248,5 +256,7 @@ class BulletEngine:
         self.poses[:, 2] = yaw
         self.twists[:, 0] = cos * velocities[:, 0] + sin * velocities[:, 1]
         self.twists[:, 1] = velocities[:, 5]
-        rolled = (self._joints[:, :2] - before).sum(axis=1) / 2.0
-        self.travels += rolled * self._radii
+        if self._sliders:
+            at_center = cos * velocities[:, 1] - sin * velocities[:, 0]
+            sideways = at_center - velocities[:, 5] * self._centers[:, 0]
+            self.twists[self._sliders, 2] = sideways[self._sliders]

@@ -3,7 +3,9 @@
 A robot stands on balls: each wheel touches the ground with a sphere of its radius, which rolls
 without the 1 mm of excess that pybullet's cylinders have; the casters ahead of the axle, and
 those behind it, are one ball without friction. For everything else the wheels count with their
-true outline, as part of the body. Collision groups keep the two apart.
+true outline, as part of the body. Collision groups keep the two apart. The wheels of a skid-steer
+drive slip sideways more easily than forwards; those of an omnidirectional one slide without
+friction, and what their rollers do to the ground is a force on the body (`bullet.py`).
 """
 
 from __future__ import annotations
@@ -31,6 +33,12 @@ GROUND, WHEEL, ROBOT, OBSTACLE = 1, 2, 4, 8  # collision groups
 ON_GROUND = 0.002  # [m] a part of the body that reaches lower stands on the ground
 ROTOR_INERTIA = 1e-3  # [kg m²] of the motor's rotor, seen through its gear; steadies the solver
 WALL_FRICTION = 0.3
+SIDE_SLIP = 0.1  # of the friction that a skid-steer wheel has along its axis
+TRACTION = 0.6  # of a robot's weight that the rollers of its wheels can push with
+ROLLER_ARM = 0.1  # [m] from the centre at which they push when it turns
+GRAVITY = 9.81  # [m/s²]
+PROP_REACH = 0.01  # [m] by which a robot's feet reach beyond its centre of mass
+PROP_RADIUS = 0.01  # [m] of a ball that stands for a caster
 TYPES = {
     Box: pybullet.GEOM_BOX,
     Cylinder: pybullet.GEOM_CYLINDER,
@@ -45,15 +53,21 @@ class RobotBody:
 
     Attributes:
         body: pybullet's id.
-        wheels: Joint indices: left, right.
+        wheels: Joint indices: the left ones from front to rear, then the right ones.
         joint_names: Of the wheels, in the same order.
-        base_from_center: Centre of mass in base_footprint.
+        signs: Of each joint's turning when the wheel rolls forwards.
+        base_from_center: Centre of mass of the body in base_footprint.
+        mass: [kg] with wheels.
+        inertia: [kg m²] about the upright axis through the centre of mass, with wheels.
     """
 
     body: int
-    wheels: tuple[int, int]
-    joint_names: tuple[str, str]
+    wheels: tuple[int, ...]
+    joint_names: tuple[str, ...]
+    signs: FloatArray
     base_from_center: FloatArray
+    mass: float
+    inertia: float
 
 
 def add_ground(client: int) -> int:
@@ -93,14 +107,15 @@ def add_walker(client: int, radius: float, height: float) -> int:
 
 
 def add_robot(client: int, model: RobotModel, spec: RobotSpec, pose: Pose) -> RobotBody:
-    """Add a robot with two driven wheels, its base_footprint at a pose on the ground.
+    """Add a robot on its driven wheels, its base_footprint at a pose on the ground.
 
     Raises:
-        RobotModelError: If the model has not exactly one wheel on either side.
+        RobotModelError: If the model lacks one of the wheels that the specification names.
     """
-    base, left, right = _base_and_wheels(model, spec)
+    base, wheels = _base_and_wheels(model, spec)
     casters, hull = _split_base(base)
-    for wheel in (left, right):
+    casters += _props(base, wheels, casters, spec.footprint)
+    for wheel in wheels:
         hull += [(p.shape, wheel.parent_from_group @ p.body_from_part) for p in wheel.parts]
     center = base.center
     body = int(
@@ -111,11 +126,49 @@ def add_robot(client: int, model: RobotModel, spec: RobotSpec, pose: Pose) -> Ro
             baseOrientation=pybullet.getQuaternionFromEuler([0.0, 0.0, pose.yaw]),
             baseInertialFramePosition=center.tolist(),
             physicsClientId=client,
-            **_links(client, spec, (left, right), casters),
+            **_links(client, spec, wheels, casters),
         )
     )
-    _set_dynamics(client, body, base, (left, right), len(casters))
-    return RobotBody(body, (0, 1), (left.joint, right.joint), center)
+    _set_dynamics(client, body, base, wheels, len(casters), spec.drive)
+    axes = np.array([wheel.parent_from_group[:3, :3] @ wheel.axis for wheel in wheels])
+    arms = [np.hypot(*(w.parent_from_group[:2, 3] - center[:2])) for w in wheels]
+    return RobotBody(
+        body,
+        tuple(range(len(wheels))),
+        tuple(wheel.joint for wheel in wheels),
+        np.where(axes[:, 1] < 0.0, -1.0, 1.0),
+        center,
+        base.mass + sum(wheel.mass for wheel in wheels),
+        base.inertia[2, 2] + sum(w.mass * a * a for w, a in zip(wheels, arms, strict=True)),
+    )
+
+
+def push(client: int, robot: RobotBody, speeds: FloatArray, period: float) -> None:
+    """Apply what the rollers of an omnidirectional drive do to the ground in one step.
+
+    Args:
+        client: Of the engine.
+        robot: Which one.
+        speeds: vx, wz, vy of base_footprint that the drive aims at.
+        period: [s] of the step.
+    """
+    position, (qx, qy, qz, qw) = pybullet.getBasePositionAndOrientation(robot.body, client)
+    linear, angular = pybullet.getBaseVelocity(robot.body, client)
+    yaw = math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    vx, wz, vy = speeds.tolist()
+    ahead, aside = vx - wz * robot.base_from_center[1], vy + wz * robot.base_from_center[0]
+    lack_x = cos * ahead - sin * aside - linear[0]
+    lack_y = sin * ahead + cos * aside - linear[1]
+    force = robot.mass * math.hypot(lack_x, lack_y) / period
+    share = min(1.0, TRACTION * GRAVITY * robot.mass / force) if force > 0.0 else 0.0
+    most = TRACTION * GRAVITY * robot.mass * ROLLER_ARM
+    torque = min(most, max(-most, robot.inertia * (wz - angular[2]) / period))
+    gain = share * robot.mass / period
+    pybullet.applyExternalForce(
+        robot.body, -1, [gain * lack_x, gain * lack_y, 0.0], position, pybullet.WORLD_FRAME, client
+    )
+    pybullet.applyExternalTorque(robot.body, -1, [0.0, 0.0, torque], pybullet.WORLD_FRAME, client)
 
 
 def set_asleep(client: int, robot: RobotBody, is_asleep: bool) -> None:
@@ -133,17 +186,16 @@ def set_asleep(client: int, robot: RobotBody, is_asleep: bool) -> None:
         pybullet.changeDynamics(robot.body, -1, activationState=state, physicsClientId=client)
 
 
-def _base_and_wheels(
-    model: RobotModel, spec: RobotSpec
-) -> tuple[RigidGroup, RigidGroup, RigidGroup]:
+def _base_and_wheels(model: RobotModel, spec: RobotSpec) -> tuple[RigidGroup, list[RigidGroup]]:
     base, *moving = model.groups
-    wheels = sorted(moving, key=lambda group: -group.parent_from_group[1, 3])
-    if spec.drive != "differential" or len(wheels) != 2 or any(g.parent != 0 for g in wheels):
+    by_joint = {group.joint: group for group in moving if group.parent == 0}
+    names = (*spec.wheels_left, *spec.wheels_right)
+    if sorted(by_joint) != sorted(names) or len(by_joint) != len(moving):
         raise RobotModelError(
-            f"robot '{spec.model}' has drive '{spec.drive}' and the moving joints "
-            f"{[g.joint for g in moving]}; expected a differential drive with two wheels"
+            f"robot '{spec.model}' has drive '{spec.drive}' on the joints {list(names)}, but its "
+            f"description has the moving joints {[g.joint for g in moving]}"
         )
-    return base, wheels[0], wheels[1]
+    return base, [by_joint[name] for name in names]
 
 
 def _split_base(
@@ -174,6 +226,24 @@ def _merged(casters: Sequence[tuple[FloatArray, float]]) -> list[tuple[FloatArra
     return merged
 
 
+def _props(
+    base: RigidGroup,
+    wheels: Sequence[RigidGroup],
+    casters: Sequence[tuple[FloatArray, float]],
+    footprint: Sequence[tuple[float, float]],
+) -> list[tuple[FloatArray, float]]:
+    """Return balls that keep a body from tipping over whose casters are not balls, or missing."""
+    feet = [wheel.parent_from_group[0, 3] for wheel in wheels] + [c[0] for c, _ in casters]
+    x = base.center[0]
+    props = []
+    for direction in (-1.0, 1.0):
+        if all(direction * (foot - x) < PROP_REACH for foot in feet):
+            reach = max(direction * (px - x) for px, _ in footprint)
+            at = x + direction * max(PROP_REACH, reach - PROP_RADIUS)
+            props.append((np.array([at, base.center[1], PROP_RADIUS]), PROP_RADIUS))
+    return props
+
+
 def _lowest(part: Part) -> float:
     radius = part.shape.radius if isinstance(part.shape, Sphere) else 0.0
     return float(part.body_from_part[2, 3]) - radius
@@ -182,30 +252,30 @@ def _lowest(part: Part) -> float:
 def _links(
     client: int,
     spec: RobotSpec,
-    wheels: tuple[RigidGroup, RigidGroup],
+    wheels: Sequence[RigidGroup],
     casters: Sequence[tuple[FloatArray, float]],
 ) -> dict[str, Any]:
     """Return the arguments of createMultiBody for wheels and casters."""
-    radii = [spec.wheel_radius] * 2 + [radius for _, radius in casters]
+    radii = [spec.wheel_radius] * len(wheels) + [radius for _, radius in casters]
     centers = [wheel.parent_from_group[:3, 3] for wheel in wheels]
     centers += [center for center, _ in casters]
     turns = [_position_quaternion(wheel.parent_from_group)[1] for wheel in wheels]
-    count = len(radii)
+    count, driven, fixed = len(radii), len(wheels), len(casters)
     shapes = [
         pybullet.createCollisionShape(pybullet.GEOM_SPHERE, radius=r, physicsClientId=client)
         for r in radii
     ]
     return {
-        "linkMasses": [wheel.mass for wheel in wheels] + [0.001] * len(casters),
+        "linkMasses": [wheel.mass for wheel in wheels] + [0.001] * fixed,
         "linkCollisionShapeIndices": shapes,
         "linkVisualShapeIndices": [-1] * count,
         "linkPositions": [center.tolist() for center in centers],
-        "linkOrientations": turns + [[0.0, 0.0, 0.0, 1.0]] * len(casters),
+        "linkOrientations": turns + [[0.0, 0.0, 0.0, 1.0]] * fixed,
         "linkInertialFramePositions": [[0.0, 0.0, 0.0]] * count,
         "linkInertialFrameOrientations": [[0.0, 0.0, 0.0, 1.0]] * count,
         "linkParentIndices": [0] * count,
-        "linkJointTypes": [pybullet.JOINT_REVOLUTE] * 2 + [pybullet.JOINT_FIXED] * len(casters),
-        "linkJointAxis": [w.axis.tolist() for w in wheels] + [[0.0, 0.0, 1.0]] * len(casters),
+        "linkJointTypes": [pybullet.JOINT_REVOLUTE] * driven + [pybullet.JOINT_FIXED] * fixed,
+        "linkJointAxis": [w.axis.tolist() for w in wheels] + [[0.0, 0.0, 1.0]] * fixed,
     }
 
 
@@ -213,8 +283,9 @@ def _set_dynamics(
     client: int,
     body: int,
     base: RigidGroup,
-    wheels: tuple[RigidGroup, RigidGroup],
+    wheels: Sequence[RigidGroup],
     casters: int,
+    drive: str,
 ) -> None:
     def change(link: int, **values: Any) -> None:
         pybullet.changeDynamics(body, link, physicsClientId=client, **values)
@@ -223,13 +294,17 @@ def _set_dynamics(
     change(-1, linearDamping=0.0, angularDamping=0.0)
     change(-1, localInertiaDiagonal=np.diag(base.inertia).tolist(), lateralFriction=WALL_FRICTION)
     pybullet.setCollisionFilterGroupMask(body, -1, ROBOT, ROBOT | OBSTACLE, physicsClientId=client)
-    for link in range(2 + casters):
-        friction = 1.0 if link < 2 else 0.0
+    driven = len(wheels)
+    for link in range(driven + casters):
+        friction = 1.0 if link < driven and drive != "omni" else 0.0
         change(link, lateralFriction=friction, rollingFriction=0.0, spinningFriction=0.0)
         pybullet.setCollisionFilterGroupMask(body, link, WHEEL, GROUND, physicsClientId=client)
     for link, wheel in enumerate(wheels):
         inertia = np.diag(wheel.inertia) + ROTOR_INERTIA * np.abs(wheel.axis)
         change(link, localInertiaDiagonal=inertia.tolist(), jointDamping=0.0)
+        if drive == "skid":
+            slip = np.where(np.abs(wheel.axis) > 0.5, SIDE_SLIP, 1.0)
+            change(link, anisotropicFriction=slip.tolist())
 
 
 def _compound(client: int, shapes: Sequence[tuple[Any, Transform]]) -> int:

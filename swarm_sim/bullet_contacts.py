@@ -54,7 +54,9 @@ class Contacts:
         self._walls, self._bounds = outlines, bounds_of(outlines)
         self.hulls = np.stack([pad_polygon(np.array(s.footprint), MAX_CORNERS) for s in specs])
         self.radii = np.array([s.circumscribed_radius for s in specs])
-        speeds = [s.max_vel_x + s.max_vel_theta * s.circumscribed_radius for s in specs]
+        speeds = [
+            s.max_vel_x + s.max_vel_y + s.max_vel_theta * s.circumscribed_radius for s in specs
+        ]
         self._reaches = np.array(speeds) * CONTROL_PERIOD + REACH_SLACK
         still = np.zeros(len(outlines))
         self._obstacle_reaches = np.concatenate([still, walker_speeds * CONTROL_PERIOD])

@@ -19,17 +19,17 @@ FloatArray = NDArray[np.float64]
 def ramp_all(
     speeds: FloatArray, targets: FloatArray, limits: FloatArray, period: float
 ) -> NDArray[np.bool_]:
-    """Move speeds (n, 2) one step towards targets; return which robots' speeds changed.
+    """Move speeds (n, 3) one step towards targets; return which robots' speeds changed.
 
     Args:
-        speeds: v, w of each robot; changed.
-        targets: v, w of each robot.
-        limits: (n, 3) of which the first two columns are accelerations.
+        speeds: v, w, v to the left of each robot; changed.
+        targets: The same that is aimed at.
+        limits: Accelerations.
         period: [s] of the step.
     """
     changed = np.zeros(len(speeds), np.bool_)
     for i in range(len(speeds)):
-        for axis in range(2):
+        for axis in range(3):
             speed = ramp(speeds[i, axis], targets[i, axis], limits[i, axis] * period)
             if speed != speeds[i, axis]:
                 speeds[i, axis] = speed

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from swarm_common.records import CONTROL_PERIOD, Odometry, Pose, RobotSpec, Twist, wrap_angle
 
 FloatArray = NDArray[np.float64]
-_STOP = (0.0, 0.0)
+_STOP = (0.0, 0.0, 0.0)
 COMMAND_TIMEOUT = 0.5  # [s] of simulated time after which a robot without a command stops
 
 
@@ -19,27 +19,58 @@ class CommandBuffer:
 
     def __init__(self, specs: Sequence[RobotSpec]) -> None:
         """Start with everybody standing."""
-        self._limits = np.array([[spec.max_vel_x, spec.max_vel_theta] for spec in specs])
-        self._targets = np.zeros((len(specs), 2))
+        self._limits = np.array([[s.max_vel_x, s.max_vel_theta, s.max_vel_y] for s in specs])
+        self._targets = np.zeros((len(specs), 3))
         self._ages = np.zeros(len(specs), np.int64)
         self._max_age = round(COMMAND_TIMEOUT / CONTROL_PERIOD)
 
     def update(self, commands: Sequence[Twist | None]) -> FloatArray:
-        """Return the speeds (n, 2) to aim at: vx [m/s], wz [rad/s].
+        """Return the speeds (n, 3) to aim at: vx [m/s], wz [rad/s], vy [m/s].
 
         Args:
             commands: One per robot; None from a robot that sent none. A command that is not
                 finite means stop.
         """
-        speeds = [_STOP if c is None else (c.vx, c.wz) for c in commands]
+        speeds = [_STOP if c is None else (c.vx, c.wz, c.vy) for c in commands]
         is_silent = np.array([command is None for command in commands], np.bool_)
         self._ages = np.where(is_silent, self._ages + 1, 0)
         is_held = is_silent & (self._ages < self._max_age)
-        commanded = np.array(speeds).reshape(-1, 2)
+        commanded = np.array(speeds).reshape(-1, 3)
         commanded[~np.isfinite(commanded).all(axis=1)] = 0.0
         self._targets[~is_held] = commanded[~is_held]
         np.clip(self._targets, -self._limits, self._limits, out=self._targets)
         return self._targets
+
+
+class Wheels:
+    """How fast a robot's driven wheels turn when it moves, and how it moves when they turn."""
+
+    def __init__(self, spec: RobotSpec) -> None:
+        """Lay out the wheels: the left ones from front to rear, then the right ones."""
+        self.names = (*spec.wheels_left, *spec.wheels_right)
+        self._radius = spec.wheel_radius
+        half = spec.wheel_separation / 2.0
+        # of mecanum wheels, rollers at 45 degrees: they make an X seen from above
+        lever = half + spec.wheel_base / 2.0 if spec.is_omni else half
+        sides = [-1.0] * len(spec.wheels_left) + [1.0] * len(spec.wheels_right)
+        self._arms = np.array(sides) * lever
+        self._slides = np.array([0.0] * len(sides))
+        if spec.is_omni and len(sides) == 4:
+            self._slides = np.array([-1.0, 1.0, 1.0, -1.0])
+
+    def rates(self, vx: float, wz: float, vy: float) -> FloatArray:
+        """Return the turning rates [rad/s] of the wheels at a motion [m/s, rad/s, m/s].
+
+        With distances in place of speeds, the angles are returned.
+        """
+        rates: FloatArray = (vx + self._arms * wz + self._slides * vy) / self._radius
+        return rates
+
+    def travel(self, angles: FloatArray) -> tuple[float, float]:
+        """Return the way [m] forwards and to the left that wheels turned by `angles` report."""
+        count = len(angles)
+        forwards = angles.sum() / count * self._radius
+        return float(forwards), float((self._slides * angles).sum() / count * self._radius)
 
 
 class Odometer:
@@ -48,28 +79,29 @@ class Odometer:
     def __init__(self, count: int) -> None:
         """Start all robots at the origins of their odom frames."""
         self._poses = np.zeros((count, 3))
-        self._travels = np.zeros(count)
+        self._travels = np.zeros((count, 2))
         self._yaws = np.zeros(count)
 
     def update(self, travels: FloatArray, yaws: FloatArray) -> None:
         """Take in a control period, in which each robot drove an arc.
 
         Args:
-            travels: (n,) [m] that the wheels report since the start.
+            travels: (n, 2) [m] forwards and to the left, that the wheels report since the start.
             yaws: (n,) [rad] that the gyro reports since the start, not wrapped.
         """
         turned = yaws - self._yaws
-        chords = (travels - self._travels) * np.sinc(turned / (2.0 * np.pi))
+        chords = (travels - self._travels) * np.sinc(turned / (2.0 * np.pi))[:, None]
         headings = self._yaws + 0.5 * turned
-        self._poses[:, 0] += chords * np.cos(headings)
-        self._poses[:, 1] += chords * np.sin(headings)
+        cos, sin = np.cos(headings), np.sin(headings)
+        self._poses[:, 0] += chords[:, 0] * cos - chords[:, 1] * sin
+        self._poses[:, 1] += chords[:, 0] * sin + chords[:, 1] * cos
         self._poses[:, 2] = yaws
         self._travels[:] = travels
         self._yaws[:] = yaws
 
     def readings(self, tick: int, twists: FloatArray) -> list[Odometry]:
-        """Return the odometry of all robots; `twists` is (n, 2): vx, wz."""
+        """Return the odometry of all robots; `twists` is (n, 3): vx, wz, vy."""
         return [
-            Odometry(tick, Pose(x, y, wrap_angle(yaw)), Twist(vx, 0.0, wz))
-            for (x, y, yaw), (vx, wz) in zip(self._poses.tolist(), twists.tolist(), strict=True)
+            Odometry(tick, Pose(x, y, wrap_angle(yaw)), Twist(vx, vy, wz))
+            for (x, y, yaw), (vx, wz, vy) in zip(self._poses.tolist(), twists.tolist(), strict=True)
         ]

@@ -48,8 +48,8 @@ class Engine(Protocol):
     """Bodies and motors; arrays have one row per robot."""
 
     poses: FloatArray  # (n, 3) true x, y, yaw of base_footprint
-    twists: FloatArray  # (n, 2) true forward and turning speed
-    travels: FloatArray  # (n,) [m] distance that the wheels report, backwards negative
+    twists: FloatArray  # (n, 3) true forward, turning and leftward speed
+    travels: FloatArray  # (n, 2) [m] forwards and to the left, as the wheels report it
     yaws_gyro: FloatArray  # (n,) [rad] integrated gyro, not wrapped
 
     @property
@@ -63,7 +63,7 @@ class Engine(Protocol):
         ...
 
     def advance(self, targets: FloatArray) -> list[Touch]:
-        """Run one control period towards target speeds (n, 2); return the contacts in it."""
+        """Run one control period towards target speeds (n, 3); return the contacts in it."""
         ...
 
     def joint_state(self, robot: int) -> tuple[list[str], list[float], list[float]]:

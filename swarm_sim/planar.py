@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from swarm_common.records import CONTROL_PERIOD, Pose, RobotSpec
+from swarm_sim.drive import Wheels
 from swarm_sim.engine import NEAR, NEAR_MISS, Approach, FloatArray, Touch
 from swarm_sim.planar_kernels import clearances, move, move_on
 from swarm_sim.section import Section
@@ -41,7 +42,7 @@ class PlanarEngine:
             walkers: Who moves beside the robots.
         """
         count = len(specs)
-        self._specs = list(specs)
+        self._wheels = [Wheels(spec) for spec in specs]
         self._steps = round(CONTROL_PERIOD / physics_period)
         self._period = CONTROL_PERIOD / self._steps
         self._names = section.names
@@ -50,30 +51,29 @@ class PlanarEngine:
         self._walkers = walkers
         self._hulls = np.stack([pad_polygon(np.array(s.footprint), MAX_CORNERS) for s in specs])
         self._limits = np.array(
-            [[s.acc_lim_x, s.acc_lim_theta, s.circumscribed_radius] for s in specs]
+            [[s.acc_lim_x, s.acc_lim_theta, s.circumscribed_radius, s.acc_lim_y] for s in specs]
         )
-        self._state = np.zeros((count, 5))
+        self._state = np.zeros((count, 6))
         self._state[:, :3] = [(pose.x, pose.y, pose.yaw) for pose in poses]
         self._robot_touches = np.zeros((count, count), np.int64)
         self._wall_touches = np.zeros((count, len(self._walls)), np.int64)
         self._walker_touches = np.zeros((count, len(walkers)), np.int64)
         self.poses: FloatArray = self._state[:, :3]
         self.twists: FloatArray = self._state[:, 3:]
-        self.travels: FloatArray = np.zeros(count)
+        self.travels: FloatArray = np.zeros((count, 2))
         self.yaws_gyro: FloatArray = np.zeros(count)
         self.clearances: FloatArray = np.full((count, 2), np.inf)
         self.approaches: list[Approach] = []
         self._close = np.empty((CLOSE_PAIRS * count, 4))
-        self._wheel_turns = np.zeros((count, 2))
         self._measure()
 
     def advance(self, targets: FloatArray) -> list[Touch]:
-        """Run one control period towards target speeds (n, 2); return the contacts in it."""
+        """Run one control period towards target speeds (n, 3); return the contacts in it."""
         self._robot_touches[:] = -1
         self._wall_touches[:] = -1
         self._walker_touches[:] = -1
         self._walkers.begin()
-        paths = np.zeros((len(self._state), 2))
+        paths = np.zeros((len(self._state), 3))
         notes = (self._robot_touches, self._wall_touches, self._walker_touches, paths)
         robots = (self._state, targets, self._limits, self._hulls, self._obstacles, notes)
         if len(self._walkers) == 0:
@@ -85,22 +85,17 @@ class PlanarEngine:
                 touched |= self._walkers.step(
                     self.poses, self._state[:, 3], self._hulls, self._period, step
                 )
-        self.travels += paths[:, 0]
+        self.travels += paths[:, ::2]
         self.yaws_gyro += paths[:, 1]
         self._measure()
         return self._touches() if touched else []
 
     def joint_state(self, robot: int) -> tuple[list[str], list[float], list[float]]:
-        """Return names, positions and velocities of the two wheels, as rolling would turn them."""
-        spec = self._specs[robot]
-        half, radius = spec.wheel_separation / 2.0, spec.wheel_radius
-        travel, yaw = float(self.travels[robot]), float(self.yaws_gyro[robot])
-        speed, turn = (float(value) for value in self.twists[robot])
-        return (
-            ["wheel_left_joint", "wheel_right_joint"],
-            [(travel - half * yaw) / radius, (travel + half * yaw) / radius],
-            [(speed - half * turn) / radius, (speed + half * turn) / radius],
-        )
+        """Return names, positions and velocities of the wheels, as rolling would turn them."""
+        wheels = self._wheels[robot]
+        travel, slide = self.travels[robot].tolist()
+        positions = wheels.rates(travel, float(self.yaws_gyro[robot]), slide)
+        return list(wheels.names), positions.tolist(), wheels.rates(*self.twists[robot]).tolist()
 
     def close(self) -> None:
         """Release nothing: everything is in Python."""

@@ -84,13 +84,14 @@ def move(
     """Advance all robots by one physics step, in order of index; return whether any touched.
 
     Args:
-        state: (n, 5): x, y, yaw, v, w; changed.
-        targets: (n, 2): commanded v, w.
-        limits: (n, 3): acceleration, angular acceleration, circumscribed radius.
+        state: (n, 6): x, y, yaw, v, w, v to the left; changed.
+        targets: (n, 3): commanded v, w, v to the left.
+        limits: (n, 4): acceleration, angular acceleration, circumscribed radius, acceleration to
+            the left.
         hulls: (n, k, 2) footprints in base_footprint.
         walls: Packed polygons (m, k, 2), their bounds (m, 4), and discs (d, 3).
         touches: First step of contact with robots (n, n), polygons (n, m), discs (n, d), -1 for
-            none; driven path (n, 2). Changed.
+            none; driven path (n, 3): v, w, v to the left. Changed.
         period: [s] of the step.
         step: Its number within the control period.
     """
@@ -102,23 +103,28 @@ def move(
     for i in range(count):
         v = ramp(state[i, 3], targets[i, 0], limits[i, 0] * period)
         w = ramp(state[i, 4], targets[i, 1], limits[i, 1] * period)
+        slide = ramp(state[i, 5], targets[i, 2], limits[i, 3] * period)
         x, y, yaw = state[i, 0], state[i, 1], state[i, 2]
         middle = yaw + 0.5 * w * period
         state[i, 0] = x + v * math.cos(middle) * period
         state[i, 1] = y + v * math.sin(middle) * period
         state[i, 2] = -((-(yaw + w * period) + math.pi) % (2.0 * math.pi) - math.pi)
-        state[i, 3], state[i, 4] = v, w
-        if v == 0.0 and w == 0.0:
+        if slide != 0.0:
+            state[i, 0] -= slide * math.sin(middle) * period
+            state[i, 1] += slide * math.cos(middle) * period
+        state[i, 3], state[i, 4], state[i, 5] = v, w, slide
+        if v == 0.0 and w == 0.0 and slide == 0.0:
             continue
         place(hulls[i], state[i, 0], state[i, 1], state[i, 2], placed[i])
         if hits(i, state, limits, placed, walls, touches, step):
             state[i, 0], state[i, 1], state[i, 2] = x, y, yaw
-            state[i, 3], state[i, 4] = 0.0, 0.0
+            state[i, 3], state[i, 4], state[i, 5] = 0.0, 0.0, 0.0
             place(hulls[i], x, y, yaw, placed[i])
             any_touch = True
         else:
             touches[3][i, 0] += v * period
             touches[3][i, 1] += w * period
+            touches[3][i, 2] += slide * period
     return any_touch
 
 
@@ -154,8 +160,8 @@ def clearances(
     """Write the distance of each hull to the nearest other hull and obstacle; list close pairs.
 
     Args:
-        state: (n, 5): x, y, yaw, v, w.
-        limits: (n, 3): of which the circumscribed radius is used.
+        state: (n, 6): of which the pose x, y, yaw is used.
+        limits: (n, 4): of which the circumscribed radius is used.
         hulls: (n, k, 2) footprints in base_footprint.
         walls: Packed polygons (m, k, 2), their bounds (m, 4), and discs (d, 3).
         near: [m] distances beyond the first are not measured, those below the second listed.

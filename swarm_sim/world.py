@@ -175,12 +175,12 @@ class World:
         return list(self._judge.collisions[known:])
 
     def _disturbed(self, targets: FloatArray) -> FloatArray:
-        """Return the speeds (n, 2) that the drives make of those aimed at."""
+        """Return the speeds (n, 3) that the drives make of those aimed at."""
         noise = self._config.actuation_noise
         if noise == 0.0:
             return targets
         robots = np.arange(len(targets))[:, None]
-        words = hash_words(self._seed, NOISE_WORD, self._tick, robots, np.arange(2))
+        words = hash_words(self._seed, NOISE_WORD, self._tick, robots, np.arange(targets.shape[1]))
         disturbed: FloatArray = targets * (1.0 + noise * normal(words))
         return disturbed
 
@@ -189,7 +189,7 @@ class World:
         return [
             (
                 Pose(float(pose[0]), float(pose[1]), float(pose[2])),
-                Twist(float(twist[0]), 0.0, float(twist[1])),
+                Twist(float(twist[0]), float(twist[2]), float(twist[1])),
             )
             for pose, twist in zip(self._engine.poses, self._engine.twists, strict=True)
         ]

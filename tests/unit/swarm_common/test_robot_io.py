@@ -49,7 +49,7 @@ def test_an_unknown_robot_names_the_closest() -> None:
         ("differential", "magnetic", "drive is 'magnetic'"),
         ("max_vel_x: 0.26", "max_vel_x: 0", "must be positive"),
         ("max_vel_x: 0.26", "max_vel_x: fast", "expected a number"),
-        ("max_vel_x: 0.26", "max_vel: 0.26", "did you mean 'max_vel_x'"),
+        ("max_vel_x: 0.26", "max_vel: 0.26", "'max_vel_x'"),
         ("height: 0.141", "", "lacks height"),
         (
             "  - [0.069, -0.133]\n  - [0.069, 0.133]",

@@ -17,14 +17,14 @@ WAFFLE = load_robot("turtlebot3_waffle")
 def test_commands_are_kept_within_the_limits() -> None:
     buffer = CommandBuffer([WAFFLE, WAFFLE])
     targets = buffer.update([Twist(9.0, 0.0, -9.0), Twist(-9.0, 0.0, 0.5)])
-    assert targets.tolist() == [[0.26, -1.82], [-0.26, 0.5]]
+    assert targets.tolist() == [[0.26, -1.82, 0.0], [-0.26, 0.5, 0.0]]
 
 
 @pytest.mark.parametrize("twist", [Twist(math.nan), Twist(0.1, 0.0, math.inf)])
 def test_a_command_that_is_not_finite_means_stop(twist: Twist) -> None:
     buffer = CommandBuffer([WAFFLE])
     buffer.update([Twist(0.2)])
-    assert buffer.update([twist]).tolist() == [[0.0, 0.0]]
+    assert buffer.update([twist]).tolist() == [[0.0, 0.0, 0.0]]
 
 
 def test_no_command_for_half_a_second_means_stop() -> None:
@@ -39,8 +39,8 @@ def test_no_command_for_half_a_second_means_stop() -> None:
 def test_odometry_of_an_arc_is_exact(turn: float) -> None:
     odometer = Odometer(1)
     for tick in range(1, 101):
-        odometer.update(np.array([0.026 * tick]), np.array([0.1 * turn * tick]))
-    (reading,) = odometer.readings(100, np.array([[0.26, turn]]))
+        odometer.update(np.array([[0.026 * tick, 0.0]]), np.array([0.1 * turn * tick]))
+    (reading,) = odometer.readings(100, np.array([[0.26, turn, 0.0]]))
     if turn == 0.0:
         expected = (2.6, 0.0)
     else:

@@ -269,9 +269,9 @@ def test_impossible_settings_are_refused() -> None:
         World(FIELD, [WAFFLE], [Pose(0, 0, 0)] * 2)
 
 
-def test_a_drive_that_the_engine_cannot_move_is_refused() -> None:
+def test_a_robot_without_the_wheels_that_it_names_is_refused() -> None:
     from dataclasses import replace
 
-    omni = replace(WAFFLE, drive="omni")
-    with pytest.raises(RobotModelError, match="drive 'omni'"):
-        World(FIELD, [omni], [Pose(0, 0, 0)], WorldConfig(engine="bullet"))
+    lame = replace(WAFFLE, wheels_left=("front_left", "rear_left"))
+    with pytest.raises(RobotModelError, match="'front_left', 'rear_left'"):
+        World(FIELD, [lame], [Pose(0, 0, 0)], WorldConfig(engine="bullet"))
