@@ -16,7 +16,7 @@ from rclpy.context import Context
 from rclpy.executors import Executor
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
+from rclpy.qos import QoSProfile, qos_profile_services_default
 from rclpy.type_support import check_for_type_support
 
 NANOSECONDS = 1_000_000_000
@@ -47,6 +47,32 @@ class PolledTopic:
     def destroy(self) -> None:
         """Unsubscribe; do it before the node is destroyed."""
         self.handle.destroy_when_not_in_use()
+
+
+class PolledService:
+    """A service of a node that no executor knows; its answers may come later."""
+
+    def __init__(self, node: Node, kind: Any, name: str) -> None:
+        """Offer it; requests wait until they are taken."""
+        check_for_type_support(kind)
+        self._kind = kind
+        with node.handle:
+            self._handle = _rclpy.Service(
+                node.handle, kind, name, qos_profile_services_default.get_c_qos_profile()
+            )
+
+    def take(self) -> tuple[Any, Any] | None:
+        """Return a request that waits, and what `answer` wants to know of it."""
+        request, header = self._handle.service_take_request(self._kind.Request)
+        return None if header is None else (request, header.request_id)
+
+    def answer(self, response: Any, request_id: Any) -> None:
+        """Answer a request."""
+        self._handle.service_send_response(response, request_id)
+
+    def destroy(self) -> None:
+        """Withdraw it; do it before the node is destroyed."""
+        self._handle.destroy_when_not_in_use()
 
 
 class Waiter:

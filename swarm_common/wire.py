@@ -14,6 +14,7 @@ import struct
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from swarm_common.records import (
     Odometry,
@@ -27,6 +28,7 @@ from swarm_common.records import (
 HEAD = 4  # bytes of encapsulation; CDR aligns relative to the byte after it
 LITTLE_ENDIAN = b"\x00\x01\x00\x00"
 STAMP = struct.Struct("<iI")
+_POSE = struct.Struct("<7d")
 COVARIANCE = struct.pack("<36d", *([0.0] * 36))
 
 
@@ -128,6 +130,58 @@ class CovariantPoseWriter:
         for place, variance in zip(self._DIAGONAL, variances, strict=True):
             struct.pack_into("<d", data, covariance_at + 8 * place, variance)
         return bytes(data)
+
+
+class TransformsWriter:
+    """Encodes tf2_msgs/TFMessage: one frame to many others, all in the plane."""
+
+    def __init__(self, parent: str, children: Sequence[str]) -> None:
+        """Lay out the message once."""
+        data = bytearray(LITTLE_ENDIAN + struct.pack("<I", len(children)))
+        stamps, poses = [], []
+        for child in children:
+            data += bytes(aligned(len(data), 4) - len(data))
+            stamps.append((len(data) - HEAD) // 4)
+            data += STAMP.pack(0, 0) + encode_string(parent)
+            data += bytes(aligned(len(data), 4) - len(data)) + encode_string(child)
+            data += bytes(aligned(len(data), 8) - len(data))
+            poses.append((len(data) - HEAD) // 8)
+            data += bytes(7 * 8)
+        self._stamps_at = np.array(stamps, np.intp)
+        self._poses_at = np.array(poses, np.intp)[:, None] + np.arange(7)
+        # CDR aligns relative to the byte after the head, so the body is kept apart from it.
+        self._body = np.zeros(-(-(len(data) - HEAD) // 8), "<f8")
+        self._size = len(data) - HEAD
+        self._body.view(np.uint8)[: self._size] = np.frombuffer(data, np.uint8, offset=HEAD)
+
+    def encode(self, tick: int, poses: NDArray[np.float64]) -> bytes:
+        """Return the message of one tick; `poses` is (n, 3): x, y, yaw of each child."""
+        sec, nanosec = stamp_from_tick(tick)
+        words = self._body.view("<u4")
+        words[self._stamps_at], words[self._stamps_at + 1] = sec, nanosec
+        values = np.zeros((len(poses), 7))
+        values[:, :2] = poses[:, :2]
+        values[:, 5], values[:, 6] = np.sin(0.5 * poses[:, 2]), np.cos(0.5 * poses[:, 2])
+        self._body[self._poses_at] = values
+        return LITTLE_ENDIAN + self._body.tobytes()[: self._size]
+
+
+def read_transforms(data: bytes) -> tuple[int, dict[str, Pose]]:
+    """Return (tick, planar pose by child frame) of a tf2_msgs/TFMessage."""
+    check_little_endian(data)
+    (count,) = struct.unpack_from("<I", data, HEAD)
+    offset, tick, poses = HEAD + 4, 0, {}
+    for _ in range(count):
+        stamp_at = aligned(offset, 4)
+        tick = tick_from_stamp(*STAMP.unpack_from(data, stamp_at))
+        child_at = aligned(after_string(data, stamp_at + STAMP.size), 4)
+        end = after_string(data, child_at)
+        child = data[child_at + 4 : end - 1].decode()
+        offset = aligned(end, 8)
+        x, y, _, qx, qy, qz, qw = _POSE.unpack_from(data, offset)
+        poses[child] = Pose(x, y, yaw_of(qx, qy, qz, qw))
+        offset += _POSE.size
+    return tick, poses
 
 
 class ScanWriter:

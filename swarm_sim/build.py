@@ -27,6 +27,7 @@ class Stage:
     """A world that is ready to run.
 
     Attributes:
+        scene: What the world file says.
         world: Physics, sensors and radio.
         grid: The map that the robots get.
         specs: Model of each robot.
@@ -34,6 +35,7 @@ class Stage:
         poses_map: Where each robot starts.
     """
 
+    scene: Scene
     world: World
     grid: Grid
     specs: tuple[RobotSpec, ...]
@@ -76,7 +78,7 @@ def build(settings: Settings) -> Stage:
         shapes,
     )
     urdfs = tuple(texts[entry.model] for entry in settings.robots)
-    return Stage(world, grid, specs, urdfs, tuple(poses))
+    return Stage(scene, world, grid, specs, urdfs, tuple(poses))
 
 
 def _places(scene: Scene, widest: RobotSpec, settings: Settings) -> list[Pose]:

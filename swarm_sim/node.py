@@ -33,7 +33,10 @@ from swarm_common.ros_poll import Waiter, drain
 from swarm_sim.barrier import Barrier
 from swarm_sim.build import Stage, build
 from swarm_sim.pacing import Rate, SpeedMeter, Throttle
+from swarm_sim.ros_control import Control
 from swarm_sim.ros_links import RobotLink
+from swarm_sim.ros_scenery import Scenery
+from swarm_sim.run_state import RunState
 from swarm_sim.settings import Settings, read_settings
 from swarm_sim.trace import Trace, begin_trace
 from swarm_sim.verdict import Collision
@@ -83,6 +86,9 @@ class WorldNode:
         self._executor.add_node(self._node)
         self._waiter = Waiter(self._node.context)
         self._create_topics(stage)
+        self._scenery = Scenery(self._node, stage.scene, stage.world)
+        self._state = RunState()
+        self._services = Control(self._node, self._state, speed, self._throttle.set_speed)
 
     def _create_topics(self, stage: Stage) -> None:
         make = self._node.create_publisher
@@ -122,8 +128,10 @@ class WorldNode:
                 break
             self._wait_for_answers()
             self._wait(self._throttle.wait_after_tick(time.monotonic()))
+            self._wait_while_held()
             if not self._is_stopped:
                 self._advance()
+                self._state.note_tick()
 
     def _open_tick(self) -> None:
         self._tick = self._world.tick
@@ -183,6 +191,15 @@ class WorldNode:
             self._take_answers()
             self._look_around(now)
 
+    def _wait_while_held(self) -> None:
+        if not self._state.is_held:
+            return
+        while self._state.is_held and not self._is_stopped:
+            time.sleep(WAIT_SLICE)
+            self._take_answers()
+            self._look_around(time.monotonic())
+        self._throttle.start(time.monotonic())
+
     def _advance(self) -> None:
         self._barrier.close()
         commands = [link.fresh_command() for link in self._links]
@@ -216,17 +233,20 @@ class WorldNode:
             for link, truth in zip(self._links, self._world.ground_truth(), strict=True):
                 if link.wants_truth:
                     link.publish_truth(*truth)
+        self._scenery.publish(self._tick)
 
     def _look_around(self, now: float) -> None:
         """Do what is due on the wall clock: requests, reports, control pipe, viewers."""
         if self._request_rate.is_due(now):
             drain(self._executor)
+            self._services.look_for_steps()
         if not self._report_rate.is_due(now):
             return
         for command in self._control.read() if self._control is not None else []:
             self._obey(command)
         for link in self._links:
             link.look_for_viewers()
+        self._scenery.look_for_viewers(self._tick)
         self._meter.update(now, self._world.sim_time)
         self._report()
 
@@ -278,6 +298,7 @@ class WorldNode:
     def destroy(self) -> None:
         """Leave the ROS graph."""
         self._executor.shutdown()
+        self._services.destroy()
         self._node.destroy_node()
         rclpy.try_shutdown()
 

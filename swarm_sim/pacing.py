@@ -12,8 +12,12 @@ class Throttle:
 
     def __init__(self, speed: float | None) -> None:
         """Take the speed in times real time; None does not throttle."""
-        self._period = None if speed is None else CONTROL_PERIOD / speed
         self._due = 0.0
+        self.set_speed(speed)
+
+    def set_speed(self, speed: float | None) -> None:
+        """Change the speed."""
+        self._period = None if speed is None else CONTROL_PERIOD / speed
 
     def start(self, now: float) -> None:
         """Begin to count at wall time `now`."""

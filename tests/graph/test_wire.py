@@ -10,6 +10,7 @@ from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry as OdometryMsg
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import LaserScan
+from tf2_msgs.msg import TFMessage
 
 from swarm_common import wire
 from swarm_common.records import Pose, Scan, Twist
@@ -75,3 +76,20 @@ def test_plain_command():
 def test_a_message_that_is_no_little_endian_cdr_is_refused():
     with pytest.raises(ValueError, match="little-endian"):
         wire.read_tick(b"\x00\x00\x00\x00" + bytes(20))
+
+
+@pytest.mark.parametrize("names", [[], ["a"], ["Srobot9/base", "Srobot10/base", "näme"]])
+def test_transforms(names):
+    writer = wire.TransformsWriter("map", names)
+    poses = np.array([[i + 0.5, -i, 0.25 * i] for i in range(len(names))]).reshape(-1, 3)
+    writer.encode(7, np.ones_like(poses))
+    data = writer.encode(123, poses)
+    message = deserialize_message(data, TFMessage)
+    assert [item.child_frame_id for item in message.transforms] == names
+    assert serialize_message(message) == data
+    tick, found = wire.read_transforms(data)
+    assert tick == (123 if names else 0)
+    assert list(found) == names
+    for name, pose in zip(names, poses, strict=True):
+        assert (found[name].x, found[name].y) == (pose[0], pose[1])
+        assert found[name].yaw == pytest.approx(pose[2])
