@@ -20,7 +20,7 @@ HELD_POINTS = 24  # capacity of the held tube's polyline
 WANTED_POINTS = 8  # capacity of the requested continuation
 INTENT_POINTS = 31  # capacity of the announced path
 FOOTPRINT_POINTS = 8
-HEARD_ENTRIES = 24  # robots whose beacons can be acknowledged at a time
+HEARD_ENTRIES = 48  # robots whose beacons can be acknowledged at a time
 NO_ROBOT = 0  # ids start at 1
 
 MODE_DRIVE, MODE_HOLD, MODE_YIELD, MODE_PAUSE, MODE_DONE = range(5)

@@ -62,6 +62,7 @@ class Claim:
     def _note_block(self, reason: int, row: int) -> None:
         s = self._s
         is_robot = reason in (tube_kernels.ROBOT, tube_kernels.RIGHT_OF_WAY)
+        s.is_unconfirmed = reason == tube_kernels.UNCONFIRMED and not s.has_grown
         s.obstacle_ticks = s.obstacle_ticks + 1 if reason == tube_kernels.OBSTACLE else 0
         if is_robot and not s.has_grown:
             s.blocked_ticks += 1

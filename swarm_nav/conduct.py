@@ -62,6 +62,12 @@ class Conduct:
             return self._controller.stop(s.twist)
         return self._controller.follow(s.tube, s.pose, s.twist)
 
+    def stand(self) -> None:
+        """Note that the robot may not drive, so that this does not count as lack of progress."""
+        task = self._pursuit.task
+        if task is not None:
+            task.note_progress(self._s, True)
+
     def _behave(self) -> Twist:
         pursuit = self._pursuit
         behavior = pursuit.behavior
@@ -122,7 +128,7 @@ class Conduct:
 
     def _hold(self, task: Task) -> None:
         s = self._s
-        task.note_progress(s, True)
+        task.note_holding(s)
         if self._gate.is_closed and (s.tick + s.robot_id) % s.ticks(GATE_RECHECK) == 0:
             self._recheck_gate(task)
         has_turn = self._has_turn() or self._lease.is_barred(s)
@@ -147,7 +153,8 @@ class Conduct:
         s = self._s
         traffic = s.config.traffic
         is_listening = s.tick - s.listening_since < 2 * traffic.listen_ticks
-        is_excused = is_listening or s.blocked_ticks > 0 or s.is_wary
+        is_waiting = s.blocked_ticks > 0 or s.is_unconfirmed
+        is_excused = is_listening or is_waiting or s.is_wary
         task.note_progress(s, is_excused)
         code = ErrorCode.FAILED_TO_MAKE_PROGRESS
         if s.tick - task.moved_tick > s.ticks(traffic.patience):

@@ -172,6 +172,7 @@ class Navigator:
             twist = self._drive()
         else:
             self._claim.retract()
+            self._conduct.stand()
             twist = self._controller.stop(s.twist)
         events, s.events = tuple(s.events), []
         beacon = compose_beacon(

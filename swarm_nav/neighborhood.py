@@ -125,7 +125,7 @@ class Neighborhood:
 
     def deaf_neighbor(self, tick: int) -> int:
         """Return the id of a near robot that does not hear this one, 0 if all do."""
-        limits = (UNHEARD_PATIENCE, UNHEARD_NEAR, UNHEARD_FAR)
+        limits = (UNHEARD_PATIENCE, UNHEARD_NEAR, UNHEARD_FAR, HEARD_ENTRIES)
         return int(kernels.deaf_neighbor(self.ids, self.acks, self._notes, tick, limits))
 
     def row(self, robot_id: int) -> int | None:

@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numba import njit
 
-from swarm_common.beacon import FLAG_DEAF, HEARD_ENTRIES, word_of
+from swarm_common.beacon import FLAG_DEAF, word_of
 from swarm_nav.priority import DEPTH_BITS, ID_MASK, TOP_DEPTH
 
 ID = word_of("id")
@@ -28,7 +28,7 @@ WANTED_SIZE = word_of("wanted_size")
 FLAGS = word_of("flags")
 HEARD = word_of("heard")
 UNHEARD = -(1 << 40)  # tick that no request is as old as
-ROTATING = 4  # entries that are shared out in turn when there are more robots than entries
+ROTATING = 8  # entries that are shared out in turn when there are more robots than entries
 
 
 @njit(cache=True)
@@ -101,7 +101,7 @@ def refresh(words, notes, columns, count, tick, own_id, limits):
 @njit(cache=True)
 def heard_tick(row, own_id, tick):
     """Return the tick of the newest beacon of ours that a robot says to have, UNHEARD without."""
-    for k in range(HEARD, HEARD + HEARD_ENTRIES):
+    for k in range(HEARD, row.shape[0]):
         entry = np.int64(row[k])
         if entry >> 16 == own_id:
             return tick - ((tick - entry) & 0xFFFF)
@@ -130,17 +130,19 @@ def acknowledge(words, notes, gone, tick, out):
 def deaf_neighbor(ids, acks, notes, tick, limits):
     """Return the id of a robot that does not hear us, 0 if all do that matter.
 
-    limits = (patience, near, far): a robot within `near` [m] that has not acknowledged a beacon
-    for `patience` ticks; or within `far`, if nobody there has.
+    limits = (patience, near, far, entries): a robot within `near` [m] that has not acknowledged a beacon
+    for `patience` ticks; or within `far`, if nobody there has. In a crowd each may have too many
+    neighbours to acknowledge all at once, by `entries`: who is not among the nearest waits for its turn.
     """
-    patience, near, far = limits
+    patience, near, far, entries = limits
+    turn = max(0, ids.shape[0] - entries) // ROTATING
     silent = 0
     is_heard = False
     for row in range(ids.shape[0]):
         need_not_hear = acks[row] == tick
-        if need_not_hear or notes[row, 0] > far or tick - notes[row, 1] <= patience:
+        if need_not_hear or notes[row, 0] > far or tick - notes[row, 1] <= patience + turn:
             continue
-        if tick - acks[row] <= patience:
+        if tick - acks[row] <= patience + turn:
             is_heard = True
         elif notes[row, 0] <= near:
             return np.int64(ids[row])

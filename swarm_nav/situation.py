@@ -51,6 +51,7 @@ class Situation:
         body_radius: [m] circumscribed radius.
         blocked_ticks: Ticks for which the tube could not grow because of `blocked_by`.
         blocked_by: Id of that robot, 0 for none.
+        is_unconfirmed: Whether the tube did not grow because a request is not acknowledged yet.
         yields_for: Id of the robot that is made way for, 0 for none.
         priority: As published in the last beacon.
         own_priority: The same without what was inherited from robots that push.
@@ -77,6 +78,7 @@ class Situation:
     tick: int = 0
     blocked_ticks: int = 0
     blocked_by: int = 0
+    is_unconfirmed: bool = False
     obstacle_ticks: int = 0
     yields_for: int = 0
     is_stuck: bool = False

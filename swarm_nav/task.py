@@ -128,6 +128,11 @@ class Task:
         elif is_excused:
             self.progress_tick = situation.tick
 
+    def note_holding(self, situation: Situation) -> None:
+        """Restart all clocks: a robot in a queue is not expected to move, however long that is."""
+        self.progress_pose = situation.pose
+        self.progress_tick = self.moved_tick = situation.tick
+
     def lacks_progress(self, situation: Situation) -> bool:
         """Whether the progress checker's time is over."""
         allowance = situation.config.progress_checker.movement_time_allowance

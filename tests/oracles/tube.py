@@ -44,11 +44,19 @@ def gap(point: Point, others: list[Point]) -> float:
 
 
 def comes_near(
-    point: Point, before: Point, claimed: list[Point], reach: float, slack: float
+    point: Point,
+    before: Point,
+    claimed: list[Point],
+    reach: float,
+    slack: float,
+    rounding: float = 1e-6,
 ) -> bool:
-    """Return whether a point violates a claim; a tube that already does may grow away from it."""
+    """Return whether a point violates a claim; a tube that already does may grow away from it.
+
+    rounding: of squared distances [m²], by which growing away may fail.
+    """
     here, there = gap(point, claimed), gap(before, claimed)
-    is_leaving = there < reach and here >= there - 1e-9
+    is_leaving = there < reach and here**2 >= there**2 - rounding
     return here < reach - slack and not is_leaving
 
 
@@ -64,7 +72,7 @@ def refusal(own: Own, other: Other, point: Point, before: Point, origin: Point) 
     wanted: list[Point] = []
     end = other.held[-1]
     for candidate in other.wanted:
-        if comes_near(candidate, end, own.published, reach, own.slack):
+        if comes_near(candidate, end, own.published, reach, own.slack, 1e-5):
             break  # it cannot be granted to the neighbour while we hold that place
         wanted.append(candidate)
         end = candidate

@@ -147,14 +147,14 @@ def test_what_the_others_have_is_read_from_their_acknowledgements() -> None:
 
 def test_the_nearest_robots_are_acknowledged_and_the_others_in_turn() -> None:
     here = hood()
-    heard(here, 7, *(beacon(k, 0.1 * k, 0.0) for k in range(2, 42)))
+    heard(here, 7, *(beacon(k, 0.1 * k, 0.0) for k in range(2, 72)))
     here.refresh(8)
     seen = {int(entry) >> 16 for entry in here.heard(8)}
-    assert set(range(2, 22)) <= seen
+    assert set(range(2, 42)) <= seen
     assert all(int(entry) & 0xFFFF == 7 for entry in here.heard(8))
     for tick in range(9, 13):
         seen |= {int(entry) >> 16 for entry in here.heard(tick)}
-    assert seen == set(range(2, 42))
+    assert seen == set(range(2, 72))
 
 
 @pytest.mark.parametrize(
