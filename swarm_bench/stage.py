@@ -221,7 +221,7 @@ def _spawn(world: str, widest: RobotSpec, count: int, spawn: str) -> tuple[Pose,
 
 @functools.lru_cache(maxsize=4)
 def _walkers(world: str, actors: str) -> tuple[WalkerSpec, ...] | None:
-    return load_actors(_scene(world).directory / actors) if actors else None
+    return load_actors(_scene(world).directory / actors).walkers if actors else None
 
 
 @functools.lru_cache(maxsize=1)

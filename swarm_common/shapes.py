@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 Transform = FloatArray  # homogeneous (4, 4)
+Color = tuple[float, float, float, float]  # red, green, blue, opacity from 0 to 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +65,31 @@ class Hull:
         )
 
 
-Shape = Box | Cylinder | Sphere | Plane | Hull
+@dataclass(frozen=True, slots=True, eq=False)
+class Mesh:
+    """Triangles in the part's frame; need be neither convex nor closed.
+
+    Attributes:
+        vertices: (n, 3) [m], scale applied.
+        faces: (m, 3) indices of vertices.
+        source: File that they come from, or what they stand for.
+    """
+
+    vertices: FloatArray
+    faces: NDArray[np.int64]
+    source: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class MeshFile:
+    """A mesh that is only to be seen: where it is and by how much it is scaled."""
+
+    path: Path
+    scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    submesh: str = ""
+
+
+Shape = Box | Cylinder | Sphere | Plane | Hull | Mesh
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +98,21 @@ class Part:
 
     shape: Shape
     body_from_part: Transform
+
+
+@dataclass(frozen=True, slots=True)
+class Visual:
+    """What a body looks like.
+
+    Attributes:
+        shape: Of it; a mesh is not loaded.
+        body_from_visual: Where it is.
+        color: None where the file says nothing, and for meshes that bring their own.
+    """
+
+    shape: Shape | MeshFile
+    body_from_visual: Transform
+    color: Color | None = None
 
 
 def transform_from_xyz_rpy(x: float, y: float, z: float, r: float, p: float, w: float) -> Transform:

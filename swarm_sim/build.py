@@ -53,7 +53,8 @@ def build(settings: Settings) -> Stage:
     if settings.sites is not None:
         scene = dataclasses.replace(scene, sites=load_sites(settings.sites))
     if settings.actors is not None:
-        scene = dataclasses.replace(scene, walkers=load_actors(settings.actors))
+        actors = load_actors(settings.actors)
+        scene = dataclasses.replace(scene, walkers=actors.walkers, vehicles=actors.vehicles)
     models = {entry.model: load_robot(entry.model) for entry in settings.robots}
     specs = tuple(models[entry.model] for entry in settings.robots)
     widest = max(specs, key=lambda spec: spec.circumscribed_radius)

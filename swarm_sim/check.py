@@ -15,7 +15,7 @@ from swarm_sim.actors import WalkerSpec
 from swarm_sim.draw_map import SCAN_HEIGHT
 from swarm_sim.raster import draw_on
 from swarm_sim.scene import Scene
-from swarm_sim.section import section_at, section_between
+from swarm_sim.section import Section, section_between
 from swarm_sim.spawn import wall_distance
 
 Mask = NDArray[np.bool_]
@@ -43,7 +43,7 @@ def check_map(scene: Scene, grid: Grid, height: float = SCAN_HEIGHT) -> None:
     """
     shape = (grid.height, grid.width)
     lattice = (grid.resolution, grid.origin_x, grid.origin_y)
-    truth = draw_on(shape, *lattice, section_at(scene, height)).cells == OCCUPIED
+    truth = draw_on(shape, *lattice, _shown(scene, height)).cells == OCCUPIED
     drawn = grid.cells == OCCUPIED
     reach = max(1, round(TOLERANCE / grid.resolution))
     missing = truth & (grid.cells == FREE) & ~_grown(drawn, reach)
@@ -111,9 +111,14 @@ def check_walkers(scene: Scene, specs: Sequence[WalkerSpec]) -> None:
             )
 
 
+def _shown(scene: Scene, height: float) -> Section:
+    """Return what a map of a world shows: what stays where it is."""
+    return section_between(scene.fixed, height, height)
+
+
 def _outside(scene: Scene, grid: Grid, height: float) -> str:
     """Return a remark on obstacles that lie off the map, empty if there are none."""
-    x_min, y_min, x_max, y_max = section_at(scene, height).bounds()
+    x_min, y_min, x_max, y_max = _shown(scene, height).bounds()
     slack = TOLERANCE + grid.resolution
     right, top = grid.center_of(grid.height - 1, grid.width - 1)
     if (

@@ -14,14 +14,15 @@ from swarm_common.map_io import save_map
 from swarm_sim.raster import draw_grid
 from swarm_sim.scene import Scene
 from swarm_sim.sdf import load_world
-from swarm_sim.section import FloatArray, section_at
+from swarm_sim.section import FloatArray, section_between
 
 SCAN_HEIGHT = 0.132  # [m] above ground of a TurtleBot3 waffle's scan plane
 
 
 def draw_world(scene: Scene, height: float = SCAN_HEIGHT, resolution: float = 0.05) -> Grid:
     """Return the map that a LiDAR at this height would make of a world."""
-    return draw_grid(section_at(scene, height), accessible_points(scene), resolution)
+    section = section_between(scene.fixed, height, height)
+    return draw_grid(section, accessible_points(scene), resolution)
 
 
 def accessible_points(scene: Scene) -> FloatArray:

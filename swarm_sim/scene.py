@@ -7,21 +7,25 @@ from pathlib import Path
 
 from swarm_common.shapes import (
     Box,
+    Color,
     Cylinder,
     Hull,
+    Mesh,
+    MeshFile,
     Part,
     Plane,
     Shape,
     Sphere,
     Transform,
+    Visual,
     transform_from_xyz_rpy,
 )
 from swarm_common.sites import Sites
-from swarm_sim.actors import WalkerSpec
+from swarm_sim.actors import VehicleSpec, WalkerSpec
 
 __all__ = [
-    "Body", "Box", "Cylinder", "Hull", "Part", "Plane", "Scene", "Shape", "Sphere", "Transform",
-    "transform_from_xyz_rpy",
+    "Body", "Box", "Color", "Cylinder", "Hull", "Mesh", "MeshFile", "Part", "Plane", "Scene",
+    "Shape", "Sphere", "Transform", "Visual", "transform_from_xyz_rpy",
 ]  # fmt: skip
 
 

@@ -13,7 +13,7 @@ from itertools import combinations, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_sim.scene import Body, Box, Cylinder, Hull, Scene, Shape, Sphere, Transform
+from swarm_sim.scene import Body, Box, Cylinder, Hull, Mesh, Scene, Shape, Sphere, Transform
 
 FloatArray = NDArray[np.float64]
 RIM_POINTS = 24  # corners that stand for the rim of a cylinder that is not upright
@@ -67,6 +67,13 @@ def section_between(bodies: Iterable[Body], low: float, high: float) -> Section:
     for body in bodies:
         for part in body.parts:
             world_from_part = body.world_from_body @ part.body_from_part
+            if isinstance(part.shape, Mesh):
+                from swarm_sim.mesh_section import polygons_between  # needs slow imports
+
+                pieces = polygons_between(part.shape, world_from_part, low, high)
+                polygons.extend(pieces)
+                polygon_names.extend([body.name] * len(pieces))
+                continue
             disc = _disc(part.shape, world_from_part, low, high)
             if disc is not None:
                 discs.append(disc)

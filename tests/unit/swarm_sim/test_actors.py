@@ -21,7 +21,7 @@ def test_a_walker_needs_only_a_path(tmp_path: Path) -> None:
         "walkers:\n  - path: [[0, 0], [2, 0], [2, 1]]\n"
         "  - {name: Ann, path: [[0, 0], [0, 3]], speed: 1.0, start: 1.5, pause: 0}\n"
     )
-    first, second = load_actors(path)
+    first, second = load_actors(path).walkers
     assert first == WalkerSpec(name="walker_1", path=((0.0, 0.0), (2.0, 0.0), (2.0, 1.0)))
     assert (second.name, second.speed, second.start, second.pause) == ("Ann", 1.0, 1.5, 0.0)
 
