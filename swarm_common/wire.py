@@ -168,8 +168,10 @@ class TransformsWriter:
 
 def read_transforms(data: bytes) -> tuple[int, dict[str, Pose]]:
     """Return (tick, planar pose by child frame) of a tf2_msgs/TFMessage."""
-    check_little_endian(data)
     (count,) = struct.unpack_from("<I", data, HEAD)
+    if not count:
+        return 0, {}
+    check_little_endian(data)
     offset, tick, poses = HEAD + 4, 0, {}
     for _ in range(count):
         stamp_at = aligned(offset, 4)
