@@ -201,7 +201,7 @@ def _scene(world: str) -> Scene:
 def _grid(world: str) -> Grid:
     scene = _scene(world)
     path = map_path(scene.name)
-    return load_map(path) if path.is_file() else draw_world(scene)
+    return load_map(path).upright() if path.is_file() else draw_world(scene)
 
 
 @functools.lru_cache(maxsize=4)

@@ -12,19 +12,23 @@ FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 
 @dataclass(frozen=True, slots=True)
 class Grid:
-    """Occupancy grid in the map frame, axes parallel to it.
+    """Occupancy grid in the map frame; its axes are parallel to it unless `origin_yaw` says else.
+
+    What asks for places by cell wants an upright grid.
 
     Attributes:
         cells: int8 (height, width): 0 free, 100 occupied, -1 unknown; row 0 is the lowest y.
         resolution: [m] per cell.
         origin_x: [m] x of the lower left corner of cell (0, 0).
         origin_y: [m] y of the lower left corner of cell (0, 0).
+        origin_yaw: [rad] by which the grid is turned about that corner.
     """
 
     cells: NDArray[np.int8]
     resolution: float
     origin_x: float
     origin_y: float
+    origin_yaw: float = 0.0
 
     @property
     def height(self) -> int:
@@ -54,3 +58,29 @@ class Grid:
         """Whether the point lies on the grid."""
         row, column = self.cell_of(x, y)
         return 0 <= row < self.height and 0 <= column < self.width
+
+    def upright(self) -> Grid:
+        """Return the grid with axes parallel to the map frame: itself, or one drawn anew.
+
+        Each new cell takes the value of the old one that its centre lies in; what the old grid
+        does not cover is unknown.
+        """
+        if self.origin_yaw == 0.0:
+            return self
+        cos, sin = np.cos(self.origin_yaw), np.sin(self.origin_yaw)
+        size = self.resolution
+        corners = np.array(
+            [(c * size, r * size) for c in (0, self.width) for r in (0, self.height)]
+        )
+        x = self.origin_x + cos * corners[:, 0] - sin * corners[:, 1]
+        y = self.origin_y + sin * corners[:, 0] + cos * corners[:, 1]
+        width, height = (max(1, round(float(np.ptp(v)) / size + 0.499)) for v in (x, y))
+        left, low = float(x.min()), float(y.min())
+        dx = left + (np.arange(width) + 0.5)[None, :] * size - self.origin_x
+        dy = low + (np.arange(height) + 0.5)[:, None] * size - self.origin_y
+        columns = np.floor((cos * dx + sin * dy) / size).astype(np.int64)
+        rows = np.floor((cos * dy - sin * dx) / size).astype(np.int64)
+        covered = (columns >= 0) & (columns < self.width) & (rows >= 0) & (rows < self.height)
+        cells = np.full((height, width), UNKNOWN, np.int8)
+        cells[covered] = self.cells[rows[covered], columns[covered]]
+        return Grid(cells, size, left, low)

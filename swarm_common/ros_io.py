@@ -124,7 +124,10 @@ def path_from_msg(message: Path) -> list[Pose]:
 
 def grid_msg(grid: Grid, tick: int) -> OccupancyGrid:
     """Return the map as nav_msgs/OccupancyGrid."""
-    return occupancy_msg(grid.cells, grid.resolution, (grid.origin_x, grid.origin_y), tick, "map")
+    origin = (grid.origin_x, grid.origin_y)
+    message = occupancy_msg(grid.cells, grid.resolution, origin, tick, "map")
+    message.info.origin = pose_msg(Pose(*origin, grid.origin_yaw))
+    return message
 
 
 def occupancy_msg(
@@ -144,7 +147,7 @@ def grid_from_msg(message: OccupancyGrid) -> Grid:
     """Return the map in an OccupancyGrid.
 
     Raises:
-        ValueError: If the sizes disagree or the map is rotated.
+        ValueError: If the sizes disagree.
     """
     info = message.info
     if len(message.data) != info.width * info.height or not len(message.data):
@@ -152,12 +155,11 @@ def grid_from_msg(message: OccupancyGrid) -> Grid:
             f"map of {info.width} x {info.height} cells carries {len(message.data)} values"
         )
     origin = pose_from_msg(info.origin)
-    if abs(origin.yaw) > 1e-6:
-        raise ValueError(f"map is rotated by {origin.yaw} rad; only 0 is supported")
+    yaw = origin.yaw if abs(origin.yaw) > 1e-6 else 0.0
     # float32 on the wire: 0.05 arrives as 0.0500000007
     resolution = round(float(info.resolution), 6)
     cells = np.array(message.data, np.int8).reshape(info.height, info.width)
-    return Grid(cells, resolution, origin.x, origin.y)
+    return Grid(cells, resolution, origin.x, origin.y, yaw)
 
 
 def _nav2_scale() -> NDArray[np.int8]:

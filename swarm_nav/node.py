@@ -78,7 +78,7 @@ class NavigatorNode:
 
     def _take_map_msg(self, message: OccupancyGrid) -> None:
         try:
-            grid = ros_io.grid_from_msg(message)
+            grid = ros_io.grid_from_msg(message).upright()
         except ValueError as error:
             self.node.get_logger().error(f"/map is not used: {error}")
             return

@@ -93,7 +93,7 @@ class Services:
         except SwarmError:
             response.result = LoadMap.Response.RESULT_INVALID_MAP_DATA
             return response
-        self._body.take_map(grid)
+        self._body.take_map(grid.upright())
         response.map = ros_io.grid_msg(grid, self._body.tick)
         response.result = LoadMap.Response.RESULT_SUCCESS
         return response

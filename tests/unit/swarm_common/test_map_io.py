@@ -67,6 +67,52 @@ def test_transparent_cells_are_unknown_in_scale_mode(tmp_path: Path) -> None:
     assert load_map(path).cells.tolist() == [[100, -1]]
 
 
+def test_opacity_counts_as_a_colour_in_trinary_mode_only(tmp_path: Path) -> None:
+    pixels = np.array([[[0, 0, 0, 255], [0, 0, 0, 0], [255, 255, 255, 0]]], np.uint8)
+    Image.fromarray(pixels, "RGBA").save(tmp_path / "m.png")
+    text = HEAD.replace("pgm", "png")
+    # occupancy 1 - alpha / 4 = 0.75; 1; 1 - 3 / 4 = 0.25, which is not below free_thresh
+    assert load_map(write(tmp_path, text)).cells.tolist() == [[100, 100, -1]]
+    assert load_map(write(tmp_path, text + "mode: raw\n")).cells.tolist() == [[0, 0, -1]]
+
+
+def test_colours_are_averaged_as_sixteen_bits(tmp_path: Path) -> None:
+    # (26 + 26 + 27) * 257 / 3 is cut to 6767; 6767 / 65535 * 255 = 26.33
+    pixels = np.array([[[26, 26, 27], [100, 101, 101], [100, 100, 101]]], np.uint8)
+    Image.fromarray(pixels, "RGB").save(tmp_path / "m.png")
+    text = HEAD.replace("pgm", "png")
+    assert load_map(write(tmp_path, text + "mode: raw\n")).cells.tolist() == [[26, -1, 100]]
+    # Occupancy 0.8967: between thresholds that 8 bits could not tell from each other.
+    extra = "occupied_thresh: 0.8968\nfree_thresh: 0.5\n"
+    assert load_map(write(tmp_path, text + extra)).cells[0, 0] == -1
+    assert load_map(write(tmp_path, text + extra.replace("68", "66"))).cells[0, 0] == 100
+
+
+def test_sixteen_bits_of_grey_in_a_png(tmp_path: Path) -> None:
+    Image.fromarray(np.array([[0, 30000, 65535]], np.uint16)).save(tmp_path / "m.png")
+    assert load_map(write(tmp_path, HEAD.replace("pgm", "png"))).cells.tolist() == [[100, -1, 0]]
+
+
+@pytest.mark.parametrize("yaw", [0.4, -2.0, 3.1])
+def test_a_rotated_origin_is_kept_and_can_be_turned_upright(tmp_path: Path, yaw: float) -> None:
+    pixels = np.full((40, 60), 254, int)
+    pixels[5:15, 20:50] = 0
+    path = write(tmp_path, HEAD.replace("0.0]", f"{yaw}]"), pixels.tolist())
+    grid = load_map(path)
+    assert (grid.origin_x, grid.origin_y, grid.origin_yaw) == (1.0, -2.0, yaw)
+    upright = grid.upright()
+    assert upright.origin_yaw == 0.0
+    assert (upright.cells == 100).sum() == pytest.approx(300, rel=0.03)
+    for row, column in ((30, 30), (30, 10), (5, 5), (39, 59), (0, 0)):
+        u, v = (column + 0.5) * 0.05, (row + 0.5) * 0.05
+        x = 1.0 + np.cos(yaw) * u - np.sin(yaw) * v
+        y = -2.0 + np.sin(yaw) * u + np.cos(yaw) * v
+        assert upright.cells[upright.cell_of(x, y)] == grid.cells[row, column]
+    save_map(grid, tmp_path / "again.yaml")
+    assert load_map(tmp_path / "again.yaml").origin_yaw == yaw
+    assert upright.upright() is upright
+
+
 def test_text_and_wide_pgm(tmp_path: Path) -> None:
     path = write(tmp_path, HEAD)
     (tmp_path / "m.pgm").write_bytes(b"P2\n2 1\n15\n0 15\n")
@@ -86,7 +132,8 @@ def test_keys_that_nav2_ignores_are_ignored(tmp_path: Path) -> None:
         (HEAD.replace("0.05", "0.0"), "resolution is 0.0"),
         (HEAD.replace("0.05", "-1"), "resolution is -1"),
         (HEAD.replace("0.05", "fine"), "expected a number"),
-        (HEAD.replace("0.0]", "0.3]"), "rotated by 0.3"),
+        (HEAD.replace("0.05", "900"), "resolution 900"),
+        (HEAD.replace("1.0,", "1e9,"), "origin (1000000000.0"),
         (HEAD.replace(", 0.0]", "]"), "list of 3 numbers"),
         (HEAD + "mode: fuzzy\n", "mode is 'fuzzy'"),
         (HEAD + "free_thresh: 0.9\n", "free_thresh 0.9"),
