@@ -78,7 +78,7 @@ def up_flags(options: RunOptions, folder: Path) -> list[str]:
     else:
         flags["--robot"] = scenario.robot
     words = [word for flag, value in flags.items() for word in (flag, str(value))]
-    return [*words, "--until-done", "--headless", "--over-limit"]
+    return [*words, "--until-done", "--headless", "--over-limit", "--no-report"]
 
 
 def _parameters(options: RunOptions) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Entry points of the commands `swarm-up` and `swarm-commander`."""
+"""Entry points of the commands `swarm-up`, `swarm-commander` and `swarm-report`."""
 
 from __future__ import annotations
 
@@ -26,6 +26,17 @@ def swarm_up() -> None:
 def commander() -> None:
     """Run `swarm-commander`."""
     sys.exit(run_app("swarm-commander", _load_commander))
+
+
+def report() -> None:
+    """Run `swarm-report`."""
+    sys.exit(run_app("swarm-report", _load_report))
+
+
+def _load_report() -> typer.Typer:
+    from swarm_report.report_command import report_app
+
+    return report_app
 
 
 def _load_commander() -> typer.Typer:

@@ -7,6 +7,7 @@ from swarm_interfaces.msg import RobotStatus
 from swarm_common.journal import Journal
 
 FILE = "robots.jsonl"
+WAIT_STEP = 1.0  # [s] of waiting between two lines about it
 
 
 class Diary:
@@ -15,9 +16,15 @@ class Diary:
     def __init__(self, journal: Journal) -> None:
         self._journal = journal
         self._latest: dict[str, tuple[object, ...]] = {}
+        self._waited: dict[str, float] = {}
 
     def note(self, robot: str, status: RobotStatus) -> None:
-        """Take in a status; one that says nothing new is not written."""
+        """Take in a status: a change, or that the robot had to wait; else nothing is written."""
+        at = round(status.stamp.sec + 1e-9 * status.stamp.nanosec, 3)
+        waited = float(status.wait_time)
+        if waited >= self._waited.setdefault(robot, 0.0) + WAIT_STEP:
+            self._journal.write(t=at, robot=robot, waited=round(waited - self._waited[robot], 3))
+            self._waited[robot] = waited
         news = (
             status.state,
             status.station,
@@ -30,7 +37,7 @@ class Diary:
         self._latest[robot] = news
         state, station, place, reached, failed = news
         self._journal.write(
-            t=round(status.stamp.sec + 1e-9 * status.stamp.nanosec, 3),
+            t=at,
             robot=robot,
             state=state,
             station=station,

@@ -34,6 +34,7 @@ class UpOptions:
     until_done: bool = False
     duration: float | None = None  # [s] of simulated time
     autostart: bool = True
+    page: bool = True  # report.html, at the end
     run_dir: Path | None = None
     over_limit: bool = False
 

@@ -31,7 +31,7 @@ from swarm_commander.report import (
     load_verdict,
     write_report,
 )
-from swarm_commander.rundir import create_run_folder, write_env_sh
+from swarm_commander.rundir import RunFolder, create_run_folder, write_env_sh
 from swarm_commander.tally import Tally
 from swarm_common import ros_env
 from swarm_common.errors import ConfigError
@@ -83,6 +83,9 @@ def up(
     rviz: Annotated[bool, typer.Option("--rviz", hidden=True)] = False,
     autostart: Annotated[bool, typer.Option(help="Activate the navigators.")] = True,
     record: Annotated[bool, typer.Option("--record", hidden=True)] = False,
+    page: Annotated[
+        bool, typer.Option("--report/--no-report", help="Draw report.html at the end.")
+    ] = True,
     run_dir: Annotated[
         Path | None,
         typer.Option(help="Folder of this run.  [default: a new one in runs/]", show_default=False),
@@ -122,6 +125,7 @@ def up(
         until_done=until_done,
         duration=duration,
         autostart=autostart,
+        page=page,
         run_dir=run_dir,
         over_limit=over_limit,
     )
@@ -155,13 +159,26 @@ def bring_up(plan: RunPlan) -> int:
     must_finish = plan.options.until_done and not run.is_stopped_by_user
     is_unfinished = must_finish and not tally.is_done
     code = exit_code(report, is_unfinished=is_unfinished, component_failed=bool(run.failures))
+    report |= {"exit_code": code, "failures": list(run.failures)}
     write_report(folder.report, report)
     console.print(summary_table(report, code))
     breaches = breach_lines(report["breaches"], had_to_finish=is_unfinished)
     for line in (*run.failures, *breaches):
         console.print(Text(line, style="red"), soft_wrap=True)
-    console.print(f"report: {folder.report}", highlight=False, soft_wrap=True)
+    written = _draw_page(folder, console) if plan.options.page else folder.report
+    console.print(f"report: {written}", highlight=False, soft_wrap=True)
     return code
+
+
+def _draw_page(folder: RunFolder, console: Console) -> Path:
+    """Draw report.html; return it, or report.json if that fails."""
+    try:
+        from swarm_report.document import write_document  # matplotlib is slow to import
+
+        return write_document(folder.path)
+    except Exception as error:  # a plot must not cost a run its verdict
+        console.print(Text(f"report.html could not be drawn: {error!r}", style="red"))
+        return folder.report
 
 
 def _refuse_absent(flags: list[str], headless: bool) -> None:

@@ -89,9 +89,9 @@ class UsageMeter:
         self._baseline = {name: usage.cpu for name, usage in self._groups.items()}
 
     @property
-    def groups(self) -> list[str]:
-        """Names of what is measured."""
-        return list(self._groups)
+    def groups(self) -> dict[str, Usage]:
+        """What is measured, by name, since the very start."""
+        return dict(self._groups)
 
     def cpu(self, group: str) -> float:
         """Return the CPU seconds of a group since `mark`."""
@@ -116,12 +116,12 @@ class UsageLog:
             wall: [s] of wall time since the start.
             sim_time: [s] of simulated time.
             factor: Real-time factor at present.
-            meter: CPU time counts from its mark; it drops to zero there.
+            meter: Its CPU time is noted from the very start, not from its mark.
         """
         self._journal.write(
             wall=round(wall, 3),
             t=round(sim_time, 3),
             rtf=round(factor, 3),
-            cpu={group: round(meter.cpu(group), 3) for group in meter.groups},
-            rss_mb={group: round(meter.rss_mb(group), 1) for group in meter.groups},
+            cpu={name: round(usage.cpu, 3) for name, usage in meter.groups.items()},
+            rss_mb={name: round(usage.rss_mb, 1) for name, usage in meter.groups.items()},
         )

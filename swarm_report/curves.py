@@ -1,0 +1,113 @@
+"""Plots over time, and of distances: goals, clearance, speed and CPU."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from swarm_report.run import RunData, Usage
+from swarm_report.style import (
+    BLACK,
+    BLUE,
+    GROUPS,
+    LINE_STYLES,
+    ORANGE,
+    VERMILLION,
+    WIDE_WIDTH,
+    figure,
+)
+
+NEAR_MISS = 0.03  # [m] closer without contact is a near miss
+BIN = 0.02  # [m] of the clearance histogram
+
+
+def goals_over_time(run: RunData) -> Figure | None:
+    """Return goals reached and failed over simulated time; None without goals."""
+    settled = [event for event in run.goals if event.outcome != "sent"]
+    if not settled:
+        return None
+    drawing = figure(3.0)
+    axes = drawing.add_subplot()
+    for outcome, color, style in (("reached", BLUE, "-"), ("failed", VERMILLION, "--")):
+        times = [event.time for event in settled if event.outcome == outcome]
+        if times or outcome == "reached":
+            count = np.arange(len(times) + 2)
+            count[-1] = len(times)
+            label = f"{outcome} ({len(times)})"
+            at = [0.0, *times, run.end]
+            axes.step(at, count, style, where="post", color=color, label=label, linewidth=1.6)
+    goals = run.report.get("goals", {})
+    total = sum(goals.get(key, 0) for key in ("reached", "failed", "pending"))
+    if total:
+        axes.axhline(total, color=BLACK, linestyle=":", linewidth=1.0, label=f"mission ({total})")
+    axes.set_xlim(0.0, max(run.end, 1.0))
+    axes.set_ylim(bottom=0.0)
+    axes.set_xlabel("simulated time [s]")
+    axes.set_ylabel("goals of all robots")
+    axes.set_title("Goals over time", loc="left")
+    axes.legend(loc="lower right")
+    return drawing
+
+
+def clearance(run: RunData) -> Figure | None:
+    """Return how near robots came to each other and to obstacles; None without a series."""
+    series = run.series
+    if series is None or not len(series.times):
+        return None
+    drawing = figure(3.6)
+    axes = drawing.add_subplot()
+    edges = np.arange(0.0, series.near + BIN, BIN)
+    for values, label, color, style in (
+        (series.to_robot, "to the nearest robot", BLUE, "-"),
+        (series.to_world, "to the nearest obstacle", ORANGE, "--"),
+    ):
+        measured = values[values < series.near - 1e-9]
+        share = f"{label} (below {series.near:g} m in {_percent(measured.size, values.size)})"
+        counts, _ = np.histogram(measured, bins=edges)
+        axes.stairs(counts, edges, color=color, linestyle=style, linewidth=1.6, label=share)
+    axes.axvline(NEAR_MISS, color=VERMILLION, linestyle=":", label=f"near miss ({NEAR_MISS} m)")
+    smallest = run.report.get("min_clearance")
+    if smallest is not None:
+        label = f"smallest of the run ({smallest:.3f} m)"
+        axes.axvline(smallest, color=BLACK, linewidth=1.0, linestyle="-.", label=label)
+    axes.set_yscale("symlog", linthresh=1.0)
+    axes.set_ylim(bottom=0.0)
+    axes.set_xlim(0.0, series.near)
+    axes.set_xlabel("smallest clearance within a second [m]")
+    axes.set_ylabel(f"robot-seconds per {BIN:g} m")
+    axes.set_title("Clearance", loc="left")
+    axes.legend(fontsize=8, ncols=2, loc="upper left", bbox_to_anchor=(0.0, -0.18))
+    return drawing
+
+
+def _percent(part: int, whole: int) -> str:
+    return f"{100.0 * part / whole:.1f} %" if whole else "0 %"
+
+
+def usage(run: RunData) -> Figure | None:
+    """Return real-time factor, CPU and memory over the wall clock; None if not measured."""
+    data = run.usage
+    if data is None:
+        return None
+    drawing = figure(5.0, WIDE_WIDTH)
+    speed, cores, memory = drawing.subplots(3, 1, sharex=True)
+    speed.plot(data.wall, data.factor, color=BLACK, linewidth=1.4)
+    speed.set_ylabel("real-time factor")
+    speed.set_title("Speed, CPU and memory", loc="left")
+    _draw_groups(cores, data, data.cores)
+    cores.set_ylabel("CPU [cores]")
+    cores.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    _draw_groups(memory, data, {k: v / 1000.0 for k, v in data.memory_mb.items()})
+    memory.set_ylabel("memory, largest [GB]")
+    memory.set_xlabel("wall time since the start of the command [s]")
+    for axes in (speed, cores, memory):
+        axes.set_ylim(bottom=0.0)
+    return drawing
+
+
+def _draw_groups(axes: Axes, data: Usage, values: dict[str, np.ndarray]) -> None:
+    for index, (group, line) in enumerate(values.items()):
+        color = GROUPS.get(group, BLACK)
+        style = LINE_STYLES[index % len(LINE_STYLES)]
+        axes.plot(data.wall, line, style, color=color, linewidth=1.4, label=group)

@@ -1,0 +1,155 @@
+"""report.html of one run, and its plots as files."""
+
+from __future__ import annotations
+
+import io
+import shutil
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from swarm_common.errors import ConfigError
+from swarm_report import curves, maps, style, timeline
+from swarm_report.judgement import breach_lines, judge
+from swarm_report.page import Plot, cards_html, page_html, plot_html, table_html, verdict_html
+from swarm_report.run import RunData
+
+PAGE, PLOTS = "report.html", "plots"
+DPI = 150  # of the PNG files
+PIXELS_DPI = 130  # of what is drawn as pixels within an SVG
+Drawer = Callable[[RunData], Figure | None]
+DRAWINGS: dict[str, tuple[Drawer, str, bool]] = {
+    "trajectories": (maps.trajectories, "Where the robots drove, by ground truth", False),
+    "density": (maps.density, "Where the robots were, in robot-seconds per area", False),
+    "timeline": (timeline.timeline, "What each robot did when; crosses are missed goals", True),
+    "goals": (curves.goals_over_time, "Goals reached over simulated time", False),
+    "stations": (timeline.stations, "How much the stations were used and waited for", False),
+    "waiting": (maps.waiting, "Where robots held or waited because of others", False),
+    "clearance": (curves.clearance, "Distances of hulls to each other and to obstacles", False),
+    "usage": (curves.usage, "What the run took of this machine", True),
+}
+
+
+def write_document(folder: Path) -> Path:
+    """Draw the report of a run into its folder; return the page.
+
+    Raises:
+        ConfigError: If the folder is not that of a run, or cannot be written.
+    """
+    run = RunData(folder)
+    try:
+        page = folder / PAGE
+        page.write_text(_document(run, _draw(run, folder / PLOTS)), encoding="utf-8")
+    except OSError as cause:
+        raise ConfigError(f"cannot write the report to {folder}: {cause.strerror}") from cause
+    return page
+
+
+def _draw(run: RunData, folder: Path) -> list[Plot]:
+    """Draw what the run has data for, as SVG and PNG."""
+    shutil.rmtree(folder, ignore_errors=True)
+    if run.series is None and not run.spans:
+        return []
+    folder.mkdir(parents=True)
+    plots = []
+    with style.settings():
+        for name, (draw, caption, is_wide) in DRAWINGS.items():
+            drawing = draw(run)
+            if drawing is None:
+                continue
+            svg = save(drawing, folder / name)
+            plots.append(Plot(name, caption, svg, is_wide))
+    return plots
+
+
+def save(drawing: Figure, path: Path) -> bytes:
+    """Write a figure as .svg and .png; return the SVG."""
+    buffer = io.BytesIO()
+    drawing.savefig(buffer, format="svg", dpi=PIXELS_DPI, metadata={"Date": None})
+    path.with_suffix(".svg").write_bytes(buffer.getvalue())
+    drawing.savefig(path.with_suffix(".png"), dpi=DPI)
+    return buffer.getvalue()
+
+
+def _document(run: RunData, plots: list[Plot]) -> str:
+    verdict = judge(run)
+    report = run.report
+    world = Path(str(report.get("world") or run.config.get("world", "?")))
+    title = f"{len(run.robots)} robots in {world.parent.name if world.suffix else world.name}"
+    subtitle = (
+        f"mission {report.get('mission') or 'none'}, robot {report.get('robot', '?')},"
+        f" seed {report.get('seed', run.config.get('seed', '?'))}, run {run.name}"
+    )
+    body = [
+        verdict_html(verdict.kind, verdict.headline, verdict.lines),
+        cards_html(merits(report)),
+        '<div class="plots">' + "\n".join(map(plot_html, plots)) + "</div>",
+    ]
+    lines = breach_lines(report) if report else []
+    if lines:
+        body += ["<h2>Breaches</h2>", table_html(["what"], [[line] for line in lines])]
+    if report.get("robots"):
+        body += ["<h2>Robots</h2>", _robots(report["robots"])]
+    if report:
+        body.append(
+            f"<footer>trajectory_sha256 {report.get('trajectory_sha256') or 'unknown'};"
+            " fields are explained in docs/report.md</footer>"
+        )
+    return page_html(title, subtitle, body)
+
+
+def merits(report: Mapping[str, Any]) -> dict[str, str]:
+    """Return the figures of merit of a report, with units."""
+    if not report:
+        return {}
+    goals, crashes, cpu = report["goals"], report["collisions"], report["cpu_ms_per_robot_second"]
+    duration = report.get("goal_duration") or {}
+    return {
+        "goals reached of sent": f"{goals['reached']} / {goals['sent']}",
+        "collisions robot-robot, robot-world": (
+            f"{crashes['robot_robot']}, {crashes['robot_world']}"
+        ),
+        "near misses": number(report.get("near_misses")),
+        "smallest clearance": number(report.get("min_clearance"), "m"),
+        "makespan": number(report.get("makespan"), "s"),
+        "goals per minute": number(report.get("throughput_per_minute")),
+        "median time of a goal": number(duration.get("median"), "s"),
+        "longest time of a goal": number(duration.get("worst"), "s"),
+        "time spent holding": number(report.get("hold_time"), "s"),
+        "time spent waiting": number(report.get("wait_time"), "s"),
+        "real-time factor": number(report.get("real_time_factor")),
+        "CPU per robot and second": number(cpu.get("total"), "ms"),
+    }
+
+
+def number(value: float | None, unit: str = "") -> str:
+    """Return a number with its unit; a dash for what is not known."""
+    if value is None:
+        return "–"
+    text = f"{value:.4g}" if isinstance(value, float) else str(value)
+    return f"{text} {unit}".strip()
+
+
+COLUMNS = {
+    "goals_reached": "reached",
+    "goals_failed": "failed",
+    "hold_time": "holding [s]",
+    "wait_time": "waiting [s]",
+    "worst_goal_duration": "longest goal [s]",
+    "pushes": "pushes",
+    "replans": "replans",
+    "recoveries": "recoveries",
+    "distance": "distance [m]",
+    "collisions": "collisions",
+    "near_misses": "near misses",
+    "min_clearance": "clearance [m]",
+}
+
+
+def _robots(robots: Mapping[str, Mapping[str, Any]]) -> str:
+    rows = [
+        [name, *(number(values.get(key)) for key in COLUMNS)] for name, values in robots.items()
+    ]
+    return table_html(["robot", *COLUMNS.values()], rows)

@@ -1,0 +1,83 @@
+"""The verdict on a run in words: good, bad, or open if it ended too early to say."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from swarm_report.run import RunData
+
+SHOWN = 12  # breaches in the verdict; the table below has all
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """The verdict: `kind` is good, bad or open; `lines` say why."""
+
+    kind: str
+    headline: str
+    lines: tuple[str, ...]
+
+
+def judge(run: RunData) -> Judgement:
+    """Return the verdict on a run."""
+    report = run.report
+    if not report:
+        line = "the run has left no report.json: it was killed, or still goes on"
+        return Judgement("open", "No verdict", (line, *_so_far(run)))
+    lines = [*report.get("failures", []), *breach_lines(report)]
+    goals, crashes = report["goals"], report["collisions"]
+    collided = crashes["robot_robot"] + crashes["robot_world"]
+    head = f"{_goals(goals)}, {_count(collided, 'collision')}"
+    code = report.get("exit_code")
+    if collided or goals["failed"] or code in (1, 3) or report.get("failures"):
+        return Judgement("bad", f"Failed: {head}", _cut(lines))
+    if goals["pending"]:
+        return Judgement("open", f"Stopped early: {head}", ())
+    return Judgement("good", f"Passed: {head}", ())
+
+
+def breach_lines(report: Mapping[str, Any]) -> list[str]:
+    """Return each collision and each missed goal in words."""
+    breaches = report.get("breaches", {})
+    lines = [
+        f"t = {crash['sim_time']:.1f} s: collision of "
+        + " and ".join([*crash["robots"], *filter(None, [crash["obstacle"]])])
+        + f" at ({crash['x']:.2f}, {crash['y']:.2f})"
+        for crash in breaches.get("collisions", [])
+    ]
+    for miss in breaches.get("missed_goals", []):
+        why = f": {miss['reason']}" if miss["reason"] else ""
+        lines.append(f"t = {miss['sim_time']:.1f} s: {miss['robot']} missed {miss['goal']}{why}")
+    if report.get("exit_code") == 1:
+        lines += [
+            f"{rest['robot']} did not get to {rest['goal'] or 'its goal'}:"
+            f" {rest['state'] or 'silent'}"
+            for rest in breaches.get("unfinished_goals", [])
+        ]
+    return lines
+
+
+def _so_far(run: RunData) -> list[str]:
+    reached = sum(event.outcome == "reached" for event in run.goals)
+    failed = sum(event.outcome == "failed" for event in run.goals)
+    return [
+        f"known until t = {run.end:.1f} s: {_count(reached, 'goal')} reached, {failed} missed;"
+        " collisions are not known"
+    ]
+
+
+def _goals(goals: Mapping[str, int]) -> str:
+    total = goals["reached"] + goals["failed"] + goals["pending"]
+    return f"{goals['reached']} of {_count(total, 'goal')} reached"
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number or 'no'} {noun}{'' if number == 1 else 's'}"
+
+
+def _cut(lines: list[str]) -> tuple[str, ...]:
+    if len(lines) <= SHOWN:
+        return tuple(lines)
+    return (*lines[:SHOWN], f"and {len(lines) - SHOWN} more, listed below")

@@ -1,0 +1,169 @@
+"""Plots over the map: trajectories, and heat maps of presence and of waiting."""
+
+from __future__ import annotations
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm, Normalize
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from swarm_common.records import FloatArray
+from swarm_report.run import RunData, Series
+from swarm_report.style import (
+    BLACK,
+    CYCLE,
+    LINE_STYLES,
+    ORANGE,
+    VERMILLION,
+    extent,
+    map_axes,
+)
+
+FEW = 8  # robots that a colour each can tell apart
+WIDE = 20.0  # from this ratio of largest to smallest on, the scale is logarithmic
+CELL = 0.25  # [m] of the heat maps
+HOLDING = "holding"
+
+
+def trajectories(run: RunData) -> Figure | None:
+    """Return where each robot drove; None without a time series."""
+    series = run.series
+    if series is None or len(series.times) < 2:
+        return None
+    drawing, axes = map_axes(run.grid)
+    _draw_lines(axes, run, series)
+    _draw_stations(axes, run)
+    _draw_crashes(axes, run)
+    if len(run.robots) > FEW:
+        scale = mpl.cm.ScalarMappable(mpl.colors.Normalize(1, len(run.robots)), "viridis")
+        bar = drawing.colorbar(scale, ax=axes, label="number of the robot", shrink=0.7)
+        bar.locator = MaxNLocator(integer=True)
+    axes.set_title("True trajectories (one position a second)", loc="left")
+    axes.legend(loc="upper left", bbox_to_anchor=(0.0, -0.1), ncols=4, fontsize=8)
+    return drawing
+
+
+def _draw_lines(axes: Axes, run: RunData, series: Series) -> None:
+    count = len(run.robots)
+    colors = mpl.colormaps["viridis"](np.linspace(0.0, 1.0, max(count, 2)))
+    few = count <= FEW
+    for robot, name in enumerate(run.robots):
+        x, y = series.poses[:, robot, 0], series.poses[:, robot, 1]
+        color = CYCLE[robot % len(CYCLE)] if few else colors[robot]
+        style = LINE_STYLES[robot % len(LINE_STYLES)] if few else "-"
+        axes.plot(
+            x,
+            y,
+            style,
+            color=color,
+            linewidth=1.3 if few else 0.7,
+            alpha=0.9 if few else 0.6,
+            label=name if few else None,
+            zorder=3,
+            rasterized=not few,
+        )
+    shown = CYCLE[:count] if few else colors
+    for sample, marker, label in ((0, "^", "start"), (-1, "o", "end")):
+        x, y = series.poses[sample, :, :2].T
+        axes.scatter(
+            x,
+            y,
+            s=16,
+            c=shown,
+            marker=marker,
+            edgecolors=BLACK,
+            linewidths=0.4,
+            zorder=4,
+            label=label,
+        )
+
+
+def _draw_stations(axes: Axes, run: RunData) -> None:
+    for name, pose in run.sites.stations.items():
+        axes.plot(pose.x, pose.y, "s", color="none", markeredgecolor=BLACK, markersize=6, zorder=5)
+        axes.annotate(
+            name, (pose.x, pose.y), xytext=(5, 5), textcoords="offset points", fontsize=7, zorder=6
+        )
+
+
+def _draw_crashes(axes: Axes, run: RunData) -> None:
+    crashes = run.report.get("breaches", {}).get("collisions", [])
+    if crashes:
+        axes.scatter(
+            [crash["x"] for crash in crashes],
+            [crash["y"] for crash in crashes],
+            marker="X",
+            s=70,
+            c=VERMILLION,
+            edgecolors=BLACK,
+            linewidths=0.6,
+            zorder=7,
+            label=f"collision ({len(crashes)})",
+        )
+
+
+def density(run: RunData) -> Figure | None:
+    """Return where the robots spent their time; None without a time series."""
+    series = run.series
+    if series is None or len(series.times) < 2:
+        return None
+    seconds = _seconds_per_sample(series)
+    weights = np.broadcast_to(seconds[:, None], series.poses.shape[:2])
+    return _heat_map(run, series, weights, "Presence of robots", "YlGnBu")
+
+
+def waiting(run: RunData) -> Figure | None:
+    """Return where robots held or waited for others; None if that is not known."""
+    series = run.series
+    if series is None or len(series.times) < 2 or not run.spans:
+        return None
+    weights = (run.states_at(series.times) == HOLDING) * _seconds_per_sample(series)[:, None]
+    for wait in run.waits:
+        sample = min(int(np.searchsorted(series.times, wait.time)), len(series.times) - 1)
+        weights[sample, wait.robot] += wait.duration
+    return _heat_map(run, series, weights, "Time spent holding or waiting", "YlOrRd")
+
+
+def _seconds_per_sample(series: Series) -> FloatArray:
+    """Return how much time (T,) [s] each sample stands for."""
+    steps = np.diff(series.times)
+    return np.append(steps, steps[-1])
+
+
+def _heat_map(run: RunData, series: Series, weights: FloatArray, title: str, colors: str) -> Figure:
+    """Return a map of seconds per square metre."""
+    x, y = series.poses[..., 0].ravel(), series.poses[..., 1].ravel()
+    left, right, bottom, top = (
+        extent(run.grid)
+        if run.grid is not None
+        else (x.min() - 1.0, x.max() + 1.0, y.min() - 1.0, y.max() + 1.0)
+    )
+    edges = [
+        np.linspace(low, high, max(2, round((high - low) / CELL)) + 1)
+        for low, high in ((left, right), (bottom, top))
+    ]
+    heat, *_ = np.histogram2d(x, y, bins=edges, weights=weights.ravel())
+    heat /= CELL**2
+    drawing, axes = map_axes(run.grid)
+    axes.set_title(title, loc="left")
+    if heat.max() <= 0.0:
+        axes.text(0.5, 0.5, "nowhere", transform=axes.transAxes, ha="center", zorder=8)
+        return drawing
+    low = heat[heat > 0.0].min()
+    scale = LogNorm(low, heat.max()) if heat.max() > WIDE * low else Normalize(0.0, heat.max())
+    image = axes.imshow(
+        np.ma.masked_less_equal(heat.T, 0.0),
+        origin="lower",
+        extent=(left, right, bottom, top),
+        cmap=colors,
+        norm=scale,
+        interpolation="nearest",
+        zorder=1,
+    )
+    label = f"robot-seconds per m² (cells of {CELL:g} m)"
+    drawing.colorbar(image, ax=axes, label=label, shrink=0.8)
+    for pose in run.sites.stations.values():
+        axes.plot(pose.x, pose.y, "s", color="none", markeredgecolor=ORANGE, markersize=5, zorder=5)
+    return drawing

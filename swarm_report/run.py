@@ -1,0 +1,260 @@
+"""What the folder of a run says, as arrays; of a run that ended badly as much as there is."""
+
+from __future__ import annotations
+
+import functools
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_common.errors import ConfigError, SwarmError
+from swarm_common.grid import Grid
+from swarm_common.journal import read_journal
+from swarm_common.map_io import load_map
+from swarm_common.records import FloatArray
+from swarm_common.sites import Sites
+from swarm_common.sites_io import load_sites
+
+Line = dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Series:
+    """Samples of the truth, once a second of simulated time.
+
+    Attributes:
+        times: (T,) [s].
+        poses: (T, n, 3) x, y [m], yaw [rad] in map.
+        to_robot: (T, n) [m] smallest distance to another robot since the sample before.
+        to_world: (T, n) [m] likewise to an obstacle.
+        near: [m] beyond which distances were not measured; they are shown as this.
+    """
+
+    times: FloatArray
+    poses: FloatArray
+    to_robot: FloatArray
+    to_world: FloatArray
+    near: float
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """A robot in one state from `start` to `end` [s]; `place` 0 holds a lease or needs none."""
+
+    robot: int
+    start: float
+    end: float
+    state: str
+    station: str
+    place: int
+
+
+@dataclass(frozen=True, slots=True)
+class Wait:
+    """A robot had stood for `duration` [s] because of another one when it was `time` [s]."""
+
+    robot: int
+    time: float
+    duration: float
+
+
+@dataclass(frozen=True, slots=True)
+class GoalEvent:
+    """A goal that was `sent`, `reached` or `failed` at `time` [s] after `duration` [s]."""
+
+    robot: int
+    time: float
+    goal: str
+    outcome: str
+    duration: float
+
+
+@dataclass(frozen=True, slots=True)
+class Usage:
+    """CPU and speed over the wall clock.
+
+    Attributes:
+        wall: (k,) [s] since the start of the command.
+        sim: (k,) [s] of simulated time.
+        factor: (k,) real-time factor.
+        cores: By group of processes, (k,) CPU seconds per second since the sample before.
+        memory_mb: By group, (k,).
+    """
+
+    wall: FloatArray
+    sim: FloatArray
+    factor: FloatArray
+    cores: dict[str, FloatArray]
+    memory_mb: dict[str, FloatArray]
+
+
+class RunData:
+    """A run's folder, each part read when it is first asked for.
+
+    Attributes:
+        folder: Of the run.
+        robots: Names in order.
+        report: What report.json says; empty if the run did not get that far.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        """Find the run.
+
+        Raises:
+            ConfigError: If the folder is not that of a run.
+        """
+        self.folder = folder
+        self.report: Mapping[str, Any] = _read_json(folder / "report.json")
+        self.config = _read_json(folder / "config" / "world.json")
+        if not self.report and not self.config:
+            raise ConfigError(
+                f"{folder} is not the folder of a run: neither report.json nor config/world.json"
+                " is in it; expected a folder like runs/latest"
+            )
+        lines = read_journal(folder / "trace" / "world.jsonl")
+        self._samples = [line for line in lines if "x" in line]
+        self._near = next((line["near_mm"] for line in lines if "near_mm" in line), 500) / 1000.0
+        named = [str(entry["name"]) for entry in self.config.get("robots", [])]
+        self.robots = named or list(self.report.get("robots", {}))
+        self._index = {name: index for index, name in enumerate(self.robots)}
+
+    @property
+    def name(self) -> str:
+        """Name of the folder."""
+        return self.folder.resolve().name
+
+    @functools.cached_property
+    def series(self) -> Series | None:
+        """The truth over time; None if there is none."""
+        count = len(self.robots)
+        good = [line for line in self._samples if len(line["x"]) == count]
+        if not good:
+            return None
+        poses = np.array([[line["x"], line["y"], line["yaw"]] for line in good], float) / 1000.0
+        return Series(
+            np.array([line["t"] for line in good], float),
+            np.ascontiguousarray(poses.transpose(0, 2, 1)),
+            np.array([line["to_robot"] for line in good], float) / 1000.0,
+            np.array([line["to_world"] for line in good], float) / 1000.0,
+            self._near,
+        )
+
+    @functools.cached_property
+    def _diary(self) -> list[Line]:
+        lines = read_journal(self.folder / "trace" / "robots.jsonl")
+        return [line for line in lines if line.get("robot") in self._index]
+
+    @functools.cached_property
+    def end(self) -> float:
+        """End of the run [s] of simulated time, as far as known."""
+        times = [float(line["t"]) for line in (*self._samples[-1:], *self._diary)]
+        return max([float(self.report.get("sim_time") or 0.0), *times])
+
+    @functools.cached_property
+    def spans(self) -> list[Span]:
+        """What each robot did when, in order of robots and time."""
+        changes: list[list[Line]] = [[] for _ in self.robots]
+        for line in self._diary:
+            if "state" in line:
+                changes[self._index[line["robot"]]].append(line)
+        spans = []
+        for robot, lines in enumerate(changes):
+            starts = [float(line["t"]) for line in lines]
+            ends = [*starts[1:], self.end][: len(starts)]
+            for line, start, end in zip(lines, starts, ends, strict=True):
+                if end > start:
+                    place = int(line["place"])
+                    spans.append(Span(robot, start, end, line["state"], line["station"], place))
+        return spans
+
+    @functools.cached_property
+    def goals(self) -> list[GoalEvent]:
+        """Goals of the mission in order of time."""
+        events = [
+            GoalEvent(
+                self._index[line["robot"]],
+                float(line["t"]),
+                line["goal"],
+                line["outcome"],
+                float(line["duration"]),
+            )
+            for line in self._diary
+            if "outcome" in line
+        ]
+        return sorted(events, key=lambda event: event.time)
+
+    @functools.cached_property
+    def waits(self) -> list[Wait]:
+        """Where robots waited for others on their way, in order of time."""
+        lines = [line for line in self._diary if "waited" in line]
+        return [
+            Wait(self._index[line["robot"]], float(line["t"]), float(line["waited"]))
+            for line in lines
+        ]
+
+    @functools.cached_property
+    def usage(self) -> Usage | None:
+        """CPU time over the wall clock; None if there is none."""
+        lines = [x for x in read_journal(self.folder / "trace" / "usage.jsonl") if "wall" in x]
+        if len(lines) < 2:
+            return None
+        wall = np.array([line["wall"] for line in lines], float)
+        groups = list(lines[-1]["cpu"])
+        gaps = np.maximum(np.diff(wall), 1e-3)
+        return Usage(
+            wall[1:],
+            np.array([line["t"] for line in lines[1:]], float),
+            np.array([line["rtf"] for line in lines[1:]], float),
+            {group: _rates(lines, group, gaps) for group in groups},
+            {group: _column(lines, "rss_mb", group)[1:] for group in groups},
+        )
+
+    @functools.cached_property
+    def grid(self) -> Grid | None:
+        """The map of the run; None if it is not there."""
+        for path in (self.folder / "trace" / "map.yaml", self.config.get("map")):
+            try:
+                if path is not None:
+                    return load_map(path)
+            except SwarmError:
+                continue
+        return None
+
+    @functools.cached_property
+    def sites(self) -> Sites:
+        """Stations of the world; none if they are not known any more."""
+        path = self.config.get("sites")
+        try:
+            return load_sites(Path(path)) if path else Sites()
+        except SwarmError:
+            return Sites()
+
+    def states_at(self, times: FloatArray) -> NDArray[np.str_]:
+        """Return the state (T, n) of each robot at times (T,) [s]; empty where unknown."""
+        states = np.full((len(times), len(self.robots)), "", dtype="U12")
+        for span in self.spans:
+            first, last = np.searchsorted(times, (span.start, span.end))
+            states[first:last, span.robot] = span.state
+        return states
+
+
+def _read_json(path: Path) -> dict[str, Any]:
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return content if isinstance(content, dict) else {}
+
+
+def _column(lines: list[Line], key: str, group: str) -> FloatArray:
+    return np.array([line[key].get(group, 0.0) for line in lines], float)
+
+
+def _rates(lines: list[Line], group: str, gaps: FloatArray) -> FloatArray:
+    """Return CPU seconds per second."""
+    return np.diff(_column(lines, "cpu", group)) / gaps

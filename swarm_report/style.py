@@ -1,0 +1,95 @@
+"""How plots look: colours that colour-blind readers tell apart, sizes, and what all share.
+
+The colours are those of Okabe and Ito (2008); no two of a plot differ in red and green only.
+"""
+
+from __future__ import annotations
+
+from contextlib import AbstractContextManager
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from swarm_common.grid import FREE, OCCUPIED, Grid
+
+BLUE, ORANGE, GREEN, VERMILLION = "#0072B2", "#E69F00", "#009E73", "#D55E00"
+SKY, PINK, YELLOW, BLACK, GREY = "#56B4E9", "#CC79A7", "#F0E442", "#000000", "#B8B8B8"
+CYCLE = (BLUE, ORANGE, GREEN, VERMILLION, SKY, PINK, YELLOW, BLACK)
+LINE_STYLES = ("-", "--", "-.", ":")
+# By the state that a robot shows; in the order of the legend.
+STATES = {
+    "driving": BLUE,
+    "holding": ORANGE,
+    "waiting": VERMILLION,
+    "yielding": PINK,
+    "recovering": YELLOW,
+    "pausing": GREEN,
+    "idle": "#DDDDDD",
+    "inactive": "#888888",
+}
+LABELS = {"pausing": "pausing (service)", "idle": "idle (no goal)"}
+GROUPS = {"world": BLUE, "navigators": ORANGE, "operator": GREEN}
+SETTINGS = {
+    "font.size": 9.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#E6E6E6",
+    "grid.linewidth": 0.6,
+    "axes.axisbelow": True,
+    "legend.frameon": False,
+    "svg.fonttype": "path",
+    "svg.hashsalt": "swarm",
+    "figure.dpi": 100.0,
+}
+WIDTH, WIDE_WIDTH = 7.6, 15.2  # [in] half and all of the page
+
+
+def settings() -> AbstractContextManager[None]:
+    """Return a context within which plots look like ours."""
+    wanted: Any = {**mpl.rcParamsDefault, **SETTINGS, "backend": "agg"}
+    return mpl.rc_context(wanted)
+
+
+def figure(height: float, width: float = WIDTH) -> Figure:
+    """Return an empty figure; sizes in inches."""
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def map_axes(grid: Grid | None, width: float = WIDTH) -> tuple[Figure, Axes]:
+    """Return a figure with the map drawn in grey, in metres of the map frame."""
+    aspect = grid.height / grid.width if grid is not None else 0.75
+    drawing = figure(max(2.6, min(9.0, width * aspect * 0.88 + 0.5)), width)
+    axes = drawing.add_subplot()
+    if grid is not None:
+        draw_map(axes, grid)
+    axes.set_aspect("equal")
+    axes.set_xlabel("x in map [m]")
+    axes.set_ylabel("y in map [m]")
+    axes.grid(visible=False)
+    return drawing, axes
+
+
+def extent(grid: Grid) -> tuple[float, float, float, float]:
+    """Return left, right, bottom, top [m] of a map."""
+    right = grid.origin_x + grid.width * grid.resolution
+    top = grid.origin_y + grid.height * grid.resolution
+    return grid.origin_x, right, grid.origin_y, top
+
+
+def draw_map(axes: Axes, grid: Grid) -> None:
+    """Draw walls dark and unknown space light grey; free space stays clear."""
+    shade = mpl.colors.ListedColormap(["#EDEDED", "#00000000", "#4D4D4D"])
+    kind = (grid.cells == OCCUPIED) * 2 + (grid.cells == FREE) * 1
+    axes.imshow(
+        kind,
+        origin="lower",
+        extent=extent(grid),
+        cmap=shade,
+        vmin=0,
+        vmax=2,
+        interpolation="nearest",
+        zorder=2,
+    )

@@ -1,0 +1,110 @@
+"""Plots of what was done when: a bar per robot, and the use of the stations."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from swarm_report.run import RunData, Series
+from swarm_report.style import BLACK, BLUE, LABELS, ORANGE, STATES, WIDE_WIDTH, figure
+
+VECTOR_LIMIT = 1500  # bars beyond which they are drawn as pixels, to keep the SVG small
+AT_STATION = 0.5  # [m] from a station within which a robot counts as there
+
+
+def timeline(run: RunData) -> Figure | None:
+    """Return a bar per robot, coloured by its state; None without a diary."""
+    spans = run.spans
+    if not spans:
+        return None
+    count = len(run.robots)
+    drawing = figure(min(16.0, 1.3 + max(1.2, 0.16 * count)), WIDE_WIDTH)
+    axes = drawing.add_subplot()
+    for state in {span.state: None for span in spans}:
+        mine = [span for span in spans if span.state == state]
+        axes.barh(
+            [span.robot + 1 for span in mine],
+            [span.end - span.start for span in mine],
+            left=[span.start for span in mine],
+            height=0.85,
+            color=STATES.get(state, BLACK),
+            linewidth=0.0,
+            rasterized=len(spans) > VECTOR_LIMIT,
+        )
+    _mark_failures(axes, run)
+    shown = [state for state in STATES if any(span.state == state for span in spans)]
+    handles = [Patch(color=STATES[state], label=LABELS.get(state, state)) for state in shown]
+    axes.legend(handles=handles, ncols=8, loc="lower left", bbox_to_anchor=(0.0, 1.0))
+    axes.set_ylim(count + 0.6, 0.4)
+    axes.set_xlim(0.0, max(run.end, 1.0))
+    step = 1 if count <= 25 else 5 if count <= 60 else 10
+    axes.set_yticks([1, *range(step, count + 1, step)] if step > 1 else range(1, count + 1))
+    axes.grid(visible=False, axis="y")
+    axes.set_xlabel("simulated time [s]")
+    axes.set_ylabel("number of the robot")
+    return drawing
+
+
+def _mark_failures(axes: Axes, run: RunData) -> None:
+    """Mark goals given up and collisions on the bars."""
+    failed = [event for event in run.goals if event.outcome == "failed"]
+    if failed:
+        axes.plot(
+            [event.time for event in failed],
+            [event.robot + 1 for event in failed],
+            "X",
+            color=BLACK,
+            markersize=5,
+            clip_on=False,
+        )
+
+
+def stations(run: RunData) -> Figure | None:
+    """Return how busy each station was, and how many robots waited for it."""
+    names = list(run.sites.stations)
+    if not names or run.series is None or run.end <= 0.0:
+        return None
+    busy, queued = occupancy(run, run.series), queues(run)
+    served = {
+        name: sum(goal.goal == name for goal in run.goals if goal.outcome == "reached")
+        for name in names
+    }
+    drawing = figure(1.2 + 0.32 * len(names))
+    left, right = drawing.subplots(1, 2, sharey=True)
+    rows = np.arange(len(names))
+    bars = left.barh(rows, [100.0 * busy[name] for name in names], color=BLUE, height=0.7)
+    left.bar_label(bars, [f"{served[name]} goals" for name in names], padding=3, fontsize=7)
+    left.set_xlim(0.0, 118.0)
+    left.set_xticks(range(0, 101, 25))
+    left.set_xlabel(f"time with a robot within {AT_STATION:g} m [%]")
+    left.set_yticks(rows, names)
+    left.invert_yaxis()
+    left.set_title("Use of the stations", loc="left")
+    right.barh(rows, [queued[name] / run.end for name in names], color=ORANGE, height=0.7)
+    right.set_xlabel("robots in its queue, on average")
+    for axes in (left, right):
+        axes.grid(visible=False, axis="y")
+    return drawing
+
+
+def occupancy(run: RunData, series: Series) -> dict[str, float]:
+    """Return by station the share of the time at which a robot stood there, by ground truth."""
+    shares = {}
+    for name, pose in run.sites.stations.items():
+        offsets = series.poses[..., :2] - (pose.x, pose.y)
+        near = np.hypot(offsets[..., 0], offsets[..., 1]) < AT_STATION
+        shares[name] = float(near.any(axis=1).mean())
+    return shares
+
+
+def queues(run: RunData) -> dict[str, float]:
+    """Return by station the robot-seconds spent in its queue."""
+    seconds: dict[str, float] = defaultdict(float)
+    for span in run.spans:
+        if span.place > 0:
+            seconds[span.station] += span.end - span.start
+    return seconds
