@@ -5,7 +5,13 @@ from __future__ import annotations
 import os
 
 from swarm_common import ros_env
+from tests.standins import ros_domains
 
 ros_env.set_defaults()
-# One domain per test run: two runs on one machine must not see each other.
-os.environ["ROS_DOMAIN_ID"] = str(20 + os.getpid() % 80)
+RESERVATION = ros_domains.unix_socket()
+os.environ["ROS_DOMAIN_ID"] = str(ros_domains.of_this_run(RESERVATION))
+
+
+def pytest_unconfigure() -> None:
+    """Let others have the domain."""
+    RESERVATION.close()

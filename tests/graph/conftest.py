@@ -7,7 +7,6 @@ import json
 import os
 import select
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -27,23 +26,20 @@ from swarm_common.resources import find_resource, share_directory
 from swarm_common.robot_io import load_robot
 from swarm_common.robot_params import robot_parameters
 from swarm_nav.config import NavConfig, parameter_values
+from tests.standins import ros_domains
 
 ROBOT = "turtlebot3_waffle"
 WORLD = "slim_blockage"
-DOMAINS = range(20, 89)
 START_LIMIT = 90.0  # [s] of wall time, on a busy machine
 
 
 @contextlib.contextmanager
 def reserved_domain() -> Iterator[int]:
     """Yield a ROS domain that no other run of the tests uses."""
-    for domain in DOMAINS:
-        lock = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
-        with lock, contextlib.suppress(OSError):
-            lock.bind(f"\0swarm-graph-test-{domain}")
-            yield domain
-            return
-    pytest.fail("every ROS domain for tests is in use")
+    with ros_domains.unix_socket() as reservation:
+        domain = ros_domains.reserve(ros_domains.SWARMS, reservation)
+        assert domain is not None, "every ROS domain for tests is in use"
+        yield domain
 
 
 class Process:
@@ -86,6 +82,7 @@ class Process:
             assert time.monotonic() < end, f"no {count} events '{kind}': {self.events}"
             code = self.popen.poll()
             assert code is None, f"ended with {code}: {self._log.read_text(encoding='utf-8')}"
+            assert kind == "died" or not self.named("died"), self.events
             self.read(0.2)
 
     def end(self) -> int:

@@ -24,9 +24,8 @@ from swarm_common.ros_io import LATCHED, RELIABLE, pose_stamped
 
 ROOT = Path(__file__).resolve().parents[2]
 SITES = ROOT / "worlds" / "slim_blockage" / "sites.yaml"
-DOMAIN = 90
+DOMAIN = int(os.environ["ROS_DOMAIN_ID"])
 ENVIRONMENT = os.environ | {
-    "ROS_DOMAIN_ID": str(DOMAIN),
     "PYTHONPATH": str(ROOT),
 }
 Robots = Callable[..., None]
@@ -297,5 +296,5 @@ def test_without_a_swarm_the_commander_says_so_within_seconds() -> None:
     start = time.monotonic()
     result = commander("Srobot1")
     assert result.returncode == 2
-    assert "no swarm is running in ROS domain 90" in result.stderr
-    assert time.monotonic() - start < 30.0  # 5 s where nothing else runs
+    assert f"no swarm is running in ROS domain {DOMAIN}" in result.stderr
+    assert time.monotonic() - start < 50.0  # 6 s where nothing else runs

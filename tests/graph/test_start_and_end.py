@@ -10,7 +10,7 @@ import yaml
 from lifecycle_msgs.srv import GetState
 from nav2_msgs.srv import ManageLifecycleNodes
 
-from tests.graph.conftest import Process, parameters
+from tests.graph.conftest import START_LIMIT, Process, parameters
 
 
 @pytest.fixture(scope="module")
@@ -29,15 +29,15 @@ def test_without_autostart_a_robot_answers_but_waits_for_startup(sleeping):
     name = "/Srobot1/lifecycle_manager_navigation/manage_nodes"
     assert sleeping.call(ManageLifecycleNodes, name, request).success
     assert state().current_state.label == "active"
-    sleeping.host.wait_for("active", limit=5.0)
+    sleeping.host.wait_for("active")
 
 
 def test_the_world_writes_its_verdict_and_nobody_survives_the_nursery(sleeping):
     """Last for this swarm: it is ended here, the nursery with a SIGKILL."""
-    sleeping.host.wait_for("active", limit=5.0)
+    sleeping.host.wait_for("active")
     navigator = psutil.Process(sleeping.pid_of("Srobot1"))
     sleeping.host.popen.send_signal(signal.SIGKILL)
-    navigator.wait(timeout=5.0)
+    navigator.wait(timeout=20.0)
     assert sleeping.world.end() == 0
     verdict = json.loads((sleeping.folder / "verdict.json").read_text(encoding="utf-8"))
     assert verdict["ticks"] > 10
@@ -53,7 +53,7 @@ def test_the_nursery_refuses_bad_parameters(tmp_path):
     robots = [{"name": "Srobot1", "params": str(path)}]
     config.write_text(json.dumps({"robots": robots}), encoding="utf-8")
     host = Process("swarm_nav.host", config, int(os.environ["ROS_DOMAIN_ID"]), tmp_path / "log")
-    assert host.popen.wait(30.0) == 2
+    assert host.popen.wait(START_LIMIT) == 2
     assert "did you mean 'max_vel_x'" in host.named("error")[0]["message"]
     host.end()
 
@@ -63,6 +63,6 @@ def test_the_world_refuses_an_unknown_world(tmp_path):
     robots = [{"name": "Srobot1", "model": "turtlebot3_waffle"}]
     config.write_text(json.dumps({"world": "slim_blokage", "robots": robots}), encoding="utf-8")
     world = Process("swarm_sim.node", config, int(os.environ["ROS_DOMAIN_ID"]), tmp_path / "log")
-    assert world.popen.wait(30.0) == 2
+    assert world.popen.wait(START_LIMIT) == 2
     assert "did you mean 'slim_blockage'?" in world.named("error")[0]["message"]
     world.end()

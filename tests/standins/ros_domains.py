@@ -1,0 +1,29 @@
+"""ROS domains that no other run of the tests on this machine uses."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import socket
+
+RUNS = range(89, 102)  # one for each run of the tests
+SWARMS = range(40, 89)  # for swarms within a run
+
+
+def reserve(domains: range, reservation: socket.socket) -> int | None:
+    """Return a domain that is ours while a (new) socket is open; None if all are in use."""
+    for domain in domains:
+        with contextlib.suppress(OSError):
+            reservation.bind(f"\0swarm-graph-test-{domain}")
+            return domain
+    return None
+
+
+def unix_socket() -> socket.socket:
+    """Return what `reserve` needs."""
+    return socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+
+
+def of_this_run(reservation: socket.socket) -> int:
+    """Return the domain of this run of the tests: two runs must not see each other."""
+    return reserve(RUNS, reservation) or 20 + os.getpid() % 20
