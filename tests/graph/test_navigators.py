@@ -220,6 +220,7 @@ def test_impossible_parameters_are_refused_with_the_reason(swarm, name, value, r
     assert reason in result.reason
 
 
+@pytest.mark.timeout(300)
 def test_a_plain_nav2_script_drives_two_robots_at_once(swarm):
     environment = os.environ | {"ROS_DOMAIN_ID": str(swarm.domain)}
     poses = swarm.world.named("spawn")[0]["poses"]
@@ -233,7 +234,7 @@ def test_a_plain_nav2_script_drives_two_robots_at_once(swarm):
         for name, pose in zip(swarm.names[:2], poses, strict=False)
     ]
     try:
-        outputs = [script.communicate(timeout=100)[0].decode() for script in scripts]
+        outputs = [script.communicate(timeout=250)[0].decode() for script in scripts]
     finally:
         for script in scripts:
             script.kill()
