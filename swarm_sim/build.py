@@ -6,15 +6,15 @@ import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
 
+from swarm_common.errors import RobotModelError
 from swarm_common.grid import Grid
 from swarm_common.map_io import load_map, map_path
 from swarm_common.records import Pose, RobotSpec
-from swarm_common.robot_io import load_robot
+from swarm_common.robot_io import Robot, open_robot
 from swarm_common.sites_io import load_sites
 from swarm_sim.actors import load_actors
 from swarm_sim.check import check_map, check_sites, check_walkers
 from swarm_sim.draw_map import draw_world
-from swarm_sim.robot_model import description, parse_urdf
 from swarm_sim.scene import Scene
 from swarm_sim.sdf import load_world
 from swarm_sim.settings import Settings
@@ -55,15 +55,13 @@ def build(settings: Settings) -> Stage:
     if settings.actors is not None:
         actors = load_actors(settings.actors)
         scene = dataclasses.replace(scene, walkers=actors.walkers, vehicles=actors.vehicles)
-    models = {entry.model: load_robot(entry.model) for entry in settings.robots}
-    specs = tuple(models[entry.model] for entry in settings.robots)
+    robots = _robots(settings)
+    specs = tuple(robots[entry.model].spec for entry in settings.robots)
     widest = max(specs, key=lambda spec: spec.circumscribed_radius)
     check_sites(scene, widest)
     check_walkers(scene, scene.walkers)
     poses = _places(scene, widest, settings)
     grid = _map(settings, scene, min(spec.lidar.z for spec in specs))
-    texts = {name: description(name) for name in models}
-    shapes = {spec.model: parse_urdf(texts[name], name) for name, spec in models.items()}
     world = World(
         scene,
         specs,
@@ -76,10 +74,24 @@ def build(settings: Settings) -> Stage:
         ),
         settings.seed,
         [entry.name for entry in settings.robots],
-        shapes,
+        {robot.spec.model: robot.model for robot in robots.values()},
     )
-    urdfs = tuple(texts[entry.model] for entry in settings.robots)
+    urdfs = tuple(robots[entry.model].urdf for entry in settings.robots)
     return Stage(scene, world, grid, specs, urdfs, tuple(poses))
+
+
+def _robots(settings: Settings) -> dict[str, Robot]:
+    """Return each model once, by its name or path."""
+    robots = {name: open_robot(name) for name in dict.fromkeys(r.model for r in settings.robots)}
+    names: dict[str, str] = {}
+    for path, robot in robots.items():
+        other = names.setdefault(robot.spec.model, path)
+        if other != path:
+            raise RobotModelError(
+                f"{other} and {path} are both models called '{robot.spec.model}'; "
+                "write another name into one's robot.yaml, model: ..."
+            )
+    return robots
 
 
 def _places(scene: Scene, widest: RobotSpec, settings: Settings) -> list[Pose]:

@@ -10,6 +10,7 @@ import numpy as np
 from swarm_common.beacon import BeaconArray
 from swarm_common.errors import ConfigError, UnknownNameError
 from swarm_common.records import CONTROL_PERIOD, Odometry, Pose, RobotSpec, Scan, Twist
+from swarm_common.robot_io import load_robot_model
 from swarm_sim.actors import WalkerSpec
 from swarm_sim.drive import CommandBuffer, Odometer
 from swarm_sim.engine import Engine, FloatArray
@@ -17,7 +18,7 @@ from swarm_sim.lidar import Lidars
 from swarm_sim.planar import PlanarEngine
 from swarm_sim.radio import Radio, RadioConfig
 from swarm_sim.randomness import hash_words, normal
-from swarm_sim.robot_model import RobotModel, load_robot_model
+from swarm_sim.robot_model import RobotModel, bodies_of
 from swarm_sim.scene import Scene
 from swarm_sim.section import section_between
 from swarm_sim.verdict import Collision, Judge, Verdict
@@ -111,7 +112,7 @@ class World:
         self._engine = _make_engine(scene, specs, poses, models, config, self._walkers)
         self._lidars: Lidars | None = None
         if config.with_lidar:
-            bodies = {name: model.bodies() for name, model in models.items()}
+            bodies = {name: bodies_of(model) for name, model in models.items()}
             carried = [bodies[spec.model] for spec in specs]
             self._lidars = Lidars(scene, specs, carried, seed, len(walkers))
         self._commands = CommandBuffer(specs)

@@ -58,7 +58,7 @@ def test_an_unknown_robot_names_the_closest() -> None:
         ),
         ("rate: 5.0", "rate: 0", "impossible"),
         ("rays: 360", "rayes: 360", "did you mean 'rays'"),
-        ("  z: 0.132\n", "", "lacks z"),
+        ("  z: 0.132\n", "", "lacks lidar.z"),
     ],
 )
 def test_bad_files_are_refused(tmp_path: Path, old: str, new: str, message: str) -> None:

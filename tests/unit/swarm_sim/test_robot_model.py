@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from swarm_common.errors import RobotModelError
-from swarm_common.robot_io import load_robot, robot_names
-from swarm_sim.robot_model import description, load_robot_model, parse_urdf
+from swarm_common.robot_io import description, load_robot, load_robot_model, robot_names
+from swarm_common.robot_model import parse_urdf
+from swarm_sim.robot_model import bodies_of
 from swarm_sim.scene import Box, Sphere
 from swarm_sim.section import section_between
 
@@ -19,7 +20,7 @@ URDF = """<robot name="r">
     <collision><geometry><box size="1 1 1"/></geometry></collision>
   </link>
   <link name="mast">
-    <inertial><mass value="2"/><inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/></inertial>
+    <inertial><mass value="2"/><inertia ixx="1e-8" iyy="1e-8" izz="1e-8" ixy="0" ixz="0" iyz="0"/></inertial>
     <collision><origin xyz="0 0 1"/><geometry><sphere radius="0.1"/></geometry></collision>
   </link>
   <link name="wheel"/>
@@ -53,7 +54,7 @@ def test_fixed_links_are_folded_into_their_parent() -> None:
         (
             '<sphere radius="0.1"/>',
             '<mesh filename="a.stl"/>',
-            "link mast: its collision is a mesh",
+            "link mast: its collision mesh: there is no file",
         ),
         ("<sphere ", "<capsule ", "capsule"),
     ],
@@ -67,9 +68,9 @@ def test_malformed_descriptions_are_refused(old: str, new: str, message: str) ->
 @pytest.mark.parametrize("name", robot_names())
 def test_descriptions_agree_with_robot_yaml(name: str) -> None:
     spec, model = load_robot(name), load_robot_model(name)
-    scan = model.fixed["base_scan"]
+    scan = model.fixed[spec.lidar.frame]
     np.testing.assert_allclose(scan[:3, 3], [spec.lidar.x, spec.lidar.y, spec.lidar.z], atol=1e-9)
-    section = section_between(model.bodies(), 0.0, 1.0)
+    section = section_between(bodies_of(model), 0.0, 1.0)
     outline = np.vstack(section.outlines(64))
     corners = np.array(spec.footprint)
     edges = np.roll(corners, -1, axis=0) - corners
@@ -77,12 +78,13 @@ def test_descriptions_agree_with_robot_yaml(name: str) -> None:
         aside = edge[0] * (outline[:, 1] - corner[1]) - edge[1] * (outline[:, 0] - corner[0])
         assert (aside / np.hypot(*edge)).min() > -1e-3
     assert np.abs(outline[:, 1]).max() == pytest.approx(corners[:, 1].max(), abs=1e-3)
+    assert {g.joint for g in model.groups[1:]} == {*spec.wheels_left, *spec.wheels_right}
     track = [group.parent_from_group[1, 3] for group in model.groups[1:]]
     assert max(track) - min(track) == pytest.approx(spec.wheel_separation)
 
 
 def test_a_waffle_at_its_scan_height_is_its_puck() -> None:
-    section = section_between(load_robot_model("turtlebot3_waffle").bodies(), 0.132, 0.132)
+    section = section_between(bodies_of(load_robot_model("turtlebot3_waffle")), 0.132, 0.132)
     np.testing.assert_allclose(section.discs, [[-0.064, 0.0, 0.055]])
     assert not section.polygons
 
@@ -91,7 +93,7 @@ def test_a_burger_is_above_a_waffles_scan_plane_and_a_waffle_below_a_burgers() -
     waffle, burger = load_robot("turtlebot3_waffle"), load_robot("turtlebot3_burger")
     model = load_robot_model("turtlebot3_burger")
     assert burger.circumscribed_radius == pytest.approx(0.124, abs=5e-4)
-    seen = section_between(model.bodies(), waffle.lidar.z, waffle.lidar.z)
+    seen = section_between(bodies_of(model), waffle.lidar.z, waffle.lidar.z)
     assert len(seen.polygons) == 1  # its box
     assert waffle.height < burger.lidar.z
     assert sum(group.mass for group in model.groups) == pytest.approx(
@@ -109,7 +111,7 @@ def test_other_readers_accept_the_description(name: str) -> None:
 
 def test_a_folder_without_a_description_is_refused(tmp_path: Path) -> None:
     (tmp_path / "robot.yaml").write_text("drive: differential\n")
-    with pytest.raises(RobotModelError, match="has no model"):
+    with pytest.raises(RobotModelError, match="there is no description beside it"):
         description(tmp_path)
     (tmp_path / "model.urdf.xacro").write_text("<robot><oops></robot>")
     with pytest.raises(RobotModelError, match="xacro cannot expand it"):

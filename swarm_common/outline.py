@@ -1,0 +1,115 @@
+"""Outlines of bodies seen from above, and what else follows from their shapes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from swarm_common.shapes import Box, Cylinder, FloatArray, Hull, Part, Shape, Sphere
+
+RIM = 32  # corners that stand for a circle
+Polygon = tuple[tuple[float, float], ...]
+
+
+def corners(shape: Shape) -> FloatArray:
+    """Return points (n, 3) in the shape's frame whose hull holds the shape, but for planes."""
+    if isinstance(shape, Box):
+        unit = [[i, j, k] for i in (-0.5, 0.5) for j in (-0.5, 0.5) for k in (-0.5, 0.5)]
+        return np.array(unit) * np.array(shape.size)
+    if isinstance(shape, Cylinder):
+        rim = _circle(shape.radius)
+        ends = [np.column_stack([rim, np.full(RIM, z)]) for z in (-0.5, 0.5)]
+        return np.vstack(ends) * np.array([1.0, 1.0, shape.length])
+    if isinstance(shape, Sphere):
+        rim = _circle(shape.radius)
+        flat = np.column_stack([rim, np.zeros(RIM)])
+        return np.vstack([flat, [[0.0, 0.0, shape.radius], [0.0, 0.0, -shape.radius]]])
+    if isinstance(shape, Hull):
+        return np.array(shape.vertices)
+    return np.zeros((0, 3))
+
+
+def _circle(radius: float) -> FloatArray:
+    """Return a polygon around a circle, its corners outside by 0.5 %."""
+    angles = 2.0 * np.pi * np.arange(RIM) / RIM
+    outer = radius / math.cos(math.pi / RIM)
+    return outer * np.column_stack([np.cos(angles), np.sin(angles)])
+
+
+def placed_corners(parts: Sequence[Part]) -> FloatArray:
+    """Return the corners (n, 3) of parts in their body's frame."""
+    blocks = [
+        corners(part.shape) @ part.body_from_part[:3, :3].T + part.body_from_part[:3, 3]
+        for part in parts
+    ]
+    return np.vstack([np.zeros((0, 3)), *blocks])
+
+
+def bounds(parts: Sequence[Part]) -> tuple[FloatArray, FloatArray]:
+    """Return the lowest and the highest x, y, z of parts, of which there is at least one."""
+    points = placed_corners(parts)
+    return points.min(axis=0), points.max(axis=0)
+
+
+def volume(shape: Shape) -> float:
+    """Return a shape's volume [m³]; of a hull, half that of the box around it."""
+    if isinstance(shape, Box):
+        return math.prod(shape.size)
+    if isinstance(shape, Cylinder):
+        return math.pi * shape.radius**2 * shape.length
+    if isinstance(shape, Sphere):
+        return 4.0 / 3.0 * math.pi * shape.radius**3
+    spread = np.ptp(corners(shape), axis=0) if isinstance(shape, Hull) else np.zeros(3)
+    return float(np.prod(spread)) / 2.0
+
+
+def outline_around(points: FloatArray, most: int) -> Polygon:
+    """Return a convex polygon of at most `most` corners around points (n, 2), counter-clockwise.
+
+    Sides of the convex hull are left out one after the other, always the one whose neighbours meet
+    nearest behind it.
+
+    Raises:
+        ValueError: If the points span no area.
+    """
+    hull = _hull(points)
+    while len(hull) > most:
+        reaches = [_meeting(hull, side) for side in range(len(hull))]
+        side = int(np.argmin([cost for cost, _ in reaches]))
+        point = reaches[side][1]
+        after = (side + 1) % len(hull)
+        hull[side] = point
+        hull = np.delete(hull, after, axis=0)
+    return tuple((round(float(x), 4), round(float(y), 4)) for x, y in hull)
+
+
+def _hull(points: FloatArray) -> FloatArray:
+    from scipy.spatial import ConvexHull, QhullError  # slow to import
+
+    try:
+        hull = points[ConvexHull(points).vertices]
+    except (QhullError, ValueError):
+        raise ValueError("the points span no area") from None
+    before, after = np.roll(hull, 1, axis=0), np.roll(hull, -1, axis=0)
+    a, b = hull - before, after - hull
+    turn = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    return hull[turn > 1e-7]  # without corners on a straight side
+
+
+def _meeting(hull: FloatArray, side: int) -> tuple[float, FloatArray]:
+    """Return the area added if a side is left out, and where its neighbours then meet."""
+    count = len(hull)
+    a, b = hull[side], hull[(side + 1) % count]
+    ahead, behind = a - hull[side - 1], b - hull[(side + 2) % count]
+    across = ahead[0] * behind[1] - ahead[1] * behind[0]
+    if across >= -1e-12:  # they part: the side cannot be left out
+        return math.inf, a
+    gap = b - a
+    way = (gap[0] * behind[1] - gap[1] * behind[0]) / across
+    if way < 0.0:
+        return math.inf, a
+    point = a + way * ahead
+    area = abs((b - a)[0] * (point - a)[1] - (b - a)[1] * (point - a)[0]) / 2.0
+    return float(area), point
