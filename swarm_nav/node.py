@@ -36,6 +36,7 @@ from swarm_nav.withholding import Withholding
 STATUS_TICKS = 5  # 2 Hz
 CLOCK_TICKS = 5  # for what rclpy itself stamps; our own messages carry the tick
 STATUS_PERIOD = 0.4  # [s] of wall time between two statuses without a change
+ODOM_ORIGIN = Pose(0.0, 0.0, 0.0)  # where odometry begins
 
 
 class NavigatorNode:
@@ -176,6 +177,8 @@ class NavigatorNode:
         assert observed.odom is not None
         assert observed.neighbors is not None
         brain.on_odom(observed.odom)
+        if is_first and observed.odom.pose_odom != ODOM_ORIGIN:
+            self._rejoin(brain, observed.odom.pose_odom)
         if observed.scan is not None:
             brain.on_scan(observed.scan)
         brain.on_neighbors(observed.neighbors)
@@ -192,6 +195,14 @@ class NavigatorNode:
             self._withholding.release()
             self._send_answer()
         self._tell(output, ended)
+
+    def _rejoin(self, brain: Navigator, pose_odom: Pose) -> None:
+        """Go on where the odometry is: it began at the initial pose, with another navigator."""
+        pose_map = self._settings.initial_pose_map.compose(pose_odom)
+        brain.on_initial_pose(pose_map)
+        self.node.get_logger().info(
+            f"the odometry has gone on since the start: at ({pose_map.x:.2f}, {pose_map.y:.2f})"
+        )
 
     def _tell(self, output: Output, ended: list[GoalEnded]) -> None:
         now = time.monotonic()  # at full speed, 2 Hz of simulated time would be 10 Hz and more
