@@ -15,7 +15,7 @@ from swarm_commander.mission import Mission, load_mission
 from swarm_commander.params import default_parameters, limits_of
 from swarm_common.errors import ConfigError
 from swarm_common.grid import Grid
-from swarm_common.map_io import load_map, map_path
+from swarm_common.map_io import load_map, map_of_world
 from swarm_common.records import Pose, RobotSpec
 from swarm_common.robot_io import load_robot
 from swarm_nav.config import NavConfig, config_from_parameters
@@ -200,8 +200,8 @@ def _scene(world: str) -> Scene:
 @functools.lru_cache(maxsize=4)
 def _grid(world: str) -> Grid:
     scene = _scene(world)
-    path = map_path(scene.name)
-    return load_map(path).upright() if path.is_file() else draw_world(scene)
+    path = map_of_world(scene.file)
+    return load_map(path).upright() if path is not None else draw_world(scene)
 
 
 @functools.lru_cache(maxsize=4)

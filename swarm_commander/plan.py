@@ -16,9 +16,9 @@ from swarm_commander.params import (
 )
 from swarm_common.errors import ConfigError
 from swarm_common.fleet import Fleet, uniform_fleet
-from swarm_common.map_io import load_map
+from swarm_common.map_io import load_map, map_of_world
 from swarm_common.records import Pose
-from swarm_common.resources import find_resource, share_directory
+from swarm_common.resources import find_resource
 from swarm_common.sites import Sites
 from swarm_common.sites_io import load_sites
 
@@ -130,7 +130,7 @@ def check_plan(options: UpOptions) -> RunPlan:
     has_sites = sites_path.is_file()
     sites = load_sites(sites_path) if has_sites else Sites()
     fleet = options.fleet or uniform_fleet(options.robot, options.swarm_size)
-    map_file = options.map.absolute() if options.map is not None else _shipped_map(world)
+    map_file = options.map.absolute() if options.map is not None else map_of_world(world)
     if map_file is not None:
         load_map(map_file)
     defaults = default_parameters()
@@ -161,12 +161,3 @@ def _check_mission(mission: Mission, sites: Sites, sites_path: Path, has_sites: 
     if not has_sites and any(leg.stations for leg in mission.route):
         raise ConfigError(f"mission {mission.name} needs stations, but {sites_path} is missing")
     mission.check_stations(sites, f"{sites_path}, for mission {mission.name}")
-
-
-def _shipped_map(world: Path) -> Path | None:
-    """Return the map of a world that comes with us; None for a world of the user's."""
-    share = share_directory()
-    name = world.parent.name
-    if world != share / "worlds" / name / WORLD_FILE:
-        return None
-    return share / "maps" / f"{name}.yaml"

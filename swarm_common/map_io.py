@@ -18,6 +18,8 @@ from swarm_common.map_image import TOP, MapImage, read_image
 from swarm_common.resources import share_directory
 from swarm_common.yaml_io import number, numbers, read_yaml
 
+WORLD_FILE = "world.sdf"
+MAP_FILE = "map.yaml"  # beside a user's world
 MODES = ("trinary", "scale", "raw")
 OPTIONAL = {"mode": "trinary", "negate": 0, "occupied_thresh": 0.65, "free_thresh": 0.25}
 MIN_RESOLUTION, MAX_RESOLUTION = 0.001, 10.0  # [m] per pixel
@@ -28,6 +30,22 @@ GREY_FREE, GREY_UNKNOWN, GREY_OCCUPIED = 254, 205, 0
 def map_path(name: str) -> Path:
     """Return where the map that ships with a world is, whether it exists or not."""
     return share_directory() / "maps" / f"{name}.yaml"
+
+
+def map_of_world(world: Path) -> Path | None:
+    """Return the map that belongs to a world file: ours, or `map.yaml` beside a `world.sdf`.
+
+    Returns:
+        None if there is no map; it is drawn from the world then.
+    """
+    folder = world.absolute().parent
+    if world.name != WORLD_FILE:
+        return None
+    if folder.resolve() == (share_directory() / "worlds" / folder.name).resolve():
+        path = map_path(folder.name)
+    else:
+        path = folder / MAP_FILE
+    return path if path.is_file() else None
 
 
 def load_map(path: str | Path) -> Grid:
@@ -66,7 +84,7 @@ def save_map(grid: Grid, path: str | Path) -> None:
     path.with_suffix(".pgm").write_bytes(head + grey[::-1].tobytes())
     path.write_text(
         f"image: {path.stem}.pgm\nmode: trinary\nresolution: {grid.resolution:g}\n"
-        f"origin: [{grid.origin_x:.9g}, {grid.origin_y:.9g}, {float(grid.origin_yaw)!r}]\n"
+        f"origin: [{grid.origin_x:.12g}, {grid.origin_y:.12g}, {float(grid.origin_yaw)!r}]\n"
         "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n",
         encoding="utf-8",
     )

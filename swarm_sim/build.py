@@ -6,20 +6,23 @@ import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
 
-from swarm_common.errors import RobotModelError
+from swarm_common.errors import MapError, RobotModelError
 from swarm_common.grid import Grid
-from swarm_common.map_io import load_map, map_path
+from swarm_common.map_io import load_map, map_of_world
 from swarm_common.records import Pose, RobotSpec
 from swarm_common.robot_io import Robot, open_robot
 from swarm_common.sites_io import load_sites
 from swarm_sim.actors import load_actors
 from swarm_sim.check import check_map, check_sites, check_walkers
 from swarm_sim.draw_map import draw_world
+from swarm_sim.map_difference import compare
 from swarm_sim.scene import Scene
 from swarm_sim.sdf import load_world
 from swarm_sim.settings import Settings
 from swarm_sim.spawn import spawn_poses
 from swarm_sim.world import World, WorldConfig
+
+PICTURE = "map_difference.png"
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,9 +108,21 @@ def _places(scene: Scene, widest: RobotSpec, settings: Settings) -> list[Pose]:
 
 def _map(settings: Settings, scene: Scene, scan_height: float) -> Grid:
     """Return the map: the user's, the one that ships with the world, or one drawn from it."""
-    path = Path(settings.map) if settings.map is not None else map_path(scene.name)
-    if settings.map is None and not path.is_file():
+    path = Path(settings.map) if settings.map is not None else map_of_world(scene.file)
+    if path is None:
         return draw_world(scene, scan_height)
-    grid = load_map(path)
-    check_map(scene, grid, scan_height)
+    grid = load_map(path).upright()
+    try:
+        check_map(scene, grid, scan_height)
+    except MapError as error:
+        raise MapError(f"{error}{_picture(settings, scene, grid, scan_height)}") from error
     return grid
+
+
+def _picture(settings: Settings, scene: Scene, grid: Grid, height: float) -> str:
+    """Draw where a map is wrong into the folder of the run; return a remark on it."""
+    if settings.verdict_path is None:
+        return ""
+    path = Path(settings.verdict_path).with_name(PICTURE)
+    compare(scene, grid, height).save_picture(path)
+    return f"; picture of where: {path}"

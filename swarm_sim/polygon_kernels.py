@@ -74,3 +74,32 @@ def distance(a: FloatArray, b: FloatArray) -> float:
     if overlap(a, b):
         return 0.0
     return min(corner_distance(a, b), corner_distance(b, a))
+
+
+@numba.njit(cache=True)
+def nearest_outline(
+    points: FloatArray, outlines: FloatArray, bounds: FloatArray, out: FloatArray
+) -> None:
+    """Write the distance of each point to the nearest convex polygon; 0 inside one.
+
+    Args:
+        points: (n, 2).
+        outlines: (m, k, 2), padded with repeated corners.
+        bounds: (m, 4) of each: x_min, y_min, x_max, y_max.
+        out: (n,); inf without polygons.
+    """
+    corner = np.empty((1, 2))
+    for i in range(points.shape[0]):
+        x, y = points[i, 0], points[i, 1]
+        corner[0, 0], corner[0, 1] = x, y
+        best = math.inf
+        for k in range(outlines.shape[0]):
+            dx = max(bounds[k, 0] - x, x - bounds[k, 2], 0.0)
+            dy = max(bounds[k, 1] - y, y - bounds[k, 3], 0.0)
+            if math.hypot(dx, dy) > best:
+                continue
+            if overlap(corner, outlines[k]):
+                best = 0.0
+                break
+            best = min(best, corner_distance(corner, outlines[k]))
+        out[i] = best

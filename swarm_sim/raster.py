@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from swarm_common.errors import MapError
 from swarm_common.grid import FREE, OCCUPIED, UNKNOWN, Grid
 from swarm_sim.raster_kernels import flood
 from swarm_sim.section import FloatArray, Section
 
 MARGIN = 0.5  # [m] of map beyond the outermost obstacle
+MAX_CELLS = 100_000_000
 SPILL = 0.005  # [m] by which an obstacle may reach into a cell without occupying it
 
 
@@ -36,6 +38,12 @@ def draw_grid(
     origin_y = round(y_min - rows_before * resolution, 9)
     width = int(np.ceil((x_max - origin_x) / resolution - 1e-6))
     height = int(np.ceil((y_max - origin_y) / resolution - 1e-6))
+    if width * height > MAX_CELLS:
+        raise MapError(
+            f"a map of {x_max - origin_x:.0f} x {y_max - origin_y:.0f} m at {resolution:g} m "
+            f"per cell has {width * height:.1e} cells; expected at most {MAX_CELLS:.0e}: take a coarser "
+            "resolution, or look for what lies far away or is in another unit"
+        )
     grid = draw_on((height, width), resolution, origin_x, origin_y, section)
     if len(seeds):
         cells = np.array([grid.cell_of(x, y) for x, y in seeds], dtype=np.int64)

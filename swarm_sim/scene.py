@@ -58,7 +58,7 @@ class Scene:
 
     Attributes:
         name: Name of the folder or file, also that of the map.
-        directory: Folder of the world file, for what it refers to.
+        file: The world file.
         bodies: In file order.
         sites: From `sites.yaml` beside the world file; empty if there is none.
         walkers: From `actors.yaml` beside it, and the actors of the world file.
@@ -68,13 +68,18 @@ class Scene:
     """
 
     name: str
-    directory: Path
+    file: Path
     bodies: tuple[Body, ...]
     sites: Sites = field(default_factory=Sites)
     walkers: tuple[WalkerSpec, ...] = ()
     vehicles: tuple[VehicleSpec, ...] = ()
     decor: tuple[Body, ...] = ()
     notes: tuple[str, ...] = ()
+
+    @property
+    def directory(self) -> Path:
+        """Folder of the world file, for what it refers to."""
+        return self.file.parent
 
     @property
     def fixed(self) -> tuple[Body, ...]:

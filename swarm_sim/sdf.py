@@ -74,8 +74,8 @@ def load_world(name_or_path: str | Path, *, skip_missing: bool = False) -> Scene
     except WorldError as cause:
         raise WorldError(f"{path}: {cause}") from cause
     return Scene(
-        name=path.parent.name if path.name == WORLD_FILE else path.stem,
-        directory=path.parent,
+        name=path.absolute().parent.name if path.name == WORLD_FILE else path.stem,
+        file=path,
         bodies=solid,
         sites=load_sites(sites_path) if sites_path.is_file() else Sites(),
         walkers=walkers,

@@ -12,7 +12,8 @@ from swarm_common.errors import WorldError
 from swarm_common.records import Pose, RobotSpec, wrap_angle
 from swarm_common.sites import Sites, Spawn, SpawnArea, SpawnAreas, SpawnCircle
 from swarm_sim.draw_map import accessible_points
-from swarm_sim.polygon_kernels import corner_distance, overlap
+from swarm_sim.planar import bounds_of, pack_polygons
+from swarm_sim.polygon_kernels import corner_distance, nearest_outline
 from swarm_sim.raster import draw_grid
 from swarm_sim.raster_kernels import flood
 from swarm_sim.scene import Scene
@@ -126,12 +127,8 @@ def _places(
 def wall_distance(points: FloatArray, section: Section) -> FloatArray:
     """Return the distance of each point (n, 2) to the nearest obstacle; 0 inside one."""
     nearest = np.full(len(points), np.inf)
-    for outline in section.outlines():
-        for index, point in enumerate(points):
-            corner = point[None, :]
-            inside = overlap(corner, outline)
-            gap = 0.0 if inside else corner_distance(corner, outline)
-            nearest[index] = min(nearest[index], gap)
+    outlines = pack_polygons(section.outlines())
+    nearest_outline(np.ascontiguousarray(points), outlines, bounds_of(outlines), nearest)
     return nearest
 
 

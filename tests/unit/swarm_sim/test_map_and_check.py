@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,7 +15,7 @@ from swarm_common.robot_io import load_robot
 from swarm_common.sites import Sites
 from swarm_sim import build
 from swarm_sim.check import check_map, check_sites
-from swarm_sim.draw_map import draw_world, main
+from swarm_sim.draw_map import draw_world
 from swarm_sim.raster import draw_on
 from swarm_sim.sdf import load_world, world_names
 from swarm_sim.section import Section, section_at
@@ -82,7 +81,7 @@ def test_map_offset_of_one_metre_is_detected() -> None:
     message = str(caught.value)
     assert "moved by (+0.00, -1.00) m" in message
     assert "the world has an obstacle that the map lacks around (" in message
-    assert "draw_map slim_blockage" in message
+    assert "swarm-map draw slim_blockage" in message
 
 
 @pytest.mark.parametrize("shift", [(0.2, 0.0), (0.0, -0.3), (-1.0, 0.0)])
@@ -132,13 +131,6 @@ def test_a_circuit_through_a_wall_is_refused() -> None:
         check_sites(
             replace(scene, sites=Sites(circuits={"ring": ring})), load_robot("turtlebot3_waffle")
         )
-
-
-def test_the_command_draws_a_map(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["hall_12", "-o", str(tmp_path / "new"), "--resolution", "0.1"]) == 0
-    assert load_map(tmp_path / "new" / "hall_12.yaml").resolution == 0.1
-    assert main(["hall_21", "-o", str(tmp_path)]) == 2
-    assert "hall_12" in capsys.readouterr().err
 
 
 def test_an_empty_world_draws_an_empty_map() -> None:

@@ -1,0 +1,218 @@
+"""Floor plans in YAML: walls as lines, boxes, posts, and named places, to make a world from."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import pairwise, product
+from pathlib import Path
+from typing import Any
+
+from swarm_common.errors import ConfigError
+from swarm_common.yaml_io import check_keys, number, numbers, read_yaml
+from swarm_sim.scene import Box, Color, Cylinder
+
+KEYS = ("name", "wall_thickness", "wall_height", "wall_color", "walls", "boxes", "posts")
+SITE_KEYS = ("stations", "circuits", "spawn", "spawns", "places")
+WALL_COLOR: Color = (0.75, 0.75, 0.75, 1.0)
+BOX_COLOR: Color = (0.6, 0.42, 0.25, 1.0)
+LIMIT = 1000.0  # [m] of lengths and places
+MOST = 20_000  # things in a plan
+
+
+@dataclass(frozen=True, slots=True)
+class Thing:
+    """A body on the floor.
+
+    Attributes:
+        name: Of its model.
+        shape: Box or cylinder.
+        x: [m]
+        y: [m]
+        z: [m] of its underside.
+        yaw: [rad]
+        color: Of it.
+        mass: [kg]; None if it can never move.
+        friction: Against the floor, of things that can move.
+    """
+
+    name: str
+    shape: Box | Cylinder
+    x: float
+    y: float
+    z: float = 0.0
+    yaw: float = 0.0
+    color: Color = BOX_COLOR
+    mass: float | None = None
+    friction: float = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class FloorPlan:
+    """What a plan says: things, and sites as `sites.yaml` has them."""
+
+    name: str
+    things: tuple[Thing, ...]
+    sites: Mapping[str, Any] = field(default_factory=dict)
+
+
+def load_plan(path: Path) -> FloorPlan:
+    """Return the plan in a YAML file; docs/creating.md describes the format.
+
+    Raises:
+        ConfigError: If something in it is malformed; the message names file and key.
+    """
+    data = read_yaml(path)
+    check_keys(data, (*KEYS, *SITE_KEYS), str(path))
+    things = [*_walls(data, path), *_boxes(data, path), *_posts(data, path)]
+    names = [thing.name for thing in things]
+    doubles = {name for name in names if names.count(name) > 1} if len(names) < MOST else set()
+    if len(names) >= MOST or doubles:
+        reason = f"the names {', '.join(sorted(doubles))} occur twice" if doubles else "too large"
+        raise ConfigError(f"{path}: {len(names)} things; {reason}")
+    sites = {key: data[key] for key in SITE_KEYS if data.get(key)}
+    if "stations" in sites:
+        sites["stations"] = dict(_stations(sites["stations"], f"{path}: stations"))
+    name = str(data.get("name") or path.stem)
+    if not name.replace("_", "").replace("-", "").isalnum():
+        raise ConfigError(f"{path}: name is '{name}'; expected letters, digits, _ and -")
+    return FloorPlan(name, tuple(things), sites)
+
+
+def _walls(data: Mapping[str, Any], path: Path) -> Iterator[Thing]:
+    """Return a box for each piece of each line; corners are filled by making pieces overlap."""
+    thickness = _length(data.get("wall_thickness", 0.15), f"{path}: wall_thickness")
+    height = _length(data.get("wall_height", 2.5), f"{path}: wall_height")
+    color = _color(data.get("wall_color"), WALL_COLOR, f"{path}: wall_color")
+    for index, item in enumerate(_items(data, "walls", path)):
+        where = f"{path}: walls[{index}]"
+        check_keys(item, ("name", "points", "closed", "thickness", "height", "color"), where)
+        width = _length(item.get("thickness", thickness), f"{where}.thickness")
+        tall = _length(item.get("height", height), f"{where}.height")
+        points = item.get("points")
+        if not isinstance(points, list) or len(points) < 2:
+            raise ConfigError(f"{where}.points is {points!r}; expected 2 or more points [x, y]")
+        line = [_place(point, 2, f"{where}.points[{i}]") for i, point in enumerate(points)]
+        if item.get("closed") is True:
+            line.append(line[0])
+        name = str(item.get("name", f"wall_{index + 1}"))
+        for piece, ((x0, y0), (x1, y1)) in enumerate(pairwise(line)):
+            length = math.hypot(x1 - x0, y1 - y0)
+            if length < 1e-3:
+                raise ConfigError(f"{where}.points[{piece + 1}] repeats the one before")
+            yield Thing(
+                name if len(line) == 2 else f"{name}_{piece + 1}",
+                Box((_rounded(length + width), width, tall)),
+                _rounded((x0 + x1) / 2.0),
+                _rounded((y0 + y1) / 2.0),
+                yaw=math.atan2(y1 - y0, x1 - x0),
+                color=_color(item.get("color"), color, f"{where}.color"),
+            )
+
+
+def _boxes(data: Mapping[str, Any], path: Path) -> Iterator[Thing]:
+    for index, item in enumerate(_items(data, "boxes", path)):
+        where = f"{path}: boxes[{index}]"
+        keys = ("name", "at", "size", "z", "color", "mass", "friction", "repeat")
+        check_keys(item, keys, where)
+        x, y, z = (
+            _length(value, f"{where}.size")
+            for value in numbers(item.get("size"), 3, f"{where}.size [x, y, z]")
+        )
+        yield from _copies(item, f"box_{index + 1}", Box((x, y, z)), where)
+
+
+def _posts(data: Mapping[str, Any], path: Path) -> Iterator[Thing]:
+    for index, item in enumerate(_items(data, "posts", path)):
+        where = f"{path}: posts[{index}]"
+        keys = ("name", "at", "radius", "height", "z", "color", "mass", "friction", "repeat")
+        check_keys(item, keys, where)
+        radius = _length(item.get("radius"), f"{where}.radius")
+        height = _length(item.get("height", 2.5), f"{where}.height")
+        yield from _copies(item, f"post_{index + 1}", Cylinder(radius, height), where)
+
+
+def _copies(
+    item: Mapping[str, Any], default: str, shape: Box | Cylinder, where: str
+) -> Iterator[Thing]:
+    name = str(item.get("name", default))
+    at = item.get("at")
+    count = len(at) if isinstance(at, list) and len(at) in (2, 3) else 2
+    x, y, yaw = (*_place(at, count, f"{where}.at [x, y, yaw]"), 0.0)[:3]
+    mass = item.get("mass")
+    thing = {
+        "z": number(item.get("z", 0.0), f"{where}.z"),
+        "yaw": yaw,
+        "color": _color(item.get("color"), BOX_COLOR, f"{where}.color"),
+        "mass": None if mass is None else _length(mass, f"{where}.mass"),
+        "friction": number(item.get("friction", 0.5), f"{where}.friction"),
+    }
+    for suffix, dx, dy in _repeated(item.get("repeat"), where):
+        yield Thing(f"{name}{suffix}", shape, _rounded(x + dx), _rounded(y + dy), **thing)
+
+
+def _stations(value: object, where: str) -> Iterator[tuple[str, list[float]]]:
+    """Return stations one by one; `{at: [x, y, yaw], repeat: [...]}` stands for a row of them."""
+    if not isinstance(value, dict):
+        raise ConfigError(f"{where} is {value!r}; expected 'name: [x, y, yaw]' lines")
+    for name, item in value.items():
+        what = f"{where}.{name}"
+        given = item if isinstance(item, dict) else {"at": item}
+        check_keys(given, ("at", "repeat"), what)
+        x, y, yaw = _place(given.get("at"), 3, f"{what} [x, y, yaw]")
+        for suffix, dx, dy in _repeated(given.get("repeat"), what):
+            yield f"{name}{suffix}", [_rounded(x + dx), _rounded(y + dy), yaw]
+
+
+def _repeated(value: object, where: str) -> Iterator[tuple[str, float, float]]:
+    """Return name suffix and offset of each copy: the last of the steps [count, dx, dy] first."""
+    if value is None:
+        yield "", 0.0, 0.0
+        return
+    if not isinstance(value, list) or not value:
+        raise ConfigError(f"{where}.repeat is {value!r}; expected a list of [count, dx, dy]")
+    what = f"{where}.repeat [count, dx, dy]"
+    steps = [numbers(item, 3, what) for item in value]
+    total = math.prod(step[0] for step in steps)
+    if any(step[0] != int(step[0]) or step[0] < 1 for step in steps) or total > MOST:
+        raise ConfigError(f"{where}.repeat is {value!r}; expected counts from 1 to {MOST} in all")
+    ranges = [range(int(step[0])) for step in steps]
+    for index, turn in enumerate(product(*ranges), 1):
+        pairs = list(zip(turn, steps, strict=True))
+        dx, dy = (sum(times * step[axis] for times, step in pairs) for axis in (1, 2))
+        yield f"_{index}", dx, dy
+
+
+def _items(data: Mapping[str, Any], key: str, path: Path) -> list[dict[str, Any]]:
+    value = data.get(key) or []
+    if not isinstance(value, list) or not all(isinstance(item, dict) for item in value):
+        raise ConfigError(f"{path}: {key} is {value!r}; expected a list of {{...}} items")
+    return value
+
+
+def _place(value: object, count: int, what: str) -> tuple[float, ...]:
+    place = numbers(value, count, what)
+    if max(abs(item) for item in place[:2]) > LIMIT:
+        raise ConfigError(f"{what} is {value!r}; expected places within {LIMIT:g} m")
+    return place
+
+
+def _length(value: object, what: str) -> float:
+    length = number(value, what)
+    if not 1e-3 <= length <= LIMIT:
+        raise ConfigError(f"{what} is {length:g}; expected 0.001 to {LIMIT:g}")
+    return length
+
+
+def _color(value: object, default: Color, what: str) -> Color:
+    if value is None:
+        return default
+    count = len(value) if isinstance(value, list) and len(value) in (3, 4) else 3
+    parts = numbers(value, count, f"{what} [red, green, blue] from 0 to 1")
+    red, green, blue, alpha = (min(1.0, max(0.0, part)) for part in (*parts, 1.0)[:4])
+    return red, green, blue, alpha
+
+
+def _rounded(value: float) -> float:
+    return round(value, 6) + 0.0

@@ -1,0 +1,134 @@
+"""Command `swarm-map`: draws maps of worlds, checks maps, makes worlds from floor plans."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from swarm_common.errors import ConfigError, MapError
+from swarm_common.map_io import load_map, save_map
+from swarm_map.floor_plan import load_plan
+from swarm_map.plan_image import PlanScale, load_picture
+from swarm_map.world_writer import write_world
+from swarm_sim.draw_map import SCAN_HEIGHT, draw_world
+from swarm_sim.map_difference import MAX_SHARE, compare
+from swarm_sim.scene import Scene
+from swarm_sim.sdf import load_world
+
+map_app = typer.Typer(
+    add_completion=False, no_args_is_help=True, help="Maps and worlds.", rich_markup_mode=None
+)
+console = Console(highlight=False, soft_wrap=True)
+
+World = Annotated[str, typer.Argument(help="Name of a world, or path of a .sdf or .world file.")]
+Height = Annotated[float, typer.Option(help="Of the LiDAR's plane above the ground [m].")]
+Resolution = Annotated[float, typer.Option(help="[m] per cell, or per pixel of a picture.")]
+SkipMissing = Annotated[
+    bool, typer.Option("--skip-missing", help="Leave out models and meshes that are nowhere.")
+]
+
+
+@map_app.command()
+def draw(
+    world: World,
+    output: Annotated[Path, typer.Option("-o", "--output", help="Folder to write to.")] = Path("."),
+    height: Height = SCAN_HEIGHT,
+    resolution: Resolution = 0.05,
+    skip_missing: SkipMissing = False,
+) -> None:
+    """Draw the map of a world, as a LiDAR would see it: NAME.yaml and NAME.pgm for Nav2."""
+    _check(0.001 <= resolution <= 1.0, f"--resolution is {resolution}; expected 0.001 to 1 m")
+    _check(0.0 < height < 100.0, f"--height is {height}; expected more than 0, less than 100 m")
+    scene = _load(world, skip_missing)
+    grid = draw_world(scene, height, resolution)
+    path = output / f"{scene.name}.yaml"
+    try:
+        output.mkdir(parents=True, exist_ok=True)
+        save_map(grid, path)
+    except OSError as cause:
+        raise MapError(f"cannot write {path}: {cause}") from cause
+    console.print(f"{path}: {grid.width} x {grid.height} cells of {resolution:g} m")
+
+
+@map_app.command()
+def check(
+    world: World,
+    map_: Annotated[Path, typer.Argument(metavar="MAP", help="Map yaml.")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="Picture of the differences.")
+    ] = Path("map_difference.png"),
+    height: Height = SCAN_HEIGHT,
+    max_share: Annotated[
+        float, typer.Option(help="Of the occupied cells that may disagree.")
+    ] = MAX_SHARE,
+    skip_missing: SkipMissing = False,
+) -> None:
+    """Compare a map with a world, and draw where they differ.
+
+    Exit code: 0 they agree; 1 more than --max-share of the occupied cells disagree; 2 bad input.
+    """
+    _check(0.0 <= max_share <= 1.0, f"--max-share is {max_share}; expected 0 to 1")
+    scene = _load(world, skip_missing)
+    difference = compare(scene, load_map(map_), height)
+    difference.save_picture(output)
+    agrees = difference.agrees(max_share)
+    verdict = "agrees with" if agrees else "does not show"
+    console.print(f"{map_} {verdict} world {scene.name}: {difference.describe()}")
+    console.print(f"picture: {output}")
+    if not agrees:
+        raise typer.Exit(1)
+
+
+@map_app.command()
+def new(
+    plan: Annotated[Path, typer.Argument(help="Floor plan: a YAML file, or a picture (.png).")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="Folder in which the world's folder is made.")
+    ] = Path("."),
+    name: Annotated[str | None, typer.Option(help="Of the world.  [default: the plan's]")] = None,
+    resolution: Resolution = 0.05,
+    origin: Annotated[
+        tuple[float, float] | None,
+        typer.Option(help="x y [m] of a picture's lower left corner.  [default: centred]"),
+    ] = None,
+    wall_height: Annotated[float, typer.Option(help="Of the walls in a picture [m].")] = 2.5,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite what is there.")] = False,
+) -> None:
+    """Make a world from a floor plan: world.sdf, sites.yaml, and its map.
+
+    In a picture dark pixels are walls, each green spot is a station, and a blue area is where the
+    robots start. docs/creating.md describes the YAML.
+    """
+    scale = PlanScale(resolution=resolution, origin=origin, wall_height=wall_height)
+    _check(plan.is_file(), f"there is no floor plan {plan}")
+    is_text = plan.suffix.lower() in (".yaml", ".yml")
+    floor = load_plan(plan) if is_text else load_picture(plan, scale)
+    if name is not None:
+        _check(name.replace("_", "").replace("-", "").isalnum(), f"--name is '{name}'; letters")
+        floor = dataclasses.replace(floor, name=name)
+    folder = output / floor.name
+    if folder.exists() and any(folder.iterdir()) and not force:
+        raise ConfigError(f"{folder} is not empty; give another --name, or --force to overwrite")
+    scene = write_world(floor, folder, resolution)
+    sites = scene.sites
+    console.print(
+        f"{folder}: {len(scene.bodies)} bodies, {len(sites.stations)} stations, "
+        f"{'a' if sites.spawn else 'no'} spawn area; start robots with\n"
+        f"  swarm-up --world {folder} --swarm-size 5"
+    )
+
+
+def _load(world: str, skip_missing: bool) -> Scene:
+    scene = load_world(world, skip_missing=skip_missing)
+    for note in scene.notes:
+        console.print(note, style="dim")
+    return scene
+
+
+def _check(is_fine: bool, message: str) -> None:
+    if not is_fine:
+        raise ConfigError(message)

@@ -1,0 +1,167 @@
+"""The command swarm-map: maps of worlds, their check, and worlds made from floor plans."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from swarm_commander.cli import run_app
+from swarm_common.map_io import load_map, map_path, save_map
+from swarm_common.resources import share_directory
+from swarm_map.floor_plan import load_plan
+from swarm_map.map_command import map_app
+from swarm_map.plan_image import rectangles
+from swarm_map.world_writer import sdf_text, sites_text
+from swarm_sim.sdf import load_world
+
+PLAN = """
+name: small
+walls:
+  - {points: [[0, 0], [6, 0], [6, 4], [0, 4]], closed: true}
+boxes:
+  - {name: crate, at: [3, 2, 0.5], size: [0.5, 0.4, 0.3], mass: 3, repeat: [[2, 1.0, 0]]}
+posts:
+  - {at: [1, 3], radius: 0.1}
+stations:
+  dock: {at: [1, 1, 0], repeat: [[3, 1.5, 0]]}
+spawn: {x_min: 1, y_min: 1, x_max: 5, y_max: 3, pitch: 1}
+"""
+
+
+def run(monkeypatch: pytest.MonkeyPatch, *words: object) -> int:
+    monkeypatch.setattr("sys.argv", ["swarm-map", *map(str, words)])
+    return run_app("swarm-map", lambda: map_app)
+
+
+def test_draw_and_check(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out, picture = tmp_path / "maps", tmp_path / "difference.png"
+    assert run(monkeypatch, "draw", "hall_12", "-o", out, "--resolution", 0.1) == 0
+    assert load_map(out / "hall_12.yaml").resolution == 0.1
+    assert run(monkeypatch, "check", "hall_12", out / "hall_12.yaml", "-o", picture) == 0
+    grid = load_map(map_path("hall_12"))
+    save_map(replace(grid, origin_x=grid.origin_x + 0.5), tmp_path / "moved.yaml")
+    capsys.readouterr()
+    assert run(monkeypatch, "check", "hall_12", tmp_path / "moved.yaml", "-o", picture) == 1
+    text = capsys.readouterr().out
+    assert "does not show world hall_12" in text
+    assert "moved by (-0.50, +0.00) m" in text
+    colors = {tuple(c) for c in np.asarray(Image.open(picture)).reshape(-1, 3)}
+    assert {(213, 94, 0), (0, 114, 178)} <= colors
+    more = ("--max-share", 1.0, "-o", picture)
+    assert run(monkeypatch, "check", "hall_12", tmp_path / "moved.yaml", *more) == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("draw", "hall_21"), "did you mean 'hall_12'"),
+        (("draw", "hall_12", "--resolution", 0), "--resolution is 0"),
+        (("draw", "hall_12", "--height", -1), "--height is -1"),
+        (("check", "hall_12", "none.yaml"), "cannot read none.yaml"),
+        (("check", "hall_12", "none.yaml", "--max-share", 2), "--max-share is 2"),
+        (("new", "none.yaml"), "no floor plan none.yaml"),
+        (("paint",), "No such command"),
+    ],
+)
+def test_bad_input_is_one_message_and_code_2(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    words: tuple[object, ...],
+    message: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run(monkeypatch, *words) == 2
+    assert message in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_world_from_a_plan(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "plan.yaml").write_text(PLAN)
+    assert run(monkeypatch, "new", tmp_path / "plan.yaml", "-o", tmp_path) == 0
+    scene = load_world(tmp_path / "small")
+    assert list(scene.sites.stations) == ["dock_1", "dock_2", "dock_3"]
+    assert scene.sites.stations["dock_3"].x == 4.0
+    assert [body.name for body in scene.loose] == ["crate_1::link", "crate_2::link"]
+    assert (scene.loose[0].mass, scene.loose[0].friction) == (3.0, 0.5)
+    grid = load_map(tmp_path / "small" / "map.yaml")
+    assert grid.cells[grid.cell_of(1.0, 3.0)] == 100
+    assert grid.cells[grid.cell_of(3.0, 2.0)] == 0  # what can move is not on the map
+    assert grid.cells[grid.cell_of(6.0, 2.0)] == 100
+    assert run(monkeypatch, "new", tmp_path / "plan.yaml", "-o", tmp_path) == 2  # is there already
+
+
+def test_a_world_from_a_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pixels = np.full((80, 120, 3), 255, np.uint8)
+    pixels[:3], pixels[-3:], pixels[:, :3], pixels[:, -3:] = 0, 0, 0, 0
+    pixels[38:42, 60:] = 0
+    pixels[6:10, 57:63] = (0, 200, 0)
+    pixels[72:76, 18:22] = (0, 200, 0)
+    pixels[20:60, 10:40] = (0, 0, 255)
+    Image.fromarray(pixels).save(tmp_path / "hall.png")
+    words = ("new", tmp_path / "hall.png", "-o", tmp_path, "--resolution", 0.1)
+    assert run(monkeypatch, *words, "--origin", 0, 0, "--wall-height", 2) == 0
+    scene = load_world(tmp_path / "hall")
+    first, second = scene.sites.stations.values()
+    assert (first.x, first.y) == pytest.approx((6.0, 7.2))
+    assert (second.x, second.y) == pytest.approx((2.0, 0.6))
+    # Keep right: eastwards along the southern wall, westwards along the northern one.
+    assert abs(first.yaw) == pytest.approx(math.pi)
+    assert second.yaw == pytest.approx(0.0)
+    grid = load_map(tmp_path / "hall" / "map.yaml")
+    assert grid.cells[grid.cell_of(9.0, 4.0)] == 100
+    assert grid.cells[grid.cell_of(4.0, 4.0)] == 0
+
+
+def test_rectangles_cover_a_mask_once() -> None:
+    rng = np.random.default_rng(0)
+    mask = rng.random((30, 40)) < 0.6
+    covered = np.zeros(mask.shape, int)
+    for row, column, rows, columns in rectangles(mask, Path("m.png")):
+        covered[row : row + rows, column : column + columns] += 1
+    assert np.array_equal(covered == 1, mask)
+    assert covered.max() == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("walls: 3\n", "expected a list"),
+        ("walls: [{points: [[0, 0]]}]\n", "2 or more points"),
+        ("walls: [{points: [[0, 0], [0, 0]]}]\n", "repeats the one before"),
+        ("walls: [{pionts: []}]\n", "did you mean 'points'"),
+        ("boxes: [{at: [0, 0], size: [1, 1, 0]}]\n", "size is 0"),
+        ("boxes: [{at: [0, 0], size: [1, 1, 9000]}]\n", "size is 9000"),
+        ("boxes: [{at: [0, x], size: [1, 1, 1]}]\n", "expected a number"),
+        ("boxes: [{at: [0, 0], size: [1, 1, 1], repeat: [[1e9, 1, 1]]}]\n", "expected counts"),
+        ("posts: [{at: [0, 0]}]\n", "radius is None"),
+        ("stations: [1]\n", "expected 'name: [x, y, yaw]'"),
+        ("posts: [{name: a, at: [0, 0], radius: 1}, {name: a, at: [5, 0], radius: 1}]\n", "twice"),
+        ("name: ../../etc\n", "expected letters"),
+    ],
+)
+def test_bad_plans_are_refused(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    text: str,
+    message: str,
+) -> None:
+    (tmp_path / "plan.yaml").write_text(text)
+    assert run(monkeypatch, "new", tmp_path / "plan.yaml", "-o", tmp_path / "out") == 2
+    assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["playground", "warehouse"])
+def test_shipped_worlds_are_those_of_their_plans(name: str) -> None:
+    folder = share_directory() / "worlds" / name
+    plan = load_plan(folder / "plan.yaml")
+    assert sdf_text(plan) == (folder / "world.sdf").read_text()
+    assert sites_text(plan.sites) == (folder / "sites.yaml").read_text()
