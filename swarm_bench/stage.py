@@ -12,8 +12,9 @@ from swarm_bench.methods import Driver, load_method
 from swarm_bench.scenario import Scenario
 from swarm_commander.itinerary import Itinerary
 from swarm_commander.mission import Mission, load_mission
-from swarm_commander.params import default_parameters, limits_of
+from swarm_commander.params import default_parameters
 from swarm_common.errors import ConfigError
+from swarm_common.fleet import limits_of
 from swarm_common.grid import Grid
 from swarm_common.map_io import load_map, map_of_world
 from swarm_common.records import Pose, RobotSpec

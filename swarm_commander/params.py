@@ -12,7 +12,6 @@ import yaml
 from swarm_commander.flat import Flat, flatten, nest, typed
 from swarm_commander.world_params import SECTION, WorldParams, is_world, parse_world
 from swarm_common.errors import ConfigError, UnknownNameError
-from swarm_common.fleet import LIMITS
 from swarm_common.records import Pose, RobotSpec
 from swarm_common.resources import share_directory
 from swarm_common.robot_params import robot_parameters
@@ -111,11 +110,6 @@ def robot_parameter_file(
         **values,
     }
     return {f"/{robot}/{NODE}": {SECTION: nest(flat)}}
-
-
-def limits_of(spec: RobotSpec) -> Flat:
-    """Return the controller limits that follow from the robot model."""
-    return {name: getattr(spec, name) for name in LIMITS}
 
 
 def write_parameter_file(path: Path, tree: Mapping[str, Any]) -> None:

@@ -16,7 +16,13 @@ from swarm_common.robot_io import load_robot
 from swarm_common.yaml_io import check_keys, number, read_yaml
 
 LIMITS = ("max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta")  # of a robot model
+SIDEWAYS = ("max_vel_y", "acc_lim_y")  # of an omnidirectional one
 ORDERS = ("grouped", "mixed")
+
+
+def limits_of(spec: RobotSpec) -> dict[str, float]:
+    """Return the limits of a robot model by name, which are the defaults of its controller's."""
+    return {name: getattr(spec, name) for name in LIMITS + (SIDEWAYS if spec.is_omni else ())}
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +44,7 @@ class Member:
     @property
     def limits_in_force(self) -> dict[str, float]:
         """Return every limit by name: the member's own, else that of its model."""
-        return {name: self.limits.get(name, getattr(self.spec, name)) for name in LIMITS}
+        return limits_of(self.spec) | dict(self.limits)
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,7 +141,7 @@ def _limits(value: object, spec: RobotSpec, where: str) -> dict[str, float]:
     if not isinstance(value, dict):
         raise ConfigError(f"{where} is {value!r}; expected {', '.join(LIMITS)}")
     data: dict[str, Any] = value
-    check_keys(data, LIMITS, where)
+    check_keys(data, limits_of(spec), where)
     limits = {name: number(given, f"{where}.{name}") for name, given in data.items()}
     for name, limit in limits.items():
         most = getattr(spec, name)

@@ -108,7 +108,7 @@ class Behavior:
             return controller.stop(situation.twist)
         twist = controller.follow(tube, situation.pose, situation.twist)
         limit = self.goal.speed if self.goal.speed > 0.0 else math.inf
-        return Twist(max(-limit, min(limit, twist.vx)), 0.0, twist.wz)
+        return Twist(max(-limit, min(limit, twist.vx)), twist.vy, twist.wz)
 
 
 def recovery_goal(attempt: int, situation: Situation) -> Goal | None:

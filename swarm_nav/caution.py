@@ -51,7 +51,7 @@ def limited(situation: Situation, twist: Twist) -> Twist:
     config = s.config.controller
     gap = s.obstacles.restless_gap(s.pose.x, s.pose.y, s.tick) - s.body_radius
     s.is_wary = gap < caution_distance(config.max_vel_x, config.acc_lim_x)
-    speed = abs(twist.vx)
+    speed = math.hypot(twist.vx, twist.vy) if twist.vy else abs(twist.vx)
     if not s.is_wary:
         return twist
     if gap < TURN_ROOM:
@@ -60,4 +60,4 @@ def limited(situation: Situation, twist: Twist) -> Twist:
     if speed <= allowed:
         return twist
     share = allowed / speed
-    return Twist(twist.vx * share, 0.0, twist.wz * share)
+    return Twist(twist.vx * share, twist.vy * share, twist.wz * share)

@@ -43,7 +43,10 @@ class ControllerConfig:
     max_vel_theta: float = 1.82  # [rad/s]
     acc_lim_x: float = 1.0  # [m/s²] what the drive can do, also when braking
     acc_lim_theta: float = 3.2  # [rad/s²]
+    max_vel_y: float = 0.0  # [m/s] sideways, of omnidirectional drives
+    acc_lim_y: float = 0.0  # [m/s²]
     vx_samples: int = 8
+    vy_samples: int = 8  # of omnidirectional drives
     vtheta_samples: int = 20
     sim_time: float = 0.8  # [s] horizon; shorter than Nav2's 1.7 because the tube must be followed
     path_distance_scale: float = 32.0  # PathDist: mean squared distance to the path
@@ -66,7 +69,8 @@ class ControllerConfig:
             "path_align_scale",
             "oscillation_scale",
         )
-        for name in ("vx_samples", "vtheta_samples"):
+        _not_negative("", self, "max_vel_y", "acc_lim_y")
+        for name in ("vx_samples", "vy_samples", "vtheta_samples"):
             if not 2 <= getattr(self, name) <= 100:
                 raise ConfigError(f"{name} is {getattr(self, name)}; it must be from 2 to 100")
 

@@ -41,6 +41,10 @@ class Controller:
         self.config = config
         self.arc: FloatArray = np.zeros((max(1, round(config.sim_time / control_kernels.STEP)), 3))
 
+    def course(self, twist: Twist) -> Twist:
+        """Take in the measured twist; return it as the other parts are to see it."""
+        return twist
+
     def stop(self, twist: Twist) -> Twist:
         """Return the twist that brakes as hard as the drive can."""
         self._is_turning = False
@@ -78,7 +82,7 @@ class Controller:
     def _follow(self, tube: Tube, pose: Pose, twist: Twist) -> Twist:
         corner = tube.next_corner()
         tube.advance(pose, min(corner, tube.stop))
-        if tube.near < corner and _gap(tube, corner, pose) < ARRIVED and corner <= tube.stop:
+        if tube.near < corner and gap_to(tube, corner, pose) < ARRIVED and corner <= tube.stop:
             tube.near = corner
             corner = tube.next_corner()
         end = min(corner, tube.stop)
@@ -100,15 +104,15 @@ class Controller:
         if abs(twist.vx) > STANDING or abs(error) < SETTLED:
             return Twist()
         rate = math.copysign(1.0, error) * twist.wz
-        rate = _rate_that_stops(abs(error), rate, self.config.acc_lim_theta)
+        rate = rate_that_stops(abs(error), rate, self.config.acc_lim_theta)
         rate = min(rate, self.config.max_vel_theta)
         return Twist(0.0, 0.0, math.copysign(rate, error))
 
     def _drive(self, tube: Tube, pose: Pose, twist: Twist, end: int, corner: int) -> Twist:
         config = self.config
-        rest = _length(tube, tube.near, end, pose)
+        rest = length_to(tube, end, pose)
         acc = config.acc_lim_x
-        v_limit = _rate_that_stops(rest, twist.vx, acc)
+        v_limit = rate_that_stops(rest, twist.vx, acc)
         # one point behind the robot, but not from before a bend
         first = tube.near if tube.near in tube.corners else max(0, tube.near - 1)
         window = tube.points[first : min(corner, tube.near + WINDOW) + 1]
@@ -132,7 +136,7 @@ class Controller:
         return Twist(float(v), 0.0, float(w))
 
 
-def _rate_that_stops(rest: float, rate: float, acceleration: float) -> float:
+def rate_that_stops(rest: float, rate: float, acceleration: float) -> float:
     """Return the largest rate after this period from which a stop within `rest` is possible.
 
     Solves (rate + r) / 2 * T + r² / (2 a) = rest for r: the drive ramps during the period.
@@ -142,14 +146,15 @@ def _rate_that_stops(rest: float, rate: float, acceleration: float) -> float:
     return acceleration * (math.sqrt(room) - half) if room > half * half else 0.0
 
 
-def _gap(tube: Tube, index: int, pose: Pose) -> float:
+def gap_to(tube: Tube, index: int, pose: Pose) -> float:
+    """Return the distance [m] of the robot to point `index`."""
     return math.hypot(tube.points[index, 0] - pose.x, tube.points[index, 1] - pose.y)
 
 
 def _direction(tube: Tube, pose: Pose, corner: int) -> float | None:
     """Return the yaw towards the path ahead, None where there is none."""
     k = min(tube.near + LOOKAHEAD, corner)
-    if k > tube.near and _gap(tube, k, pose) > ARRIVED:
+    if k > tube.near and gap_to(tube, k, pose) > ARRIVED:
         return math.atan2(tube.points[k, 1] - pose.y, tube.points[k, 0] - pose.x)
     if k + 1 < len(tube.points):
         step = tube.points[min(k + 2, len(tube.points) - 1)] - tube.points[k]
@@ -157,11 +162,11 @@ def _direction(tube: Tube, pose: Pose, corner: int) -> float | None:
     return None
 
 
-def _length(tube: Tube, start: int, end: int, pose: Pose) -> float:
+def length_to(tube: Tube, end: int, pose: Pose) -> float:
     """Return the path length [m] from the robot to point `end`."""
-    if end <= start:
+    if end <= tube.near:
         return _signed_rest(tube, end, pose)
-    return float(control_kernels.length_between(tube.points, start, end, pose.x, pose.y))
+    return float(control_kernels.length_between(tube.points, tube.near, end, pose.x, pose.y))
 
 
 def _signed_rest(tube: Tube, end: int, pose: Pose) -> float:

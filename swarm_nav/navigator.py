@@ -18,12 +18,12 @@ from swarm_nav.caution import limited
 from swarm_nav.claim import Claim
 from swarm_nav.conduct import Conduct
 from swarm_nav.config import NavConfig
-from swarm_nav.controller import Controller
 from swarm_nav.costmap import Costmap
 from swarm_nav.gate import Gate, narrow_region
 from swarm_nav.goals import Feedback, Goal, Outcome, Output, Status
 from swarm_nav.holding import HoldingPattern, Lease
 from swarm_nav.localisation import OdometryLocaliser
+from swarm_nav.omni import make_controller
 from swarm_nav.pursuit import Pursuit
 from swarm_nav.right_of_way import RightOfWay
 from swarm_nav.senses import Senses
@@ -53,7 +53,7 @@ class Navigator:
         self.sites = sites
         self.is_active = True
         self._localiser = OdometryLocaliser(initial_pose_map)
-        self._controller = Controller(config.controller)
+        self._controller = make_controller(spec, config.controller)
         stations = [(p.x, p.y) for p in sites.stations.values()]
         self._holding = HoldingPattern(sites.circuits, stations)
         self._lease = Lease()
@@ -104,7 +104,7 @@ class Navigator:
     def on_odom(self, odom: Odometry) -> None:
         """Take the odometry of this tick."""
         self._localiser.on_odom(odom)
-        self._s.twist = odom.twist
+        self._s.twist = self._controller.course(odom.twist)
         self._s.pose = self._localiser.pose_map
 
     def on_scan(self, scan: Scan) -> None:

@@ -10,15 +10,17 @@ from swarm_common.grid import OCCUPIED, Grid
 from swarm_common.records import LidarSpec, Odometry, Pose, RobotSpec, Scan, Twist
 from swarm_common.sites import Sites
 from swarm_nav import crowd, gate_kernels, judgement_kernels
-from swarm_nav.config import NavConfig
+from swarm_nav.config import ControllerConfig, NavConfig
 from swarm_nav.gate import Gate
 from swarm_nav.goals import Goal, GoalKind
 from swarm_nav.holding import parking_path
 from swarm_nav.narrows import Narrows
 from swarm_nav.narrows_kernels import barrier, half_width, label
 from swarm_nav.navigator import Navigator
+from swarm_nav.omni import OmniController
 from swarm_nav.right_of_way import GAIN, SLACK, refuge_path
 from swarm_nav.situation import Situation
+from swarm_nav.tube import Tube
 
 TICKS = 60
 
@@ -62,8 +64,18 @@ def warm_up() -> None:
     situation.hood.highest_waiting((1.0, 1.0), 1.0)
     _pass_gate(situation)
     _pass_door(situation)
+    _drive_sideways()
     robots[0].global_costmap()
     robots[0].local_costmap()
+
+
+def _drive_sideways() -> None:
+    controller = OmniController(ControllerConfig(max_vel_y=0.2, acc_lim_y=1.0))
+    start = Pose(0.0, 0.0, 0.0)
+    tube = Tube(start, 1, 0.35, 0.35)
+    tube.adopt(np.array([(0.0, 0.05 * k) for k in range(8)]))
+    tube.stop = 4
+    controller.follow(tube, start, controller.course(Twist()))
 
 
 def _pass_gate(situation: Situation) -> None:

@@ -78,7 +78,7 @@ class BulletEngine:
         self._centers = np.array([robot.base_from_center for robot in self._robots])
         self._limits = np.array([[s.acc_lim_x, s.acc_lim_theta, s.acc_lim_y] for s in specs])
         self._wheels = [Wheels(spec) for spec in specs]
-        self._sliders = [i for i, spec in enumerate(specs) if spec.is_omni]
+        self._sliders = [i for i, spec in enumerate(specs) if spec.drive != "differential"]
         self._speeds = np.zeros((count, 3))  # that the motors aim at
         self._rest_ticks = np.zeros(count, np.int64)  # for which each robot has stood
         self._joints = [np.zeros((2, len(wheels.names))) for wheels in self._wheels]
@@ -259,4 +259,4 @@ class BulletEngine:
         if self._sliders:
             at_center = cos * velocities[:, 1] - sin * velocities[:, 0]
             sideways = at_center - velocities[:, 5] * self._centers[:, 0]
-            self.twists[self._sliders, 2] = sideways[self._sliders]
+            self.twists[self._sliders, 2] = sideways[self._sliders]  # of skid-steer ones about 0

@@ -3,9 +3,10 @@
 A robot stands on balls: each wheel touches the ground with a sphere of its radius, which rolls
 without the 1 mm of excess that pybullet's cylinders have; the casters ahead of the axle, and
 those behind it, are one ball without friction. For everything else the wheels count with their
-true outline, as part of the body. Collision groups keep the two apart. The wheels of a skid-steer
-drive slip sideways more easily than forwards; those of an omnidirectional one slide without
-friction, and what their rollers do to the ground is a force on the body (`bullet.py`).
+true outline, as part of the body. Collision groups keep the two apart. The four wheels of a
+skid-steer or omnidirectional drive slide without friction, and what they or their rollers do to
+the ground together is a force on the body (`push`): contacts that slip and roll at once would
+need many more solver iterations to be as accurate.
 """
 
 from __future__ import annotations
@@ -33,9 +34,8 @@ GROUND, WHEEL, ROBOT, OBSTACLE = 1, 2, 4, 8  # collision groups
 ON_GROUND = 0.002  # [m] a part of the body that reaches lower stands on the ground
 ROTOR_INERTIA = 1e-3  # [kg m²] of the motor's rotor, seen through its gear; steadies the solver
 WALL_FRICTION = 0.3
-SIDE_SLIP = 0.1  # of the friction that a skid-steer wheel has along its axis
-TRACTION = 0.6  # of a robot's weight that the rollers of its wheels can push with
-ROLLER_ARM = 0.1  # [m] from the centre at which they push when it turns
+TRACTION = 0.6  # of a robot's weight that four wheels can push with
+PUSH_ARM = 0.1  # [m] from the centre at which they push when it turns
 GRAVITY = 9.81  # [m/s²]
 PROP_REACH = 0.01  # [m] by which a robot's feet reach beyond its centre of mass
 PROP_RADIUS = 0.01  # [m] of a ball that stands for a caster
@@ -144,7 +144,7 @@ def add_robot(client: int, model: RobotModel, spec: RobotSpec, pose: Pose) -> Ro
 
 
 def push(client: int, robot: RobotBody, speeds: FloatArray, period: float) -> None:
-    """Apply what the rollers of an omnidirectional drive do to the ground in one step.
+    """Apply what a skid-steer or omnidirectional drive does to the ground in one step.
 
     Args:
         client: Of the engine.
@@ -162,7 +162,7 @@ def push(client: int, robot: RobotBody, speeds: FloatArray, period: float) -> No
     lack_y = sin * ahead + cos * aside - linear[1]
     force = robot.mass * math.hypot(lack_x, lack_y) / period
     share = min(1.0, TRACTION * GRAVITY * robot.mass / force) if force > 0.0 else 0.0
-    most = TRACTION * GRAVITY * robot.mass * ROLLER_ARM
+    most = TRACTION * GRAVITY * robot.mass * PUSH_ARM
     torque = min(most, max(-most, robot.inertia * (wz - angular[2]) / period))
     gain = share * robot.mass / period
     pybullet.applyExternalForce(
@@ -296,15 +296,12 @@ def _set_dynamics(
     pybullet.setCollisionFilterGroupMask(body, -1, ROBOT, ROBOT | OBSTACLE, physicsClientId=client)
     driven = len(wheels)
     for link in range(driven + casters):
-        friction = 1.0 if link < driven and drive != "omni" else 0.0
+        friction = 1.0 if link < driven and drive == "differential" else 0.0
         change(link, lateralFriction=friction, rollingFriction=0.0, spinningFriction=0.0)
         pybullet.setCollisionFilterGroupMask(body, link, WHEEL, GROUND, physicsClientId=client)
     for link, wheel in enumerate(wheels):
         inertia = np.diag(wheel.inertia) + ROTOR_INERTIA * np.abs(wheel.axis)
         change(link, localInertiaDiagonal=inertia.tolist(), jointDamping=0.0)
-        if drive == "skid":
-            slip = np.where(np.abs(wheel.axis) > 0.5, SIDE_SLIP, 1.0)
-            change(link, anisotropicFriction=slip.tolist())
 
 
 def _compound(client: int, shapes: Sequence[tuple[Any, Transform]]) -> int:

@@ -8,13 +8,13 @@ import yaml
 from swarm_commander.flat import flatten, nest
 from swarm_commander.params import (
     default_parameters,
-    limits_of,
     load_overrides,
     robot_parameter_file,
     write_parameter_file,
 )
 from swarm_commander.world_params import WorldParams, default_world_parameters
 from swarm_common.errors import ConfigError
+from swarm_common.fleet import limits_of
 from swarm_common.records import Pose
 from swarm_common.robot_io import load_robot
 from swarm_common.robot_params import robot_from_parameters, robot_parameters
