@@ -18,7 +18,9 @@ from swarm_commander.launch import ProcessChild
 from swarm_commander.params import write_parameter_file
 from swarm_commander.plan import RunPlan
 from swarm_commander.progress import Progress
+from swarm_commander.recording import recorder_config
 from swarm_commander.rundir import RunFolder, last_line
+from swarm_commander.rviz import find_rviz, rviz_command
 from swarm_commander.signals import SignalCounter
 from swarm_commander.supervisor import Exit, ProcessSpec, Supervisor, describe_exit
 from swarm_commander.tally import Tally
@@ -27,13 +29,17 @@ from swarm_common.errors import SwarmError
 from swarm_common.journal import Journal
 from swarm_common.records import Pose
 
-WORLD, HOST, RUNNER = "world", "navigators", "mission"
+WORLD, HOST, RUNNER, RECORDER = "world", "navigators", "mission", "recorder"
+RVIZ = "rviz"
 MODULES = {
     WORLD: "swarm_sim.node",
     HOST: "swarm_nav.host",
     RUNNER: "swarm_commander.runner",
+    RECORDER: "swarm_recording.recorder",
+    RVIZ: "swarm_commander.window",
 }
-STOP_ORDER = (WORLD, RUNNER, HOST)  # the world first, so that nobody is late for it
+STOP_ORDER = (WORLD, RUNNER, RECORDER, HOST)  # the world first, so that nobody is late for it
+ONLOOKERS = (RECORDER, RVIZ)  # the run goes on without them
 USAGE_FILE = "usage.jsonl"
 POLL_PERIOD = 0.1  # [s] of wall time
 GRACE = 10.0  # [s] for a process to end when asked to
@@ -130,7 +136,8 @@ class Run:
 
     def _start(self, name: str, config: dict[str, Any], *flags: str) -> None:
         path = self._configure(name, config)
-        command = (sys.executable, "-m", self._modules[name], str(path), *flags)
+        module = self._modules[name.split("_")[0]]
+        command = (sys.executable, "-m", module, str(path), *flags)
         self._supervisor.start(ProcessSpec(name, command, GRACE))
 
     def _configure(self, name: str, config: dict[str, Any]) -> Path:
@@ -161,9 +168,19 @@ class Run:
             "log_dir": str(self._folder.logs),
         }
         self._configure(HOST, config)
+        if self._plan.options.record:
+            self._start(RECORDER, recorder_config(self._plan, self._folder.recording))
+        self._open_windows()
         self._children[HOST].tell({"cmd": "go"})
         trace = {"trace_dir": str(self._folder.trace)}
         self._start(RUNNER, self._plan.runner_config(homes) | trace)
+
+    def _open_windows(self) -> None:
+        wanted = self._plan.options.rviz
+        program = find_rviz(self._progress.note) if wanted else None
+        for name in wanted if program else ():
+            command = rviz_command(str(program), self._folder.rviz / f"{name}.rviz", name)
+            self._start(f"{RVIZ}_{name}", {"command": command})
 
     # What they say
 
@@ -209,6 +226,9 @@ class Run:
         if event["outcome"] != "reached":
             self._progress.note(str(Miss.of(event)), "red")
 
+    def _on_recorded_event(self, event: dict[str, Any]) -> None:
+        self._progress.note(f"recorded {event['messages']} messages in {event['path']}")
+
     def _on_note_event(self, event: dict[str, Any]) -> None:
         self._progress.note(event["message"])
 
@@ -230,6 +250,9 @@ class Run:
         self._selector.unregister(self._children[exit_.name].event_fd)
         if exit_.expected or self._is_stopping or self._refusal is not None:
             return
+        kind = exit_.name.split("_")[0]
+        if kind == RVIZ and exit_.returncode == 0:  # somebody closed the window
+            return
         if exit_.name == WORLD and exit_.returncode == 0:  # --duration is over
             self._stop("time is up, stopping")
             return
@@ -238,7 +261,8 @@ class Run:
             f"the {exit_.name} process ended: {describe_exit(exit_.returncode)};"
             f" {last_line(log)} (see {log})"
         )
-        self._stop("stopping")
+        if kind not in ONLOOKERS:
+            self._stop("stopping")
 
     # Time
 

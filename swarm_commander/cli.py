@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import typer
 
@@ -20,6 +20,7 @@ INTERRUPTED = 130
 
 def swarm_up() -> None:
     """Run `swarm-up`."""
+    sys.argv[1:] = with_value(sys.argv[1:], "--rviz", "swarm")
     sys.exit(run_app("swarm-up", _load_up))
 
 
@@ -51,6 +52,16 @@ def _load_up() -> typer.Typer:
     from swarm_commander.up_command import up_app
 
     return up_app
+
+
+def with_value(words: Sequence[str], flag: str, default: str) -> list[str]:
+    """Return a command line in which a flag whose value may be left out has one."""
+    result: list[str] = []
+    for number, word in enumerate(words, 1):
+        result.append(word)
+        if word == flag and (number == len(words) or words[number].startswith("-")):
+            result.append(default)
+    return result
 
 
 def run_app(name: str, load: Callable[[], typer.Typer]) -> int:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from swarm_common.errors import ConfigError
 from swarm_common.fleet import Fleet
+from swarm_recording.selection import select
 
 SIZE_LIMIT = 100  # robots, without --over-limit
 DEFAULT_SIZE = 5
@@ -28,6 +29,7 @@ class UpOptions:
     laps: int = 1
     goals_per_robot: int | None = None
     seed: int = 0
+    realistic: bool = False  # sensors that err, and AMCL
     speed: float | None = None  # times real time; None for as fast as possible
     free_run: bool = False
     pack: int = 1
@@ -35,6 +37,10 @@ class UpOptions:
     duration: float | None = None  # [s] of simulated time
     autostart: bool = True
     page: bool = True  # report.html, at the end
+    rviz: tuple[str, ...] = ()  # windows to open: names of robots, or swarm
+    record: bool = False
+    record_topics: str = ""  # names or patterns, empty for the usual ones
+    record_rate: float | None = None  # messages per simulated second of each topic
     run_dir: Path | None = None
     over_limit: bool = False
 
@@ -54,6 +60,7 @@ class UpOptions:
         if self.duration is not None and not (self.duration > 0 and math.isfinite(self.duration)):
             raise ConfigError(f"--duration is {self.duration}; it must be a positive time in s")
         self._check_mission()
+        self._check_recording()
 
     def _check_mission(self) -> None:
         if self.mission is None:
@@ -72,10 +79,24 @@ class UpOptions:
             # Without lockstep nothing bounds the simulated time of a robot that hangs.
             raise ConfigError("--free-run with --until-done needs a --duration as a limit")
 
+    def _check_recording(self) -> None:
+        rate = self.record_rate
+        if rate is not None and not (rate > 0 and math.isfinite(rate)):
+            raise ConfigError(f"--record-rate is {rate}; it must be a positive number per second")
+        if (rate is not None or self.record_topics) and not self.record:
+            raise ConfigError("--record-topics and --record-rate need --record")
+        if self.record:
+            select(self.record_topics, self.robot_names)
+
     @property
     def robot_names(self) -> list[str]:
         """Namespaces of the robots in order."""
-        return [f"Srobot{number}" for number in range(1, self.swarm_size + 1)]
+        return robot_names(self.swarm_size)
+
+
+def robot_names(swarm_size: int) -> list[str]:
+    """Return the namespaces of a swarm's robots in order."""
+    return [f"Srobot{number}" for number in range(1, swarm_size + 1)]
 
 
 def parse_speed(text: str | None, has_mission: bool) -> float | None:

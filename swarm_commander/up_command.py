@@ -15,10 +15,12 @@ from rich.text import Text
 from swarm_commander.breach import breach_lines
 from swarm_commander.bringup import Run
 from swarm_commander.domain import DomainLock, domain_id
+from swarm_commander.foxglove import write_foxglove
 from swarm_commander.options import (
     DEFAULT_ROBOT,
     UpOptions,
     parse_speed,
+    robot_names,
     robot_of,
     swarm_size_of,
 )
@@ -32,6 +34,7 @@ from swarm_commander.report import (
     write_report,
 )
 from swarm_commander.rundir import RunFolder, create_run_folder, write_env_sh
+from swarm_commander.rviz import windows, write_rviz
 from swarm_commander.tally import Tally
 from swarm_common import ros_env
 from swarm_common.errors import ConfigError
@@ -62,6 +65,10 @@ def up(
     laps: Annotated[int, typer.Option(help="Times that the mission is driven.")] = 1,
     goals_per_robot: Annotated[int | None, typer.Option(help="Cut the mission.")] = None,
     seed: Annotated[int, typer.Option(help="Of everything random.")] = 0,
+    realistic: Annotated[
+        bool,
+        typer.Option("--realistic/--ideal", help="Sensors that err, and localisation by AMCL."),
+    ] = False,
     speed: Annotated[
         str | None,
         typer.Option(
@@ -80,9 +87,28 @@ def up(
     headless: Annotated[bool, typer.Option("--headless", help="Without any window.")] = False,
     viewer: Annotated[bool, typer.Option(help="3D view in the browser.", hidden=True)] = False,
     port: Annotated[int | None, typer.Option(help="Of the viewer.", hidden=True)] = None,
-    rviz: Annotated[bool, typer.Option("--rviz", hidden=True)] = False,
+    rviz: Annotated[
+        str | None,
+        typer.Option(
+            help="Open RViz: for the swarm, or for Srobot3,Srobot4, or for all robots.",
+            metavar="[NAMES]",
+        ),
+    ] = None,
     autostart: Annotated[bool, typer.Option(help="Activate the navigators.")] = True,
-    record: Annotated[bool, typer.Option("--record", hidden=True)] = False,
+    record: Annotated[
+        bool, typer.Option("--record", help="Record the topics to recording/ (MCAP).")
+    ] = False,
+    record_topics: Annotated[
+        str,
+        typer.Option(
+            help="Names or patterns, separated by commas, like scan,*costmap,/Srobot1/*; or all.",
+            show_default=False,
+        ),
+    ] = "",
+    record_rate: Annotated[
+        float | None,
+        typer.Option(help="Messages of a topic per simulated second.  [default: all]"),
+    ] = None,
     page: Annotated[
         bool, typer.Option("--report/--no-report", help="Draw report.html at the end.")
     ] = True,
@@ -102,8 +128,6 @@ def up(
     """
     flags = {
         "--viewer": viewer,
-        "--rviz": rviz,
-        "--record": record,
         "--port": port is not None,
     }
     _refuse_absent([flag for flag, is_given in flags.items() if is_given], headless)
@@ -119,6 +143,7 @@ def up(
         laps=laps,
         goals_per_robot=goals_per_robot,
         seed=seed,
+        realistic=realistic,
         speed=parse_speed(speed, mission is not None),
         free_run=free_run,
         pack=pack,
@@ -126,6 +151,10 @@ def up(
         duration=duration,
         autostart=autostart,
         page=page,
+        rviz=_windows(rviz, headless, swarm_size_of(swarm_size, crew)),
+        record=record,
+        record_topics=record_topics,
+        record_rate=record_rate,
         run_dir=run_dir,
         over_limit=over_limit,
     )
@@ -144,6 +173,8 @@ def bring_up(plan: RunPlan) -> int:
         console = Console()
         tally = Tally.of(plan.options.robot_names, plan.mission is not None)
         progress = Progress(console, tally, time.monotonic)
+        write_rviz(folder.rviz, plan.options.robot_names)
+        write_foxglove(folder.foxglove, plan.options.robot_names)
         progress.phase("starting world")
         progress.start()
         run = Run(plan, folder, progress, tally)
@@ -179,6 +210,15 @@ def _draw_page(folder: RunFolder, console: Console) -> Path:
     except Exception as error:  # a plot must not cost a run its verdict
         console.print(Text(f"report.html could not be drawn: {error!r}", style="red"))
         return folder.report
+
+
+def _windows(text: str | None, headless: bool, swarm_size: int) -> tuple[str, ...]:
+    """Return which windows of RViz to open."""
+    if text is None:
+        return ()
+    if headless:
+        raise ConfigError("--rviz and --headless exclude each other")
+    return tuple(windows(text, robot_names(swarm_size)))
 
 
 def _refuse_absent(flags: list[str], headless: bool) -> None:

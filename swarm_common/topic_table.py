@@ -1,0 +1,95 @@
+"""Every topic of a swarm that people look at or record: name, type, quality. Knows no ROS.
+
+A test holds it against the graph of a running swarm.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+
+@dataclass(frozen=True, slots=True)
+class Topic:
+    """A topic as its publisher offers it.
+
+    Attributes:
+        name: Relative to a robot's namespace unless it starts with a slash.
+        type: Like ``nav_msgs/msg/Path``.
+        is_reliable: Else best effort.
+        is_latched: Transient local: latecomers get the last message.
+        stamp_at: Offset [bytes] of sec and nanosec in a serialized message; None without a stamp.
+        many: Whether several nodes publish on it.
+        depth: Of the publisher's history.
+    """
+
+    name: str
+    type: str
+    is_reliable: bool = True
+    is_latched: bool = False
+    stamp_at: int | None = 4
+    many: bool = False
+    depth: int = 10
+
+
+WORLD_TOPICS = (
+    Topic("/clock", "rosgraph_msgs/msg/Clock"),
+    Topic("/map", "nav_msgs/msg/OccupancyGrid", is_latched=True, depth=1),
+    Topic("/sim/verdict", "swarm_interfaces/msg/Verdict"),
+    Topic(
+        "/sim/scene",
+        "visualization_msgs/msg/MarkerArray",
+        is_latched=True,
+        stamp_at=None,
+        depth=1,
+    ),
+    Topic("/sim/tf", "tf2_msgs/msg/TFMessage", stamp_at=8, depth=100),
+    Topic("/sim/movers", "visualization_msgs/msg/MarkerArray", stamp_at=8),
+)
+ROBOT_TOPICS = (
+    Topic("robot_description", "std_msgs/msg/String", is_latched=True, stamp_at=None, depth=1),
+    Topic("tf_static", "tf2_msgs/msg/TFMessage", is_latched=True, stamp_at=None, depth=1),
+    Topic("tf", "tf2_msgs/msg/TFMessage", stamp_at=8, many=True, depth=100),
+    Topic("joint_states", "sensor_msgs/msg/JointState"),
+    Topic("odom", "nav_msgs/msg/Odometry"),
+    Topic("scan", "sensor_msgs/msg/LaserScan", is_reliable=False, depth=5),
+    Topic("ground_truth", "nav_msgs/msg/Odometry"),
+    Topic("neighbors", "swarm_interfaces/msg/NeighborArray"),
+    Topic("beacon", "swarm_interfaces/msg/Beacon"),
+    Topic("cmd_vel", "geometry_msgs/msg/TwistStamped"),
+    Topic("status", "swarm_interfaces/msg/RobotStatus"),
+    Topic("plan", "nav_msgs/msg/Path", depth=1),
+    Topic("local_plan", "nav_msgs/msg/Path", depth=1),
+    Topic("global_costmap/costmap", "nav_msgs/msg/OccupancyGrid", is_latched=True, depth=1),
+    Topic("local_costmap/costmap", "nav_msgs/msg/OccupancyGrid", is_latched=True, depth=1),
+    Topic("local_costmap/published_footprint", "geometry_msgs/msg/PolygonStamped", depth=1),
+    Topic("amcl_pose", "geometry_msgs/msg/PoseWithCovarianceStamped", is_latched=True, depth=1),
+    Topic("particle_cloud", "nav2_msgs/msg/ParticleCloud", is_reliable=False, depth=5),
+)
+# What a robot listens to, for the tools of RViz and Foxglove.
+ORDERS = (
+    Topic("initialpose", "geometry_msgs/msg/PoseWithCovarianceStamped"),
+    Topic("goal_pose", "geometry_msgs/msg/PoseStamped"),
+)
+
+
+def robot_topic(robot: str, name: str) -> Topic:
+    """Return a topic of a robot by its relative name, with its full name.
+
+    Raises:
+        KeyError: If there is none of that name.
+    """
+    by_name = {topic.name: topic for topic in (*ROBOT_TOPICS, *ORDERS)}
+    return replace(by_name[name], name=f"/{robot}/{name}")
+
+
+def all_topics(robots: Iterable[str]) -> list[Topic]:
+    """Return every topic of a swarm with its full name: the world's, then robot by robot."""
+    return [
+        *WORLD_TOPICS,
+        *(
+            replace(topic, name=f"/{robot}/{topic.name}")
+            for robot in robots
+            for topic in ROBOT_TOPICS
+        ),
+    ]

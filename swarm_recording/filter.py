@@ -1,0 +1,50 @@
+"""When a message was sent, and whether it is to be recorded: its stamp against the wanted rate."""
+
+from __future__ import annotations
+
+import struct
+
+from swarm_common.topic_table import Topic
+
+NANOSECONDS = 1_000_000_000
+TOLERANCE = 0.01  # of a period: 10 Hz of a 10 Hz topic keeps all of them
+FRAME_AT = slice(16, 40)  # of a tf message: its first frame, by which its senders differ
+
+_STAMP = struct.Struct("<iI")
+
+
+class RateFilter:
+    """Knows the time of each message, and thins topics out.
+
+    Attributes:
+        latest: [ns] of simulated time, the largest stamp seen.
+    """
+
+    def __init__(self, rate: float | None) -> None:
+        """Keep at most `rate` messages per simulated second of a topic; all for None."""
+        self.latest = 0
+        self._period = 0.0 if rate is None else (1.0 - TOLERANCE) * NANOSECONDS / rate
+        self._kept: dict[tuple[str, bytes], int] = {}
+
+    def stamp(self, topic: Topic, data: bytes) -> int | None:
+        """Return the time [ns] of a serialized message; None if it is not to be recorded.
+
+        A message without a stamp counts as sent now; one that stays for latecomers is always kept.
+        """
+        stamp = self._read(topic, data)
+        if stamp is None:
+            return self.latest
+        self.latest = max(self.latest, stamp)
+        if self._period <= 0.0 or topic.is_latched:
+            return stamp
+        key = (topic.name, data[FRAME_AT] if topic.many else b"")
+        if stamp - self._kept.get(key, -NANOSECONDS * 10**6) < self._period:
+            return None
+        self._kept[key] = stamp
+        return stamp
+
+    def _read(self, topic: Topic, data: bytes) -> int | None:
+        if topic.stamp_at is None or len(data) < topic.stamp_at + _STAMP.size:
+            return None
+        seconds, nanoseconds = _STAMP.unpack_from(data, topic.stamp_at)
+        return seconds * NANOSECONDS + nanoseconds if seconds >= 0 else None

@@ -1,0 +1,120 @@
+"""Recorder process of `swarm-up --record`; nothing else of the swarm knows whether it runs.
+
+python -m swarm_recording.recorder CONFIG.json --event-fd N --control-fd M
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import json
+import os
+import signal
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import rclpy
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+from swarm_common.errors import SwarmError
+from swarm_common.pipes import EventWriter
+from swarm_common.ros_poll import PolledTopic
+from swarm_common.topic_table import Topic
+from swarm_recording.filter import RateFilter
+from swarm_recording.selection import select
+from swarm_recording.tape import Tape
+
+LOOK_PERIOD = 0.02  # [s] of wall time between two looks at all topics
+DEPTH = 200  # messages of a topic that may come in between
+LAST_LOOK = 0.3  # [s] for what is under way when the run ends
+CLOCK = "/clock"
+
+
+class Recorder:
+    """Takes the messages of all wanted topics to a tape, as the bytes that came."""
+
+    def __init__(self, node: Node, topics: list[Topic], tape: Tape, rate: float | None) -> None:
+        """Subscribe to everything."""
+        self._tape = tape
+        self._filter = RateFilter(rate)
+        # The clock comes first: it says when messages without a stamp were sent.
+        ordered = sorted(topics, key=lambda topic: topic.name != CLOCK)
+        for topic in topics:
+            tape.add_topic(topic)
+        self._inputs = [
+            (topic, PolledTopic(node, message_class(topic.type), topic.name, quality(topic)))
+            for topic in ordered
+        ]
+
+    def take(self) -> None:
+        """Record what has come."""
+        for topic, source in self._inputs:
+            while (data := source.take()) is not None:
+                stamp = self._filter.stamp(topic, data)
+                if stamp is not None:
+                    self._tape.write(topic.name, stamp, data)
+        self._tape.save_if_due()
+
+
+def quality(topic: Topic) -> QoSProfile:
+    """Return how to subscribe to a topic of the table."""
+    reliable, effort = ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT
+    latched, volatile = DurabilityPolicy.TRANSIENT_LOCAL, DurabilityPolicy.VOLATILE
+    return QoSProfile(
+        depth=DEPTH,
+        reliability=reliable if topic.is_reliable else effort,
+        durability=latched if topic.is_latched else volatile,
+    )
+
+
+def message_class(name: str) -> Any:
+    """Return the class of a message type like ``nav_msgs/msg/Path``."""
+    package, _, short = name.partition("/msg/")
+    return getattr(importlib.import_module(f"{package}.msg"), short)
+
+
+def record(config: dict[str, Any], events: EventWriter) -> None:
+    """Record until SIGTERM, see `RunPlan.recorder_config`."""
+    topics = select(config["topics"], config["robots"])
+    path = Path(config["path"])
+    path.parent.mkdir(parents=True, exist_ok=True)
+    tape = Tape(path, config["about"])
+    rclpy.init(signal_handler_options=rclpy.SignalHandlerOptions.NO)
+    node = rclpy.create_node("recorder", enable_rosout=False, start_parameter_services=False)
+    recorder = Recorder(node, topics, tape, config["rate"])
+    stopping: list[int] = []
+    signal.signal(signal.SIGTERM, lambda number, _: stopping.append(number))
+    events.write("recording", path=str(path), topics=len(topics))
+    while not stopping:
+        recorder.take()
+        time.sleep(LOOK_PERIOD)
+    end = time.monotonic() + LAST_LOOK
+    while time.monotonic() < end:
+        recorder.take()
+        time.sleep(LOOK_PERIOD)
+    tape.close()
+    events.write("recorded", path=str(path), messages=sum(tape.counts.values()))
+
+
+def main() -> int:
+    """Run until SIGTERM; return the exit code."""
+    config = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
+    flags = dict(zip(sys.argv[2::2], sys.argv[3::2], strict=True))
+    events = EventWriter(int(flags["--event-fd"]))
+    with contextlib.suppress(BrokenPipeError):
+        try:
+            record(config, events)
+        except (SwarmError, OSError) as error:
+            events.write("error", message=f"recording to {config['path']}: {error}")
+            return 2
+    return 0
+
+
+if __name__ == "__main__":
+    code = main()
+    sys.stdout.flush()
+    # Everything of this process ends with it; taking the graph down entity by entity takes longer.
+    os._exit(code)

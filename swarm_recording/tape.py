@@ -1,0 +1,141 @@
+"""A bag in the making: an MCAP file (profile ros2) that is whole after every write.
+
+An MCAP file ends with a summary that most readers need. Here each write appends a chunk and a new
+summary in place of the old one, in a single call, so whoever is killed leaves a file that opens.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Mapping
+from pathlib import Path
+
+from mcap.writer import CompressionType, Writer
+
+from swarm_common.topic_table import Topic
+from swarm_recording.schema import schema_text
+
+LIBRARY = "swarm-workbench"
+MIN_PERIOD, MAX_PERIOD = 1.0, 5.0  # [s] of wall time between two writes
+CHUNK_SIZE = 4 * 2**20  # [bytes] before compression
+
+
+class _Sheet:
+    """The file below the writer: collects what is written until it is laid down at once."""
+
+    def __init__(self, path: Path) -> None:
+        self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC, 0o644)
+        self._start = 0
+        self._pending = bytearray()
+
+    def write(self, data: bytes) -> int:
+        self._pending += data
+        return len(data)
+
+    def tell(self) -> int:
+        return self._start + len(self._pending)
+
+    def flush(self) -> None:
+        """Keep collecting: only `lay_down` writes."""
+
+    def lay_down(self, keep: int) -> None:
+        """Write all of it; later writes begin at `keep`, over what lies behind it."""
+        os.pwrite(self._descriptor, self._pending, self._start)
+        self._start, self._pending = keep, bytearray()
+
+    def close(self) -> None:
+        os.close(self._descriptor)
+
+
+class Tape:
+    """Writes messages of ROS topics.
+
+    Attributes:
+        counts: Messages so far, by topic.
+    """
+
+    def __init__(self, path: Path, about: Mapping[str, str]) -> None:
+        """Begin a file.
+
+        Args:
+            path: Of the file; replaced if it exists.
+            about: Facts about the run, kept in the file as metadata ``swarm``.
+
+        Raises:
+            OSError: If it cannot be written.
+        """
+        self.counts: dict[str, int] = {}
+        self._sheet = _Sheet(path)
+        # Without offsets of the summary's parts, `finish` can be repeated.
+        self._writer = Writer(
+            self._sheet,  # type: ignore[arg-type]
+            chunk_size=CHUNK_SIZE,
+            compression=CompressionType.LZ4,
+            use_summary_offsets=False,
+        )
+        self._writer.start(profile="ros2", library=LIBRARY)
+        self._writer.add_metadata("swarm", dict(about))
+        self._schemas: dict[str, int] = {}
+        self._channels: dict[str, int] = {}
+        self._latest = 0.0
+        self._summary_size = 0
+        self._size = 0
+
+    def add_topic(self, topic: Topic) -> None:
+        """Announce a topic.
+
+        Raises:
+            ConfigError: If the definition of its type is not installed.
+        """
+        if topic.type not in self._schemas:
+            text = schema_text(topic.type).encode()
+            self._schemas[topic.type] = self._writer.register_schema(topic.type, "ros2msg", text)
+        metadata = {"offered_qos_profiles": quality_text(topic)}
+        schema = self._schemas[topic.type]
+        self._channels[topic.name] = self._writer.register_channel(
+            topic.name, "cdr", schema, metadata
+        )
+        self.counts[topic.name] = 0
+
+    def write(self, topic: str, stamp: int, data: bytes) -> None:
+        """Take a serialized message with its time [ns]; it is on disk after the next `save`."""
+        self._writer.add_message(
+            self._channels[topic], stamp, data, stamp, sequence=self.counts[topic]
+        )
+        self.counts[topic] += 1
+        self._size += len(data)
+
+    def save_if_due(self) -> None:
+        """Save now and then: rarely enough that summaries cost little, but every few seconds."""
+        waited = time.monotonic() - self._latest
+        if waited > MAX_PERIOD or (waited > MIN_PERIOD and self._size > self._summary_size):
+            self.save()
+
+    def save(self) -> None:
+        """Write everything so far, such that the file is whole."""
+        self._writer.flush()  # type: ignore[no-untyped-call]
+        end = self._sheet.tell()
+        self._writer.finish()  # type: ignore[no-untyped-call]
+        self._summary_size = self._sheet.tell() - end
+        self._sheet.lay_down(end)
+        self._latest, self._size = time.monotonic(), 0
+
+    def close(self) -> None:
+        """Save and close."""
+        self.save()
+        self._sheet.close()
+
+
+FOREVER = "{sec: 9223372036, nsec: 854775807}"
+
+
+def quality_text(topic: Topic) -> str:
+    """Return the QoS of a topic's publisher as rosbag2 writes it."""
+    return (
+        f"- history: keep_last\n  depth: {topic.depth}\n"
+        f"  reliability: {'reliable' if topic.is_reliable else 'best_effort'}\n"
+        f"  durability: {'transient_local' if topic.is_latched else 'volatile'}\n"
+        f"  deadline: {FOREVER}\n  lifespan: {FOREVER}\n  liveliness: automatic\n"
+        f"  liveliness_lease_duration: {FOREVER}\n  avoid_ros_namespace_conventions: false\n"
+    )

@@ -1,0 +1,73 @@
+"""Which topics are recorded, and which of their messages."""
+
+import struct
+
+import pytest
+
+from swarm_common.errors import ConfigError
+from swarm_common.topic_table import WORLD_TOPICS, robot_topic
+from swarm_recording.filter import RateFilter
+from swarm_recording.selection import ALWAYS, DEFAULT, select
+
+ROBOTS = ["Srobot1", "Srobot2"]
+
+
+def names(text: str) -> set[str]:
+    return {topic.name for topic in select(text, ROBOTS)}
+
+
+def test_the_world_comes_always() -> None:
+    usual = {f"/{robot}/{name}" for robot in ROBOTS for name in DEFAULT}
+    assert names("") == usual | set(ALWAYS)
+    assert names("scan") == {"/Srobot1/scan", "/Srobot2/scan"} | set(ALWAYS)
+
+
+def test_patterns() -> None:
+    assert names("/Srobot1/scan, *costmap/costmap") - set(ALWAYS) == {
+        "/Srobot1/scan",
+        *(f"/{robot}/{kind}_costmap/costmap" for robot in ROBOTS for kind in ("local", "global")),
+    }
+    assert len(names("all")) > 2 * 15
+    assert names("/Srobot2/*") - set(ALWAYS) == {n for n in names("all") if "Srobot2" in n}
+
+
+def test_a_pattern_that_matches_nothing_is_refused() -> None:
+    with pytest.raises(ConfigError, match="'/Srobot3/scan' matches no topic; known are /clock"):
+        select("scan,/Srobot3/scan", ROBOTS)
+
+
+def stamped(at: int, seconds: float, frame: bytes = b"map") -> bytes:
+    whole = round(seconds * 10**9)
+    body = struct.pack("<iI", whole // 10**9, whole % 10**9)
+    return b"\0\1\0\0" + bytes(at - 4) + body + struct.pack("<I", len(frame)) + frame + bytes(40)
+
+
+def test_all_messages_are_kept_without_a_rate() -> None:
+    odom = robot_topic("Srobot1", "odom")
+    keep = RateFilter(None)
+    assert keep.stamp(odom, stamped(4, 0.25)) == 250_000_000
+    assert keep.stamp(odom, stamped(4, 0.25)) == 250_000_000
+    assert keep.stamp(robot_topic("Srobot1", "robot_description"), b"\0\1\0\0") == keep.latest
+
+
+@pytest.mark.parametrize(("rate", "kept"), [(10.0, 50), (5.0, 25), (1.0, 5)])
+def test_a_rate_thins_each_topic_out(rate: float, kept: int) -> None:
+    keep = RateFilter(rate)
+    for name in ("odom", "cmd_vel"):
+        topic = robot_topic("Srobot1", name)
+        stamps = [keep.stamp(topic, stamped(4, 0.1 * tick)) for tick in range(50)]
+        assert sum(stamp is not None for stamp in stamps) == kept
+
+
+def test_senders_of_frames_are_thinned_out_one_by_one() -> None:
+    keep = RateFilter(1.0)
+    topic = robot_topic("Srobot1", "tf")
+    for frame in (b"map\0", b"odom\0"):
+        assert keep.stamp(topic, stamped(8, 3.0, frame)) == 3 * 10**9
+        assert keep.stamp(topic, stamped(8, 3.1, frame)) is None
+
+
+def test_what_stays_for_latecomers_is_always_kept() -> None:
+    keep = RateFilter(0.1)
+    for _ in range(2):
+        assert keep.stamp(WORLD_TOPICS[1], stamped(4, 0.0)) == 0

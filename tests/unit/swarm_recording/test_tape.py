@@ -1,0 +1,125 @@
+"""A bag is whole after every write, also when its writer is killed; two libraries read it."""
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_typestore
+
+from swarm_common.topic_table import WORLD_TOPICS, Topic, robot_topic
+from swarm_recording.tape import Tape, quality_text
+
+STORE = get_typestore(Stores.ROS2_JAZZY)
+CLOCK = WORLD_TOPICS[0]
+TWIST = robot_topic("Srobot1", "cmd_vel")
+
+
+def clock(nanoseconds: int) -> bytes:
+    time_type = STORE.types["builtin_interfaces/msg/Time"]
+    message = STORE.types["rosgraph_msgs/msg/Clock"](
+        clock=time_type(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
+    )
+    return bytes(STORE.serialize_cdr(message, "rosgraph_msgs/msg/Clock"))
+
+
+def read_with_mcap(path: Path) -> list[tuple[str, int, bytes]]:
+    with path.open("rb") as stream:
+        return [
+            (channel.topic, message.log_time, message.data)
+            for _, channel, message in make_reader(stream, validate_crcs=True).iter_messages()
+        ]
+
+
+def read_with_rosbags(path: Path) -> list[tuple[str, int, bytes]]:
+    with AnyReader([path], default_typestore=STORE) as reader:
+        return [(link.topic, stamp, bytes(raw)) for link, stamp, raw in reader.messages()]
+
+
+def test_every_save_leaves_a_whole_file(tmp_path: Path) -> None:
+    path = tmp_path / "a.mcap"
+    tape = Tape(path, {"seed": "3"})
+    tape.add_topic(CLOCK)
+    written = []
+    for number in range(60):
+        written.append((CLOCK.name, number * 10**8, clock(number * 10**8)))
+        tape.write(*written[-1])
+        if number % 7 == 0:
+            tape.save()
+            assert read_with_mcap(path) == written
+            assert read_with_rosbags(path) == written
+    tape.close()
+    assert read_with_mcap(path) == read_with_rosbags(path) == written
+    with path.open("rb") as stream:
+        (about,) = make_reader(stream).iter_metadata()
+    assert (about.name, about.metadata) == ("swarm", {"seed": "3"})
+
+
+def test_messages_are_decoded_by_the_schemas_in_the_file(tmp_path: Path) -> None:
+    path = tmp_path / "a.mcap"
+    tape = Tape(path, {})
+    tape.add_topic(CLOCK)
+    tape.write(CLOCK.name, 1_500_000_000, clock(1_500_000_000))
+    tape.close()
+    with path.open("rb") as stream:
+        reader = make_reader(stream, decoder_factories=[DecoderFactory()])
+        ((_, _, _, found),) = reader.iter_decoded_messages()
+    assert (found.clock.sec, found.clock.nanosec) == (1, 500_000_000)
+    with AnyReader([path], default_typestore=STORE) as bag:
+        (link,) = bag.connections
+        assert link.msgtype == "rosgraph_msgs/msg/Clock"
+        assert "int32 sec" in link.msgdef.data
+
+
+@pytest.mark.parametrize("topic", [CLOCK, WORLD_TOPICS[1], robot_topic("Srobot1", "scan")])
+def test_the_quality_of_the_publisher_is_kept(tmp_path: Path, topic: Topic) -> None:
+    path = tmp_path / "a.mcap"
+    tape = Tape(path, {})
+    tape.add_topic(topic)
+    tape.write(topic.name, 0, clock(0))
+    tape.close()
+    with AnyReader([path], default_typestore=STORE) as reader:
+        (quality,) = reader.connections[0].ext.offered_qos_profiles  # type: ignore[union-attr]
+    assert quality.reliability.name == ("RELIABLE" if topic.is_reliable else "BEST_EFFORT")
+    assert quality.durability.name == ("TRANSIENT_LOCAL" if topic.is_latched else "VOLATILE")
+    assert "depth: " in quality_text(topic)
+
+
+WRITER = """
+import sys
+from pathlib import Path
+from swarm_common.topic_table import WORLD_TOPICS
+from swarm_recording.tape import Tape
+tape = Tape(Path(sys.argv[1]), {})
+tape.add_topic(WORLD_TOPICS[0])
+number = 0
+while True:
+    for _ in range(300):
+        stamp = number.to_bytes(8, "little")
+        tape.write("/clock", number, bytes((0, 1, 0, 0)) + stamp)
+        number += 1
+    tape.save()
+"""
+
+
+def test_kill_9_leaves_a_readable_bag(tmp_path: Path) -> None:
+    rng = random.Random(5)
+    for number in range(4):
+        path = tmp_path / f"{number}.mcap"
+        process = subprocess.Popen([sys.executable, "-c", WRITER, str(path)])
+        while not path.is_file() or path.stat().st_size < 20_000:
+            time.sleep(0.01)
+        time.sleep(rng.uniform(0.0, 0.2))
+        os.kill(process.pid, signal.SIGKILL)
+        process.wait()
+        found = read_with_mcap(path)
+        assert found == read_with_rosbags(path)
+        assert [stamp for _, stamp, _ in found] == list(range(len(found)))
+        assert len(found) >= 300
