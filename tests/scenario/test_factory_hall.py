@@ -17,6 +17,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 SHARED_MEMORY = Path("/dev/shm")
+pytestmark = pytest.mark.timeout(420)  # a busy machine takes its time
 
 
 class Swarm:
@@ -46,7 +47,7 @@ class Swarm:
                 return
         pytest.fail(f"it ended without {text}")
 
-    def finish(self, limit: float = 100.0) -> tuple[int, str]:
+    def finish(self, limit: float = 250.0) -> tuple[int, str]:
         assert self.process is not None
         try:
             output, _ = self.process.communicate(timeout=limit)
@@ -56,7 +57,7 @@ class Swarm:
             pytest.fail(f"not done after {limit:g} s:\n{output}")
         return self.process.returncode, output
 
-    def run(self, *flags: str, name: str = "run", limit: float = 100.0) -> tuple[int, str]:
+    def run(self, *flags: str, name: str = "run", limit: float = 250.0) -> tuple[int, str]:
         self.start(*flags, name=name)
         return self.finish(limit)
 
@@ -104,7 +105,7 @@ def _is_of(process: psutil.Process, folder: Path) -> bool:
     return any(str(folder) in part for part in process.info["cmdline"] or [])
 
 
-def wait_until(condition: Any, limit: float = 90.0) -> None:
+def wait_until(condition: Any, limit: float = 200.0) -> None:
     deadline = time.monotonic() + limit
     while not condition():
         assert time.monotonic() < deadline
@@ -168,7 +169,7 @@ def test_without_a_mission_the_swarm_waits_for_its_operator(swarm: Swarm, number
         env=os.environ | {"PYTHONPATH": str(ROOT)},
         capture_output=True,
         text=True,
-        timeout=90,
+        timeout=200,
         check=False,
     )
     assert result.returncode == 0, result.stdout + result.stderr
@@ -176,7 +177,7 @@ def test_without_a_mission_the_swarm_waits_for_its_operator(swarm: Swarm, number
     time.sleep(2.0)  # for the robot's last status to arrive
     assert swarm.process is not None
     swarm.process.send_signal(number)
-    code, output = swarm.finish(limit=30.0)
+    code, output = swarm.finish(limit=60.0)
     assert code == 0, output
     assert swarm.report()["goals"] == {"sent": 1, "reached": 1, "failed": 0, "pending": 0}
 
@@ -203,7 +204,6 @@ def test_a_station_inside_a_wall_is_bad_input(swarm: Swarm) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(420)
 def test_twenty_robots_reach_their_first_station(swarm: Swarm) -> None:
     flags = ("--swarm-size", "20", "--goals-per-robot", "1", *MISSION)
     code, output = swarm.run(*flags, limit=360.0)

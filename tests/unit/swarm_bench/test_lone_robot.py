@@ -1,0 +1,34 @@
+"""A lone robot loses little: on its way, in its turns, at its goals."""
+
+from __future__ import annotations
+
+import itertools
+
+import pytest
+
+from swarm_bench.harness import Harness
+from swarm_bench.scenario import load_scenario
+from swarm_bench.stage import RunOptions
+from tests.oracles.ways import Ways
+from tests.standins.navigation import waffle
+
+CLEARANCE = 0.29  # [m] of a waffle's centre from walls, 5 cm more than it needs
+TARGET = 1.15
+
+
+@pytest.mark.parametrize(
+    ("scenario", "seed"), [("slim_blockage", 0), ("slim_blockage", 1), ("u_shape", 0)]
+)
+def test_its_makespan_is_near_that_of_the_shortest_way(scenario: str, seed: int) -> None:
+    harness = Harness(RunOptions(scenario=load_scenario(scenario), robots=1, seed=seed))
+    result = harness.run()
+    assert result.is_flawless
+    ways = Ways(harness.stage.grid, CLEARANCE)
+    stops = [outcome.stop.pose_map for outcome in harness.stage.itineraries[0].outcomes]
+    length = turns = 0.0
+    for start, goal in itertools.pairwise((harness.stage.homes_map[0], *stops)):
+        way, turned = ways.length_and_turns(start, goal)
+        length, turns = length + way, turns + turned
+    spec = waffle()
+    shortest = length / spec.max_vel_x + turns / spec.max_vel_theta
+    assert result.makespan <= TARGET * shortest, (result.makespan, length, turns)
