@@ -111,7 +111,12 @@ def breach_lines(
         kinds["unfinished goals"] = [Unfinished(**item) for item in breaches["unfinished_goals"]]
     lines: list[str] = []
     for name, items in kinds.items():
-        lines += [str(item) for item in items[:SHOWN]]
-        if len(items) > SHOWN:
-            lines.append(f"and {len(items) - SHOWN} more {name}; all are in the report")
+        lines += shortened([str(item) for item in items], name)
     return lines
+
+
+def shortened(lines: Sequence[str], kind: str) -> list[str]:
+    """Return the first lines, and how many more of their kind there are."""
+    if len(lines) <= SHOWN:
+        return list(lines)
+    return [*lines[:SHOWN], f"and {len(lines) - SHOWN} more {kind}; all are in the report"]

@@ -220,11 +220,11 @@ class Run:
             self._stop("no robot is left")
 
     def _on_collision_event(self, event: dict[str, Any]) -> None:
-        self._progress.note(str(Crash.of(event)), "red")
+        self._progress.breach("collisions", str(Crash.of(event)))
 
     def _on_goal_event(self, event: dict[str, Any]) -> None:
         if event["outcome"] != "reached":
-            self._progress.note(str(Miss.of(event)), "red")
+            self._progress.breach("missed goals", str(Miss.of(event)))
 
     def _on_recorded_event(self, event: dict[str, Any]) -> None:
         self._progress.note(f"recorded {event['messages']} messages in {event['path']}")
@@ -304,7 +304,7 @@ class Run:
 
     def _fail(self, message: str) -> None:
         self.failures.append(message)
-        self._progress.note(message, "bold red")
+        self._progress.breach("failures", message)
 
     def _stop(self, phase: str) -> None:
         if self._is_stopping:

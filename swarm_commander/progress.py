@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -10,11 +11,12 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
+from swarm_commander.roster import roster
 from swarm_commander.tally import Tally
 
 REFRESH = 0.25  # [s] of wall time between two pictures
 LINE_PERIOD = 5.0  # [s] between two lines where there is no terminal
-SHOWN_HOLDERS = 8
+SHOWN_NOTES = 8  # of a kind; the report has all
 
 
 class Progress:
@@ -33,6 +35,7 @@ class Progress:
         self._due = 0.0
         self._phase = "starting"
         self._last_line = ""
+        self._breaches: Counter[str] = Counter()
         self._live = Live(console=console, auto_refresh=False, transient=True)
 
     def start(self) -> None:
@@ -53,6 +56,21 @@ class Progress:
         """Print a line that stays."""
         self._console.print(Text(text, style=style), soft_wrap=True)
 
+    def breach(self, kind: str, text: str) -> None:
+        """Print what went wrong; when there is too much of a kind, only how much."""
+        self._breaches[kind] += 1
+        if self._breaches[kind] <= SHOWN_NOTES:
+            self.note(text, "red")
+        elif self._breaches[kind] == SHOWN_NOTES + 1 and not self._console.is_terminal:
+            self.note(f"more {kind} follow; all are in the report", "red")
+
+    def _untold(self) -> list[str]:
+        return [
+            f"and {count - SHOWN_NOTES} more {kind}"
+            for kind, count in self._breaches.items()
+            if count > SHOWN_NOTES
+        ]
+
     def update(self) -> None:
         """Draw if it is time to."""
         now = self._clock()
@@ -71,7 +89,8 @@ class Progress:
     def _picture(self) -> Group:
         collided = self._tally.collisions or self._tally.failed
         head = Text(summary_line(self._phase, self._tally), style="red" if collided else "")
-        return Group(head, Text(holders_line(self._tally), style="dim"))
+        rest = [Text(line, style="red") for line in self._untold()]
+        return Group(head, *roster(self._tally), *rest)
 
 
 def summary_line(phase: str, tally: Tally) -> str:
@@ -87,16 +106,6 @@ def summary_line(phase: str, tally: Tally) -> str:
         f"{tally.real_time_factor:.2f}x real time",
     ]
     return " | ".join(parts)
-
-
-def holders_line(tally: Tally) -> str:
-    """Return who is in the holding pattern, and for what."""
-    holders = tally.holding
-    if not holders:
-        return "nobody holds"
-    shown = [f"{name} {tally.robots[name].detail}".strip() for name in holders[:SHOWN_HOLDERS]]
-    more = f" and {len(holders) - SHOWN_HOLDERS} more" if len(holders) > SHOWN_HOLDERS else ""
-    return "holding: " + ", ".join(shown) + more
 
 
 def summary_table(report: Mapping[str, Any], code: int) -> Table:

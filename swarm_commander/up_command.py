@@ -12,7 +12,7 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
-from swarm_commander.breach import breach_lines
+from swarm_commander.breach import breach_lines, shortened
 from swarm_commander.bringup import Run
 from swarm_commander.domain import DomainLock, domain_id
 from swarm_commander.foxglove import write_foxglove
@@ -194,7 +194,7 @@ def bring_up(plan: RunPlan) -> int:
     write_report(folder.report, report)
     console.print(summary_table(report, code))
     breaches = breach_lines(report["breaches"], had_to_finish=is_unfinished)
-    for line in (*run.failures, *breaches):
+    for line in (*shortened(run.failures, "failures"), *breaches):
         console.print(Text(line, style="red"), soft_wrap=True)
     written = _draw_page(folder, console) if plan.options.page else folder.report
     console.print(f"report: {written}", highlight=False, soft_wrap=True)

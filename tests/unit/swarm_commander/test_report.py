@@ -8,7 +8,7 @@ from rich.console import Console
 
 from swarm_commander.breach import breach_lines
 from swarm_commander.options import UpOptions
-from swarm_commander.progress import holders_line, summary_line, summary_table
+from swarm_commander.progress import summary_line, summary_table
 from swarm_commander.report import (
     RunTimes,
     compose_report,
@@ -16,6 +16,7 @@ from swarm_commander.report import (
     load_verdict,
     write_report,
 )
+from swarm_commander.roster import roster
 from swarm_commander.tally import Tally
 from swarm_commander.usage import UsageMeter
 
@@ -233,7 +234,9 @@ def test_a_dead_robot_neither_holds_nor_is_active() -> None:
     assert (tally.active, tally.holding) == (2, ["Srobot1", "Srobot2"])
     tally.apply({"event": "died", "robot": "Srobot2", "returncode": -9})
     assert (tally.active, tally.holding) == (1, ["Srobot1"])
-    assert holders_line(tally) == "holding: Srobot1 for loader_1"
+    lines = [str(line).split() for line in roster(tally)]
+    assert lines[0][:2] == ["Srobot1", "holding"]
+    assert lines[1][:2] == ["Srobot2", "dead"]
     assert summary_line("running", tally).startswith("running | active 1/2 | goals 0 | ")
 
 
