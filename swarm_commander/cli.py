@@ -34,6 +34,17 @@ def report() -> None:
     sys.exit(run_app("swarm-report", _load_report))
 
 
+def replay() -> None:
+    """Run `swarm-replay`."""
+    sys.exit(run_app("swarm-replay", _load_replay))
+
+
+def _load_replay() -> typer.Typer:
+    from swarm_commander.replay_command import replay_app
+
+    return replay_app
+
+
 def _load_report() -> typer.Typer:
     from swarm_report.report_command import report_app
 

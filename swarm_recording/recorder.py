@@ -6,7 +6,6 @@ python -m swarm_recording.recorder CONFIG.json --event-fd N --control-fd M
 from __future__ import annotations
 
 import contextlib
-import importlib
 import json
 import os
 import signal
@@ -17,13 +16,13 @@ from typing import Any
 
 import rclpy
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from swarm_common.errors import SwarmError
 from swarm_common.pipes import EventWriter
 from swarm_common.ros_poll import PolledTopic
 from swarm_common.topic_table import Topic
 from swarm_recording.filter import RateFilter
+from swarm_recording.ros_types import message_class, quality
 from swarm_recording.selection import select
 from swarm_recording.tape import Tape
 
@@ -45,7 +44,7 @@ class Recorder:
         for topic in topics:
             tape.add_topic(topic)
         self._inputs = [
-            (topic, PolledTopic(node, message_class(topic.type), topic.name, quality(topic)))
+            (topic, PolledTopic(node, message_class(topic.type), topic.name, quality(topic, DEPTH)))
             for topic in ordered
         ]
 
@@ -57,23 +56,6 @@ class Recorder:
                 if stamp is not None:
                     self._tape.write(topic.name, stamp, data)
         self._tape.save_if_due()
-
-
-def quality(topic: Topic) -> QoSProfile:
-    """Return how to subscribe to a topic of the table."""
-    reliable, effort = ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT
-    latched, volatile = DurabilityPolicy.TRANSIENT_LOCAL, DurabilityPolicy.VOLATILE
-    return QoSProfile(
-        depth=DEPTH,
-        reliability=reliable if topic.is_reliable else effort,
-        durability=latched if topic.is_latched else volatile,
-    )
-
-
-def message_class(name: str) -> Any:
-    """Return the class of a message type like ``nav_msgs/msg/Path``."""
-    package, _, short = name.partition("/msg/")
-    return getattr(importlib.import_module(f"{package}.msg"), short)
 
 
 def record(config: dict[str, Any], events: EventWriter) -> None:

@@ -1,0 +1,138 @@
+"""A bag as a feed of messages at any speed, for the viewer and for playing it on the ROS graph."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Collection, Iterator
+from pathlib import Path
+
+from swarm_common.errors import ConfigError
+from swarm_recording.bag import NANOSECONDS, Bag, Item
+from swarm_recording.filter import FRAME_AT
+
+TRANSFORMS = "tf2_msgs/msg/TFMessage"
+
+
+class BagFeed:
+    """Plays a bag: what is wanted comes when its time has come.
+
+    A look that comes late gets the newest message of each topic only (of each sender, for
+    transforms), so that any speed can be watched.
+
+    Attributes:
+        bag: What is played.
+        span: Its first and last time [s].
+        is_playing: Whether time goes on.
+    """
+
+    def __init__(self, path: Path, clock: Callable[[], float] = time.monotonic) -> None:
+        """Open a bag at its start, paused.
+
+        Raises:
+            ConfigError: If it cannot be read.
+        """
+        self.bag = Bag(path)
+        self.span = (self.bag.start, self.bag.end)
+        self.is_playing = False
+        self._clock = clock
+        self._read_at = clock()
+        self._now = self.bag.start
+        self._speed = 1.0
+        self._wanted: frozenset[str] = frozenset()
+        self._due: list[Item] = []  # outside the order of the stream: last words before now
+        self._stream: Iterator[Item] = iter(())
+        self._next: Item | None = None
+
+    def topics(self) -> dict[str, str]:
+        """Return topic → type."""
+        return {name: topic.type for name, topic in self.bag.topics.items()}
+
+    @property
+    def now(self) -> float:
+        """Time in the bag [s]."""
+        self._go_on()
+        return self._now
+
+    @property
+    def speed(self) -> float:
+        """Times real time."""
+        return self._speed
+
+    @speed.setter
+    def speed(self, value: float) -> None:
+        if not value > 0.0:
+            raise ConfigError(f"the speed is {value}; it must be positive")
+        self._go_on()
+        self._speed = value
+
+    def play(self) -> None:
+        """Let time go on; from the end it begins anew."""
+        self._go_on()
+        if self._now >= self.span[1]:
+            self.seek(self.span[0])
+        self.is_playing = True
+
+    def pause(self) -> None:
+        """Stop time."""
+        self._go_on()
+        self.is_playing = False
+
+    def seek(self, t: float) -> None:
+        """Jump to a time [s]: the state at that time comes with the next `take`."""
+        self._go_on()
+        self._now = min(max(t, self.span[0]), self.span[1])
+        self._due = self.bag.latest(self._wanted, self._now_ns)
+        self._begin_stream()
+
+    def want(self, topics: Collection[str]) -> None:
+        """Deliver only these topics from now on; the last message of a new one comes at once."""
+        wanted = frozenset(topics) & self.bag.topics.keys()
+        if wanted == self._wanted:
+            return
+        self._go_on()
+        fresh = wanted - self._wanted
+        self._wanted = wanted
+        self._due = [item for item in self._due if item[0] in wanted]
+        self._due += self.bag.latest(fresh, self._now_ns)
+        self._begin_stream()
+
+    def take(self) -> list[tuple[str, bytes]]:
+        """Return (topic, serialized message) of what has come since the last call."""
+        return [(topic, data) for topic, _, data in self.take_stamped()]
+
+    def take_stamped(self) -> list[Item]:
+        """Return the same with the time of each message [ns]."""
+        self._go_on()
+        newest: dict[tuple[str, bytes], Item] = {}
+        for item in self._due:
+            newest[self._key(item)] = item
+        self._due = []
+        while self._next is not None and self._next[1] <= self._now_ns:
+            newest.pop(self._key(self._next), None)  # to the end of the order
+            newest[self._key(self._next)] = self._next
+            self._next = next(self._stream, None)
+        return list(newest.values())
+
+    def close(self) -> None:
+        """Close the bag."""
+        self.bag.close()
+
+    @property
+    def _now_ns(self) -> int:
+        return round(self._now * NANOSECONDS)
+
+    def _go_on(self) -> None:
+        """Advance the time of the bag by what has passed on the clock."""
+        now = self._clock()
+        if self.is_playing:
+            self._now = min(self._now + self._speed * (now - self._read_at), self.span[1])
+            self.is_playing = self._now < self.span[1]
+        self._read_at = now
+
+    def _begin_stream(self) -> None:
+        self._stream = self.bag.messages(self._wanted, after=self._now_ns)
+        self._next = next(self._stream, None)
+
+    def _key(self, item: Item) -> tuple[str, bytes]:
+        is_tf = self.bag.topics[item[0]].type == TRANSFORMS
+        return item[0], item[2][FRAME_AT] if is_tf else b""
