@@ -39,6 +39,17 @@ def replay() -> None:
     sys.exit(run_app("swarm-replay", _load_replay))
 
 
+def doctor() -> None:
+    """Run `swarm-doctor`."""
+    sys.exit(run_app("swarm-doctor", _load_doctor))
+
+
+def _load_doctor() -> typer.Typer:
+    from swarm_commander.doctor_command import doctor_app
+
+    return doctor_app
+
+
 def _load_replay() -> typer.Typer:
     from swarm_commander.replay_command import replay_app
 

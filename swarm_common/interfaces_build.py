@@ -42,12 +42,8 @@ def ensure_interfaces(*, quiet: bool = False) -> list[str]:
         SwarmError: A tool is missing or the build failed.
     """
     environment = install.Environment.current()
-    wanted = [
-        package
-        for package in packages.load_packages(share_directory("interfaces") / "interfaces")
-        if not _is_provided(package.name, environment)
-    ]
-    stale = [p for p in wanted if environment.installed().get(p.name) != _source_key(p, wanted)]
+    wanted = _wanted(environment)
+    stale = _stale(wanted, environment)
     if not stale:
         return []
     tools = toolchain.find_toolchain(os.environ)
@@ -63,6 +59,12 @@ def ensure_interfaces(*, quiet: bool = False) -> list[str]:
             install.install(package.name, key, trees[package.name], environment)
     importlib.invalidate_caches()
     return [package.name for package in stale]
+
+
+def stale_interfaces() -> list[str]:
+    """Return the names of the interface packages that are missing or out of date."""
+    environment = install.Environment.current()
+    return [package.name for package in _stale(_wanted(environment), environment)]
 
 
 def cache_folder() -> Path:
@@ -86,6 +88,23 @@ def main() -> None:
         highlight=False,
         soft_wrap=True,
     )
+
+
+def _wanted(environment: install.Environment) -> list[InterfacePackage]:
+    """Return the packages of ours that nobody else provides."""
+    return [
+        package
+        for package in packages.load_packages(share_directory("interfaces") / "interfaces")
+        if not _is_provided(package.name, environment)
+    ]
+
+
+def _stale(
+    wanted: list[InterfacePackage], environment: install.Environment
+) -> list[InterfacePackage]:
+    """Return those that are not installed as `interfaces/` has them."""
+    installed = environment.installed()
+    return [p for p in wanted if installed.get(p.name) != _source_key(p, wanted)]
 
 
 def _is_provided(name: str, environment: install.Environment) -> bool:
