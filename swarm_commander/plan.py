@@ -68,7 +68,12 @@ class RunPlan:
             "map": str(self.map) if self.map else None,
             "sites": str(self.sites_path) if self.sites_path else None,
             "robots": [
-                {"name": name, "model": member.model, "broken_at": _triple(broken.get(name))}
+                {
+                    "name": name,
+                    "model": member.model,
+                    "broken_at": _triple(broken.get(name)),
+                    "start": member.start or "",
+                }
                 for name, member in zip(options.robot_names, self.fleet.members, strict=True)
             ],
             "spawn": self.mission.spawn if self.mission is not None else "",
@@ -144,6 +149,8 @@ def check_plan(options: UpOptions) -> RunPlan:
     for each in (mission, *map(load_mission, own)):
         if each is not None:
             _check_mission(each, sites, sites_path, has_sites)
+    for start in dict.fromkeys(m.start for m in fleet.members if isinstance(m.start, str)):
+        sites.spawn_named(start)
     return RunPlan(
         options=options,
         world=world,

@@ -13,6 +13,7 @@ from swarm_common.errors import ConfigError, SwarmError, UnknownNameError
 from swarm_common.records import RobotSpec
 from swarm_common.resources import share_directory
 from swarm_common.robot_io import load_robot
+from swarm_common.sites_io import parse_spawn
 from swarm_common.yaml_io import check_keys, number, read_yaml
 
 LIMITS = ("max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta")  # of a robot model
@@ -34,12 +35,15 @@ class Member:
         spec: The model.
         limits: Speeds and accelerations below those of the model, by name.
         mission: Name or path of its own mission; None for that of the run.
+        start: Name of a spawn of the world, or an area or circle as in sites.yaml; None for the
+            run's.
     """
 
     model: str
     spec: RobotSpec
     limits: Mapping[str, float] = field(default_factory=dict)
     mission: str | None = None
+    start: str | Mapping[str, Any] | None = None
 
     @property
     def limits_in_force(self) -> dict[str, float]:
@@ -106,7 +110,7 @@ def _group(item: object, where: str, path: Path) -> list[Member]:
     if not isinstance(item, dict):
         raise ConfigError(f"{where} is {item!r}; expected model and count")
     data: dict[str, Any] = item
-    check_keys(data, ("model", "count", "limits", "mission"), where)
+    check_keys(data, ("model", "count", "limits", "start", "mission"), where)
     for name in ("model", "count"):
         if name not in data:
             raise ConfigError(f"{where} lacks {name}")
@@ -119,7 +123,10 @@ def _group(item: object, where: str, path: Path) -> list[Member]:
     model = _model(data["model"], where, path)
     spec = load_robot(model)
     limits = _limits(data.get("limits") or {}, spec, f"{where}: limits")
-    return [Member(model, spec, limits, mission)] * count
+    start = data.get("start")
+    if start is not None and not isinstance(start, str):
+        parse_spawn(start, f"{where}: start")
+    return [Member(model, spec, limits, mission, start)] * count
 
 
 def _model(value: object, where: str, path: Path) -> str:

@@ -34,9 +34,9 @@ def load_sites(path: str | Path) -> Sites:
             str(name): _circuit(value, f"{path}: circuits.{name}")
             for name, value in circuits.items()
         },
-        spawn=_spawn(data["spawn"], f"{path}: spawn") if data.get("spawn") else None,
+        spawn=parse_spawn(data["spawn"], f"{path}: spawn") if data.get("spawn") else None,
         spawns={
-            str(name): _spawn(value, f"{path}: spawns.{name}")
+            str(name): parse_spawn(value, f"{path}: spawns.{name}")
             for name, value in _section(data, "spawns", path).items()
         },
         places=_places(data.get("places") or [], f"{path}: places"),
@@ -63,7 +63,12 @@ def _places(value: object, what: str) -> tuple[Pose, ...]:
     return tuple(Pose(*numbers(item, 3, f"{what}[{i}]")) for i, item in enumerate(value))
 
 
-def _spawn(value: object, what: str) -> Spawn:
+def parse_spawn(value: object, what: str) -> Spawn:
+    """Return a spawn: an area, a list of areas, or a circle.
+
+    Raises:
+        ConfigError: If it is none; the message names `what`.
+    """
     if isinstance(value, list) and value:
         return SpawnAreas(tuple(_area(item, f"{what}[{i}]") for i, item in enumerate(value)))
     if isinstance(value, dict) and "radius" in value:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,10 +17,11 @@ from swarm_sim.actors import load_actors
 from swarm_sim.check import check_map, check_sites, check_walkers
 from swarm_sim.draw_map import draw_world
 from swarm_sim.map_difference import compare
+from swarm_sim.passages import check_ways
 from swarm_sim.scene import Scene
 from swarm_sim.sdf import load_world
 from swarm_sim.settings import Settings
-from swarm_sim.spawn import spawn_poses
+from swarm_sim.spawn import deal_places
 from swarm_sim.world import World, WorldConfig
 
 PICTURE = "map_difference.png"
@@ -63,7 +65,8 @@ def build(settings: Settings) -> Stage:
     widest = max(specs, key=lambda spec: spec.circumscribed_radius)
     check_sites(scene, widest)
     check_walkers(scene, scene.walkers)
-    poses = _places(scene, widest, settings)
+    poses = _places(scene, specs, settings)
+    check_ways(scene, specs, poses)
     grid = _map(settings, scene, min(spec.lidar.z for spec in specs))
     world = World(
         scene,
@@ -97,12 +100,16 @@ def _robots(settings: Settings) -> dict[str, Robot]:
     return robots
 
 
-def _places(scene: Scene, widest: RobotSpec, settings: Settings) -> list[Pose]:
-    """Return where each robot starts: working ones on the spawn's places in order."""
+def _places(scene: Scene, specs: Sequence[RobotSpec], settings: Settings) -> list[Pose]:
+    """Return where each robot starts: working ones on their spawn's places in order."""
     robots = settings.robots
-    count = sum(robot.broken_at is None for robot in robots)
-    working = spawn_poses(scene, widest, count, settings.spawn)
-    places = iter(working)
+    works = [robot.broken_at is None for robot in robots]
+    starts = [
+        r.start or settings.spawn for r, is_working in zip(robots, works, strict=True) if is_working
+    ]
+    own = [spec for spec, is_working in zip(specs, works, strict=True) if is_working]
+    widest = max(specs, key=lambda spec: spec.circumscribed_radius)
+    places = iter(deal_places(scene, own, starts, widest))
     return [robot.broken_at or next(places) for robot in robots]
 
 

@@ -10,6 +10,8 @@ from typing import Any
 
 from swarm_common.errors import ConfigError, UnknownNameError
 from swarm_common.records import Pose
+from swarm_common.sites import Spawn
+from swarm_common.sites_io import parse_spawn
 from swarm_sim.radio import RadioConfig
 
 MAX_SPEED = "max"
@@ -23,11 +25,13 @@ class RobotEntry:
         name: Namespace.
         model: Name or path of its model.
         broken_at: Where it stands in the map without a navigator; None for one that works.
+        start: Where its group starts: name of a spawn, or one of its own; empty for the default.
     """
 
     name: str
     model: str
     broken_at: Pose | None = None
+    start: str | Spawn = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,8 +92,12 @@ def parse_settings(data: Mapping[str, Any], where: str) -> Settings:
     return Settings(**values)
 
 
-def _parse_robot(name: str, model: str, broken_at: Sequence[float] | None = None) -> RobotEntry:
-    return RobotEntry(name, model, None if broken_at is None else Pose(*broken_at))
+def _parse_robot(
+    name: str, model: str, broken_at: Sequence[float] | None = None, start: object = ""
+) -> RobotEntry:
+    spot = None if broken_at is None else Pose(*broken_at)
+    own = start if isinstance(start, str) else parse_spawn(start, f"start of {name}")
+    return RobotEntry(name, model, spot, own)
 
 
 def read_settings(path: str | Path) -> Settings:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -25,23 +26,66 @@ CIRCUIT_CLEARANCE = 0.9  # [m] from centre to circuit
 MIN_PITCH = 0.7  # [m] between neighbours
 PITCH_STEPS = 40
 REACH_RESOLUTION = 0.1  # [m] of the grid on which reachability is checked
+Start = str | Spawn  # name of a spawn of `sites.yaml`, or one of the user's own
 
 
-def spawn_poses(scene: Scene, spec: RobotSpec, count: int, spawn: str = "") -> list[Pose]:
+def deal_places(
+    scene: Scene, specs: Sequence[RobotSpec], starts: Sequence[Start], widest: RobotSpec
+) -> list[Pose]:
+    """Return where each robot of a fleet starts; groups may have starts of their own.
+
+    Args:
+        scene: World with its sites.
+        specs: One per robot.
+        starts: One per robot; see `spawn_poses`.
+        widest: The largest robot of all, for which places in the default start are made.
+
+    Raises:
+        WorldError: If there is no room for a group, or two groups get in each other's way.
+    """
+    poses: list[Pose | None] = [None] * len(specs)
+    for start in dict.fromkeys(starts):
+        members = [index for index, other in enumerate(starts) if other == start]
+        largest = max((specs[i] for i in members), key=lambda spec: spec.circumscribed_radius)
+        spec = widest if isinstance(start, str) else largest
+        for index, pose in zip(members, spawn_poses(scene, spec, len(members), start), strict=True):
+            poses[index] = pose
+    placed = [pose for pose in poses if pose is not None]
+    _check_apart(placed, specs)
+    return placed
+
+
+def _check_apart(poses: Sequence[Pose], specs: Sequence[RobotSpec]) -> None:
+    points = np.array([(pose.x, pose.y) for pose in poses])
+    radii = np.array([spec.circumscribed_radius for spec in specs])
+    for index in range(1, len(poses)):
+        gaps = np.hypot(*(points[:index] - points[index]).T) - radii[:index] - radii[index]
+        if gaps.min() < 0.0:
+            other, x, y = int(np.argmin(gaps)), *points[index]
+            raise WorldError(
+                f"robots {other + 1} and {index + 1} would both start at ({x:.2f}, {y:.2f}): "
+                "the start areas of their groups overlap"
+            )
+
+
+def spawn_poses(scene: Scene, spec: RobotSpec, count: int, spawn: Start = "") -> list[Pose]:
     """Return places for `count` robots in the map frame, the same ones for the same input.
 
     Args:
         scene: World with its sites.
         spec: The largest robot that may stand on any of the places.
         count: Number of robots, at least 1.
-        spawn: Name of one of the spawns of `sites.yaml`; empty for the default one.
+        spawn: Name of one of the spawns of `sites.yaml`, empty for the default one; or a spawn.
 
     Raises:
         WorldError: If there is no room for so many robots.
         UnknownNameError: If there is no such spawn.
     """
     section = section_between(scene.bodies, 0.005, spec.height)
-    start: Spawn = scene.sites.spawn_named(spawn) or _default_area(section, count)
+    if isinstance(spawn, str):
+        start: Spawn = scene.sites.spawn_named(spawn) or _default_area(section, count)
+    else:
+        start = spawn
     if isinstance(start, SpawnCircle):
         return _on_circle(start, section, scene, spec, count)
     areas = start.areas if isinstance(start, SpawnAreas) else (start,)
