@@ -20,7 +20,7 @@ from swarm_common.map_io import load_map, map_of_world
 from swarm_common.records import Pose, RobotSpec
 from swarm_common.robot_io import load_robot
 from swarm_nav.config import NavConfig, config_from_parameters
-from swarm_sim.actors import WalkerSpec, load_actors
+from swarm_sim.actors import Actors, load_actors
 from swarm_sim.draw_map import draw_world
 from swarm_sim.radio import RadioConfig
 from swarm_sim.scene import Scene
@@ -80,7 +80,7 @@ def check(options: RunOptions) -> None:
     scene, mission, homes, specs = _cast(options)
     mission.stops(scene.sites, homes[0], seed=options.seed, robot_id=1, homes_map=homes)
     _grid(options.scenario.world)
-    _walkers(options.scenario.world, options.scenario.actors)
+    _actors(options.scenario.world, options.scenario.actors)
     load_method(options.method)
     nav_config(options, specs[0])
 
@@ -98,12 +98,14 @@ def build(options: RunOptions) -> Stage:
     method = load_method(options.method)
     world = World(
         scene,
+    actors = _actors(scenario.world, scenario.actors)
         specs,
         homes,
         WorldConfig(
             engine=options.engine,
             with_lidar=scenario.with_lidar,
-            walkers=_walkers(scenario.world, scenario.actors),
+            walkers=actors.walkers if actors is not None else None,
+            vehicles=actors.vehicles if actors is not None else None,
             actuation_noise=scenario.noise,
             radio=RadioConfig(loss=scenario.loss, delay=scenario.delay),
         ),
@@ -221,8 +223,8 @@ def _spawn(world: str, widest: RobotSpec, count: int, spawn: str) -> tuple[Pose,
 
 
 @functools.lru_cache(maxsize=4)
-def _walkers(world: str, actors: str) -> tuple[WalkerSpec, ...] | None:
-    return load_actors(_scene(world).directory / actors).walkers if actors else None
+def _actors(world: str, actors: str) -> Actors | None:
+    return load_actors(_scene(world).directory / actors) if actors else None
 
 
 @functools.lru_cache(maxsize=1)

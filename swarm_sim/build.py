@@ -14,7 +14,7 @@ from swarm_common.records import Pose, RobotSpec
 from swarm_common.robot_io import Robot, open_robot
 from swarm_common.sites_io import load_sites
 from swarm_sim.actors import load_actors
-from swarm_sim.check import check_map, check_sites, check_walkers
+from swarm_sim.check import check_map, check_sites, check_vehicles, check_walkers
 from swarm_sim.draw_map import draw_world
 from swarm_sim.map_difference import compare
 from swarm_sim.passages import check_ways
@@ -65,6 +65,7 @@ def build(settings: Settings) -> Stage:
     widest = max(specs, key=lambda spec: spec.circumscribed_radius)
     check_sites(scene, widest)
     check_walkers(scene, scene.walkers)
+    check_vehicles(scene, scene.vehicles)
     poses = _places(scene, specs, settings)
     check_ways(scene, specs, poses)
     grid = _map(settings, scene, min(spec.lidar.z for spec in specs))

@@ -11,7 +11,6 @@ import pybullet
 from swarm_common.records import CONTROL_PERIOD, Pose, RobotSpec
 from swarm_sim.bullet_bodies import (
     add_ground,
-    add_obstacle,
     add_robot,
     add_walker,
     push,
@@ -20,8 +19,10 @@ from swarm_sim.bullet_bodies import (
 )
 from swarm_sim.bullet_contacts import Contacts
 from swarm_sim.bullet_kernels import ramp_all
+from swarm_sim.bullet_objects import BulletObjects, add_piece, pieces_of
 from swarm_sim.drive import Wheels
 from swarm_sim.engine import Approach, FloatArray, Touch
+from swarm_sim.objects import Objects
 from swarm_sim.planar import pack_polygons
 from swarm_sim.robot_model import RobotModel
 from swarm_sim.scene import Body
@@ -31,7 +32,9 @@ from swarm_sim.walkers import Walkers
 MOTOR_TORQUE = 1.4  # [N m] stall torque of a wheel's motor
 SOLVER_ITERATIONS = 10
 CONTACT_BREAKING = 0.0005  # [m]
+CONTACT_BREAKING_LOOSE = 0.006  # [m] where things can be pushed; with less they sink while sliding
 REST_TICKS = 3  # that a robot stands before it is left out
+NO_REACHES: FloatArray = np.zeros(0)
 SETTLE_STEPS = 50  # in which the robots come to rest before tick 0
 
 
@@ -47,6 +50,7 @@ class BulletEngine:
         poses: Sequence[Pose],
         physics_period: float,
         walkers: Walkers,
+        objects: Objects | None = None,
     ) -> None:
         """Build the bodies and let them settle.
 
@@ -58,15 +62,19 @@ class BulletEngine:
             poses: Start poses in the map frame, one per robot.
             physics_period: [s] of a step.
             walkers: Who moves beside the robots.
+            objects: What can be pushed, and vehicles.
         """
         count = len(specs)
         self._steps = round(CONTROL_PERIOD / physics_period)
         self._period = physics_period
         self._client = pybullet.connect(pybullet.DIRECT)
         try:
-            self._configure()
+            self._configure(objects is not None and len(objects.loose) > 0)
             add_ground(self._client)
-            self._add_obstacles(solid_bodies(bodies, *heights), heights)
+            self._objects = objects
+            loose = objects is not None and len(objects.loose) > 0  # may stand on what is high up
+            self._add_obstacles(bodies if loose else solid_bodies(bodies, *heights), heights)
+            self._add_objects()
             self._add_walkers(walkers)
             self._robots = [
                 add_robot(self._client, model, spec, pose)
@@ -93,6 +101,7 @@ class BulletEngine:
             self._obstacles,
             self._walls,
             walkers.speeds,
+            self._objects.reaches if self._objects is not None else NO_REACHES,
         )
         self._settle()
 
@@ -112,6 +121,8 @@ class BulletEngine:
         suspects = self._contacts.suspects()
         self._put_to_rest(targets)
         self._walkers.begin()
+        if self._objects is not None:
+            self._objects.vehicles.begin()
         guess = self.poses.copy()  # of the robots, for the walkers to look at
         for step in range(self._steps):
             self._drive(targets)
@@ -122,6 +133,8 @@ class BulletEngine:
                 if touch is not None:
                     touches.append(touch)
         touches += self._walkers.touches()
+        if self._objects is not None:
+            touches += self._objects.vehicles.touches()
         self._read()
         self._contacts.measure(self.poses, self._walkers.discs)
         return touches
@@ -137,13 +150,13 @@ class BulletEngine:
             pybullet.disconnect(physicsClientId=self._client)
             self._client = -1
 
-    def _configure(self) -> None:
+    def _configure(self, has_loose: bool) -> None:
         pybullet.setGravity(0.0, 0.0, -9.81, physicsClientId=self._client)
         pybullet.setPhysicsEngineParameter(
             fixedTimeStep=self._period,
             numSolverIterations=SOLVER_ITERATIONS,
             enableConeFriction=0,
-            contactBreakingThreshold=CONTACT_BREAKING,
+            contactBreakingThreshold=CONTACT_BREAKING_LOOSE if has_loose else CONTACT_BREAKING,
             deterministicOverlappingPairs=1,
             physicsClientId=self._client,
         )
@@ -152,12 +165,26 @@ class BulletEngine:
         """Add bodies, and their outlines for the broad phase."""
         self._obstacles: list[tuple[int, str]] = []  # of each outline: body, name
         outlines: list[FloatArray] = []
+        self._standing: list[tuple[int, str]] = []  # of each body
         for body in bodies:
-            identifier = add_obstacle(self._client, body)
-            for outline in section_between([body], *heights).outlines():
-                outlines.append(outline)
-                self._obstacles.append((identifier, body.name))
+            for piece in pieces_of(body):
+                identifiers = add_piece(self._client, piece)
+                self._standing += [(identifier, body.name) for identifier in identifiers]
+                for outline in section_between([piece], *heights).outlines():
+                    for identifier in identifiers:
+                        outlines.append(outline)
+                        self._obstacles.append((identifier, body.name))
         self._walls = pack_polygons(outlines)
+
+    def _add_objects(self) -> None:
+        """Add what can be pushed and vehicles; in `_obstacles` they follow what stands."""
+        if self._objects is None or not len(self._objects):
+            self._objects = None
+            return
+        self._object_bodies = BulletObjects(self._client, self._objects)
+        self._object_bodies.check_overlaps(self._standing)
+        self._obstacles += list(zip(self._object_bodies.bodies, self._objects.names, strict=True))
+        self._walls = pack_polygons([*self._walls, *self._objects.outlines()])
 
     def _add_walkers(self, walkers: Walkers) -> None:
         """Add the walkers' bodies; in `_obstacles` they follow the outlines."""
@@ -179,7 +206,7 @@ class BulletEngine:
 
     def _walk(self, guess: FloatArray, step: int) -> None:
         """Let the walkers walk for one step among robots that move on as their motors aim."""
-        if not len(self._walkers):
+        if not len(self._walkers) and self._objects is None:
             return
         speed, turn, slide = self._speeds.T
         guess[:, 0] += speed * np.cos(guess[:, 2]) * self._period
@@ -188,8 +215,12 @@ class BulletEngine:
             guess[:, 0] -= slide * np.sin(guess[:, 2]) * self._period
             guess[:, 1] += slide * np.cos(guess[:, 2]) * self._period
         guess[:, 2] += turn * self._period
-        self._walkers.step(guess, speed, self._contacts.hulls, self._period, step)
-        self._place_walkers()
+        if len(self._walkers):
+            self._walkers.step(guess, speed, self._contacts.hulls, self._period, step)
+            self._place_walkers()
+        if self._objects is not None and len(self._objects.vehicles):
+            self._objects.vehicles.step(guess, speed, self._contacts.hulls, self._period, step)
+            self._object_bodies.place_vehicles()
 
     def _settle(self) -> None:
         self._set_motors(range(len(self._robots)))
@@ -234,6 +265,9 @@ class BulletEngine:
     def _read(self) -> None:
         """Take over poses, speeds and joints from the engine."""
         client = self._client
+        if self._objects is not None:
+            self._object_bodies.read()
+            self._contacts.move_objects(self._objects.outlines())
         places = np.empty((len(self._robots), 7))
         velocities = np.empty((len(self._robots), 6))
         for i, robot in enumerate(self._robots):

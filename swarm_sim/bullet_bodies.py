@@ -30,7 +30,7 @@ from swarm_sim.section import section_between
 
 FloatArray = NDArray[np.float64]
 
-GROUND, WHEEL, ROBOT, OBSTACLE = 1, 2, 4, 8  # collision groups
+GROUND, WHEEL, ROBOT, OBSTACLE, LOOSE = 1, 2, 4, 8, 16  # collision groups
 ON_GROUND = 0.002  # [m] a part of the body that reaches lower stands on the ground
 ROTOR_INERTIA = 1e-3  # [kg m²] of the motor's rotor, seen through its gear; steadies the solver
 WALL_FRICTION = 0.3
@@ -83,15 +83,17 @@ def add_ground(client: int) -> int:
 
 def add_obstacle(client: int, body: Body) -> int:
     """Add a body of the scene, which stays where it is; return its id."""
-    shape = _compound(client, [(p.shape, p.body_from_part) for p in body.parts])
-    position, quaternion = _position_quaternion(body.world_from_body)
+    shape = compound(client, [(p.shape, p.body_from_part) for p in body.parts])
+    position, quaternion = position_quaternion(body.world_from_body)
     identifier = int(
         pybullet.createMultiBody(
             0, shape, basePosition=position, baseOrientation=quaternion, physicsClientId=client
         )
     )
     pybullet.changeDynamics(identifier, -1, lateralFriction=WALL_FRICTION, physicsClientId=client)
-    pybullet.setCollisionFilterGroupMask(identifier, -1, OBSTACLE, ROBOT, physicsClientId=client)
+    pybullet.setCollisionFilterGroupMask(
+        identifier, -1, OBSTACLE, ROBOT | LOOSE, physicsClientId=client
+    )
     return identifier
 
 
@@ -121,7 +123,7 @@ def add_robot(client: int, model: RobotModel, spec: RobotSpec, pose: Pose) -> Ro
     body = int(
         pybullet.createMultiBody(
             base.mass,
-            _compound(client, hull),
+            compound(client, hull),
             basePosition=[pose.x, pose.y, 0.0],
             baseOrientation=pybullet.getQuaternionFromEuler([0.0, 0.0, pose.yaw]),
             baseInertialFramePosition=center.tolist(),
@@ -259,7 +261,7 @@ def _links(
     radii = [spec.wheel_radius] * len(wheels) + [radius for _, radius in casters]
     centers = [wheel.parent_from_group[:3, 3] for wheel in wheels]
     centers += [center for center, _ in casters]
-    turns = [_position_quaternion(wheel.parent_from_group)[1] for wheel in wheels]
+    turns = [position_quaternion(wheel.parent_from_group)[1] for wheel in wheels]
     count, driven, fixed = len(radii), len(wheels), len(casters)
     shapes = [
         pybullet.createCollisionShape(pybullet.GEOM_SPHERE, radius=r, physicsClientId=client)
@@ -293,7 +295,9 @@ def _set_dynamics(
     # Damping concerns the whole robot: in a call with anything else it diverts that to the base.
     change(-1, linearDamping=0.0, angularDamping=0.0)
     change(-1, localInertiaDiagonal=np.diag(base.inertia).tolist(), lateralFriction=WALL_FRICTION)
-    pybullet.setCollisionFilterGroupMask(body, -1, ROBOT, ROBOT | OBSTACLE, physicsClientId=client)
+    pybullet.setCollisionFilterGroupMask(
+        body, -1, ROBOT, ROBOT | OBSTACLE | LOOSE, physicsClientId=client
+    )
     driven = len(wheels)
     for link in range(driven + casters):
         friction = 1.0 if link < driven and drive == "differential" else 0.0
@@ -304,10 +308,10 @@ def _set_dynamics(
         change(link, localInertiaDiagonal=inertia.tolist(), jointDamping=0.0)
 
 
-def _compound(client: int, shapes: Sequence[tuple[Any, Transform]]) -> int:
+def compound(client: int, shapes: Sequence[tuple[Any, Transform]]) -> int:
     """Return the id of one collision shape made of several; planes are left out."""
     solid = [(shape, transform) for shape, transform in shapes if type(shape) in TYPES]
-    places = [_position_quaternion(transform) for _, transform in solid]
+    places = [position_quaternion(transform) for _, transform in solid]
     with tempfile.TemporaryDirectory() as folder:
         files = [_mesh_file(shape, Path(folder), i) for i, (shape, _) in enumerate(solid)]
         meshes = {"fileNames": files, "meshScales": [[1.0] * 3] * len(files)}
@@ -339,7 +343,7 @@ def _mesh_file(shape: Any, folder: Path, index: int) -> str:
     return str(path)
 
 
-def _position_quaternion(transform: Transform) -> tuple[list[float], list[float]]:
+def position_quaternion(transform: Transform) -> tuple[list[float], list[float]]:
     """Return position and unit quaternion x, y, z, w of a transform."""
     m = transform[:3, :3]
     w = math.sqrt(max(0.0, 1.0 + m[0, 0] + m[1, 1] + m[2, 2])) / 2.0

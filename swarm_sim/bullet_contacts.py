@@ -10,7 +10,7 @@ import pybullet
 from swarm_common.records import CONTROL_PERIOD, RobotSpec
 from swarm_sim.bullet_kernels import near_pairs
 from swarm_sim.engine import NEAR, NEAR_MISS, Approach, FloatArray, Touch
-from swarm_sim.planar import MAX_CORNERS, bounds_of, pad_polygon
+from swarm_sim.planar import MAX_CORNERS, bounds_of, pack_like, pad_polygon
 
 EXACT_BELOW = 0.1  # [m] clearances below this come from the engine, larger ones from footprints
 REACH_SLACK = 0.02  # [m] added to how far a robot may move in a control period
@@ -36,6 +36,7 @@ class Contacts:
         obstacles: Sequence[tuple[int, str]],
         outlines: FloatArray,
         walker_speeds: FloatArray,
+        object_reaches: FloatArray,
     ) -> None:
         """Prepare the arrays.
 
@@ -44,8 +45,9 @@ class Contacts:
             specs: One per robot.
             robots: Body of each robot.
             obstacles: Body and name of each outline, then of each walker.
-            outlines: Packed polygons (m, c, 2) of what stands.
+            outlines: Packed polygons (m, c, 2) of what stands, then of objects.
             walker_speeds: [m/s] of each walker.
+            object_reaches: [m] that each object may move in a control period.
         """
         count = len(specs)
         self._client = client
@@ -58,12 +60,20 @@ class Contacts:
             s.max_vel_x + s.max_vel_y + s.max_vel_theta * s.circumscribed_radius for s in specs
         ]
         self._reaches = np.array(speeds) * CONTROL_PERIOD + REACH_SLACK
-        still = np.zeros(len(outlines))
-        self._obstacle_reaches = np.concatenate([still, walker_speeds * CONTROL_PERIOD])
+        still = np.zeros(len(outlines) - len(object_reaches))
+        self._first_object = len(still)
+        self._obstacle_reaches = np.concatenate(
+            [still, object_reaches, walker_speeds * CONTROL_PERIOD]
+        )
         self._robot_gaps = np.empty((count * (count - 1) // 2, 3))
         self._wall_gaps = np.empty((count * len(self._obstacles), 3))
         self.clearances: FloatArray = np.full((count, 2), np.inf)
         self.approaches: list[Approach] = []
+
+    def move_objects(self, outlines: FloatArray) -> None:
+        """Take over where the objects' outlines (k, c, 2) are."""
+        self._walls[self._first_object :] = pack_like(outlines, self._walls.shape[1])
+        self._bounds[self._first_object :] = bounds_of(outlines)
 
     def measure(self, poses: FloatArray, walkers: FloatArray) -> None:
         """Find near pairs, and the clearance of each robot.

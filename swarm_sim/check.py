@@ -10,11 +10,11 @@ import numpy as np
 from swarm_common.errors import ConfigError, MapError
 from swarm_common.grid import Grid
 from swarm_common.records import RobotSpec
-from swarm_sim.actors import WalkerSpec
+from swarm_sim.actors import VehicleSpec, WalkerSpec
 from swarm_sim.draw_map import SCAN_HEIGHT
 from swarm_sim.map_difference import compare
 from swarm_sim.scene import Scene
-from swarm_sim.section import section_between
+from swarm_sim.section import FloatArray, Section, section_between
 from swarm_sim.spawn import wall_distance
 
 WALK_STEP = 0.1  # [m] between the places of a walker's path that are looked at
@@ -65,18 +65,36 @@ def check_walkers(scene: Scene, specs: Sequence[WalkerSpec]) -> None:
     """
     section = section_between(scene.bodies, 0.005, max([s.height for s in specs], default=1.0))
     for spec in specs:
-        closed = np.array([*spec.path, spec.path[0]])
-        points = np.vstack(
-            [
-                np.linspace(a, b, max(2, int(np.hypot(*(b - a)) / WALK_STEP)))
-                for a, b in pairwise(closed)
-            ]
+        _check_gap(spec.name, _along(spec.path), spec.radius, section)
+
+
+def check_vehicles(scene: Scene, specs: Sequence[VehicleSpec]) -> None:
+    """Check that vehicles have room for half their width along the path, and to turn at its points.
+
+    Raises:
+        ConfigError: Naming the vehicle and the place where it would hit something.
+    """
+    section = section_between(scene.bodies, 0.005, max([s.height for s in specs], default=1.0))
+    for spec in specs:
+        _check_gap(spec.name, _along(spec.path), spec.width / 2.0, section)
+        _check_gap(spec.name, np.array(spec.path), spec.radius, section)
+
+
+def _along(path: Sequence[tuple[float, float]]) -> FloatArray:
+    """Return points (n, 2) along a closed path."""
+    pieces = [
+        np.linspace(a, b, max(2, int(np.hypot(*(b - a)) / WALK_STEP)))
+        for a, b in pairwise(np.array([*path, path[0]]))
+    ]
+    return np.vstack(pieces)
+
+
+def _check_gap(name: str, points: FloatArray, radius: float, section: Section) -> None:
+    gaps = wall_distance(points, section)
+    worst = int(np.argmin(gaps))
+    if gaps[worst] < radius:
+        x, y = points[worst]
+        raise ConfigError(
+            f"{name}: its path runs {gaps[worst]:.2f} m from an obstacle at "
+            f"({x:.2f}, {y:.2f}); a body of radius {radius:g} does not fit there"
         )
-        gaps = wall_distance(points, section)
-        worst = int(np.argmin(gaps))
-        if gaps[worst] < spec.radius:
-            x, y = points[worst]
-            raise ConfigError(
-                f"{spec.name}: its path runs {gaps[worst]:.2f} m from an obstacle at "
-                f"({x:.2f}, {y:.2f}); a body of radius {spec.radius:g} does not fit there"
-            )

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from swarm_common.records import CONTROL_PERIOD, LidarSpec, RobotSpec, Scan
 from swarm_sim import lidar_kernels
+from swarm_sim.objects import Objects
 from swarm_sim.randomness import hash_words
 from swarm_sim.scene import Body, Scene
-from swarm_sim.section import Section, section_at, section_between
+from swarm_sim.section import Section, section_between
 
 FloatArray = NDArray[np.float64]
 WORLD = -1  # owner of what no robot carries
@@ -43,6 +44,7 @@ class LidarGroup:
             walkers: Number of discs that move on their own.
         """
         self.spec = spec
+        self.objects: Objects | None = None  # what moves beside robots and walkers
         self.members = np.array(members, np.int64)
         self.period_ticks = max(1, round(1.0 / (spec.rate * CONTROL_PERIOD)))
         self._base_from_lidar = np.array([spec.x, spec.y, spec.yaw])
@@ -95,13 +97,24 @@ class LidarGroup:
     def _place(self, poses: FloatArray) -> None:
         """Move the robots' sections to their poses."""
         owners = poses[self._segment_owners]
+        end = self._still_segments + len(self._segments_base)
         for ends in (slice(0, 2), slice(2, 4)):
-            self._segments[self._still_segments :, ends] = moved(
+            self._segments[self._still_segments : end, ends] = moved(
                 owners, self._segments_base[:, ends]
             )
+        if self.objects is not None:
+            self._place_objects(self.objects, end)
         self._discs[self._still_discs : self._first_walker, :2] = moved(
             poses[self._disc_owners], self._discs_base[:, :2]
         )
+
+    def _place_objects(self, objects: Objects, first: int) -> None:
+        """Put what objects show at the height of the scan plane behind the robots' segments."""
+        outlines = objects.section(self.spec.z).outlines()
+        edges = [np.hstack([p, np.roll(p, -1, axis=0)]) for p in outlines]
+        self._segments = np.vstack([self._segments[:first], *edges])
+        owners = np.full(len(self._segments) - first, WORLD, np.int64)
+        self._owners = (np.concatenate([self._owners[0][:first], owners]), self._owners[1])
 
 
 class Lidars:
@@ -133,8 +146,13 @@ class Lidars:
                 key: section_between(bodies, lidar.z, lidar.z) for key, bodies in distinct.items()
             }
             robots = [cuts[id(bodies)] for bodies in models]
-            world = section_at(scene, lidar.z)
+            world = section_between(scene.fixed, lidar.z, lidar.z)
             self._groups.append(LidarGroup(lidar, members, world, robots, walkers))
+
+    def watch(self, objects: Objects) -> None:
+        """Let the LiDARs see objects, wherever these are."""
+        for group in self._groups:
+            group.objects = objects if len(objects) else None
 
     def due(self, tick: int, poses: FloatArray, walkers: FloatArray = NO_DISCS) -> dict[int, Scan]:
         """Return the scans that are due at a tick, by index of the robot.

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_common.errors import WorldError
-from swarm_sim.scene import Mesh
+from swarm_sim.scene import Hull, Mesh
 
 FloatArray = NDArray[np.float64]
 MIN_EXTENT = 0.001  # [m] of a mesh along its longest side
@@ -42,6 +42,22 @@ def load_mesh(path: Path, scale: tuple[float, ...], submesh: str = "") -> Mesh:
     if np.prod(scale) < 0.0:  # mirrored: turn the triangles round
         faces = faces[:, ::-1]
     return Mesh(scaled, faces, str(path))
+
+
+def hull_of(mesh: Mesh) -> Hull:
+    """Return the convex hull of a mesh.
+
+    Raises:
+        WorldError: If the mesh is flat.
+    """
+    import trimesh
+
+    try:
+        hull = trimesh.convex.convex_hull(mesh.vertices)
+    except Exception as cause:  # whatever Qhull raises at flat or tiny things
+        raise WorldError(f"{mesh.source}: the mesh has no volume; give it a thickness") from cause
+    vertices = tuple((float(x), float(y), float(z)) for x, y, z in hull.vertices)
+    return Hull(vertices, tuple((int(a), int(b), int(c)) for a, b, c in hull.faces))
 
 
 @functools.lru_cache(maxsize=64)

@@ -13,6 +13,7 @@ import numpy as np
 from swarm_common.records import CONTROL_PERIOD, Pose, RobotSpec
 from swarm_sim.drive import Wheels
 from swarm_sim.engine import NEAR, NEAR_MISS, Approach, FloatArray, Touch
+from swarm_sim.objects import Objects
 from swarm_sim.planar_kernels import clearances, move, move_on
 from swarm_sim.section import Section
 from swarm_sim.walkers import Walkers
@@ -31,6 +32,7 @@ class PlanarEngine:
         poses: Sequence[Pose],
         physics_period: float,
         walkers: Walkers,
+        objects: Objects | None = None,
     ) -> None:
         """Place the robots.
 
@@ -40,6 +42,7 @@ class PlanarEngine:
             poses: Start poses in the map frame, one per robot.
             physics_period: [s] of a step.
             walkers: Who moves beside the robots.
+            objects: Vehicles, and things that could be pushed, which stay where they are here.
         """
         count = len(specs)
         self._wheels = [Wheels(spec) for spec in specs]
@@ -47,6 +50,10 @@ class PlanarEngine:
         self._period = CONTROL_PERIOD / self._steps
         self._names = section.names
         self._walls = pack_polygons(section.outlines())
+        self._objects = objects if objects is not None and len(objects) else None
+        if self._objects is not None:
+            self._names = (*self._names, *self._objects.names)
+            self._walls = pack_polygons([*self._walls, *self._objects.outlines()])
         self._bounds = bounds_of(self._walls)
         self._walkers = walkers
         self._hulls = np.stack([pad_polygon(np.array(s.footprint), MAX_CORNERS) for s in specs])
@@ -73,18 +80,22 @@ class PlanarEngine:
         self._wall_touches[:] = -1
         self._walker_touches[:] = -1
         self._walkers.begin()
+        if self._objects is not None:
+            self._objects.vehicles.begin()
         paths = np.zeros((len(self._state), 3))
         notes = (self._robot_touches, self._wall_touches, self._walker_touches, paths)
         robots = (self._state, targets, self._limits, self._hulls, self._obstacles, notes)
-        if len(self._walkers) == 0:
+        if len(self._walkers) == 0 and self._objects is None:
             touched = move_on(*robots, self._period, self._steps)
         else:
             touched = False
             for step in range(self._steps):
                 touched |= move(*robots, self._period, step)
-                touched |= self._walkers.step(
-                    self.poses, self._state[:, 3], self._hulls, self._period, step
-                )
+                sight = (self.poses, self._state[:, 3], self._hulls, self._period, step)
+                touched |= self._walkers.step(*sight)
+                if self._objects is not None:
+                    touched |= self._objects.vehicles.step(*sight)
+            self._move_objects()
         self.travels += paths[:, ::2]
         self.yaws_gyro += paths[:, 1]
         self._measure()
@@ -99,6 +110,14 @@ class PlanarEngine:
 
     def close(self) -> None:
         """Release nothing: everything is in Python."""
+
+    def _move_objects(self) -> None:
+        """Take over where the vehicles are; robots meet them there in the next period."""
+        if self._objects is None:
+            return
+        outlines = self._objects.outlines()
+        self._walls[-len(outlines) :] = pack_like(outlines, self._walls.shape[1])
+        self._bounds[-len(outlines) :] = bounds_of(outlines)
 
     def _measure(self) -> None:
         count = clearances(
@@ -143,6 +162,8 @@ class PlanarEngine:
             for i, w in np.argwhere(self._walker_touches >= 0)
         ]
         touches += self._walkers.touches()
+        if self._objects is not None:
+            touches += self._objects.vehicles.touches()
         return sorted(touches, key=lambda touch: (touch.step, touch.robot, touch.other))
 
     def _middle(self, i: int, j: int) -> tuple[float, float]:
@@ -161,6 +182,12 @@ def pack_polygons(polygons: Sequence[FloatArray]) -> FloatArray:
     if not polygons:
         return np.zeros((0, corners, 2))
     return np.stack([pad_polygon(polygon, corners) for polygon in polygons])
+
+
+def pack_like(polygons: FloatArray, corners: int) -> FloatArray:
+    """Return packed polygons (m, k, 2) with more corners, the last ones repeated."""
+    missing = corners - polygons.shape[1]
+    return np.concatenate([polygons, np.repeat(polygons[:, -1:], missing, axis=1)], axis=1)
 
 
 def bounds_of(polygons: FloatArray) -> FloatArray:

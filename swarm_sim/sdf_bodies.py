@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from swarm_common.errors import WorldError
-from swarm_sim.meshes import load_mesh
-from swarm_sim.scene import Body, MeshFile, Part, Shape, Transform, Visual
+from swarm_sim.meshes import hull_of, load_mesh
+from swarm_sim.scene import Body, Mesh, MeshFile, Part, Shape, Transform, Visual
 from swarm_sim.sdf_frames import OWN_NAMES, SEPARATOR, Scope, base_of
 from swarm_sim.sdf_models import Model
 from swarm_sim.sdf_shapes import EMPTY, is_known, material_color, shape_of
@@ -51,6 +51,7 @@ def bodies_of(models: list[Model], scope: Scope, state: State, source: Source) -
         own = list(_bodies(model, scope, None, state, source))
         if not model.is_static:
             own = _joined(own, _joints(model, model.name), source)
+            own = [body if body.is_static else _convex(body, source) for body in own]
         bodies += own
     return bodies
 
@@ -211,6 +212,18 @@ def _joined(bodies: list[Body], joints: Iterator[tuple[str, str]], source: Sourc
             groups[body.name] = kept
     kept_groups = [group for group in every if groups[group[0].name] is group]
     return [_welded(group, id(group) in fixed) for group in kept_groups]
+
+
+def _convex(body: Body, source: Source) -> Body:
+    """Return a body that can move with the hulls of its meshes in place of them."""
+    if not any(isinstance(part.shape, Mesh) for part in body.parts):
+        return body
+    source.remark(f"the meshes of {body.name}, which can move, are their convex hulls here")
+    parts = [
+        Part(hull_of(part.shape), part.body_from_part) if isinstance(part.shape, Mesh) else part
+        for part in body.parts
+    ]
+    return replace(body, parts=tuple(parts))
 
 
 def _welded(group: list[Body], is_fixed: bool) -> Body:

@@ -11,16 +11,18 @@ from swarm_common.beacon import BeaconArray
 from swarm_common.errors import ConfigError, UnknownNameError
 from swarm_common.records import CONTROL_PERIOD, Odometry, Pose, RobotSpec, Scan, Twist
 from swarm_common.robot_io import load_robot_model
-from swarm_sim.actors import WalkerSpec
+from swarm_sim.actors import VehicleSpec, WalkerSpec
 from swarm_sim.drive import CommandBuffer, Odometer
 from swarm_sim.engine import Engine, FloatArray
 from swarm_sim.lidar import Lidars
+from swarm_sim.objects import Objects
 from swarm_sim.planar import PlanarEngine
 from swarm_sim.radio import Radio, RadioConfig
 from swarm_sim.randomness import hash_words, normal
 from swarm_sim.robot_model import RobotModel, bodies_of
-from swarm_sim.scene import Scene
+from swarm_sim.scene import Body, Scene
 from swarm_sim.section import section_between
+from swarm_sim.vehicles import Vehicles
 from swarm_sim.verdict import Collision, Judge, Verdict
 from swarm_sim.walkers import Walkers
 
@@ -40,6 +42,7 @@ class WorldConfig:
     actuation_noise: float = 0.0  # standard deviation of each speed, as a share of it, per tick
     radio: RadioConfig = field(default_factory=RadioConfig)
     walkers: tuple[WalkerSpec, ...] | None = None  # None: those of the scene
+    vehicles: tuple[VehicleSpec, ...] | None = None  # None: those of the scene
 
     def __post_init__(self) -> None:
         """Refuse impossible values."""
@@ -109,12 +112,18 @@ class World:
         models = models or {}
         walkers = scene.walkers if config.walkers is None else config.walkers
         self._walkers = Walkers(walkers, specs, poses, seed)
-        self._engine = _make_engine(scene, specs, poses, models, config, self._walkers)
+        vehicles = scene.vehicles if config.vehicles is None else config.vehicles
+        heights = (GROUND_GAP, max([spec.height for spec in specs], default=1.0))
+        self._objects = Objects(scene.loose, Vehicles(vehicles, specs, poses, seed), heights)
+        self._engine = _make_engine(
+            scene, specs, poses, models, config, self._walkers, self._objects
+        )
         self._lidars: Lidars | None = None
         if config.with_lidar:
             bodies = {name: bodies_of(model) for name, model in models.items()}
             carried = [bodies[spec.model] for spec in specs]
             self._lidars = Lidars(scene, specs, carried, seed, len(walkers))
+            self._lidars.watch(self._objects)
         self._commands = CommandBuffer(specs)
         self._odometer = Odometer(len(specs))
         self._radio = Radio(config.radio, len(specs), seed)
@@ -209,6 +218,10 @@ class World:
         """Return where the walkers are (m, 3): x, y, radius [m] in map."""
         return self._walkers.discs.copy()
 
+    def objects(self) -> list[Body]:
+        """Return what can be pushed, and vehicles, where they are now."""
+        return self._objects.bodies()
+
     def joint_states(self, robot: int) -> tuple[list[str], list[float], list[float]]:
         """Return names, positions [rad] and velocities [rad/s] of a robot's joints."""
         return self._engine.joint_state(robot)
@@ -225,19 +238,21 @@ def _make_engine(
     models: Mapping[str, RobotModel],
     config: WorldConfig,
     walkers: Walkers,
+    objects: Objects,
 ) -> Engine:
     height = max([spec.height for spec in specs], default=1.0)
     if config.engine == "planar":
-        section = section_between(scene.bodies, GROUND_GAP, height)
-        return PlanarEngine(section, specs, poses, config.physics_period, walkers)
+        section = section_between(scene.fixed, GROUND_GAP, height)
+        return PlanarEngine(section, specs, poses, config.physics_period, walkers, objects)
     from swarm_sim.bullet import BulletEngine  # pybullet is slow to import
 
     return BulletEngine(
-        scene.bodies,
+        scene.fixed,
         (GROUND_GAP, height),
         specs,
         [models[spec.model] for spec in specs],
         poses,
         config.physics_period,
         walkers,
+        objects,
     )

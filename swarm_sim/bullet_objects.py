@@ -1,0 +1,185 @@
+"""Concave meshes, things that can be pushed, and vehicles, for pybullet."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+import pybullet
+
+from swarm_common.errors import WorldError
+from swarm_sim.bullet_bodies import (
+    GROUND,
+    LOOSE,
+    OBSTACLE,
+    ROBOT,
+    WALL_FRICTION,
+    add_obstacle,
+    compound,
+    position_quaternion,
+)
+from swarm_sim.engine import FloatArray
+from swarm_sim.objects import Objects
+from swarm_sim.scene import Body, Mesh, Plane, Transform
+
+CHUNK = 20_000  # triangles of a mesh in one body
+OVERLAP = 0.01  # [m] by which something loose may reach into something else at the start
+CONTACT_DISTANCE = 8  # field of a contact point
+FLOOR = 500.0  # [m] from the origin to the edge of the ground for loose bodies
+ROLLING = 0.002  # [m] coefficient of rolling friction, so that what rolls comes to rest
+
+
+def pieces_of(body: Body) -> Iterator[Body]:
+    """Return a body without its planes, concave meshes as bodies of their own."""
+    plain = tuple(part for part in body.parts if not isinstance(part.shape, Mesh | Plane))
+    if plain:
+        yield replace(body, parts=plain)
+    for part in body.parts:
+        if isinstance(part.shape, Mesh):
+            yield replace(body, parts=(part,))
+
+
+def add_piece(client: int, piece: Body) -> list[int]:
+    """Add what `pieces_of` returns, which stays where it is; return its ids."""
+    shape = piece.parts[0].shape
+    if not isinstance(shape, Mesh):
+        return [add_obstacle(client, piece)]
+    place = piece.world_from_body @ piece.parts[0].body_from_part
+    return [
+        _add_mesh(client, shape, shape.faces[first : first + CHUNK], place)
+        for first in range(0, len(shape.faces), CHUNK)
+    ]
+
+
+def _add_mesh(client: int, mesh: Mesh, faces: FloatArray, place: Transform) -> int:
+    used, indices = np.unique(faces, return_inverse=True)
+    shape = pybullet.createCollisionShape(
+        pybullet.GEOM_MESH,
+        vertices=mesh.vertices[used].tolist(),
+        indices=indices.ravel().tolist(),
+        flags=pybullet.GEOM_FORCE_CONCAVE_TRIMESH,
+        physicsClientId=client,
+    )
+    if shape < 0:
+        raise WorldError(f"{mesh.source}: the physics engine refuses the mesh; simplify it")
+    position, quaternion = position_quaternion(place)
+    body = int(
+        pybullet.createMultiBody(
+            0, shape, basePosition=position, baseOrientation=quaternion, physicsClientId=client
+        )
+    )
+    pybullet.changeDynamics(body, -1, lateralFriction=WALL_FRICTION, physicsClientId=client)
+    pybullet.setCollisionFilterGroupMask(body, -1, OBSTACLE, ROBOT | LOOSE, physicsClientId=client)
+    return body
+
+
+class BulletObjects:
+    """The bodies of `Objects`: loose ones follow physics, vehicles their script."""
+
+    def __init__(self, client: int, objects: Objects) -> None:
+        """Add all bodies where they start."""
+        self._client = client
+        self._objects = objects
+        if objects.loose:
+            _add_floor(client)
+        self._centers = [_center(body) for body in objects.loose]
+        self._loose = [
+            _add_loose(client, body, center)
+            for body, center in zip(objects.loose, self._centers, strict=True)
+        ]
+        self._vehicles = [add_obstacle(client, body) for body in objects.vehicles.bodies()]
+        for vehicle in self._vehicles:
+            pybullet.setCollisionFilterGroupMask(
+                vehicle, -1, OBSTACLE, ROBOT, physicsClientId=client
+            )
+
+    @property
+    def bodies(self) -> list[int]:
+        """Ids in the order of `Objects.names`."""
+        return self._loose + self._vehicles
+
+    def check_overlaps(self, others: Sequence[tuple[int, str]]) -> None:
+        """Refuse something loose that begins inside something else.
+
+        Args:
+            others: Ids and names of what stands.
+
+        Raises:
+            WorldError: Naming both, the place and the depth.
+        """
+        loose = list(zip(self._loose, self._objects.names, strict=False))
+        for index, (body, name) in enumerate(loose):
+            for other, what in [*dict.fromkeys(others), *loose[index + 1 :]]:
+                points = pybullet.getClosestPoints(
+                    body, other, 0.0, -1, -1, physicsClientId=self._client
+                )
+                for point in points or ():
+                    if point[CONTACT_DISTANCE] < -OVERLAP:
+                        x, y, _ = point[5]
+                        raise WorldError(
+                            f"'{name}' reaches {-point[CONTACT_DISTANCE]:.2f} m into '{what}' at "
+                            f"({x:.2f}, {y:.2f}); move it, or make it static"
+                        )
+
+    def place_vehicles(self) -> None:
+        """Move the vehicles' bodies to where the vehicles are."""
+        for body, vehicle in zip(self._vehicles, self._objects.vehicles.bodies(), strict=True):
+            position, quaternion = position_quaternion(vehicle.world_from_body)
+            pybullet.resetBasePositionAndOrientation(body, position, quaternion, self._client)
+
+    def read(self) -> None:
+        """Take over where the loose bodies are."""
+        for index, (body, center) in enumerate(zip(self._loose, self._centers, strict=True)):
+            position, quaternion = pybullet.getBasePositionAndOrientation(body, self._client)
+            place = np.eye(4)
+            rotation = np.reshape(pybullet.getMatrixFromQuaternion(quaternion), (3, 3))
+            place[:3, :3] = rotation
+            place[:3, 3] = np.array(position) - rotation @ center
+            self._objects.place(index, place)
+
+
+def _add_floor(client: int) -> None:
+    """Add a ground for loose bodies: boxes stand on a box by four contacts, on a plane by fewer."""
+    shape = pybullet.createCollisionShape(
+        pybullet.GEOM_BOX, halfExtents=[FLOOR, FLOOR, 1.0], physicsClientId=client
+    )
+    floor = int(
+        pybullet.createMultiBody(0, shape, basePosition=[0, 0, -1.0], physicsClientId=client)
+    )
+    pybullet.changeDynamics(floor, -1, lateralFriction=1.0, physicsClientId=client)
+    pybullet.setCollisionFilterGroupMask(floor, -1, GROUND, LOOSE, physicsClientId=client)
+
+
+def _center(body: Body) -> FloatArray:
+    """Return the middle of a body's parts, which counts as its centre of mass."""
+    center: FloatArray = np.mean([part.body_from_part[:3, 3] for part in body.parts], axis=0)
+    return center
+
+
+def _add_loose(client: int, body: Body, center: FloatArray) -> int:
+    shape = compound(client, [(part.shape, part.body_from_part) for part in body.parts])
+    position, quaternion = position_quaternion(body.world_from_body)
+    identifier = int(
+        pybullet.createMultiBody(
+            body.mass,
+            shape,
+            basePosition=position,
+            baseOrientation=quaternion,
+            baseInertialFramePosition=center.tolist(),
+            physicsClientId=client,
+        )
+    )
+    pybullet.changeDynamics(
+        identifier,
+        -1,
+        lateralFriction=body.friction,
+        rollingFriction=ROLLING,
+        spinningFriction=ROLLING,
+        activationState=pybullet.ACTIVATION_STATE_ENABLE_SLEEPING,
+        physicsClientId=client,
+    )
+    pybullet.setCollisionFilterGroupMask(
+        identifier, -1, LOOSE, GROUND | ROBOT | OBSTACLE | LOOSE, physicsClientId=client
+    )
+    return identifier
