@@ -96,9 +96,9 @@ def build(options: RunOptions) -> Stage:
     grid = _grid(scenario.world)
     dead = frozenset(range(count - len(scenario.dead), count))
     method = load_method(options.method)
+    actors = _actors(scenario.world, scenario.actors)
     world = World(
         scene,
-    actors = _actors(scenario.world, scenario.actors)
         specs,
         homes,
         WorldConfig(
