@@ -43,6 +43,7 @@ class UpOptions:
     record_rate: float | None = None  # messages per simulated second of each topic
     run_dir: Path | None = None
     over_limit: bool = False
+    skip_missing: bool = False  # leave out what of a world is not found
 
     def __post_init__(self) -> None:
         """Refuse what cannot be."""

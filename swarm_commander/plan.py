@@ -77,6 +77,7 @@ class RunPlan:
                 for name, member in zip(options.robot_names, self.fleet.members, strict=True)
             ],
             "spawn": self.mission.spawn if self.mission is not None else "",
+            "skip_missing": options.skip_missing,
             "seed": options.seed,
             "speed": "max" if options.speed is None else options.speed,
             "free_run": options.free_run,

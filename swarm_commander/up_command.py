@@ -60,6 +60,10 @@ def up(
         str | None, typer.Option(help="Name or file of a fleet of several robot models.")
     ] = None,
     map_: Annotated[Path | None, typer.Option("--map", help="Map yaml of your own.")] = None,
+    skip_missing: Annotated[
+        bool,
+        typer.Option("--skip-missing", help="Leave out models and meshes of a world not found."),
+    ] = False,
     params: Annotated[Path | None, typer.Option(help="ROS 2 parameter file.")] = None,
     mission: Annotated[str | None, typer.Option(help="Name or file of a mission.")] = None,
     laps: Annotated[int, typer.Option(help="Times that the mission is driven.")] = 1,
@@ -157,6 +161,7 @@ def up(
         record_rate=record_rate,
         run_dir=run_dir,
         over_limit=over_limit,
+        skip_missing=skip_missing,
     )
     plan = check_plan(options)
     ensure_interfaces()

@@ -54,7 +54,7 @@ def build(settings: Settings) -> Stage:
     Raises:
         SwarmError: If a file or a value is unusable.
     """
-    scene = load_world(settings.world)
+    scene = load_world(settings.world, skip_missing=settings.skip_missing)
     if settings.sites is not None:
         scene = dataclasses.replace(scene, sites=load_sites(settings.sites))
     if settings.actors is not None:

@@ -327,6 +327,8 @@ def main(arguments: list[str] | None = None) -> int:
         events.write("error", message=str(error))
         sys.stderr.write(f"{error}\n")
         return 2
+    for note in stage.scene.notes:
+        events.write("note", message=note)
     events.write("spawn", poses=[[pose.x, pose.y, pose.yaw] for pose in stage.poses_map])
     ros_env.set_defaults()
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
