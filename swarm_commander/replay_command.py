@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from pathlib import Path
 from typing import Annotated
@@ -37,7 +36,9 @@ def replay(
     speed: Annotated[
         str, typer.Option(help="Times real time; with --ros also max.", show_default=True)
     ] = "1",
-    start: Annotated[float, typer.Option(help="Where to begin [s].")] = 0.0,
+    start: Annotated[
+        float | None, typer.Option(help="Where to begin [s].", show_default=False)
+    ] = None,
     loop: Annotated[bool, typer.Option("--loop", help="Begin anew at the end.")] = False,
     port: Annotated[int, typer.Option(help="Of the viewer.")] = 8080,
 ) -> None:
@@ -50,14 +51,15 @@ def replay(
     console = Console()
     if recording.was_cut:
         console.print("this recording has no end: what can be read of it is shown")
-    if not recording.start <= start + 1e-9 or start > recording.end or math.isnan(start):
-        raise ConfigError(f"--start is {start} s; the recording goes from {_span(recording)}")
+    begin = recording.start if start is None else start
+    if not recording.start - 1e-9 <= begin <= recording.end:
+        raise ConfigError(f"--start is {begin} s; the recording goes from {_span(recording)}")
     if info:
         console.print(_contents(recording))
     elif ros:
-        _play(recording, start, factor, loop, console)
+        _play(recording, begin, factor, loop, console)
     else:
-        _view(bag, start, factor, loop, port)
+        _view(bag, begin, factor, loop, port)
 
 
 def _contents(bag: Bag) -> Table:

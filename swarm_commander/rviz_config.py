@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from swarm_common.topic_table import WORLD_TOPICS, Topic, robot_topic
@@ -103,15 +104,27 @@ def swarm_config(robots: Sequence[str]) -> dict[str, Any]:
     return _config(displays, robots[:1])
 
 
-def named_topics(config: Any) -> list[tuple[str, str, str]]:
-    """Return name, reliability and durability of every topic that a configuration shows."""
+@dataclass(frozen=True, slots=True)
+class NamedTopic:
+    """A topic that a configuration names: by which display or tool, and with which quality."""
+
+    shown_by: str
+    name: str
+    reliability: str
+    durability: str
+
+
+def named_topics(config: Any, shown_by: str = "") -> list[NamedTopic]:
+    """Return every topic that a configuration names."""
     if isinstance(config, list):
-        return [found for item in config for found in named_topics(item)]
+        return [found for item in config for found in named_topics(item, shown_by)]
     if not isinstance(config, dict):
         return []
-    if "Reliability Policy" in config and "Value" in config:
-        return [(config["Value"], config["Reliability Policy"], config["Durability Policy"])]
-    return [found for item in config.values() for found in named_topics(item)]
+    if "Reliability Policy" in config:
+        quality = (config["Reliability Policy"], config["Durability Policy"])
+        return [NamedTopic(shown_by, config["Value"], *quality)]
+    kind = str(config.get("Class") or shown_by).split("/")[-1]
+    return [found for item in config.values() for found in named_topics(item, kind)]
 
 
 # Parts

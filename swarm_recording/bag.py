@@ -29,7 +29,7 @@ class Bag:
         path: Of the file.
         topics: By name; quality as far as the file says.
         counts: Messages by topic.
-        start: [s] time of the first message.
+        start: [s] time of the first message, of those that stay for latecomers apart.
         end: [s] time of the last message.
         about: Facts about the run, if swarm-up wrote the file.
         was_cut: Whether the file had no end and was put in order in memory.
@@ -77,7 +77,10 @@ class Bag:
             for channel in summary.channels.values()
             if counts.get(channel.id)
         }
-        self.start = summary.statistics.message_start_time / NANOSECONDS
+        passing = [name for name, topic in self.topics.items() if not topic.is_latched]
+        first = next(iter(reader.iter_messages(passing)), None) if passing else None
+        earliest = summary.statistics.message_start_time
+        self.start = (earliest if first is None else first[2].log_time) / NANOSECONDS
         self.end = summary.statistics.message_end_time / NANOSECONDS
         self.about: dict[str, str] = {}
         for record in reader.iter_metadata():

@@ -220,7 +220,7 @@ class RunData:
         for path in (self.folder / "trace" / "map.yaml", self.config.get("map")):
             try:
                 if path is not None:
-                    return load_map(path)
+                    return load_map(path).upright()
             except SwarmError:
                 continue
         return None

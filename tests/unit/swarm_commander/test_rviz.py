@@ -25,13 +25,13 @@ def test_every_robot_and_the_swarm_have_a_configuration(tmp_path: Path) -> None:
         config = yaml.safe_load((tmp_path / f"{robot}.rviz").read_text())
         manager = config["Visualization Manager"]
         assert manager["Global Options"]["Fixed Frame"] == "map"
-        names = {name for name, _, _ in named_topics(config)}
+        names = {topic.name for topic in named_topics(config)}
         assert names <= known
         assert all(name == "/map" or name.startswith(f"/{robot}/") for name in names)
         for wanted in ("scan", "plan", "robot_description", "goal_pose", "initialpose"):
             assert f"/{robot}/{wanted}" in names
     swarm = yaml.safe_load((tmp_path / "swarm.rviz").read_text())
-    assert {f"/{robot}/plan" for robot in ROBOTS} < {name for name, _, _ in named_topics(swarm)}
+    assert {f"/{robot}/plan" for robot in ROBOTS} < {topic.name for topic in named_topics(swarm)}
 
 
 def test_every_robot_and_the_swarm_have_a_layout(tmp_path: Path) -> None:

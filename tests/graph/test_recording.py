@@ -1,0 +1,233 @@
+"""Recordings and RViz configurations against a swarm that runs."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import rclpy
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
+from rclpy.context import Context
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+from rclpy.serialization import deserialize_message
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_typestore
+
+from swarm_commander.rviz_config import named_topics, robot_config, swarm_config
+from swarm_common.topic_table import ORDERS, all_topics, robot_topic
+from swarm_recording.bag import Bag
+from swarm_recording.ros_types import message_class, quality
+from swarm_recording.selection import select
+from tests.graph.conftest import Process, Swarm
+
+PATTERNS = "status,odom,scan,tf,tf_static,robot_description,plan,amcl_pose,beacon,particle_cloud"
+TYPES = {  # what each display and tool of RViz is made for
+    "Map": "nav_msgs/msg/OccupancyGrid",
+    "RobotModel": "std_msgs/msg/String",
+    "LaserScan": "sensor_msgs/msg/LaserScan",
+    "Path": "nav_msgs/msg/Path",
+    "Polygon": "geometry_msgs/msg/PolygonStamped",
+    "ParticleCloud": "nav2_msgs/msg/ParticleCloud",
+    "PoseWithCovariance": "geometry_msgs/msg/PoseWithCovarianceStamped",
+    "MarkerArray": "visualization_msgs/msg/MarkerArray",
+    "SetInitialPose": "geometry_msgs/msg/PoseWithCovarianceStamped",
+    "SetGoal": "geometry_msgs/msg/PoseStamped",
+}
+Heard = dict[str, list[bytes]]
+
+
+@pytest.fixture(scope="module")
+def swarm(start_swarm: Callable[..., Swarm]) -> Swarm:
+    swarm = start_swarm(2)
+    swarm.wait_until_active()
+    return swarm
+
+
+@pytest.fixture
+def recorder(swarm: Swarm, tmp_path: Path) -> Iterator[Process]:
+    config = {
+        "path": str(tmp_path / "recording.mcap"),
+        "robots": swarm.names,
+        "topics": PATTERNS,
+        "rate": None,
+        "about": {"seed": "0"},
+    }
+    path = tmp_path / "recorder.json"
+    path.write_text(json.dumps(config), encoding="utf-8")
+    process = Process("swarm_recording.recorder", path, swarm.domain, tmp_path / "recorder.log")
+    yield process
+    process.end()
+
+
+def listen(node: Node, names: list[str]) -> tuple[Heard, list[Any]]:
+    """Hear the same topics as the recorder, by rclpy's own subscriptions."""
+    heard: Heard = defaultdict(list)
+    subscriptions = [
+        node.create_subscription(
+            message_class(topic.type),
+            topic.name,
+            heard[topic.name].append,
+            quality(topic, 500),
+            raw=True,
+        )
+        for topic in select(PATTERNS, names)
+    ]
+    return heard, subscriptions
+
+
+def read_with_mcap(path: Path) -> Heard:
+    found: Heard = defaultdict(list)
+    with path.open("rb") as stream:
+        for _, channel, message in make_reader(stream, validate_crcs=True).iter_messages():
+            found[channel.topic].append(message.data)
+    return found
+
+
+def read_with_rosbags(path: Path) -> Heard:
+    found: Heard = defaultdict(list)
+    with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
+        for link, _, data in reader.messages():
+            reader.deserialize(data, link.msgtype)
+            found[link.topic].append(bytes(data))
+    return found
+
+
+def test_a_bag_holds_what_was_published(swarm: Swarm, recorder: Process, tmp_path: Path) -> None:
+    heard, subscriptions = listen(swarm.node, swarm.names)
+    recorder.wait_for("recording")
+    swarm.spin(2.0)  # until everybody has found everybody
+    for messages in heard.values():
+        messages.clear()
+    swarm.spin(4.0)
+    expected = {name: list(messages) for name, messages in heard.items()}
+    for subscription in subscriptions:
+        swarm.node.destroy_subscription(subscription)
+    assert recorder.end() == 0
+    path = tmp_path / "recording.mcap"
+    found = read_with_mcap(path)
+    assert found == read_with_rosbags(path)
+    for name in ("odom", "scan", "status", "tf", "plan", "amcl_pose"):
+        assert len(expected[f"/Srobot1/{name}"]) >= 3, name
+    for name, messages in expected.items():
+        missing = Counter(messages) - Counter(found[name])
+        assert not missing, f"{sum(missing.values())} of {len(messages)} of {name} are missing"
+    assert len(found["/Srobot2/robot_description"]) == len(found["/map"]) == 1
+
+
+def test_fields_are_read_by_the_schemas_of_the_bag(
+    swarm: Swarm, recorder: Process, tmp_path: Path
+) -> None:
+    recorder.wait_for("recording")
+    swarm.spin(2.0)
+    recorder.end()
+    compared = 0
+    with (tmp_path / "recording.mcap").open("rb") as stream:
+        reader = make_reader(stream, decoder_factories=[DecoderFactory()])
+        for schema, _, message, decoded in reader.iter_decoded_messages():
+            ours = deserialize_message(message.data, message_class(schema.name))
+            if hasattr(ours, "pose") and hasattr(ours, "header"):  # odom, amcl_pose
+                assert decoded.header.stamp.nanosec == ours.header.stamp.nanosec
+                assert decoded.pose.pose.position.x == ours.pose.pose.position.x
+                assert list(decoded.pose.covariance) == list(ours.pose.covariance)
+                compared += 1
+    assert compared > 10
+
+
+def test_kill_9_leaves_a_readable_bag(swarm: Swarm, recorder: Process, tmp_path: Path) -> None:
+    recorder.wait_for("recording")
+    swarm.spin(4.0)
+    os.kill(recorder.popen.pid, signal.SIGKILL)
+    recorder.popen.wait()
+    path = tmp_path / "recording.mcap"
+    found = read_with_mcap(path)
+    assert found == read_with_rosbags(path)
+    assert len(found["/Srobot1/odom"]) > 10
+    bag = Bag(path)
+    assert not bag.was_cut
+    bag.close()
+
+
+def test_a_bag_is_played_on_the_graph(swarm: Swarm, recorder: Process, tmp_path: Path) -> None:
+    recorder.wait_for("recording")
+    swarm.spin(2.5)
+    recorder.end()
+    path = tmp_path / "recording.mcap"
+    expected = read_with_mcap(path)
+    domain = swarm.domain + 100
+    context = Context()
+    rclpy.init(context=context, domain_id=domain)
+    node = rclpy.create_node("listener", context=context, enable_rosout=False)
+    executor = rclpy.executors.SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+    heard, _ = listen(node, swarm.names)
+    replay = "from swarm_commander.cli import replay; replay()"
+    process = subprocess.Popen(
+        [sys.executable, "-c", replay, str(path), "--ros", "--speed", "2"],
+        env=os.environ | {"ROS_DOMAIN_ID": str(domain)},
+        stdout=subprocess.DEVNULL,
+    )
+    try:
+        while process.poll() is None:
+            executor.spin_once(timeout_sec=0.1)
+        assert process.returncode == 0
+        assert heard["/map"] == expected["/map"]
+        odom, played = expected["/Srobot1/odom"], heard["/Srobot1/odom"]
+        assert len(played) > 5
+        assert played == odom[-len(played) :]
+    finally:
+        process.kill()
+        process.wait()
+        executor.shutdown()
+        node.destroy_node()
+        context.try_shutdown()
+
+
+def graph_types(swarm: Swarm) -> dict[str, list[str]]:
+    return dict(swarm.node.get_topic_names_and_types())
+
+
+def test_the_table_of_topics_is_that_of_the_graph(swarm: Swarm) -> None:
+    wanted = all_topics(swarm.names)
+    swarm.spin_until(lambda: {t.name for t in wanted} <= graph_types(swarm).keys())
+    for topic in wanted:
+        assert graph_types(swarm)[topic.name] == [topic.type]
+        offers = swarm.node.get_publishers_info_by_topic(topic.name)
+        assert len(offers) == 1 + topic.many, topic.name
+        for offer in offers:
+            is_reliable = offer.qos_profile.reliability == ReliabilityPolicy.RELIABLE
+            is_latched = offer.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
+            assert (is_reliable, is_latched) == (topic.is_reliable, topic.is_latched), topic.name
+    for robot in swarm.names:
+        for order in ORDERS:
+            name = robot_topic(robot, order.name).name
+            readers = swarm.node.get_subscriptions_info_by_topic(name)
+            assert [reader.topic_type for reader in readers] == [order.type], name
+
+
+@pytest.mark.parametrize("window", ["Srobot1", "Srobot2", "swarm"])
+def test_rviz_shows_what_is_there(swarm: Swarm, window: str) -> None:
+    config = swarm_config(swarm.names) if window == "swarm" else robot_config(window)
+    wanted = named_topics(config)
+    assert len(wanted) >= 10
+    swarm.spin_until(lambda: {t.name for t in wanted} <= graph_types(swarm).keys())
+    for topic in wanted:
+        assert graph_types(swarm)[topic.name] == [TYPES[topic.shown_by]], topic
+        if topic.shown_by.startswith("Set"):
+            assert swarm.node.count_subscribers(topic.name) == 1, topic
+            continue
+        for offer in swarm.node.get_publishers_info_by_topic(topic.name):
+            offered = offer.qos_profile
+            if topic.reliability == "Reliable":
+                assert offered.reliability == ReliabilityPolicy.RELIABLE, topic
+            is_latched = offered.durability == DurabilityPolicy.TRANSIENT_LOCAL
+            assert is_latched == (topic.durability == "Transient Local"), topic
