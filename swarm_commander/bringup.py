@@ -30,16 +30,17 @@ from swarm_common.journal import Journal
 from swarm_common.records import Pose
 
 WORLD, HOST, RUNNER, RECORDER = "world", "navigators", "mission", "recorder"
-RVIZ = "rviz"
+RVIZ, VIEWER = "rviz", "viewer"
 MODULES = {
     WORLD: "swarm_sim.node",
     HOST: "swarm_nav.host",
     RUNNER: "swarm_commander.runner",
     RECORDER: "swarm_recording.recorder",
     RVIZ: "swarm_commander.window",
+    VIEWER: "swarm_view.process",
 }
 STOP_ORDER = (WORLD, RUNNER, RECORDER, HOST)  # the world first, so that nobody is late for it
-ONLOOKERS = (RECORDER, RVIZ)  # the run goes on without them
+ONLOOKERS = (RECORDER, RVIZ, VIEWER)  # the run goes on without them
 USAGE_FILE = "usage.jsonl"
 POLL_PERIOD = 0.1  # [s] of wall time
 GRACE = 10.0  # [s] for a process to end when asked to
@@ -171,6 +172,8 @@ class Run:
         if self._plan.options.record:
             self._start(RECORDER, recorder_config(self._plan, self._folder.recording))
         self._open_windows()
+        if self._plan.options.viewer:
+            self._start(VIEWER, self._plan.viewer_config())
         self._children[HOST].tell({"cmd": "go"})
         trace = {"trace_dir": str(self._folder.trace)}
         self._start(RUNNER, self._plan.runner_config(homes) | trace)
@@ -228,6 +231,9 @@ class Run:
 
     def _on_recorded_event(self, event: dict[str, Any]) -> None:
         self._progress.note(f"recorded {event['messages']} messages in {event['path']}")
+
+    def _on_viewer_event(self, event: dict[str, Any]) -> None:
+        self._progress.note(f"viewer: {event['url']}")
 
     def _on_note_event(self, event: dict[str, Any]) -> None:
         self._progress.note(event["message"])

@@ -12,6 +12,8 @@ from swarm_recording.selection import select
 
 SIZE_LIMIT = 100  # robots, without --over-limit
 DEFAULT_SIZE = 5
+LOOPBACK = "127.0.0.1"
+VIEWER_PORT = 8080
 DEFAULT_ROBOT = "turtlebot3_waffle"
 
 
@@ -41,6 +43,9 @@ class UpOptions:
     record: bool = False
     record_topics: str = ""  # names or patterns, empty for the usual ones
     record_rate: float | None = None  # messages per simulated second of each topic
+    viewer: bool = False
+    viewer_host: str = LOOPBACK
+    port: int = VIEWER_PORT  # of the viewer
     run_dir: Path | None = None
     over_limit: bool = False
     skip_missing: bool = False  # leave out what of a world is not found
@@ -100,18 +105,18 @@ def robot_names(swarm_size: int) -> list[str]:
     return [f"Srobot{number}" for number in range(1, swarm_size + 1)]
 
 
-def parse_speed(text: str | None, has_mission: bool) -> float | None:
+def parse_speed(text: str | None, in_real_time: bool) -> float | None:
     """Return --speed as a factor of real time, None for as fast as possible.
 
     Args:
-        text: As typed, None for the default: real time without a mission, else no limit.
-        has_mission: Whether there is one.
+        text: As typed, None for the default.
+        in_real_time: Whether the default is real time; else it is no limit.
 
     Raises:
         ConfigError: If it is neither `max` nor a positive number.
     """
     if text is None:
-        return None if has_mission else 1.0
+        return 1.0 if in_real_time else None
     if text == "max":
         return None
     try:

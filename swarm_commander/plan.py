@@ -98,6 +98,10 @@ class RunPlan:
         }
         return robot_parameter_file(name, number, member.spec, initial_pose_map, values)
 
+    def viewer_config(self) -> dict[str, Any]:
+        """Return the configuration of the viewer process."""
+        return {"host": self.options.viewer_host, "port": self.options.port}
+
     def runner_config(self, homes_map: list[Pose]) -> dict[str, Any]:
         """Return the configuration of the mission process."""
         options = self.options

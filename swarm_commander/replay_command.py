@@ -46,7 +46,7 @@ def replay(
 
     Without --ros it opens in the browser, where it can be paused and moved through.
     """
-    factor = parse_speed(speed, has_mission=True)
+    factor = parse_speed(speed, in_real_time=False)
     recording = Bag(bag)
     console = Console()
     if recording.was_cut:
@@ -104,4 +104,14 @@ def _play(bag: Bag, start: float, speed: float | None, loop: bool, console: Cons
 
 def _view(bag: Path, start: float, speed: float | None, loop: bool, port: int) -> None:
     """Open the viewer on a bag."""
-    raise ConfigError("the viewer is not available in this version; play it with --ros")
+    if speed is None:
+        raise ConfigError("--speed max needs --ros; in the viewer give a number like 10")
+    ensure_interfaces()  # before our messages are imported
+    from swarm_recording.bag_feed import BagFeed
+    from swarm_view.view_command import show_recording
+
+    feed = BagFeed(bag)
+    feed.seek(start)
+    feed.speed = speed
+    feed.play()
+    show_recording(feed, port=port)

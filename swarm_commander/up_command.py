@@ -18,6 +18,8 @@ from swarm_commander.domain import DomainLock, domain_id
 from swarm_commander.foxglove import write_foxglove
 from swarm_commander.options import (
     DEFAULT_ROBOT,
+    LOOPBACK,
+    VIEWER_PORT,
     UpOptions,
     parse_speed,
     robot_names,
@@ -37,11 +39,10 @@ from swarm_commander.rundir import RunFolder, create_run_folder, write_env_sh
 from swarm_commander.rviz import windows, write_rviz
 from swarm_commander.tally import Tally
 from swarm_common import ros_env
+from swarm_common.addresses import check_address
 from swarm_common.errors import ConfigError
 from swarm_common.fleet import load_fleet
 from swarm_common.interfaces_build import ensure_interfaces
-
-NOT_YET = "is not available in this version"
 
 up_app = typer.Typer(add_completion=False, rich_markup_mode=None)
 
@@ -76,7 +77,7 @@ def up(
     speed: Annotated[
         str | None,
         typer.Option(
-            help="Times real time, or max.  [default: max with a mission, else 1.0]",
+            help="Times real time, or max.  [default: 1.0 with a viewer or without a mission]",
             show_default=False,
         ),
     ] = None,
@@ -89,8 +90,11 @@ def up(
         float | None, typer.Option(help="Stop after this many simulated seconds.")
     ] = None,
     headless: Annotated[bool, typer.Option("--headless", help="Without any window.")] = False,
-    viewer: Annotated[bool, typer.Option(help="3D view in the browser.", hidden=True)] = False,
-    port: Annotated[int | None, typer.Option(help="Of the viewer.", hidden=True)] = None,
+    viewer: Annotated[bool, typer.Option(help="3D view in the browser.")] = False,
+    port: Annotated[int, typer.Option(help="Of the viewer.")] = VIEWER_PORT,
+    viewer_host: Annotated[
+        str, typer.Option(help="Address of the viewer; other hosts' browsers need its token.")
+    ] = LOOPBACK,
     rviz: Annotated[
         str | None,
         typer.Option(
@@ -130,11 +134,10 @@ def up(
     a miss or a collision; 1 a goal missed (also by --duration, if --until-done is given) or a
     collision; 2 bad input; 3 a component failed.
     """
-    flags = {
-        "--viewer": viewer,
-        "--port": port is not None,
-    }
-    _refuse_absent([flag for flag, is_given in flags.items() if is_given], headless)
+    if viewer and headless:
+        raise ConfigError("--viewer and --headless exclude each other")
+    if viewer:
+        check_address(viewer_host, port)
     crew = load_fleet(fleet) if fleet is not None else None
     options = UpOptions(
         swarm_size=swarm_size_of(swarm_size, crew),
@@ -148,7 +151,7 @@ def up(
         goals_per_robot=goals_per_robot,
         seed=seed,
         realistic=realistic,
-        speed=parse_speed(speed, mission is not None),
+        speed=parse_speed(speed, viewer or mission is None),
         free_run=free_run,
         pack=pack,
         until_done=until_done,
@@ -156,6 +159,9 @@ def up(
         autostart=autostart,
         page=page,
         rviz=_windows(rviz, headless, swarm_size_of(swarm_size, crew)),
+        viewer=viewer,
+        viewer_host=viewer_host,
+        port=port,
         record=record,
         record_topics=record_topics,
         record_rate=record_rate,
@@ -224,10 +230,3 @@ def _windows(text: str | None, headless: bool, swarm_size: int) -> tuple[str, ..
     if headless:
         raise ConfigError("--rviz and --headless exclude each other")
     return tuple(windows(text, robot_names(swarm_size)))
-
-
-def _refuse_absent(flags: list[str], headless: bool) -> None:
-    for flag in flags:
-        if flag == "--viewer" and headless:
-            raise ConfigError("--viewer and --headless exclude each other")
-        raise ConfigError(f"{flag} {NOT_YET}")

@@ -50,17 +50,17 @@ def test_impossible_options_are_refused(values: dict[str, Any], message: str) ->
         UpOptions(**values)
 
 
-def test_the_default_speed_is_real_time_without_a_mission() -> None:
-    assert parse_speed(None, has_mission=False) == 1.0
-    assert parse_speed(None, has_mission=True) is None
-    assert parse_speed("max", has_mission=False) is None
-    assert parse_speed("2.5", has_mission=True) == 2.5
+def test_the_default_speed_is_real_time_or_no_limit() -> None:
+    assert parse_speed(None, in_real_time=True) == 1.0
+    assert parse_speed(None, in_real_time=False) is None
+    assert parse_speed("max", in_real_time=True) is None
+    assert parse_speed("2.5", in_real_time=False) == 2.5
 
 
 @pytest.mark.parametrize("text", ["fast", "0", "-1", "inf", "nan", ""])
 def test_a_speed_is_a_positive_number_or_max(text: str) -> None:
     with pytest.raises(ConfigError, match="--speed"):
-        parse_speed(text, has_mission=True)
+        parse_speed(text, in_real_time=False)
 
 
 @pytest.mark.parametrize(("text", "domain"), [(None, 0), ("", 0), ("42", 42), ("232", 232)])

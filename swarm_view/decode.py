@@ -1,0 +1,135 @@
+"""CDR messages to what the view draws: arrays in the map frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rclpy.serialization import deserialize_message
+
+from swarm_common import wire
+from swarm_common.beacon import deserialize_beacon
+from swarm_common.records import Pose, Scan
+from swarm_view.topics import type_of
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Raster:
+    """An occupancy grid: int8 cells (height, width), row 0 at the lowest y."""
+
+    cells: NDArray[np.int8]
+    resolution: float
+    origin: tuple[float, float]  # lower left corner in map
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Width and height [m]."""
+        height, width = self.cells.shape
+        return width * self.resolution, height * self.resolution
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """What a robot claims: polylines (n, 2) in map."""
+
+    held: FloatArray
+    wanted: FloatArray
+    intent: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class RobotState:
+    """The latest status of a robot."""
+
+    state: str
+    detail: str
+    goal_map: Pose | None
+    station: str
+    queue_place: int
+    distance_remaining: float
+    hold_time: float
+    wait_time: float
+    goals_reached: int
+    goals_failed: int
+
+
+@lru_cache(maxsize=64)
+def message_class(kind: str) -> Any:
+    """Return the class of a type like `nav_msgs/msg/Path`."""
+    package, space, name = kind.split("/")
+    return getattr(import_module(f"{package}.{space}"), name)
+
+
+def message(topic: str, data: bytes) -> Any:
+    """Return the ROS message of a topic that the view reads."""
+    return deserialize_message(data, message_class(type_of(topic)))
+
+
+def raster(grid: Any) -> Raster:
+    """Return nav_msgs/OccupancyGrid."""
+    info = grid.info
+    cells = np.frombuffer(grid.data, np.int8).reshape(info.height, info.width)
+    return Raster(cells, float(info.resolution), (info.origin.position.x, info.origin.position.y))
+
+
+def path(message: Any) -> FloatArray:
+    """Return the points (n, 2) of nav_msgs/Path."""
+    points = [(p.pose.position.x, p.pose.position.y) for p in message.poses]
+    return np.array(points, np.float64).reshape(-1, 2)
+
+
+def polygon(message: Any) -> FloatArray:
+    """Return the corners (n, 2) of geometry_msgs/PolygonStamped."""
+    return np.array([(p.x, p.y) for p in message.polygon.points], np.float64).reshape(-1, 2)
+
+
+def particles(message: Any) -> FloatArray:
+    """Return the places (n, 2) of nav2_msgs/ParticleCloud."""
+    points = [(p.pose.position.x, p.pose.position.y) for p in message.particles]
+    return np.array(points, np.float64).reshape(-1, 2)
+
+
+def motion(data: bytes) -> Motion:
+    """Return what a swarm_interfaces/Beacon claims."""
+    beacon = deserialize_beacon(data)
+    held, wanted, intent = (
+        beacon[name][: int(beacon[f"{name}_size"])].astype(np.float64)
+        for name in ("held", "wanted", "intent")
+    )
+    return Motion(held, wanted, intent)
+
+
+def scan(data: bytes) -> Scan:
+    """Return sensor_msgs/LaserScan."""
+    return wire.read_scan(data)
+
+
+def scan_points(scan: Scan) -> FloatArray:
+    """Return where the rays ended (n, 2) in base_scan; rays that hit nothing are left out."""
+    hits = np.flatnonzero((scan.ranges >= scan.range_min) & (scan.ranges <= scan.range_max))
+    angles = scan.angle_min + scan.angle_increment * hits
+    ranges = scan.ranges[hits].astype(np.float64)
+    return np.column_stack([ranges * np.cos(angles), ranges * np.sin(angles)])
+
+
+def robot_state(status: Any) -> RobotState:
+    """Return swarm_interfaces/RobotStatus."""
+    goal = Pose(status.goal.x, status.goal.y, status.goal.theta)
+    return RobotState(
+        state=status.state,
+        detail=status.detail,
+        goal_map=goal if np.isfinite(goal.x) else None,
+        station=status.station,
+        queue_place=status.queue_place,
+        distance_remaining=status.distance_remaining,
+        hold_time=status.hold_time,
+        wait_time=status.wait_time,
+        goals_reached=status.goals_reached,
+        goals_failed=status.goals_failed,
+    )

@@ -1,0 +1,92 @@
+"""All robots in the scene: a batch per model, and a ring in the colour of the state."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import viser
+
+from swarm_common.records import FloatArray
+from swarm_view.decode import RobotState
+from swarm_view.palette import UNKNOWN, state_color
+from swarm_view.robot_mesh import RobotMesh, robot_mesh
+from swarm_view.shapes import lifted, quaternions, ring
+
+RING_HEIGHT = 0.012  # [m]
+RING_WIDTH = 0.05  # [m]
+
+
+class Fleet:
+    """The robots' bodies, shared by all pages.
+
+    Attributes:
+        meshes: Model of each robot, as far as it is known.
+    """
+
+    def __init__(self, server: viser.ViserServer) -> None:
+        """Draw nobody yet."""
+        self.meshes: dict[str, RobotMesh] = {}
+        self._server = server
+        self._models: dict[str, RobotMesh] = {}
+        self._batches: list[tuple[Any, list[int]]] = []
+        self._rings: Any = None
+        self._colors: list[tuple[int, int, int]] = []
+
+    def assemble(self, names: list[str], urdfs: Mapping[str, str]) -> None:
+        """Draw these robots from now on; who has no description yet is only a ring."""
+        for batch, _ in self._batches:
+            batch.remove()
+        self._batches = []
+        groups: dict[str, list[int]] = {}
+        for index, name in enumerate(names):
+            if name in urdfs:
+                groups.setdefault(urdfs[name], []).append(index)
+        for number, (urdf, members) in enumerate(groups.items()):
+            if urdf not in self._models:
+                self._models[urdf] = robot_mesh(urdf)
+            mesh = self._models[urdf]
+            self.meshes.update((names[index], mesh) for index in members)
+            self._batches.append((self._draw(f"/robots/{number}", mesh, len(members)), members))
+        self._draw_rings(names)
+
+    def _draw(self, name: str, mesh: RobotMesh, count: int) -> Any:
+        return self._server.scene.add_batched_glb(
+            name, mesh.glb,
+            batched_wxyzs=quaternions(np.zeros(count)),
+            batched_positions=np.full((count, 3), -100.0),
+            cast_shadow=False, receive_shadow=False,
+        )  # fmt: skip
+
+    def _draw_rings(self, names: list[str]) -> None:
+        radius = max([mesh.radius for mesh in self.meshes.values()], default=0.2)
+        vertices, faces = ring(radius, radius + RING_WIDTH)
+        self._colors = [UNKNOWN] * len(names)
+        self._rings = None
+        if names:
+            self._rings = self._server.scene.add_batched_meshes_simple(
+                "/rings", vertices, faces,
+                batched_wxyzs=quaternions(np.zeros(len(names))),
+                batched_positions=np.full((len(names), 3), -100.0),
+                batched_colors=np.array(self._colors, np.uint8),
+                lod="off", side="double", cast_shadow=False, receive_shadow=False,
+            )  # fmt: skip
+
+    def move(self, poses: FloatArray) -> None:
+        """Put the robots at poses (n, 3) in map."""
+        if self._rings is None or len(poses) != len(self._colors):
+            return
+        places, turns = lifted(poses[:, :2], 0.0), quaternions(poses[:, 2])
+        for batch, members in self._batches:
+            batch.batched_positions = places[members].astype(np.float32)
+            batch.batched_wxyzs = turns[members].astype(np.float32)
+        places[:, 2] = RING_HEIGHT
+        self._rings.batched_positions = places.astype(np.float32)
+
+    def color(self, names: list[str], states: Mapping[str, RobotState]) -> None:
+        """Give each ring the colour of its robot's state."""
+        colors = [state_color(states[name].state) if name in states else UNKNOWN for name in names]
+        if self._rings is not None and colors != self._colors and len(colors) == len(self._colors):
+            self._colors = colors
+            self._rings.batched_colors = np.array(colors, np.uint8)

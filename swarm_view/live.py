@@ -1,0 +1,29 @@
+"""The view of the live graph: a node, and a server that shows what it hears."""
+
+from __future__ import annotations
+
+import rclpy
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+
+from swarm_common import ros_env
+from swarm_view.live_feed import LiveFeed
+from swarm_view.operator_link import OperatorLink
+from swarm_view.server import Server
+from swarm_view.viewer import Viewer, run_until_signal
+
+
+def open_node() -> Node:
+    """Join the graph."""
+    ros_env.set_defaults()
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    return Node("viewer", namespace="sim", enable_rosout=False, start_parameter_services=False)
+
+
+def serve_live(server: Server, node: Node) -> None:
+    """Show the live graph until a signal asks for the end; the node is destroyed then."""
+    link = OperatorLink(node)
+    run_until_signal(Viewer(server, LiveFeed(node), link))
+    link.close()
+    node.destroy_node()
+    rclpy.try_shutdown()

@@ -1,0 +1,57 @@
+"""The live graph as a feed: subscriptions exist only while their topics are wanted."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+from swarm_common.ros_poll import PolledTopic
+from swarm_view.decode import message_class
+from swarm_view.topics import is_latched, type_of
+
+# Nobody waits for a viewer that is slow: what is not taken in time is lost.
+STREAM = QoSProfile(depth=4, reliability=ReliabilityPolicy.BEST_EFFORT)
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+EVENTS = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
+RELIABLE_ENDINGS = ("/status", "/verdict")
+
+
+class LiveFeed:
+    """Topics of a node."""
+
+    def __init__(self, node: Node) -> None:
+        """Subscribe to nothing yet."""
+        self._node = node
+        self._topics: dict[str, PolledTopic] = {}
+
+    def topics(self) -> dict[str, str]:
+        """Return the type of every topic in the graph."""
+        return {name: types[0] for name, types in self._node.get_topic_names_and_types()}
+
+    def want(self, topics: Collection[str]) -> None:
+        """Subscribe to these topics, and to no others any more."""
+        for topic in self._topics.keys() - topics:
+            self._topics.pop(topic).destroy()
+        for topic in topics - self._topics.keys():
+            kind = message_class(type_of(topic))
+            self._topics[topic] = PolledTopic(self._node, kind, topic, _quality(topic))
+
+    def take(self) -> list[tuple[str, bytes]]:
+        """Return what has come."""
+        taken = []
+        for topic, polled in self._topics.items():
+            while (data := polled.take()) is not None:
+                taken.append((topic, data))
+        return taken
+
+    def close(self) -> None:
+        """Unsubscribe from everything."""
+        self.want(set())
+
+
+def _quality(topic: str) -> QoSProfile:
+    if is_latched(topic):
+        return LATCHED
+    return EVENTS if topic.endswith(RELIABLE_ENDINGS) else STREAM

@@ -1,0 +1,164 @@
+"""What a page can tell the swarm: goals, poses, pause, step, speed. Nothing here waits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from action_msgs.srv import CancelGoal
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
+from rcl_interfaces.msg import Parameter as ParameterMsg
+from rcl_interfaces.msg import ParameterType, ParameterValue
+from rcl_interfaces.srv import GetParameters, SetParameters
+from rclpy.experimental import EventsExecutor
+from rclpy.node import Node
+from simulation_interfaces.msg import SimulationState
+from simulation_interfaces.srv import GetSimulationState, SetSimulationState, StepSimulation
+
+from swarm_common import ros_io
+from swarm_common.records import Pose
+from swarm_common.ros_poll import drain
+
+POSITION_VARIANCE, YAW_VARIANCE = 0.25, 0.0685  # what RViz's tool sends
+PATIENCE = 5.0  # [s] of wall time for somebody to listen
+ASK_PERIOD = 1.0  # [s] of wall time between two looks at the state of the simulation
+
+
+class OperatorLink:
+    """Publishers and clients of a node, made when they are first needed.
+
+    Attributes:
+        is_paused: What the world said last; None before.
+        speed: Times real time, 0 for no limit; None before the world has said it.
+        problem: What went wrong last, for the user; empty if nothing did.
+    """
+
+    def __init__(self, node: Node) -> None:
+        """Take a node that nobody else spins."""
+        self.is_paused: bool | None = None
+        self.speed: float | None = None
+        self.problem = ""
+        self._node = node
+        self._executor = EventsExecutor()
+        self._executor.add_node(node)
+        self._publishers: dict[str, Any] = {}
+        self._clients: dict[str, Any] = {}
+        self._waiting: list[tuple[float, Callable[[], bool], str]] = []
+        self._asked = float("-inf")
+        self._busy: set[str] = set()
+
+    def turn(self, now: float) -> None:
+        """Do what is due: answers, what waits for a listener, a look at the world's state."""
+        drain(self._executor)
+        waiting, self._waiting = self._waiting, []
+        for deadline, attempt, what in waiting:
+            deadline = deadline or now + PATIENCE
+            if attempt():
+                continue
+            if now < deadline:
+                self._waiting.append((deadline, attempt, what))
+            else:
+                self.problem = f"nobody takes {what}"
+        if now - self._asked > ASK_PERIOD:
+            self._asked = now
+            self._ask("/sim/get_simulation_state", GetSimulationState, None, self._take_state)
+            request = GetParameters.Request(names=["speed"])
+            self._ask("/sim/world/get_parameters", GetParameters, request, self._take_speed)
+
+    def send_goal(self, robot: str, goal_map: Pose) -> None:
+        """Send a robot somewhere, as RViz's goal tool does."""
+        message = PoseStamped(pose=ros_io.pose_msg(goal_map))
+        message.header.frame_id = "map"
+        self._publish(f"/{robot}/goal_pose", message)
+
+    def set_initial_pose(self, robot: str, pose_map: Pose) -> None:
+        """Tell a robot where it is, as RViz's tool does."""
+        message = PoseWithCovarianceStamped()
+        message.header.frame_id = "map"
+        message.pose.pose = ros_io.pose_msg(pose_map)
+        message.pose.covariance[0] = message.pose.covariance[7] = POSITION_VARIANCE
+        message.pose.covariance[35] = YAW_VARIANCE
+        self._publish(f"/{robot}/initialpose", message)
+
+    def cancel(self, robot: str) -> None:
+        """Cancel what a robot is doing, whoever asked for it."""
+        # A request with neither goal id nor stamp cancels all goals of the action.
+        name = f"/{robot}/navigate_to_pose/_action/cancel_goal"
+        self._call(name, CancelGoal, CancelGoal.Request(), f"the cancellation for {robot}")
+
+    def set_paused(self, paused: bool) -> None:
+        """Pause the world or let it go on."""
+        state = SimulationState.STATE_PAUSED if paused else SimulationState.STATE_PLAYING
+        request = SetSimulationState.Request(state=SimulationState(state=state))
+        self._call("/sim/set_simulation_state", SetSimulationState, request, "pause and resume")
+        self._asked = float("-inf")
+
+    def step(self, ticks: int) -> None:
+        """Let a paused world do a few ticks."""
+        request = StepSimulation.Request(steps=ticks)
+        self._call("/sim/step_simulation", StepSimulation, request, "steps")
+
+    def set_speed(self, speed: float) -> None:
+        """Set the world's speed in times real time; 0 for as fast as possible."""
+        value = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=float(speed))
+        request = SetParameters.Request(parameters=[ParameterMsg(name="speed", value=value)])
+        self._call("/sim/world/set_parameters", SetParameters, request, "the speed")
+        self.speed = speed
+
+    def close(self) -> None:
+        """Stop; the node is its owner's to destroy."""
+        self._executor.shutdown()
+
+    def _publish(self, topic: str, message: Any) -> None:
+        if topic not in self._publishers:
+            make = self._node.create_publisher
+            self._publishers[topic] = make(type(message), topic, ros_io.RELIABLE)
+        publisher = self._publishers[topic]
+
+        def attempt() -> bool:
+            if publisher.get_subscription_count() == 0:
+                return False
+            publisher.publish(message)
+            return True
+
+        self._waiting.append((0.0, attempt, topic))
+
+    def _call(self, name: str, kind: Any, request: Any, what: str) -> None:
+        client = self._client(name, kind)
+
+        def attempt() -> bool:
+            if not client.service_is_ready():
+                return False
+            client.call_async(request).add_done_callback(self._take_result)
+            return True
+
+        self._waiting.append((0.0, attempt, what))
+
+    def _ask(self, name: str, kind: Any, request: Any, take: Callable[[Any], None]) -> None:
+        """Ask a question if it can be answered and the last one has been."""
+        client = self._client(name, kind)
+        if name in self._busy or not client.service_is_ready():
+            return
+        self._busy.add(name)
+
+        def done(future: Any) -> None:
+            self._busy.discard(name)
+            take(future.result())
+
+        client.call_async(request or kind.Request()).add_done_callback(done)
+
+    def _client(self, name: str, kind: Any) -> Any:
+        if name not in self._clients:
+            self._clients[name] = self._node.create_client(kind, name)
+        return self._clients[name]
+
+    def _take_state(self, response: Any) -> None:
+        self.is_paused = response.state.state == SimulationState.STATE_PAUSED
+
+    def _take_speed(self, response: Any) -> None:
+        if response.values and response.values[0].type == ParameterType.PARAMETER_DOUBLE:
+            self.speed = response.values[0].double_value
+
+    def _take_result(self, future: Any) -> None:
+        result = getattr(future.result(), "result", None)
+        self.problem = getattr(result, "error_message", "")

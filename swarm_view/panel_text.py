@@ -1,0 +1,107 @@
+"""What the panel says, as Markdown and HTML."""
+
+from __future__ import annotations
+
+import html
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+
+from swarm_view.decode import RobotState
+from swarm_view.palette import STATES, css, state_color
+from swarm_view.swarm import Swarm
+
+STYLE = "font-size:0.8em;line-height:1.5;padding:0.2em 0.8em"
+
+
+def verdict_html(swarm: Swarm, paused: bool | None, cpu: str) -> str:
+    """Return the live verdict: time, goals, collisions, clearance, throughput, states."""
+    verdict, states = swarm.verdict, swarm.states
+    reached = sum(state.goals_reached for state in states.values())
+    failed = sum(state.goals_failed for state in states.values())
+    rows = [("simulated time", f"{swarm.time:.1f} s{' (paused)' if paused else ''}")]
+    if verdict is not None:
+        rows.append(("real-time factor", f"{verdict.real_time_factor:.2f}"))
+        rows.append(("robots", f"{verdict.robots}, {verdict.answering} answering"))
+    rows.append(("goals", f"{reached} reached, {failed} failed"))
+    if swarm.time > 0.0:
+        rows.append(("goals per minute", f"{60.0 * reached / swarm.time:.1f}"))
+    if verdict is not None:
+        rows.append(("collisions", _collisions(verdict)))
+        rows.append(("smallest clearance", _metres(verdict.min_clearance)))
+        rows.append(("late answers", str(verdict.late_ticks)))
+    rows.append(("CPU", cpu))
+    return _table(rows) + _legend(states)
+
+
+def _collisions(verdict: object) -> str:
+    robots = getattr(verdict, "collisions_robot_robot", 0)
+    world = getattr(verdict, "collisions_robot_world", 0)
+    text = f"{robots} robot-robot, {world} robot-world"
+    return f"<b style='color:#d55e00'>{text}</b>" if robots + world else text
+
+
+def _metres(value: float) -> str:
+    return f"{value:.3f} m" if math.isfinite(value) else "none near"
+
+
+def _table(rows: Sequence[tuple[str, str]]) -> str:
+    cells = "".join(
+        f"<tr><td style='opacity:0.65;padding-right:0.8em'>{name}</td><td>{value}</td></tr>"
+        for name, value in rows
+    )
+    return f"<div style='{STYLE}'><table>{cells}</table></div>"
+
+
+def _legend(states: Mapping[str, RobotState]) -> str:
+    counts = Counter(state.state for state in states.values())
+    known = [name for name in STATES if counts[name]]
+    parts = (
+        f"<span style='white-space:nowrap'><span style='color:{css(state_color(name))}'>&#9679;"
+        f"</span> {name} {counts[name]}</span>"
+        for name in known
+    )
+    return f"<div style='{STYLE}'>{' &nbsp; '.join(parts)}</div>"
+
+
+def robot_html(robot: str, state: RobotState | None) -> str:
+    """Return what one robot says of itself."""
+    if state is None:
+        return _table([(html.escape(robot), "has said nothing yet")])
+    color = css(state_color(state.state))
+    rows = [
+        ("state", f"<span style='color:{color}'>&#9679;</span> {html.escape(state.state)}"),
+        ("", html.escape(state.detail) or "&nbsp;"),
+    ]
+    if state.goal_map is not None:
+        goal = state.goal_map
+        far = f", {state.distance_remaining:.1f} m to go"
+        rows.append(("goal", f"({goal.x:.2f}, {goal.y:.2f}){far}"))
+    if state.station:
+        place = "holds it" if state.queue_place == 0 else f"number {state.queue_place} in the queue"
+        rows.append(("station", f"{html.escape(state.station)}, {place}"))
+    rows.append(("goals", f"{state.goals_reached} reached, {state.goals_failed} failed"))
+    rows.append(("waited, held", f"{state.wait_time:.0f} s, {state.hold_time:.0f} s"))
+    return _table(rows)
+
+
+def stations_html(states: Mapping[str, RobotState]) -> str:
+    """Return who holds which station, and who waits for it in which order."""
+    queues: dict[str, list[tuple[int, str]]] = {}
+    for robot, state in states.items():
+        if state.station:
+            queues.setdefault(state.station, []).append((state.queue_place, robot))
+    rows = []
+    for station, queue in sorted(queues.items()):
+        holders = [robot for place, robot in sorted(queue) if place == 0]
+        waiting = [robot for place, robot in sorted(queue) if place > 0]
+        text = ", ".join(holders) or "free"
+        rows.append(
+            (html.escape(station), text + (f" &larr; {', '.join(waiting)}" * bool(waiting)))
+        )
+    return _table(rows or [("no station is held or wanted", "")])
+
+
+def label_text(robot: str, state: RobotState | None) -> str:
+    """Return the label at a robot."""
+    return robot if state is None else f"{robot} {state.state}"

@@ -1,0 +1,43 @@
+"""The viewer's process: `python -m swarm_view.process CONFIG.json`; started by swarm-up."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import logging
+import os
+import sys
+from pathlib import Path
+
+from swarm_common.errors import SwarmError
+from swarm_common.pipes import EventWriter
+from swarm_view.live import open_node, serve_live
+from swarm_view.server import Server
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Serve the view until told to stop; returns the exit code."""
+    parser = argparse.ArgumentParser(description="Viewer of a swarm; started by swarm-up.")
+    parser.add_argument("config", help="JSON file with host and port")
+    parser.add_argument("--event-fd", type=int, help="pipe to which events are written")
+    parser.add_argument("--control-fd", type=int, help="not used")
+    options = parser.parse_args(arguments)
+    logging.basicConfig(level=logging.WARNING)
+    events = EventWriter(options.event_fd)
+    config = json.loads(Path(options.config).read_text(encoding="utf-8"))
+    try:
+        server = Server(config["host"], config["port"])
+    except SwarmError as error:
+        events.write("error", message=str(error))
+        sys.stderr.write(f"{error}\n")
+        return 2
+    events.write("viewer", url=server.url())
+    serve_live(server, open_node())
+    return 0
+
+
+if __name__ == "__main__":
+    code = main()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)  # the interpreter's own end waits for threads of viser and DDS

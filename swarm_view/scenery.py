@@ -1,0 +1,120 @@
+"""What stands still, drawn once: floor map, bodies, stations, circuits; and walkers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import trimesh
+import viser
+from visualization_msgs.msg import Marker
+
+from swarm_view.decode import Raster
+from swarm_view.images import map_image
+from swarm_view.palette import RGB
+from swarm_view.shapes import polyline
+
+FLIPPED = (0.0, 1.0, 0.0, 0.0)  # about x: viser's images look down and hang upside down
+MAP_HEIGHT = -0.005  # [m] below everything else
+UNIT = {
+    Marker.CUBE: trimesh.creation.box((1.0, 1.0, 1.0)),
+    Marker.CYLINDER: trimesh.creation.cylinder(0.5, 1.0, sections=32),
+    Marker.SPHERE: trimesh.creation.icosphere(subdivisions=3, radius=0.5),
+}
+
+
+def draw_image(scene: Any, name: str, raster: Raster, image: Any, height: float) -> Any:
+    """Draw a grid flat on the floor; return its handle."""
+    width, depth = raster.size
+    center = (raster.origin[0] + 0.5 * width, raster.origin[1] + 0.5 * depth, height)
+    return scene.add_image(
+        name, image, width, depth, position=center, wxyz=FLIPPED, format="png",
+        cast_shadow=False, receive_shadow=False,
+    )  # fmt: skip
+
+
+class Scenery:
+    """The part of the scene that all pages share and nobody touches."""
+
+    def __init__(self, server: viser.ViserServer) -> None:
+        """Draw nothing yet."""
+        self._scene = server.scene
+        self._movers: dict[int, Any] = {}
+
+    def draw_map(self, raster: Raster) -> None:
+        """Draw the map on the floor."""
+        draw_image(self._scene, "/map", raster, map_image(raster), MAP_HEIGHT)
+
+    def draw_markers(self, markers: list[Any]) -> None:
+        """Draw the world: equal shapes in one go."""
+        solids: dict[tuple[int, RGB], list[Any]] = {}
+        for marker in markers:
+            if marker.type in UNIT:
+                solids.setdefault((marker.type, _rgb(marker)), []).append(marker)
+            elif marker.type == Marker.TRIANGLE_LIST:
+                self._draw_triangles(marker)
+            elif marker.type == Marker.LINE_STRIP:
+                points = np.array([(p.x, p.y) for p in marker.points])
+                self._scene.add_line_segments(
+                    f"/world/{marker.ns}_{marker.id}", polyline(points, 0.02), _rgb(marker),
+                    thickness=marker.scale.x,
+                )  # fmt: skip
+            elif marker.type == Marker.TEXT_VIEW_FACING:
+                place = marker.pose.position
+                self._scene.add_label(
+                    f"/stations/{marker.text}", marker.text,
+                    position=(place.x, place.y, place.z), anchor="bottom-center",
+                    font_screen_scale=0.9,
+                )  # fmt: skip
+        for number, ((kind, color), group) in enumerate(solids.items()):
+            self._draw_solids(f"/world/solids_{number}", kind, color, group)
+
+    def _draw_solids(self, name: str, kind: int, color: RGB, group: list[Any]) -> None:
+        mesh = UNIT[kind]
+        self._scene.add_batched_meshes_simple(
+            name, mesh.vertices, mesh.faces,
+            batched_wxyzs=np.array([_turn(marker) for marker in group]),
+            batched_positions=np.array([_place(marker) for marker in group]),
+            batched_scales=np.array([(m.scale.x, m.scale.y, m.scale.z) for m in group], np.float32),
+            batched_colors=color, lod="off", flat_shading=kind == Marker.CUBE,
+            cast_shadow=False, receive_shadow=False,
+        )  # fmt: skip
+
+    def _draw_triangles(self, marker: Any) -> None:
+        vertices = np.array([(p.x, p.y, p.z) for p in marker.points]).reshape(-1, 3)
+        faces = np.arange(len(vertices)).reshape(-1, 3)
+        self._scene.add_mesh_simple(
+            f"/world/{marker.ns}_{marker.id}", vertices, faces, color=_rgb(marker),
+            flat_shading=True, side="double", position=_place(marker), wxyz=_turn(marker),
+            cast_shadow=False, receive_shadow=False,
+        )  # fmt: skip
+
+    def draw_movers(self, markers: list[Any]) -> None:
+        """Draw who moves beside the robots."""
+        for number, marker in enumerate(markers):
+            if marker.type not in UNIT:
+                continue
+            if number not in self._movers:
+                mesh = UNIT[marker.type]
+                self._movers[number] = self._scene.add_mesh_simple(
+                    f"/movers/{number}", mesh.vertices, mesh.faces, color=_rgb(marker),
+                    scale=(marker.scale.x, marker.scale.y, marker.scale.z),
+                    cast_shadow=False, receive_shadow=False,
+                )  # fmt: skip
+            self._movers[number].position = _place(marker)
+            self._movers[number].wxyz = _turn(marker)
+
+
+def _rgb(marker: Any) -> RGB:
+    color = marker.color
+    return round(255 * color.r), round(255 * color.g), round(255 * color.b)
+
+
+def _place(marker: Any) -> tuple[float, float, float]:
+    place = marker.pose.position
+    return place.x, place.y, place.z
+
+
+def _turn(marker: Any) -> tuple[float, float, float, float]:
+    turn = marker.pose.orientation
+    return turn.w, turn.x, turn.y, turn.z

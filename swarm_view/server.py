@@ -1,0 +1,99 @@
+"""viser behind our gate: who has come in, and with which address."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import io
+import secrets
+import socket
+from collections.abc import Callable
+from typing import Any
+
+import viser
+
+from swarm_view.gate import KEY_HEADER, Gate, query_of
+
+LOOPBACK = ("127.0.0.1", "localhost", "::1")
+START_TIMEOUT = 10.0  # [s]
+
+
+class Server:
+    """The web side of the view.
+
+    Attributes:
+        viser: Scene and panel that all pages share.
+        urls: Where to find it; with the token, if it needs one.
+    """
+
+    def __init__(self, host: str, port: int) -> None:
+        """Listen.
+
+        Args:
+            host: To bind to; anything but the loopback interface gets a token.
+            port: To bind to; 0 for a free one.
+
+        Raises:
+            DoorError: If the address is taken.
+        """
+        self._key = secrets.token_urlsafe(16)
+        token = "" if host in LOOPBACK else secrets.token_urlsafe(16)
+        with contextlib.redirect_stdout(io.StringIO()):  # its banner shows the inner address
+            self.viser = viser.ViserServer("127.0.0.1", 0, verbose=False)
+        self._gate = Gate(host, port, self.viser.get_port(), token, self._key)
+        self._loop = self.viser.get_event_loop()
+        try:
+            starting = asyncio.run_coroutine_threadsafe(self._gate.start(), self._loop)
+            starting.result(START_TIMEOUT)
+        except BaseException:
+            self.viser.stop()
+            raise
+        self._token = token
+        self._host = host
+        self.viser.gui.configure_theme(
+            show_logo=False, show_share_button=False, control_width="medium"
+        )
+        self.viser.scene.world_axes.visible = False
+
+    @property
+    def port(self) -> int:
+        """That it listens on."""
+        return self._gate.port
+
+    def url(self, robot: str = "") -> str:
+        """Return the address of a page."""
+        pairs = (("robot", robot), ("token", self._token))
+        query = "&".join(f"{name}={value}" for name, value in pairs if value)
+        host = socket.gethostname() if self._host in ("0.0.0.0", "::") else self._host
+        host = f"[{host}]" if ":" in host else host
+        return f"http://{host}:{self.port}/" + (f"?{query}" if query else "")
+
+    def on_pages(
+        self, on_open: Callable[[Any, str], None], on_close: Callable[[int], None]
+    ) -> None:
+        """Call back, on viser's threads, for each page with the robot in its address.
+
+        Who did not come through the gate is not told of.
+        """
+
+        @self.viser.on_client_connect
+        async def _(client: Any) -> None:
+            request = self._request_of(client.client_id)
+            if request is not None and request.headers.get(KEY_HEADER) == self._key:
+                on_open(client, query_of(request.path, "robot"))
+
+        @self.viser.on_client_disconnect
+        async def _(client: Any) -> None:
+            on_close(client.client_id)
+
+    def _request_of(self, client_id: int) -> Any:
+        # viser has no public access to a connection's address.
+        connections = self.viser._websock_server._live_connections
+        connection = connections.get(client_id)
+        return None if connection is None else connection.request
+
+    def stop(self) -> None:
+        """Listen no more."""
+        self._loop.call_soon_threadsafe(self._gate.stop)
+        with contextlib.redirect_stdout(io.StringIO()):
+            self.viser.stop()

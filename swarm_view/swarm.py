@@ -1,0 +1,183 @@
+"""All that is known of the swarm while somebody looks: messages go in, the view reads it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from swarm_common import wire
+from swarm_common.records import CONTROL_PERIOD, FloatArray, Pose
+from swarm_common.ros_io import tick_of
+from swarm_view import decode, topics
+from swarm_view.decode import Raster, RobotState
+from swarm_view.topics import Layer
+from swarm_view.track import Track, Trails
+
+HISTORY = 40  # ticks for which poses are kept, to place scans
+DECODERS: dict[Layer, Callable[[Any], Any]] = {
+    Layer.PLAN: decode.path,
+    Layer.LOCAL_PLAN: decode.path,
+    Layer.LOCAL_COSTMAP: decode.raster,
+    Layer.GLOBAL_COSTMAP: decode.raster,
+    Layer.FOOTPRINT: decode.polygon,
+    Layer.PARTICLES: decode.particles,
+}
+
+
+class Swarm:
+    """What the messages so far say.
+
+    Attributes:
+        names: Of the robots, in the order of all arrays.
+        states: Latest status by robot.
+        descriptions: URDF by robot.
+        track: Where they are.
+        trails: Where they have been.
+        markers: Of the scene; None before it is known.
+        movers: Markers of what else moves.
+        map: None before it is known.
+        verdict: swarm_interfaces/Verdict; None before the first.
+        tick: Newest control tick seen.
+        revision: Grows whenever scene, map, names or descriptions change.
+        state_revision: Grows with every status.
+    """
+
+    def __init__(self) -> None:
+        """Know nothing."""
+        self.names: list[str] = []
+        self.states: dict[str, RobotState] = {}
+        self.descriptions: dict[str, str] = {}
+        self.track = Track()
+        self.trails = Trails()
+        self.markers: list[Any] | None = None
+        self.movers: list[Any] = []
+        self.map: Raster | None = None
+        self.verdict: Any = None
+        self.tick = 0
+        self.revision = 0
+        self.state_revision = 0
+        self._layers: dict[str, tuple[int, bytes]] = {}
+        self._decoded: dict[str, tuple[int, Any]] = {}
+        self._history: dict[int, FloatArray] = {}
+        self._places: dict[str, Pose] = {}  # of statuses, where there is no ground truth
+        self._has_truth = False
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return self.tick * CONTROL_PERIOD
+
+    def meet(self, robots: list[str]) -> None:
+        """Learn who there is."""
+        if robots != self.names and not self._has_truth:
+            self.names = robots
+            self.revision += 1
+
+    def forget_past(self) -> None:
+        """Forget what belongs to a time before; done when a recording is wound."""
+        self.trails.clear()
+        self._history.clear()
+        self._layers.clear()
+        self._decoded.clear()
+        self.tick = 0
+
+    def index(self, robot: str) -> int | None:
+        """Return a robot's place in the arrays."""
+        return self.names.index(robot) if robot in self.names else None
+
+    def apply(self, taken: list[tuple[str, bytes]], now: float) -> None:
+        """Take messages in their order; `now` is wall time."""
+        newest = {topic: data for topic, data in taken if topic == topics.TF}
+        for topic, data in taken:
+            if topic == topics.TF and newest[topic] is not data:
+                continue  # at high speed there are more than can be drawn
+            self._apply(topic, data, now)
+
+    def _apply(self, topic: str, data: bytes, now: float) -> None:
+        if topic == topics.TF:
+            self._take_poses(data, now)
+        elif topic == topics.VERDICT:
+            self.verdict = decode.message(topic, data)
+            self.tick = max(self.tick, tick_of(self.verdict.stamp))
+        elif topic == topics.MOVERS:
+            self.movers = decode.message(topic, data).markers
+        elif topic == topics.SCENE:
+            self.markers = decode.message(topic, data).markers
+            self.revision += 1
+        elif topic == topics.MAP:
+            self.map = decode.raster(decode.message(topic, data))
+            self.revision += 1
+        else:
+            self._take_of_robot(topic, data, now)
+
+    def _take_of_robot(self, topic: str, data: bytes, now: float) -> None:
+        robot, rest = topics.split(topic)
+        if rest == topics.STATUS:
+            status = decode.message(topic, data)
+            self.states[robot] = decode.robot_state(status)
+            self.state_revision += 1
+            if not self._has_truth:
+                self._take_place(robot, Pose(status.pose.x, status.pose.y, status.pose.theta), now)
+        elif rest == topics.DESCRIPTION:
+            self.descriptions[robot] = decode.message(topic, data).data
+            self.revision += 1
+        else:
+            version = self._layers.get(topic, (0, b""))[0]
+            self._layers[topic] = (version + 1, data)
+
+    def _take_poses(self, data: bytes, now: float) -> None:
+        tick, poses = wire.read_transforms(data)
+        names = [child.rpartition("/")[0] for child in poses]
+        if names != self.names:
+            self.names = names
+            self.revision += 1
+        self._has_truth = True
+        self.tick = max(self.tick, tick)
+        array = np.array([(p.x, p.y, p.yaw) for p in poses.values()]).reshape(-1, 3)
+        self._history[tick] = array
+        if len(self._history) > HISTORY:
+            del self._history[min(self._history)]
+        self.track.add(array, now)
+        self.trails.add(array)
+
+    def _take_place(self, robot: str, pose: Pose, now: float) -> None:
+        self._places[robot] = pose
+        if all(name in self._places for name in self.names):
+            places = [self._places[name] for name in self.names]
+            array = np.array([(p.x, p.y, p.yaw) for p in places]).reshape(-1, 3)
+            self.track.add(array, now)
+            self.trails.add(array)
+
+    def pose_at(self, robot: str, tick: int) -> FloatArray | None:
+        """Return the pose (3,) of a robot at a tick, or the newest one."""
+        index = self.index(robot)
+        poses = self._history.get(tick, self.track.latest)
+        return None if index is None or index >= len(poses) else poses[index]
+
+    def layer(self, robot: str, layer: Layer) -> tuple[int, Any]:
+        """Return (version, what there is to draw) of a robot's layer; version 0 is nothing."""
+        topic = topics.of_layer(robot, layer)
+        version, data = self._layers.get(topic, (0, b""))
+        if version == 0:
+            return 0, None
+        known = self._decoded.get(topic)
+        if known is not None and known[0] == version:
+            return known
+        self._decoded[topic] = version, _decode(topic, layer, data)
+        return self._decoded[topic]
+
+    def drop_layers(self, wanted: set[str]) -> None:
+        """Forget layers that nobody shows any more, so that they are not shown out of date."""
+        for topic in self._layers.keys() - wanted:
+            del self._layers[topic]
+            self._decoded.pop(topic, None)
+
+
+def _decode(topic: str, layer: Layer, data: bytes) -> Any:
+    if layer is Layer.SCAN:
+        return decode.scan(data)
+    if layer is Layer.MOTION:
+        return decode.motion(data)
+    return DECODERS[layer](decode.message(topic, data))

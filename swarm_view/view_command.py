@@ -1,0 +1,68 @@
+"""The command `swarm-view`: a 3D view of a running swarm in the browser."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+from typing import Annotated
+
+import rclpy
+import typer
+
+from swarm_commander.discovery import find_robots
+from swarm_commander.domain import domain_id
+from swarm_commander.options import LOOPBACK, VIEWER_PORT
+from swarm_common.addresses import check_address
+from swarm_view.feed import Recording
+from swarm_view.live import open_node, serve_live
+from swarm_view.server import Server
+from swarm_view.viewer import Viewer, run_until_signal
+
+view_app = typer.Typer(add_completion=False, rich_markup_mode=None)
+
+
+@view_app.command()
+def view(
+    port: Annotated[int, typer.Option(help="To listen on; 0 for a free one.")] = VIEWER_PORT,
+    host: Annotated[
+        str, typer.Option(help="To listen on; browsers of other hosts need the token.")
+    ] = LOOPBACK,
+) -> None:
+    """Show a running swarm in the browser, until Ctrl-C."""
+    check_address(host, port)
+    node = open_node()
+    try:
+        find_robots(node, domain_id(), [])
+        server = Server(host, port)
+        _announce(server)
+        serve_live(server, node)
+    finally:
+        rclpy.try_shutdown()
+    _leave()
+
+
+def show_recording(
+    feed: Recording, host: str = LOOPBACK, port: int = VIEWER_PORT,
+    say: Callable[[str], None] = typer.echo,
+) -> None:  # fmt: skip
+    """Show a recording in the browser, until a signal asks for the end.
+
+    Raises:
+        SwarmError: If the address cannot be listened on.
+    """
+    check_address(host, port)
+    server = Server(host, port)
+    _announce(server, say)
+    run_until_signal(Viewer(server, feed, None, feed))
+
+
+def _announce(server: Server, say: Callable[[str], None] = typer.echo) -> None:
+    say(f"viewer: {server.url()}\none robot: {server.url('Srobot1')}\npress Ctrl-C to end")
+
+
+def _leave() -> None:
+    """End at once: the interpreter's own end would wait for threads of viser and DDS."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(0)

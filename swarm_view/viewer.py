@@ -1,0 +1,204 @@
+"""The viewer's loop: messages in, frames out, and nothing at all while nobody looks."""
+
+from __future__ import annotations
+
+import queue
+import signal
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from swarm_view import topics
+from swarm_view.feed import Feed, Recording
+from swarm_view.fleet import Fleet
+from swarm_view.machine import CpuMeter
+from swarm_view.operator_link import OperatorLink
+from swarm_view.page import Page
+from swarm_view.scenery import Scenery
+from swarm_view.server import Server
+from swarm_view.swarm import Swarm
+
+FRAME_PERIOD = 0.04  # [s] of wall time: 25 frames per second
+LOOK_PERIOD = 3.0  # [s] of wall time between two looks at who there is
+COLOR_PERIOD = 0.2  # [s] of wall time between two looks at the states' colours
+IDLE_PERIOD = 1.0  # [s] of wall time between two looks for a signal while nobody is there
+ALWAYS = {topics.TF, topics.VERDICT, topics.MOVERS}
+
+
+class Viewer:
+    """Shows a feed to any number of pages. Use `run`, then `close`."""
+
+    def __init__(
+        self,
+        server: Server,
+        feed: Feed,
+        link: OperatorLink | None,
+        recording: Recording | None = None,
+    ) -> None:
+        """Attach to a server.
+
+        Args:
+            server: Where pages come in.
+            feed: Where messages come from.
+            link: To the swarm; None for a recording.
+            recording: The feed, if it can be played.
+        """
+        self._recording = recording
+        self._server = server
+        self._feed = feed
+        self._link = link
+        self._calls: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
+        self._swarm = Swarm()
+        self._scenery = Scenery(server.viser)
+        self._fleet = Fleet(server.viser)
+        self._cpu = CpuMeter()
+        self._pages: dict[int, Page] = {}
+        self._is_stopped = False
+        self._look_due = self._color_due = 0.0
+        self._revision = self._state_revision = -1
+        self._has_map = self._has_scene = False
+        self._shown: Any = None
+        server.on_pages(self._on_open, self._on_close)
+
+    @property
+    def pages(self) -> int:
+        """Number of open pages."""
+        return len(self._pages)
+
+    def stop(self) -> None:
+        """Make `run` return soon."""
+        self._is_stopped = True
+        self._calls.put(lambda: None)
+
+    def run(self) -> None:
+        """Draw frame after frame until stopped."""
+        while not self._is_stopped:
+            started = time.monotonic()
+            self._do_calls(0.0)
+            if not self._pages:
+                self._feed.want(set())
+                self._do_calls(IDLE_PERIOD)
+                continue
+            self.frame(started)
+            rest = FRAME_PERIOD - (time.monotonic() - started)
+            self._do_calls(max(0.001, rest))
+
+    def close(self) -> None:
+        """Release everything."""
+        self._server.stop()
+        self._feed.close()
+
+    def _do_calls(self, patience: float) -> None:
+        """Do what pages ask for; wait for up to `patience` [s] for the first."""
+        end = time.monotonic() + patience
+        while True:
+            rest = end - time.monotonic()
+            try:
+                call = self._calls.get(block=rest > 0.0, timeout=max(rest, 0.0) or None)
+            except queue.Empty:
+                return
+            call()
+            if self._is_stopped:
+                return
+
+    def frame(self, now: float) -> None:
+        """Take what has come and draw one frame; `now` is wall time."""
+        swarm = self._swarm
+        if now >= self._look_due:
+            self._look_due = now + LOOK_PERIOD
+            swarm.meet(topics.robots_in(self._feed.topics()))
+        wanted = self._wanted()
+        swarm.drop_layers(wanted)
+        self._feed.want(wanted)
+        swarm.apply(self._feed.take(), now)
+        if self._link is not None:
+            self._link.turn(now)
+        self._draw_still()
+        poses = swarm.track.at(now)
+        with self._server.viser.atomic():
+            if self._shown is None or not np.array_equal(poses, self._shown):
+                self._shown = poses
+                self._fleet.move(poses)
+            self._scenery.draw_movers(swarm.movers)
+            self._color(now)
+        cpu = self._cpu.text(now)
+        for page in self._pages.values():
+            page.show_cpu(cpu)
+            page.update(poses, now)
+
+    def _wanted(self) -> set[str]:
+        swarm = self._swarm
+        wanted = set(ALWAYS)
+        wanted |= {f"/{name}/{topics.STATUS}" for name in swarm.names}
+        missing = [name for name in swarm.names if name not in swarm.descriptions]
+        wanted |= {f"/{name}/{topics.DESCRIPTION}" for name in missing}
+        if swarm.map is None:
+            wanted.add(topics.MAP)
+        if swarm.markers is None:
+            wanted.add(topics.SCENE)
+        for page in self._pages.values():
+            wanted |= page.topics()
+        return wanted
+
+    def _draw_still(self) -> None:
+        swarm = self._swarm
+        if self._revision == swarm.revision:
+            return
+        self._revision = swarm.revision
+        if swarm.map is not None and not self._has_map:
+            self._has_map = True
+            self._scenery.draw_map(swarm.map)
+            self._point_camera()
+        if swarm.markers is not None and not self._has_scene:
+            self._has_scene = True
+            self._scenery.draw_markers(swarm.markers)
+        missing = [name for name in swarm.names if name not in swarm.descriptions]
+        if not missing or not self._fleet.meshes:
+            self._fleet.assemble(swarm.names, swarm.descriptions)
+            self._shown = None
+            self._state_revision = -1
+
+    def _point_camera(self) -> None:
+        """Let pages open with the whole map in view."""
+        raster = self._swarm.map
+        assert raster is not None
+        (x, y), (width, depth) = raster.origin, raster.size
+        center = np.array([x + 0.5 * width, y + 0.5 * depth, 0.0])
+        camera = self._server.viser.initial_camera
+        camera.look_at = center
+        camera.position = center + np.array([0.0, -0.75, 0.95]) * max(width, depth)
+        for page in self._pages.values():
+            page.look_at(camera.look_at, camera.position)
+
+    def _color(self, now: float) -> None:
+        if now >= self._color_due and self._state_revision != self._swarm.state_revision:
+            self._color_due = now + COLOR_PERIOD
+            self._state_revision = self._swarm.state_revision
+            self._fleet.color(self._swarm.names, self._swarm.states)
+
+    # Called on viser's threads
+
+    def _on_open(self, client: Any, robot: str) -> None:
+        def add() -> None:
+            self._look_due = 0.0
+            self._pages[client.client_id] = Page(
+                client, robot, self._swarm, self._fleet, self._link, self._calls.put
+            )
+
+        self._calls.put(add)
+
+    def _on_close(self, client_id: int) -> None:
+        def drop() -> None:
+            self._pages.pop(client_id, None)
+
+        self._calls.put(drop)
+
+
+def run_until_signal(viewer: Viewer) -> None:
+    """Run a viewer until SIGINT or SIGTERM, and close it."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: viewer.stop())
+    viewer.run()
+    viewer.close()

@@ -1,0 +1,118 @@
+"""A feed without a graph: robots drive round circles in the factory hall."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Collection
+from dataclasses import replace
+
+import numpy as np
+from rclpy.serialization import serialize_message
+from std_msgs.msg import String
+from swarm_interfaces.msg import RobotStatus, Verdict
+from visualization_msgs.msg import MarkerArray
+
+from swarm_common import ros_io
+from swarm_common.map_io import load_map, map_path
+from swarm_common.records import Scan
+from swarm_common.topic_table import ROBOT_TOPICS, WORLD_TOPICS
+from swarm_common.wire import ScanWriter, TransformsWriter
+from swarm_sim.robot_model import description
+from swarm_sim.ros_scenery import scene_markers
+from swarm_sim.sdf import load_world
+from swarm_view import topics
+from swarm_view.topics import Layer
+
+STATES = ("driving", "holding", "waiting", "yielding", "recovering", "idle")
+PERIOD = 0.1  # [s] of a tick
+
+
+class MovingFeed:
+    """`count` robots in `slim_blockage`.
+
+    Attributes:
+        wanted: What somebody wants now.
+        is_standing: Whether time stands still.
+    """
+
+    def __init__(self, count: int, models: Collection[str] = ("turtlebot3_waffle",)) -> None:
+        """Prepare all that never changes."""
+        self.names = [f"Srobot{i + 1}" for i in range(count)]
+        self.wanted: set[str] = set()
+        self.is_standing = False
+        self._fresh: set[str] = set()
+        self._writer = TransformsWriter("map", [f"{name}/base_footprint" for name in self.names])
+        scene = load_world("slim_blockage")
+        urdfs = [description(model) for model in models]
+        self._latched = {
+            topics.SCENE: serialize_message(MarkerArray(markers=scene_markers(scene))),
+            topics.MAP: serialize_message(ros_io.grid_msg(load_map(map_path(scene.name)), 0)),
+        }
+        for i, name in enumerate(self.names):
+            text = serialize_message(String(data=urdfs[i % len(urdfs)]))
+            self._latched[f"/{name}/{topics.DESCRIPTION}"] = text
+        self._started = time.monotonic()
+        self._tick = -1
+
+    def topics(self) -> dict[str, str]:
+        """Return all topics."""
+        robots = [
+            replace(topic, name=f"/{name}/{topic.name}")
+            for name in self.names
+            for topic in ROBOT_TOPICS
+        ]
+        return {topic.name: topic.type for topic in (*WORLD_TOPICS, *robots)}
+
+    def want(self, wanted: Collection[str]) -> None:
+        """Note what is wanted."""
+        self._fresh |= set(wanted) - self.wanted
+        self.wanted = set(wanted)
+
+    def take(self) -> list[tuple[str, bytes]]:
+        """Return what is new."""
+        taken = [(t, self._latched[t]) for t in self._fresh if t in self._latched]
+        self._fresh.clear()
+        tick = int((time.monotonic() - self._started) / PERIOD)
+        if tick == self._tick or self.is_standing:
+            return taken
+        self._tick = tick
+        if topics.TF in self.wanted:
+            taken.append((topics.TF, self._writer.encode(tick, self.poses(tick))))
+        for i, name in enumerate(self.names):
+            if (tick + i) % 5 == 0 and f"/{name}/{topics.STATUS}" in self.wanted:
+                taken.append((f"/{name}/{topics.STATUS}", self._status(i, tick)))
+            if topics.of_layer(name, Layer.SCAN) in self.wanted:
+                ranges = np.full(360, 1.5, np.float32)
+                scan = Scan(tick, 0.0, math.radians(1.0), 0.12, 3.5, ranges)
+                taken.append(
+                    (topics.of_layer(name, Layer.SCAN), ScanWriter("base_scan", 0.2).encode(scan))
+                )
+        if topics.VERDICT in self.wanted and tick % 5 == 0:
+            verdict = Verdict(stamp=ros_io.time_msg(tick), real_time_factor=1.0)
+            verdict.robots = verdict.answering = len(self.names)
+            verdict.min_clearance = 0.11
+            taken.append((topics.VERDICT, serialize_message(verdict)))
+        return taken
+
+    def poses(self, tick: int) -> np.ndarray:
+        """Return where everybody is at a tick."""
+        columns = math.ceil(math.sqrt(len(self.names)))
+        index = np.arange(len(self.names))
+        phase = 0.05 * tick + index
+        x = -6.0 + 12.0 * (index % columns) / max(1, columns - 1) + 0.3 * np.cos(phase)
+        y = -3.5 + 11.0 * (index // columns) / max(1, columns - 1) + 0.3 * np.sin(phase)
+        return np.column_stack([x, y, phase + 0.5 * math.pi])
+
+    def _status(self, i: int, tick: int) -> bytes:
+        x, y, yaw = self.poses(tick)[i]
+        status = RobotStatus(stamp=ros_io.time_msg(tick), robot=self.names[i])
+        status.state = STATES[i % len(STATES)]
+        status.pose.x, status.pose.y, status.pose.theta = float(x), float(y), float(yaw)
+        status.goal.x, status.goal.y, status.goal.theta = float(x) + 1.0, float(y), 0.0
+        status.goals_reached = i
+        status.station, status.queue_place = "loader_1", i
+        return serialize_message(status)
+
+    def close(self) -> None:
+        """Nothing to release."""
