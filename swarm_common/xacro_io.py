@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import os
 import re
 import xml.parsers.expat
 from collections.abc import Iterator, Mapping
@@ -82,7 +83,7 @@ def _place(path: Path, cause: Exception, files: list[str]) -> str:
     if isinstance(cause, xml.parsers.expat.ExpatError):
         return f"{files[0] if files else path}, line {cause.lineno}"
     expressions = EXPRESSION.findall(str(cause))
-    for name in dict.fromkeys(files):
+    for name in dict.fromkeys(map(os.path.normpath, files)):
         try:
             text = Path(name).read_text(encoding="utf-8", errors="replace")
         except OSError:
