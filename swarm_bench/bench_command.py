@@ -53,6 +53,12 @@ def traffic(
         bool | None,
         typer.Option(help="[default: the scenario's; with --ros always]", show_default=False),
     ] = None,
+    realistic: Annotated[
+        bool,
+        typer.Option(
+            "--realistic/--ideal", help="Sensors that err, with LiDARs, and localisation by AMCL."
+        ),
+    ] = False,
     method: Annotated[str, typer.Option(help="ours, dwa or orca.")] = "ours",
     set_: Annotated[
         list[str] | None,
@@ -77,7 +83,8 @@ def traffic(
         engine=engine or ("bullet" if ros else "planar"),
         loss=loss,
         delay=delay,
-        lidar=True if ros and lidar is None else lidar,
+        lidar=True if (ros or realistic) and lidar is None else lidar,
+        realistic=realistic,
         settings=set_ or [],
     )
     check_jobs(jobs, ros=ros, method=method)

@@ -129,6 +129,7 @@ def conditions(options: RunOptions) -> dict[str, Any]:
         "delay": scenario.delay,
         "lidar": scenario.with_lidar,
         "noise": scenario.noise,
+        **({"realistic": True} if options.realistic else {}),
         **options.parameters,
     }
 

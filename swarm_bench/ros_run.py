@@ -78,6 +78,7 @@ def up_flags(options: RunOptions, folder: Path) -> list[str]:
     else:
         flags["--robot"] = scenario.robot
     words = [word for flag, value in flags.items() for word in (flag, str(value))]
+    words += ["--realistic"] if options.realistic else []
     return [*words, "--until-done", "--headless", "--over-limit", "--no-report"]
 
 

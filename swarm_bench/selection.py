@@ -67,6 +67,7 @@ def select(
     loss: float | None = None,
     delay: float | None = None,
     lidar: bool | None = None,
+    realistic: bool = False,
     settings: Sequence[str] = (),
 ) -> list[RunOptions]:
     """Return the runs asked for, scenario by scenario, size by size, seed by seed.
@@ -80,6 +81,7 @@ def select(
         loss: Of beacons, in place of the scenario's.
         delay: [s] of beacons, likewise.
         lidar: Likewise.
+        realistic: Whether sensors err and navigators localise by AMCL; needs LiDARs.
         settings: Parameters like traffic.safety_margin=0.06.
 
     Raises:
@@ -89,8 +91,12 @@ def select(
         raise UnknownNameError("method", method, METHODS)
     if engine not in ENGINES:
         raise UnknownNameError("engine", engine, ENGINES)
+    if realistic and (lidar is False or method != "ours"):
+        given = "--no-lidar" if lidar is False else f"--method {method}"
+        raise ConfigError(f"--realistic localises by LiDAR in our navigators; leave out {given}")
     common: dict[str, Any] = {
         "method": method, "engine": engine, "parameters": parse_parameters(list(settings)),
+        "realistic": realistic,
     }  # fmt: skip
     changes: dict[str, Any] = {
         key: value

@@ -12,7 +12,7 @@ from swarm_bench.methods import Driver, load_method
 from swarm_bench.scenario import Scenario
 from swarm_commander.itinerary import Itinerary
 from swarm_commander.mission import Mission, load_mission
-from swarm_commander.params import default_parameters
+from swarm_commander.params import REALISTIC, default_parameters
 from swarm_common.errors import ConfigError
 from swarm_common.fleet import limits_of
 from swarm_common.grid import Grid
@@ -40,6 +40,7 @@ class RunOptions:
         method: What drives the robots.
         engine: Physics: planar or bullet.
         parameters: Of the navigators, by dotted name, in place of the defaults.
+        realistic: Whether sensors err as the robots' models say and navigators localise by AMCL.
     """
 
     scenario: Scenario
@@ -48,6 +49,7 @@ class RunOptions:
     method: str = "ours"
     engine: str = "planar"
     parameters: Mapping[str, Any] = field(default_factory=dict)
+    realistic: bool = False
 
 
 @dataclass(slots=True)
@@ -107,6 +109,7 @@ def build(options: RunOptions) -> Stage:
             walkers=actors.walkers if actors is not None else None,
             vehicles=actors.vehicles if actors is not None else None,
             actuation_noise=scenario.noise,
+            realistic=options.realistic,
             radio=RadioConfig(loss=scenario.loss, delay=scenario.delay),
         ),
         options.seed,
@@ -145,6 +148,7 @@ def nav_config(options: RunOptions, spec: RobotSpec) -> NavConfig:
         **_defaults(),
         **limits_of(spec),
         **({} if options.scenario.with_lidar else {"costmap.scan_timeout": 0.0}),
+        **(REALISTIC if options.realistic else {}),
         **options.parameters,
     }
     return config_from_parameters(values, where="--set")

@@ -18,6 +18,7 @@ from swarm_common.robot_params import robot_parameters
 from swarm_common.yaml_io import read_yaml
 
 NODE = "navigator"
+REALISTIC: Flat = {"localisation.type": "amcl"}  # for robots whose sensors err
 
 
 def default_parameters() -> Flat:

@@ -9,6 +9,7 @@ from typing import Any
 from swarm_commander.mission import Mission, load_mission
 from swarm_commander.options import UpOptions
 from swarm_commander.params import (
+    REALISTIC,
     Overrides,
     default_parameters,
     load_overrides,
@@ -79,6 +80,7 @@ class RunPlan:
             "spawn": self.mission.spawn if self.mission is not None else "",
             "skip_missing": options.skip_missing,
             "seed": options.seed,
+            "realistic": options.realistic,
             "speed": "max" if options.speed is None else options.speed,
             "free_run": options.free_run,
             "duration": options.duration,
@@ -93,6 +95,7 @@ class RunPlan:
             "wait_for_mission": self.mission is not None and not self.options.free_run,
             "sites": str(self.sites_path) if self.sites_path else "",
             **self.defaults,
+            **(REALISTIC if self.options.realistic else {}),
             **member.limits_in_force,
             **self.overrides.for_robot(name),
         }

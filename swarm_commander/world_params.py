@@ -10,11 +10,13 @@ from swarm_commander.flat import flatten, nest, typed
 from swarm_common.errors import UnknownNameError
 from swarm_common.records import Pose
 from swarm_common.resources import share_directory
+from swarm_common.sensors import sensor_errors
 from swarm_common.yaml_io import numbers, read_yaml
 
 SECTION = "ros__parameters"
 WORLD_NODES = ("world", "sim/world")  # how a section may name it
 BROKEN = "broken."
+SENSORS = "sensors"
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,14 +26,17 @@ class WorldParams:
     Attributes:
         values: Parameters by dotted name, without those of broken robots.
         broken_map: By name, where robots stand that have no navigator.
+        sensors: Errors of all robots' sensors in place of their models'.
     """
 
     values: Mapping[str, Any] = field(default_factory=dict)
     broken_map: Mapping[str, Pose] = field(default_factory=dict)
+    sensors: Mapping[str, Any] = field(default_factory=dict)
 
     def settings(self) -> dict[str, Any]:
         """Return the values as the world process takes them."""
-        return nest({name: value for name, value in self.values.items() if value != ""})
+        values = nest({name: value for name, value in self.values.items() if value != ""})
+        return values | ({SENSORS: dict(self.sensors)} if self.sensors else {})
 
 
 def is_world(pattern: str) -> bool:
@@ -59,7 +64,13 @@ def parse_world(body: Mapping[str, Any], robots: Sequence[str], where: str) -> W
     known = default_world_parameters()
     values: dict[str, Any] = {}
     broken: dict[str, Pose] = {}
-    for name, value in flatten(body).items():
+    flat = flatten(body)
+    of_sensors = {name: value for name, value in flat.items() if name.startswith(f"{SENSORS}.")}
+    sensors = nest(of_sensors).get(SENSORS, {})
+    sensor_errors(sensors, f"{where}: {SENSORS}")
+    for name, value in flat.items():
+        if name in of_sensors:
+            continue
         if not name.startswith(BROKEN):
             values[name] = typed(name, value, known, where)
             continue
@@ -67,4 +78,4 @@ def parse_world(body: Mapping[str, Any], robots: Sequence[str], where: str) -> W
         if robot not in robots:
             raise UnknownNameError("robot", robot, robots, f"{where}: broken")
         broken[robot] = Pose(*numbers(value, 3, f"{where}: {name} [x, y, yaw]"))
-    return WorldParams(values, broken)
+    return WorldParams(values, broken, sensors)

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from swarm_common.sensors import IDEAL, SensorErrors
+
 CONTROL_PERIOD = 0.1  # [s] of simulated time between two commands (REP-free choice: 10 Hz)
 TICK_NANOSECONDS = 100_000_000
 
@@ -130,6 +132,7 @@ class RobotSpec:
     wheel_base: float = 0.0  # [m] between the front and the rear axle
     wheels_left: tuple[str, ...] = ("wheel_left_joint",)  # joints, front to rear
     wheels_right: tuple[str, ...] = ("wheel_right_joint",)
+    sensors: SensorErrors = IDEAL  # of the real robot; the world decides whether they count
 
     @property
     def is_omni(self) -> bool:

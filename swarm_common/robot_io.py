@@ -16,6 +16,7 @@ from swarm_common.records import LidarSpec, RobotSpec
 from swarm_common.robot_derived import Described, describe
 from swarm_common.robot_model import RobotModel, parse_urdf
 from swarm_common.robot_source import ROBOT_FILE, RobotSource, find_robot, robot_names
+from swarm_common.sensors import IDEAL, sensor_errors
 from swarm_common.yaml_io import check_keys, number, numbers
 
 __all__ = [
@@ -31,7 +32,7 @@ REQUIRED = (
 POSITIVE = tuple(name for name in REQUIRED if name not in ("drive", "footprint", "lidar"))
 SIDEWAYS = ("max_vel_y", "acc_lim_y")  # of omnidirectional drives
 FILES = ("description", "packages", "xacro_args", "wheels")
-KNOWN = ("model", *REQUIRED, *SIDEWAYS, "wheel_base", *FILES)
+KNOWN = ("model", *REQUIRED, *SIDEWAYS, "wheel_base", "sensors", *FILES)
 LIDAR_REQUIRED = ("x", "y", "z")
 MOST_POINTS = 8  # of a footprint
 LARGEST = 50.0  # [m], [m/s], ...: nothing about a robot on the ground is more
@@ -175,6 +176,9 @@ def _spec(source: RobotSource, values: Mapping[str, Any]) -> RobotSpec:
         footprint=_footprint(values["footprint"], f"{where}: footprint"),
         lidar=_lidar(values["lidar"], f"{where}: lidar"),
         wheel_base=_positive(base, f"{where}: wheel_base") if base else 0.0,
+        sensors=sensor_errors(
+            values.get("sensors", {}), f"{where}: sensors", IDEAL, RobotModelError
+        ),
         **{name: _positive(values[name], f"{where}: {name}") for name in POSITIVE},
         **_sideways(values, drive, where),
         **wheels,

@@ -10,7 +10,7 @@ from typing import Any
 from swarm_common.errors import RobotModelError
 from swarm_common.records import LidarSpec, RobotSpec
 
-WORLDS_OWN = ("wheels_left", "wheels_right")  # of no use to a navigator
+WORLDS_OWN = ("wheels_left", "wheels_right", "sensors")  # of no use to a navigator
 
 
 def robot_parameters(spec: RobotSpec) -> dict[str, Any]:

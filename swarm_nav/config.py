@@ -7,32 +7,15 @@ Names and defaults are Nav2's where Nav2 has the parameter. `parameter_values` a
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from swarm_common.errors import ConfigError, UnknownNameError
-
-
-def _positive(owner: str, config: object, *names: str) -> None:
-    for name in names:
-        value = getattr(config, name)
-        if not (math.isfinite(value) and value > 0):
-            raise ConfigError(f"{owner}{name} is {value}; it must be positive")
-
-
-def _not_negative(owner: str, config: object, *names: str) -> None:
-    for name in names:
-        value = getattr(config, name)
-        if not (math.isfinite(value) and value >= 0):
-            raise ConfigError(f"{owner}{name} is {value}; it must be 0 or more")
-
-
-def _at_most(owner: str, config: object, name: str, limit: float) -> None:
-    value = getattr(config, name)
-    if value > limit:
-        raise ConfigError(f"{owner}{name} is {value}; it must be at most {limit}")
+from swarm_nav.checks import at_most as _at_most
+from swarm_nav.checks import not_negative as _not_negative
+from swarm_nav.checks import positive as _positive
+from swarm_nav.localisation_config import LocalisationConfig
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -164,6 +147,8 @@ class BehaviorConfig:
 
 # All robots must agree on these: the safety argument counts on them. Not changeable while running.
 PROTOCOL_PARAMETERS = ("traffic.confirmations", "traffic.wanted_length", "traffic.lost_ticks")
+# Read once, at the start.
+FIXED_PARAMETERS = (*PROTOCOL_PARAMETERS, "localisation.type", "localisation.random_seed")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -241,6 +226,7 @@ class NavConfig:
     behavior: BehaviorConfig = field(default_factory=BehaviorConfig)
     traffic: TrafficConfig = field(default_factory=TrafficConfig)
     holding: HoldingConfig = field(default_factory=HoldingConfig)
+    localisation: LocalisationConfig = field(default_factory=LocalisationConfig)
 
 
 def parameter_values(config: NavConfig) -> dict[str, Any]:

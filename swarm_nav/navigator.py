@@ -22,7 +22,7 @@ from swarm_nav.costmap import Costmap
 from swarm_nav.gate import Gate, narrow_region
 from swarm_nav.goals import Feedback, Goal, Outcome, Output, Status
 from swarm_nav.holding import HoldingPattern, Lease
-from swarm_nav.localisation import OdometryLocaliser
+from swarm_nav.localisation import START_DEVIATION, make_localiser
 from swarm_nav.omni import make_controller
 from swarm_nav.pursuit import Pursuit
 from swarm_nav.right_of_way import RightOfWay
@@ -52,7 +52,6 @@ class Navigator:
         self.spec = spec
         self.sites = sites
         self.is_active = True
-        self._localiser = OdometryLocaliser(initial_pose_map)
         self._controller = make_controller(spec, config.controller)
         stations = [(p.x, p.y) for p in sites.stations.values()]
         self._holding = HoldingPattern(sites.circuits, stations)
@@ -60,6 +59,9 @@ class Navigator:
         self._right = RightOfWay()
         self._s = s = begin(config, spec, grid, robot_id, initial_pose_map)
         s.stations = tuple(stations)
+        self._localiser = make_localiser(
+            initial_pose_map, config.localisation, spec, s.terrain, s.hood, robot_id
+        )
         self._gate = Gate(self._narrow_region())
         self._automaton = Automaton(s, self._holding)
         self._pursuit = Pursuit(s, self._automaton, self._lease, self._right)
@@ -116,23 +118,42 @@ class Navigator:
         """Take the radio's batch of this tick, which may be empty."""
         self._senses.on_neighbors(beacons)
 
-    def on_initial_pose(self, pose_map: Pose) -> None:
-        """Take a pose from the operator; claims made at the old one are dropped."""
-        if pose_map.distance(self._s.pose) > self._s.config.traffic.safety_margin:
-            self._s.listening_since = self._s.tick  # who holds the space there is not known yet
-        self._localiser.initialise(pose_map)
-        self._s.pose = self._localiser.pose_map
-        self._s.tube.reset(self._s.pose)
+    def on_initial_pose(
+        self, pose_map: Pose, deviation: tuple[float, float] = START_DEVIATION
+    ) -> None:
+        """Take a pose from the operator, known to within `deviation` [m], [rad]."""
+        self._localiser.initialise(pose_map, deviation)
+        self._take_over_pose()
+
+    def _take_over_pose(self) -> None:
+        """Go on from a pose that is elsewhere; claims made at the old one are dropped."""
+        s, pose = self._s, self._localiser.pose_map
+        if pose.distance(s.pose) > s.config.traffic.safety_margin:
+            s.listening_since = s.tick  # who holds the space there is not known yet
+        s.pose = pose
+        s.tube.reset(pose)
+
+    def _trust_pose(self) -> None:
+        """See how good the pose is: it decides on the safety margin and on driving at all."""
+        s, localiser = self._s, self._localiser
+        s.is_lost = localiser.is_lost
+        s.radius = s.body_radius + max(s.config.traffic.safety_margin, localiser.margin)
+        if localiser.wants_leap and s.is_standing:
+            localiser.leap()
+            s.obstacles.clear()
+            self._take_over_pose()
 
     def load_map(self, grid: Grid) -> None:
         """Take another map."""
         self._s.load_map(grid)
+        self._localiser.load_map(self._s.terrain)
         self._gate.region = self._narrow_region()
 
     def reconfigure(self, config: NavConfig) -> None:
         """Take new parameters, effective from the next tick."""
         self._controller.configure(config.controller)
         self._s.configure(config)
+        self._localiser.configure(config.localisation)
 
     def activate(self) -> None:
         """Start to navigate; listens first."""
@@ -165,6 +186,7 @@ class Navigator:
             s.listening_since = tick  # a navigator that joins late listens first
         s.tick = tick
         s.hood.refresh(tick)
+        self._trust_pose()
         self._pursuit.begin_pending()
         self._lease.update(s)
         self._gate.update(s, self._task is not None, self._state is State.DRIVING)

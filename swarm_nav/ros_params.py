@@ -13,7 +13,7 @@ from rclpy.parameter_service import ParameterService
 from swarm_common.errors import SwarmError
 from swarm_common.robot_params import robot_parameters
 from swarm_nav.config import (
-    PROTOCOL_PARAMETERS,
+    FIXED_PARAMETERS,
     NavConfig,
     config_from_parameters,
     parameter_values,
@@ -62,7 +62,7 @@ class Parameters:
         for name, value in robot_parameters(settings.spec).items():
             fixed[ROBOT_PREFIX + name] = value
         changeable = [
-            (name, value, ParameterDescriptor(read_only=name in PROTOCOL_PARAMETERS))
+            (name, value, ParameterDescriptor(read_only=name in FIXED_PARAMETERS))
             for name, value in parameter_values(settings.config).items()
         ]
         constant = [

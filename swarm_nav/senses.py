@@ -40,6 +40,8 @@ class Senses:
         """Return what keeps the robot from driving, for people; empty if nothing does."""
         s = self._s
         timeout = s.config.costmap.scan_timeout
+        if s.is_lost:
+            return "stands: lost"
         if not is_hearing:
             return "stands: its radio delivers nothing"
         unheard_by = s.hood.deaf_neighbor(s.tick)

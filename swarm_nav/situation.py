@@ -58,6 +58,7 @@ class Situation:
         is_wary: Whether somebody may be near who walks into a robot that drives.
         stations: Places (x, y) in map that many robots go to, by `sites.yaml`.
         missing: What keeps the robot from driving (no scans, no radio), empty if nothing.
+        is_lost: Whether the robot does not know well enough where it is.
         is_deaf: Whether nothing was heard for so long that all must be listened to anew.
         listening_since: Tick since which the radio is heard without a gap.
         events: What happened since the last output, in order.
@@ -83,6 +84,7 @@ class Situation:
     yields_for: int = 0
     is_stuck: bool = False
     is_deaf: bool = False
+    is_lost: bool = False
     is_wary: bool = False
     has_grown: bool = False
     missing: str = ""

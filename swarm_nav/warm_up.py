@@ -14,6 +14,7 @@ from swarm_nav.config import ControllerConfig, NavConfig
 from swarm_nav.gate import Gate
 from swarm_nav.goals import Goal, GoalKind
 from swarm_nav.holding import parking_path
+from swarm_nav.localisation_config import AMCL, LocalisationConfig
 from swarm_nav.narrows import Narrows
 from swarm_nav.narrows_kernels import barrier, half_width, label
 from swarm_nav.navigator import Navigator
@@ -53,6 +54,8 @@ def warm_up() -> None:
     for index, robot in enumerate(robots):
         robot.set_goal(Goal(kind=GoalKind.NAVIGATE, poses_map=(poses[1 - index],)))
     _drive(robots, poses)
+    config = NavConfig(localisation=LocalisationConfig(type=AMCL))
+    _localise(Navigator(config, spec, grid, sites, 3, poses[0]))
     situation = robots[0]._s
     situation.hood.refresh(TICKS)
     refuge_path(situation, 0, situation.priority + 1)
@@ -67,6 +70,13 @@ def warm_up() -> None:
     _drive_sideways()
     robots[0].global_costmap()
     robots[0].local_costmap()
+
+
+def _localise(robot: Navigator) -> None:
+    for tick in range(0, 6, 2):
+        robot.on_odom(Odometry(tick, Pose(0.0, 0.0, 0.0), Twist()))
+        robot.on_scan(Scan(tick, 0.0, math.tau / 360, 0.12, 3.5, np.full(360, 1.0, np.float32)))
+    robot.particles()
 
 
 def _drive_sideways() -> None:

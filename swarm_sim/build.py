@@ -62,6 +62,8 @@ def build(settings: Settings) -> Stage:
         scene = dataclasses.replace(scene, walkers=actors.walkers, vehicles=actors.vehicles)
     robots = _robots(settings)
     specs = tuple(robots[entry.model].spec for entry in settings.robots)
+    notes = [f"{r.spec.model}: {note}" for r in robots.values() for note in r.model.notes]
+    scene = dataclasses.replace(scene, notes=(*scene.notes, *notes))
     widest = max(specs, key=lambda spec: spec.circumscribed_radius)
     check_sites(scene, widest)
     check_walkers(scene, scene.walkers)
@@ -78,6 +80,8 @@ def build(settings: Settings) -> Stage:
             with_lidar=settings.with_lidar,
             radio=settings.radio,
             actuation_noise=settings.actuation_noise,
+            realistic=settings.realistic,
+            sensors=settings.sensors,
         ),
         settings.seed,
         [entry.name for entry in settings.robots],

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from swarm_common.records import CONTROL_PERIOD, LidarSpec, RobotSpec, Scan
+from swarm_common.sensors import IDEAL, LidarErrors, SensorErrors
 from swarm_sim import lidar_kernels
 from swarm_sim.objects import Objects
-from swarm_sim.randomness import hash_words
+from swarm_sim.randomness import hash_words, normal, uniform
 from swarm_sim.scene import Body, Scene
 from swarm_sim.section import Section, section_between
 
 FloatArray = NDArray[np.float64]
 WORLD = -1  # owner of what no robot carries
+DROPOUT_WORD = 191  # what a random number is for
+SWEEP_RAYS = 10  # that are taken at one time, if each ray has its own
 NO_DISCS: FloatArray = np.zeros((0, 3))
 
 
@@ -33,6 +37,7 @@ class LidarGroup:
         world: Section,
         robots: Sequence[Section],
         walkers: int = 0,
+        errors: LidarErrors = IDEAL.lidar,
     ) -> None:
         """Prepare the arrays.
 
@@ -42,9 +47,11 @@ class LidarGroup:
             world: What stands still at the height of the scan plane.
             robots: The section of every robot at that height, in its base_footprint.
             walkers: Number of discs that move on their own.
+            errors: Of the ranges, beside `spec.sigma`.
         """
         self.spec = spec
         self.objects: Objects | None = None  # what moves beside robots and walkers
+        self._errors = errors
         self.members = np.array(members, np.int64)
         self.period_ticks = max(1, round(1.0 / (spec.rate * CONTROL_PERIOD)))
         self._base_from_lidar = np.array([spec.x, spec.y, spec.yaw])
@@ -66,21 +73,61 @@ class LidarGroup:
         )
         self._rays = np.arange(spec.rays)
         self._true_ranges = np.empty((len(members), spec.rays))
+        self._past: deque[tuple[int, FloatArray]] = deque(maxlen=self.period_ticks)
+
+    def note(self, poses: FloatArray, tick: int) -> None:
+        """Remember where the robots were, for rays that are older than their scan."""
+        if self._errors.ray_time and (not self._past or self._past[-1][0] < tick):
+            self._past.append((tick, poses.copy()))
 
     def scan(
         self, poses: FloatArray, seed: int, tick: int, walkers: FloatArray = NO_DISCS
     ) -> NDArray[np.float32]:
         """Return the measured ranges (members, rays) at true poses (n, 3) among walkers (m, 3)."""
-        spec = self.spec
-        self.cast(poses, walkers)
+        spec, errors = self.spec, self._errors
+        if errors.ray_time and self._past:
+            self._sweep(poses, walkers)
+        else:
+            self.cast(poses, walkers)
         ranges = np.empty((len(self.members), spec.rays), np.float32)
         words = hash_words(seed, tick, self.members[:, None], self._rays)
         limits = (spec.range_min, spec.range_max)
-        lidar_kernels.add_noise(self._true_ranges, words, spec.sigma, *limits, ranges)
+        sigma = spec.sigma
+        if errors.sigma_share > 0.0:
+            hits = np.isfinite(self._true_ranges)
+            sigmas = np.hypot(sigma, errors.sigma_share * self._true_ranges[hits])
+            self._true_ranges[hits] += sigmas * normal(words[hits])
+            sigma = 0.0
+        lidar_kernels.add_noise(self._true_ranges, words, sigma, *limits, ranges)
+        if errors.dropout > 0.0:
+            words = hash_words(seed, DROPOUT_WORD, tick, self.members[:, None], self._rays)
+            ranges[uniform(words) < errors.dropout] = np.nan
         return ranges
+
+    def _sweep(self, poses: FloatArray, walkers: FloatArray) -> None:
+        """Cast a few rays at a time, each few where the robots were when it was their turn."""
+        spec = self.spec
+        earlier = self._past[0][1]
+        turns = poses[:, 2] - earlier[:, 2]
+        turns -= 2.0 * np.pi * np.round(turns / (2.0 * np.pi))
+        swept = np.empty_like(self._true_ranges)
+        for first in range(0, spec.rays, SWEEP_RAYS):
+            last = min(spec.rays, first + SWEEP_RAYS)
+            share = (0.5 * (first + last)) / spec.rays  # of the revolution that is over
+            then = earlier + share * (poses - earlier)
+            then[:, 2] = earlier[:, 2] + share * turns
+            few = np.empty((len(self.members), last - first))
+            self._cast(then, walkers, few, spec.angle_min + first * spec.angle_increment)
+            swept[:, first:last] = few
+        self._true_ranges[:] = swept
 
     def cast(self, poses: FloatArray, walkers: FloatArray = NO_DISCS) -> FloatArray:
         """Return the true ranges (members, rays); the array is reused by the next call."""
+        self._cast(poses, walkers, self._true_ranges, self.spec.angle_min)
+        return self._true_ranges
+
+    def _cast(self, poses: FloatArray, walkers: FloatArray, out: FloatArray, angle: float) -> None:
+        """Write the true ranges of the rays from an angle on, as many as `out` has columns."""
         self._place(poses)
         self._discs[self._first_walker :] = walkers
         lidar_kernels.cast(
@@ -88,11 +135,10 @@ class LidarGroup:
             self.members,
             (self._segments, self._owners[0]),
             (self._discs, self._owners[1]),
-            (self.spec.angle_min, self.spec.angle_increment),
+            (angle, self.spec.angle_increment),
             self.spec.range_max,
-            self._true_ranges,
+            out,
         )
-        return self._true_ranges
 
     def _place(self, poses: FloatArray) -> None:
         """Move the robots' sections to their poses."""
@@ -127,6 +173,7 @@ class Lidars:
         models: Sequence[Sequence[Body]],
         seed: int,
         walkers: int = 0,
+        errors: Sequence[SensorErrors] | None = None,
     ) -> None:
         """Group robots with equal LiDARs.
 
@@ -136,18 +183,24 @@ class Lidars:
             models: Bodies of each robot in its base_footprint.
             seed: Of the range noise.
             walkers: How many there are.
+            errors: One per robot; None for ideal sensors.
         """
         self._seed = seed
         self._groups: list[LidarGroup] = []
-        for lidar in dict.fromkeys(spec.lidar for spec in specs):
-            members = [i for i, spec in enumerate(specs) if spec.lidar == lidar]
+        kinds = [
+            (spec.lidar, IDEAL.lidar if errors is None else errors[i].lidar)
+            for i, spec in enumerate(specs)
+        ]
+        for kind in dict.fromkeys(kinds):
+            lidar, lidar_errors = kind
+            members = [i for i, each in enumerate(kinds) if each == kind]
             distinct = {id(bodies): bodies for bodies in models}
             cuts = {
                 key: section_between(bodies, lidar.z, lidar.z) for key, bodies in distinct.items()
             }
             robots = [cuts[id(bodies)] for bodies in models]
             world = section_between(scene.fixed, lidar.z, lidar.z)
-            self._groups.append(LidarGroup(lidar, members, world, robots, walkers))
+            self._groups.append(LidarGroup(lidar, members, world, robots, walkers, lidar_errors))
 
     def watch(self, objects: Objects) -> None:
         """Let the LiDARs see objects, wherever these are."""
@@ -165,10 +218,12 @@ class Lidars:
         scans: dict[int, Scan] = {}
         for group in self._groups:
             if tick % group.period_ticks:
+                group.note(poses, tick)
                 continue
             spec = group.spec
             limits = (spec.angle_min, spec.angle_increment, spec.range_min, spec.range_max)
             measured = group.scan(poses, self._seed, tick, walkers)
+            group.note(poses, tick)
             for member, ranges in zip(group.members, measured, strict=True):
                 scans[int(member)] = Scan(tick, *limits, ranges)
         return scans

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -11,10 +12,12 @@ from swarm_common.beacon import BeaconArray
 from swarm_common.errors import ConfigError, UnknownNameError
 from swarm_common.records import CONTROL_PERIOD, Odometry, Pose, RobotSpec, Scan, Twist
 from swarm_common.robot_io import load_robot_model
+from swarm_common.sensors import IDEAL, sensor_errors
 from swarm_sim.actors import VehicleSpec, WalkerSpec
 from swarm_sim.drive import CommandBuffer, Odometer
 from swarm_sim.engine import Engine, FloatArray
 from swarm_sim.lidar import Lidars
+from swarm_sim.motion_sensors import Imu, MotionSensors
 from swarm_sim.objects import Objects
 from swarm_sim.planar import PlanarEngine
 from swarm_sim.radio import Radio, RadioConfig
@@ -41,6 +44,8 @@ class WorldConfig:
     with_lidar: bool = True
     actuation_noise: float = 0.0  # standard deviation of each speed, as a share of it, per tick
     radio: RadioConfig = field(default_factory=RadioConfig)
+    realistic: bool = False  # sensors err as each robot's `sensors:` section says
+    sensors: Mapping[str, Any] = field(default_factory=dict)  # in place of what it says
     walkers: tuple[WalkerSpec, ...] | None = None  # None: those of the scene
     vehicles: tuple[VehicleSpec, ...] | None = None  # None: those of the scene
 
@@ -52,6 +57,7 @@ class WorldConfig:
             raise ConfigError(
                 f"actuation_noise is {self.actuation_noise}; expected 0 to {MAX_NOISE}"
             )
+        sensor_errors(self.sensors, "sensors")
         steps = CONTROL_PERIOD / self.physics_period if self.physics_period > 0.0 else 0.0
         if steps < 1.0 or abs(steps - round(steps)) > 1e-6:
             raise ConfigError(
@@ -118,11 +124,16 @@ class World:
         self._engine = _make_engine(
             scene, specs, poses, models, config, self._walkers, self._objects
         )
+        errors = [
+            sensor_errors(config.sensors, "sensors", spec.sensors if config.realistic else IDEAL)
+            for spec in specs
+        ]
+        self._motion_sensors = MotionSensors(specs, errors, seed)
         self._lidars: Lidars | None = None
         if config.with_lidar:
             bodies = {name: bodies_of(model) for name, model in models.items()}
             carried = [bodies[spec.model] for spec in specs]
-            self._lidars = Lidars(scene, specs, carried, seed, len(walkers))
+            self._lidars = Lidars(scene, specs, carried, seed, len(walkers), errors)
             self._lidars.watch(self._objects)
         self._commands = CommandBuffer(specs)
         self._odometer = Odometer(len(specs))
@@ -154,7 +165,8 @@ class World:
         scans: dict[int, Scan] = {}
         if self._lidars is not None:
             scans = self._lidars.due(self._tick, self._engine.poses, self._walkers.discs)
-        readings = self._odometer.readings(self._tick, self._engine.twists)
+        twists = self._motion_sensors.twists(self._engine.twists)
+        readings = self._odometer.readings(self._tick, twists)
         return [
             Observation(odom, scans.get(i), self._radio.heard(i)) for i, odom in enumerate(readings)
         ]
@@ -172,7 +184,12 @@ class World:
         known = len(self._judge.collisions)
         self._radio.send(self._tick, beacons, self._engine.poses[:, :2])
         touches = self._engine.advance(self._disturbed(self._commands.update(commands)))
-        self._odometer.update(self._engine.travels, self._engine.yaws_gyro)
+        engine = self._engine
+        self._odometer.update(
+            *self._motion_sensors.update(
+                self._tick, engine.travels, engine.yaws_gyro, engine.twists
+            )
+        )
         self._judge.observe(
             self._tick * CONTROL_PERIOD,
             self._config.physics_period,
@@ -203,6 +220,10 @@ class World:
             )
             for pose, twist in zip(self._engine.poses, self._engine.twists, strict=True)
         ]
+
+    def imu(self, robot: int) -> Imu:
+        """Return what a robot's IMU reads at the present tick."""
+        return self._motion_sensors.imu(robot, self._tick)
 
     @property
     def poses(self) -> FloatArray:
