@@ -95,7 +95,8 @@ def diagram() -> str:
     """Return the automaton as a Mermaid state diagram."""
     lines = ["stateDiagram-v2", "    [*] --> idle"]
     for state, row in TRANSITIONS.items():
-        for event, target in row.items():
+        for target in dict.fromkeys(row.values()):
+            events = ", ".join(event.value for event in row if row[event] is target)
             if target is not state:
-                lines.append(f"    {state.value} --> {target.value}: {event.value}")
+                lines.append(f"    {state.value} --> {target.value}: {events}")
     return "\n".join(lines)

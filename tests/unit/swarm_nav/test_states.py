@@ -67,11 +67,18 @@ def test_the_diagram_shows_every_change_once() -> None:
     lines = diagram().splitlines()
     arrows = [line for line in lines if "-->" in line and "[*]" not in line]
     changes = [
-        (state, event)
+        (state.value, target.value, event.value)
         for state, row in TRANSITIONS.items()
         for event, target in row.items()
         if target is not state
     ]
-    assert len(arrows) == len(changes) == len(set(arrows))
+    pairs = {(source, target) for source, target, _ in changes}
+    assert len(arrows) == len(pairs) == len(set(arrows))
+    shown = [
+        (*arrow.strip().split(": ")[0].split(" --> "), event)
+        for arrow in arrows
+        for event in arrow.split(": ")[1].split(", ")
+    ]
+    assert sorted(shown) == sorted(changes)
     assert lines[0] == "stateDiagram-v2"
     assert "    idle --> driving: goal" in lines
