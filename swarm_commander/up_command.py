@@ -43,6 +43,7 @@ from swarm_common.addresses import check_address
 from swarm_common.errors import ConfigError
 from swarm_common.fleet import load_fleet
 from swarm_common.interfaces_build import ensure_interfaces
+from swarm_common.packages import add_package_paths
 
 up_app = typer.Typer(add_completion=False, rich_markup_mode=None)
 
@@ -59,6 +60,10 @@ def up(
     ] = None,
     fleet: Annotated[
         str | None, typer.Option(help="Name or file of a fleet of several robot models.")
+    ] = None,
+    package_path: Annotated[
+        list[Path] | None,
+        typer.Option("--package-path", help="Folder in which a robot's ROS packages are."),
     ] = None,
     map_: Annotated[Path | None, typer.Option("--map", help="Map yaml of your own.")] = None,
     skip_missing: Annotated[
@@ -138,6 +143,7 @@ def up(
         raise ConfigError("--viewer and --headless exclude each other")
     if viewer:
         check_address(viewer_host, port)
+    add_package_paths(package_path or [])
     crew = load_fleet(fleet) if fleet is not None else None
     options = UpOptions(
         swarm_size=swarm_size_of(swarm_size, crew),

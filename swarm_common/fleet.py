@@ -67,7 +67,9 @@ class Fleet:
 
 
 def uniform_fleet(model: str, count: int) -> Fleet:
-    """Return a fleet of one model."""
+    """Return a fleet of one model, by name or path."""
+    if Path(model).exists() and (Path(model).is_file() or len(Path(model).parts) > 1):
+        model = str(Path(model).absolute())
     return Fleet((Member(model, load_robot(model)),) * count)
 
 

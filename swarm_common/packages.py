@@ -8,11 +8,26 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from urllib.parse import unquote, urlparse
 
-from swarm_common.errors import MeshError, RobotModelError
+from swarm_common.errors import ConfigError, MeshError, RobotModelError
 
 DEPTH = 3  # folders below a given path in which packages are looked for
 ANCESTORS = 6  # folders above a file in which its own package is looked for
 NAME = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
+
+
+def add_package_paths(paths: Sequence[Path]) -> None:
+    """Put folders before those of ROS_PACKAGE_PATH, for this process and its children.
+
+    Raises:
+        ConfigError: If one is no folder.
+    """
+    for path in paths:
+        if not path.is_dir():
+            raise ConfigError(f"--package-path {path} is no folder")
+    before = [os.environ["ROS_PACKAGE_PATH"]] if os.environ.get("ROS_PACKAGE_PATH") else []
+    if paths:
+        texts = [str(path.absolute()) for path in paths]
+        os.environ["ROS_PACKAGE_PATH"] = os.pathsep.join([*texts, *before])
 
 
 class PackageFinder:

@@ -41,14 +41,22 @@ def expand(path: Path, arguments: Mapping[str, str], finder: PackageFinder) -> s
             xacro.all_includes.clear()
             xacro.process_doc(document, mappings=dict(arguments))
             return str(document.toxml())
-    except SwarmError as cause:
-        raise RobotModelError(f"{path}: {cause}") from cause
     except RecursionError:
         raise RobotModelError(f"{path}: xacro cannot expand it: it includes itself") from None
     except Exception as cause:  # xacro raises its own and bare exceptions
+        own = _own_error(cause)
+        if own is not None:
+            raise RobotModelError(f"{path}: {own}") from cause
         place = _place(path, cause, [*reversed(xacro.filestack or []), *xacro.all_includes])
         message = " ".join(str(cause).split())[:LONGEST] or type(cause).__name__
         raise RobotModelError(f"{place}: xacro cannot expand it: {message}") from cause
+
+
+def _own_error(error: BaseException | None) -> SwarmError | None:
+    """Return what our finder said, around which xacro wraps errors of its own."""
+    while error is not None and not isinstance(error, SwarmError):
+        error = error.__cause__ or error.__context__
+    return error
 
 
 @contextlib.contextmanager
