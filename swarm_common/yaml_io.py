@@ -12,6 +12,9 @@ import yaml
 
 from swarm_common.errors import ConfigError, SwarmError, UnknownNameError
 
+LARGEST = 1e300  # of numbers
+MAX_SHOWN = 200  # characters of a value in a message
+
 
 class UniqueKeyLoader(yaml.SafeLoader):
     """PyYAML's safe loader, but a key that occurs twice is an error."""
@@ -57,11 +60,17 @@ def read_yaml(path: Path, error: type[SwarmError] = ConfigError) -> dict[str, An
         mark = cause.problem_mark
         line = f", line {mark.line + 1}" if mark else ""
         raise error(f"{path}{line}: malformed YAML: {cause.problem}") from cause
-    except yaml.YAMLError as cause:
-        raise error(f"{path}: malformed YAML: {cause}") from cause
+    except (yaml.YAMLError, ValueError, TypeError, OverflowError, RecursionError) as cause:
+        what = "nested too deep" if isinstance(cause, RecursionError) else cause
+        raise error(f"{path}: malformed YAML: {what}") from cause
     if not isinstance(data, dict):
         raise error(f"{path}: expected 'key: value' lines, found {type(data).__name__}")
     return data
+
+
+def _shown(value: object) -> str:
+    text = repr(value) if not isinstance(value, int) or abs(value) < LARGEST else "a huge number"
+    return text if len(text) <= MAX_SHOWN else text[:MAX_SHOWN] + " ..."
 
 
 def check_keys(data: dict[str, Any], known: Iterable[str], where: str) -> None:
@@ -74,8 +83,10 @@ def check_keys(data: dict[str, Any], known: Iterable[str], where: str) -> None:
 
 def number(value: object, what: str, error: type[SwarmError] = ConfigError) -> float:
     """Return a finite number, or raise naming what it should have been."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise error(f"{what} is {value!r}; expected a number")
+    if isinstance(value, bool) or not isinstance(value, int | float) or abs(value) > LARGEST:
+        raise error(f"{what} is {_shown(value)}; expected a number")
+    if not math.isfinite(value):
+        raise error(f"{what} is {value}; expected a number")
     return float(value)
 
 

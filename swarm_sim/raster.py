@@ -10,7 +10,7 @@ from swarm_sim.raster_kernels import flood
 from swarm_sim.section import FloatArray, Section
 
 MARGIN = 0.5  # [m] of map beyond the outermost obstacle
-MAX_CELLS = 100_000_000
+MAX_CELLS = 30_000_000
 SPILL = 0.005  # [m] by which an obstacle may reach into a cell without occupying it
 
 

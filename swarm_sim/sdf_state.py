@@ -5,8 +5,10 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass, field
 
+from swarm_common.errors import WorldError
 from swarm_sim.scene import Transform
 from swarm_sim.sdf_frames import SEPARATOR
+from swarm_sim.sdf_models import MAX_DEPTH
 from swarm_sim.sdf_source import Source
 from swarm_sim.sdf_values import floats_of, transform_of
 
@@ -37,14 +39,16 @@ def state_of(world: ET.Element, source: Source) -> State:
     state = State()
     for element in world.findall("state"):
         for model in element.findall("model"):
-            _read(model, "", state, source)
+            _read(model, "", state, source, 1)
         state.deleted |= {(name.text or "").strip() for name in element.findall("deletions/name")}
         state.inserted += element.findall("insertions")
     return state
 
 
-def _read(model: ET.Element, prefix: str, state: State, source: Source) -> None:
+def _read(model: ET.Element, prefix: str, state: State, source: Source, depth: int) -> None:
     name = prefix + model.get("name", "")
+    if depth > MAX_DEPTH:
+        raise WorldError(f"<state>: models are nested more than {MAX_DEPTH} deep at {name}")
     pose = model.find("pose")
     if pose is not None:
         state.models[name] = transform_of(pose, f"<state> of {name}")
@@ -56,4 +60,4 @@ def _read(model: ET.Element, prefix: str, state: State, source: Source) -> None:
             full = f"{name}{SEPARATOR}{link.get('name', 'link')}"
             state.links[full] = transform_of(pose, f"<state> of {full}")
     for child in model.findall("model"):
-        _read(child, f"{name}{SEPARATOR}", state, source)
+        _read(child, f"{name}{SEPARATOR}", state, source, depth + 1)
