@@ -21,6 +21,7 @@ from swarm_nav.priority import CLASS_DRIVING, base_priority
 from swarm_nav.right_of_way import RightOfWay, refuge_path
 from swarm_nav.route import REPLAN_PAUSE
 from swarm_nav.situation import Situation
+from tests.standins import aisle, doorway
 from tests.standins.navigation import RADIUS, Squad, beacon, config, hear, room, situation
 from tests.standins.protocol import Crowd, Schedule
 
@@ -271,6 +272,34 @@ def test_a_robot_at_the_end_of_a_blind_alley_gets_out() -> None:
     assert [pair.ended(k)[0].outcome for k in (0, 1)] == [Outcome.SUCCEEDED] * 2
 
 
+# 11 ------------------------------------------------------------------------------------------
+
+
+def test_without_a_gate_a_blind_aisle_fills_up_and_with_it_does_not() -> None:
+    """A hundred robots without one jammed the aisle of the factory hall for good."""
+    most = {}
+    for density in (0.0, 0.25):
+        census = aisle.Census()
+        aisle.party(0, limit=70.0, holding__gate_density=density).run(census.watch())
+        most[density] = census.most
+    assert most[0.0] >= len(aisle.HOMES) - 1
+    assert most[0.25] <= len(aisle.HOMES) / 2
+
+
+# 12 ------------------------------------------------------------------------------------------
+
+
+def test_more_leases_and_shorter_claims_are_no_cure_for_a_station_that_is_full() -> None:
+    """They were within noise: what a station and a blind aisle allow is given by their shape."""
+    defaults = aisle.party(0, count=5).run()
+    assert defaults.is_flawless
+    assert defaults.makespan is not None
+    for changes in ({"holding__approach_slots": 5}, {"traffic__held_length": 0.25}):
+        result = aisle.party(0, count=5, **changes).run()
+        assert result.is_flawless
+        assert result.makespan == pytest.approx(defaults.makespan, rel=0.15)
+
+
 # 13 ------------------------------------------------------------------------------------------
 
 
@@ -282,6 +311,21 @@ def test_two_streams_pass_in_a_corridor_two_robots_wide() -> None:
         swarm.send(index, rows[(index + 3) % 6])
     swarm.run_until(lambda: all(swarm.ended(k) for k in range(6)), 2500)
     assert all(swarm.ended(k)[0].outcome is Outcome.SUCCEEDED for k in range(6))
+
+
+# 14 ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", [0, 2])
+def test_a_door_at_which_orca_jams_is_passed_by_all(seed: int) -> None:
+    """Who only avoids, gives way to nobody: opposing robots stop face to face."""
+    opposing = doorway.party(seed, each=3, limit=150.0)
+    opposing.method = "orca"
+    jammed = opposing.run()
+    assert jammed.goals_reached < 6
+    opposing.method = "ours"
+    passed = opposing.run()
+    assert passed.is_flawless
 
 
 # met on the way ------------------------------------------------------------------------------

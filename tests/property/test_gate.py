@@ -1,0 +1,18 @@
+"""Property: a gate before a narrow region bounds who is inside, and keeps nobody out for good."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.standins.aisle import HOMES, Census, party
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_everybody_gets_through_the_gate_and_few_are_inside_at_a_time(seed: int) -> None:
+    census = Census()
+    result = party(seed).run(census.watch())
+    assert len(census.waited) > len(HOMES) / 2  # it was contested
+    assert census.entered == set(range(len(HOMES)))
+    assert result.is_flawless, result
+    assert census.most <= len(HOMES) / 2 + 1
+    assert 0.1 * max(census.waited.values()) < 0.7 * 600.0

@@ -1,0 +1,58 @@
+"""A hall with a blind aisle at whose end there is a station that everybody wants."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+from swarm_bench.harness import Watcher
+from swarm_common.records import Pose
+from swarm_common.sites import Sites
+from swarm_nav import gate_kernels
+from swarm_nav.navigator import Navigator
+from tests.standins.party import Bar, Party, bars_of_room
+
+WIDTH, DEPTH = 14.0, 7.0
+AISLE = (2.6, 4.4)  # y [m] from and to; from x = 6 m to the far wall, where it ends
+DOCK = Pose(12.5, 3.5, math.pi / 2)
+BARS: list[Bar] = [
+    *bars_of_room(WIDTH, DEPTH),
+    (10.0, AISLE[0] / 2, 8.0, AISLE[0], 0.0),
+    (10.0, (AISLE[1] + DEPTH) / 2, 8.0, DEPTH - AISLE[1], 0.0),
+]
+HOMES = [
+    Pose(0.8 + 1.1 * column, 0.8 + 1.1 * row, 0.0)
+    for row, column in itertools.product(range(2), range(4))
+]
+
+
+def party(seed: int, count: int = len(HOMES), limit: float = 600.0, **changes: float) -> Party:
+    """Return robots that all want to the dock at the end of a blind aisle, and home again."""
+    return Party(
+        bars=BARS, homes=HOMES[:count], goals=[(DOCK, home) for home in HOMES[:count]], seed=seed,
+        sites=Sites(stations={"dock": DOCK}), loss=0.2 * (seed % 2), limit=limit, changes=changes,
+    )  # fmt: skip
+
+
+class Census:
+    """Watches a gate: how many are inside, who has waited at it, and whether all got in."""
+
+    def __init__(self) -> None:
+        self.most = 0
+        self.entered: set[int] = set()
+        self.waited: dict[int, int] = {}
+
+    def watch(self) -> Watcher:
+        def look(world: object, robots: list[Navigator], outputs: object) -> None:
+            inside = set()
+            for index, robot in enumerate(robots):
+                gate, frame = robot._gate, robot._s.planner.lattice.frame
+                assert gate.region is not None
+                if gate_kernels.is_inside(gate.region, frame, robot.pose_map.x, robot.pose_map.y):
+                    inside.add(index)
+                if gate.is_closed:
+                    self.waited[index] = self.waited.get(index, 0) + 1
+            self.most = max(self.most, len(inside))
+            self.entered |= inside
+
+        return look
