@@ -35,6 +35,7 @@ class Progress:
         self._due = 0.0
         self._phase = "starting"
         self._last_line = ""
+        self._shown: list[Text] = []
         self._breaches: Counter[str] = Counter()
         self._live = Live(console=console, auto_refresh=False, transient=True)
 
@@ -78,7 +79,10 @@ class Progress:
             return
         if self._console.is_terminal:
             self._due = now + REFRESH
-            self._live.update(self._picture(), refresh=True)
+            picture = self._picture()
+            if picture != self._shown:  # no traffic to a terminal that shows it already
+                self._shown = picture
+                self._live.update(Group(*picture), refresh=True)
             return
         self._due = now + LINE_PERIOD
         line = summary_line(self._phase, self._tally)
@@ -86,11 +90,11 @@ class Progress:
             self._console.print(Text(line), soft_wrap=True)
             self._last_line = line
 
-    def _picture(self) -> Group:
+    def _picture(self) -> list[Text]:
         collided = self._tally.collisions or self._tally.failed
         head = Text(summary_line(self._phase, self._tally), style="red" if collided else "")
         rest = [Text(line, style="red") for line in self._untold()]
-        return Group(head, *roster(self._tally), *rest)
+        return [head, *roster(self._tally), *rest]
 
 
 def summary_line(phase: str, tally: Tally) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import LogNorm, Normalize
+from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
@@ -23,6 +23,7 @@ from swarm_report.style import (
 
 FEW = 8  # robots that a colour each can tell apart
 WIDE = 20.0  # from this ratio of largest to smallest on, the scale is logarithmic
+PALEST = 0.2  # of a colour scale: what is paler does not stand out from white paper
 CELL = 0.25  # [m] of the heat maps
 HOLDING = "holding"
 
@@ -157,7 +158,7 @@ def _heat_map(run: RunData, series: Series, weights: FloatArray, title: str, col
         np.ma.masked_less_equal(heat.T, 0.0),
         origin="lower",
         extent=(left, right, bottom, top),
-        cmap=colors,
+        cmap=ListedColormap(mpl.colormaps[colors](np.linspace(PALEST, 1.0, 256))),
         norm=scale,
         interpolation="nearest",
         zorder=1,

@@ -20,6 +20,9 @@ from swarm_common.records import FloatArray
 from swarm_common.sites import Sites
 from swarm_common.sites_io import load_sites
 
+SHORTEST_GAP = 0.2  # [s] of wall time over which a CPU share means something
+FACTOR_SAMPLES = 3  # over which the real-time factor is taken
+
 Line = dict[str, Any]
 
 
@@ -200,7 +203,10 @@ class RunData:
     @functools.cached_property
     def usage(self) -> Usage | None:
         """CPU time over the wall clock; None if there is none."""
-        lines = [x for x in read_journal(self.folder / "trace" / "usage.jsonl") if "wall" in x]
+        lines: list[Line] = []
+        for line in read_journal(self.folder / "trace" / "usage.jsonl"):
+            if not lines or line["wall"] - lines[-1]["wall"] > SHORTEST_GAP:
+                lines.append(line)
         if len(lines) < 2:
             return None
         wall = np.array([line["wall"] for line in lines], float)
@@ -209,7 +215,7 @@ class RunData:
         return Usage(
             wall[1:],
             np.array([line["t"] for line in lines[1:]], float),
-            np.array([line["rtf"] for line in lines[1:]], float),
+            _factor(wall, np.array([line["t"] for line in lines], float)),
             {group: _rates(lines, group, gaps) for group in groups},
             {group: _column(lines, "rss_mb", group)[1:] for group in groups},
         )
@@ -253,6 +259,12 @@ def _read_json(path: Path) -> dict[str, Any]:
 
 def _column(lines: list[Line], key: str, group: str) -> FloatArray:
     return np.array([line[key].get(group, 0.0) for line in lines], float)
+
+
+def _factor(wall: FloatArray, sim: FloatArray) -> FloatArray:
+    """Return the real-time factor at each sample but the first, over a few samples."""
+    first = np.maximum(np.arange(1, len(wall)) - FACTOR_SAMPLES, 0)
+    return (sim[1:] - sim[first]) / np.maximum(wall[1:] - wall[first], 1e-3)
 
 
 def _rates(lines: list[Line], group: str, gaps: FloatArray) -> FloatArray:

@@ -12,6 +12,7 @@ from matplotlib.patches import Patch
 from swarm_report.run import RunData, Series
 from swarm_report.style import BLACK, BLUE, LABELS, ORANGE, STATES, WIDE_WIDTH, figure
 
+TALLEST = 8.0  # [in] of all bars
 VECTOR_LIMIT = 1500  # bars beyond which they are drawn as pixels, to keep the SVG small
 AT_STATION = 0.5  # [m] from a station within which a robot counts as there
 
@@ -22,7 +23,7 @@ def timeline(run: RunData) -> Figure | None:
     if not spans:
         return None
     count = len(run.robots)
-    drawing = figure(min(16.0, 1.3 + max(1.2, 0.16 * count)), WIDE_WIDTH)
+    drawing = figure(1.3 + min(max(1.2, 0.16 * count), TALLEST), WIDE_WIDTH)
     axes = drawing.add_subplot()
     for state in {span.state: None for span in spans}:
         mine = [span for span in spans if span.state == state]
@@ -85,6 +86,7 @@ def stations(run: RunData) -> Figure | None:
     left.invert_yaxis()
     left.set_title("Use of the stations", loc="left")
     right.barh(rows, [queued[name] / run.end for name in names], color=ORANGE, height=0.7)
+    right.set_xlim(0.0, max(0.1, 1.1 * max(queued.values(), default=0.0) / run.end))
     right.set_xlabel("robots in its queue, on average")
     for axes in (left, right):
         axes.grid(visible=False, axis="y")
