@@ -53,6 +53,8 @@ def find_resource(kind: str, name_or_path: str | Path, file_name: str) -> Path:
     shipped = home / str(name_or_path) / file_name
     if len(path.parts) == 1 and shipped.is_file():
         return shipped
+    if (path / file_name).is_file():  # a folder of the user's, where we have none of that name
+        return path / file_name
     raise UnknownNameError(kind, str(name_or_path), resource_names(kind, file_name))
 
 
