@@ -1,0 +1,107 @@
+"""Skid-steer and omnidirectional drives in both engines."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from swarm_common.records import Pose, RobotSpec, Twist, wrap_angle
+from swarm_common.robot_io import load_robot
+from swarm_sim.drive import Wheels
+from swarm_sim.scene import Scene
+from swarm_sim.sdf import load_world
+from swarm_sim.world import World, WorldConfig
+
+TWO, FOUR, MECANUM = (load_robot(f"linorobot2_{name}") for name in ("2wd", "4wd", "mecanum"))
+FIELD = Scene("field", Path("."), ())
+ENGINES = ("planar", "bullet")
+
+
+def make_world(engine: str, spec: RobotSpec, scene: Scene = FIELD) -> World:
+    return World(scene, [spec], [Pose(0.0, 0.0, 0.3)], WorldConfig(engine=engine, with_lidar=False))
+
+
+def drive(world: World, seconds: float, twist: Twist) -> None:
+    for _ in range(round(10 * seconds)):
+        world.step([twist], [None])
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize(
+    ("spec", "twist"),
+    [
+        (TWO, Twist(0.4)),
+        (TWO, Twist(-0.2, 0.0, 0.5)),
+        (FOUR, Twist(0.4)),
+        (FOUR, Twist(0.0, 0.0, 0.75)),
+        (FOUR, Twist(0.3, 0.0, -0.5)),
+        (MECANUM, Twist(0.0, 0.3, 0.0)),
+        (MECANUM, Twist(0.2, -0.2, 0.4)),
+        (MECANUM, Twist(0.0, 0.0, -0.75)),
+    ],
+    ids=str,
+)
+def test_robots_move_as_commanded_and_their_odometry_says_so(
+    engine: str, spec: RobotSpec, twist: Twist
+) -> None:
+    world = make_world(engine, spec)
+    drive(world, 1.0, twist)
+    before = world.ground_truth()[0][0]
+    turned, path = 0.0, 0.0
+    for _ in range(30):
+        world.step([twist], [None])
+        pose = world.ground_truth()[0][0]
+        turned += wrap_angle(pose.yaw - before.yaw)
+        path += pose.distance(before)
+        before = pose
+    assert path / 3.0 == pytest.approx(np.hypot(twist.vx, twist.vy), rel=0.01, abs=2e-3)
+    assert turned / 3.0 == pytest.approx(twist.wz, rel=0.01, abs=2e-3)
+    odom = world.observe()[0].odom
+    assert odom.twist.vy == pytest.approx(twist.vy, abs=5e-3)
+    estimate = Pose(0.0, 0.0, 0.3).compose(odom.pose_odom)
+    assert estimate.distance(before) < 0.01
+    world.close()
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_only_omnidirectional_robots_go_sideways(engine: str) -> None:
+    for spec in (TWO, FOUR):
+        world = make_world(engine, spec)
+        drive(world, 1.0, Twist(0.0, 0.4, 0.0))
+        assert world.ground_truth()[0][0].distance(Pose(0.0, 0.0, 0.0)) < 1e-3
+        world.close()
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_sideways_into_a_wall_is_one_collision(engine: str) -> None:
+    world = World(
+        load_world("hall_12"),
+        [MECANUM],
+        [Pose(0.0, 5.4, 0.0)],
+        WorldConfig(engine=engine, with_lidar=False),
+    )
+    drive(world, 4.0, Twist(0.0, 0.3, 0.0))
+    assert world.verdict.robot_world == 1
+    assert world.ground_truth()[0][0].y < 5.95
+    world.close()
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_wheels_turn_as_the_robot_moves(engine: str) -> None:
+    for spec, twist in ((FOUR, Twist(0.3, 0.0, 0.2)), (MECANUM, Twist(0.1, 0.2, 0.3))):
+        world = make_world(engine, spec)
+        drive(world, 2.0, twist)
+        names, positions, velocities = world.joint_states(0)
+        assert names == [*spec.wheels_left, *spec.wheels_right]
+        expected = Wheels(spec).rates(twist.vx, twist.wz, twist.vy)
+        np.testing.assert_allclose(velocities, expected, rtol=0.02, atol=0.02)
+        assert np.isfinite(positions).all()
+        world.close()
+
+
+def test_wheels_and_motion_say_the_same() -> None:
+    for spec, way in ((TWO, (0.7, 0.0)), (FOUR, (0.7, 0.0)), (MECANUM, (0.7, -0.4))):
+        wheels = Wheels(spec)
+        assert wheels.travel(wheels.rates(way[0], 0.5, way[1])) == pytest.approx(way)
