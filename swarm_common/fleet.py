@@ -19,6 +19,7 @@ from swarm_common.yaml_io import check_keys, number, read_yaml
 LIMITS = ("max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta")  # of a robot model
 SIDEWAYS = ("max_vel_y", "acc_lim_y")  # of an omnidirectional one
 ORDERS = ("grouped", "mixed")
+MOST = 1000  # robots in a group
 
 
 def limits_of(spec: RobotSpec) -> dict[str, float]:
@@ -117,8 +118,8 @@ def _group(item: object, where: str, path: Path) -> list[Member]:
         if name not in data:
             raise ConfigError(f"{where} lacks {name}")
     count = data["count"]
-    if isinstance(count, bool) or not isinstance(count, int) or count < 1:
-        raise ConfigError(f"{where}: count is {count!r}; expected 1 or more")
+    if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MOST:
+        raise ConfigError(f"{where}: count is {count!r}; expected 1 to {MOST}")
     mission = data.get("mission")
     if mission is not None and not isinstance(mission, str):
         raise ConfigError(f"{where}: mission is {mission!r}; expected a name or a file")

@@ -35,6 +35,7 @@ FILES = ("description", "packages", "xacro_args", "wheels")
 KNOWN = ("model", *REQUIRED, *SIDEWAYS, "wheel_base", "sensors", *FILES)
 LIDAR_REQUIRED = ("x", "y", "z")
 MOST_POINTS = 8  # of a footprint
+SMALLEST = 1e-4  # [m], [m/s], ...: nor less
 LARGEST = 50.0  # [m], [m/s], ...: nothing about a robot on the ground is more
 
 
@@ -224,8 +225,10 @@ def _wheels(value: object, where: str) -> tuple[tuple[str, ...], tuple[str, ...]
 
 def _positive(value: object, what: str) -> float:
     result = number(value, what, RobotModelError)
-    if not 0.0 < result <= LARGEST:
-        raise RobotModelError(f"{what} is {result:g}; it must be positive and at most {LARGEST:g}")
+    if not SMALLEST <= result <= LARGEST:
+        raise RobotModelError(
+            f"{what} is {result:g}; it must be positive, from {SMALLEST:g} to {LARGEST:g}"
+        )
     return result
 
 
@@ -269,11 +272,11 @@ def _lidar(value: object, what: str) -> LidarSpec:
     spec = LidarSpec(rays=rays, frame=frame, **values)
     if (
         not 1 <= rays <= 100_000
-        or not 0.0 < spec.rate <= 1000.0
+        or not 0.01 <= spec.rate <= 1000.0
         or spec.sigma < 0.0
         or spec.range_min < 0.0
         or spec.range_max <= spec.range_min
-        or spec.angle_increment == 0.0
+        or abs(spec.angle_increment) < 1e-6
         or max(abs(spec.x), abs(spec.y), abs(spec.z)) > LARGEST
     ):
         raise RobotModelError(f"{what} is impossible: {spec}")

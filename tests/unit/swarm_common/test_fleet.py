@@ -69,7 +69,7 @@ def test_one_model_is_a_fleet_too() -> None:
         ("groups: [turtlebot3_burger]", "expected model and count"),
         ("groups: [{count: 1}]", "lacks model"),
         (f"groups: [{{model: {BURGER}}}]", "lacks count"),
-        (f"groups: [{{model: {BURGER}, count: 0}}]", "count is 0; expected 1 or more"),
+        (f"groups: [{{model: {BURGER}, count: 0}}]", "count is 0; expected 1 to 1000"),
         (f"groups: [{{model: {BURGER}, count: -1}}]", "count is -1"),
         (f"groups: [{{model: {BURGER}, count: many}}]", "count is 'many'"),
         (f"groups: [{{model: {BURGER}, count: 1.5}}]", "count is 1.5"),
