@@ -9,6 +9,7 @@ import numpy as np
 
 from swarm_common.errors import ConfigError, MapError
 from swarm_common.grid import Grid
+from swarm_common.map_io import map_path
 from swarm_common.records import RobotSpec
 from swarm_sim.actors import VehicleSpec, WalkerSpec
 from swarm_sim.draw_map import SCAN_HEIGHT
@@ -31,8 +32,13 @@ def check_map(scene: Scene, grid: Grid, height: float = SCAN_HEIGHT) -> None:
     if not difference.agrees():
         raise MapError(
             f"the map does not show world '{scene.name}': {difference.describe()}"
-            f"; redraw it: swarm-map draw {scene.name} -o maps/"
+            f"; redraw it: swarm-map draw {_world(scene)} -o maps/"
         )
+
+
+def _world(scene: Scene) -> str:
+    """Return what a user calls a world: its name if it is ours, else its file."""
+    return scene.name if map_path(scene.name).is_file() else str(scene.file)
 
 
 def check_sites(scene: Scene, spec: RobotSpec) -> None:

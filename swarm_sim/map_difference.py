@@ -22,7 +22,7 @@ MAX_SHIFT = 3.0  # [m] looked at for the hint
 PICTURE_SIZE = 1000  # [px] of the longer side, about
 LEGEND_HEIGHT = 24  # [px]
 COLORS = {  # of Okabe and Ito, told apart by the colour-blind, too
-    "both": (60, 60, 60),
+    "agreed": (60, 60, 60),
     "only the world": (213, 94, 0),
     "only the map": (0, 114, 178),
     "unknown": (205, 205, 205),
@@ -89,7 +89,7 @@ class MapDifference:
         scale = max(1, round(PICTURE_SIZE / max(self.drawn.shape)))
         pixels = np.full((*self.drawn.shape, 3), 255, np.uint8)
         pixels[self.grid.cells == UNKNOWN] = COLORS["unknown"]
-        pixels[self.truth | self.drawn] = COLORS["both"]
+        pixels[self.truth | self.drawn] = COLORS["agreed"]
         pixels[_thickened(self.missing, scale)] = COLORS["only the world"]
         pixels[_thickened(self.invented, scale)] = COLORS["only the map"]
         drawing = Image.fromarray(pixels[::-1]).resize(
