@@ -17,11 +17,11 @@ def corners(shape: Shape) -> FloatArray:
     """Return points (n, 3) in the shape's frame whose hull holds the shape, but for planes."""
     if isinstance(shape, Box):
         unit = [[i, j, k] for i in (-0.5, 0.5) for j in (-0.5, 0.5) for k in (-0.5, 0.5)]
-        return np.array(unit) * np.array(shape.size)
+        return np.asarray(np.array(unit) * np.array(shape.size), np.float64)
     if isinstance(shape, Cylinder):
         rim = _circle(shape.radius)
         ends = [np.column_stack([rim, np.full(RIM, z)]) for z in (-0.5, 0.5)]
-        return np.vstack(ends) * np.array([1.0, 1.0, shape.length])
+        return np.asarray(np.vstack(ends) * [1.0, 1.0, shape.length], np.float64)
     if isinstance(shape, Sphere):
         rim = _circle(shape.radius)
         flat = np.column_stack([rim, np.zeros(RIM)])
@@ -95,7 +95,7 @@ def _hull(points: FloatArray) -> FloatArray:
     before, after = np.roll(hull, 1, axis=0), np.roll(hull, -1, axis=0)
     a, b = hull - before, after - hull
     turn = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-    return hull[turn > 1e-7]  # without corners on a straight side
+    return np.asarray(hull[turn > 1e-7], np.float64)  # without corners on a straight side
 
 
 def _meeting(hull: FloatArray, side: int) -> tuple[float, FloatArray]:

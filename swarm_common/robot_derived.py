@@ -119,7 +119,7 @@ def _of_train(train: DriveTrain) -> dict[str, Any]:
 def _limits(train: DriveTrain, tags: DriveTags | None, model: RobotModel) -> dict[str, float]:
     """Return the limits that the plugin or the wheels' joints give."""
     known = dict(tags.values) if tags is not None else {}
-    limits = {
+    limits: dict[str, float] = {
         name: known[name]
         for name in ("max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta")
         if name in known

@@ -171,6 +171,9 @@ def _spec(source: RobotSource, values: Mapping[str, Any]) -> RobotSpec:
         left, right = _wheels(values["wheels"], where)
         wheels = {"wheels_left": left, "wheels_right": right}
     base = values.get("wheel_base", 0.0)
+    limits: dict[str, Any] = {
+        name: _positive(values[name], f"{where}: {name}") for name in POSITIVE
+    }
     return RobotSpec(
         model=_name(values.get("model", source.name), f"{where}: model"),
         drive=drive,
@@ -180,13 +183,13 @@ def _spec(source: RobotSource, values: Mapping[str, Any]) -> RobotSpec:
         sensors=sensor_errors(
             values.get("sensors", {}), f"{where}: sensors", IDEAL, RobotModelError
         ),
-        **{name: _positive(values[name], f"{where}: {name}") for name in POSITIVE},
+        **limits,
         **_sideways(values, drive, where),
         **wheels,
     )
 
 
-def _sideways(values: Mapping[str, Any], drive: str, where: str) -> dict[str, float]:
+def _sideways(values: Mapping[str, Any], drive: str, where: str) -> dict[str, Any]:
     """Return the limits sideways; those of an omnidirectional drive are those forwards."""
     if drive != "omni":
         for name in SIDEWAYS:

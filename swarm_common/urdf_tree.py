@@ -80,19 +80,21 @@ def check_links(root: ET.Element, where: str) -> None:
     links = [link.get("name", "") for link in root.findall("link")]
     joints = root.findall("joint")
     for kind, names in (("link", links), ("joint", [j.get("name", "") for j in joints])):
-        name, count = next(iter(Counter(names).most_common(1)), ("", 0))
-        if count > 1 or "" in names:
-            what = f"{count} {kind}s called '{name}'" if count > 1 else f"a {kind} without a name"
-            raise RobotModelError(f"{where}: there are {what}" if count > 1 else f"{where}: {what}")
+        if "" in names:
+            raise RobotModelError(f"{where}: there is a {kind} without a name")
+        for twin, count in Counter(names).most_common(1):
+            if count > 1:
+                raise RobotModelError(f"{where}: there are {count} {kind}s called '{twin}'")
     if not 1 <= len(links) <= MAX_LINKS:
         raise RobotModelError(f"{where}: {len(links)} links; expected 1 to {MAX_LINKS}")
-    known, parents = set(links), {}
+    known = set(links)
+    parents: dict[str, tuple[str, str]] = {}  # by child: joint, parent link
     for joint in joints:
         name = joint.get("name", "")
         if joint.get("type") not in JOINTS:
-            kind = joint.get("type")
             raise RobotModelError(
-                f"{where}: joint {name} is of type '{kind}'; expected one of {', '.join(JOINTS)}"
+                f"{where}: joint {name} is of type '{joint.get('type')}'; "
+                f"expected one of {', '.join(JOINTS)}"
             )
         for tag in ("parent", "child"):
             if (end := _end(joint, tag)) not in known:

@@ -61,7 +61,7 @@ def _check_apart(poses: Sequence[Pose], specs: Sequence[RobotSpec]) -> None:
     for index in range(1, len(poses)):
         gaps = np.hypot(*(points[:index] - points[index]).T) - radii[:index] - radii[index]
         if gaps.min() < 0.0:
-            other, x, y = int(np.argmin(gaps)), *points[index]
+            other, (x, y) = int(np.argmin(gaps)), points[index].tolist()
             raise WorldError(
                 f"robots {other + 1} and {index + 1} would both start at ({x:.2f}, {y:.2f}): "
                 "the start areas of their groups overlap"
