@@ -146,4 +146,6 @@ def _description_in(folder: Path) -> Path | None:
 
 
 def _stem(path: Path) -> str:
-    return path.name.split(".")[0] or path.name
+    """Return what a description is called: its folder's name if its own is `model`."""
+    stem = path.name.split(".")[0] or path.name
+    return path.absolute().parent.name if stem == "model" else stem
