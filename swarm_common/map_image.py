@@ -110,7 +110,7 @@ def _read_with_pillow(image: Path) -> MapImage:
 
     try:
         with Image.open(image) as opened:
-            _check_size(*opened.size, image)
+            _check_size(opened.width, opened.height, image)
             return _from_pillow(opened)
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as cause:
         raise MapError(f"{image}: cannot read the image: {cause}") from cause

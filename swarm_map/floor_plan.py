@@ -141,7 +141,7 @@ def _copies(
     count = len(at) if isinstance(at, list) and len(at) in (2, 3) else 2
     x, y, yaw = (*_place(at, count, f"{where}.at [x, y, yaw]"), 0.0)[:3]
     mass = item.get("mass")
-    thing = {
+    thing: dict[str, Any] = {
         "z": number(item.get("z", 0.0), f"{where}.z"),
         "yaw": yaw,
         "color": _color(item.get("color"), BOX_COLOR, f"{where}.color"),

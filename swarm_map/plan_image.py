@@ -122,10 +122,10 @@ def rectangles(mask: Mask, path: Path) -> list[tuple[int, int, int, int]]:
 
 def _grown(left: Mask, row: int, column: int) -> tuple[int, int]:
     """Return rows and columns of the rectangle that grows along its row first."""
-    line = left[row, column:]
-    columns = len(line) if line.all() else int(np.argmin(line))
+    line = np.append(left[row, column:], False)
+    columns = int(np.argmin(line))
     block = left[row:, column : column + columns].all(axis=1)
-    rows = len(block) if block.all() else int(np.argmin(block))
+    rows = int(np.argmin(np.append(block, False)))
     return rows, columns
 
 

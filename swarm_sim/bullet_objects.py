@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pybullet
+from numpy.typing import NDArray
 
 from swarm_common.errors import WorldError
 from swarm_sim.bullet_bodies import (
@@ -52,7 +53,7 @@ def add_piece(client: int, piece: Body) -> list[int]:
     ]
 
 
-def _add_mesh(client: int, mesh: Mesh, faces: FloatArray, place: Transform) -> int:
+def _add_mesh(client: int, mesh: Mesh, faces: NDArray[np.int64], place: Transform) -> int:
     used, indices = np.unique(faces, return_inverse=True)
     shape = pybullet.createCollisionShape(
         pybullet.GEOM_MESH,

@@ -43,7 +43,8 @@ class Placed:
     def in_slab(self, faces: IntArray, low: float, high: float) -> IntArray:
         """Return the faces of which something lies between two heights."""
         heights = self.points[faces, 2]
-        return faces[(heights.max(axis=1) >= low) & (heights.min(axis=1) <= high)]
+        near: IntArray = faces[(heights.max(axis=1) >= low) & (heights.min(axis=1) <= high)]
+        return near
 
 
 def polygons_between(
@@ -96,7 +97,7 @@ def _flat(corners: FloatArray, is_solid: bool) -> NDArray[Any]:
     hulls = np.asarray(shapely.convex_hull(points), dtype=object)
     flat = shapely.area(hulls) < MIN_AREA
     if is_solid:  # what is inside counts anyway
-        return hulls[~flat]
+        return np.asarray(hulls[~flat])
     hulls[flat] = shapely.buffer(hulls[flat], SHEET, cap_style="square", join_style="mitre")
     return hulls
 
@@ -147,7 +148,8 @@ def _cut(points: FloatArray, faces: IntArray, level: float) -> FloatArray:
         rows = np.flatnonzero(cut)
         ends[rows, np.minimum(count[rows], 1)] = np.round(at, 9)
         count[rows] += 1
-    return ends[(count == 2) & (ends[:, 0] != ends[:, 1]).any(axis=1)]
+    segments: FloatArray = ends[(count == 2) & (ends[:, 0] != ends[:, 1]).any(axis=1)]
+    return segments
 
 
 def parts_of(count: int, faces: IntArray) -> tuple[list[IntArray], IntArray]:

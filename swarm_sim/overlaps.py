@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_common.errors import WorldError
-from swarm_sim.scene import Body, Box, Cylinder, Mesh, Part, Plane, Shape, Sphere
+from swarm_sim.scene import Body, Box, Cylinder, Hull, Mesh, Part, Plane, Shape, Sphere
 
 FloatArray = NDArray[np.float64]
 INSET = 0.001  # [m] by which a body must be inside sideways
@@ -82,14 +82,16 @@ def _points(part: Part, body: Body) -> FloatArray:
 def _corners(shape: Shape) -> FloatArray:
     signs = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)], np.float64)
     if isinstance(shape, Box):
-        return signs * np.array(shape.size) / 2.0
-    if isinstance(shape, Mesh):
+        half: FloatArray = signs * np.array(shape.size) / 2.0
+        return half
+    if isinstance(shape, Mesh | Hull):
         return np.array(shape.vertices)
     if isinstance(shape, Sphere):
-        return signs * shape.radius
+        around: FloatArray = signs * shape.radius
+        return around
     if isinstance(shape, Cylinder):
         angles = 2.0 * math.pi * np.arange(RIM) / RIM
         rim = shape.radius * np.column_stack([np.cos(angles), np.sin(angles)])
-        half = np.full((RIM, 1), shape.length / 2.0)
-        return np.vstack([np.hstack([rim, -half]), np.hstack([rim, half])])
+        end = np.full((RIM, 1), shape.length / 2.0)
+        return np.vstack([np.hstack([rim, -end]), np.hstack([rim, end])])
     return np.full((1, 3), np.inf)

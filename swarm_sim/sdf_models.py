@@ -127,7 +127,8 @@ def _included(
         root = parse_sdf(file, source)
         element = root.find("model")
         if element is None:
-            return _without_model(root, uri, file, source)
+            _without_model(root, uri, file, source)
+            return None
         found, here, trail = element, file.parent, (*trail, file)
     if found.tag != "model":
         return None
