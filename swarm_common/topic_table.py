@@ -21,6 +21,7 @@ class Topic:
         stamp_at: Offset [bytes] of sec and nanosec in a serialized message; None without a stamp.
         many: Whether several nodes publish on it.
         depth: Of the publisher's history.
+        is_event: Whether every message counts, so that a lower rate would lose something.
     """
 
     name: str
@@ -30,12 +31,13 @@ class Topic:
     stamp_at: int | None = 4
     many: bool = False
     depth: int = 10
+    is_event: bool = False
 
 
 WORLD_TOPICS = (
     Topic("/clock", "rosgraph_msgs/msg/Clock"),
     Topic("/map", "nav_msgs/msg/OccupancyGrid", is_latched=True, depth=1),
-    Topic("/sim/verdict", "swarm_interfaces/msg/Verdict"),
+    Topic("/sim/verdict", "swarm_interfaces/msg/Verdict", is_event=True),
     Topic(
         "/sim/scene",
         "visualization_msgs/msg/MarkerArray",
@@ -53,11 +55,12 @@ ROBOT_TOPICS = (
     Topic("joint_states", "sensor_msgs/msg/JointState"),
     Topic("odom", "nav_msgs/msg/Odometry"),
     Topic("scan", "sensor_msgs/msg/LaserScan", is_reliable=False, depth=5),
+    Topic("imu", "sensor_msgs/msg/Imu"),
     Topic("ground_truth", "nav_msgs/msg/Odometry"),
     Topic("neighbors", "swarm_interfaces/msg/NeighborArray"),
     Topic("beacon", "swarm_interfaces/msg/Beacon"),
     Topic("cmd_vel", "geometry_msgs/msg/TwistStamped"),
-    Topic("status", "swarm_interfaces/msg/RobotStatus"),
+    Topic("status", "swarm_interfaces/msg/RobotStatus", is_event=True),
     Topic("plan", "nav_msgs/msg/Path", depth=1),
     Topic("local_plan", "nav_msgs/msg/Path", depth=1),
     Topic("global_costmap/costmap", "nav_msgs/msg/OccupancyGrid", is_latched=True, depth=1),

@@ -22,7 +22,7 @@ class LikelihoodField:
     """Of one map.
 
     Attributes:
-        log: (height, width) logarithm of the likelihood, 0 on a wall.
+        log: Logarithm of the likelihood in each cell of the map and around it, 0 on a wall.
         frame: (origin_x, origin_y, resolution) [m] in map.
         weights: (z_hit, z_rand / range_max), with which it was made.
         agreement: Logarithm from which a hit is said to be at a wall.
@@ -53,21 +53,28 @@ def field_for(terrain: Terrain, config: LocalisationConfig, range_max: float) ->
 def _field(
     terrain: Terrain, sigma: float, weights: tuple[float, float], most: float, agree: float
 ) -> LikelihoodField:
-    log = np.empty(terrain.distance.shape, np.float32)
-    amcl_kernels.likelihood(wall_distance(terrain), sigma, weights, most, log)
+    grid = terrain.grid
+    border = math.ceil(most / grid.resolution) + 1  # around the map, which may end with a wall
+    distance = wall_distance(np.pad(grid.cells == OCCUPIED, border), grid.resolution)
+    log = np.empty(distance.shape, np.float32)
+    amcl_kernels.likelihood(distance, sigma, weights, most, log)
+    x, y = (low - border * grid.resolution for low in (grid.origin_x, grid.origin_y))
     hit, other = weights
     least = hit * math.exp(-0.5 * (min(agree, most) / sigma) ** 2) + other
-    return LikelihoodField(log, terrain.frame, weights, math.log(least / (hit + other)))
+    return LikelihoodField(log, (x, y, grid.resolution), weights, math.log(least / (hit + other)))
 
 
-def wall_distance(terrain: Terrain) -> NDArray[np.float64]:
+def wall_distance(cells: NDArray[np.bool_], size: float) -> NDArray[np.float64]:
     """Return the distance [m] of each cell's centre from the nearest wall's face.
 
     A wall that reaches into a cell occupies it, be it by the cell's width or by little, so its
     face is taken to be `DEPTH` of a cell inside. Within walls the distance is negative: were it
     zero all through a wall, a robot could slip into it by the wall's thickness unnoticed.
+
+    Args:
+        cells: Which are occupied.
+        size: [m] of a cell.
     """
-    cells, size = terrain.grid.cells == OCCUPIED, terrain.grid.resolution
     if not cells.any():
         return np.full(cells.shape, np.inf)
     if cells.all():

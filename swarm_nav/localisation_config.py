@@ -20,7 +20,7 @@ class LocalisationConfig:
     type: str = "odometry"  # odometry | amcl; fixed at the start
     alpha1: float = 0.0004  # variance of a turn per rad² turned,
     alpha2: float = 0.0009  # [rad²/m²] and per m² driven
-    alpha3: float = 0.0009  # variance of a way per m² driven,
+    alpha3: float = 0.0016  # variance of a way per m² driven,
     alpha4: float = 0.0001  # [m²/rad²] and per rad² turned
     alpha5: float = 0.0025  # variance of a way sideways per m² driven, if omnidirectional
     yaw_drift: float = 0.002  # [rad/s] of the heading, standing too

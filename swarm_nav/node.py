@@ -26,7 +26,7 @@ from swarm_nav.ros_clock import TickClock
 from swarm_nav.ros_demand import OnDemand
 from swarm_nav.ros_node import create_node
 from swarm_nav.ros_params import Parameters
-from swarm_nav.ros_poses import is_placeholder, pose_in_map
+from swarm_nav.ros_poses import deviation_in, is_placeholder, pose_in_map
 from swarm_nav.ros_services import Services
 from swarm_nav.ros_tasks import Tasks
 from swarm_nav.ros_views import Views, status_msg
@@ -261,7 +261,7 @@ class NavigatorNode:
                 once=True,
             )
         else:
-            brain.on_initial_pose(pose_map)
+            brain.on_initial_pose(pose_map, deviation_in(message.pose.covariance))
         self._views.publish_pose(self.tick)
 
     def _to_map(self, stamped: PoseStamped) -> Pose:

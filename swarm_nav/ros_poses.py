@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+
 from geometry_msgs.msg import PoseStamped
 
 from swarm_common.records import Pose
 from swarm_common.ros_io import pose_from_msg
+from swarm_nav.localisation import START_DEVIATION
 from swarm_nav.navigator import Navigator
 from swarm_nav.ros_goals import UnknownFrameError
+
+LEAST_DEVIATION, MOST_DEVIATION = 0.01, 2.0  # [m] and [rad] that a client's covariance may mean
 
 
 def pose_in_map(brain: Navigator, stamped: PoseStamped) -> Pose:
@@ -31,3 +37,15 @@ def is_placeholder(stamped: PoseStamped) -> bool:
     """Whether BasicNavigator sent this because its user has never called setInitialPose."""
     stamp, pose = stamped.header.stamp, pose_from_msg(stamped.pose)
     return not (stamp.sec or stamp.nanosec) and pose == Pose(0.0, 0.0, 0.0)
+
+
+def deviation_in(covariance: Sequence[float]) -> tuple[float, float]:
+    """Return the standard deviations [m], [rad] in a 6 x 6 covariance; usual ones for zeros."""
+    variances = (max(covariance[0], covariance[7]), covariance[35])
+    place, yaw = (
+        min(MOST_DEVIATION, max(LEAST_DEVIATION, math.sqrt(value)))
+        if math.isfinite(value) and value > 0.0
+        else usual
+        for value, usual in zip(variances, START_DEVIATION, strict=True)
+    )
+    return place, yaw

@@ -229,6 +229,8 @@ class WorldNode:
             if link.wants_tf or link.wants_joints:
                 pose_odom = self._observations[robot].odom.pose_odom
                 link.publish_for_viewers(pose_odom, self._world.joint_states(robot))
+            if link.wants_imu:
+                link.publish_imu(self._world.imu(robot))
         if any(link.wants_truth for link in self._links):
             for link, truth in zip(self._links, self._world.ground_truth(), strict=True):
                 if link.wants_truth:

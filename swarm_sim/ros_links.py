@@ -11,6 +11,7 @@ from geometry_msgs.msg import Twist as TwistMsg
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry as OdometryMsg
 from rclpy.node import Node
+from sensor_msgs.msg import Imu as ImuMsg
 from sensor_msgs.msg import JointState, LaserScan
 from std_msgs.msg import String
 from swarm_interfaces.msg import Beacon, NeighborArray
@@ -20,11 +21,13 @@ from swarm_common import ros_io, wire
 from swarm_common.beacon import deserialize_beacon, serialize_neighbors
 from swarm_common.records import Pose, RobotSpec, Twist, stamp_from_tick
 from swarm_common.ros_poll import PolledTopic
+from swarm_sim.motion_sensors import Imu
 from swarm_sim.ros_frames import Joint, fixed_transforms, moving_transforms, read_joints
 from swarm_sim.settings import Settings
 from swarm_sim.world import Observation
 
 BASE = "base_footprint"
+IMU_FRAME = "imu_link"
 
 
 class RobotLink:
@@ -80,6 +83,7 @@ class RobotLink:
         self._neighbors = make(NeighborArray, f"{space}/neighbors", ros_io.RELIABLE)
         self._truth = make(OdometryMsg, f"{space}/ground_truth", ros_io.RELIABLE)
         self._joint_states = make(JointState, f"{space}/joint_states", ros_io.RELIABLE)
+        self._imu = make(ImuMsg, f"{space}/imu", ros_io.RELIABLE)
         self._tf = make(TFMessage, f"{space}/tf", ros_io.TRANSFORMS)
         self._tf_static = make(TFMessage, f"{space}/tf_static", ros_io.STATIC_TRANSFORMS)
         self._description = make(String, f"{space}/robot_description", ros_io.LATCHED)
@@ -91,6 +95,7 @@ class RobotLink:
     def look_for_viewers(self) -> None:
         """See which of the topics that only viewers need have a subscriber."""
         self.wants_truth = self._truth.get_subscription_count() > 0
+        self.wants_imu = self._imu.get_subscription_count() > 0
         self.wants_joints = self._joint_states.get_subscription_count() > 0
         self.wants_tf = self._tf.get_subscription_count() > 0
 
@@ -141,6 +146,16 @@ class RobotLink:
             message = JointState(header=ros_io.header(tick, ""))
             message.name, message.position, message.velocity = names, positions, velocities
             self._joint_states.publish(message)
+
+    def publish_imu(self, imu: Imu) -> None:
+        """Publish what the IMU reads; a variance of 0 stands for unknown."""
+        message = ImuMsg(header=ros_io.header(imu.tick, IMU_FRAME))
+        half = 0.5 * imu.yaw
+        message.orientation.z, message.orientation.w = math.sin(half), math.cos(half)
+        message.angular_velocity.z = imu.yaw_rate
+        acceleration = message.linear_acceleration
+        acceleration.x, acceleration.y, acceleration.z = imu.acceleration
+        self._imu.publish(message)
 
     def publish_truth(self, pose_map: Pose, twist: Twist) -> None:
         """Publish the true pose for the operator."""

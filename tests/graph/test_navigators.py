@@ -30,6 +30,7 @@ TOPICS = {
     "neighbors": "swarm_interfaces/msg/NeighborArray",
     "beacon": "swarm_interfaces/msg/Beacon",
     "cmd_vel": "geometry_msgs/msg/TwistStamped",
+    "imu": "sensor_msgs/msg/Imu",
     "ground_truth": "nav_msgs/msg/Odometry",
     "joint_states": "sensor_msgs/msg/JointState",
     "tf": "tf2_msgs/msg/TFMessage",
