@@ -29,13 +29,14 @@ class RateFilter:
     def stamp(self, topic: Topic, data: bytes) -> int | None:
         """Return the time [ns] of a serialized message; None if it is not to be recorded.
 
-        A message without a stamp counts as sent now; one that stays for latecomers is always kept.
+        A message without a stamp counts as sent now. Events, and what stays for latecomers, are
+        always kept.
         """
         stamp = self._read(topic, data)
         if stamp is None:
             return self.latest
         self.latest = max(self.latest, stamp)
-        if self._period <= 0.0 or topic.is_latched:
+        if self._period <= 0.0 or topic.is_latched or topic.is_event:
             return stamp
         key = (topic.name, data[FRAME_AT] if topic.many else b"")
         if stamp - self._kept.get(key, -NANOSECONDS * 10**6) < self._period:

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from swarm_common.errors import ConfigError
 from swarm_report import style
-from swarm_report.document import merits, save
+from swarm_report.document import merits, number, save
 from swarm_report.judgement import judge
 from swarm_report.page import Plot, page_html, plot_html, table_html
 from swarm_report.run import RunData
@@ -33,8 +33,8 @@ def labels(runs: Sequence[RunData]) -> list[str]:
     """Return a short name per run, told apart by number where folders share theirs."""
     names = [run.name for run in runs]
     return [
-        name if names.count(name) == 1 else f"{name} ({number})"
-        for number, name in enumerate(names, 1)
+        name if names.count(name) == 1 else f"{name} ({place})"
+        for place, name in enumerate(names, 1)
     ]
 
 
@@ -84,7 +84,7 @@ def _draw(runs: Sequence[RunData], folder: Path) -> list[Plot]:
     drawings = {
         "goals": (_goals, "Goals reached over simulated time, as a share of the mission"),
         "clearance": (_clearance, "Share of robot-seconds nearer than a distance to anything"),
-        "merits": (_merits, "Figures of merit; a missing bar was not measured"),
+        "merits": (_merits, "Figures of merit; a dash stands for what was not measured"),
     }
     plots = []
     with style.settings():
@@ -94,20 +94,20 @@ def _draw(runs: Sequence[RunData], folder: Path) -> list[Plot]:
     return plots
 
 
-def _look(number: int) -> dict[str, Any]:
-    style_of = LINE_STYLES[(number // len(CYCLE) + number) % len(LINE_STYLES)]
-    return {"color": CYCLE[number % len(CYCLE)], "linestyle": style_of, "linewidth": 1.6}
+def _look(index: int) -> dict[str, Any]:
+    style_of = LINE_STYLES[(index // len(CYCLE) + index) % len(LINE_STYLES)]
+    return {"color": CYCLE[index % len(CYCLE)], "linestyle": style_of, "linewidth": 1.6}
 
 
 def _goals(runs: Sequence[RunData]) -> Figure:
     drawing = figure(3.4)
     axes = drawing.add_subplot()
-    for number, (run, label) in enumerate(zip(runs, labels(runs), strict=True)):
+    for index, (run, label) in enumerate(zip(runs, labels(runs), strict=True)):
         times = [event.time for event in run.goals if event.outcome == "reached"]
         counts = run.report.get("goals", {})
         total = sum(counts.get(key, 0) for key in ("reached", "failed", "pending"))
         share = 100.0 * np.append(np.arange(len(times) + 1), len(times)) / max(total, len(times), 1)
-        axes.step([0.0, *times, run.end], share, where="post", label=label, **_look(number))
+        axes.step([0.0, *times, run.end], share, where="post", label=label, **_look(index))
     axes.set_ylim(0.0, 102.0)
     axes.set_xlim(left=0.0)
     axes.set_xlabel("simulated time [s]")
@@ -119,14 +119,14 @@ def _goals(runs: Sequence[RunData]) -> Figure:
 def _clearance(runs: Sequence[RunData]) -> Figure:
     drawing = figure(3.4)
     axes = drawing.add_subplot()
-    for number, (run, label) in enumerate(zip(runs, labels(runs), strict=True)):
+    for index, (run, label) in enumerate(zip(runs, labels(runs), strict=True)):
         series = run.series
         if series is None:
             continue
         nearest = np.minimum(series.to_robot, series.to_world).ravel()
         edges = np.arange(0.0, series.near, BIN)
         share = 100.0 * np.searchsorted(np.sort(nearest), edges) / max(nearest.size, 1)
-        axes.plot(edges, share, label=label, **_look(number))
+        axes.plot(edges, share, label=label, **_look(index))
     axes.set_xlim(left=0.0)
     axes.set_ylim(bottom=0.0)
     axes.set_xlabel("distance to the nearest robot or obstacle [m]")
@@ -140,10 +140,12 @@ def _merits(runs: Sequence[RunData]) -> Figure:
     drawing = figure(1.2 + 2 * max(1.2, 0.3 * len(runs)), style.WIDE_WIDTH)
     panels = drawing.subplots(2, 3, sharey=True)
     rows = np.arange(len(runs))
-    colors = [CYCLE[number % len(CYCLE)] for number in rows]
+    colors = [CYCLE[row % len(CYCLE)] for row in rows]
     for axes, (key, title) in zip(panels.ravel(), BARS.items(), strict=True):
         values = [run.report.get(key) for run in runs]
-        axes.barh(rows, [value or 0.0 for value in values], color=colors, height=0.7)
+        bars = axes.barh(rows, [value or 0.0 for value in values], color=colors, height=0.7)
+        axes.bar_label(bars, [number(value) for value in values], padding=3, fontsize=8)
+        axes.margins(x=0.18)
         axes.set_xlabel(title)
         axes.set_yticks(rows, names)
         axes.grid(visible=False, axis="y")

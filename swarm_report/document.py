@@ -28,7 +28,7 @@ DRAWINGS: dict[str, tuple[Drawer, str, bool]] = {
     "stations": (timeline.stations, "How much the stations were used and waited for", False),
     "waiting": (maps.waiting, "Where robots held or waited because of others", False),
     "clearance": (curves.clearance, "Distances of hulls to each other and to obstacles", False),
-    "usage": (curves.usage, "What the run took of this machine", True),
+    "usage": (curves.usage, "CPU and memory; shared memory counts in each process", True),
 }
 
 

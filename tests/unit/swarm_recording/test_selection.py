@@ -5,7 +5,7 @@ import struct
 import pytest
 
 from swarm_common.errors import ConfigError
-from swarm_common.topic_table import WORLD_TOPICS, robot_topic
+from swarm_common.topic_table import WORLD_TOPICS, Topic, robot_topic
 from swarm_recording.filter import RateFilter
 from swarm_recording.selection import ALWAYS, DEFAULT, select
 
@@ -67,7 +67,8 @@ def test_senders_of_frames_are_thinned_out_one_by_one() -> None:
         assert keep.stamp(topic, stamped(8, 3.1, frame)) is None
 
 
-def test_what_stays_for_latecomers_is_always_kept() -> None:
+@pytest.mark.parametrize("topic", [WORLD_TOPICS[1], robot_topic("Srobot1", "status")])
+def test_events_and_what_stays_for_latecomers_are_always_kept(topic: Topic) -> None:
     keep = RateFilter(0.1)
     for _ in range(2):
-        assert keep.stamp(WORLD_TOPICS[1], stamped(4, 0.0)) == 0
+        assert keep.stamp(topic, stamped(4, 0.0)) == 0

@@ -1,0 +1,80 @@
+"""`swarm-up --rviz` over stand-ins: opens the windows, or says how to get them."""
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[3]
+RVIZ = '#!/bin/sh\necho "$@" >> "$RVIZ_LOG"\nexit ${RVIZ_CODE:-0}\n'
+
+
+def up(folder: Path, *flags: str, **variables: str) -> subprocess.CompletedProcess[str]:
+    """Run a mission of three robots to its end."""
+    command = (sys.executable, "-m", "tests.standins.plain_up", "--swarm-size", "3")
+    mission = ("--mission", "loading_route", "--until-done", "--run-dir", str(folder / "run"))
+    return subprocess.run(
+        (*command, *mission, *flags, "--no-report"),
+        env=os.environ | {"ROS_DOMAIN_ID": "87", "PYTHONPATH": str(ROOT)} | variables,
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+
+
+@pytest.fixture
+def rviz(tmp_path: Path) -> dict[str, str]:
+    """A program named rviz2 that notes how it was called."""
+    program = tmp_path / "bin" / "rviz2"
+    program.parent.mkdir()
+    program.write_text(RVIZ)
+    program.chmod(0o755)
+    return {
+        "PATH": f"{program.parent}:{os.environ['PATH']}",
+        "RVIZ_LOG": str(tmp_path / "rviz.log"),
+    }
+
+
+def calls(tmp_path: Path, count: int) -> list[str]:
+    deadline = time.monotonic() + 5.0
+    log = tmp_path / "rviz.log"
+    while not log.is_file() or len(log.read_text().splitlines()) < count:
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    return sorted(log.read_text().splitlines())
+
+
+def test_a_window_for_each_robot_that_was_named(tmp_path: Path, rviz: dict[str, str]) -> None:
+    result = up(tmp_path, "--rviz", "Srobot1,Srobot3", **rviz)
+    assert result.returncode == 0, result.stdout
+    folder = tmp_path / "run" / "rviz"
+    for call, name in zip(calls(tmp_path, 2), ("Srobot1", "Srobot3"), strict=True):
+        assert call.startswith(f"-d {folder / name}.rviz --ros-args -r /tf:=/{name}/tf")
+        assert "event-fd" not in call
+
+
+def test_without_names_the_window_is_that_of_the_swarm(
+    tmp_path: Path, rviz: dict[str, str]
+) -> None:
+    up(tmp_path, "--rviz", **rviz)
+    assert "swarm.rviz" in calls(tmp_path, 1)[0]
+
+
+def test_a_window_that_fails_is_reported_and_the_run_goes_on(
+    tmp_path: Path, rviz: dict[str, str]
+) -> None:
+    result = up(tmp_path, "--rviz", RVIZ_CODE="7", **rviz)
+    assert result.returncode == 3
+    assert "the rviz_swarm process ended: exit code 7" in result.stdout
+    assert "3 of 3" in result.stdout
+
+
+def test_without_rviz_the_run_goes_on_and_says_how_to_get_it(tmp_path: Path) -> None:
+    result = up(tmp_path, "--rviz")
+    assert result.returncode == 0, result.stdout
+    assert "apt install ros-jazzy-rviz2" in result.stdout
+    assert "--viewer" in result.stdout
