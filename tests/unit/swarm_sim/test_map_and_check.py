@@ -11,7 +11,7 @@ from swarm_common.errors import ConfigError, MapError
 from swarm_common.grid import FREE, OCCUPIED, UNKNOWN, Grid
 from swarm_common.map_io import load_map, map_path
 from swarm_common.records import Pose
-from swarm_common.robot_io import load_robot
+from swarm_common.robot_io import load_robot, open_robot
 from swarm_common.sites import Sites
 from swarm_sim import build
 from swarm_sim.check import check_map, check_sites
@@ -140,10 +140,10 @@ def test_an_empty_world_draws_an_empty_map() -> None:
 
 
 def test_a_map_is_checked_at_the_height_of_the_robots_scan(monkeypatch: pytest.MonkeyPatch) -> None:
-    spec = load_robot("turtlebot3_waffle")
-    tall = replace(spec, lidar=replace(spec.lidar, z=0.2))
+    robot = open_robot("turtlebot3_waffle")
+    tall = replace(robot.spec, lidar=replace(robot.spec.lidar, z=0.2))
     heights: list[float] = []
-    monkeypatch.setattr(build, "load_robot", lambda _: tall)
+    monkeypatch.setattr(build, "open_robot", lambda _: replace(robot, spec=tall))
     monkeypatch.setattr(build, "check_map", lambda scene, grid, height: heights.append(height))
     settings = Settings(
         world="crossing", robots=(RobotEntry("Srobot1", "turtlebot3_waffle"),), engine="planar"
