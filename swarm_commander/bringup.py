@@ -301,6 +301,9 @@ class Run:
         self.usage.sample("navigators", process_tree(self._supervisor.pid(HOST)))
         own = [psutil.Process(), *process_tree(self._supervisor.pid(RUNNER))]
         self.usage.sample("operator", own)
+        for name in (RECORDER, VIEWER):
+            if name in self._children:
+                self.usage.sample(name, process_tree(self._supervisor.pid(name)))
         tally = self.tally
         self._usage_log.write(
             time.time() - self._started, tally.sim_time, tally.real_time_factor, self.usage

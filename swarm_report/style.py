@@ -30,7 +30,13 @@ STATES = {
     "inactive": "#888888",
 }
 LABELS = {"pausing": "pausing (service)", "idle": "idle (no goal)"}
-GROUPS = {"world": BLUE, "navigators": ORANGE, "operator": GREEN}
+GROUPS = {
+    "world": BLUE,
+    "navigators": ORANGE,
+    "operator": GREEN,
+    "recorder": PINK,
+    "viewer": SKY,
+}
 SETTINGS = {
     "font.size": 9.0,
     "axes.spines.top": False,
