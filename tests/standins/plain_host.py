@@ -33,6 +33,7 @@ for robot in config["robots"]:
         while True:
             time.sleep(1.0)
     say("active", robot=robot["name"], pid=0)
+(Path(config_path).parent / "active").touch()
 if mood == "death":
     say("died", robot="Srobot2", returncode=-9)
 while True:

@@ -15,13 +15,16 @@ def say(event: str, **values: object) -> None:
     os.write(event_fd, json.dumps({"event": event, **values}).encode() + b"\n")
 
 
-time.sleep(0.3)  # the navigators are active by then
+while not (Path(sys.argv[1]).parent / "active").exists():
+    time.sleep(0.02)
+time.sleep(0.3)  # what the navigators said has arrived by then
 mood = os.environ.get("STANDIN_RUNNER", "")
 if config["mission"] is not None and mood != "mute":
     say("mission", goals=len(config["robots"]))
     for robot in config["robots"]:
         say("sent", robot=robot["name"], name="shipping")
         if mood == "slow":
+            (Path(sys.argv[1]).parent / "begun").touch()
             break
         outcome = "failed" if mood == "miss" else "reached"
         say(

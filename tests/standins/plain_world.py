@@ -60,7 +60,9 @@ if mood == "crash":
 if mood == "deaf":
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
 if config["duration"] is not None:
-    time.sleep(3.0 if mood == "calm" else 0.0)  # for the mission to begin
+    while mood == "calm" and not (Path(sys.argv[1]).parent / "begun").exists():
+        time.sleep(0.1)
+    time.sleep(0.5 if mood == "calm" else 0.0)  # what the mission said has arrived by then
     end()
 while True:
     collisions = {"robot_robot": 0, "robot_world": 0}

@@ -16,9 +16,7 @@ CLEARANCE = 0.29  # [m] of a waffle's centre from walls, 5 cm more than it needs
 TARGET = 1.15
 
 
-@pytest.mark.parametrize(
-    ("scenario", "seed"), [("slim_blockage", 0), ("slim_blockage", 1), ("u_shape", 0)]
-)
+@pytest.mark.parametrize(("scenario", "seed"), [("slim_blockage", 1), ("u_shape", 0)])
 def test_its_makespan_is_near_that_of_the_shortest_way(scenario: str, seed: int) -> None:
     harness = Harness(RunOptions(scenario=load_scenario(scenario), robots=1, seed=seed))
     result = harness.run()
