@@ -7,15 +7,17 @@ import math
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from swarm_common.beacon import FOOTPRINT_POINTS
 from swarm_common.drive_train import DriveTrain, find_drive
-from swarm_common.errors import RobotModelError
+from swarm_common.errors import RobotModelError, SwarmError
 from swarm_common.gazebo_tags import DriveTags, LidarTags, read_drive, read_lidar
 from swarm_common.outline import outline_around, placed_corners
+from swarm_common.packages import PackageFinder
 from swarm_common.robot_model import RobotModel, parse_urdf
 from swarm_common.robot_source import RobotSource
 from swarm_common.shapes import FloatArray, Part, transform_from_xyz_rpy
@@ -57,6 +59,7 @@ def describe(
     text = source.text()
     directory = source.settings.parent if source.urdf is None else source.urdf.parent
     root = read_tree(text, where)
+    place_meshes(root, finder, directory)
     drive_tags = read_drive(root, where)
     every = parse_urdf(text, where, None, finder, directory)
     train = find_drive(every, where, drive_tags, drive, wheels, wheel_radius)
@@ -70,6 +73,16 @@ def describe(
     if lidar:
         values["lidar"] = lidar
     return Described(based, model, values)
+
+
+def place_meshes(root: ET.Element, finder: PackageFinder, directory: Path) -> None:
+    """Let every mesh that is found be named by its file: viewers need not know the packages."""
+    for mesh in root.iter("mesh"):
+        try:
+            path = finder.resolve(mesh.get("filename", ""), directory)
+        except SwarmError:
+            continue  # only collision meshes have to be there
+        mesh.set("filename", path.absolute().as_uri())
 
 
 def _with_base(root: ET.Element, center: FloatArray) -> str:

@@ -44,6 +44,8 @@ def test_a_urdf_of_a_package_tells_what_it_can(packages: tuple[Path, Path]) -> N
     np.testing.assert_allclose(robot.model.fixed["base_link"][:3, 3], [-0.05, 0.0, 0.07])
     assert '<link name="base_footprint"' in robot.urdf
     assert "namespace}" not in robot.urdf
+    body = packages[0].parents[1] / "meshes" / "body.stl"
+    assert f'filename="{body.as_uri()}"' in robot.urdf
     corners = np.array(spec.footprint)
     assert corners[:, 0].min() == pytest.approx(-0.25, abs=1e-3)
     assert corners[:, 1].max() == pytest.approx(0.16, abs=1e-3)
