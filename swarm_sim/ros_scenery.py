@@ -13,7 +13,17 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from swarm_common import ros_io
 from swarm_common.records import FloatArray, Pose
-from swarm_common.shapes import Box, Cylinder, Hull, Shape, Sphere, Transform
+from swarm_common.shapes import (
+    Box,
+    Color,
+    Cylinder,
+    Hull,
+    Mesh,
+    MeshFile,
+    Shape,
+    Sphere,
+    Transform,
+)
 from swarm_common.wire import TransformsWriter
 from swarm_sim.scene import Body, Scene
 from swarm_sim.world import World
@@ -56,24 +66,33 @@ class Scenery:
         """Publish where everybody is, to whom it may concern."""
         if self._tf_readers:
             self._tf.publish(self._writer.encode(tick, self._world.poses))
-        walkers = self._world.walkers() if self._mover_readers else ()
-        if len(walkers):
-            markers = [walker_marker(i, disc, tick) for i, disc in enumerate(walkers)]
-            self._movers.publish(MarkerArray(markers=markers))
+        if self._mover_readers:
+            markers = mover_markers(self._world, tick)
+            if markers:
+                self._movers.publish(MarkerArray(markers=markers))
 
 
 def scene_markers(scene: Scene) -> list[Marker]:
     """Return the markers of what never moves: bodies, stations, circuits."""
     markers: list[Marker] = []
-    for body in scene.bodies:
-        if body.is_static:
-            markers += _body_markers(body, len(markers))
+    for body in (*scene.fixed, *scene.decor):
+        markers += _body_markers(body, "body", len(markers))
     for number, (name, pose) in enumerate(scene.sites.stations.items()):
         markers += _station_markers(name, pose, number)
     markers += [
         _line(name, points, number)
         for number, (name, points) in enumerate(scene.sites.circuits.items())
     ]
+    return markers
+
+
+def mover_markers(world: World, tick: int) -> list[Marker]:
+    """Return the markers of who and what moves beside the robots."""
+    markers = [walker_marker(i, disc, tick) for i, disc in enumerate(world.walkers())]
+    for body in world.objects():
+        markers += _body_markers(body, "object", len(markers))
+    for marker in markers:
+        marker.header.stamp = ros_io.time_msg(tick)
     return markers
 
 
@@ -87,17 +106,21 @@ def walker_marker(number: int, disc: FloatArray, tick: int) -> Marker:
     return marker
 
 
-def _body_markers(body: Body, first: int) -> Iterable[Marker]:
-    for part in body.parts:
-        marker = shape_marker(part.shape, body.world_from_body @ part.body_from_part)
+def _body_markers(body: Body, space: str, first: int) -> Iterable[Marker]:
+    """Return what a body looks like; one that does not say so looks like what it collides with."""
+    shapes: list[tuple[Shape | MeshFile, Transform, Color | None]] = [
+        (item.shape, item.body_from_visual, item.color) for item in body.visuals
+    ] or [(part.shape, part.body_from_part, None) for part in body.parts]
+    for shape, body_from_shape, color in shapes:
+        marker = shape_marker(shape, body.world_from_body @ body_from_shape, color)
         if marker is not None:
-            marker.ns, marker.id, marker.text = "body", first, body.name
+            marker.ns, marker.id, marker.text = space, first, body.name
             first += 1
             yield marker
 
 
 def shape_marker(
-    shape: Shape, map_from_shape: Transform, rgba: Sequence[float] | None = None
+    shape: Shape | MeshFile, map_from_shape: Transform, rgba: Color | None = None
 ) -> Marker | None:
     """Return the marker of a shape; None for the ground."""
     if isinstance(shape, Box):
@@ -106,17 +129,22 @@ def shape_marker(
         kind, size = Marker.CYLINDER, (2.0 * shape.radius, 2.0 * shape.radius, shape.length)
     elif isinstance(shape, Sphere):
         kind, size = Marker.SPHERE, (2.0 * shape.radius,) * 3
-    elif isinstance(shape, Hull):
+    elif isinstance(shape, Hull | Mesh):
         kind, size = Marker.TRIANGLE_LIST, (1.0, 1.0, 1.0)
+    elif isinstance(shape, MeshFile):
+        kind, size = Marker.MESH_RESOURCE, shape.scale
     else:
         return None
     is_wall = isinstance(shape, Box) and size[2] >= WALL_HEIGHT
     marker = _marker("", 0, kind, rgba or COLORS["wall" if is_wall else "block"], 0)
     _scale(marker, *size)
     _place(marker, map_from_shape)
-    if isinstance(shape, Hull):
-        corners = [Point(x=x, y=y, z=z) for x, y, z in shape.vertices]
+    if isinstance(shape, Hull | Mesh):
+        corners = [Point(x=float(x), y=float(y), z=float(z)) for x, y, z in shape.vertices]
         marker.points = [corners[index] for face in shape.faces for index in face]
+    elif isinstance(shape, MeshFile):
+        marker.mesh_resource = f"file://{shape.path}"
+        marker.mesh_use_embedded_materials = rgba is None
     return marker
 
 

@@ -39,7 +39,7 @@ class Page:
 
     def __init__(
         self, client: Any, robot: str, swarm: Swarm, fleet: Fleet, link: OperatorLink | None,
-        post: Post,
+        url: Callable[[str], str], post: Post,
     ) -> None:  # fmt: skip
         """Build the page.
 
@@ -49,6 +49,7 @@ class Page:
             swarm: What is known.
             fleet: The robots' bodies.
             link: To the swarm; None for a recording.
+            url: Returns the address of a robot's page.
             post: Brings a call to the main thread.
         """
         self.robot = robot
@@ -56,6 +57,7 @@ class Page:
         self._swarm = swarm
         self._fleet = fleet
         self._link = link
+        self._url = url
         self._post = post
         self._layers = RobotLayers(client.scene)
         self._panel = Panel(client.gui, self, is_live=link is not None)
@@ -162,7 +164,9 @@ class Page:
         paused = None if link is None else link.is_paused
         assign(panel.verdict, verdict_html(swarm, paused, self._cpu))
         state = swarm.states.get(self.robot)
-        assign(panel.status, robot_html(self.robot, state) if self.robot else "")
+        assign(
+            panel.status, robot_html(self.robot, state, self._url(self.robot)) if self.robot else ""
+        )
         assign(panel.stations, stations_html(swarm.states))
         if link is not None:
             panel.show_running(link.is_paused, link.speed)

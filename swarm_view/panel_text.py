@@ -64,12 +64,15 @@ def _legend(states: Mapping[str, RobotState]) -> str:
     return f"<div style='{STYLE}'>{' &nbsp; '.join(parts)}</div>"
 
 
-def robot_html(robot: str, state: RobotState | None) -> str:
-    """Return what one robot says of itself."""
+def robot_html(robot: str, state: RobotState | None, url: str) -> str:
+    """Return what one robot says of itself, and a link to its own page."""
+    name = html.escape(robot)
+    link = f"<a href='{html.escape(url)}' target='_blank'>page of its own</a>"
     if state is None:
-        return _table([(html.escape(robot), "has said nothing yet")])
+        return _table([(name, f"has said nothing yet; {link}")])
     color = css(state_color(state.state))
     rows = [
+        (name, link),
         ("state", f"<span style='color:{color}'>&#9679;</span> {html.escape(state.state)}"),
         ("", html.escape(state.detail) or "&nbsp;"),
     ]

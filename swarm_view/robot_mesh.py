@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import logging
-import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,8 @@ import numpy as np
 import trimesh
 import yourdfpy
 
+from swarm_common.errors import SwarmError
+from swarm_common.packages import PackageFinder
 from swarm_common.records import FloatArray
 
 GREY = (0.6, 0.6, 0.6, 1.0)
@@ -92,9 +93,10 @@ def _meshes(visual: Any, materials: dict[str, Any]) -> list[Any]:
 
 
 def _loaded(mesh: Any, rgba: tuple[float, ...] | None) -> list[Any]:
-    path = mesh_path(mesh.filename)
-    if path is None:
-        LOG.warning("mesh %s is not found; it is not drawn", mesh.filename)
+    try:
+        path = PackageFinder().resolve(mesh.filename, Path.cwd())
+    except SwarmError as error:
+        LOG.warning("a mesh is not drawn: %s", error)
         return []
     try:
         parts = trimesh.load_scene(path).dump()
@@ -105,23 +107,6 @@ def _loaded(mesh: Any, rgba: tuple[float, ...] | None) -> list[Any]:
     for part in parts:
         part.apply_transform(np.diag([*scale, 1.0]))
     return [part if rgba is None else _painted(part, rgba) for part in parts]
-
-
-def mesh_path(filename: str) -> Path | None:
-    """Return the file that a URDF's `filename` names, None if there is none."""
-    if filename.startswith("package://"):
-        package, _, rest = filename.removeprefix("package://").partition("/")
-        found = (root / package / rest for root in _package_roots(package))
-        return next((path for path in found if path.is_file()), None)
-    path = Path(filename.removeprefix("file://"))
-    return path if path.is_file() else None
-
-
-def _package_roots(package: str) -> list[Path]:
-    prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
-    sources = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
-    roots = [Path(prefix) / "share" for prefix in prefixes if prefix]
-    return roots + [Path(source) for source in sources if source]
 
 
 def _color(material: Any, materials: dict[str, Any]) -> tuple[float, ...] | None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import logging
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,6 +16,7 @@ from swarm_view.images import map_image
 from swarm_view.palette import RGB
 from swarm_view.shapes import polyline
 
+LOG = logging.getLogger(__name__)
 FLIPPED = (0.0, 1.0, 0.0, 0.0)  # about x: viser's images look down and hang upside down
 MAP_HEIGHT = -0.005  # [m] below everything else
 UNIT = {
@@ -53,6 +56,8 @@ class Scenery:
                 solids.setdefault((marker.type, _rgb(marker)), []).append(marker)
             elif marker.type == Marker.TRIANGLE_LIST:
                 self._draw_triangles(marker)
+            elif marker.type == Marker.MESH_RESOURCE:
+                self._draw_file(marker)
             elif marker.type == Marker.LINE_STRIP:
                 points = np.array([(p.x, p.y) for p in marker.points])
                 self._scene.add_line_segments(
@@ -86,6 +91,19 @@ class Scenery:
         self._scene.add_mesh_simple(
             f"/world/{marker.ns}_{marker.id}", vertices, faces, color=_rgb(marker),
             flat_shading=True, side="double", position=_place(marker), wxyz=_turn(marker),
+            cast_shadow=False, receive_shadow=False,
+        )  # fmt: skip
+
+    def _draw_file(self, marker: Any) -> None:
+        path = Path(marker.mesh_resource.removeprefix("file://"))
+        try:
+            mesh = trimesh.load_mesh(path)
+            mesh.apply_scale((marker.scale.x, marker.scale.y, marker.scale.z))
+        except Exception as error:  # whatever a reader raises at a damaged file
+            LOG.warning("%s is not drawn: %s", path, error)
+            return
+        self._scene.add_mesh_trimesh(
+            f"/world/{marker.ns}_{marker.id}", mesh, position=_place(marker), wxyz=_turn(marker),
             cast_shadow=False, receive_shadow=False,
         )  # fmt: skip
 

@@ -71,7 +71,7 @@ class Server:
     def on_pages(
         self, on_open: Callable[[Any, str], None], on_close: Callable[[int], None]
     ) -> None:
-        """Call back, on viser's threads, for each page with the robot in its address.
+        """Call back, on the event loop, for each page with the robot in its address.
 
         Who did not come through the gate is not told of.
         """

@@ -81,6 +81,8 @@ class Swarm:
         self._history.clear()
         self._layers.clear()
         self._decoded.clear()
+        self.states.clear()
+        self.state_revision += 1
         self.tick = 0
 
     def index(self, robot: str) -> int | None:

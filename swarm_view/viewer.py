@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import queue
+import asyncio
 import signal
 import time
 from collections.abc import Callable
@@ -16,14 +16,15 @@ from swarm_view.fleet import Fleet
 from swarm_view.machine import CpuMeter
 from swarm_view.operator_link import OperatorLink
 from swarm_view.page import Page
+from swarm_view.playback import Playback
 from swarm_view.scenery import Scenery
 from swarm_view.server import Server
 from swarm_view.swarm import Swarm
 
 FRAME_PERIOD = 0.04  # [s] of wall time: 25 frames per second
 LOOK_PERIOD = 3.0  # [s] of wall time between two looks at who there is
+SLOW_PERIOD = 0.25  # [s] of wall time between two looks at a recording's time
 COLOR_PERIOD = 0.2  # [s] of wall time between two looks at the states' colours
-IDLE_PERIOD = 1.0  # [s] of wall time between two looks for a signal while nobody is there
 ALWAYS = {topics.TF, topics.VERDICT, topics.MOVERS}
 
 
@@ -49,17 +50,23 @@ class Viewer:
         self._server = server
         self._feed = feed
         self._link = link
-        self._calls: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
+        self._loop = server.viser.get_event_loop()
+        self._wake = asyncio.Event()
         self._swarm = Swarm()
         self._scenery = Scenery(server.viser)
         self._fleet = Fleet(server.viser)
         self._cpu = CpuMeter()
+        self._playback: Playback | None = None
+        self._slow_due = 0.0
         self._pages: dict[int, Page] = {}
         self._is_stopped = False
         self._look_due = self._color_due = 0.0
         self._revision = self._state_revision = -1
         self._has_map = self._has_scene = False
         self._shown: Any = None
+        if recording is not None:
+            jump = self._swarm.forget_past
+            self._playback = Playback(server.viser.gui, recording, jump, self._post)
         server.on_pages(self._on_open, self._on_close)
 
     @property
@@ -68,40 +75,35 @@ class Viewer:
         return len(self._pages)
 
     def stop(self) -> None:
-        """Make `run` return soon."""
+        """Make `run` return soon; from any thread."""
+        self._post(self._stop)
+
+    def _stop(self) -> None:
         self._is_stopped = True
-        self._calls.put(lambda: None)
+        self._wake.set()
 
     def run(self) -> None:
-        """Draw frame after frame until stopped."""
+        """Draw frame after frame until stopped.
+
+        All of it happens on viser's event loop, whose queues are not made for other threads.
+        """
+        asyncio.run_coroutine_threadsafe(self._run(), self._loop).result()
+
+    async def _run(self) -> None:
         while not self._is_stopped:
-            started = time.monotonic()
-            self._do_calls(0.0)
             if not self._pages:
                 self._feed.want(set())
-                self._do_calls(IDLE_PERIOD)
+                self._wake.clear()
+                await self._wake.wait()
                 continue
+            started = time.monotonic()
             self.frame(started)
-            rest = FRAME_PERIOD - (time.monotonic() - started)
-            self._do_calls(max(0.001, rest))
+            await asyncio.sleep(max(0.001, FRAME_PERIOD - (time.monotonic() - started)))
 
     def close(self) -> None:
         """Release everything."""
         self._server.stop()
         self._feed.close()
-
-    def _do_calls(self, patience: float) -> None:
-        """Do what pages ask for; wait for up to `patience` [s] for the first."""
-        end = time.monotonic() + patience
-        while True:
-            rest = end - time.monotonic()
-            try:
-                call = self._calls.get(block=rest > 0.0, timeout=max(rest, 0.0) or None)
-            except queue.Empty:
-                return
-            call()
-            if self._is_stopped:
-                return
 
     def frame(self, now: float) -> None:
         """Take what has come and draw one frame; `now` is wall time."""
@@ -123,6 +125,9 @@ class Viewer:
                 self._fleet.move(poses)
             self._scenery.draw_movers(swarm.movers)
             self._color(now)
+        if self._playback is not None and now >= self._slow_due:
+            self._slow_due = now + SLOW_PERIOD
+            self._playback.update()
         cpu = self._cpu.text(now)
         for page in self._pages.values():
             page.show_cpu(cpu)
@@ -178,22 +183,19 @@ class Viewer:
             self._state_revision = self._swarm.state_revision
             self._fleet.color(self._swarm.names, self._swarm.states)
 
-    # Called on viser's threads
-
     def _on_open(self, client: Any, robot: str) -> None:
-        def add() -> None:
-            self._look_due = 0.0
-            self._pages[client.client_id] = Page(
-                client, robot, self._swarm, self._fleet, self._link, self._calls.put
-            )
-
-        self._calls.put(add)
+        self._look_due = 0.0
+        self._pages[client.client_id] = Page(
+            client, robot, self._swarm, self._fleet, self._link, self._server.url, self._post
+        )
+        self._wake.set()
 
     def _on_close(self, client_id: int) -> None:
-        def drop() -> None:
-            self._pages.pop(client_id, None)
+        self._pages.pop(client_id, None)
 
-        self._calls.put(drop)
+    def _post(self, call: Callable[[], None]) -> None:
+        """Bring a call of another thread to the event loop."""
+        self._loop.call_soon_threadsafe(call)
 
 
 def run_until_signal(viewer: Viewer) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import replace
 
 import numpy as np
@@ -16,9 +16,9 @@ from visualization_msgs.msg import MarkerArray
 from swarm_common import ros_io
 from swarm_common.map_io import load_map, map_path
 from swarm_common.records import Scan
+from swarm_common.robot_io import description
 from swarm_common.topic_table import ROBOT_TOPICS, WORLD_TOPICS
 from swarm_common.wire import ScanWriter, TransformsWriter
-from swarm_sim.robot_model import description
 from swarm_sim.ros_scenery import scene_markers
 from swarm_sim.sdf import load_world
 from swarm_view import topics
@@ -36,7 +36,12 @@ class MovingFeed:
         is_standing: Whether time stands still.
     """
 
-    def __init__(self, count: int, models: Collection[str] = ("turtlebot3_waffle",)) -> None:
+    def __init__(
+        self,
+        count: int,
+        models: Collection[str] = ("turtlebot3_waffle",),
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
         """Prepare all that never changes."""
         self.names = [f"Srobot{i + 1}" for i in range(count)]
         self.wanted: set[str] = set()
@@ -52,7 +57,8 @@ class MovingFeed:
         for i, name in enumerate(self.names):
             text = serialize_message(String(data=urdfs[i % len(urdfs)]))
             self._latched[f"/{name}/{topics.DESCRIPTION}"] = text
-        self._started = time.monotonic()
+        self._clock = clock
+        self._started = clock()
         self._tick = -1
 
     def topics(self) -> dict[str, str]:
@@ -73,7 +79,7 @@ class MovingFeed:
         """Return what is new."""
         taken = [(t, self._latched[t]) for t in self._fresh if t in self._latched]
         self._fresh.clear()
-        tick = int((time.monotonic() - self._started) / PERIOD)
+        tick = int((self._clock() - self._started) / PERIOD + 1e-6)
         if tick == self._tick or self.is_standing:
             return taken
         self._tick = tick

@@ -1,0 +1,44 @@
+import numpy as np
+import pytest
+
+from swarm_view.decode import Raster
+from swarm_view.images import WALL, cost_image, map_image
+from swarm_view.shapes import floor, loop, nearest_to_ray, on_floor, polyline, quaternions, ring
+
+
+def test_lines() -> None:
+    points = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
+    assert polyline(points, 0.5).shape == (2, 2, 3)
+    assert loop(points, 0.5)[-1, 1].tolist() == [0.0, 0.0, 0.5]
+    assert polyline(np.zeros((0, 2)), 0.0).shape == (0, 2, 3)
+    assert quaternions(np.array([np.pi]))[0] == pytest.approx([0.0, 0.0, 0.0, 1.0])
+
+
+def test_ring_and_floor_are_closed_meshes_seen_from_above() -> None:
+    vertices, faces = ring(0.2, 0.3, 12)
+    assert vertices.shape == (24, 3)
+    assert faces.shape == (24, 3)
+    for vertices, faces in (ring(0.2, 0.3), floor(0, 0, 1, 2)):
+        a, b, c = (vertices[faces[:, k]].astype(float) for k in range(3))
+        assert (np.cross(b - a, c - a)[:, 2] > 0.0).all()
+
+
+def test_rays() -> None:
+    eye, down = np.array([1.0, 2.0, 4.0]), np.array([0.5, 0.0, -1.0])
+    assert on_floor(eye, down) == pytest.approx([3.0, 2.0])
+    assert on_floor(eye, -down) is None
+    balls = np.array([[1.0, 2.0, 0.0], [1.0, 2.0, 2.0], [5.0, 5.0, 0.0]])
+    assert nearest_to_ray(balls, 0.2, eye, np.array([0.0, 0.0, -3.0])) == 1
+    assert nearest_to_ray(balls, 0.2, eye, np.array([0.0, 0.0, 1.0])) is None
+    assert nearest_to_ray(np.zeros((0, 3)), 0.2, eye, down) is None
+
+
+def test_grids_have_the_highest_y_on_top() -> None:
+    cells = np.array([[0, 100], [-1, 99]], np.int8)
+    raster = Raster(cells, 0.5, (0.0, 0.0))
+    assert raster.size == (1.0, 1.0)
+    assert tuple(map_image(raster)[1, 1]) == WALL
+    image = cost_image(raster)
+    assert image[1, 0, 3] == 0
+    assert image[1, 1, 3] > image[1, 0, 3]
+    assert image[0, 0, 3] == 0

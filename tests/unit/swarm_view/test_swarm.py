@@ -1,0 +1,89 @@
+import numpy as np
+import pytest
+
+from swarm_view import topics
+from swarm_view.panel_text import robot_html, stations_html, verdict_html
+from swarm_view.robot_mesh import robot_mesh
+from swarm_view.swarm import Swarm
+from swarm_view.topics import Layer
+from tests.standins.moving_feed import MovingFeed
+
+
+def watch(feed: MovingFeed, now: list[float], known: Swarm) -> Swarm:
+    """Let a second pass."""
+    for _ in range(10):
+        now[0] += 0.1
+        known.apply(feed.take(), now[0])
+    return known
+
+
+@pytest.fixture(scope="module")
+def swarm() -> Swarm:
+    now = [0.0]
+    feed = MovingFeed(12, clock=lambda: now[0])
+    feed.want(set(feed.topics()))
+    known = Swarm()
+    known.meet(topics.robots_in(feed.topics()))
+    return watch(feed, now, known)
+
+
+def test_robots_are_known_in_the_order_of_their_numbers(swarm: Swarm) -> None:
+    assert swarm.names == [f"Srobot{i}" for i in range(1, 13)]
+    assert len(swarm.track) == 12
+    assert swarm.tick > 0
+
+
+def test_messages_become_what_is_drawn(swarm: Swarm) -> None:
+    assert swarm.map is not None
+    assert {marker.ns for marker in swarm.markers} >= {"body", "station", "circuit"}
+    assert set(swarm.states) == set(swarm.names)
+    version, scan = swarm.layer("Srobot2", Layer.SCAN)
+    assert version > 0
+    assert len(scan.ranges) == 360
+    assert swarm.layer("Srobot2", Layer.SCAN)[1] is scan
+    assert swarm.layer("Srobot2", Layer.PLAN) == (0, None)
+    assert swarm.pose_at("Srobot2", scan.tick) is not None
+    assert swarm.pose_at("Srobot99", 0) is None
+
+
+def test_layers_that_nobody_shows_are_forgotten(swarm: Swarm) -> None:
+    kept = topics.of_layer("Srobot1", Layer.SCAN)
+    swarm.drop_layers({kept})
+    assert swarm.layer("Srobot1", Layer.SCAN)[0] > 0
+    assert swarm.layer("Srobot2", Layer.SCAN)[0] == 0
+
+
+def test_the_panel_says_what_is_known(swarm: Swarm) -> None:
+    text = verdict_html(swarm, True, "7 %")
+    assert "(paused)" in text
+    assert "66 reached, 0 failed" in text
+    assert "0.110 m" in text
+    assert "driving 2" in text
+    assert "number 3 in the queue" in robot_html("Srobot4", swarm.states["Srobot4"], "/x")
+    assert "has said nothing" in robot_html("<b>", None, "/x")
+    assert "&lt;b&gt;" in robot_html("<b>", None, "/x")
+    assert "Srobot1 &larr; Srobot2" in stations_html(swarm.states)
+
+
+def test_without_ground_truth_the_statuses_say_where_robots_are() -> None:
+    now = [0.0]
+    feed = MovingFeed(3, clock=lambda: now[0])
+    feed.want({f"/{name}/status" for name in feed.names})
+    known = Swarm()
+    known.meet(feed.names)
+    watch(feed, now, known)
+    assert known.track.latest.shape == (3, 3)
+
+
+def test_a_robot_is_drawn_from_its_description(swarm: Swarm) -> None:
+    mesh = robot_mesh(swarm.descriptions["Srobot1"])
+    assert mesh.glb[:4] == b"glTF"
+    assert 0.15 < mesh.radius < 0.35
+    assert 0.1 < mesh.height < 0.3
+    assert mesh.links["base_scan"][2, 3] == pytest.approx(0.132)
+
+
+def test_a_robot_without_visuals_is_drawn_all_the_same() -> None:
+    mesh = robot_mesh("<robot name='r'><link name='base'/></robot>")
+    assert mesh.radius > 0.1
+    assert np.allclose(mesh.links["base"], np.eye(4))

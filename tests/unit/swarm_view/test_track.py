@@ -1,0 +1,53 @@
+import numpy as np
+import pytest
+
+from swarm_view.track import JUMP, Track, Trails
+
+
+def poses(*rows: tuple[float, float, float]) -> np.ndarray:
+    return np.array(rows, float).reshape(-1, 3)
+
+
+def test_robots_glide_to_the_newest_pose() -> None:
+    track = Track()
+    track.add(poses((0, 0, 0)), 0.0)
+    for k in range(1, 30):
+        track.add(poses((0.1 * k, 0, 0)), 0.1 * k)
+    start, half, end = (track.at(2.9 + dt)[0, 0] for dt in (0.0, 0.05, 0.1))
+    assert start == pytest.approx(2.8, abs=0.02)
+    assert half == pytest.approx(0.5 * (start + end), abs=0.01)
+    assert track.at(9.0)[0, 0] == pytest.approx(2.9)
+
+
+def test_yaw_takes_the_short_way() -> None:
+    track = Track()
+    track.add(poses((0, 0, 3.1)), 0.0)
+    track.add(poses((0, 0, -3.1)), 0.1)
+    assert abs(track.at(0.15)[0, 2]) > 3.1
+
+
+def test_who_is_put_elsewhere_jumps() -> None:
+    track = Track()
+    track.add(poses((0, 0, 0), (0, 0, 0)), 0.0)
+    track.add(poses((2 * JUMP, 0, 0), (0.1, 0, 0)), 0.1)
+    shown = track.at(0.1)
+    assert shown[0, 0] == 2 * JUMP
+    assert shown[1, 0] < 0.1
+
+
+def test_another_number_of_robots_begins_anew() -> None:
+    track = Track()
+    track.add(poses((0, 0, 0)), 0.0)
+    track.add(poses((1, 0, 0), (2, 0, 0)), 0.1)
+    assert len(track) == 2
+    assert track.at(0.1)[1, 0] == 2.0
+
+
+def test_trails_are_polylines_without_jumps() -> None:
+    trails = Trails(length=4, spacing=0.1)
+    assert trails.segments().shape == (0, 2, 2)
+    for x in (0.0, 0.05, 0.2, 0.4, 5.0, 5.2):
+        trails.add(poses((x, 0, 0)))
+    assert [tuple(s[:, 0]) for s in trails.segments()] == [(0.2, 0.4), (5.0, 5.2)]
+    trails.clear()
+    assert len(trails.segments()) == 0
