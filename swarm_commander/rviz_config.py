@@ -33,31 +33,11 @@ def robot_config(robot: str, index: int = 0) -> dict[str, Any]:
         _map("Map", _world_topic("/map"), "map", 1.0),
         _map("Global costmap", topic("global_costmap/costmap"), "costmap", 0.3, is_enabled=False),
         _map("Local costmap", topic("local_costmap/costmap"), "costmap", 0.6),
-        _display(
-            "RobotModel",
-            "Robot model",
-            values={
-                "Description Source": "Topic",
-                "Description Topic": _source(topic("robot_description")),
-                "TF Prefix": "",
-                "Visual Enabled": True,
-                "Collision Enabled": False,
-            },
-        ),
+        _robot_model(topic("robot_description")),
         _display(
             "TF", "Frames", is_enabled=False, values={"Show Names": True, "Marker Scale": 0.5}
         ),
-        _display(
-            "LaserScan",
-            "Scan",
-            values={
-                "Topic": _source(topic("scan")),
-                "Style": "Flat Squares",
-                "Size (m)": 0.03,
-                "Color Transformer": "FlatColor",
-                "Color": "213; 94; 0",
-            },
-        ),
+        _scan(topic("scan")),
         _path("Global plan", topic("plan"), color, 0.04),
         _path("Local plan", topic("local_plan"), "240; 228; 66", 0.05),
         _polygon("Footprint", topic("local_costmap/published_footprint"), color),
@@ -73,7 +53,7 @@ def robot_config(robot: str, index: int = 0) -> dict[str, Any]:
             values={"Topic": _source(topic("amcl_pose")), "Color": color},
         ),
     ]
-    return _config(displays, [robot])
+    return _config(displays, _tools([robot]))
 
 
 def swarm_config(robots: Sequence[str]) -> dict[str, Any]:
@@ -101,7 +81,7 @@ def swarm_config(robots: Sequence[str]) -> dict[str, Any]:
                 ],
             }
         )
-    return _config(displays, robots[:1])
+    return _config(displays, _tools(robots[:1]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,6 +168,34 @@ def _path(name: str, topic: Topic, color: str, width: float) -> Display:
     )
 
 
+def _robot_model(topic: Topic) -> Display:
+    return _display(
+        "RobotModel",
+        "Robot model",
+        values={
+            "Description Source": "Topic",
+            "Description Topic": _source(topic),
+            "TF Prefix": "",
+            "Visual Enabled": True,
+            "Collision Enabled": False,
+        },
+    )
+
+
+def _scan(topic: Topic) -> Display:
+    return _display(
+        "LaserScan",
+        "Scan",
+        values={
+            "Topic": _source(topic),
+            "Style": "Flat Squares",
+            "Size (m)": 0.03,
+            "Color Transformer": "FlatColor",
+            "Color": "213; 94; 0",
+        },
+    )
+
+
 def _polygon(name: str, topic: Topic, color: str) -> Display:
     return _display("Polygon", name, values={"Topic": _source(topic), "Color": color})
 
@@ -196,8 +204,8 @@ def _markers(name: str, topic: Topic) -> Display:
     return _display("MarkerArray", name, values={"Topic": _source(topic)})
 
 
-def _config(displays: list[Display], robots: Sequence[str]) -> dict[str, Any]:
-    """Return a whole configuration; its tools talk to the first of `robots`."""
+def _tools(robots: Sequence[str]) -> list[Display]:
+    """Return the tools of a window; those that give orders talk to `robots`."""
     tools: list[Display] = [
         {"Class": f"{PLUGINS}/Interact", "Hide Inactive Objects": True},
         {"Class": f"{PLUGINS}/MoveCamera"},
@@ -216,6 +224,11 @@ def _config(displays: list[Display], robots: Sequence[str]) -> dict[str, Any]:
             },
             {"Class": f"{PLUGINS}/SetGoal", "Topic": _source(robot_topic(robot, "goal_pose"))},
         ]
+    return tools
+
+
+def _config(displays: list[Display], tools: list[Display]) -> dict[str, Any]:
+    """Return a whole configuration."""
     return {
         "Panels": [
             {"Class": "rviz_common/Displays", "Name": "Displays"},
