@@ -18,7 +18,8 @@ from swarm_common.fleet import limits_of
 from swarm_common.grid import Grid
 from swarm_common.map_io import load_map, map_of_world
 from swarm_common.records import Pose, RobotSpec
-from swarm_common.robot_io import load_robot
+from swarm_common.robot_io import load_robot, load_robot_model
+from swarm_common.robot_model import RobotModel
 from swarm_nav.config import NavConfig, config_from_parameters
 from swarm_sim.actors import Actors, load_actors
 from swarm_sim.draw_map import draw_world
@@ -113,6 +114,7 @@ def build(options: RunOptions) -> Stage:
             radio=RadioConfig(loss=scenario.loss, delay=scenario.delay),
         ),
         options.seed,
+        models=_models(scenario, options),
     )
     configs = {spec: nav_config(options, spec) for spec in set(specs)}
     drivers = [
@@ -214,6 +216,18 @@ def _grid(world: str) -> Grid:
 @functools.lru_cache(maxsize=4)
 def _mission(name: str) -> Mission:
     return load_mission(name)
+
+
+def _models(scenario: Scenario, options: RunOptions) -> dict[str, RobotModel] | None:
+    """Return the bodies of the robots by model, None if nobody looks at them."""
+    if not scenario.with_lidar and options.engine == "planar":
+        return None
+    return {_robot(name).model: _bodies(name) for name in scenario.models(options.robots)}
+
+
+@functools.lru_cache(maxsize=8)
+def _bodies(model: str) -> RobotModel:
+    return load_robot_model(model)
 
 
 @functools.lru_cache(maxsize=8)
