@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import signal
@@ -17,6 +18,7 @@ import rclpy
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
@@ -28,7 +30,7 @@ from swarm_common.topic_table import ORDERS, all_topics, robot_topic
 from swarm_recording.bag import Bag
 from swarm_recording.ros_types import message_class, quality
 from swarm_recording.selection import select
-from tests.graph.conftest import Process, Swarm
+from tests.graph.conftest import Process, Swarm, reserved_domain
 
 PATTERNS = "status,odom,scan,tf,tf_static,robot_description,plan,amcl_pose,beacon,particle_cloud"
 TYPES = {  # what each display and tool of RViz is made for
@@ -163,30 +165,38 @@ def test_a_bag_is_played_on_the_graph(swarm: Swarm, recorder: Process, tmp_path:
     recorder.end()
     path = tmp_path / "recording.mcap"
     expected = read_with_mcap(path)
-    domain = swarm.domain + 100
+    with reserved_domain() as domain, listener(domain) as (node, executor):
+        heard, _ = listen(node, swarm.names)
+        replay = "from swarm_commander.cli import replay; replay()"
+        process = subprocess.Popen(
+            [sys.executable, "-c", replay, str(path), "--ros", "--speed", "2"],
+            env=os.environ | {"ROS_DOMAIN_ID": str(domain)},
+            stdout=subprocess.DEVNULL,
+        )
+        try:
+            while process.poll() is None:
+                executor.spin_once(timeout_sec=0.1)
+        finally:
+            process.kill()
+            process.wait()
+        assert process.returncode == 0
+    assert heard["/map"] == expected["/map"]
+    odom, played = expected["/Srobot1/odom"], heard["/Srobot1/odom"]
+    assert len(played) > 5
+    assert played == odom[-len(played) :]
+
+
+@contextlib.contextmanager
+def listener(domain: int) -> Iterator[tuple[Node, SingleThreadedExecutor]]:
+    """Yield a node in a domain of its own."""
     context = Context()
     rclpy.init(context=context, domain_id=domain)
     node = rclpy.create_node("listener", context=context, enable_rosout=False)
-    executor = rclpy.executors.SingleThreadedExecutor(context=context)
+    executor = SingleThreadedExecutor(context=context)
     executor.add_node(node)
-    heard, _ = listen(node, swarm.names)
-    replay = "from swarm_commander.cli import replay; replay()"
-    process = subprocess.Popen(
-        [sys.executable, "-c", replay, str(path), "--ros", "--speed", "2"],
-        env=os.environ | {"ROS_DOMAIN_ID": str(domain)},
-        stdout=subprocess.DEVNULL,
-    )
     try:
-        while process.poll() is None:
-            executor.spin_once(timeout_sec=0.1)
-        assert process.returncode == 0
-        assert heard["/map"] == expected["/map"]
-        odom, played = expected["/Srobot1/odom"], heard["/Srobot1/odom"]
-        assert len(played) > 5
-        assert played == odom[-len(played) :]
+        yield node, executor
     finally:
-        process.kill()
-        process.wait()
         executor.shutdown()
         node.destroy_node()
         context.try_shutdown()
