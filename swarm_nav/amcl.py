@@ -30,6 +30,7 @@ from swarm_nav.particle_filter import Estimate, ParticleFilter, Step
 from swarm_nav.terrain import Terrain
 
 ORIGIN = Pose(0.0, 0.0, 0.0)
+STILL_SPEED, STILL_RATE = 0.004, 0.01  # [m/s] and [rad/s] below which the wheels stand still
 FIRST_SCANS = 8  # after a pose was given, that count in full though the robot stands
 LEAST_POWER = 0.05  # of a scan from a place where others were compared before
 FEWEST_BEAMS = 8  # hits of mapped walls below which a scan tells nothing
@@ -72,7 +73,7 @@ class AmclLocaliser:
         seed = config.random_seed * 1_000_003 + robot_id
         self._filter = ParticleFilter(config, seed, is_omni=spec.is_omni)
         self._pose_odom: Pose | None = None  # None before the first odometry
-        self._tick = self._last_tick = 0
+        self._moving_ticks = 0
         self._fit = self._fast_fit = self._slow_fit = EXPECTED_FIT
         self._first_scans = FIRST_SCANS
         self._map_from_odom = self._target = self._start = pose_map
@@ -104,7 +105,7 @@ class AmclLocaliser:
         """Whether the pose is not good enough to drive by."""
         config = self._config
         is_unfit = self._fast_fit < config.lost_fit
-        return is_unfit or self._needed_margin > config.lost_margin or self.wants_leap
+        return is_unfit or self._deviation > config.lost_deviation or self.wants_leap
 
     @property
     def wants_leap(self) -> bool:
@@ -115,15 +116,16 @@ class AmclLocaliser:
     @property
     def margin(self) -> float:
         """Safety margin [m] that tracking and localisation need."""
-        return min(self._needed_margin, self._config.lost_margin)
+        config = self._config
+        rest = self._best.distance(self.pose_map)
+        needed = config.tracking_margin + config.margin_per_sigma * self._deviation + rest + GROWTH
+        return min(needed, config.most_margin)
 
     @property
-    def _needed_margin(self) -> float:
-        config = self._config
+    def _deviation(self) -> float:
+        """Standard deviation [m] of the position in the direction that is known worst."""
         x, y, _ = self.variances()
-        rest = self._best.distance(self.pose_map)
-        sigma = math.sqrt(max(x, y))
-        return config.tracking_margin + config.margin_per_sigma * sigma + rest + GROWTH
+        return math.sqrt(max(x, y))
 
     def initialise(self, pose_map: Pose, deviation: tuple[float, float] = START_DEVIATION) -> None:
         """Take a pose in map for the present odometry, known to within `deviation` [m], [rad]."""
@@ -150,14 +152,25 @@ class AmclLocaliser:
     def on_odom(self, odom: Odometry) -> None:
         """Take the newest odometry, and correct the pose by a little."""
         before, self._pose_odom = self._pose_odom, odom.pose_odom
-        self._tick = odom.tick
         if before is None:
             self._map_from_odom = self._target = self._start.compose(odom.pose_odom.inverse())
             self._note_comparison()
             return
+        if abs(odom.twist.vx) < STILL_SPEED and abs(odom.twist.wz) < STILL_RATE:
+            self._ignore(before, odom.pose_odom)
+            self._correct()
+            return
+        self._moving_ticks += 1
         self._driven += before.distance(odom.pose_odom)
         self._turned += abs(wrap_angle(odom.pose_odom.yaw - before.yaw))
         self._correct()
+
+    def _ignore(self, before: Pose, after: Pose) -> None:
+        """Take a change of odometry for the drift of a gyro, as the robot stands."""
+        drift = before.compose(after.inverse())  # odom before from odom after
+        self._map_from_odom = self._map_from_odom.compose(drift)
+        self._target = self._target.compose(drift)
+        self._last_odom = drift.inverse().compose(self._last_odom)
 
     def on_scan(self, scan: Scan) -> None:
         """Compare the newest scan with the map, if it is time to."""
@@ -203,8 +216,8 @@ class AmclLocaliser:
 
     @property
     def _age(self) -> float:
-        """Time [s] since the last comparison."""
-        return (self._tick - self._last_tick) * CONTROL_PERIOD
+        """Time [s] of motion since the last comparison."""
+        return self._moving_ticks * CONTROL_PERIOD
 
     @property
     def _is_searching(self) -> bool:
@@ -242,7 +255,7 @@ class AmclLocaliser:
 
     def _note_comparison(self) -> None:
         """Count way, turns and time from here."""
-        self._last_odom, self._last_tick = self._odom, self._tick
+        self._last_odom, self._moving_ticks = self._odom, 0
         self._driven = self._turned = 0.0
 
     def _correct(self) -> None:

@@ -19,14 +19,14 @@ class LocalisationConfig:
 
     type: str = "odometry"  # odometry | amcl; fixed at the start
     alpha1: float = 0.0004  # variance of a turn per rad² turned,
-    alpha2: float = 0.0009  # [rad²/m²] and per m² driven
-    alpha3: float = 0.0016  # variance of a way per m² driven,
+    alpha2: float = 0.0004  # [rad²/m²] and per m² driven
+    alpha3: float = 0.0009  # variance of a way per m² driven,
     alpha4: float = 0.0001  # [m²/rad²] and per rad² turned
     alpha5: float = 0.0025  # variance of a way sideways per m² driven, if omnidirectional
-    yaw_drift: float = 0.002  # [rad/s] of the heading, standing too
+    yaw_drift: float = 0.001  # [rad/s] of the heading while the robot moves
     update_min_d: float = 0.25  # [m] driven after which a scan is compared with the map,
     update_min_a: float = 0.2  # [rad] turned, likewise,
-    update_period: float = 5.0  # [s] passed, likewise
+    update_period: float = 5.0  # [s] of motion, likewise
     min_particles: int = 200
     max_particles: int = 1000
     pf_err: float = 0.05  # of the particles' distribution (KLD sampling),
@@ -45,7 +45,8 @@ class LocalisationConfig:
     recovery_spread: float = 0.4  # [m] around the estimate (standard deviation)
     recovery_spread_yaw: float = 0.3  # [rad] likewise
     lost_fit: float = 0.6  # share of hits on mapped walls below which the robot is lost
-    lost_margin: float = 0.4  # [m] of safety margin beyond which the robot is lost
+    lost_deviation: float = 0.35  # [m] (standard) of the position above which the robot is lost
+    most_margin: float = 0.4  # [m] of safety margin that a robot announces at most
     tracking_margin: float = 0.03  # [m] of the safety margin that is not for localisation
     margin_per_sigma: float = 2.0  # standard deviations of the position for which there is room
     random_seed: int = 0  # together with the robot's id
@@ -59,7 +60,7 @@ class LocalisationConfig:
         positive(PREFIX, self, "update_min_d", "update_min_a", "update_period", "pf_err")
         positive(PREFIX, self, "sigma_hit", "z_hit", "laser_likelihood_max_dist")
         positive(PREFIX, self, "beam_skip_distance", "recovery_spread", "recovery_spread_yaw")
-        positive(PREFIX, self, "lost_margin")
+        positive(PREFIX, self, "lost_deviation", "most_margin")
         for name in (
             "pf_z", "beam_skip_threshold", "beam_skip_error_threshold", "recovery_alpha_slow",
             "recovery_alpha_fast", "lost_fit",

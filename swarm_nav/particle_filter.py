@@ -27,7 +27,7 @@ class Step:
         motion: Of base_footprint, in its frame at that time.
         driven: [m] of way.
         turned: [rad] of all turns, in whichever direction.
-        age: [s] of it.
+        age: [s] of motion.
     """
 
     motion: Pose
