@@ -14,7 +14,7 @@ Polygon = tuple[tuple[float, float], ...]
 
 
 def corners(shape: Shape) -> FloatArray:
-    """Return points (n, 3) in the shape's frame whose hull holds the shape, but for planes."""
+    """Return points (n, 3) in the shape's frame whose hull, seen from above, holds the shape."""
     if isinstance(shape, Box):
         unit = [[i, j, k] for i in (-0.5, 0.5) for j in (-0.5, 0.5) for k in (-0.5, 0.5)]
         return np.asarray(np.array(unit) * np.array(shape.size), np.float64)
@@ -40,11 +40,11 @@ def _circle(radius: float) -> FloatArray:
 
 def placed_corners(parts: Sequence[Part]) -> FloatArray:
     """Return the corners (n, 3) of parts in their body's frame."""
-    blocks = [
-        corners(part.shape) @ part.body_from_part[:3, :3].T + part.body_from_part[:3, 3]
-        for part in parts
-    ]
-    return np.vstack([np.zeros((0, 3)), *blocks])
+    blocks = [np.zeros((0, 3))]
+    for part in parts:
+        turn = np.eye(3) if isinstance(part.shape, Sphere) else part.body_from_part[:3, :3]
+        blocks.append(corners(part.shape) @ turn.T + part.body_from_part[:3, 3])
+    return np.vstack(blocks)
 
 
 def bounds(parts: Sequence[Part]) -> tuple[FloatArray, FloatArray]:
