@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import struct
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib import import_module
@@ -49,6 +51,7 @@ class RobotState:
 
     state: str
     detail: str
+    pose_map: Pose  # estimated by the robot itself
     goal_map: Pose | None
     station: str
     queue_place: int
@@ -118,18 +121,38 @@ def scan_points(scan: Scan) -> FloatArray:
     return np.column_stack([ranges * np.cos(angles), ranges * np.sin(angles)])
 
 
-def robot_state(status: Any) -> RobotState:
-    """Return swarm_interfaces/RobotStatus."""
-    goal = Pose(status.goal.x, status.goal.y, status.goal.theta)
+_POSES = struct.Struct("<6d")
+_NUMBERS = struct.Struct("<I2fiI2f3I")
+
+
+def robot_state(data: bytes) -> RobotState:
+    """Return swarm_interfaces/RobotStatus; taken apart here, as many come every second."""
+    texts, offset = [], wire.HEAD + wire.STAMP.size
+    for _ in range(3):  # robot, state, detail
+        text, offset = _string(data, offset)
+        texts.append(text)
+    offset = wire.aligned(offset, 8)
+    x, y, yaw, goal_x, goal_y, goal_yaw = _POSES.unpack_from(data, offset)
+    station, offset = _string(data, offset + _POSES.size)
+    numbers = _NUMBERS.unpack_from(data, wire.aligned(offset, 4))
+    queue_place, remaining, _, _, _, hold_time, wait_time, _, reached, failed = numbers
     return RobotState(
-        state=status.state,
-        detail=status.detail,
-        goal_map=goal if np.isfinite(goal.x) else None,
-        station=status.station,
-        queue_place=status.queue_place,
-        distance_remaining=status.distance_remaining,
-        hold_time=status.hold_time,
-        wait_time=status.wait_time,
-        goals_reached=status.goals_reached,
-        goals_failed=status.goals_failed,
+        state=texts[1],
+        detail=texts[2],
+        pose_map=Pose(x, y, yaw),
+        goal_map=Pose(goal_x, goal_y, goal_yaw) if math.isfinite(goal_x) else None,
+        station=station,
+        queue_place=queue_place,
+        distance_remaining=remaining,
+        hold_time=hold_time,
+        wait_time=wait_time,
+        goals_reached=reached,
+        goals_failed=failed,
     )
+
+
+def _string(data: bytes, offset: int) -> tuple[str, int]:
+    """Return the CDR string that starts at `offset` (4-aligned), and the offset behind it."""
+    offset = wire.aligned(offset, 4)
+    end = wire.after_string(data, offset)
+    return data[offset + 4 : end - 1].decode(), end

@@ -63,6 +63,8 @@ class Swarm:
         self._history: dict[int, FloatArray] = {}
         self._places: dict[str, Pose] = {}  # of statuses, where there is no ground truth
         self._has_truth = False
+        self._reader = wire.TransformsReader()
+        self._frames: list[str] = []
 
     @property
     def time(self) -> float:
@@ -117,11 +119,11 @@ class Swarm:
     def _take_of_robot(self, topic: str, data: bytes, now: float) -> None:
         robot, rest = topics.split(topic)
         if rest == topics.STATUS:
-            status = decode.message(topic, data)
-            self.states[robot] = decode.robot_state(status)
+            state = decode.robot_state(data)
+            self.states[robot] = state
             self.state_revision += 1
             if not self._has_truth:
-                self._take_place(robot, Pose(status.pose.x, status.pose.y, status.pose.theta), now)
+                self._take_place(robot, state.pose_map, now)
         elif rest == topics.DESCRIPTION:
             self.descriptions[robot] = decode.message(topic, data).data
             self.revision += 1
@@ -130,14 +132,13 @@ class Swarm:
             self._layers[topic] = (version + 1, data)
 
     def _take_poses(self, data: bytes, now: float) -> None:
-        tick, poses = wire.read_transforms(data)
-        names = [child.rpartition("/")[0] for child in poses]
-        if names != self.names:
-            self.names = names
+        tick, frames, array = self._reader.read(data)
+        if frames != self._frames:
+            self._frames = frames
+            self.names = [frame.rpartition("/")[0] for frame in frames]
             self.revision += 1
         self._has_truth = True
         self.tick = max(self.tick, tick)
-        array = np.array([(p.x, p.y, p.yaw) for p in poses.values()]).reshape(-1, 3)
         self._history[tick] = array
         if len(self._history) > HISTORY:
             del self._history[min(self._history)]

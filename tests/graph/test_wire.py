@@ -86,10 +86,13 @@ def test_transforms(names):
     data = writer.encode(123, poses)
     message = deserialize_message(data, TFMessage)
     assert [item.child_frame_id for item in message.transforms] == names
-    tick, found = wire.read_transforms(serialize_message(message))
-    assert tick == (123 if names else 0)
-    assert len(serialize_message(message)) == len(data)
-    assert list(found) == names
-    for name, pose in zip(names, poses, strict=True):
-        assert (found[name].x, found[name].y) == (pose[0], pose[1])
-        assert found[name].yaw == pytest.approx(pose[2])
+    reader = wire.TransformsReader()
+    for copy in (data, serialize_message(message), data):
+        tick, found, values = reader.read(copy)
+        assert tick == (123 if names else 0)
+        assert found == names
+        assert values == pytest.approx(poses)
+    others = [f"other_{name}" for name in names] + ["one more"]
+    again = wire.TransformsWriter("map", others).encode(124, np.ones((len(others), 3)))
+    assert reader.read(again)[:2] == (124, others)
+    assert reader.read(data)[1] == names
