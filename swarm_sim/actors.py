@@ -51,12 +51,12 @@ class WalkerSpec:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VehicleSpec:
-    """A forklift or the like: a box that drives round a loop and turns on the spot at corners.
+    """A forklift or the like: a box that drives round a loop, backwards after a sharp corner.
 
     Attributes:
         name: As collisions name it.
         path: Points in map of its middle; from the last one it drives to the first. Two points
-            are driven to and fro.
+            are driven to and fro. It turns on the spot at points, by a right angle at most.
     """
 
     name: str

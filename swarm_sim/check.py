@@ -75,15 +75,21 @@ def check_walkers(scene: Scene, specs: Sequence[WalkerSpec]) -> None:
 
 
 def check_vehicles(scene: Scene, specs: Sequence[VehicleSpec]) -> None:
-    """Check that vehicles have room for half their width along the path, and to turn at its points.
+    """Check that vehicles have room along their path, and to turn at its points.
 
     Raises:
         ConfigError: Naming the vehicle and the place where it would hit something.
     """
     section = section_between(scene.bodies, 0.005, max([s.height for s in specs], default=1.0))
     for spec in specs:
-        _check_gap(spec.name, _along(spec.path), spec.width / 2.0, section)
-        _check_gap(spec.name, np.array(spec.path), spec.radius, section)
+        path = spec.path
+        if len(path) > 2:
+            _check_gap(spec.name, np.array(path), spec.radius, section)
+        else:  # to and fro without a turn
+            a, b = np.array(path)
+            ahead = (b - a) / np.hypot(*(b - a)) * max(0.0, spec.length - spec.width) / 2.0
+            path = (tuple((a - ahead).tolist()), tuple((b + ahead).tolist()))
+        _check_gap(spec.name, _along(path), spec.width / 2.0, section)
 
 
 def _along(path: Sequence[tuple[float, float]]) -> FloatArray:

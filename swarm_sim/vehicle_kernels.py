@@ -117,6 +117,9 @@ def drive(
         left = abs(next_corner(arcs, arc, direction) - arc)
         turn = heading_at(path, arcs, arc, direction) - poses[v, 2]
         turn -= 2.0 * math.pi * math.floor(turn / (2.0 * math.pi) + 0.5)
+        is_reverse = abs(turn) > 0.5 * math.pi + 1e-9
+        if is_reverse:  # drives backwards rather than turn round
+            turn -= math.copysign(math.pi, turn)
         goal[:] = poses[v]
         length = 0.0
         if abs(turn) > ALIGNED:
@@ -126,8 +129,9 @@ def drive(
             length = min(left, traits[v, SPEED] * period)
             point_at(path, arcs, arc + direction * length, spot)
             goal[0], goal[1] = spot[0], spot[1]
-        ahead = min(left, traits[v, STEP]) if length > 0.0 else 0.0
-        outline(goal, half + ahead + ELBOW_ROOM, half, side + ELBOW_ROOM, corners)
+        ahead = half + ELBOW_ROOM + (min(left, traits[v, STEP]) if length > 0.0 else 0.0)
+        front, back = (half, ahead) if is_reverse else (ahead, half)
+        outline(goal, front, back, side + ELBOW_ROOM, corners)
         if meets(corners, robots, True, touches[:, v], -1):
             state[v, WAITED] += period
             if state[v, WAITED] > traits[v, PATIENCE]:

@@ -91,6 +91,7 @@ def test_a_forklift_drives_to_and_fro(engine: str) -> None:
         places.append(float(truck.world_from_body[0, 3]))
     assert max(places) == pytest.approx(8.0, abs=0.01)
     assert min(places[100:]) == pytest.approx(2.0, abs=0.3)  # and back again
+    assert world.objects()[0].world_from_body[0, 0] == pytest.approx(1.0)  # backwards
     steps = np.abs(np.diff(places))
     assert steps.max() <= 0.1 + 1e-9
     assert not world.collisions
