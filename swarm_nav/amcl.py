@@ -73,7 +73,7 @@ class AmclLocaliser:
         seed = config.random_seed * 1_000_003 + robot_id
         self._filter = ParticleFilter(config, seed, is_omni=spec.is_omni)
         self._pose_odom: Pose | None = None  # None before the first odometry
-        self._moving_ticks = 0
+        self._last_odom, self._moving_ticks = ORIGIN, 0
         self._fit = self._fast_fit = self._slow_fit = EXPECTED_FIT
         self._first_scans = FIRST_SCANS
         self._map_from_odom = self._target = self._start = pose_map
