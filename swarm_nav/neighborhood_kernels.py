@@ -130,9 +130,10 @@ def acknowledge(words, notes, gone, tick, out):
 def deaf_neighbor(ids, acks, notes, tick, limits):
     """Return the id of a robot that does not hear us, 0 if all do that matter.
 
-    limits = (patience, near, far, entries): a robot within `near` [m] that has not acknowledged a beacon
-    for `patience` ticks; or within `far`, if nobody there has. In a crowd each may have too many
-    neighbours to acknowledge all at once, by `entries`: who is not among the nearest waits for its turn.
+    limits = (patience, near, far, entries): a robot within `near` [m] that has not acknowledged a
+    beacon for `patience` ticks; or within `far`, if nobody there has. In a crowd each may have too
+    many neighbours to acknowledge all at once, by `entries`: who is not among the nearest waits
+    for its turn.
     """
     patience, near, far, entries = limits
     turn = max(0, ids.shape[0] - entries) // ROTATING

@@ -15,7 +15,8 @@ ODD_NUMBERS = (
 )  # fmt: skip
 ODD_TEXT = (
     "\x00", "é", "<", ">", "&", '"', "'", "${", "}", "$(find ", "$(arg x)", "<!--", "-->", ":",
-    "- ", "\t", "{", "]", "#", "&a", "*a", "!!python/object:os.system", "..", "/", "%s", "\\", "\ud7ff",
+    "- ", "\t", "{", "]", "#", "&a", "*a", "!!python/object:os.system", "..", "/", "%s", "\\",
+    "\ud7ff",
 )  # fmt: skip
 Edit = Callable[[str], str]
 

@@ -20,7 +20,10 @@ URDF = """<robot name="r">
     <collision><geometry><box size="1 1 1"/></geometry></collision>
   </link>
   <link name="mast">
-    <inertial><mass value="2"/><inertia ixx="1e-8" iyy="1e-8" izz="1e-8" ixy="0" ixz="0" iyz="0"/></inertial>
+    <inertial>
+      <mass value="2"/>
+      <inertia ixx="1e-8" iyy="1e-8" izz="1e-8" ixy="0" ixz="0" iyz="0"/>
+    </inertial>
     <collision><origin xyz="0 0 1"/><geometry><sphere radius="0.1"/></geometry></collision>
   </link>
   <link name="wheel"/>
