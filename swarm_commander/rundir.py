@@ -46,10 +46,11 @@ def create_run_folder(chosen: Path | None, now: datetime) -> RunFolder:
         now: Names the new folder.
 
     Raises:
-        ConfigError: If it cannot be written.
+        ConfigError: If it cannot be written, or has something else in it than a run.
     """
     folder = RunFolder(chosen or _free_name(RUNS / now.strftime("%Y-%m-%d_%H-%M-%S")))
     try:
+        _check_is_run(folder)
         for old in (folder.rviz, folder.foxglove, folder.recording, folder.plots):
             shutil.rmtree(old, ignore_errors=True)
         for old in (folder.params, folder.logs, folder.configs, folder.trace):
@@ -65,6 +66,17 @@ def create_run_folder(chosen: Path | None, now: datetime) -> RunFolder:
             " choose another with --run-dir"
         ) from None
     return folder
+
+
+def _check_is_run(folder: RunFolder) -> None:
+    """Refuse a folder with files in it that no run can have left there."""
+    if not folder.path.is_dir() or not any(folder.path.iterdir()):
+        return
+    if not (folder.logs.is_dir() and folder.configs.is_dir()):
+        raise ConfigError(
+            f"--run-dir {folder.path} is not empty and no earlier run's folder;"
+            " choose a new or an empty one"
+        )
 
 
 def _free_name(path: Path) -> Path:

@@ -92,7 +92,7 @@ MAP += "occupied_thresh: 0.65\nfree_thresh: 0.25\n"
         ("0.05", "[0, 0, 0]", None, "map.pgm"),
         ("0.05", "[0, 0, 0]", b"P5 40 30 255\n" + bytes(12), "map.pgm"),
         ("0", "[0, 0, 0]", PGM, "resolution"),
-        ("0.05", "[0, 0, 0.5]", PGM, "origin"),
+        ("0.05", "[0, 0]", PGM, "origin"),
         ("0.05", "[0, 0", PGM, "line"),
     ],
 )
@@ -111,7 +111,7 @@ def test_a_map(
 @pytest.mark.parametrize(
     ("text", "part"),
     [
-        ("/**:\n  ros__parameters:\n    max_vel_y: 0.1\n", "'max_vel_x'"),
+        ("/**:\n  ros__parameters:\n    max_vel_xx: 0.1\n", "'max_vel_x'"),
         ("/**:\n  ros__parameters:\n    max_vel_x: fast\n", "'max_vel_x' is 'fast'"),
         ("/**:\n  ros__parameters:\n    max_vel_x: [\n", "line 4"),
     ],

@@ -108,6 +108,14 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
         create_run_folder(tmp_path / "file" / "run", NOW)
 
 
+def test_a_folder_with_other_things_in_it_is_not_taken_for_a_run(tmp_path: Path) -> None:
+    (tmp_path / "params").mkdir()
+    (tmp_path / "params" / "precious.yaml").write_text("mine")
+    with pytest.raises(ConfigError, match="not empty and no earlier run's folder"):
+        create_run_folder(tmp_path, NOW)
+    assert (tmp_path / "params" / "precious.yaml").read_text() == "mine"
+
+
 def test_another_terminal_finds_the_environment(tmp_path: Path) -> None:
     folder = create_run_folder(tmp_path / "mine", NOW)
     write_env_sh(folder, {"ROS_DOMAIN_ID": "5", "HOME": "/nowhere"})
