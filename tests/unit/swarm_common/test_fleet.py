@@ -9,7 +9,7 @@ import pytest
 
 from swarm_common.errors import ConfigError, SwarmError
 from swarm_common.fleet import load_fleet, uniform_fleet
-from swarm_common.robot_io import load_robot, robot_directory
+from swarm_common.robot_io import load_robot, robot_directory, robot_names
 
 BURGER, WAFFLE = "turtlebot3_burger", "turtlebot3_waffle"
 GROUPS = f"""groups:
@@ -30,6 +30,14 @@ def test_the_mixed_fleet_deals_fifteen_of_each_in_turn() -> None:
     assert fleet.label == f"15 {BURGER}, 15 {WAFFLE}"
     assert fleet.members[0].limits_in_force["max_vel_x"] == 0.22
     assert fleet.members[1].limits_in_force["max_vel_x"] == 0.26
+
+
+def test_a_fleet_of_all_models_ships() -> None:
+    fleet = load_fleet("all_models")
+    assert {member.model for member in fleet.members} == set(robot_names())
+    limits = {m.spec.drive: m.limits_in_force for m in fleet.members}
+    assert limits["omni"]["max_vel_y"] == 0.4
+    assert "max_vel_y" not in limits["skid"]
 
 
 def test_groups_follow_each_other_or_are_mixed(tmp_path: Path) -> None:
