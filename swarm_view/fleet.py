@@ -10,12 +10,12 @@ import viser
 
 from swarm_common.records import FloatArray
 from swarm_view.decode import RobotState
-from swarm_view.palette import UNKNOWN, state_color
+from swarm_view.palette import UNKNOWN, linear, state_color
 from swarm_view.robot_mesh import RobotMesh, robot_mesh
 from swarm_view.shapes import lifted, quaternions, ring
 
 RING_HEIGHT = 0.012  # [m]
-RING_WIDTH = 0.05  # [m]
+RING_WIDTH = 0.07  # [m]
 
 
 class Fleet:
@@ -86,7 +86,9 @@ class Fleet:
 
     def color(self, names: list[str], states: Mapping[str, RobotState]) -> None:
         """Give each ring the colour of its robot's state."""
-        colors = [state_color(states[name].state) if name in states else UNKNOWN for name in names]
+        colors = [
+            linear(state_color(states[name].state)) if name in states else UNKNOWN for name in names
+        ]
         if self._rings is not None and colors != self._colors and len(colors) == len(self._colors):
             self._colors = colors
             self._rings.batched_colors = np.array(colors, np.uint8)

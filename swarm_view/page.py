@@ -25,7 +25,8 @@ SLOW_PERIOD = 0.25  # [s] of wall time between two updates of trails, names and 
 LABEL_HEIGHT = 0.45  # [m]
 DRAG_LENGTH = 0.15  # [m] from which a drag gives a heading
 TRAIL_HEIGHT = 0.015  # [m]
-CLOSE_UP = np.array([-2.2, -2.2, 2.6])  # [m] of the camera from its robot
+CLOSE_UP = np.array([-1.2, -2.4, 3.2])  # [m] of the camera from its robot
+FOLLOWED = 1.0  # [m] within which a camera looks at the robot that it follows
 PICK_RADIUS, PICK_HEIGHT = 0.25, 0.1  # [m] of the ball that stands for a robot that is clicked
 Post = Callable[[Callable[[], None]], None]
 
@@ -70,6 +71,7 @@ class Page:
         self._extras: dict[str, Any] = {}
         self._panel_due = self._slow_due = 0.0
         self._seen: FloatArray | None = None
+        self._offset = CLOSE_UP
 
     # Actions of the panel, on viser's threads
 
@@ -174,22 +176,22 @@ class Page:
                 assign(panel.message, link.problem)
 
     def _follow(self, pose: FloatArray) -> None:
+        """Keep the robot in the middle; the reader turns and zooms as before."""
         place = np.array([pose[0], pose[1], 0.0])
         if not self._panel.follow.value:
             self._seen = None
             return
+        if self._seen is not None and np.abs(place - self._seen).max() < 1e-3:
+            return
         camera = self._client.camera
         if self._seen is None:
-            look, position = place, place + CLOSE_UP
-        else:
-            moved = place - self._seen
-            if np.abs(moved).max() < 1e-4:
-                return
-            look, position = camera.look_at + moved, camera.position + moved
+            self._offset = CLOSE_UP
+        elif np.abs(camera.look_at - place).max() < FOLLOWED:  # else it is not there yet
+            self._offset = camera.position - camera.look_at
         self._seen = place
         with self._client.atomic():
-            camera.position = position
-            camera.look_at = look
+            camera.position = place + self._offset
+            camera.look_at = place
 
     def _draw_labels(self, poses: FloatArray) -> None:
         swarm = self._swarm

@@ -35,3 +35,9 @@ def state_color(state: str) -> RGB:
 def css(color: RGB) -> str:
     """Return a colour for HTML."""
     return "#{:02x}{:02x}{:02x}".format(*color)
+
+
+def linear(color: RGB) -> RGB:
+    """Return a colour as viser's batches of meshes want it: they take sRGB for linear."""
+    red, green, blue = (round(255 * (value / 255) ** 2.2) for value in color)
+    return red, green, blue

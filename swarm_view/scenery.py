@@ -13,11 +13,12 @@ from visualization_msgs.msg import Marker
 
 from swarm_view.decode import Raster
 from swarm_view.images import map_image
-from swarm_view.palette import RGB
+from swarm_view.palette import RGB, linear
 from swarm_view.shapes import polyline
 
 LOG = logging.getLogger(__name__)
 FLIPPED = (0.0, 1.0, 0.0, 0.0)  # about x: viser's images look down and hang upside down
+WALL_HEIGHT, WALL_OPACITY = 1.2, 0.45  # [m] from which robots must be seen through a body
 MAP_HEIGHT = -0.005  # [m] below everything else
 UNIT = {
     Marker.CUBE: trimesh.creation.box((1.0, 1.0, 1.0)),
@@ -50,10 +51,11 @@ class Scenery:
 
     def draw_markers(self, markers: list[Any]) -> None:
         """Draw the world: equal shapes in one go."""
-        solids: dict[tuple[int, RGB], list[Any]] = {}
+        solids: dict[tuple[int, RGB, bool], list[Any]] = {}
         for marker in markers:
             if marker.type in UNIT:
-                solids.setdefault((marker.type, _rgb(marker)), []).append(marker)
+                key = marker.type, _rgb(marker), marker.scale.z > WALL_HEIGHT
+                solids.setdefault(key, []).append(marker)
             elif marker.type == Marker.TRIANGLE_LIST:
                 self._draw_triangles(marker)
             elif marker.type == Marker.MESH_RESOURCE:
@@ -71,7 +73,7 @@ class Scenery:
                     position=(place.x, place.y, place.z), anchor="bottom-center",
                     font_screen_scale=0.9,
                 )  # fmt: skip
-        for number, ((kind, color), group) in enumerate(solids.items()):
+        for number, ((kind, color, _), group) in enumerate(solids.items()):
             self._draw_solids(f"/world/solids_{number}", kind, color, group)
 
     def _draw_solids(self, name: str, kind: int, color: RGB, group: list[Any]) -> None:
@@ -81,7 +83,8 @@ class Scenery:
             batched_wxyzs=np.array([_turn(marker) for marker in group]),
             batched_positions=np.array([_place(marker) for marker in group]),
             batched_scales=np.array([(m.scale.x, m.scale.y, m.scale.z) for m in group], np.float32),
-            batched_colors=color, lod="off", flat_shading=kind == Marker.CUBE,
+            batched_colors=linear(color), lod="off", flat_shading=kind == Marker.CUBE,
+            opacity=WALL_OPACITY if group[0].scale.z > WALL_HEIGHT else None,
             cast_shadow=False, receive_shadow=False,
         )  # fmt: skip
 

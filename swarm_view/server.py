@@ -15,6 +15,7 @@ import viser
 from swarm_view.gate import KEY_HEADER, Gate, query_of
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
+AMBIENT, SUN = 1.9, 1.5
 START_TIMEOUT = 10.0  # [s]
 
 
@@ -53,7 +54,13 @@ class Server:
         self.viser.gui.configure_theme(
             show_logo=False, show_share_button=False, control_width="medium"
         )
-        self.viser.scene.world_axes.visible = False
+        scene = self.viser.scene
+        scene.world_axes.visible = False
+        # Colours mean something here, so the light is plain and casts no shadows.
+        scene.configure_default_lights(False)
+        scene.configure_environment_map(None)
+        scene.add_light_ambient("/light", intensity=AMBIENT)
+        scene.add_light_directional("/sun", intensity=SUN, position=(-4.0, -6.0, 10.0))
 
     @property
     def port(self) -> int:

@@ -25,6 +25,7 @@ FRAME_PERIOD = 0.04  # [s] of wall time: 25 frames per second
 LOOK_PERIOD = 3.0  # [s] of wall time between two looks at who there is
 SLOW_PERIOD = 0.25  # [s] of wall time between two looks at a recording's time
 COLOR_PERIOD = 0.2  # [s] of wall time between two looks at the states' colours
+PANEL_SHARE = 0.08  # of the map's width by which the camera looks past its middle
 ALWAYS = {topics.TF, topics.VERDICT, topics.MOVERS}
 
 
@@ -170,10 +171,10 @@ class Viewer:
         raster = self._swarm.map
         assert raster is not None
         (x, y), (width, depth) = raster.origin, raster.size
-        center = np.array([x + 0.5 * width, y + 0.5 * depth, 0.0])
+        center = np.array([x + (0.5 + PANEL_SHARE) * width, y + 0.5 * depth, 0.0])
         camera = self._server.viser.initial_camera
         camera.look_at = center
-        camera.position = center + np.array([0.0, -0.75, 0.95]) * max(width, depth)
+        camera.position = center + np.array([0.0, -0.45, 0.75]) * max(width, depth)
         for page in self._pages.values():
             page.look_at(camera.look_at, camera.position)
 
