@@ -91,6 +91,7 @@ class Run:
         self._started = psutil.Process().create_time()
         self._next_sample = 0.0
         self._usage_log = UsageLog(Journal(folder.trace / USAGE_FILE))
+        self._navigated = set(plan.alive)  # robots that have a navigator, or had one that died
         self._is_stopping = False
         self._signals = SignalCounter()
 
@@ -199,6 +200,31 @@ class Run:
             self._progress.phase("starting navigators")
             self._start_robots(event["poses"])
 
+    def _on_spawned_event(self, event: dict[str, Any]) -> None:
+        """Start the navigator of a robot that came while the run goes on."""
+        if self._is_stopping:
+            return
+        name, home = event["robot"], Pose(*event["pose"])
+        self._navigated.add(name)
+        path = self._folder.params / f"{name}.yaml"
+        tree = self._plan.parameter_file_of_newcomer(
+            name, int(event["number"]), event["model"], home
+        )
+        write_parameter_file(path, tree)
+        self._children[HOST].tell({"cmd": "start", "robot": name, "params": str(path)})
+        self._children[RUNNER].tell({"cmd": "watch", "robot": name})
+        self._progress.note(f"{name} ({event['model']}) came at {_seconds(event)}")
+
+    def _on_removed_event(self, event: dict[str, Any]) -> None:
+        """End the navigator of a robot that was taken out."""
+        name = event["robot"]
+        self._navigated.discard(name)
+        if self._is_stopping:
+            return
+        self._children[HOST].tell({"cmd": "end", "robot": name})
+        self._children[RUNNER].tell({"cmd": "removed", "robot": name})
+        self._progress.note(f"{name} was taken out at {_seconds(event)}")
+
     def _on_active_event(self, _: dict[str, Any]) -> None:
         if self.tally.active == len(self._plan.alive) and self.active_after_wall is None:
             self.active_after_wall = time.time() - self._started
@@ -219,7 +245,7 @@ class Run:
         self._children[WORLD].tell({"cmd": "dead", "robot": event["robot"]})
         if RUNNER in self._children:
             self._children[RUNNER].tell({"cmd": "dead", "robot": event["robot"]})
-        if all(self.tally.robots[name].died for name in self._plan.alive):
+        if all(self.tally.robots[name].died for name in self._navigated):
             self._stop("no robot is left")
 
     def _on_collision_event(self, event: dict[str, Any]) -> None:
@@ -331,3 +357,7 @@ class Run:
         for child in self._children.values():
             child.close()
         self._selector.close()
+
+
+def _seconds(event: Mapping[str, Any]) -> str:
+    return f"t = {float(event['sim_time']):.1f} s"

@@ -16,6 +16,7 @@ from swarm_common.interfaces_build import ensure_interfaces
 # Some versions of typer bring a click of their own, so the base is reached through typer.
 UsageError: type[Exception] = typer.BadParameter.__bases__[0]
 INTERRUPTED = 130
+FLEET_COMMANDS = ("spawn", "remove", "move", "list", "reset")  # of swarm-commander
 
 
 def swarm_up() -> None:
@@ -65,6 +66,10 @@ def _load_report() -> typer.Typer:
 def _load_commander() -> typer.Typer:
     ros_env.set_defaults()  # before rclpy is imported
     ensure_interfaces()  # before our messages are imported
+    if sys.argv[1:2] and sys.argv[1] in FLEET_COMMANDS:
+        from swarm_commander.fleet_command import fleet_app
+
+        return fleet_app
     from swarm_commander.commander_command import commander_app
 
     return commander_app

@@ -16,10 +16,11 @@ from swarm_commander.params import (
     robot_parameter_file,
 )
 from swarm_common.errors import ConfigError
-from swarm_common.fleet import Fleet, uniform_fleet
+from swarm_common.fleet import Fleet, Member, uniform_fleet
 from swarm_common.map_io import load_map, map_of_world
 from swarm_common.records import Pose
 from swarm_common.resources import find_resource
+from swarm_common.robot_io import load_robot
 from swarm_common.sites import Sites
 from swarm_common.sites_io import load_sites
 
@@ -90,9 +91,26 @@ class RunPlan:
     def parameter_file(self, number: int, initial_pose_map: Pose) -> dict[str, Any]:
         """Return the parameter file of robot `number`, from 1."""
         name, member = self.options.robot_names[number - 1], self.fleet.members[number - 1]
+        waits = self.mission is not None and not self.options.free_run
+        return self._parameters(name, number, member, initial_pose_map, waits)
+
+    def parameter_file_of_newcomer(
+        self, name: str, number: int, model: str, initial_pose_map: Pose
+    ) -> dict[str, Any]:
+        """Return the parameter file of a robot that was spawned while the run goes on.
+
+        Raises:
+            SwarmError: If there is no such model.
+        """
+        member = Member(model, load_robot(model))
+        return self._parameters(name, number, member, initial_pose_map, False)
+
+    def _parameters(
+        self, name: str, number: int, member: Member, initial_pose_map: Pose, waits: bool
+    ) -> dict[str, Any]:
         values = {
             "autostart": self.options.autostart,
-            "wait_for_mission": self.mission is not None and not self.options.free_run,
+            "wait_for_mission": waits,
             "sites": str(self.sites_path) if self.sites_path else "",
             **self.defaults,
             **(REALISTIC if self.options.realistic else {}),

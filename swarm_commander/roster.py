@@ -25,6 +25,7 @@ MARKS = {
     "inactive": ("-", "dim"),
     "": ("-", "dim"),
     "dead": ("X", "bold red"),
+    "gone": (" ", "dim"),
 }
 COUNTED = ("holding", "waiting", "recovering", "dead")
 LEGEND = "d driving  h holding  w waiting  y yielding  r recovering  p pausing  . idle  X dead"
@@ -49,7 +50,9 @@ def roster(tally: Tally) -> list[Text]:
 
 
 def shown_state(robot: RobotTally) -> str:
-    """Return the state that counts: dead ones say nothing any more."""
+    """Return the state that counts: those dead or taken out say nothing any more."""
+    if robot.left:
+        return "gone"
     return "dead" if robot.died else robot.state
 
 

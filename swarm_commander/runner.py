@@ -61,6 +61,7 @@ class Runner:
         folder = config.get("trace_dir")
         self._diary = Diary(Journal(Path(folder) / FILE)) if folder else None
         self._dead: set[str] = set()
+        self._removed: set[str] = set()  # taken out by the operator: their goals do not count
         self._fresh: set[str] = set()
         self._sent: dict[str, int] = {}  # number of the latest goal, by robot
         self._is_started = False
@@ -80,9 +81,17 @@ class Runner:
 
     def take_command(self, command: dict[str, Any]) -> None:
         """Obey a line from swarm-up."""
-        if command.get("cmd") == "dead" and command["robot"] in self._drivers:
-            self._dead.add(command["robot"])
-            self._drivers[command["robot"]].lose()
+        kind, name = command.get("cmd"), command.get("robot", "")
+        if kind == "watch":
+            self._dead.discard(name)
+            self._removed.discard(name)
+            if name not in self._drivers:
+                self._drivers[name] = RobotDriver(self._node, name, None, self)
+        elif kind in ("dead", "removed") and name in self._drivers:
+            self._dead.add(name)
+            if kind == "removed":
+                self._removed.add(name)
+            self._drivers[name].lose()
 
     def finish(self) -> None:
         """Pass on the last status."""
@@ -101,6 +110,9 @@ class Runner:
 
     def on_settled(self, driver: RobotDriver, outcome: Outcome) -> None:
         """Pass a settled stop on."""
+        if driver.name in self._removed:
+            self._events.write("withdrawn", robot=driver.name, name=outcome.stop.name)
+            return
         word, name = "reached" if outcome.reached else "failed", outcome.stop.name
         at, duration = sim_seconds(outcome.tick), round(outcome.duration, 3)
         self._events.write(

@@ -25,6 +25,7 @@ class RobotTally:
     """Of one robot.
 
     Attributes:
+        left: Whether it was taken out of the world.
         goal: Name of the goal under way; empty without one.
         durations: [s] that each goal took which was reached, by simulated time.
         counts: By the report's names, see `COUNTS`.
@@ -32,6 +33,7 @@ class RobotTally:
 
     active: bool = False
     died: bool = False
+    left: bool = False
     state: str = ""
     detail: str = ""
     hold_time: float = 0.0
@@ -88,7 +90,7 @@ class Tally:
     @property
     def active(self) -> int:
         """Number of robots whose navigator is active."""
-        return sum(robot.active and not robot.died for robot in self.robots.values())
+        return sum(r.active and not r.died and not r.left for r in self.robots.values())
 
     @property
     def sent(self) -> int:
@@ -128,7 +130,9 @@ class Tally:
     def holding(self) -> list[str]:
         """Names of the robots in the holding pattern."""
         return [
-            name for name, robot in self.robots.items() if robot.state == HOLDING and not robot.died
+            name
+            for name, robot in self.robots.items()
+            if robot.state == HOLDING and not robot.died and not robot.left
         ]
 
     def _on_active(self, event: Mapping[str, Any]) -> None:
@@ -136,6 +140,22 @@ class Tally:
 
     def _on_died(self, event: Mapping[str, Any]) -> None:
         self.robots[event["robot"]].died = True
+
+    def _on_spawned(self, event: Mapping[str, Any]) -> None:
+        robot = self.robots.setdefault(event["robot"], RobotTally())
+        robot.active = robot.died = robot.left = False
+        robot.state = robot.detail = ""
+
+    def _on_removed(self, event: Mapping[str, Any]) -> None:
+        robot = self.robots[event["robot"]]
+        robot.left = True
+        robot.goal, robot.sent = "", robot.reached + robot.failed
+
+    def _on_withdrawn(self, event: Mapping[str, Any]) -> None:
+        """Count a goal of the mission no longer: its robot was taken out."""
+        robot = self.robots[event["robot"]]
+        self.total -= 1
+        robot.goal, robot.sent = "", robot.reached + robot.failed
 
     def _on_progress(self, event: Mapping[str, Any]) -> None:
         self.sim_time = float(event["sim_time"])
@@ -171,6 +191,8 @@ class Tally:
 
     def _on_status(self, event: Mapping[str, Any]) -> None:
         robot = self.robots[event["robot"]]
+        if robot.left:  # said before it went
+            return
         robot.state = event["state"]
         robot.detail = event.get("detail", "")
         robot.hold_time = float(event["hold_time"])

@@ -16,8 +16,9 @@ import signal
 import sys
 import time
 import traceback
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import rclpy
 from rclpy.context import Context
@@ -46,7 +47,10 @@ class Nursery:
         """Begin without children."""
         self._events = events
         self._children: dict[int, Sequence[NodeSettings]] = {}
+        self._starts: dict[str, str] = {}  # parameter files of robots that are to get one
+        self._leaving: set[str] = set()  # robots that are to have no navigator
         self._is_stopping = False
+        self._commands: LineReader | None = None
 
     def stop(self) -> None:
         """Make `watch` end the children and return."""
@@ -54,10 +58,12 @@ class Nursery:
 
     def wait_for_go(self, control_fd: int) -> bool:
         """Return True once the pipe says go, False if it ends before or `stop` was called."""
-        reader = LineReader(control_fd)
+        self._commands = LineReader(control_fd)
         while not self._is_stopping:
             is_readable = select.select([control_fd], [], [], WAIT_SLICE)[0]
-            commands = reader.read()
+            commands = self._commands.read()
+            for command in commands:
+                self._obey(command)
             if any(command.get("cmd") == "go" for command in commands):
                 return True
             if is_readable and not commands:
@@ -67,6 +73,7 @@ class Nursery:
     def fork(self, group: Sequence[NodeSettings], log_dir: Path | None) -> None:
         """Start one process for a group of robots; its output goes to a file in `log_dir`."""
         parent = os.getpid()
+        self._leaving -= {settings.name for settings in group}
         pid = os.fork()
         if pid:
             self._children[pid] = group
@@ -85,12 +92,50 @@ class Nursery:
             sys.stderr.flush()
             os._exit(code)
 
-    def watch(self) -> None:
-        """Report children that die until none is left or `stop` was called."""
-        while self._children and not self._is_stopping:
+    def watch(self, log_dir: Path | None = None) -> None:
+        """Report children that die until none is left or `stop` was called.
+
+        Who said go may say which robots come and go; then having no children is no reason to end.
+
+        Args:
+            log_dir: Where the output of those that come goes.
+        """
+        while (self._children or self._commands) and not self._is_stopping:
             self._reap()
+            for command in self._commands.read() if self._commands else []:
+                self._obey(command)
+            self._start_waiting(log_dir)
             time.sleep(0.1)
         self._end_children()
+
+    def _obey(self, command: Mapping[str, Any]) -> None:
+        """Start `{"cmd": "start", "robot": name, "params": file}` or end `{"cmd": "end", ...}`."""
+        name = str(command.get("robot"))
+        if command.get("cmd") == "start":
+            self._starts[name] = str(command["params"])
+        elif command.get("cmd") == "end" and self._starts.pop(name, None) is None:
+            self._end(name)
+
+    def _start_waiting(self, log_dir: Path | None) -> None:
+        """Start navigators whose predecessors of the same name have ended."""
+        busy = {settings.name for group in self._children.values() for settings in group}
+        for name in [name for name in self._starts if name not in busy]:
+            try:
+                settings = read_node_settings(name, self._starts.pop(name))
+                _ = settings.sites
+            except SwarmError as error:
+                self._events.write("note", message=f"{name} has no navigator: {error}")
+                self._events.write("died", robot=name, returncode=2)
+                continue
+            self.fork([settings], log_dir)
+
+    def _end(self, name: str) -> None:
+        """End the process of a robot, unless others of its pack still need it."""
+        self._leaving.add(name)
+        for pid, group in self._children.items():
+            names = {settings.name for settings in group}
+            if name in names and names <= self._leaving:
+                os.kill(pid, signal.SIGTERM)
 
     def _reap(self) -> None:
         while self._children:
@@ -102,6 +147,9 @@ class Nursery:
             if self._is_stopping:
                 continue
             for settings in group:
+                if settings.name in self._leaving:
+                    self._leaving.discard(settings.name)
+                    continue
                 self._events.write("died", robot=settings.name, returncode=code)
 
     def _end_children(self) -> None:
@@ -188,7 +236,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description="Navigators of a swarm; started by swarm-up.")
     parser.add_argument("config", help="JSON file: robots, their parameter files, pack, log_dir")
     parser.add_argument("--event-fd", type=int, help="pipe to which events are written")
-    parser.add_argument("--control-fd", type=int, help="pipe from which commands would be read")
+    parser.add_argument("--control-fd", type=int, help="pipe from which commands are read")
     parser.add_argument(
         "--wait", action="store_true", help='read CONFIG only when told {"cmd": "go"}'
     )
@@ -216,7 +264,7 @@ def main(arguments: list[str] | None = None) -> int:
     for group in groups:
         nursery.fork(group, log_dir)
     events.write("ready")
-    nursery.watch()
+    nursery.watch(log_dir)
     return 0
 
 

@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numba import njit
 
-from swarm_common.beacon import FLAG_DEAF, word_of
+from swarm_common.beacon import FLAG_DEAF, FLAG_LEFT, word_of
 from swarm_nav.priority import DEPTH_BITS, ID_MASK, TOP_DEPTH
 
 ID = word_of("id")
@@ -36,6 +36,7 @@ def merge(words, floats, notes, count, batch, x, y, lost_ticks):
     """Store a batch of rows that are newer than what is known; return the new count.
 
     notes = (n, 2): distance of the pose to (x, y) when heard, tick since which it is heard.
+    A robot that was taken out of the world is forgotten.
     """
     row = 0
     for k in range(batch.shape[0]):
@@ -44,6 +45,13 @@ def merge(words, floats, notes, count, batch, x, y, lost_ticks):
             row = 0  # the batch is not in order of ids
         while row < count and words[row, ID] < robot:
             row += 1
+        if batch[k, FLAGS] & np.uint32(FLAG_LEFT):
+            if row < count and words[row, ID] == robot:
+                count -= 1
+                for j in range(row, count):
+                    words[j] = words[j + 1]
+                    notes[j] = notes[j + 1]
+            continue
         if row == count or words[row, ID] != robot:
             for j in range(count, row, -1):
                 words[j] = words[j - 1]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+NEWCOMER_LIMIT = 30.0  # [s] of wall time for a spawned robot's navigator to start
+
 
 class Barrier:
     """Decides when a tick is complete.
@@ -24,6 +26,7 @@ class Barrier:
         self._expected = [expects] * count
         self._answered = [False] * count
         self._is_dead = [False] * count
+        self._newcomers: set[int] = set()  # that have not answered yet
         self._opened_at = 0.0
         self._has_started = not expects
         self._expects = expects
@@ -45,9 +48,23 @@ class Barrier:
         self._answered = [False] * len(self._answered)
         self._opened_at = now
 
+    def add(self) -> None:
+        """Take another robot; its first answer is waited for with patience."""
+        self._expected.append(False)
+        self._answered.append(False)
+        self._is_dead.append(False)
+        self.welcome(len(self._expected) - 1)
+
+    def welcome(self, robot: int) -> None:
+        """Wait for a robot whose navigator is about to start."""
+        self._expected[robot] = self._expects
+        self._is_dead[robot] = False
+        self._newcomers.add(robot)
+
     def answer(self, robot: int) -> None:
         """Note a robot's whole answer to the tick in hand; lockstep waits for it from now on."""
         self._answered[robot] = True
+        self._newcomers.discard(robot)
         self._expected[robot] = self._expects
         self._is_dead[robot] = False
 
@@ -55,6 +72,10 @@ class Barrier:
         """Wait no longer for a robot whose process is gone."""
         self._expected[robot] = False
         self._is_dead[robot] = True
+
+    def expects(self, robot: int) -> bool:
+        """Whether a robot is waited for."""
+        return self._expected[robot]
 
     def missing(self) -> Sequence[int]:
         """Return the robots that are waited for and have not answered."""
@@ -68,17 +89,21 @@ class Barrier:
 
     def is_complete(self, now: float) -> bool:
         """Whether the tick may be executed at wall time `now`."""
-        if self._has_started and now - self._opened_at > self._wall_limit:
+        waited = now - self._opened_at
+        if self._has_started and waited > self._wall_limit:
             for robot in self.missing():
-                self._expected[robot] = False
+                if robot not in self._newcomers or waited > NEWCOMER_LIMIT:
+                    self._expected[robot] = False
         return not self.missing()
 
     def close(self) -> None:
         """End a complete tick; unanswered ones of robots that are not dead count as late."""
         if self._has_started and self._expects:
             self.late_ticks += sum(
-                not answered and not dead
-                for answered, dead in zip(self._answered, self._is_dead, strict=True)
+                not answered and not dead and robot not in self._newcomers
+                for robot, (answered, dead) in enumerate(
+                    zip(self._answered, self._is_dead, strict=True)
+                )
             )
         self._has_started = True
         self._last_answers = sum(self._answered)

@@ -14,6 +14,7 @@ from swarm_common.records import Pose, RobotSpec
 from swarm_common.robot_io import Robot, open_robot
 from swarm_common.sites_io import load_sites
 from swarm_sim.actors import load_actors
+from swarm_sim.changing_world import ChangingWorld
 from swarm_sim.check import check_map, check_sites, check_vehicles, check_walkers
 from swarm_sim.draw_map import draw_world
 from swarm_sim.map_difference import compare
@@ -22,7 +23,7 @@ from swarm_sim.scene import Scene
 from swarm_sim.sdf import load_world
 from swarm_sim.settings import Settings
 from swarm_sim.spawn import deal_places
-from swarm_sim.world import World, WorldConfig
+from swarm_sim.world import WorldConfig
 
 PICTURE = "map_difference.png"
 
@@ -41,7 +42,7 @@ class Stage:
     """
 
     scene: Scene
-    world: World
+    world: ChangingWorld
     grid: Grid
     specs: tuple[RobotSpec, ...]
     urdfs: tuple[str, ...]
@@ -71,7 +72,7 @@ def build(settings: Settings) -> Stage:
     poses = _places(scene, specs, settings)
     check_ways(scene, specs, poses)
     grid = _map(settings, scene, min(spec.lidar.z for spec in specs))
-    world = World(
+    world = ChangingWorld(
         scene,
         specs,
         poses,

@@ -9,11 +9,13 @@ import numpy as np
 import pybullet
 
 from swarm_common.records import CONTROL_PERIOD, Pose, RobotSpec
+from swarm_common.shapes import Transform
 from swarm_sim.bullet_bodies import (
     add_ground,
     add_robot,
     add_walker,
     push,
+    put,
     set_asleep,
     solid_bodies,
 )
@@ -138,6 +140,50 @@ class BulletEngine:
         self._read()
         self._contacts.measure(self.poses, self._walkers.discs)
         return touches
+
+    def add(self, spec: RobotSpec, model: RobotModel | None, pose: FloatArray) -> None:
+        """Take another robot, which stands at a pose."""
+        assert model is not None
+        body = add_robot(self._client, model, spec, Pose(*pose.tolist()))
+        index = len(self._robots)
+        self._robots.append(body)
+        self._wheels.append(Wheels(spec))
+        self._joints.append(np.zeros((2, len(body.wheels))))
+        if spec.drive != "differential":
+            self._sliders.append(index)
+        self._centers = np.vstack([self._centers, body.base_from_center])
+        limits = [spec.acc_lim_x, spec.acc_lim_theta, spec.acc_lim_y]
+        self._limits = np.vstack([self._limits, limits])
+        self._speeds = np.vstack([self._speeds, np.zeros(3)])
+        self._rest_ticks = np.append(self._rest_ticks, 0)
+        self.poses = np.vstack([self.poses, pose])
+        self.twists = np.vstack([self.twists, np.zeros(3)])
+        self.travels = np.vstack([self.travels, np.zeros(2)])
+        self.yaws_gyro = np.append(self.yaws_gyro, 0.0)
+        self._contacts.add(spec, body.body)
+        self._set_motors([index])
+        self._contacts.measure(self.poses, self._walkers.discs)
+
+    def place(self, robot: int, pose: FloatArray) -> None:
+        """Put a robot elsewhere, where it stands."""
+        set_asleep(self._client, self._robots[robot], False)
+        put(self._client, self._robots[robot], pose)
+        self._rest_ticks[robot] = 0
+        self._speeds[robot] = 0.0
+        self.poses[robot], self.twists[robot] = pose, 0.0
+        self._set_motors([robot])
+        self._contacts.measure(self.poses, self._walkers.discs)
+
+    def restart(self, robot: int) -> None:
+        """Let what a robot's wheels and gyro report begin at 0 again."""
+        self.travels[robot], self.yaws_gyro[robot] = 0.0, 0.0
+
+    def place_object(self, index: int, place: Transform) -> None:
+        """Put something that can be pushed elsewhere."""
+        assert self._objects is not None
+        self._object_bodies.put(index, place)
+        self._contacts.move_objects(self._objects.outlines())
+        self._contacts.measure(self.poses, self._walkers.discs)
 
     def joint_state(self, robot: int) -> tuple[list[str], list[float], list[float]]:
         """Return names, positions and velocities of a robot's wheel joints."""

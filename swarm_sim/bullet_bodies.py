@@ -173,6 +173,21 @@ def push(client: int, robot: RobotBody, speeds: FloatArray, period: float) -> No
     pybullet.applyExternalTorque(robot.body, -1, [0.0, 0.0, torque], pybullet.WORLD_FRAME, client)
 
 
+def put(client: int, robot: RobotBody, pose: FloatArray) -> None:
+    """Put a robot upright at a pose (3,), where it stands; its wheels keep their angles."""
+    (_, _, height), _ = pybullet.getBasePositionAndOrientation(robot.body, client)
+    x, y, yaw = pose.tolist()
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    ahead, left = robot.base_from_center[:2].tolist()
+    place = [x + cos * ahead - sin * left, y + sin * ahead + cos * left, height]
+    turn = pybullet.getQuaternionFromEuler([0.0, 0.0, yaw])
+    pybullet.resetBasePositionAndOrientation(robot.body, place, turn, client)
+    pybullet.resetBaseVelocity(robot.body, [0.0] * 3, [0.0] * 3, client)
+    for wheel in robot.wheels:
+        angle = pybullet.getJointState(robot.body, wheel, client)[0]
+        pybullet.resetJointState(robot.body, wheel, angle, 0.0, client)
+
+
 def set_asleep(client: int, robot: RobotBody, is_asleep: bool) -> None:
     """Let the engine leave a robot out that stands, or take it in again.
 

@@ -56,19 +56,28 @@ class Contacts:
         self._walls, self._bounds = outlines, bounds_of(outlines)
         self.hulls = np.stack([pad_polygon(np.array(s.footprint), MAX_CORNERS) for s in specs])
         self.radii = np.array([s.circumscribed_radius for s in specs])
-        speeds = [
-            s.max_vel_x + s.max_vel_y + s.max_vel_theta * s.circumscribed_radius for s in specs
-        ]
-        self._reaches = np.array(speeds) * CONTROL_PERIOD + REACH_SLACK
+        self._reaches = np.array([_speed(s) for s in specs]) * CONTROL_PERIOD + REACH_SLACK
         still = np.zeros(len(outlines) - len(object_reaches))
         self._first_object = len(still)
         self._obstacle_reaches = np.concatenate(
             [still, object_reaches, walker_speeds * CONTROL_PERIOD]
         )
+        self.approaches: list[Approach] = []
+        self._make_room(count)
+
+    def _make_room(self, count: int) -> None:
         self._robot_gaps = np.empty((count * (count - 1) // 2, 3))
         self._wall_gaps = np.empty((count * len(self._obstacles), 3))
         self.clearances: FloatArray = np.full((count, 2), np.inf)
-        self.approaches: list[Approach] = []
+
+    def add(self, spec: RobotSpec, body: int) -> None:
+        """Look at another robot, too; `measure` has to follow."""
+        self._robots.append(body)
+        hull = pad_polygon(np.array(spec.footprint), MAX_CORNERS)
+        self.hulls = np.concatenate([self.hulls, hull[None]])
+        self.radii = np.append(self.radii, spec.circumscribed_radius)
+        self._reaches = np.append(self._reaches, _speed(spec) * CONTROL_PERIOD + REACH_SLACK)
+        self._make_room(len(self._robots))
 
     def move_objects(self, outlines: FloatArray) -> None:
         """Take over where the objects' outlines (k, c, 2) are."""
@@ -144,3 +153,8 @@ class Contacts:
             a, b, estimate + 0.1, -1, -1, physicsClientId=self._client
         )
         return max(0.0, min((point[TOUCH_DISTANCE] for point in points), default=estimate))
+
+
+def _speed(spec: RobotSpec) -> float:
+    """Return the most [m/s] at which a point of a robot moves."""
+    return spec.max_vel_x + spec.max_vel_y + spec.max_vel_theta * spec.circumscribed_radius

@@ -123,6 +123,21 @@ class BulletObjects:
                             f"({x:.2f}, {y:.2f}); move it, or make it static"
                         )
 
+    def put(self, index: int, place: Transform) -> None:
+        """Put a loose body elsewhere, where it comes to rest."""
+        body, center = self._loose[index], self._centers[index]
+        position, quaternion = position_quaternion(place)
+        position = (place[:3, 3] + place[:3, :3] @ center).tolist()
+        pybullet.changeDynamics(
+            body,
+            -1,
+            activationState=pybullet.ACTIVATION_STATE_WAKE_UP,
+            physicsClientId=self._client,
+        )
+        pybullet.resetBasePositionAndOrientation(body, position, quaternion, self._client)
+        pybullet.resetBaseVelocity(body, [0.0] * 3, [0.0] * 3, self._client)
+        self._objects.place(index, place)
+
     def place_vehicles(self) -> None:
         """Move the vehicles' bodies to where the vehicles are."""
         for body, vehicle in zip(self._vehicles, self._objects.vehicles.bodies(), strict=True):

@@ -53,6 +53,10 @@ class CloseCalls:
         self._last_touch: dict[Key, float] = {}
         self._over: list[tuple[Key, _Episode]] = []
 
+    def add(self, name: str) -> None:
+        """Take another robot."""
+        self._names.append(name)
+
     def touch(self, key: Key, time: float) -> None:
         """Note a contact: the episode is a collision, and no near miss."""
         self._last_touch[key] = time

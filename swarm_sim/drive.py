@@ -24,6 +24,17 @@ class CommandBuffer:
         self._ages = np.zeros(len(specs), np.int64)
         self._max_age = round(COMMAND_TIMEOUT / CONTROL_PERIOD)
 
+    def add(self, spec: RobotSpec) -> None:
+        """Take another robot, which stands."""
+        limits = [spec.max_vel_x, spec.max_vel_theta, spec.max_vel_y]
+        self._limits = np.vstack([self._limits, limits])
+        self._targets = np.vstack([self._targets, _STOP])
+        self._ages = np.append(self._ages, 0)
+
+    def stop(self, robot: int) -> None:
+        """Forget the last command of a robot."""
+        self._targets[robot] = _STOP
+
     def update(self, commands: Sequence[Twist | None]) -> FloatArray:
         """Return the speeds (n, 3) to aim at: vx [m/s], wz [rad/s], vy [m/s].
 
@@ -81,6 +92,18 @@ class Odometer:
         self._poses = np.zeros((count, 3))
         self._travels = np.zeros((count, 2))
         self._yaws = np.zeros(count)
+
+    def add(self) -> None:
+        """Take another robot, at the origin of its odom frame."""
+        self._poses = np.vstack([self._poses, np.zeros(3)])
+        self._travels = np.vstack([self._travels, np.zeros(2)])
+        self._yaws = np.append(self._yaws, 0.0)
+
+    def restart(self, robot: int) -> None:
+        """Begin anew at the origin; what wheels and gyro report begins at 0, too."""
+        self._poses[robot] = 0.0
+        self._travels[robot] = 0.0
+        self._yaws[robot] = 0.0
 
     def update(self, travels: FloatArray, yaws: FloatArray) -> None:
         """Take in a control period, in which each robot drove an arc.

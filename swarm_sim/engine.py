@@ -8,6 +8,10 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from swarm_common.records import RobotSpec
+from swarm_common.shapes import Transform
+from swarm_sim.robot_model import RobotModel
+
 FloatArray = NDArray[np.float64]
 NEAR = 0.5  # [m] clearances beyond this are not measured
 NEAR_MISS = 0.03  # [m] closer than this without contact is a near miss
@@ -68,6 +72,28 @@ class Engine(Protocol):
 
     def joint_state(self, robot: int) -> tuple[list[str], list[float], list[float]]:
         """Return names, positions and velocities of a robot's joints."""
+        ...
+
+    def add(self, spec: RobotSpec, model: RobotModel | None, pose: FloatArray) -> None:
+        """Take another robot, which stands at a pose (3,).
+
+        Args:
+            spec: Its model.
+            model: Its bodies; None will do for who does without.
+            pose: x, y, yaw in the map frame.
+        """
+        ...
+
+    def place(self, robot: int, pose: FloatArray) -> None:
+        """Put a robot elsewhere, where it stands; wheels and gyro do not notice."""
+        ...
+
+    def restart(self, robot: int) -> None:
+        """Let what a robot's wheels and gyro report begin at 0 again."""
+        ...
+
+    def place_object(self, index: int, place: Transform) -> None:
+        """Put something that can be pushed elsewhere."""
         ...
 
     def close(self) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,6 +74,21 @@ class LidarGroup:
         self._rays = np.arange(spec.rays)
         self._true_ranges = np.empty((len(members), spec.rays))
         self._past: deque[tuple[int, FloatArray]] = deque(maxlen=self.period_ticks)
+
+    @property
+    def kind(self) -> tuple[LidarSpec, LidarErrors]:
+        """What its members have in common."""
+        return self.spec, self._errors
+
+    def remember(self, earlier: LidarGroup, poses: FloatArray) -> None:
+        """Take over where the robots were; those new to the other group stood at `poses`."""
+        for tick, known in earlier._past:
+            self._past.append((tick, np.vstack([known, poses[len(known) :]])))
+
+    def forget(self, robot: int, pose: FloatArray) -> None:
+        """Take a robot to have stood at a pose, to which it has been put."""
+        for _, known in self._past:
+            known[robot] = pose
 
     def note(self, poses: FloatArray, tick: int) -> None:
         """Remember where the robots were, for rays that are older than their scan."""
@@ -174,6 +189,7 @@ class Lidars:
         seed: int,
         walkers: int = 0,
         errors: Sequence[SensorErrors] | None = None,
+        absent: Collection[int] = (),
     ) -> None:
         """Group robots with equal LiDARs.
 
@@ -184,6 +200,7 @@ class Lidars:
             seed: Of the range noise.
             walkers: How many there are.
             errors: One per robot; None for ideal sensors.
+            absent: Indices of robots that see nothing and are not seen.
         """
         self._seed = seed
         self._groups: list[LidarGroup] = []
@@ -191,16 +208,32 @@ class Lidars:
             (spec.lidar, IDEAL.lidar if errors is None else errors[i].lidar)
             for i, spec in enumerate(specs)
         ]
-        for kind in dict.fromkeys(kinds):
+        present = [i for i in range(len(kinds)) if i not in absent]
+        for kind in dict.fromkeys(kinds[i] for i in present):
             lidar, lidar_errors = kind
-            members = [i for i, each in enumerate(kinds) if each == kind]
+            members = [i for i in present if kinds[i] == kind]
             distinct = {id(bodies): bodies for bodies in models}
             cuts = {
                 key: section_between(bodies, lidar.z, lidar.z) for key, bodies in distinct.items()
             }
-            robots = [cuts[id(bodies)] for bodies in models]
+            nothing = section_between([], lidar.z, lidar.z)
+            robots = [
+                nothing if i in absent else cuts[id(bodies)] for i, bodies in enumerate(models)
+            ]
             world = section_between(scene.fixed, lidar.z, lidar.z)
             self._groups.append(LidarGroup(lidar, members, world, robots, walkers, lidar_errors))
+
+    def remember(self, earlier: Lidars, poses: FloatArray) -> None:
+        """Take over what LiDARs of another crew remember; robots new to them stood at `poses`."""
+        known = {group.kind: group for group in earlier._groups}
+        for group in self._groups:
+            if group.kind in known:
+                group.remember(known[group.kind], poses)
+
+    def forget(self, robot: int, pose: FloatArray) -> None:
+        """Take a robot to have stood at a pose (3,), to which it has been put."""
+        for group in self._groups:
+            group.forget(robot, pose)
 
     def watch(self, objects: Objects) -> None:
         """Let the LiDARs see objects, wherever these are."""

@@ -19,6 +19,12 @@ SIDE_WORD, SEPARATION_WORD, SLIP_WORD, GYRO_WORD, SCALE_WORD, NOISE_WORD, ACCEL_
     211, 218
 )
 
+# Arrays that change as robots move, a row each.
+STATE = (
+    "_true_travels", "_true_yaws", "_travels", "_yaws", "_imu_yaws", "_imu_rates", "_twists",
+    "_accelerations",
+)  # fmt: skip
+
 
 @dataclass(frozen=True, slots=True)
 class Imu:
@@ -74,6 +80,35 @@ class MotionSensors:
         self._travels, self._yaws = np.zeros((count, 2)), np.zeros(count)
         self._imu_yaws, self._imu_rates = np.zeros(count), np.zeros(count)
         self._twists, self._accelerations = np.zeros((count, 3)), np.zeros((count, 2))
+
+    def extended(
+        self,
+        specs: Sequence[RobotSpec],
+        errors: Sequence[SensorErrors],
+        travels: FloatArray,
+        yaws: FloatArray,
+    ) -> MotionSensors:
+        """Return these sensors, as they are now, followed by those of further robots.
+
+        Args:
+            specs: Of all robots.
+            errors: Likewise.
+            travels: (n, 2) [m] that perfect wheels of those so far report.
+            yaws: (n,) [rad] likewise.
+        """
+        longer = MotionSensors(specs, errors, self._seed)
+        known = len(self._robots)
+        for name in STATE:
+            getattr(longer, name)[:known] = getattr(self, name)
+        if not self._has_errors:
+            longer._true_travels[:known] = longer._travels[:known] = travels
+            longer._true_yaws[:known] = longer._yaws[:known] = yaws
+        return longer
+
+    def restart(self, robot: int) -> None:
+        """Report 0 again of a robot whose wheels and gyro begin anew."""
+        for name in STATE:
+            getattr(self, name)[robot] = 0.0
 
     def update(
         self, tick: int, travels: FloatArray, yaws: FloatArray, twists: FloatArray

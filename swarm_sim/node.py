@@ -16,6 +16,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import rclpy
 from nav_msgs.msg import OccupancyGrid
 from rclpy.experimental import EventsExecutor
@@ -28,13 +29,16 @@ from swarm_interfaces.msg import Verdict as VerdictMsg
 from swarm_common import ros_env, ros_io
 from swarm_common.errors import SwarmError
 from swarm_common.pipes import EventWriter, LineReader
-from swarm_common.records import CONTROL_PERIOD, Twist
+from swarm_common.records import CONTROL_PERIOD, Pose, RobotSpec, Twist
 from swarm_common.ros_poll import Waiter, drain
 from swarm_sim.barrier import Barrier
 from swarm_sim.build import Stage, build
+from swarm_sim.crew import Arrival, Crew
 from swarm_sim.pacing import Rate, SpeedMeter, Throttle
 from swarm_sim.ros_control import Control
+from swarm_sim.ros_entities import Entities
 from swarm_sim.ros_links import RobotLink
+from swarm_sim.ros_relocation import LIMIT, Relocation, is_near
 from swarm_sim.ros_scenery import Scenery
 from swarm_sim.run_state import RunState
 from swarm_sim.settings import Settings, read_settings
@@ -46,6 +50,7 @@ REPEAT_PERIOD = 0.25  # [s] of wall time after which an unanswered tick is publi
 CLOCK_PERIOD = 0.045  # [s] of wall time: at most ~20 Hz
 REQUEST_PERIOD = 0.05  # [s] of wall time between two looks for requests
 REPORT_PERIOD = 0.5  # [s] of wall time between verdicts
+RELOCATION_SLICE = 0.01  # [s] of wall time between two looks whether a robot knows its new place
 WAIT_SLICE = 0.05  # [s] of wall time after which signals and periods are looked at
 
 
@@ -87,6 +92,10 @@ class WorldNode:
         self._waiter = Waiter(self._node.context)
         self._create_topics(stage)
         self._scenery = Scenery(self._node, stage.scene, stage.world)
+        self._crew = Crew(stage.world, stage.grid, stage.poses_map, settings.spawn)
+        self._entities = Entities(self._node, stage.world, self._crew, self)
+        self._relocations: dict[int, Relocation] = {}
+        self._unsure: dict[int, Pose] = {}  # robots that do not know yet where they are
         self._state = RunState()
         self._services = Control(self._node, self._state, speed, self._throttle.set_speed)
 
@@ -97,18 +106,17 @@ class WorldNode:
         self._map = make(OccupancyGrid, "/map", ros_io.LATCHED)
         self._map.publish(ros_io.grid_msg(stage.grid, 0))
         self._links = [
-            RobotLink(
-                self._node,
-                entry.name,
-                spec,
-                urdf,
-                self._settings,
-                lambda robot=i: self._barrier.answer(robot),  # type: ignore[misc]
-            )
+            self._link(i, entry.name, spec, urdf)
             for i, (entry, spec, urdf) in enumerate(
                 zip(self._settings.robots, stage.specs, stage.urdfs, strict=True)
             )
         ]
+
+    def _link(self, robot: int, name: str, spec: RobotSpec, urdf: str) -> RobotLink:
+        def note_answer() -> None:
+            self._barrier.answer(robot)
+
+        return RobotLink(self._node, name, spec, urdf, self._settings, note_answer)
 
     def stop(self) -> None:
         """Make `run` return; the tick in hand is not executed."""
@@ -122,6 +130,7 @@ class WorldNode:
         """Run tick after tick until stopped or the duration is over."""
         last = self._settings.duration
         while not self._is_stopped:
+            self._change()
             self._open_tick()
             if last is not None and self._world.sim_time >= last - 1e-9:
                 self.is_over = True
@@ -132,6 +141,79 @@ class WorldNode:
             if not self._is_stopped:
                 self._advance()
                 self._state.note_tick()
+
+    # Robots that come, go and are put elsewhere
+
+    def _change(self) -> None:
+        """Make the changes that were asked for, and wait until those concerned know."""
+        self._entities.apply()
+        while self._relocations and not self._is_stopped:
+            now = time.monotonic()
+            for robot, relocation in list(self._relocations.items()):
+                if relocation.is_known():
+                    self._relocations.pop(robot).destroy()
+            if all(now >= relocation.deadline for relocation in self._relocations.values()):
+                return  # nobody answers there; it stands until somebody does
+            time.sleep(RELOCATION_SLICE)
+
+    def on_arrival(self, arrival: Arrival) -> None:
+        """Let a robot that has come take part."""
+        robot, spec = arrival.index, arrival.robot.spec
+        link = self._link(robot, arrival.name, spec, arrival.robot.urdf)
+        if robot == len(self._links):
+            self._links.append(link)
+            self._barrier.add()
+        else:
+            self._links[robot] = link
+            self._barrier.welcome(robot)
+        self._scenery.renew(self._crew.robots)
+        pose = arrival.pose_map
+        self._events.write(
+            "spawned",
+            robot=arrival.name,
+            number=arrival.number,
+            model=arrival.model,
+            pose=[pose.x, pose.y, pose.yaw],
+            sim_time=self._world.sim_time,
+        )
+
+    def on_removal(self, robot: int) -> None:
+        """Let a robot that was taken out no longer take part."""
+        self._forget_move(robot)
+        self._links[robot].destroy(self._node)
+        self._barrier.lose(robot)
+        self._scenery.renew(self._crew.robots)
+        self._events.write("removed", robot=self._links[robot].name, sim_time=self._world.sim_time)
+
+    def on_move(self, robot: int, pose_map: Pose) -> None:
+        """Tell a robot that it was put elsewhere; it stands until its beacon says so, too."""
+        self._forget_move(robot)
+        patience = LIMIT if self._barrier.expects(robot) else 0.0
+        self._relocations[robot] = Relocation(
+            self._node,
+            self._links[robot].name,
+            pose_map,
+            self._world.tick,
+            time.monotonic() + patience,
+        )
+        self._unsure[robot] = pose_map
+
+    def _forget_move(self, robot: int) -> None:
+        self._unsure.pop(robot, None)
+        if robot in self._relocations:
+            self._relocations.pop(robot).destroy()
+
+    def _hold_unsure(self, commands: list[Twist | None], beacons: list[np.void | None]) -> None:
+        """Let robots stand, and nobody hear them, that think that they are elsewhere."""
+        for robot, pose_map in list(self._unsure.items()):
+            beacon = beacons[robot]
+            if beacon is not None and is_near(Pose(*beacon["pose"].tolist()), pose_map):
+                del self._unsure[robot]
+                self._crew.settle(robot)
+            else:
+                commands[robot], beacons[robot] = Twist(), None
+
+    # A tick
 
     def _open_tick(self) -> None:
         self._tick = self._world.tick
@@ -198,6 +280,7 @@ class WorldNode:
             time.sleep(WAIT_SLICE)
             self._take_answers()
             self._look_around(time.monotonic())
+            self._change()
         self._throttle.start(time.monotonic())
 
     def _advance(self) -> None:
@@ -205,11 +288,15 @@ class WorldNode:
         commands = [link.fresh_command() for link in self._links]
         if not self._settings.free_run:  # who did not answer in time stops
             commands = [command or Twist() for command in commands]
-        collisions = self._world.step(commands, [link.beacon for link in self._links])
+        beacons = [link.beacon for link in self._links]
+        self._hold_unsure(commands, beacons)
+        collisions = self._world.step(commands, beacons)
         for collision in collisions:
             self._report_collision(collision)
         if self._trace is not None:
-            self._trace.observe(self._world.tick, self._world.poses, self._world.clearances)
+            self._trace.observe(
+                self._world.tick, self._world.poses, self._world.clearances, self._world.absent
+            )
 
     def _report_collision(self, collision: Collision) -> None:
         self._events.write(
@@ -261,7 +348,7 @@ class WorldNode:
         verdict = self._world.verdict
         message = VerdictMsg(stamp=ros_io.time_msg(self._tick))
         message.real_time_factor = self._meter.factor
-        message.robots = len(self._links)
+        message.robots = len(self._crew.robots)
         message.answering = self._barrier.answering if self._barrier.has_started else 0
         message.collisions_robot_robot = verdict.robot_robot
         message.collisions_robot_world = verdict.robot_world
@@ -301,6 +388,7 @@ class WorldNode:
         """Leave the ROS graph."""
         self._executor.shutdown()
         self._services.destroy()
+        self._entities.destroy()
         self._node.destroy_node()
         rclpy.try_shutdown()
 

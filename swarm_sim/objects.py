@@ -24,6 +24,7 @@ class Objects:
     Attributes:
         loose: Bodies that can be pushed, as the world file has them.
         vehicles: Who drives on a script.
+        heights: Between which a body is an obstacle to robots.
         names: Of all, as collisions name them.
         reaches: (k,) [m] that each may move in a control period.
     """
@@ -40,7 +41,7 @@ class Objects:
         """
         self.loose = tuple(loose)
         self.vehicles = vehicles
-        self._heights = heights
+        self.heights = heights
         self._places: list[Transform] = [body.world_from_body for body in loose]
         self.names = [body.name for body in loose] + [spec.name for spec in vehicles.specs]
         speeds = [s.speed + s.turn_speed * s.radius for s in vehicles.specs]
@@ -54,6 +55,10 @@ class Objects:
         """Note where a loose body is now."""
         self._places[index] = world_from_body
 
+    def place_of(self, index: int) -> Transform:
+        """Return where a loose body is now."""
+        return self._places[index]
+
     def bodies(self) -> list[Body]:
         """Return all objects where they are now."""
         loose = [
@@ -66,7 +71,7 @@ class Objects:
         """Return the hull (k, MAX_CORNERS, 2) of each object, counter-clockwise."""
         packed = np.full((len(self), MAX_CORNERS, 2), NOWHERE)
         for index, body in enumerate(self.bodies()):
-            pieces = section_between([body], *self._heights).outlines()
+            pieces = section_between([body], *self.heights).outlines()
             if pieces:
                 hull = convex_hull(np.vstack(pieces))
                 rows = np.linspace(0, len(hull) - 1e-9, MAX_CORNERS).astype(np.int64)

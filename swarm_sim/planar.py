@@ -11,10 +11,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from swarm_common.records import CONTROL_PERIOD, Pose, RobotSpec
+from swarm_common.shapes import Transform
 from swarm_sim.drive import Wheels
 from swarm_sim.engine import NEAR, NEAR_MISS, Approach, FloatArray, Touch
 from swarm_sim.objects import Objects
 from swarm_sim.planar_kernels import clearances, move, move_on
+from swarm_sim.robot_model import RobotModel
 from swarm_sim.section import Section
 from swarm_sim.walkers import Walkers
 
@@ -100,6 +102,41 @@ class PlanarEngine:
         self.yaws_gyro += paths[:, 1]
         self._measure()
         return self._touches() if touched else []
+
+    def add(self, spec: RobotSpec, model: RobotModel | None, pose: FloatArray) -> None:
+        """Take another robot, which stands at a pose; bodies are not needed here."""
+        count = len(self._state) + 1
+        self._wheels.append(Wheels(spec))
+        hull = pad_polygon(np.array(spec.footprint), MAX_CORNERS)
+        self._hulls = np.concatenate([self._hulls, hull[None]])
+        limits = [spec.acc_lim_x, spec.acc_lim_theta, spec.circumscribed_radius, spec.acc_lim_y]
+        self._limits = np.vstack([self._limits, limits])
+        self._state = np.vstack([self._state, [*pose, 0.0, 0.0, 0.0]])
+        self._robot_touches = np.zeros((count, count), np.int64)
+        self._wall_touches = np.zeros((count, len(self._walls)), np.int64)
+        self._walker_touches = np.zeros((count, len(self._walkers)), np.int64)
+        self.poses, self.twists = self._state[:, :3], self._state[:, 3:]
+        self.travels = np.vstack([self.travels, np.zeros(2)])
+        self.yaws_gyro = np.append(self.yaws_gyro, 0.0)
+        self.clearances = np.full((count, 2), np.inf)
+        self._close = np.empty((CLOSE_PAIRS * count, 4))
+        self._measure()
+
+    def place(self, robot: int, pose: FloatArray) -> None:
+        """Put a robot elsewhere, where it stands."""
+        self._state[robot] = [*pose, 0.0, 0.0, 0.0]
+        self._measure()
+
+    def restart(self, robot: int) -> None:
+        """Let what a robot's wheels and gyro report begin at 0 again."""
+        self.travels[robot], self.yaws_gyro[robot] = 0.0, 0.0
+
+    def place_object(self, index: int, place: Transform) -> None:
+        """Put something elsewhere."""
+        assert self._objects is not None
+        self._objects.place(index, place)
+        self._move_objects()
+        self._measure()
 
     def joint_state(self, robot: int) -> tuple[list[str], list[float], list[float]]:
         """Return names, positions and velocities of the wheels, as rolling would turn them."""

@@ -14,12 +14,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.beacon import BEACON_DTYPE, BEACON_WORDS, BeaconArray
+from swarm_common.beacon import BEACON_DTYPE, BEACON_WORDS, FLAG_LEFT, BeaconArray, word_of
 from swarm_common.errors import ConfigError
-from swarm_common.records import CONTROL_PERIOD
+from swarm_common.records import CONTROL_PERIOD, stamp_from_tick
 from swarm_sim import radio_kernels
 
 FloatArray = NDArray[np.float64]
+FAREWELL_TICKS = 50  # for which all are told that a robot was taken out; who is late hears it, too
+ID = word_of("id")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,7 +58,28 @@ class Radio:
         self._seed = seed
         delay_ticks = math.ceil(config.delay / CONTROL_PERIOD - 1e-9)
         silence = _Wave(np.zeros((0, BEACON_WORDS), np.uint32), np.zeros((count, 0), np.bool_), 0)
+        self._farewells: dict[int, int] = {}  # ticks until which they are sent, by id
         self._under_way: deque[_Wave] = deque([silence] * (delay_ticks + 1))
+
+    def add(self) -> None:
+        """Take another robot; it has not heard anything yet."""
+        self._count += 1
+        for wave in self._under_way:
+            wave.add_receiver()
+
+    def forget(self, robot_id: int, tick: int) -> None:
+        """Take a robot out: what it sent is lost, and all are told that it holds no space.
+
+        It is the radio that says so, to everybody, whatever the range and the losses: a robot
+        that merely fell silent would stay an obstacle to the others for good.
+        """
+        for wave in self._under_way:
+            wave.drop(robot_id)
+        self._farewells[robot_id] = tick + FAREWELL_TICKS
+
+    def welcome(self, robot_id: int) -> None:
+        """Say nothing more of a robot that is there again."""
+        self._farewells.pop(robot_id, None)
 
     def send(self, tick: int, beacons: Sequence[np.void | None], positions: FloatArray) -> None:
         """Take the beacons that robots send at a tick; ends the tick.
@@ -77,7 +100,19 @@ class Radio:
             positions, senders[order], config.range, config.loss, self._seed, tick, heard
         )
         self._under_way.popleft()
-        self._under_way.append(_Wave(sent, heard, count))
+        wave = _Wave(sent, heard, count)
+        if self._farewells:
+            wave.add_for_all(self._farewell_beacons(tick))
+        self._under_way.append(wave)
+
+    def _farewell_beacons(self, tick: int) -> NDArray[np.uint32]:
+        """Return the beacons (s, words) that say of robots that they were taken out."""
+        self._farewells = {i: last for i, last in self._farewells.items() if tick <= last}
+        beacons = np.zeros(len(self._farewells), BEACON_DTYPE)
+        beacons["id"] = list(self._farewells)
+        beacons["sec"], beacons["nanosec"] = stamp_from_tick(tick)
+        beacons["tick"], beacons["flags"] = tick, FLAG_LEFT
+        return beacons.view(np.uint32).reshape(-1, BEACON_WORDS)
 
     def heard(self, receiver: int) -> BeaconArray:
         """Return the beacons that reach a robot at the present tick, ordered by id."""
@@ -94,6 +129,28 @@ class _Wave:
         self._count = count
         self._starts: list[int] = []
         self._delivered: BeaconArray = np.zeros(0, BEACON_DTYPE)
+
+    def add_receiver(self) -> None:
+        """Let another robot listen, who hears nothing of this."""
+        self._heard = np.vstack([self._heard, np.zeros((1, len(self._sent)), np.bool_)])
+        self._starts = []
+
+    def drop(self, robot_id: int) -> None:
+        """Let nobody hear a robot."""
+        self._take(self._sent[:, ID] != robot_id)
+
+    def add_for_all(self, beacons: NDArray[np.uint32]) -> None:
+        """Let everybody hear further beacons, too."""
+        self._sent = np.vstack([self._sent, beacons])
+        everybody = np.ones((len(self._heard), len(beacons)), np.bool_)
+        self._heard = np.hstack([self._heard, everybody])
+        self._take(np.argsort(self._sent[:, ID], kind="stable"))
+
+    def _take(self, columns: NDArray[np.generic]) -> None:
+        self._sent = np.ascontiguousarray(self._sent[columns])
+        self._heard = np.ascontiguousarray(self._heard[:, columns])
+        self._count = int(self._heard.sum())
+        self._starts = []
 
     def batch(self, receiver: int) -> BeaconArray:
         """Return what one robot hears; all are copied out at the first call."""

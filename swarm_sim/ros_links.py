@@ -36,6 +36,7 @@ class RobotLink:
     Attributes:
         command: Twist of the answer to the tick in hand, None until it is there.
         beacon: Beacon of that answer.
+        is_gone: Whether the robot was taken out of the world.
     """
 
     def __init__(
@@ -58,6 +59,7 @@ class RobotLink:
             on_answer: Called when command and beacon of the tick in hand are both there.
         """
         self.name = name
+        self.is_gone = False
         self.command: Twist | None = None
         self.beacon: np.void | None = None
         self._on_answer = on_answer
@@ -87,6 +89,10 @@ class RobotLink:
         self._tf = make(TFMessage, f"{space}/tf", ros_io.TRANSFORMS)
         self._tf_static = make(TFMessage, f"{space}/tf_static", ros_io.STATIC_TRANSFORMS)
         self._description = make(String, f"{space}/robot_description", ros_io.LATCHED)
+        self._publishers = (
+            self._odom, self._scan, self._neighbors, self._truth, self._joint_states, self._tf,
+            self._tf_static, self._description, self._imu,
+        )  # fmt: skip
 
     def _publish_description(self, urdf: str) -> None:
         self._description.publish(String(data=urdf))
@@ -94,10 +100,23 @@ class RobotLink:
 
     def look_for_viewers(self) -> None:
         """See which of the topics that only viewers need have a subscriber."""
+        if self.is_gone:
+            return
         self.wants_truth = self._truth.get_subscription_count() > 0
         self.wants_imu = self._imu.get_subscription_count() > 0
         self.wants_joints = self._joint_states.get_subscription_count() > 0
         self.wants_tf = self._tf.get_subscription_count() > 0
+
+    def destroy(self, node: Node) -> None:
+        """Withdraw all topics: the robot is not there any more."""
+        self.is_gone = True
+        self.command = self._other = None
+        self.beacon = None
+        self.wants_truth = self.wants_joints = self.wants_tf = self.wants_imu = False
+        for topic in (self._commands, self._beacons):
+            topic.destroy()
+        for publisher in self._publishers:
+            node.destroy_publisher(publisher)
 
     def open(self, tick: int) -> None:
         """Forget the last answer: `tick` is in hand now."""
@@ -107,6 +126,8 @@ class RobotLink:
 
     def publish(self, observation: Observation) -> None:
         """Publish what the robot senses at the tick in hand; may be repeated."""
+        if self.is_gone:
+            return
         odom, scan = observation.odom, observation.scan
         self._odom.publish(self._odom_writer.encode(odom.tick, odom.pose_odom, odom.twist))
         if scan is not None:
@@ -126,6 +147,8 @@ class RobotLink:
 
     def take_answers(self) -> None:
         """Take what the robot has sent."""
+        if self.is_gone:
+            return
         while (data := self._beacons.take()) is not None:
             self._take_beacon(data)
         while (data := self._commands.take()) is not None:

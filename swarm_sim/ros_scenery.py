@@ -46,13 +46,18 @@ class Scenery:
     def __init__(self, node: Node, scene: Scene, world: World) -> None:
         """Create the topics and publish what never changes."""
         self._world = world
-        self._writer = TransformsWriter("map", [f"{name}/{BASE}" for name in world.names])
+        self.renew(world.names)
         make = node.create_publisher
         self._scene = make(MarkerArray, "/sim/scene", ros_io.LATCHED)
         self._tf = make(TFMessage, "/sim/tf", ros_io.TRANSFORMS)
         self._movers = make(MarkerArray, "/sim/movers", ros_io.RELIABLE)
         self._scene.publish(MarkerArray(markers=scene_markers(scene)))
         self._tf_readers = self._mover_readers = 0
+
+    def renew(self, present: Sequence[str]) -> None:
+        """Show these robots from now on."""
+        self._rows = [self._world.names.index(name) for name in present]
+        self._writer = TransformsWriter("map", [f"{name}/{BASE}" for name in present])
 
     def look_for_viewers(self, tick: int) -> None:
         """See who listens; newcomers get the present state, also while the world is paused."""
@@ -65,7 +70,7 @@ class Scenery:
     def publish(self, tick: int) -> None:
         """Publish where everybody is, to whom it may concern."""
         if self._tf_readers:
-            self._tf.publish(self._writer.encode(tick, self._world.poses))
+            self._tf.publish(self._writer.encode(tick, self._world.poses[self._rows]))
         if self._mover_readers:
             markers = mover_markers(self._world, tick)
             if markers:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -29,23 +29,43 @@ class Trace:
     """
 
     def __init__(self, journal: Journal, names: Sequence[str]) -> None:
+        """Begin; `names` may grow while the run goes on."""
         self._journal = journal
-        self._clearances = np.full((len(names), 2), NEAR)
-        journal.write(robots=list(names), near_mm=round(NEAR * THOUSANDTHS))
+        self._names = names
+        self._clearances = np.full((0, 2), NEAR)
+        self._grow()
 
-    def observe(self, tick: int, poses: FloatArray, clearances: FloatArray) -> None:
+    def _grow(self) -> None:
+        """Make room for all robots that there are by now, and say who they are."""
+        more = np.full((len(self._names) - len(self._clearances), 2), NEAR)
+        self._clearances = np.vstack([self._clearances, more])
+        self._journal.write(robots=list(self._names), near_mm=round(NEAR * THOUSANDTHS))
+
+    def observe(
+        self,
+        tick: int,
+        poses: FloatArray,
+        clearances: FloatArray,
+        absent: Collection[int] = (),
+    ) -> None:
         """Take in a tick.
 
         Args:
             tick: Control ticks since the start.
             poses: True x, y, yaw (n, 3) in the map frame.
             clearances: (n, 2) to the nearest robot, obstacle; inf where there is none.
+            absent: Indices of robots that are not there; null is written for them.
         """
+        if len(poses) > len(self._clearances):
+            self._grow()
         np.minimum(self._clearances, clearances, out=self._clearances)
         if tick % PERIOD_TICKS:
             return
         x, y, yaw = _whole(poses).T.tolist()
         robot, world = _whole(self._clearances).T.tolist()
+        for column in (x, y, yaw, robot, world):
+            for index in absent:
+                column[index] = None
         self._journal.write(
             t=round(tick * CONTROL_PERIOD, 3), x=x, y=y, yaw=yaw, to_robot=robot, to_world=world
         )

@@ -71,6 +71,11 @@ class Vehicles:
         """Return the number of vehicles."""
         return len(self.specs)
 
+    def add_robot(self, spec: RobotSpec) -> None:
+        """Look out for another robot, too."""
+        self._radii = np.append(self._radii, spec.circumscribed_radius)
+        self._touches = np.full((len(self._radii), len(self.specs)), -1, np.int64)
+
     def begin(self) -> None:
         """Begin a control period."""
         self._touches[:] = -1

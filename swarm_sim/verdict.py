@@ -98,6 +98,19 @@ class Judge:
         self._hash = hashlib.sha256()
         self._note(poses, clearances)
 
+    def add(self, name: str, pose: FloatArray) -> None:
+        """Take another robot, which stands at a pose (3,)."""
+        self._names.append(name)
+        self._close_calls.add(name)
+        self._distances = np.append(self._distances, 0.0)
+        self._min_clearances = np.append(self._min_clearances, np.inf)
+        self._counts = np.append(self._counts, 0)
+        self._positions = np.vstack([self._positions, pose[:2]])
+
+    def place(self, robot: int, pose: FloatArray) -> None:
+        """Take note that a robot has been put elsewhere; that is no way driven."""
+        self._positions[robot] = pose[:2]
+
     @property
     def collisions(self) -> Sequence[Collision]:
         """The episodes so far, in order of time."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -12,7 +12,7 @@ from swarm_common.beacon import BeaconArray
 from swarm_common.errors import ConfigError, UnknownNameError
 from swarm_common.records import CONTROL_PERIOD, Odometry, Pose, RobotSpec, Scan, Twist
 from swarm_common.robot_io import load_robot_model
-from swarm_common.sensors import IDEAL, sensor_errors
+from swarm_common.sensors import IDEAL, SensorErrors, sensor_errors
 from swarm_sim.actors import VehicleSpec, WalkerSpec
 from swarm_sim.drive import CommandBuffer, Odometer
 from swarm_sim.engine import Engine, FloatArray
@@ -121,24 +121,34 @@ class World:
         vehicles = scene.vehicles if config.vehicles is None else config.vehicles
         heights = (GROUND_GAP, max([spec.height for spec in specs], default=1.0))
         self._objects = Objects(scene.loose, Vehicles(vehicles, specs, poses, seed), heights)
+        self._scene, self._models = scene, dict(models)
         self._engine = _make_engine(
             scene, specs, poses, models, config, self._walkers, self._objects
         )
-        errors = [
-            sensor_errors(config.sensors, "sensors", spec.sensors if config.realistic else IDEAL)
-            for spec in specs
-        ]
-        self._motion_sensors = MotionSensors(specs, errors, seed)
-        self._lidars: Lidars | None = None
-        if config.with_lidar:
-            bodies = {name: bodies_of(model) for name, model in models.items()}
-            carried = [bodies[spec.model] for spec in specs]
-            self._lidars = Lidars(scene, specs, carried, seed, len(walkers), errors)
-            self._lidars.watch(self._objects)
+        self._motion_sensors = MotionSensors(specs, self._errors(), seed)
+        self._lidars = self._make_lidars() if config.with_lidar else None
         self._commands = CommandBuffer(specs)
         self._odometer = Odometer(len(specs))
         self._radio = Radio(config.radio, len(specs), seed)
         self._judge = Judge(self.names, self._engine.poses, self._engine.clearances)
+
+    def _errors(self) -> list[SensorErrors]:
+        """Return what is wrong with each robot's sensors."""
+        config = self._config
+        return [
+            sensor_errors(config.sensors, "sensors", spec.sensors if config.realistic else IDEAL)
+            for spec in self.specs
+        ]
+
+    def _make_lidars(self, absent: Collection[int] = ()) -> Lidars:
+        bodies = {name: bodies_of(model) for name, model in self._models.items()}
+        carried = [bodies[spec.model] for spec in self.specs]
+        walkers = len(self._walkers)
+        lidars = Lidars(
+            self._scene, self.specs, carried, self._seed, walkers, self._errors(), absent
+        )
+        lidars.watch(self._objects)
+        return lidars
 
     @property
     def tick(self) -> int:
