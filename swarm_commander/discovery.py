@@ -60,7 +60,10 @@ def _robots_in_graph(node: Node) -> set[str]:
     return {
         name.split("/")[1]
         for name, types in node.get_topic_names_and_types()
-        if name.endswith("/status") and name.count("/") == 2 and STATUS_TYPE in types
+        if name.endswith("/status")
+        and name.count("/") == 2
+        and STATUS_TYPE in types
+        and node.count_publishers(name)  # of a robot that was taken out, only listeners are left
     }
 
 

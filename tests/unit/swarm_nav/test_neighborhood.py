@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from swarm_common.beacon import FLAG_ACTIVE, FLAG_DEAF, FLAG_STUCK
+from swarm_common.beacon import FLAG_ACTIVE, FLAG_DEAF, FLAG_LEFT, FLAG_STUCK
 from swarm_nav.config import TrafficConfig
 from swarm_nav.neighborhood import Neighborhood
 from swarm_nav.neighborhood_kernels import UNHEARD
@@ -265,3 +265,24 @@ def test_the_highest_that_waits_for_a_station_counts() -> None:
     assert here.highest_waiting((3.0, 0.0), 0.6) == own[2]
     here.refresh(60)
     assert here.highest_waiting((3.0, 0.0), 0.6) == 0
+
+
+@pytest.mark.parametrize("removed", [2, 5, 9])
+def test_who_was_taken_out_of_the_world_is_forgotten_at_once(removed: int) -> None:
+    here = hood()
+    heard(here, 10, *[beacon(robot, 0.25 * robot, 0.0) for robot in (2, 5, 9)])
+    here.refresh(60)
+    assert here.gone.all()
+    farewell = beacon(removed, 0.0, 0.0)
+    farewell["flags"] = FLAG_LEFT
+    stranger = beacon(7, 0.0, 0.0)
+    stranger["flags"] = FLAG_LEFT
+    batch = sorted([farewell, stranger, beacon(6, 2.5, 0.0)], key=lambda record: record["id"])
+    heard(here, 60, *batch)
+    here.refresh(61)
+    left = sorted({2, 5, 6, 9} - {removed})
+    assert here.ids.tolist() == left
+    assert here.beacons["pose"][:, 0].tolist() == [2.5 if i == 6 else 0.25 * i for i in left]
+    heard(here, 62, beacon(removed, 3.0, 0.0))
+    here.refresh(63)
+    assert not here.gone[here.row(removed)]

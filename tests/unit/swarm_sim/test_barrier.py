@@ -1,4 +1,4 @@
-from swarm_sim.barrier import Barrier
+from swarm_sim.barrier import NEWCOMER_LIMIT, Barrier
 
 
 def started(count=3):
@@ -80,3 +80,42 @@ def test_free_run_does_not_wait_for_a_robot_that_has_answered_once():
     assert barrier.is_complete(0.1)
     barrier.close()
     assert (barrier.late_ticks, barrier.answering) == (0, 0)
+
+
+def test_a_newcomer_is_waited_for_with_patience_and_not_late() -> None:
+    barrier = Barrier(1, 15.0)
+    barrier.open(0.0)
+    barrier.answer(0)
+    barrier.close()
+    barrier.add()
+    barrier.open(1.0)
+    barrier.answer(0)
+    assert barrier.missing() == [1]
+    assert not barrier.is_complete(1.0 + NEWCOMER_LIMIT - 0.1)
+    assert barrier.is_complete(1.0 + NEWCOMER_LIMIT + 0.1)
+    barrier.close()
+    assert barrier.late_ticks == 0
+    barrier.open(40.0)
+    barrier.answer(0)
+    barrier.answer(1)  # there at last
+    barrier.close()
+    barrier.open(41.0)
+    barrier.answer(0)
+    assert not barrier.is_complete(41.0 + 14.9)
+    assert barrier.is_complete(41.0 + 15.1)
+    barrier.close()
+    assert barrier.late_ticks == 1
+
+
+def test_who_was_taken_out_is_not_waited_for_until_it_is_welcome_again() -> None:
+    barrier = Barrier(2, 15.0)
+    barrier.lose(1)
+    barrier.open(0.0)
+    barrier.answer(0)
+    assert barrier.is_complete(0.0)
+    barrier.close()
+    assert barrier.answering == 1
+    barrier.welcome(1)
+    barrier.open(1.0)
+    barrier.answer(0)
+    assert barrier.missing() == [1]

@@ -1,0 +1,49 @@
+"""The tally of robots that come and go, and the parameters that a newcomer gets."""
+
+from __future__ import annotations
+
+from swarm_commander.options import UpOptions
+from swarm_commander.plan import check_plan
+from swarm_commander.roster import shown_state
+from swarm_commander.tally import Tally
+from swarm_common.records import Pose
+
+
+def test_a_newcomer_counts_once_it_is_active() -> None:
+    tally = Tally.of(["Srobot1"], False)
+    tally.apply({"event": "active", "robot": "Srobot1"})
+    tally.apply({"event": "spawned", "robot": "Srobot4", "number": 4})
+    assert tally.active == 1
+    tally.apply({"event": "active", "robot": "Srobot4"})
+    assert (tally.active, list(tally.robots)) == (2, ["Srobot1", "Srobot4"])
+
+
+def test_goals_of_a_robot_that_was_taken_out_do_not_count() -> None:
+    tally = Tally.of(["Srobot1", "Srobot2"], True)
+    for robot in tally.robots:
+        tally.apply({"event": "active", "robot": robot})
+    tally.apply({"event": "mission", "goals": 6})
+    tally.apply({"event": "sent", "robot": "Srobot2", "name": "Loader1"})
+    tally.apply({"event": "removed", "robot": "Srobot2", "sim_time": 4.0})
+    for _ in range(3):
+        tally.apply({"event": "withdrawn", "robot": "Srobot2", "name": "Loader1"})
+    assert (tally.total, tally.sent, tally.pending, tally.failed) == (3, 0, 3, 0)
+    assert tally.unfinished == []
+    assert tally.active == 1
+    assert shown_state(tally.robots["Srobot2"]) == "gone"
+    tally.apply({"event": "spawned", "robot": "Srobot2", "number": 2})
+    tally.apply({"event": "active", "robot": "Srobot2"})
+    assert tally.active == 2
+
+
+def test_a_newcomer_gets_the_parameters_of_its_model() -> None:
+    plan = check_plan(UpOptions(swarm_size=2, mission="loading_route"))
+    tree = plan.parameter_file_of_newcomer("Srobot9", 9, "turtlebot3_burger", Pose(1.0, 2.0, 0.5))
+    values = tree["/Srobot9/navigator"]["ros__parameters"]
+    assert (values["robot_id"], values["robot"]["model"]) == (9, "turtlebot3_burger")
+    assert values["initial_pose"] == {"x": 1.0, "y": 2.0, "yaw": 0.5}
+    assert values["wait_for_mission"] is False
+    assert (
+        values["sites"]
+        == plan.parameter_file(1, Pose(0, 0, 0))["/Srobot1/navigator"]["ros__parameters"]["sites"]
+    )

@@ -1,0 +1,132 @@
+"""Who may come, go and be put elsewhere, and what is refused."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from swarm_common.records import Pose
+from swarm_sim.build import build
+from swarm_sim.crew import Crew, Reason, RefusedError, upright
+from swarm_sim.settings import RobotEntry, Settings
+
+WAFFLE, BURGER = "turtlebot3_waffle", "turtlebot3_burger"
+FREE = Pose(3.0, 3.0, 1.0)
+
+
+def make_crew() -> Crew:
+    robots = tuple(RobotEntry(f"Srobot{i}", WAFFLE) for i in (1, 2))
+    stage = build(Settings(world="slim_blockage", robots=robots, engine="planar"))
+    return Crew(stage.world, stage.grid, stage.poses_map, "")
+
+
+@pytest.fixture
+def crew() -> Crew:
+    return make_crew()
+
+
+def refused(do: Callable[[], object]) -> RefusedError:
+    with pytest.raises(RefusedError) as caught:
+        do()
+    return caught.value
+
+
+def test_a_robot_gets_the_next_number_and_a_place_of_its_own(crew: Crew) -> None:
+    first = crew.spawn("", False, BURGER, FREE)
+    second = crew.spawn("", False, WAFFLE, None)
+    assert (first.name, first.number, first.index) == ("Srobot3", 3, 2)
+    assert second.name == "Srobot4"
+    assert crew.robots == ["Srobot1", "Srobot2", "Srobot3", "Srobot4"]
+    assert crew.spawned == ["Srobot3", "Srobot4"]
+    crew.remove("Srobot3")
+    assert crew.robots == ["Srobot1", "Srobot2", "Srobot4"]
+    assert crew.spawn("", False, WAFFLE, None).name == "Srobot5"  # numbers are not used twice
+
+
+def test_a_name_can_come_back_with_the_same_model_only(crew: Crew) -> None:
+    crew.remove("Srobot2")
+    error = refused(lambda: crew.spawn("Srobot2", False, BURGER, FREE))
+    assert error.reason is Reason.NAME_TAKEN
+    assert "was a turtlebot3_waffle" in str(error)
+    again = crew.spawn("Srobot2", False, WAFFLE, FREE)
+    assert (again.index, again.pose_map) == (1, FREE)
+    assert crew.robots == ["Srobot1", "Srobot2"]
+
+
+@pytest.mark.parametrize("name", ["Hans", "Srobot", "Srobot0", "Srobot99999", "robot1", "/Srobot5"])
+def test_names_that_no_robot_may_have(crew: Crew, name: str) -> None:
+    assert refused(lambda: crew.spawn(name, True, WAFFLE, FREE)).reason is Reason.NAME_INVALID
+
+
+def test_bad_input_changes_nothing(crew: Crew, tmp_path: Path) -> None:
+    broken = tmp_path / "broken.urdf"
+    broken.write_text("<robot", encoding="utf-8")
+    cases: list[tuple[Callable[[], object], Reason, str]] = [
+        (lambda: crew.spawn("Srobot2", False, WAFFLE, FREE), Reason.NAME_TAKEN, "Srobot3 would be"),
+        (lambda: crew.spawn("", False, "", FREE), Reason.NO_MODEL, "no robot model"),
+        (lambda: crew.spawn("", False, "turtlebot9", FREE), Reason.BAD_MODEL, "did you mean"),
+        (lambda: crew.spawn("", False, str(broken), FREE), Reason.BAD_MODEL, "broken.urdf"),
+        (lambda: crew.spawn("", False, WAFFLE, Pose(99.0, 0, 0)), Reason.BAD_PLACE, "no free"),
+        (lambda: crew.spawn("", False, WAFFLE, Pose(math.inf, 0, 0)), Reason.BAD_PLACE, "no place"),
+        (lambda: crew.spawn("", False, WAFFLE, Pose(-1.4, -0.6, 0)), Reason.BAD_PLACE, "Srobot1"),
+        (lambda: crew.remove("Srobot7"), Reason.UNKNOWN, "there are Srobot1, Srobot2"),
+        (lambda: crew.move("Srobot7", FREE), Reason.UNKNOWN, "no 'Srobot7'"),
+        (lambda: crew.move("Srobot1", Pose(0.1, -0.6, 0)), Reason.BAD_PLACE, "Srobot2 stands"),
+        (lambda: crew.move_thing("box", np.eye(4)), Reason.UNKNOWN, "no 'box'"),
+    ]
+    for do, reason, words in cases:
+        error = refused(do)
+        assert error.reason is reason, error
+        assert words in str(error)
+    assert crew.robots == ["Srobot1", "Srobot2"]
+
+
+def test_another_name_will_do_if_it_may(crew: Crew) -> None:
+    assert crew.spawn("Srobot2", True, WAFFLE, FREE).name == "Srobot3"
+
+
+def test_all_go_home(crew: Crew) -> None:
+    crew.move("Srobot1", FREE)
+    crew.spawn("", False, WAFFLE, Pose(-1.4, -0.6, 0.0))  # where Srobot1 was
+    error = refused(crew.send_home)
+    assert error.reason is Reason.BAD_PLACE
+    assert "nothing was moved" in str(error)
+    crew.remove("Srobot3")
+    homes = crew.send_home()
+    assert [robot for robot, _ in homes] == [0, 1]
+    assert homes[0][1].distance(Pose(-1.4, -0.6, 0.0)) < 1e-9
+
+
+@pytest.mark.parametrize("engine", ["planar", "bullet"])
+def test_things_are_put_elsewhere_and_home_again(engine: str, tmp_path: Path) -> None:
+    box = "<geometry><box><size>0.4 0.4 0.4</size></box></geometry>"
+    file = tmp_path / "world.sdf"
+    file.write_text(
+        '<sdf version="1.7"><world name="w"><model name="crate"><pose>2 0 0.2 0 0 0</pose>'
+        f'<link name="l"><inertial><mass>2</mass></inertial><collision name="c">{box}</collision>'
+        "</link></model></world></sdf>",
+        encoding="utf-8",
+    )
+    robots = (RobotEntry("Srobot1", WAFFLE),)
+    stage = build(Settings(world=str(file), robots=robots, engine=engine, with_lidar=False))
+    world = stage.world
+    crew = Crew(world, stage.grid, stage.poses_map, "")
+    (name,) = crew.things
+    home = world.place_of(0).copy()
+    assert refused(lambda: crew.remove(name)).reason is Reason.UNSUPPORTED
+    x, y, _ = world.poses[0]
+    assert (
+        refused(lambda: crew.move_thing(name, upright(x, y, 0.2, 0.0))).reason is Reason.BAD_PLACE
+    )
+    crew.move_thing(name, upright(4.0, 1.0, 0.2, 0.5))
+    for _ in range(10):
+        world.step([None], [None])
+    np.testing.assert_allclose(world.place_of(0)[:2, 3], (4.0, 1.0), atol=0.01)
+    crew.send_home()
+    world.step([None], [None])
+    np.testing.assert_allclose(world.place_of(0)[:2, 3], home[:2, 3], atol=0.01)
+    world.close()
