@@ -12,7 +12,7 @@ from typing import Any
 from swarm_common.errors import ConfigError, SwarmError, UnknownNameError
 from swarm_common.records import RobotSpec
 from swarm_common.resources import share_directory
-from swarm_common.robot_io import load_robot
+from swarm_common.robot_io import load_robot, robot_names
 from swarm_common.sites_io import parse_spawn
 from swarm_common.yaml_io import check_keys, number, read_yaml
 
@@ -69,7 +69,7 @@ class Fleet:
 
 def uniform_fleet(model: str, count: int) -> Fleet:
     """Return a fleet of one model, by name or path."""
-    if Path(model).exists() and (Path(model).is_file() or len(Path(model).parts) > 1):
+    if Path(model).exists() and model not in robot_names():
         model = str(Path(model).absolute())
     return Fleet((Member(model, load_robot(model)),) * count)
 
@@ -137,7 +137,8 @@ def _model(value: object, where: str, path: Path) -> str:
     if not isinstance(value, str) or not value:
         raise ConfigError(f"{where}: model is {value!r}; expected a name or a path")
     beside = path.parent / value
-    model = str(beside.absolute()) if len(Path(value).parts) > 1 and beside.exists() else value
+    is_path = beside.exists() and value not in robot_names()
+    model = str(beside.absolute()) if is_path else value
     try:
         load_robot(model)
     except UnknownNameError as error:

@@ -98,8 +98,6 @@ def find_robot(name_or_path: str | Path) -> RobotSource:
         return _of_file(path)
     if len(path.parts) == 1 and (share_directory("robots") / "robots" / path).is_dir():
         path = share_directory("robots") / "robots" / path
-    elif len(path.parts) < 2:
-        raise UnknownNameError("robot", str(name_or_path), robot_names())
     if (path / ROBOT_FILE).is_file():
         return _of_settings(path / ROBOT_FILE)
     found = _description_in(path) if path.is_dir() else None
