@@ -1,4 +1,4 @@
-"""A headless browser: Debian's chromium and chromium-driver."""
+"""A headless browser: Debian's chromium and chromium-driver. Run with `-m long tests/browser`."""
 
 import shutil
 from collections.abc import Iterator

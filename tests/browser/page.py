@@ -13,7 +13,8 @@ from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.remote.webdriver import WebDriver
 
 LIMIT = 90.0  # [s] of wall time for anything to show; software rendering on a busy machine
-HARMLESS = ("Software WebGL", "deprecated", "GPU stall", "favicon")
+# The last one is what viser's client does when something that can be dragged is pressed.
+HARMLESS = ("Software WebGL", "deprecated", "GPU stall", "favicon", "passive event listener")
 
 
 def wait_for(condition: Callable[[], bool], what: str, limit: float = LIMIT) -> None:

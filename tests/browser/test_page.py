@@ -16,7 +16,7 @@ from swarm_view.viewer import Viewer
 from tests.browser.page import errors, picture, text_of, wait_for
 from tests.standins.moving_feed import MovingFeed
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
+pytestmark = [pytest.mark.long, pytest.mark.timeout(400)]
 ROBOTS = 20
 
 
