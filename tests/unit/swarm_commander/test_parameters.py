@@ -1,3 +1,4 @@
+import dataclasses
 import runpy
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ from swarm_common.fleet import limits_of
 from swarm_common.records import Pose
 from swarm_common.robot_io import load_robot
 from swarm_common.robot_params import robot_from_parameters, robot_parameters
+from swarm_common.sensors import IDEAL
 from swarm_sim.radio import RadioConfig
 from swarm_sim.settings import Settings, parse_settings
 
@@ -47,7 +49,8 @@ def test_nesting_and_flattening_are_inverse() -> None:
 
 def test_a_robot_survives_its_parameters() -> None:
     spec = load_robot("turtlebot3_waffle")
-    assert robot_from_parameters(robot_parameters(spec)) == spec
+    told = robot_from_parameters(robot_parameters(spec))
+    assert told == dataclasses.replace(spec, sensors=IDEAL)  # how they err is the world's secret
 
 
 def test_a_robots_file_is_a_ros_parameter_file(tmp_path: Path) -> None:

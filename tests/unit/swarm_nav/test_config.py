@@ -30,7 +30,7 @@ def test_a_change_keeps_all_other_values() -> None:
 @pytest.mark.parametrize(
     ("name", "closest"),
     [
-        ("max_vel_y", "max_vel_x"),
+        ("max_vel_xx", "max_vel_x"),
         ("goal_checker.xy_goal_tolerence", "goal_checker.xy_goal_tolerance"),
         ("holding.modes", "holding.mode"),
     ],

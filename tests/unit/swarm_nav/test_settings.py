@@ -1,9 +1,12 @@
+import dataclasses
+
 import pytest
 import yaml
 
 from swarm_common.errors import SwarmError
 from swarm_common.robot_io import load_robot
 from swarm_common.robot_params import robot_parameters
+from swarm_common.sensors import IDEAL
 from swarm_nav.settings import parse_node_settings, read_node_settings
 
 SPEC = load_robot("turtlebot3_waffle")
@@ -17,7 +20,7 @@ def parse(**changes):
 def test_everything_has_a_default_but_robot_and_id():
     settings = parse()
     assert settings.robot_id == 3
-    assert settings.spec == SPEC
+    assert settings.spec == dataclasses.replace(SPEC, sensors=IDEAL)  # the world's secret
     assert settings.fixed["use_sim_time"] is True
     assert settings.config.goal_checker.xy_goal_tolerance == 0.25
 
