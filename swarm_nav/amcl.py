@@ -21,6 +21,7 @@ from swarm_common.records import (
     wrap_angle,
 )
 from swarm_nav import amcl_kernels
+from swarm_nav.correction import is_leap, nudged
 from swarm_nav.likelihood import field_for
 from swarm_nav.localisation import START_DEVIATION
 from swarm_nav.localisation_config import LocalisationConfig
@@ -33,9 +34,9 @@ ORIGIN = Pose(0.0, 0.0, 0.0)
 STILL_SPEED, STILL_RATE = 0.004, 0.01  # [m/s] and [rad/s] below which the wheels stand still
 FIRST_SCANS = 8  # after a pose was given, that count in full though the robot stands
 LEAST_POWER = 0.05  # of a scan from a place where others were compared before
-FEWEST_BEAMS = 8  # hits of mapped walls below which a scan tells nothing
-STEP, TURN = 0.005, 0.01  # [m] and [rad] by which a tick may correct the pose
-LEAP, SPIN = 0.10, 0.25  # [m] and [rad] beyond which a correction waits for a standstill
+FEWEST_BEAMS = 8  # hits of mapped walls below which a scan tells nothing,
+LOOKING_SCANS = 50  # taken in vain after which only driving brings something new into view
+JUDGING_SHARE = 3  # and one in how many beams must hit to say whether the pose is wrong
 GROWTH = 0.005  # [m] of margin announced ahead, so that all know it before it is needed
 EXPECTED_FIT = 0.9  # of a scan at the right place
 DEADBAND = 0.1  # of the ratio of both means of the fit, within which nothing is drawn anew
@@ -64,10 +65,7 @@ class AmclLocaliser:
             hood: Whose robots explain hits.
             robot_id: For random numbers of its own.
         """
-        lidar = spec.lidar
-        self._lidar = (lidar.x, lidar.y, lidar.yaw)
-        self._range_max = lidar.range_max
-        self._rays = lidar.rays
+        self._lidar = spec.lidar
         self._hood = hood
         self._terrain = terrain
         seed = config.random_seed * 1_000_003 + robot_id
@@ -75,7 +73,7 @@ class AmclLocaliser:
         self._pose_odom: Pose | None = None  # None before the first odometry
         self._last_odom, self._moving_ticks = ORIGIN, 0
         self._fit = self._fast_fit = self._slow_fit = EXPECTED_FIT
-        self._first_scans = FIRST_SCANS
+        self._first_scans, self._vague_scans = FIRST_SCANS, 0
         self._map_from_odom = self._target = self._start = pose_map
         self.configure(config)
         self._begin(pose_map, START_DEVIATION)
@@ -84,7 +82,7 @@ class AmclLocaliser:
         """Take new parameters, effective from the next scan."""
         self._config = config
         self._filter.configure(config)
-        self._hits = np.empty((min(config.max_beams, self._rays), 2))
+        self._hits = np.empty((min(config.max_beams, self._lidar.rays), 2))
 
     def load_map(self, terrain: Terrain) -> None:
         """Take another map; the pose stays."""
@@ -102,16 +100,21 @@ class AmclLocaliser:
 
     @property
     def is_lost(self) -> bool:
-        """Whether the pose is not good enough to drive by."""
+        """Whether the pose is not good enough to drive by.
+
+        Who has looked around for long without seeing anything that tells where it is, or that
+        contradicts the map, is no longer: only driving brings something new into view.
+        """
         config = self._config
         is_unfit = self._fast_fit < config.lost_fit
-        return is_unfit or self._deviation > config.lost_deviation or self.wants_leap
+        if self._deviation <= config.lost_deviation:
+            return is_unfit or self.wants_leap
+        return is_unfit or self.wants_leap or self._vague_scans < LOOKING_SCANS
 
     @property
     def wants_leap(self) -> bool:
         """Whether the pose is to be corrected by so much that the robot has to stand for it."""
-        best, now = self._best, self.pose_map
-        return best.distance(now) > LEAP or abs(wrap_angle(best.yaw - now.yaw)) > SPIN
+        return is_leap(self.pose_map, self._best)
 
     @property
     def margin(self) -> float:
@@ -174,31 +177,44 @@ class AmclLocaliser:
 
     def on_scan(self, scan: Scan) -> None:
         """Compare the newest scan with the map, if it is time to."""
+        is_vague = self._deviation > self._config.lost_deviation
+        self._vague_scans = self._vague_scans + 1 if is_vague else 0
         if self._pose_odom is None or not self._is_due:
             return
         hits = self._select(scan)
-        self._filter.move(self._step)
+        has_hits = len(hits) >= FEWEST_BEAMS
+        if not has_hits and self._driven < self._config.update_min_d:
+            return
         power, is_searching = self._power, self._is_searching
-        self._first_scans = max(0, self._first_scans - 1)
+        self._filter.move(self._step)
         self._note_comparison()
-        if len(hits) < FEWEST_BEAMS:
-            self._estimate = self._filter.unweighed()
-        else:
+        if has_hits:
+            self._first_scans = max(0, self._first_scans - 1)
             self._compare(hits, power, is_searching=is_searching)
+        else:
+            self._estimate = self._filter.unweighed()
 
     def _compare(self, hits: FloatArray, power: float, *, is_searching: bool) -> None:
         """Take over what the particles stand for after a scan, and draw them anew."""
         config = self._config
-        field = field_for(self._terrain, config, self._range_max)
+        field = field_for(self._terrain, config, self._lidar.range_max)
         self._estimate, weights = self._filter.weigh(hits, field, power, is_searching=is_searching)
         best = self._estimate.pose_map
         self._target = best.compose(self._odom.inverse())
+        self._judge(hits, best)
+        fresh = min(MOST_FRESH, max(0.0, 1.0 - self._fast_fit / self._slow_fit - DEADBAND))
+        self._filter.draw(weights, self._estimate, fresh, is_searching=is_searching)
+
+    def _judge(self, hits: FloatArray, best: Pose) -> None:
+        """Note how well a scan fits the map at the best pose."""
+        config = self._config
+        if len(hits) * JUDGING_SHARE < len(self._hits):
+            return  # it may as well be people or robots
+        field = field_for(self._terrain, config, self._lidar.range_max)
         pose = (best.x, best.y, best.yaw)
         self._fit = amcl_kernels.fit(pose, hits, field.log, field.frame, field.weights)
         self._slow_fit += config.recovery_alpha_slow * (self._fit - self._slow_fit)
         self._fast_fit += config.recovery_alpha_fast * (self._fit - self._fast_fit)
-        fresh = min(MOST_FRESH, max(0.0, 1.0 - self._fast_fit / self._slow_fit - DEADBAND))
-        self._filter.draw(weights, self._estimate, fresh, is_searching=is_searching)
 
     @property
     def _odom(self) -> Pose:
@@ -222,13 +238,14 @@ class AmclLocaliser:
     @property
     def _is_searching(self) -> bool:
         """Whether a pose was given just now, or scans do not fit the map."""
-        return self._first_scans > 0 or min(self._fit, self._fast_fit) < self._config.lost_fit
+        return self._first_scans > 0 or self._fast_fit < self._config.lost_fit
 
     @property
     def _is_due(self) -> bool:
         config = self._config
         return (
             self._is_searching
+            or self._fit < config.lost_fit
             or self._driven >= config.update_min_d
             or self._turned >= config.update_min_a
             or self._age >= config.update_period
@@ -239,9 +256,8 @@ class AmclLocaliser:
         """How much of a new view the next scan is: scans from one place share their errors."""
         if self._is_searching:
             return 1.0
-        config = self._config
-        moved = self._driven / config.update_min_d
-        return min(1.0, max(LEAST_POWER, moved, self._turned / config.update_min_a))
+        moved = self._odom.distance(self._last_odom) / self._config.update_min_d
+        return min(1.0, max(LEAST_POWER, moved))
 
     def _begin(self, pose_map: Pose, deviation: tuple[float, float]) -> None:
         """Draw the particles around a pose."""
@@ -250,7 +266,7 @@ class AmclLocaliser:
         self._filter.scatter(pose_map, deviation, is_wide=is_wide)
         self._estimate = Estimate(pose_map, (place**2, place**2, yaw**2))
         self._slow_fit = self._fast_fit = self._fit = EXPECTED_FIT
-        self._first_scans = FIRST_SCANS
+        self._first_scans, self._vague_scans = FIRST_SCANS, 0
         self._note_comparison()
 
     def _note_comparison(self) -> None:
@@ -262,18 +278,11 @@ class AmclLocaliser:
         """Move the pose a little towards the best one."""
         if self.wants_leap or self._map_from_odom == self._target:
             return
-        now, best = self.pose_map, self._best
-        gap, turn = now.distance(best), wrap_angle(best.yaw - now.yaw)
-        if gap <= STEP and abs(turn) <= TURN:
+        nudged_map = nudged(self.pose_map, self._best)
+        if nudged_map is None:
             self._map_from_odom = self._target
-            return
-        share = min(1.0, STEP / max(gap, STEP))
-        corrected = Pose(
-            now.x + share * (best.x - now.x),
-            now.y + share * (best.y - now.y),
-            wrap_angle(now.yaw + min(TURN, max(-TURN, turn))),
-        )
-        self._map_from_odom = corrected.compose(self._odom.inverse())
+        else:
+            self._map_from_odom = nudged_map.compose(self._odom.inverse())
 
     def _select(self, scan: Scan) -> FloatArray:
         """Return the hits (k, 2) in base_footprint that no known robot explains."""
@@ -282,7 +291,7 @@ class AmclLocaliser:
             np.array(scan.ranges, np.float32),  # a message's buffer may be read-only
             (scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max),
             scan.tick,
-            self._lidar,
+            (self._lidar.x, self._lidar.y, self._lidar.yaw),
             (best.x, best.y, best.yaw),
             hood.beacons["pose"][:, :2].astype(np.float64),
             hood.beacons["radius"] + BODY_REACH + TRAVEL_PER_TICK * np.minimum(hood.ages, 20),

@@ -18,9 +18,9 @@ class LocalisationConfig:
     """Where the robot is; `localisation.` parameters, all but `type` for amcl, named as Nav2's."""
 
     type: str = "odometry"  # odometry | amcl; fixed at the start
-    alpha1: float = 0.0004  # variance of a turn per rad² turned,
+    alpha1: float = 0.0002  # variance of a turn per rad² turned,
     alpha2: float = 0.0004  # [rad²/m²] and per m² driven
-    alpha3: float = 0.0009  # variance of a way per m² driven,
+    alpha3: float = 0.0016  # variance of a way per m² driven,
     alpha4: float = 0.0001  # [m²/rad²] and per rad² turned
     alpha5: float = 0.0025  # variance of a way sideways per m² driven, if omnidirectional
     yaw_drift: float = 0.001  # [rad/s] of the heading while the robot moves
@@ -45,7 +45,7 @@ class LocalisationConfig:
     recovery_spread: float = 0.4  # [m] around the estimate (standard deviation)
     recovery_spread_yaw: float = 0.3  # [rad] likewise
     lost_fit: float = 0.6  # share of hits on mapped walls below which the robot is lost
-    lost_deviation: float = 0.35  # [m] (standard) of the position above which the robot is lost
+    lost_deviation: float = 0.45  # [m] (standard) of the position above which the robot is lost
     most_margin: float = 0.4  # [m] of safety margin that a robot announces at most
     tracking_margin: float = 0.03  # [m] of the safety margin that is not for localisation
     margin_per_sigma: float = 2.0  # standard deviations of the position for which there is room

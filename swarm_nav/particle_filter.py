@@ -13,7 +13,7 @@ from swarm_nav import amcl_kernels
 from swarm_nav.likelihood import LikelihoodField
 from swarm_nav.localisation_config import LocalisationConfig
 
-FLOOR = 0.003  # [m] and [rad] of noise that each step adds, so that particles stay apart
+FLOOR, FLOOR_YAW = 0.002, 0.001  # [m], [rad] that each step adds, so that particles stay apart
 EFFECTIVE = 0.05  # share of the particles that matter after a scan, at least; fewer starve
 BLUR = 0.25  # of the particles' spread, by which those drawn while searching are scattered
 STILL = (0.0, 0.0, 0.0, 0.0, 0.0)  # standard deviations of a step without noise
@@ -89,7 +89,7 @@ class ParticleFilter:
         config = self._config
         turns, ways = step.turned**2, step.driven**2
         turning = config.alpha1 * turns + config.alpha2 * ways
-        turning += (config.yaw_drift * step.age) ** 2 + FLOOR**2
+        turning += (config.yaw_drift * step.age) ** 2 + FLOOR_YAW**2
         half = math.sqrt(0.5 * turning)  # one half before the way, the other one after it
         driving = math.sqrt(config.alpha3 * ways + config.alpha4 * turns)
         sliding = math.sqrt(config.alpha5 * ways) if self._is_omni else 0.0

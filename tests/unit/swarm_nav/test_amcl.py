@@ -12,7 +12,8 @@ import pytest
 from swarm_common.errors import ConfigError, UnknownNameError
 from swarm_common.records import Odometry, Pose, Scan, Twist, wrap_angle
 from swarm_common.sites import Sites
-from swarm_nav.amcl import GROWTH, STEP, TURN, AmclLocaliser
+from swarm_nav.amcl import GROWTH, LOOKING_SCANS, AmclLocaliser
+from swarm_nav.correction import STEP, TURN
 from swarm_nav.localisation import START_DEVIATION, OdometryLocaliser, make_localiser
 from swarm_nav.localisation_config import LocalisationConfig
 from swarm_nav.navigator import Navigator
@@ -106,6 +107,8 @@ def test_a_corridor_leaves_the_place_along_it_open_and_the_covariance_says_so() 
     assert math.sqrt(across) < 0.05
     assert abs(robot.pose_map.y - pose.y) < 0.05
     assert robot.is_lost
+    stand(robot, pose, 2 * LOOKING_SCANS, rng, size=(30.0, 2.0))
+    assert not robot.is_lost  # it would stand for ever
 
 
 def drive(robot: AmclLocaliser, ticks: int, seed: int, scale: float) -> tuple[list[float], Pose]:
@@ -155,7 +158,7 @@ def test_corrections_enter_bit_by_bit() -> None:
     for before, after in itertools.pairwise(poses):
         assert before.distance(after) <= STEP + 1e-9
         assert abs(wrap_angle(after.yaw - before.yaw)) <= TURN + 1e-9
-    assert poses[-1].distance(HERE) < 0.03
+    assert poses[-1].distance(HERE) < 0.04
 
 
 def test_a_robot_in_view_is_no_wall() -> None:
