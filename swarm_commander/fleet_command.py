@@ -27,7 +27,7 @@ from swarm_common.records import Pose
 from swarm_common.robot_source import find_robot
 
 DEFAULT_ROBOT = "turtlebot3_waffle"
-LOOK_LIMIT = 10.0  # [s] of wall time to find the world
+LOOK_LIMIT = 20.0  # [s] of wall time to find the world
 ANSWER_LIMIT = 60.0  # [s] of wall time for it to answer; it does between two ticks
 ACTIVE_LIMIT = 60.0  # [s] of wall time for a new navigator to be there
 

@@ -102,7 +102,7 @@ def summary_line(phase: str, tally: Tally) -> str:
     goals = f"{tally.reached}/{tally.total}" if tally.total else str(tally.reached)
     parts = [
         phase,
-        f"active {tally.active}/{len(tally.robots)}",
+        f"active {tally.active}/{tally.there}",
         f"goals {goals}" + (f" ({tally.failed} failed)" if tally.failed else ""),
         f"collisions {tally.collisions}",
         f"holding {len(tally.holding)}",

@@ -93,6 +93,11 @@ class Tally:
         return sum(r.active and not r.died and not r.left for r in self.robots.values())
 
     @property
+    def there(self) -> int:
+        """Number of robots that were not taken out."""
+        return sum(not robot.left for robot in self.robots.values())
+
+    @property
     def sent(self) -> int:
         """Goals sent."""
         return sum(robot.sent for robot in self.robots.values())

@@ -122,7 +122,10 @@ class RunData:
         lines = read_journal(folder / "trace" / "world.jsonl")
         self._samples = [line for line in lines if "x" in line]
         self._near = next((line["near_mm"] for line in lines if "near_mm" in line), 500) / 1000.0
+        crews = [[str(name) for name in line["robots"]] for line in lines if "robots" in line]
         named = [str(entry["name"]) for entry in self.config.get("robots", [])]
+        if crews and crews[-1][: len(named)] == named:  # others may have come later
+            named = crews[-1]
         self.robots = named or list(self.report.get("robots", {}))
         self._index = {name: index for index, name in enumerate(self.robots)}
 
@@ -135,9 +138,12 @@ class RunData:
     def series(self) -> Series | None:
         """The truth over time; None if there is none."""
         count = len(self.robots)
-        good = [line for line in self._samples if len(line["x"]) == count]
+        good = [line for line in self._samples if 0 < len(line["x"]) <= count]
         if not good:
             return None
+        for line in good:  # who is not there has no place
+            for key in ("x", "y", "yaw", "to_robot", "to_world"):
+                line[key] += [None] * (count - len(line[key]))
         poses = np.array([[line["x"], line["y"], line["yaw"]] for line in good], float) / 1000.0
         return Series(
             np.array([line["t"] for line in good], float),

@@ -196,7 +196,8 @@ class WorldNode:
             self._world.tick,
             time.monotonic() + patience,
         )
-        self._unsure[robot] = pose_map
+        if self._world.last_beacons[robot] is not None:  # a foreign navigator sends none
+            self._unsure[robot] = pose_map
 
     def _forget_move(self, robot: int) -> None:
         self._unsure.pop(robot, None)

@@ -38,7 +38,7 @@ class Relocation:
             PoseWithCovarianceStamped, f"{space}/initialpose", ros_io.RELIABLE
         )
         self._poses = PolledTopic(
-            node, PoseWithCovarianceStamped, f"{space}/amcl_pose", ros_io.RELIABLE
+            node, PoseWithCovarianceStamped, f"{space}/amcl_pose", ros_io.LATCHED
         )
 
     def is_known(self) -> bool:
@@ -48,7 +48,7 @@ class Relocation:
             self._publisher.publish(self._message())
         while (data := self._poses.take()) is not None:
             message = deserialize_message(data, PoseWithCovarianceStamped)
-            if is_near(ros_io.pose_from_msg(message.pose.pose), self._pose):
+            if self._is_told and is_near(ros_io.pose_from_msg(message.pose.pose), self._pose):
                 return True
         return False
 

@@ -58,6 +58,23 @@ def test_what_was_written_comes_back(folder: Path) -> None:
     assert states[:, 1].tolist() == ["", "", ""]
 
 
+def test_robots_that_came_and_went_have_no_place_before_and_after(folder: Path) -> None:
+    path = folder / "trace" / "world.jsonl"
+    text = path.read_text()
+    world = Journal(path)
+    for line in text.splitlines():
+        world.write(**json.loads(line))
+    world.write(robots=[*NAMES, "Srobot5"], near_mm=500)
+    place = {"y": [0, 0, 0], "yaw": [0, 0, 0], "to_robot": [9, 9, 9], "to_world": [9, 9, 9]}
+    world.write(t=4, x=[4000, None, 7000], **place)
+    run = RunData(folder)
+    assert run.robots == [*NAMES, "Srobot5"]
+    assert run.series is not None
+    nan = np.nan
+    np.testing.assert_allclose(run.series.poses[:, 2, 0], [nan, nan, nan, nan, 7.0])
+    np.testing.assert_allclose(run.series.poses[:, 1, 0], [0.0, 0.0, 0.0, 0.0, nan])
+
+
 def test_a_run_without_a_report_gets_no_verdict(folder: Path) -> None:
     verdict = judge(RunData(folder))
     assert verdict.kind == "open"
