@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+import signal
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TypeVar
+from types import FrameType
+from typing import ClassVar, TypeVar
 
 import rclpy
 import rclpy.executors
@@ -97,12 +99,35 @@ def deadline(seconds: float) -> Callable[[], bool]:
     return lambda: time.monotonic() > end
 
 
+class Interrupts:
+    """Ctrl-C as a flag beside the exception, which a finaliser of rclpy's may swallow."""
+
+    is_due: ClassVar[bool] = False
+
+    @classmethod
+    def watch(cls) -> None:
+        """Note Ctrl-C from now on."""
+        signal.signal(signal.SIGINT, cls._note)
+
+    @classmethod
+    def _note(cls, number: int, frame: FrameType | None) -> None:
+        cls.is_due = True
+        raise KeyboardInterrupt
+
+    @classmethod
+    def check(cls) -> None:
+        """Raise KeyboardInterrupt if there was one."""
+        if cls.is_due:
+            raise KeyboardInterrupt
+
+
 def spin(node: Node, until: Callable[[], bool]) -> None:
     """Serve a node's callbacks until a condition holds."""
     executor = rclpy.executors.SingleThreadedExecutor(context=node.context)
     executor.add_node(node)
     try:
         while not until():
+            Interrupts.check()
             executor.spin_once(timeout_sec=0.1)
     finally:
         executor.remove_node(node)

@@ -47,6 +47,7 @@ def add_verb(verbs: Any) -> None:
 
 
 def _echo(options: argparse.Namespace) -> None:
+    graph.Interrupts.watch()
     topic = graph.absolute(options.topic_name)
     with graph.open_node() as node:
         name = options.message_type or graph.topic_type(node, topic)

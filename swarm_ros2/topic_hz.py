@@ -30,6 +30,7 @@ def add_verb(verbs: Any) -> None:
 
 
 def _measure(options: argparse.Namespace) -> None:
+    graph.Interrupts.watch()
     topic = graph.absolute(options.topic_name)
     meter = RateMeter(options.window)
     with graph.open_node() as node:
