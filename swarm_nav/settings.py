@@ -127,7 +127,8 @@ def check_limits(config: NavConfig, spec: RobotSpec) -> None:
     Raises:
         ConfigError: Naming the limit.
     """
-    for name in ("max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta"):
+    names = ["max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta", "max_vel_y", "acc_lim_y"]
+    for name in names:
         value, limit = getattr(config.controller, name), getattr(spec, name)
         if value > limit * (1.0 + 1e-6):
             raise ConfigError(f"{name} is {value}; a {spec.model} reaches {limit}")
