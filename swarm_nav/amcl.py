@@ -33,13 +33,12 @@ from swarm_nav.terrain import Terrain
 ORIGIN = Pose(0.0, 0.0, 0.0)
 STILL_SPEED, STILL_RATE = 0.004, 0.01  # [m/s] and [rad/s] below which the wheels stand still
 FIRST_SCANS = 8  # after a pose was given, that count in full though the robot stands
-LEAST_POWER = 0.05  # of a scan from a place where others were compared before
+LEAST_POWER = 0.02  # of a scan from a place where others were compared before
 FEWEST_BEAMS = 8  # hits of mapped walls below which a scan tells nothing,
 LOOKING_SCANS = 50  # taken in vain after which only driving brings something new into view
 JUDGING_SHARE = 3  # and one in how many beams must hit to say whether the pose is wrong
 GROWTH = 0.005  # [m] of margin announced ahead, so that all know it before it is needed
 EXPECTED_FIT = 0.9  # of a scan at the right place
-DEADBAND = 0.1  # of the ratio of both means of the fit, within which nothing is drawn anew
 MOST_FRESH = 0.5  # share of the particles that is drawn anew at most
 
 
@@ -70,7 +69,7 @@ class AmclLocaliser:
         self._terrain = terrain
         seed = config.random_seed * 1_000_003 + robot_id
         self._filter = ParticleFilter(config, seed, is_omni=spec.is_omni)
-        self._pose_odom: Pose | None = None  # None before the first odometry
+        self._pose_odom: Pose | None = None  # before the first odometry
         self._last_odom, self._moving_ticks = ORIGIN, 0
         self._fit = self._fast_fit = self._slow_fit = EXPECTED_FIT
         self._first_scans, self._vague_scans = FIRST_SCANS, 0
@@ -146,7 +145,7 @@ class AmclLocaliser:
     def variances(self) -> tuple[float, float, float]:
         """Return the variances of x, y [m²] and yaw [rad²], grown since the last comparison."""
         config, ways, turns = self._config, self._driven**2, self._turned**2
-        cell = self._terrain.grid.resolution**2 / 12.0  # the map is no better than its cells
+        cell = self._terrain.grid.resolution**2 / 12.0  # the map is no better than that
         x, y, yaw = self._estimate.variances
         yaw += config.alpha1 * turns + config.alpha2 * ways + (config.yaw_drift * self._age) ** 2
         place = cell + config.alpha3 * ways + config.alpha4 * turns + yaw * ways
@@ -202,7 +201,9 @@ class AmclLocaliser:
         best = self._estimate.pose_map
         self._target = best.compose(self._odom.inverse())
         self._judge(hits, best)
-        fresh = min(MOST_FRESH, max(0.0, 1.0 - self._fast_fit / self._slow_fit - DEADBAND))
+        fresh = 0.0  # elsewhere particles drawn anew would only blur what is known
+        if self._fast_fit < config.lost_fit:
+            fresh = min(MOST_FRESH, max(0.0, 1.0 - self._fast_fit / self._slow_fit))
         self._filter.draw(weights, self._estimate, fresh, is_searching=is_searching)
 
     def _judge(self, hits: FloatArray, best: Pose) -> None:
@@ -211,8 +212,8 @@ class AmclLocaliser:
         if len(hits) * JUDGING_SHARE < len(self._hits):
             return  # it may as well be people or robots
         field = field_for(self._terrain, config, self._lidar.range_max)
-        pose = (best.x, best.y, best.yaw)
-        self._fit = amcl_kernels.fit(pose, hits, field.log, field.frame, field.weights)
+        at = (best.x, best.y, best.yaw)
+        self._fit = amcl_kernels.fit(at, hits, field.log, field.frame, field.weights)
         self._slow_fit += config.recovery_alpha_slow * (self._fit - self._slow_fit)
         self._fast_fit += config.recovery_alpha_fast * (self._fit - self._fast_fit)
 

@@ -19,8 +19,9 @@ SECOND = np.uint64(0x94D049BB133111EB)
 BIN = 0.2  # [m] of KLD sampling's cells, and
 YAW_BIN = math.radians(10.0)  # [rad]
 TABLE = 8192  # slots of its hash table
-REACH = 0.3  # [m] and [rad] around the best particle that the estimate is the mean of
+REACH = 0.3  # [m] and [rad] around the heaviest place that the estimate is the mean of
 ROUNDS = 4  # in which that place is moved to the mean
+CANDIDATES = 20  # particles, drawn evenly by weight, around which the heaviest place is looked for
 
 
 @njit(cache=True)
@@ -192,13 +193,24 @@ def weigh(particles, points, field, frame, skip, trust, scores, weights):
 def estimate(particles, weights, out):
     """Write x, y, yaw of the densest place, and the variances of x, y, yaw of all around it.
 
-    The place is the mean of the particles near the best one, moved to that mean a few times.
+    The place is the mean of the particles near the one with the heaviest neighbourhood, moved to
+    that mean a few times.
     """
-    best = 0
+    x, y, yaw = 0.0, 0.0, 0.0
+    heaviest, passed, candidate = -1.0, 0.0, 0
     for k in range(weights.shape[0]):
-        if weights[k] > weights[best]:
-            best = k
-    x, y, yaw = particles[best, 0], particles[best, 1], particles[best, 2]
+        passed += weights[k]
+        if passed * CANDIDATES < candidate + 0.5:
+            continue
+        candidate = math.floor(passed * CANDIDATES + 0.5)
+        mass = 0.0
+        for j in range(weights.shape[0]):
+            ex, ey = particles[j, 0] - particles[k, 0], particles[j, 1] - particles[k, 1]
+            turn = wrap(particles[j, 2] - particles[k, 2])
+            if ex * ex + ey * ey < REACH * REACH and abs(turn) < REACH:
+                mass += weights[j]
+        if mass > heaviest:
+            heaviest, x, y, yaw = mass, particles[k, 0], particles[k, 1], particles[k, 2]
     for _ in range(ROUNDS):
         total, dx, dy, dyaw = 0.0, 0.0, 0.0, 0.0
         for k in range(weights.shape[0]):
