@@ -8,16 +8,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
-import numpy as np
-
 from swarm_common.errors import SwarmError, WorldError
 from swarm_common.grid import FREE, Grid
 from swarm_common.records import Pose, RobotSpec
 from swarm_common.robot_io import Robot, open_robot
-from swarm_common.shapes import Transform, transform_from_xyz_rpy
+from swarm_common.shapes import Transform
 from swarm_sim.changing_world import ChangingWorld
-from swarm_sim.section import section_between
 from swarm_sim.spawn import spawn_poses
+from swarm_sim.things import check_room_for
 from swarm_sim.vacancy import check_height, check_vacancy
 
 NAME = re.compile(r"Srobot([1-9][0-9]{0,4})")
@@ -188,7 +186,10 @@ class Crew:
         if name not in self.things:
             raise self._unknown(name)
         index = self.things.index(name)
-        self._check_thing(index, place)
+        try:
+            check_room_for(self._world, index, place)
+        except WorldError as error:
+            raise RefusedError(Reason.BAD_PLACE, str(error)) from error
         self._world.place_object(index, place)
 
     def send_home(self) -> list[tuple[int, Pose]]:
@@ -305,34 +306,6 @@ class Crew:
                         Reason.BAD_PLACE,
                         f"the start of {name}, ({x:.2f}, {y:.2f}), is taken; nothing was moved",
                     )
-
-    def _check_thing(self, index: int, place: Transform) -> None:
-        world = self._world
-        if not np.isfinite(place).all():
-            raise RefusedError(Reason.BAD_PLACE, "the pose is not finite")
-        body = world.loose[index]
-        x, y, _ = place[:3, 3].tolist()
-        reach = thing_radius(world, index)
-        for robot in world.present:
-            gap = math.hypot(*(world.poses[robot, :2] - (x, y)).tolist())
-            if gap < world.specs[robot].circumscribed_radius + reach:
-                raise RefusedError(
-                    Reason.BAD_PLACE, f"{world.names[robot]} stands where '{body.name}' is to be"
-                )
-
-
-def thing_radius(world: ChangingWorld, index: int) -> float:
-    """Return the radius [m] of a circle around the origin of something loose that holds it all."""
-    body = world.loose[index]
-    x, y, _ = body.world_from_body[:3, 3].tolist()
-    outlines = section_between([body], *world.heights).outlines()
-    points = [outline - (x, y) for outline in outlines]
-    return float(max((np.hypot(*p.T).max() for p in points), default=0.0))
-
-
-def upright(x: float, y: float, z: float, yaw: float) -> Transform:
-    """Return the transform of something that stands upright."""
-    return transform_from_xyz_rpy(x, y, z, 0.0, 0.0, yaw)
 
 
 def number_of(name: str) -> int:

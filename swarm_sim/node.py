@@ -16,7 +16,6 @@ import time
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import rclpy
 from nav_msgs.msg import OccupancyGrid
 from rclpy.experimental import EventsExecutor
@@ -38,7 +37,7 @@ from swarm_sim.pacing import Rate, SpeedMeter, Throttle
 from swarm_sim.ros_control import Control
 from swarm_sim.ros_entities import Entities
 from swarm_sim.ros_links import RobotLink
-from swarm_sim.ros_relocation import LIMIT, Relocation, is_near
+from swarm_sim.ros_moves import LIMIT, Moves
 from swarm_sim.ros_scenery import Scenery
 from swarm_sim.run_state import RunState
 from swarm_sim.settings import Settings, read_settings
@@ -50,7 +49,6 @@ REPEAT_PERIOD = 0.25  # [s] of wall time after which an unanswered tick is publi
 CLOCK_PERIOD = 0.045  # [s] of wall time: at most ~20 Hz
 REQUEST_PERIOD = 0.05  # [s] of wall time between two looks for requests
 REPORT_PERIOD = 0.5  # [s] of wall time between verdicts
-RELOCATION_SLICE = 0.01  # [s] of wall time between two looks whether a robot knows its new place
 WAIT_SLICE = 0.05  # [s] of wall time after which signals and periods are looked at
 
 
@@ -94,8 +92,7 @@ class WorldNode:
         self._scenery = Scenery(self._node, stage.scene, stage.world)
         self._crew = Crew(stage.world, stage.grid, stage.poses_map, settings.spawn)
         self._entities = Entities(self._node, stage.world, self._crew, self)
-        self._relocations: dict[int, Relocation] = {}
-        self._unsure: dict[int, Pose] = {}  # robots that do not know yet where they are
+        self._moves = Moves(self._node)
         self._state = RunState()
         self._services = Control(self._node, self._state, speed, self._throttle.set_speed)
 
@@ -147,14 +144,7 @@ class WorldNode:
     def _change(self) -> None:
         """Make the changes that were asked for, and wait until those concerned know."""
         self._entities.apply()
-        while self._relocations and not self._is_stopped:
-            now = time.monotonic()
-            for robot, relocation in list(self._relocations.items()):
-                if relocation.is_known():
-                    self._relocations.pop(robot).destroy()
-            if all(now >= relocation.deadline for relocation in self._relocations.values()):
-                return  # nobody answers there; it stands until somebody does
-            time.sleep(RELOCATION_SLICE)
+        self._moves.settle(lambda: self._is_stopped)
 
     def on_arrival(self, arrival: Arrival) -> None:
         """Let a robot that has come take part."""
@@ -179,7 +169,7 @@ class WorldNode:
 
     def on_removal(self, robot: int) -> None:
         """Let a robot that was taken out no longer take part."""
-        self._forget_move(robot)
+        self._moves.forget(robot)
         self._links[robot].destroy(self._node)
         self._barrier.lose(robot)
         self._scenery.renew(self._crew.robots)
@@ -187,32 +177,11 @@ class WorldNode:
 
     def on_move(self, robot: int, pose_map: Pose) -> None:
         """Tell a robot that it was put elsewhere; it stands until its beacon says so, too."""
-        self._forget_move(robot)
+        speaks = self._world.last_beacons[robot] is not None  # a foreign navigator does not
         patience = LIMIT if self._barrier.expects(robot) else 0.0
-        self._relocations[robot] = Relocation(
-            self._node,
-            self._links[robot].name,
-            pose_map,
-            self._world.tick,
-            time.monotonic() + patience,
+        self._moves.tell(
+            robot, self._links[robot].name, pose_map, self._world.tick, patience, speaks
         )
-        if self._world.last_beacons[robot] is not None:  # a foreign navigator sends none
-            self._unsure[robot] = pose_map
-
-    def _forget_move(self, robot: int) -> None:
-        self._unsure.pop(robot, None)
-        if robot in self._relocations:
-            self._relocations.pop(robot).destroy()
-
-    def _hold_unsure(self, commands: list[Twist | None], beacons: list[np.void | None]) -> None:
-        """Let robots stand, and nobody hear them, that think that they are elsewhere."""
-        for robot, pose_map in list(self._unsure.items()):
-            beacon = beacons[robot]
-            if beacon is not None and is_near(Pose(*beacon["pose"].tolist()), pose_map):
-                del self._unsure[robot]
-                self._crew.settle(robot)
-            else:
-                commands[robot], beacons[robot] = Twist(), None
 
     # A tick
 
@@ -290,7 +259,8 @@ class WorldNode:
         if not self._settings.free_run:  # who did not answer in time stops
             commands = [command or Twist() for command in commands]
         beacons = [link.beacon for link in self._links]
-        self._hold_unsure(commands, beacons)
+        for robot in self._moves.hold(commands, beacons):
+            self._crew.settle(robot)
         collisions = self._world.step(commands, beacons)
         for collision in collisions:
             self._report_collision(collision)

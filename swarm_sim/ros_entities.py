@@ -28,8 +28,9 @@ from swarm_common import ros_io
 from swarm_common.records import Pose, Twist
 from swarm_common.ros_poll import PolledService
 from swarm_sim.changing_world import ChangingWorld
-from swarm_sim.crew import Arrival, Crew, Reason, RefusedError, upright
+from swarm_sim.crew import Arrival, Crew, Reason, RefusedError
 from swarm_sim.ros_scenery import quaternion
+from swarm_sim.things import upright
 
 MAP, SPAWN = "map", "spawn"
 FRAMES = ("", MAP, "world")  # which all mean the same

@@ -11,8 +11,9 @@ import pytest
 
 from swarm_common.records import Pose
 from swarm_sim.build import build
-from swarm_sim.crew import Crew, Reason, RefusedError, upright
+from swarm_sim.crew import Crew, Reason, RefusedError
 from swarm_sim.settings import RobotEntry, Settings
+from swarm_sim.things import upright
 
 WAFFLE, BURGER = "turtlebot3_waffle", "turtlebot3_burger"
 FREE = Pose(3.0, 3.0, 1.0)
