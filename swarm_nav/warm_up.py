@@ -73,7 +73,7 @@ def warm_up() -> None:
 
 
 def _localise(robot: Navigator) -> None:
-    for tick in range(0, 6, 2):
+    for tick in range(20, 26, 2):  # once the robots around are known
         robot.on_odom(Odometry(tick, Pose(0.0, 0.0, 0.0), Twist()))
         robot.on_scan(Scan(tick, 0.0, math.tau / 360, 0.12, 3.5, np.full(360, 1.0, np.float32)))
     robot.particles()
