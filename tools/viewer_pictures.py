@@ -1,0 +1,164 @@
+"""Take the viewer's pictures in docs/ from a real run, in a headless browser.
+
+Usage: python tools/viewer_pictures.py [--robots 20] [--frames 40] [--out docs]
+Needs Debian's packages chromium and chromium-driver, and the extra `dev`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import rclpy
+from PIL import Image
+from rclpy.node import Node
+from selenium import webdriver
+from selenium.common.exceptions import WebDriverException
+from selenium.webdriver.chrome.options import Options
+from selenium.webdriver.chrome.service import Service
+from simulation_interfaces.msg import SimulationState
+from simulation_interfaces.srv import SetSimulationState, StepSimulation
+
+from swarm_common import ros_env
+
+UP = "swarm-up --mission loading_route --viewer --port 0 --no-report --speed max"
+FLAGS = ("--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--disable-dev-shm-usage")
+SIZE = (1280, 860)
+WARM_UP_TICKS = 900  # before the first picture
+FRAME_TICKS = 4  # of the GIF; played at 10 frames per second it is 4 times real time
+GIF_WIDTH = 640
+TIDY = (
+    """document.querySelectorAll('.mantine-Notification-closeButton').forEach((x) => x.click());"""
+)
+
+
+class Stage:
+    """A paused swarm that is stepped from picture to picture."""
+
+    def __init__(self, robots: int, folder: Path) -> None:
+        """Start it."""
+        self._log = folder / "up.log"
+        command = [*UP.split(), "--swarm-size", str(robots), "--run-dir", str(folder / "run")]
+        self._process = subprocess.Popen(
+            command, stdout=self._log.open("w"), stderr=subprocess.STDOUT
+        )
+        self.address = ""
+        while not self.address or f"active {robots}/{robots}" not in self._log.read_text():
+            found = re.search(r"viewer: (http://\S+/)", self._log.read_text())
+            self.address = found[1] if found else ""
+            if self._process.poll() is not None:
+                raise SystemExit(self._log.read_text())
+            time.sleep(0.5)
+        ros_env.set_defaults()
+        rclpy.init()
+        self._node = Node("photographer")
+        make = self._node.create_client
+        self._set = make(SetSimulationState, "/sim/set_simulation_state")
+        self._step = make(StepSimulation, "/sim/step_simulation")
+        paused = SimulationState(state=SimulationState.STATE_PAUSED)
+        self._call(self._set, SetSimulationState.Request(state=paused))
+
+    def _call(self, client, request) -> None:  # type: ignore[no-untyped-def]
+        client.wait_for_service()
+        rclpy.spin_until_future_complete(self._node, client.call_async(request))
+
+    def step(self, ticks: int) -> None:
+        """Let the world go on."""
+        self._call(self._step, StepSimulation.Request(steps=ticks))
+
+    def stop(self) -> None:
+        """End it."""
+        rclpy.shutdown()
+        self._process.send_signal(signal.SIGINT)
+        self._process.wait(60.0)
+
+
+def open_browser() -> webdriver.Chrome:
+    """Return a browser without a window."""
+    options = Options()
+    options.binary_location = "/usr/bin/chromium"
+    for flag in (*FLAGS, f"--window-size={SIZE[0]},{SIZE[1]}"):
+        options.add_argument(flag)
+    browser = webdriver.Chrome(options=options, service=Service("/usr/bin/chromedriver"))
+    browser.set_script_timeout(120)
+    browser.set_page_load_timeout(120)
+    return browser
+
+
+def picture(browser: webdriver.Chrome, settle: float) -> Image.Image:
+    """Return what the page looks like when it has come to rest."""
+    time.sleep(settle)
+    while True:
+        try:
+            return Image.open(io.BytesIO(browser.get_screenshot_as_png())).convert("RGB")
+        except WebDriverException:
+            time.sleep(1.0)
+
+
+def visit(browser: webdriver.Chrome, address: str) -> None:
+    """Open a page and wait until it shows something."""
+    browser.get(address)
+    for _ in range(200):
+        try:
+            if "answering" in browser.execute_script("return document.body.innerText"):
+                browser.execute_script(TIDY)
+                return
+        except WebDriverException:
+            pass
+        time.sleep(0.5)
+    raise SystemExit(f"{address} shows nothing")
+
+
+def main() -> int:
+    """Take the pictures."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
+    parser.add_argument("--robots", type=int, default=20)
+    parser.add_argument("--frames", type=int, default=40)
+    parser.add_argument("--out", type=Path, default=Path("docs"))
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        stage = Stage(options.robots, Path(folder))
+        browser = open_browser()
+        try:
+            stage.step(WARM_UP_TICKS)
+            visit(browser, stage.address)
+            stage.step(10)
+            picture(browser, 8.0).save(options.out / "viewer.png", optimize=True)
+            frames = []
+            for _ in range(options.frames):
+                stage.step(FRAME_TICKS)
+                frames.append(picture(browser, 0.8))
+            save_gif(frames, options.out / "viewer.gif")
+            visit(browser, f"{stage.address}?robot=Srobot3")
+            for _ in range(4):
+                stage.step(10)
+                time.sleep(1.0)
+            picture(browser, 8.0).save(options.out / "viewer_robot.png", optimize=True)
+        finally:
+            browser.quit()
+            stage.stop()
+    return 0
+
+
+def save_gif(frames: list[Image.Image], path: Path) -> None:
+    """Write frames as a GIF of the scene without the panel."""
+    width, height = frames[0].size
+    box = (int(0.12 * width), int(0.1 * height), int(0.735 * width), int(0.92 * height))
+    size = (GIF_WIDTH, round(GIF_WIDTH * (box[3] - box[1]) / (box[2] - box[0])))
+    small = [frame.crop(box).resize(size, Image.Resampling.LANCZOS) for frame in frames]
+    palette = small[0].quantize(128)
+    indexed = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in small]
+    indexed[0].save(
+        path, save_all=True, append_images=indexed[1:], duration=100, loop=0, optimize=True
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())
