@@ -7,6 +7,7 @@ from pathlib import Path
 
 PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
 DISCOVERY_RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+FIRST_PORT, DOMAIN_PORTS = 7400, 250  # UDP ports of DDSI-RTPS 9.6.1.1
 NEWCOMERS = 16  # participant ids after those of the swarm
 # What another terminal needs to see the same graph in the same way.
 VARIABLES = ("ROS_DOMAIN_ID", DISCOVERY_RANGE, PROFILES)
@@ -58,4 +59,5 @@ def announce_to_few(folder: Path, processes: int) -> None:
 
 def _unicast_port(participant: int) -> int:
     """Return the port on which a participant listens for announcements (DDSI-RTPS 9.6.1.1)."""
-    return 7410 + 250 * int(os.environ.get("ROS_DOMAIN_ID", "0")) + 2 * participant
+    domain = int(os.environ.get("ROS_DOMAIN_ID", "0"))
+    return FIRST_PORT + 10 + DOMAIN_PORTS * domain + 2 * participant
