@@ -2,31 +2,26 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
 
-from swarm_common.errors import ConfigError
 from swarm_common.records import Pose, RobotSpec
 from swarm_sim.actors import VehicleSpec
-from swarm_sim.engine import FloatArray, Touch
-from swarm_sim.randomness import hash_words, uniform
+from swarm_sim.engine import FloatArray
+from swarm_sim.loops import Loops
 from swarm_sim.scene import Body, Box, Part, transform_from_xyz_rpy
 from swarm_sim.vehicle_kernels import drive, heading_at
 
-PAUSES = 64  # drawn for each vehicle; then they begin again
-START_GAP = 0.4  # [m] from any robot's circle at the start
-SEARCH_STEP = 0.2  # [m] along the path when looking for such a place
+SEARCH_STEP = 0.2  # [m] along the path when looking for a place to start
 GROUND_GAP = 0.02  # [m] under a vehicle
-START_WORD, PAUSE_WORD = 74, 75  # what a random number is for
+WORDS = (74, 75)  # what the random numbers of starts and pauses are for
 
 
-class Vehicles:
+class Vehicles(Loops[VehicleSpec]):
     """All vehicles of a world.
 
     Attributes:
-        specs: One per vehicle.
         poses: (m, 3) x, y, yaw in map.
     """
 
@@ -37,48 +32,16 @@ class Vehicles:
         poses_map: Sequence[Pose],
         seed: int,
     ) -> None:
-        """Place the vehicles on their paths, away from the robots.
-
-        Args:
-            specs: One per vehicle.
-            robots: Models of the robots.
-            poses_map: Where these start.
-            seed: Of starts that are not given, and of pauses.
-
-        Raises:
-            ConfigError: If a vehicle has no place on its path that is free of robots.
-        """
-        self.specs = tuple(specs)
-        count = len(specs)
-        corners = max([len(spec.path) for spec in specs], default=1) + 1
-        self._paths = np.zeros((count, corners, 2))
-        self._arcs = np.zeros((count, corners))
-        self._counts = np.array([len(spec.path) + 1 for spec in specs], np.int64)
+        """Place the vehicles on their paths, away from the robots; see `Loops`."""
+        super().__init__(specs, robots, poses_map, seed, WORDS, SEARCH_STEP)
         self._traits = np.array(
             [[s.speed, s.turn_speed, s.step_length, s.patience, s.length, s.width] for s in specs]
         ).reshape(-1, 6)
-        self._pauses = np.zeros((count, PAUSES))
-        self._state = np.zeros((count, 5))
-        self._state[:, 1] = 1.0
-        self.poses: FloatArray = np.zeros((count, 3))
-        self._radii = np.array([robot.circumscribed_radius for robot in robots])
-        circles = np.array([(p.x, p.y) for p in poses_map]).reshape(-1, 2)
-        self._touches = np.full((len(robots), count), -1, np.int64)
-        for index, spec in enumerate(specs):
-            self._lay_out(index, spec, circles, seed)
-
-    def __len__(self) -> int:
-        """Return the number of vehicles."""
-        return len(self.specs)
-
-    def add_robot(self, spec: RobotSpec) -> None:
-        """Look out for another robot, too."""
-        self._radii = np.append(self._radii, spec.circumscribed_radius)
-        self._touches = np.full((len(self._radii), len(self.specs)), -1, np.int64)
-
-    def begin(self) -> None:
-        """Begin a control period."""
-        self._touches[:] = -1
+        yaws = [
+            heading_at(self._paths[k, :count], self._arcs[k, :count], self._state[k, 0], 1.0)
+            for k, count in enumerate(self._counts)
+        ]
+        self.poses: FloatArray = np.column_stack((self._places, np.array(yaws)))
 
     def step(
         self, poses: FloatArray, speeds: FloatArray, hulls: FloatArray, period: float, step: int
@@ -106,19 +69,9 @@ class Vehicles:
         )
         return bool(touched)
 
-    def touches(self) -> list[Touch]:
-        """Return whom the vehicles ran into in this control period."""
-        return [
-            Touch(
-                int(i),
-                -1,
-                self.specs[v].name,
-                float(self.poses[v, 0]),
-                float(self.poses[v, 1]),
-                int(self._touches[i, v]),
-            )
-            for i, v in np.argwhere(self._touches >= 0)
-        ]
+    def _place(self, index: int) -> tuple[float, float]:
+        x, y, _ = self.poses[index].tolist()
+        return x, y
 
     def bodies(self) -> list[Body]:
         """Return the vehicles as bodies where they are now."""
@@ -138,22 +91,3 @@ class Vehicles:
             )
             for spec, pose in zip(self.specs, self.poses.tolist(), strict=True)
         ]
-
-    def _lay_out(self, index: int, spec: VehicleSpec, places: FloatArray, seed: int) -> None:
-        closed = np.array([*spec.path, spec.path[0]])
-        self._paths[index, : len(closed)] = closed
-        arcs = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
-        self._arcs[index, : len(arcs)] = arcs
-        words = hash_words(seed, PAUSE_WORD, index, np.arange(PAUSES))
-        self._pauses[index] = spec.pause * (0.5 + uniform(words))
-        draw = float(uniform(hash_words(seed, START_WORD, index)))
-        start = draw * arcs[-1] if spec.start is None else spec.start
-        for offset in np.arange(0.0, arcs[-1], SEARCH_STEP):
-            arc = float((start + offset) % arcs[-1])
-            x, y = (float(np.interp(arc, arcs, closed[:, axis])) for axis in range(2))
-            gaps = np.hypot(places[:, 0] - x, places[:, 1] - y) - self._radii
-            if gaps.min(initial=math.inf) >= spec.radius + START_GAP:
-                self._state[index, 0] = arc
-                self.poses[index] = x, y, heading_at(closed, arcs, arc, 1.0)
-                return
-        raise ConfigError(f"{spec.name}: robots stand all along its path; move its path or them")
