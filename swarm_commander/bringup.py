@@ -7,7 +7,7 @@ import os
 import selectors
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -103,9 +103,7 @@ class Run:
         """
         with self._signals:
             try:
-                trace = {"trace_dir": str(self._folder.trace)}
-                self._start(WORLD, self._plan.world_config(self._folder.verdict) | trace)
-                self._start(HOST, {}, "--wait")  # imports and compiles meanwhile
+                self._begin()
                 while not self._supervisor.all_gone:
                     self._turn()
             finally:
@@ -134,6 +132,11 @@ class Run:
         self._sample()
         self._progress.update()
 
+    def _begin(self) -> None:
+        trace = {"trace_dir": str(self._folder.trace)}
+        self._start(WORLD, self._plan.world_config(self._folder.verdict) | trace)
+        self._start(HOST, {}, "--wait")  # imports and compiles meanwhile
+
     # Processes
 
     def _start(self, name: str, config: dict[str, Any], *flags: str) -> None:
@@ -155,6 +158,18 @@ class Run:
 
     def _start_robots(self, poses: list[list[float]]) -> None:
         homes = [Pose(*pose) for pose in poses]
+        self._prepare_navigators(homes)
+        if self._plan.options.record:
+            self._start(RECORDER, recorder_config(self._plan, self._folder.recording))
+        self._open_windows()
+        if self._plan.options.viewer:
+            self._start(VIEWER, self._plan.viewer_config())
+        self._release_navigators()
+        trace = {"trace_dir": str(self._folder.trace)}
+        self._start(RUNNER, self._plan.runner_config(homes) | trace)
+
+    def _prepare_navigators(self, homes: Sequence[Pose]) -> None:
+        """Write their parameters and what the nursery is to read."""
         robots = []
         for number, (name, home) in enumerate(
             zip(self._plan.options.robot_names, homes, strict=True), 1
@@ -170,14 +185,9 @@ class Run:
             "log_dir": str(self._folder.logs),
         }
         self._configure(HOST, config)
-        if self._plan.options.record:
-            self._start(RECORDER, recorder_config(self._plan, self._folder.recording))
-        self._open_windows()
-        if self._plan.options.viewer:
-            self._start(VIEWER, self._plan.viewer_config())
+
+    def _release_navigators(self) -> None:
         self._children[HOST].tell({"cmd": "go"})
-        trace = {"trace_dir": str(self._folder.trace)}
-        self._start(RUNNER, self._plan.runner_config(homes) | trace)
 
     def _open_windows(self) -> None:
         wanted = self._plan.options.rviz
