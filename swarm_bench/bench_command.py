@@ -90,7 +90,7 @@ def traffic(
     check_jobs(jobs, ros=ros, method=method)
     sweep = Sweep(options, jobs, ros)
     sweep.check()
-    console = _console()
+    console = new_console()
     results = sweep.run(json_, console)
     console.print(summary_table(results))
     _exit(results)
@@ -118,7 +118,7 @@ def suite(
     sweeps = suite_sweeps(seeds, baseline_seeds, ros_seeds, ros_most, jobs)
     for sweep in sweeps:
         sweep.check()
-    console = _console()
+    console = new_console()
     results = [result for sweep in sweeps for result in sweep.run(json_, console)]
     console.print(summary_table(results))
     _write_report(results, output, machine_line())
@@ -154,6 +154,7 @@ def _exit(results: Sequence[RunResult]) -> None:
         raise typer.Exit(MISSED)
 
 
-def _console() -> Console:
+def new_console() -> Console:
+    """Return a console that is wide enough for the tables, also for a pipe."""
     console = Console()
     return console if console.is_terminal else Console(width=PIPE_WIDTH)

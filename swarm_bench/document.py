@@ -1,0 +1,27 @@
+"""Parts of a document that a command writes, between two lines that mark them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from swarm_common.errors import ConfigError
+
+
+def replace_part(path: Path, name: str, text: str) -> None:
+    """Put a text between the lines `<!-- NAME -->` and `<!-- /NAME -->` of a file.
+
+    Raises:
+        ConfigError: If the file cannot be read or written, or does not have both lines once.
+    """
+    begin, end = f"<!-- {name} -->\n", f"<!-- /{name} -->"
+    try:
+        content = path.read_text(encoding="utf-8")
+        head, found, rest = content.partition(begin)
+        _, closed, tail = rest.partition(end)
+        if not found or not closed or begin in rest:
+            raise ConfigError(
+                f"{path} has no part '{name}': it needs a line {begin.strip()} and a line {end}"
+            )
+        path.write_text(f"{head}{begin}\n{text.strip()}\n\n{end}{tail}", encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as cause:
+        raise ConfigError(f"cannot write to {path}: {cause}") from cause
