@@ -22,11 +22,13 @@ class Fleet:
     """The robots' bodies, shared by all pages.
 
     Attributes:
+        names: Who is drawn, in the order of all arrays.
         meshes: Model of each robot, as far as it is known.
     """
 
     def __init__(self, server: viser.ViserServer) -> None:
         """Draw nobody yet."""
+        self.names: list[str] = []
         self.meshes: dict[str, RobotMesh] = {}
         self._server = server
         self._models: dict[str, RobotMesh] = {}
@@ -39,6 +41,8 @@ class Fleet:
         for batch, _ in self._batches:
             batch.remove()
         self._batches = []
+        self.names = list(names)
+        self.meshes.clear()
         groups: dict[str, list[int]] = {}
         for index, name in enumerate(names):
             if name in urdfs:
@@ -63,7 +67,9 @@ class Fleet:
         radius = max([mesh.radius for mesh in self.meshes.values()], default=0.2)
         vertices, faces = ring(radius, radius + RING_WIDTH)
         self._colors = [UNKNOWN] * len(names)
-        self._rings = None
+        if self._rings is not None:
+            self._rings.remove()
+            self._rings = None
         if names:
             self._rings = self._server.scene.add_batched_meshes_simple(
                 "/rings", vertices, faces,

@@ -1,4 +1,4 @@
-"""What a page can tell the swarm: goals, poses, pause, step, speed. Nothing here waits."""
+"""What a page can tell the swarm: goals, poses, pause, speed, robots. Nothing here waits."""
 
 from __future__ import annotations
 
@@ -12,8 +12,14 @@ from rcl_interfaces.msg import ParameterType, ParameterValue
 from rcl_interfaces.srv import GetParameters, SetParameters
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
-from simulation_interfaces.msg import SimulationState
-from simulation_interfaces.srv import GetSimulationState, SetSimulationState, StepSimulation
+from simulation_interfaces.msg import Result, SimulationState
+from simulation_interfaces.srv import (
+    DeleteEntity,
+    GetSimulationState,
+    SetSimulationState,
+    SpawnEntity,
+    StepSimulation,
+)
 
 from swarm_common import ros_io
 from swarm_common.records import Pose
@@ -22,6 +28,7 @@ from swarm_common.ros_poll import drain
 POSITION_VARIANCE, YAW_VARIANCE = 0.25, 0.0685  # what RViz's tool sends
 PATIENCE = 5.0  # [s] of wall time for somebody to listen
 ASK_PERIOD = 1.0  # [s] of wall time between two looks at the state of the simulation
+Tell = Callable[[str], None]  # what became of an order, for the reader who gave it
 
 
 class OperatorLink:
@@ -30,20 +37,18 @@ class OperatorLink:
     Attributes:
         is_paused: What the world said last; None before.
         speed: Times real time, 0 for no limit; None before the world has said it.
-        problem: What went wrong last, for the user; empty if nothing did.
     """
 
     def __init__(self, node: Node) -> None:
         """Take a node that nobody else spins."""
         self.is_paused: bool | None = None
         self.speed: float | None = None
-        self.problem = ""
         self._node = node
         self._executor = EventsExecutor()
         self._executor.add_node(node)
         self._publishers: dict[str, Any] = {}
         self._clients: dict[str, Any] = {}
-        self._waiting: list[tuple[float, Callable[[], bool], str]] = []
+        self._waiting: list[tuple[float, Callable[[], bool], str, Tell]] = []
         self._asked = float("-inf")
         self._busy: set[str] = set()
 
@@ -51,65 +56,98 @@ class OperatorLink:
         """Do what is due: answers, what waits for a listener, a look at the world's state."""
         drain(self._executor)
         waiting, self._waiting = self._waiting, []
-        for deadline, attempt, what in waiting:
+        for deadline, attempt, what, tell in waiting:
             deadline = deadline or now + PATIENCE
             if attempt():
                 continue
             if now < deadline:
-                self._waiting.append((deadline, attempt, what))
+                self._waiting.append((deadline, attempt, what, tell))
             else:
-                self.problem = f"nobody takes {what}"
+                tell(f"Nobody takes {what}.")
         if now - self._asked > ASK_PERIOD:
             self._asked = now
             self._ask("/sim/get_simulation_state", GetSimulationState, None, self._take_state)
             request = GetParameters.Request(names=["speed"])
             self._ask("/sim/world/get_parameters", GetParameters, request, self._take_speed)
 
-    def send_goal(self, robot: str, goal_map: Pose) -> None:
+    def send_goal(self, robot: str, goal_map: Pose, tell: Tell) -> None:
         """Send a robot somewhere, as RViz's goal tool does."""
         message = PoseStamped(pose=ros_io.pose_msg(goal_map))
         message.header.frame_id = "map"
-        self._publish(f"/{robot}/goal_pose", message)
+        self._publish(f"/{robot}/goal_pose", message, tell)
 
-    def set_initial_pose(self, robot: str, pose_map: Pose) -> None:
+    def set_initial_pose(self, robot: str, pose_map: Pose, tell: Tell) -> None:
         """Tell a robot where it is, as RViz's tool does."""
         message = PoseWithCovarianceStamped()
         message.header.frame_id = "map"
         message.pose.pose = ros_io.pose_msg(pose_map)
         message.pose.covariance[0] = message.pose.covariance[7] = POSITION_VARIANCE
         message.pose.covariance[35] = YAW_VARIANCE
-        self._publish(f"/{robot}/initialpose", message)
+        self._publish(f"/{robot}/initialpose", message, tell)
 
-    def cancel(self, robot: str) -> None:
+    def cancel(self, robot: str, tell: Tell) -> None:
         """Cancel what a robot is doing, whoever asked for it."""
+
+        def done(response: Any) -> None:
+            count = len(response.goals_canceling)
+            tell(f"{robot}: {'goal cancelled' if count else 'there is no goal to cancel'}.")
+
         # A request with neither goal id nor stamp cancels all goals of the action.
         name = f"/{robot}/navigate_to_pose/_action/cancel_goal"
-        self._call(name, CancelGoal, CancelGoal.Request(), f"the cancellation for {robot}")
+        self._call(
+            name, CancelGoal, CancelGoal.Request(), f"the cancellation for {robot}", tell, done
+        )
 
-    def set_paused(self, paused: bool) -> None:
+    def set_paused(self, paused: bool, tell: Tell) -> None:
         """Pause the world or let it go on."""
         state = SimulationState.STATE_PAUSED if paused else SimulationState.STATE_PLAYING
         request = SetSimulationState.Request(state=SimulationState(state=state))
-        self._call("/sim/set_simulation_state", SetSimulationState, request, "pause and resume")
+        self._call(
+            "/sim/set_simulation_state", SetSimulationState, request, "pause and resume", tell
+        )
         self._asked = float("-inf")
 
-    def step(self, ticks: int) -> None:
+    def step(self, ticks: int, tell: Tell) -> None:
         """Let a paused world do a few ticks."""
         request = StepSimulation.Request(steps=ticks)
-        self._call("/sim/step_simulation", StepSimulation, request, "steps")
+        self._call("/sim/step_simulation", StepSimulation, request, "steps", tell)
 
-    def set_speed(self, speed: float) -> None:
+    def set_speed(self, speed: float, tell: Tell) -> None:
         """Set the world's speed in times real time; 0 for as fast as possible."""
         value = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=float(speed))
         request = SetParameters.Request(parameters=[ParameterMsg(name="speed", value=value)])
-        self._call("/sim/world/set_parameters", SetParameters, request, "the speed")
+        self._call("/sim/world/set_parameters", SetParameters, request, "the speed", tell)
         self.speed = speed
+
+    def spawn(self, model: str, pose_map: Pose | None, tell: Tell) -> None:
+        """Add a robot; without a pose at a free place of the start area."""
+        request = SpawnEntity.Request()
+        request.entity_resource.uri = model
+        request.initial_pose.header.frame_id = "spawn" if pose_map is None else "map"
+        if pose_map is not None:
+            request.initial_pose.pose = ros_io.pose_msg(pose_map)
+
+        def done(response: Any) -> None:
+            tell(f"{response.entity_name} has come.")
+
+        self._call("/sim/spawn_entity", SpawnEntity, request, "new robots", tell, done)
+
+    def remove(self, robot: str, tell: Tell) -> None:
+        """Take a robot out of the world; its navigator ends."""
+
+        def done(_: Any) -> None:
+            tell(f"{robot} was taken out.")
+
+        request = DeleteEntity.Request(entity=robot)
+        self._call(
+            "/sim/delete_entity", DeleteEntity, request, f"the removal of {robot}", tell, done
+        )
 
     def close(self) -> None:
         """Stop; the node is its owner's to destroy."""
         self._executor.shutdown()
 
-    def _publish(self, topic: str, message: Any) -> None:
+    def _publish(self, topic: str, message: Any, tell: Tell) -> None:
         if topic not in self._publishers:
             make = self._node.create_publisher
             self._publishers[topic] = make(type(message), topic, ros_io.RELIABLE)
@@ -121,18 +159,30 @@ class OperatorLink:
             publisher.publish(message)
             return True
 
-        self._waiting.append((0.0, attempt, topic))
+        self._waiting.append((0.0, attempt, topic, tell))
 
-    def _call(self, name: str, kind: Any, request: Any, what: str) -> None:
+    def _call(
+        self, name: str, kind: Any, request: Any, what: str, tell: Tell,
+        done: Callable[[Any], None] | None = None,
+    ) -> None:  # fmt: skip
+        """Call a service when it is there; `done` gets the answer, `tell` a refusal."""
         client = self._client(name, kind)
+
+        def take(future: Any) -> None:
+            response = future.result()
+            problem = _problem_in(response)
+            if problem:
+                tell(problem)
+            elif done is not None:
+                done(response)
 
         def attempt() -> bool:
             if not client.service_is_ready():
                 return False
-            client.call_async(request).add_done_callback(self._take_result)
+            client.call_async(request).add_done_callback(take)
             return True
 
-        self._waiting.append((0.0, attempt, what))
+        self._waiting.append((0.0, attempt, what, tell))
 
     def _ask(self, name: str, kind: Any, request: Any, take: Callable[[Any], None]) -> None:
         """Ask a question if it can be answered and the last one has been."""
@@ -159,6 +209,11 @@ class OperatorLink:
         if response.values and response.values[0].type == ParameterType.PARAMETER_DOUBLE:
             self.speed = response.values[0].double_value
 
-    def _take_result(self, future: Any) -> None:
-        result = getattr(future.result(), "result", None)
-        self.problem = getattr(result, "error_message", "")
+
+def _problem_in(response: Any) -> str:
+    """Return why a service refused; empty if it did not."""
+    result = getattr(response, "result", None)
+    if result is not None and result.result != Result.RESULT_OK:
+        return str(result.error_message) or f"refused (code {result.result})"
+    refused = [one.reason for one in getattr(response, "results", ()) if not one.successful]
+    return "; ".join(refused)

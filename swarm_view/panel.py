@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
+from swarm_common.robot_source import robot_names
+from swarm_view.tool import Tool
 from swarm_view.topics import LABELS, SHOWN_AT_FIRST, Layer
 
 NOBODY = "(none)"
-TOOLS = ("Select", "Goal", "Initial pose")
+FIRST_MODEL = "turtlebot3_waffle"
 SPEEDS = {
     "0.25 x": 0.25,
     "0.5 x": 0.5,
@@ -26,7 +28,7 @@ class Actions(Protocol):
     def on_select(self, robot: str) -> None:
         """Another robot was chosen; empty for none."""
 
-    def on_tool(self, tool: str) -> None:
+    def on_tool(self, tool: Tool) -> None:
         """Another tool was chosen."""
 
     def on_cancel(self) -> None:
@@ -41,6 +43,12 @@ class Actions(Protocol):
     def on_speed(self, speed: float) -> None:
         """Another speed was chosen; 0 for no limit."""
 
+    def on_spawn(self) -> None:
+        """Add a robot at a free place."""
+
+    def on_remove(self) -> None:
+        """Take the robot out."""
+
 
 class Panel:
     """The widgets."""
@@ -50,6 +58,7 @@ class Panel:
         self._gui = gui
         with gui.add_folder("Swarm"):
             self.verdict = gui.add_html("")
+        self.message = gui.add_markdown("")
         if is_live:
             self._add_simulation(actions)
         with gui.add_folder("Robot"):
@@ -57,7 +66,9 @@ class Panel:
             self.status = gui.add_html("")
             self.follow = gui.add_checkbox("Follow", False, hint="The camera goes with the robot")
             if is_live:
-                self._add_tools(actions)
+                self._add_orders(actions)
+        if is_live:
+            self._add_spawning(actions)
         with gui.add_folder("Show of the robot", expand_by_default=False):
             self.layers = {
                 layer: gui.add_checkbox(LABELS[layer], layer in SHOWN_AT_FIRST) for layer in Layer
@@ -68,7 +79,6 @@ class Panel:
             self.claims = gui.add_checkbox("Committed motion", False)
         with gui.add_folder("Stations", expand_by_default=False):
             self.stations = gui.add_html("")
-        self.message = gui.add_markdown("")
         self.robot.on_update(_if_typed(lambda: actions.on_select(self._chosen())))
 
     def _chosen(self) -> str:
@@ -84,14 +94,27 @@ class Panel:
         self.step.on_click(lambda _: actions.on_step())
         self.speed.on_update(_if_typed(lambda: actions.on_speed(SPEEDS[self.speed.value])))
 
-    def _add_tools(self, actions: Actions) -> None:
+    def _add_orders(self, actions: Actions) -> None:
         gui = self._gui
-        self.tool = gui.add_button_group(
-            "Tool", TOOLS, hint="Goal and initial pose: click the floor, or drag for a heading"
+        tools = [tool.value for tool in Tool if tool is not Tool.SPAWN]
+        tool = gui.add_button_group(
+            "Tool", tools, hint="Goal and initial pose: click the floor, or drag for a heading"
         )
-        self.cancel = gui.add_button("Cancel goal")
-        self.tool.on_click(lambda _: actions.on_tool(self.tool.value))
-        self.cancel.on_click(lambda _: actions.on_cancel())
+        cancel = gui.add_button("Cancel goal")
+        remove = gui.add_button("Remove robot", color="red", hint="Takes it out of the world")
+        tool.on_click(lambda _: actions.on_tool(Tool(tool.value)))
+        cancel.on_click(lambda _: actions.on_cancel())
+        remove.on_click(lambda _: actions.on_remove())
+
+    def _add_spawning(self, actions: Actions) -> None:
+        gui, models = self._gui, robot_names()
+        with gui.add_folder("New robots", expand_by_default=False):
+            first = FIRST_MODEL if FIRST_MODEL in models else models[0]
+            self.model = gui.add_dropdown("Model", models, initial_value=first)
+            spawn = gui.add_button("Spawn at a free place", hint="Of the world's start area")
+            place = gui.add_button("Spawn by a click", hint="Click the floor, or drag")
+        spawn.on_click(lambda _: actions.on_spawn())
+        place.on_click(lambda _: actions.on_tool(Tool.SPAWN))
 
     def offer(self, robots: Sequence[str], chosen: str) -> None:
         """Offer these robots for selection."""

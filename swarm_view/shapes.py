@@ -14,6 +14,13 @@ def lifted(points: FloatArray, height: float) -> FloatArray:
     return np.column_stack([points, np.full(len(points), height)])
 
 
+def raised(segments: FloatArray, height: float) -> FloatArray:
+    """Return segments (n, 2, 2) as (n, 2, 3) at a height [m]."""
+    result = np.full((len(segments), 2, 3), height)
+    result[:, :, :2] = segments
+    return result
+
+
 def polyline(points: FloatArray, height: float) -> FloatArray:
     """Return the segments (n - 1, 2, 3) of a polyline (n, 2)."""
     raised = lifted(points, height)

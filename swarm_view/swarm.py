@@ -74,8 +74,19 @@ class Swarm:
     def meet(self, robots: list[str]) -> None:
         """Learn who there is."""
         if robots != self.names and not self._has_truth:
-            self.names = robots
-            self.revision += 1
+            self._rename(robots)
+
+    def _rename(self, names: list[str]) -> None:
+        """Go on with other robots; who is not among them is forgotten."""
+        known = {name: row for row, name in enumerate(self.names)}
+        self.trails.rearrange([known.get(name, -1) for name in names])
+        self._history.clear()  # its rows are those of the robots before
+        for name in known.keys() - set(names):
+            for memory in (self.states, self.descriptions, self._places):
+                memory.pop(name, None)
+        self.names = names
+        self.revision += 1
+        self.state_revision += 1
 
     def forget_past(self) -> None:
         """Forget what belongs to a time before; done when a recording is wound."""
@@ -119,6 +130,8 @@ class Swarm:
     def _take_of_robot(self, topic: str, data: bytes, now: float) -> None:
         robot, rest = topics.split(topic)
         if rest == topics.STATUS:
+            if self._has_truth and robot not in self.names:
+                return  # the last word of one that was taken out
             state = decode.robot_state(data)
             self.states[robot] = state
             self.state_revision += 1
@@ -135,8 +148,7 @@ class Swarm:
         tick, frames, array = self._reader.read(data)
         if frames != self._frames:
             self._frames = frames
-            self.names = [frame.rpartition("/")[0] for frame in frames]
-            self.revision += 1
+            self._rename([frame.rpartition("/")[0] for frame in frames])
         self._has_truth = True
         self.tick = max(self.tick, tick)
         self._history[tick] = array

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,13 +77,21 @@ class Trails:
             self._points.clear()
         if self._points:
             moved = np.hypot(*(places - self._points[-1]).T)
-            if not len(moved) or moved.max() < self._spacing:
+            if (moved < self._spacing).all():  # who is new has not been anywhere: NaN
                 return
         self._points.append(places)
 
     def clear(self) -> None:
         """Forget all."""
         self._points.clear()
+
+    def rearrange(self, rows: Sequence[int]) -> None:
+        """Go on with other robots: each one's old row, -1 for who is new."""
+        old = list(self._points)
+        self._points.clear()
+        for places in old:
+            padded = np.vstack([places, np.full((1, 2), np.nan)])  # the row that -1 means
+            self._points.append(padded[list(rows)])
 
     def segments(self) -> FloatArray:
         """Return line segments (m, 2, 2) in map; jumps are left out."""

@@ -131,8 +131,7 @@ class Viewer:
             self._playback.update()
         cpu = self._cpu.text(now)
         for page in self._pages.values():
-            page.show_cpu(cpu)
-            page.update(poses, now)
+            page.update(poses, now, cpu)
 
     def _wanted(self) -> set[str]:
         swarm = self._swarm
@@ -160,8 +159,8 @@ class Viewer:
         if swarm.markers is not None and not self._has_scene:
             self._has_scene = True
             self._scenery.draw_markers(swarm.markers)
-        missing = [name for name in swarm.names if name not in swarm.descriptions]
-        if not missing or not self._fleet.meshes:
+        is_complete = all(name in swarm.descriptions for name in swarm.names)
+        if is_complete or self._fleet.names != swarm.names:
             self._fleet.assemble(swarm.names, swarm.descriptions)
             self._shown = None
             self._state_revision = -1

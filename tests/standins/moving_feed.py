@@ -47,19 +47,24 @@ class MovingFeed:
         self.wanted: set[str] = set()
         self.is_standing = False
         self._fresh: set[str] = set()
-        self._writer = TransformsWriter("map", [f"{name}/base_footprint" for name in self.names])
         scene = load_world("slim_blockage")
-        urdfs = [description(model) for model in models]
+        self._urdfs = [description(model) for model in models]
         self._latched = {
             topics.SCENE: serialize_message(MarkerArray(markers=scene_markers(scene))),
             topics.MAP: serialize_message(ros_io.grid_msg(load_map(map_path(scene.name)), 0)),
         }
-        for i, name in enumerate(self.names):
-            text = serialize_message(String(data=urdfs[i % len(urdfs)]))
-            self._latched[f"/{name}/{topics.DESCRIPTION}"] = text
+        self.let_be(self.names)
         self._clock = clock
         self._started = clock()
         self._tick = -1
+
+    def let_be(self, names: list[str]) -> None:
+        """Let these robots be there from now on, and no others."""
+        self.names = names
+        self._writer = TransformsWriter("map", [f"{name}/base_footprint" for name in names])
+        for i, name in enumerate(names):
+            text = serialize_message(String(data=self._urdfs[i % len(self._urdfs)]))
+            self._latched[f"/{name}/{topics.DESCRIPTION}"] = text
 
     def topics(self) -> dict[str, str]:
         """Return all topics."""

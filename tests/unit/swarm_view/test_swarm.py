@@ -9,9 +9,9 @@ from swarm_view.topics import Layer
 from tests.standins.moving_feed import MovingFeed
 
 
-def watch(feed: MovingFeed, now: list[float], known: Swarm) -> Swarm:
-    """Let a second pass."""
-    for _ in range(10):
+def watch(feed: MovingFeed, now: list[float], known: Swarm, ticks: int = 10) -> Swarm:
+    """Let a few ticks pass."""
+    for _ in range(ticks):
         now[0] += 0.1
         known.apply(feed.take(), now[0])
     return known
@@ -73,6 +73,26 @@ def test_without_ground_truth_the_statuses_say_where_robots_are() -> None:
     known.meet(feed.names)
     watch(feed, now, known)
     assert known.track.latest.shape == (3, 3)
+
+
+def test_robots_come_and_go() -> None:
+    now = [0.0]
+    feed = MovingFeed(4, clock=lambda: now[0])
+    feed.want(set(feed.topics()))
+    known = watch(feed, now, Swarm(), 50)
+    revision, trails = known.revision, len(known.trails.segments())
+    assert trails > 0
+    feed.let_be(["Srobot1", "Srobot3", "Srobot4", "Srobot9"])
+    feed.want(set(feed.topics()))
+    watch(feed, now, known)
+    assert known.names == ["Srobot1", "Srobot3", "Srobot4", "Srobot9"]
+    assert known.revision > revision
+    assert set(known.states) == set(known.descriptions) == set(known.names)
+    assert len(known.trails.segments()) > trails * 3 // 4
+    feed.let_be([])
+    watch(feed, now, known)
+    assert known.names == []
+    assert len(known.track) == len(known.states) == len(known.trails.segments()) == 0
 
 
 def test_a_robot_is_drawn_from_its_description(swarm: Swarm) -> None:
