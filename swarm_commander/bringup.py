@@ -2,31 +2,23 @@
 
 from __future__ import annotations
 
-import json
-import os
-import selectors
-import sys
 import time
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import psutil
 
 from swarm_commander.breach import Crash, Miss
-from swarm_commander.launch import ProcessChild
 from swarm_commander.params import write_parameter_file
 from swarm_commander.plan import RunPlan
+from swarm_commander.process_run import ProcessRun
 from swarm_commander.progress import Progress
 from swarm_commander.recording import recorder_config
-from swarm_commander.rundir import RunFolder, last_line
+from swarm_commander.rundir import RunFolder
 from swarm_commander.rviz import find_rviz, rviz_command
-from swarm_commander.signals import SignalCounter
-from swarm_commander.supervisor import Exit, ProcessSpec, Supervisor, describe_exit
+from swarm_commander.supervisor import Exit, describe_exit
 from swarm_commander.tally import Tally
-from swarm_commander.usage import UsageLog, UsageMeter, process_tree
-from swarm_common.errors import SwarmError
-from swarm_common.journal import Journal
+from swarm_commander.usage import process_tree
 from swarm_common.records import Pose
 
 WORLD, HOST, RUNNER, RECORDER = "world", "navigators", "mission", "recorder"
@@ -41,30 +33,16 @@ MODULES = {
 }
 STOP_ORDER = (WORLD, RUNNER, RECORDER, HOST)  # the world first, so that nobody is late for it
 ONLOOKERS = (RECORDER, RVIZ, VIEWER)  # the run goes on without them
-USAGE_FILE = "usage.jsonl"
-POLL_PERIOD = 0.1  # [s] of wall time
-GRACE = 10.0  # [s] for a process to end when asked to
-SAMPLE_PERIOD = 2.0  # [s] between two readings of CPU time and memory
 START_LIMIT = 600.0  # [s] for all to be active; the first start compiles the kernels
 MISSION_LIMIT = 60.0  # [s] from then to the mission's first goal,
 MISSION_LIMIT_PER_ROBOT = 1.0  # [s] and this much more for each robot to connect to
 
 
-class RefusedError(SwarmError):
-    """A process refused the user's input."""
+class Run(ProcessRun):
+    """A run on one host: world, navigators, mission."""
 
-
-class Run:
-    """One run. `run` returns when nothing is left running.
-
-    Attributes:
-        tally: Events added up.
-        usage: CPU time and memory.
-        failures: What broke, for the user; empty if nothing did.
-        active_after_wall: [s] from the start until every navigator was active.
-        wall_time: [s] from the start until everything was told to stop.
-        is_stopped_by_user: Whether it was a signal that ended the run.
-    """
+    stop_order = STOP_ORDER
+    onlookers = ONLOOKERS
 
     def __init__(
         self,
@@ -74,63 +52,13 @@ class Run:
         tally: Tally,
         modules: Mapping[str, str] = MODULES,
     ) -> None:
-        self.tally = tally
-        self.usage = UsageMeter()
-        self.failures: list[str] = []
-        self.active_after_wall: float | None = None
-        self.wall_time = 0.0
-        self.is_stopped_by_user = False
+        super().__init__(folder, progress, tally, modules)
         self._plan = plan
-        self._modules = modules
-        self._folder = folder
-        self._progress = progress
-        self._refusal: str | None = None
-        self._children: dict[str, ProcessChild] = {}
-        self._selector = selectors.DefaultSelector()
-        self._supervisor = Supervisor(self._spawn, time.monotonic)
-        self._started = psutil.Process().create_time()
-        self._next_sample = 0.0
-        self._usage_log = UsageLog(Journal(folder.trace / USAGE_FILE))
         self._navigated = set(plan.alive)  # robots that have a navigator, or had one that died
-        self._is_stopping = False
-        self._signals = SignalCounter()
 
-    def run(self) -> None:
-        """Start everything, follow it to its end, stop everything.
-
-        Raises:
-            RefusedError: If the world or the navigators refuse their input.
-        """
-        with self._signals:
-            try:
-                self._begin()
-                while not self._supervisor.all_gone:
-                    self._turn()
-            finally:
-                self._clean_up()
-        if self._refusal is not None:
-            raise RefusedError(self._refusal)
-
-    @property
-    def restarts(self) -> int:
-        """Number of processes that were started again."""
-        return self._supervisor.restarts
-
-    def _turn(self) -> None:
-        for key, _ in self._selector.select(POLL_PERIOD):
-            key.data()
-        for exit_ in self._supervisor.poll():
-            self._read(exit_.name)
-            self._on_exit(exit_)
-        if self._signals.count and not self._is_stopping:
-            self.is_stopped_by_user = True
-            self._stop("stopping (press Ctrl-C again to kill)")
-        if self._signals.count > 1:
-            self._supervisor.kill()
+    def _check(self) -> None:
         self._check_start()
         self._check_mission()
-        self._sample()
-        self._progress.update()
 
     def _begin(self) -> None:
         trace = {"trace_dir": str(self._folder.trace)}
@@ -138,23 +66,6 @@ class Run:
         self._start(HOST, {}, "--wait")  # imports and compiles meanwhile
 
     # Processes
-
-    def _start(self, name: str, config: dict[str, Any], *flags: str) -> None:
-        path = self._configure(name, config)
-        module = self._modules[name.split("_")[0]]
-        command = (sys.executable, "-m", module, str(path), *flags)
-        self._supervisor.start(ProcessSpec(name, command, GRACE))
-
-    def _configure(self, name: str, config: dict[str, Any]) -> Path:
-        path = self._folder.configs / f"{name}.json"
-        path.write_text(json.dumps(config, indent=1), encoding="utf-8")
-        return path
-
-    def _spawn(self, spec: ProcessSpec) -> ProcessChild:
-        child = ProcessChild(spec, self._folder.log(spec.name), os.environ)
-        self._children[spec.name] = child
-        self._selector.register(child.event_fd, selectors.EVENT_READ, lambda: self._read(spec.name))
-        return child
 
     def _start_robots(self, poses: list[list[float]]) -> None:
         homes = [Pose(*pose) for pose in poses]
@@ -197,13 +108,6 @@ class Run:
             self._start(f"{RVIZ}_{name}", {"command": command})
 
     # What they say
-
-    def _read(self, name: str) -> None:
-        for event in self._children[name].read_events():
-            self.tally.apply(event)
-            handler = getattr(self, f"_on_{event.get('event')}_event", None)
-            if handler is not None:
-                handler(event)
 
     def _on_spawn_event(self, event: dict[str, Any]) -> None:
         if not self._is_stopping:
@@ -271,14 +175,6 @@ class Run:
     def _on_viewer_event(self, event: dict[str, Any]) -> None:
         self._progress.note(f"viewer: {event['url']}")
 
-    def _on_note_event(self, event: dict[str, Any]) -> None:
-        self._progress.note(event["message"])
-
-    def _on_error_event(self, event: dict[str, Any]) -> None:
-        if self._refusal is None:
-            self._refusal = str(event["message"])
-        self._stop("stopping")
-
     def _on_done_event(self, _: dict[str, Any]) -> None:
         if self._plan.options.until_done:
             self._stop("mission done, stopping")
@@ -288,23 +184,13 @@ class Run:
     def _on_over_event(self, _: dict[str, Any]) -> None:
         self._stop("time is up, stopping")
 
-    def _on_exit(self, exit_: Exit) -> None:
-        self._selector.unregister(self._children[exit_.name].event_fd)
-        if exit_.expected or self._is_stopping or self._refusal is not None:
-            return
-        kind = exit_.name.split("_")[0]
-        if kind == RVIZ and exit_.returncode == 0:  # somebody closed the window
-            return
-        if exit_.name == WORLD and exit_.returncode == 0:  # --duration is over
+    def _is_fine(self, exit_: Exit) -> bool:
+        if exit_.returncode != 0:
+            return False
+        if exit_.name == WORLD:  # --duration is over
             self._stop("time is up, stopping")
-            return
-        log = self._folder.log(exit_.name)
-        self._fail(
-            f"the {exit_.name} process ended: {describe_exit(exit_.returncode)};"
-            f" {last_line(log)} (see {log})"
-        )
-        if kind not in ONLOOKERS:
-            self._stop("stopping")
+            return True
+        return exit_.name.split("_")[0] == RVIZ  # somebody closed the window
 
     # Time
 
@@ -329,10 +215,7 @@ class Run:
             )
             self._stop("stopping")
 
-    def _sample(self, *, now: bool = False) -> None:
-        if self._is_stopping or (time.monotonic() < self._next_sample and not now):
-            return
-        self._next_sample = time.monotonic() + SAMPLE_PERIOD
+    def _measure(self) -> None:
         self.usage.sample("world", process_tree(self._supervisor.pid(WORLD)))
         self.usage.sample("navigators", process_tree(self._supervisor.pid(HOST)))
         own = [psutil.Process(), *process_tree(self._supervisor.pid(RUNNER))]
@@ -340,33 +223,10 @@ class Run:
         for name in (RECORDER, VIEWER):
             if name in self._children:
                 self.usage.sample(name, process_tree(self._supervisor.pid(name)))
-        tally = self.tally
-        self._usage_log.write(
-            time.time() - self._started, tally.sim_time, tally.real_time_factor, self.usage
-        )
 
-    # The end
-
-    def _fail(self, message: str) -> None:
-        self.failures.append(message)
-        self._progress.breach("failures", message)
-
-    def _stop(self, phase: str) -> None:
-        if self._is_stopping:
-            return
-        self._sample(now=True)
-        self._is_stopping = True
-        self.wall_time = time.time() - self._started
+    def _measure_last(self) -> None:
         for group, name in (("world", WORLD), ("navigators", HOST)):
             self.usage.sample_private(group, process_tree(self._supervisor.pid(name)))
-        self._progress.phase(phase)
-        self._supervisor.stop(STOP_ORDER)
-
-    def _clean_up(self) -> None:
-        self._supervisor.kill()
-        for child in self._children.values():
-            child.close()
-        self._selector.close()
 
 
 def _seconds(event: Mapping[str, Any]) -> str:

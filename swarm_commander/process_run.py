@@ -1,0 +1,219 @@
+"""Processes of a run: started, listened to, and ended together."""
+
+from __future__ import annotations
+
+import json
+import os
+import selectors
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import psutil
+
+from swarm_commander.launch import ProcessChild
+from swarm_commander.progress import Progress
+from swarm_commander.rundir import RunFolder, last_line
+from swarm_commander.signals import SignalCounter
+from swarm_commander.supervisor import Exit, ProcessSpec, Supervisor, describe_exit
+from swarm_commander.tally import Tally
+from swarm_commander.usage import UsageLog, UsageMeter
+from swarm_common.errors import SwarmError
+from swarm_common.journal import Journal
+
+USAGE_FILE = "usage.jsonl"
+POLL_PERIOD = 0.1  # [s] of wall time
+GRACE = 10.0  # [s] for a process to end when asked to
+SAMPLE_PERIOD = 2.0  # [s] between two readings of CPU time and memory
+
+
+class RefusedError(SwarmError):
+    """A process refused the user's input."""
+
+
+class ProcessRun:
+    """A run of some processes. `run` returns when nothing is left running.
+
+    What a process says, `{"event": kind, ...}`, goes to the tally and to `_on_KIND_event`.
+
+    Attributes:
+        tally: Events added up.
+        usage: CPU time and memory.
+        failures: What broke, for the user; empty if nothing did.
+        active_after_wall: [s] from the start until every navigator was active.
+        wall_time: [s] from the start until everything was told to stop.
+        is_stopped_by_user: Whether it was a signal that ended the run.
+    """
+
+    stop_order: Sequence[str] = ()  # who is ended first, then next; the others after them
+    onlookers: Sequence[str] = ()  # the run goes on without them
+
+    def __init__(
+        self, folder: RunFolder, progress: Progress, tally: Tally, modules: Mapping[str, str]
+    ) -> None:
+        self.tally = tally
+        self.usage = UsageMeter()
+        self.failures: list[str] = []
+        self.active_after_wall: float | None = None
+        self.wall_time = 0.0
+        self.is_stopped_by_user = False
+        self._modules = modules
+        self._folder = folder
+        self._progress = progress
+        self._refusal: str | None = None
+        self._children: dict[str, ProcessChild] = {}
+        self._selector = selectors.DefaultSelector()
+        self._supervisor = Supervisor(self._spawn, time.monotonic)
+        self._started = psutil.Process().create_time()
+        self._next_sample = 0.0
+        self._usage_log = UsageLog(Journal(folder.trace / USAGE_FILE))
+        self._is_stopping = False
+        self._signals = SignalCounter()
+
+    def run(self) -> None:
+        """Start everything, follow it to its end, stop everything.
+
+        Raises:
+            RefusedError: If a process refuses its input.
+        """
+        with self._signals:
+            try:
+                self._begin()
+                while not self._supervisor.all_gone:
+                    self._turn()
+            finally:
+                self._clean_up()
+        if self._refusal is not None:
+            raise RefusedError(self._refusal)
+
+    @property
+    def restarts(self) -> int:
+        """Number of processes that were started again."""
+        return self._supervisor.restarts
+
+    # What a kind of run is made of
+
+    def _begin(self) -> None:
+        """Start the first processes."""
+        raise NotImplementedError
+
+    def _check(self) -> None:
+        """Look for what should have happened by now."""
+
+    def _measure(self) -> None:
+        """Read CPU time and memory of the processes."""
+
+    def _measure_last(self) -> None:
+        """Read what is read once, just before the end."""
+
+    def _is_fine(self, exit_: Exit) -> bool:
+        """Whether a process may end like this."""
+        return False
+
+    # Turns
+
+    def _turn(self) -> None:
+        for key, _ in self._selector.select(POLL_PERIOD):
+            key.data()
+        for exit_ in self._supervisor.poll():
+            self._read(exit_.name)
+            self._on_exit(exit_)
+        if self._signals.count and not self._is_stopping:
+            self.is_stopped_by_user = True
+            self._stop("stopping (press Ctrl-C again to kill)")
+        if self._signals.count > 1:
+            self._supervisor.kill()
+        self._check()
+        self._sample()
+        self._progress.update()
+
+    def _read(self, name: str) -> None:
+        for event in self._children[name].read_events():
+            self.tally.apply(event)
+            handler = getattr(self, f"_on_{event.get('event')}_event", None)
+            if handler is not None:
+                handler(event)
+
+    def _sample(self, *, now: bool = False) -> None:
+        if self._is_stopping or (time.monotonic() < self._next_sample and not now):
+            return
+        self._next_sample = time.monotonic() + SAMPLE_PERIOD
+        self._measure()
+        tally = self.tally
+        self._usage_log.write(
+            time.time() - self._started, tally.sim_time, tally.real_time_factor, self.usage
+        )
+
+    # Processes
+
+    def _start(self, name: str, config: dict[str, Any], *flags: str) -> None:
+        path = self._configure(name, config)
+        module = self._modules[name.split("_")[0]]
+        command = (sys.executable, "-m", module, str(path), *flags)
+        self._supervisor.start(ProcessSpec(name, command, GRACE))
+
+    def _configure(self, name: str, config: dict[str, Any]) -> Path:
+        path = self._folder.configs / f"{name}.json"
+        path.write_text(json.dumps(config, indent=1), encoding="utf-8")
+        return path
+
+    def _environment(self, name: str) -> Mapping[str, str]:
+        """Return the environment of a process."""
+        return os.environ
+
+    def _spawn(self, spec: ProcessSpec) -> ProcessChild:
+        child = ProcessChild(spec, self._folder.log(spec.name), self._environment(spec.name))
+        self._children[spec.name] = child
+        self._selector.register(child.event_fd, selectors.EVENT_READ, lambda: self._read(spec.name))
+        return child
+
+    def _tell(self, name: str, command: Mapping[str, Any]) -> None:
+        """Send a command to a process, if it has been started."""
+        if name in self._children:
+            self._children[name].tell(command)
+
+    # The end
+
+    def _on_note_event(self, event: dict[str, Any]) -> None:
+        self._progress.note(event["message"])
+
+    def _on_error_event(self, event: dict[str, Any]) -> None:
+        if self._refusal is None:
+            self._refusal = str(event["message"])
+        self._stop("stopping")
+
+    def _on_exit(self, exit_: Exit) -> None:
+        self._selector.unregister(self._children[exit_.name].event_fd)
+        if exit_.expected or self._is_stopping or self._refusal is not None:
+            return
+        if self._is_fine(exit_):
+            return
+        log = self._folder.log(exit_.name)
+        self._fail(
+            f"the {exit_.name} process ended: {describe_exit(exit_.returncode)};"
+            f" {last_line(log)} (see {log})"
+        )
+        if exit_.name.split("_")[0] not in self.onlookers:
+            self._stop("stopping")
+
+    def _fail(self, message: str) -> None:
+        self.failures.append(message)
+        self._progress.breach("failures", message)
+
+    def _stop(self, phase: str) -> None:
+        if self._is_stopping:
+            return
+        self._sample(now=True)
+        self._is_stopping = True
+        self.wall_time = time.time() - self._started
+        self._measure_last()
+        self._progress.phase(phase)
+        self._supervisor.stop(self.stop_order)
+
+    def _clean_up(self) -> None:
+        self._supervisor.kill()
+        for child in self._children.values():
+            child.close()
+        self._selector.close()
