@@ -16,6 +16,7 @@ from swarm_common.sensors import IDEAL, SensorErrors
 
 CONTROL_PERIOD = 0.1  # [s] of simulated time between two commands (REP-free choice: 10 Hz)
 TICK_NANOSECONDS = 100_000_000
+OBLONG_SHARE = 1.7  # circle to half width from which ways are planned with the polygon
 
 FloatArray = NDArray[np.float64]
 
@@ -138,6 +139,16 @@ class RobotSpec:
     def is_omni(self) -> bool:
         """Whether the robot drives in any direction."""
         return self.drive == "omni"
+
+    @property
+    def half_width(self) -> float:
+        """Largest distance of a footprint corner from the line straight ahead."""
+        return max(abs(y) for _, y in self.footprint)
+
+    @property
+    def is_oblong(self) -> bool:
+        """Whether it fits straight through much narrower passages than its circle does."""
+        return not self.is_omni and self.circumscribed_radius > OBLONG_SHARE * self.half_width
 
     @property
     def circumscribed_radius(self) -> float:

@@ -44,6 +44,7 @@ class Claim:
             s.has_grown = False
             self._note_block(tube_kernels.RIGHT_OF_WAY, ahead)
             return
+        last, clearance = self._stretch(span[0], last)
         stop, reason, row = tube_kernels.extend(
             tube.points,
             (span[0], last, span[2]),
@@ -52,12 +53,21 @@ class Claim:
             len(self._published_held),
             tube.requests,
             (traffic.push_ticks, traffic.yield_slack),
-            (s.obstacle_points(), s.obstacle_clearance),
+            (s.obstacle_points(), clearance),
             s.hood.claims(),
         )
         s.has_grown = stop > tube.stop
         tube.stop = stop
         self._note_block(reason, row)
+
+    def _stretch(self, first: int, last: int) -> tuple[int, float]:
+        """Return (last point with the same clearance from LiDAR hits as the next, clearance)."""
+        s = self._s
+        if s.oblong is None:
+            return last, s.obstacle_clearance
+        clearances = s.obstacle_clearances(s.tube.points[first + 1 : last + 1])
+        same = int((clearances != clearances[0]).argmax())
+        return (first + same if same else last), float(clearances[0])
 
     def _note_block(self, reason: int, row: int) -> None:
         s = self._s
@@ -86,7 +96,8 @@ class Claim:
         gaps = np.hypot(
             held[:, None, 0] - points[None, :, 0], held[:, None, 1] - points[None, :, 1]
         ).min(axis=1)
-        bad = np.flatnonzero((gaps < s.obstacle_clearance) & (gaps <= gaps[0]))
+        clearance = s.obstacle_clearance if s.oblong is None else s.obstacle_clearances(held)
+        bad = np.flatnonzero((gaps < clearance) & (gaps <= gaps[0]))
         bad = bad[bad > 0]
         if len(bad):
             tube.release_ahead(max(0, int(bad[0]) - 1))

@@ -57,7 +57,7 @@ class Conduct:
             assert task is not None
             self._hold(task)
         s = self._s
-        may_back = state is State.YIELDING
+        may_back = state is State.YIELDING or s.is_confined
         if not self._controller.choose_direction(s.tube, s.pose, s.twist, may_back):
             return self._controller.stop(s.twist)
         return self._controller.follow(s.tube, s.pose, s.twist)

@@ -215,9 +215,19 @@ class Navigator:
         if self._claim.drop_if_unused() and self._task is not None:
             self._task.is_planned = False
         self._pursuit.yield_or_resume(self._right.update(self._s))
-        twist = limited(self._s, self._conduct.act())
+        twist = self._admitted(limited(self._s, self._conduct.act()))
         self._claim.extend()
         return twist
+
+    def _admitted(self, twist: Twist) -> Twist:
+        """Return what of a twist a long robot's outline has room for."""
+        s = self._s
+        if s.oblong is None:
+            return twist
+        field = (s.terrain.distance, s.terrain.frame)
+        acceleration = (self.config.controller.acc_lim_x, self.config.controller.acc_lim_theta)
+        obstacles = s.obstacle_points()
+        return s.oblong.admitted(field, obstacles, s.pose, s.twist, twist, acceleration)
 
     @property
     def _state(self) -> State:

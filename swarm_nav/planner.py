@@ -13,7 +13,8 @@ from swarm_common.records import FloatArray, Pose
 from swarm_nav import distance_kernels, judgement_kernels, path_kernels, search_kernels
 from swarm_nav.config import CostmapConfig, PlannerConfig
 from swarm_nav.goals import ErrorCode, PlanError
-from swarm_nav.terrain import NODE_MARGIN, Lattice, Terrain, sector_of
+from swarm_nav.oblong import RUN_IN, Slots
+from swarm_nav.terrain import NODE_MARGIN, Lattice, Terrain, sector_of, wall_clearance
 
 SPACING = 0.05  # [m] between the points of a path
 SMOOTH_PASSES = 3
@@ -28,8 +29,11 @@ class Planner:
         """Keep the terrain, which holds the work arrays."""
         self.terrain = terrain
         self._config = planner
-        self._costmap = costmap
+        self._wall_clearance = wall_clearance(costmap, terrain.radius)
+        slots = terrain.lattice.slots
         self._anywhere = np.ones(terrain.lattice.base.shape, np.uint8)
+        if slots is not None:
+            self._anywhere[~slots.room] = 0  # nobody waits in a slot
         self.expansions = 0  # of the last search
 
     @property
@@ -128,9 +132,30 @@ class Planner:
         """Replace the end nodes by the exact ends, resample and smooth."""
         # nodes beside the exact ends would make hooks
         course = path_kernels.with_ends(points, np.array((start, goal)), self.lattice.step)
+        slots = self.lattice.slots
+        if slots is not None and slots.is_slot(course).any():
+            return self._through_slots(slots, course, extra, smooth)
+        return self._course(course, extra, smooth)
+
+    def _through_slots(
+        self, slots: Slots, course: FloatArray, extra: NDArray[np.float32], smooth: bool
+    ) -> FloatArray:
+        """Return the points of a course that is straight in slots, and turns in front of them."""
+        if slots.is_slot(course[:1])[0]:  # it may stand beside the slot's line
+            beside = np.hypot(*(course[1:-1] - course[0]).T) < RUN_IN
+            first = slots.is_slot(course[1:-1]).argmin()
+            beside[first:] = False
+            course = np.vstack((course[:1], course[1:-1][~beside], course[-1:]))
+        pieces = [
+            _resampled(piece) if is_slot else self._course(piece, extra, smooth)
+            for piece, is_slot in slots.pieces(course)
+        ]
+        return np.vstack((pieces[0], *(piece[1:] for piece in pieces[1:])))
+
+    def _course(self, course: FloatArray, extra: NDArray[np.float32], smooth: bool) -> FloatArray:
         if not smooth:
             return _resampled(course)
-        walls = (self.terrain.distance, self.terrain.frame, self._costmap.wall_clearance)
+        walls = (self.terrain.distance, self.terrain.frame, self._wall_clearance)
         path: FloatArray = path_kernels.drivable(
             course, SPACING, (SMOOTH_PASSES, SMOOTH_REACH, LIFT_ROUNDS), walls,
             (extra, self.lattice.frame),
@@ -160,11 +185,14 @@ class Planner:
                 f"the goal ({goal[0]:.2f}, {goal[1]:.2f}) lies outside the map",
             )
         clear = self.terrain.clearance(*goal)
-        node = self.lattice.node_of(*goal)
+        room = self.lattice.slots.room if self.lattice.slots is not None else None
+        closed = None if room is None else np.where(room, self.lattice.base, search_kernels.WALL)
+        node = self.lattice.node_of(*goal, closed)
         if node is not None and clear >= self.terrain.radius + NODE_MARGIN:
             return node, goal
         lattice = self.lattice
-        rows, columns = np.nonzero(lattice.base < search_kernels.WALL)
+        is_open = lattice.base < search_kernels.WALL
+        rows, columns = np.nonzero(is_open if room is None else is_open & room)
         nodes = rows * lattice.base.shape[1] + columns
         distances = np.hypot(*(lattice.points_of(nodes) - goal).T)
         if len(nodes) == 0 or distances.min() > self._config.tolerance:

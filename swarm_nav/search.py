@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from swarm_nav import oblong_kernels
 from swarm_nav import search_kernels as kernels
+from swarm_nav.oblong import Slots
 
 HEAP_SHARE = 4  # entries of the heap per node
 
@@ -19,10 +21,15 @@ class SearchSpace:
         lane: NDArray[np.float32],
         heading: NDArray[np.float32],
         step: float,
+        slots: Slots | None = None,
     ) -> None:
         """Find the open moves and allocate; the arguments are those of `terrain.Lattice`."""
         moves = np.empty(base.shape, np.uint16)
-        kernels.open_moves(base, moves)
+        if slots is None:
+            kernels.open_moves(base, moves)
+        else:
+            kernels.open_moves(np.where(slots.room, base, kernels.WALL), moves)
+            oblong_kernels.add_straight_moves(base, slots.axes, slots.room, moves)
         self._shape = base.shape
         self._ground = (base, lane, heading, moves, step)
         heap = HEAP_SHARE * base.size + 64

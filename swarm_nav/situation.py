@@ -13,6 +13,7 @@ from swarm_common.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec, Tw
 from swarm_nav.config import NavConfig
 from swarm_nav.goals import Event
 from swarm_nav.neighborhood import Neighborhood
+from swarm_nav.oblong import Oblong
 from swarm_nav.obstacles import ObstacleLayer
 from swarm_nav.planner import SPACING, Planner
 from swarm_nav.terrain import Terrain, terrain_for
@@ -49,6 +50,7 @@ class Situation:
     Attributes:
         radius: [m] safety radius: the circumscribed one plus the margin.
         body_radius: [m] circumscribed radius.
+        oblong: Outline of a long robot, which plans with it; None for others.
         blocked_ticks: Ticks for which the tube could not grow because of `blocked_by`.
         blocked_by: Id of that robot, 0 for none.
         is_unconfirmed: Whether the tube did not grow because a request is not acknowledged yet.
@@ -94,11 +96,15 @@ class Situation:
     listening_since: int = 0
     events: list[Event] = field(default_factory=list)
     stations: tuple[tuple[float, float], ...] = ()
+    oblong: Oblong | None = None
 
     def load_map(self, grid: Grid) -> None:
         """Take another map; the path on the old one ends at the stop point."""
         config = self.config
-        self.terrain = terrain_for(grid, config.planner, config.costmap, self.body_radius)
+        self.terrain = terrain_for(
+            grid, config.planner, config.costmap, self.body_radius, self.oblong
+        )
+        self.tube.slots = self.terrain.lattice.slots
         self.planner = Planner(self.terrain, config.planner, config.costmap)
         self.tube.cut()
 
@@ -147,6 +153,25 @@ class Situation:
         costmap = self.config.costmap
         return self.body_radius + costmap.footprint_padding + costmap.unknown_body_margin
 
+    @property
+    def is_confined(self) -> bool:
+        """Whether a long robot stands where it cannot turn."""
+        if self.oblong is None:
+            return False
+        return self.terrain.clearance(self.pose.x, self.pose.y) < self.body_radius
+
+    def obstacle_clearances(self, points: FloatArray) -> FloatArray:
+        """Return the `obstacle_clearance` (n,) of path points; less where a long robot is straight.
+
+        Args:
+            points: (n, 2) [m] in map.
+        """
+        clearance = np.full(len(points), self.obstacle_clearance)
+        if self.oblong is not None and self.tube.slots is not None:
+            is_slot = self.tube.slots.is_slot(points)
+            clearance[is_slot] += self.oblong.half_width - self.body_radius
+        return clearance
+
     def obstacle_points(self) -> FloatArray:
         """Return the unexplained points (k, 2) in map."""
         return np.ascontiguousarray(self.obstacles.points)
@@ -157,10 +182,12 @@ def begin(
 ) -> Situation:
     """Return the situation of a robot that stands at a pose and knows of nobody yet."""
     body = spec.circumscribed_radius
-    terrain = terrain_for(grid, config.planner, config.costmap, body)
+    oblong = Oblong.of(spec)
+    terrain = terrain_for(grid, config.planner, config.costmap, body, oblong)
     traffic = config.traffic
     tube = Tube(pose_map, traffic.confirmations, traffic.held_length, traffic.wanted_length)
     tube.corner_angle = config.controller.corner_angle
+    tube.slots = terrain.lattice.slots
     return Situation(
         robot_id=robot_id,
         config=config,
@@ -174,4 +201,5 @@ def begin(
         pose=pose_map,
         twist=Twist(),
         counters=Counters(),
+        oblong=oblong,
     )

@@ -8,6 +8,7 @@ gets two-way passages and one sense of circulation around islands without hand-d
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import functools
 import math
 from collections.abc import Iterator
@@ -20,6 +21,7 @@ from swarm_common.grid import OCCUPIED, UNKNOWN, Grid
 from swarm_common.records import FloatArray
 from swarm_nav import distance_kernels, search_kernels
 from swarm_nav.config import CostmapConfig, PlannerConfig
+from swarm_nav.oblong import SLOT_COST, Oblong, Slots
 from swarm_nav.search import SearchSpace
 
 HALL_DISTANCE = 2.0  # [m] from any wall: open floor, no lanes and free for parking
@@ -32,7 +34,13 @@ SECTOR_ANGLE = math.pi / 8  # [rad] to which that direction is rounded
 ANY_SECTOR = -1
 WALL_COST = 0.6  # extra cost per metre right beside a wall
 GOALS_MEMORY = 20_000_000  # [bytes] of costs to go that a process keeps per terrain
+LEAST_WALL_ROOM = 0.04  # [m] from the circle of a large robot that walls are kept away
 STANDING_ROOM = 0.1  # [m] more than the wall clearance from where no wall cost applies
+
+
+def wall_clearance(costmap: CostmapConfig, radius: float) -> float:
+    """Return the clearance [m] that the centre of a robot keeps from walls where it can."""
+    return max(costmap.wall_clearance, radius + LEAST_WALL_ROOM)
 
 
 def sector_of(yaw: float) -> int:
@@ -50,6 +58,7 @@ class Lattice:
         lane: Extra cost factor of driving against `heading`.
         heading: (height, width, 2) unit direction with the nearer wall on the right.
         parking: 1 where a waiting robot stands out of the lanes.
+        slots: Where a long robot only drives straight through; None for others.
     """
 
     step: float
@@ -60,6 +69,7 @@ class Lattice:
     lane: NDArray[np.float32]
     heading: NDArray[np.float32]
     parking: NDArray[np.uint8]
+    slots: Slots | None = None
 
     @property
     def frame(self) -> tuple[float, float, float]:
@@ -98,7 +108,12 @@ class Terrain:
     """Static knowledge of one map for one size of robot."""
 
     def __init__(
-        self, grid: Grid, planner: PlannerConfig, costmap: CostmapConfig, radius: float
+        self,
+        grid: Grid,
+        planner: PlannerConfig,
+        costmap: CostmapConfig,
+        radius: float,
+        oblong: Oblong | None = None,
     ) -> None:
         """Derive everything from the map.
 
@@ -107,6 +122,7 @@ class Terrain:
             planner: Lattice and lane parameters.
             costmap: Clearances.
             radius: [m] circumscribed radius of the robot.
+            oblong: Outline of a long robot.
         """
         self.grid = grid
         self.radius = radius
@@ -118,8 +134,14 @@ class Terrain:
         self.distance: FloatArray = np.maximum(0.0, cells * grid.resolution - grid.resolution / 2)
         self.frame = (grid.origin_x, grid.origin_y, grid.resolution)
         self.lattice = _lattice(self.distance, grid, planner, costmap, radius)
+        if oblong is not None:
+            self.lattice = _with_slots(self.lattice, oblong, (self.distance, self.frame))
         self.search = SearchSpace(
-            self.lattice.base, self.lattice.lane, self.lattice.heading, self.lattice.step
+            self.lattice.base,
+            self.lattice.lane,
+            self.lattice.heading,
+            self.lattice.step,
+            self.lattice.slots,
         )
         self._cost_to_go = functools.lru_cache(GOALS_MEMORY // self.lattice.base.nbytes + 1)(
             self._compute_cost_to_go
@@ -173,17 +195,23 @@ def _shared(
     planner: PlannerConfig,
     costmap: CostmapConfig,
     radius: float,
+    oblong: Oblong | None,
 ) -> Terrain:
     cells = np.frombuffer(key, np.int8).reshape(origin[2], origin[3])
-    return Terrain(Grid(cells, resolution, origin[0], origin[1]), planner, costmap, radius)
+    grid = Grid(cells, resolution, origin[0], origin[1])
+    return Terrain(grid, planner, costmap, radius, oblong)
 
 
 def terrain_for(
-    grid: Grid, planner: PlannerConfig, costmap: CostmapConfig, radius: float
+    grid: Grid,
+    planner: PlannerConfig,
+    costmap: CostmapConfig,
+    radius: float,
+    oblong: Oblong | None = None,
 ) -> Terrain:
     """Return the terrain of a map; equal arguments in one process share one object."""
     origin = (grid.origin_x, grid.origin_y, grid.height, grid.width)
-    return _shared(grid.cells.tobytes(), grid.resolution, origin, planner, costmap, radius)
+    return _shared(grid.cells.tobytes(), grid.resolution, origin, planner, costmap, radius, oblong)
 
 
 def _lattice(
@@ -230,10 +258,20 @@ def _lattice(
     )
 
 
+def _with_slots(
+    lattice: Lattice, oblong: Oblong, field: tuple[FloatArray, tuple[float, float, float]]
+) -> Lattice:
+    """Return the lattice of a long robot: slots are open, and cost more."""
+    room = oblong.radius + NODE_MARGIN
+    slots = Slots(oblong, field, lattice.clearance, lattice.frame, room)
+    base = np.where(slots.axes >= 0, np.float32(SLOT_COST), lattice.base)
+    return dataclasses.replace(lattice, base=base, slots=slots)
+
+
 def _wall_share(clear: FloatArray, costmap: CostmapConfig, radius: float) -> FloatArray:
     """Return 0..1: Nav2's inflation cost, scaled to vanish at the wall clearance plus room."""
     inflated = np.exp(-costmap.cost_scaling_factor * np.maximum(clear - radius, 0.0))
     free = math.exp(
-        -costmap.cost_scaling_factor * (costmap.wall_clearance + STANDING_ROOM - radius)
+        -costmap.cost_scaling_factor * (wall_clearance(costmap, radius) + STANDING_ROOM - radius)
     )
     return np.clip((inflated - free) / (1.0 - free), 0.0, 1.0)

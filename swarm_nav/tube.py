@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from swarm_common.beacon import HELD_POINTS, INTENT_POINTS, WANTED_POINTS
 from swarm_common.records import FloatArray, Pose
 from swarm_nav import path_kernels, tube_kernels
+from swarm_nav.oblong import Slots
 from swarm_nav.planner import SPACING
 
 REMEMBERED = 32  # beacons whose requests are remembered
@@ -30,6 +31,7 @@ class Tube:
         """Hold the place under the robot."""
         self.configure(confirmations, held_length, wanted_length)
         self.corner_angle = 0.5
+        self.slots: Slots | None = None  # of a long robot
         points = np.zeros((HELD_POINTS + WANTED_POINTS + INTENT_POINTS, 2), np.float32)
         self._blocks = np.split(points, (HELD_POINTS, HELD_POINTS + WANTED_POINTS))
         self.published: NDArray[np.uint32] = points.view(np.uint32).ravel()
@@ -70,7 +72,8 @@ class Tube:
         self.points = np.ascontiguousarray(np.vstack((kept, path[1:])))
         self.stop -= self.near
         self.near = 0
-        self.corners = path_kernels.corners(self.points, self.corner_angle).tolist()
+        find = path_kernels.corners if self.slots is None else self.slots.corners
+        self.corners = find(self.points, self.corner_angle).tolist()
         self.forget_requests()
 
     def cut(self) -> None:

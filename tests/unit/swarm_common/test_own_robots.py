@@ -180,9 +180,10 @@ def test_paths_that_lead_nowhere(tmp_path: Path) -> None:
         load_robot(tmp_path / "a.urdf")
 
 
-def test_the_six_models_ship() -> None:
+def test_the_six_models_and_a_long_one_ship() -> None:
+    assert [name for name in robot_names() if load_robot(name).is_oblong] == ["carrier"]
     assert robot_names() == [
-        "linorobot2_2wd", "linorobot2_4wd", "linorobot2_mecanum",
+        "carrier", "linorobot2_2wd", "linorobot2_4wd", "linorobot2_mecanum",
         "turtlebot3_burger", "turtlebot3_waffle", "turtlebot3_waffle_pi",
     ]  # fmt: skip
 
