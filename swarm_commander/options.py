@@ -49,6 +49,7 @@ class UpOptions:
     run_dir: Path | None = None
     over_limit: bool = False
     skip_missing: bool = False  # leave out what of a world is not found
+    bind: str = ""  # address of this host with --role world; empty: all is on one host
 
     def __post_init__(self) -> None:
         """Refuse what cannot be."""
@@ -67,6 +68,8 @@ class UpOptions:
             raise ConfigError(f"--duration is {self.duration}; it must be a positive time in s")
         self._check_mission()
         self._check_recording()
+        if self.bind and self.pack != 1:
+            raise ConfigError("--pack belongs to the robots' hosts: give it with --role robots")
 
     def _check_mission(self) -> None:
         if self.mission is None:

@@ -16,6 +16,8 @@ from swarm_commander.breach import breach_lines, shortened
 from swarm_commander.bringup import Run
 from swarm_commander.domain import DomainLock, domain_id
 from swarm_commander.foxglove import write_foxglove
+from swarm_commander.host_options import Role, check_combination, robots_plan
+from swarm_commander.hosts_command import bring_up_robots, use_profile
 from swarm_commander.options import (
     DEFAULT_ROBOT,
     LOOPBACK,
@@ -38,8 +40,10 @@ from swarm_commander.report import (
 from swarm_commander.rundir import RunFolder, create_run_folder, write_env_sh
 from swarm_commander.rviz import windows, write_rviz
 from swarm_commander.tally import Tally
+from swarm_commander.world_run import WorldRun, add_hosts
 from swarm_common import ros_env
-from swarm_common.addresses import check_address
+from swarm_common.addresses import check_address, own_address
+from swarm_common.dds_profile import check_environment
 from swarm_common.errors import ConfigError
 from swarm_common.fleet import load_fleet
 from swarm_common.interfaces_build import ensure_interfaces
@@ -50,6 +54,7 @@ up_app = typer.Typer(add_completion=False, rich_markup_mode=None)
 
 @up_app.command()
 def up(
+    context: typer.Context,
     swarm_size: Annotated[
         int | None, typer.Option(help="Number of robots.  [default: 5]", show_default=False)
     ] = None,
@@ -132,6 +137,28 @@ def up(
     over_limit: Annotated[
         bool, typer.Option("--over-limit", help="Allow more than 100 robots.")
     ] = False,
+    role: Annotated[
+        Role | None,
+        typer.Option(
+            help="On several hosts: what this one is for.  [default: all of it]",
+            show_default=False,
+        ),
+    ] = None,
+    robots: Annotated[
+        str | None,
+        typer.Option(help="With --role robots: which, like 1-50.", show_default=False),
+    ] = None,
+    connect: Annotated[
+        str | None,
+        typer.Option(help="With --role robots: the world's host.", show_default=False),
+    ] = None,
+    bind: Annotated[
+        str | None,
+        typer.Option(
+            help="Own address or interface; nothing else is used.  [robots: the way to --connect]",
+            show_default=False,
+        ),
+    ] = None,
 ) -> None:
     """Start a swarm of robots: world, navigators and, if wanted, their mission.
 
@@ -139,6 +166,10 @@ def up(
     a miss or a collision; 1 a goal missed (also by --duration, if --until-done is given) or a
     collision; 2 bad input; 3 a component failed.
     """
+    check_combination(role, robots, connect, bind)
+    if role is Role.ROBOTS:
+        plan = robots_plan(robots or "", connect or "", bind, pack, run_dir, _typed(context))
+        raise typer.Exit(bring_up_robots(plan))
     if viewer and headless:
         raise ConfigError("--viewer and --headless exclude each other")
     if viewer:
@@ -174,10 +205,22 @@ def up(
         run_dir=run_dir,
         over_limit=over_limit,
         skip_missing=skip_missing,
+        bind=own_address(bind) if bind is not None else "",
     )
-    plan = check_plan(options)
+    if options.bind:
+        check_environment(os.environ)
+    run_plan = check_plan(options)
     ensure_interfaces()
-    raise typer.Exit(bring_up(plan))
+    raise typer.Exit(bring_up(run_plan))
+
+
+def _typed(context: typer.Context) -> dict[str, object]:
+    """Return the options that stood on the command line."""
+    return {
+        name: value
+        for name, value in context.params.items()
+        if getattr(context.get_parameter_source(name), "name", "") == "COMMANDLINE"
+    }
 
 
 def bring_up(plan: RunPlan) -> int:
@@ -186,6 +229,8 @@ def bring_up(plan: RunPlan) -> int:
     lock = DomainLock(domain_id())
     try:
         folder = create_run_folder(plan.options.run_dir, datetime.now())
+        if plan.options.bind:
+            use_profile(folder, plan.options.bind, plan.options.bind)
         write_env_sh(folder, os.environ)
         console = Console()
         tally = Tally.of(plan.options.robot_names, plan.mission is not None)
@@ -194,7 +239,7 @@ def bring_up(plan: RunPlan) -> int:
         write_foxglove(folder.foxglove, plan.options.robot_names)
         progress.phase("starting world")
         progress.start()
-        run = Run(plan, folder, progress, tally)
+        run = (WorldRun if plan.options.bind else Run)(plan, folder, progress, tally)
         try:
             run.run()
         finally:
@@ -204,6 +249,8 @@ def bring_up(plan: RunPlan) -> int:
     verdict = load_verdict(folder.verdict)
     times = RunTimes(run.wall_time, run.active_after_wall, run.restarts)
     report = compose_report(plan.options, tally, verdict, run.usage, times)
+    if isinstance(run, WorldRun):
+        add_hosts(report, run.hosts)
     must_finish = plan.options.until_done and not run.is_stopped_by_user
     is_unfinished = must_finish and not tally.is_done
     code = exit_code(report, is_unfinished=is_unfinished, component_failed=bool(run.failures))

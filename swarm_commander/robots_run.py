@@ -1,0 +1,240 @@
+"""`swarm-up --role robots`: the navigators of some robots on this host, the world on another."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from swarm_commander.bringup import HOST, MODULES
+from swarm_commander.charter import SITES, Charter, parse
+from swarm_commander.envoy import names_of
+from swarm_commander.params import write_parameter_file
+from swarm_commander.process_run import ProcessRun
+from swarm_commander.progress import Progress
+from swarm_commander.rundir import RunFolder
+from swarm_commander.supervisor import describe_exit
+from swarm_commander.tally import Tally
+from swarm_commander.usage import process_tree
+from swarm_common.edition import edition
+from swarm_common.ros_env import PROFILES
+
+AGENT = "agent"
+CHARTER_FILE = "charter.json"
+START_LIMIT = 600.0  # [s] for all to be active; the first start compiles the kernels
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotsPlan:
+    """The checked input of a robots' host.
+
+    Attributes:
+        robots: Names of those that it is to serve.
+        pack: Navigators per process.
+        own_address: That is bound to.
+        world_address: Of the world's host.
+        domain: ROS domain.
+        stated: What the user says of the run, to be compared; see `Charter.facts`.
+        label: Name and address of this host, for people.
+        run_dir: --run-dir.
+    """
+
+    robots: tuple[str, ...]
+    pack: int
+    own_address: str
+    world_address: str
+    domain: int
+    label: str
+    stated: Mapping[str, Any] = field(default_factory=dict)
+    run_dir: Path | None = None
+
+    @property
+    def processes(self) -> int:
+        """How many processes the navigators share."""
+        return -(-len(self.robots) // self.pack)
+
+
+class RobotsRun(ProcessRun):
+    """The robots' side of a run on several hosts.
+
+    Attributes:
+        ending: Why the run ended, for the report.
+        silences: [s] that each silence of the world's host lasted.
+    """
+
+    stop_order = (AGENT, HOST)  # the world is told before the navigators end
+
+    def __init__(
+        self,
+        plan: RobotsPlan,
+        folder: RunFolder,
+        progress: Progress,
+        tally: Tally,
+        robots_profile: Path,
+        modules: Mapping[str, str] = MODULES,
+    ) -> None:
+        super().__init__(folder, progress, tally, {**modules, AGENT: "swarm_commander.agent"})
+        self.ending = ""
+        self.silences: list[float] = []
+        self._plan = plan
+        self._robots_profile = robots_profile
+        self._charter_path = folder.configs / CHARTER_FILE
+        self._welcomed: float | None = None  # [s] from the start until the world's host answered
+
+    def _environment(self, name: str) -> Mapping[str, str]:
+        if name != HOST:
+            return os.environ
+        return {**os.environ, PROFILES: str(self._robots_profile)}
+
+    def _begin(self) -> None:
+        plan = self._plan
+        self._start(
+            AGENT,
+            {
+                "host": f"{time.time_ns():x}",
+                "label": plan.label,
+                "robots": list(plan.robots),
+                "edition": edition(),
+                "stated": dict(plan.stated),
+                "charter_path": str(self._charter_path),
+            },
+        )
+        self._start(HOST, {}, "--wait")  # imports and compiles meanwhile
+
+    def _measure(self) -> None:
+        self.usage.sample("navigators", process_tree(self._supervisor.pid(HOST)))
+        usage = {"cpu": self.usage.cpu("navigators"), "rss_mb": self.usage.rss_mb("navigators")}
+        self._tell(AGENT, {"cmd": "usage", **usage})
+
+    def _measure_last(self) -> None:
+        self.usage.sample_private("navigators", process_tree(self._supervisor.pid(HOST)))
+
+    def _check(self) -> None:
+        if self._welcomed is None or self.active_after_wall is not None or self._is_stopping:
+            return
+        waited = time.time() - self._started - self._welcomed
+        if waited > START_LIMIT:
+            missing = [name for name in self._plan.robots if not self.tally.robots[name].active]
+            self._fail(f"after {waited:.0f} s not active: {names_of(missing)}")
+            self._stop("stopping")
+
+    # What the world's host says
+
+    def _on_welcome_event(self, _: dict[str, Any]) -> None:
+        """Start the navigators with the parameters that the charter says."""
+        if self._is_stopping:
+            return
+        self._welcomed = time.time() - self._started
+        self._progress.phase("starting navigators")
+        charter = parse(self._charter_path.read_text(encoding="utf-8"))
+        sites = self._sites_file(charter)
+        robots = []
+        for name in self._plan.robots:
+            path = self._folder.params / f"{name}.yaml"
+            write_parameter_file(path, charter.parameter_file(name, sites))
+            robots.append({"name": name, "params": str(path)})
+        log_dir = str(self._folder.logs)
+        self._configure(HOST, {"robots": robots, "pack": self._plan.pack, "log_dir": log_dir})
+        self._tell(HOST, {"cmd": "go"})
+
+    def _sites_file(self, charter: Charter) -> str:
+        """Return the path of the sites file: the world's where this host has the same."""
+        if not charter.sites:
+            return ""
+        theirs = Path(str(charter.common.get(SITES, "")))
+        if theirs.is_file() and theirs.read_text(encoding="utf-8") == charter.sites:
+            return str(theirs)
+        path = self._folder.configs / "sites.yaml"
+        path.write_text(charter.sites, encoding="utf-8")
+        return str(path)
+
+    def _on_unanswered_event(self, event: dict[str, Any]) -> None:
+        plan = self._plan
+        self._refuse(
+            f"no world answers at {plan.world_address} within {event['seconds']:.0f} s (ROS domain"
+            f" {plan.domain}, from {plan.own_address}); is swarm-up --role world running there, in"
+            " the same ROS_DOMAIN_ID, bound to that address, and are its UDP ports open?"
+        )
+
+    def _on_world_silent_event(self, _: dict[str, Any]) -> None:
+        if not self._is_stopping:
+            self._progress.note(
+                f"nothing is heard of the world at {self._plan.world_address};"
+                " without data the robots stand",
+                "yellow",
+            )
+
+    def _on_world_heard_event(self, event: dict[str, Any]) -> None:
+        self.silences.append(event["seconds"])
+        self._progress.note(f"the world is heard again after {event['seconds']:.1f} s")
+
+    def _on_world_lost_event(self, event: dict[str, Any]) -> None:
+        if self._is_stopping:
+            return
+        self.ending = event["message"]
+        self._fail(event["message"])
+        self._stop("stopping")
+
+    def _on_world_over_event(self, event: dict[str, Any]) -> None:
+        self.ending = f"the world's host says: {event['reason']}"
+        if not self._is_stopping:
+            self._progress.note(self.ending)
+        self._stop("stopping")
+
+    def _on_taken_out_event(self, event: dict[str, Any]) -> None:
+        self.tally.robots[event["robot"]].left = True
+        self._tell(HOST, {"cmd": "end", "robot": event["robot"]})
+
+    def _refuse(self, message: str) -> None:
+        self._on_error_event({"message": message})
+
+    # What the navigators say
+
+    def _on_active_event(self, event: dict[str, Any]) -> None:
+        self._tell(AGENT, {"cmd": "active", "robot": event["robot"]})
+        if self.tally.active == len(self._plan.robots) and self.active_after_wall is None:
+            self.active_after_wall = time.time() - self._started
+            self._sample(now=True)
+            self.usage.mark()
+            self._progress.phase("running")
+
+    def _on_died_event(self, event: dict[str, Any]) -> None:
+        if self._is_stopping:
+            return
+        robot, code = event["robot"], int(event["returncode"])
+        self._tell(AGENT, {"cmd": "died", "robot": robot, "returncode": code})
+        self._fail(f"{robot} died: {describe_exit(code)}; its log is in {self._folder.logs}")
+
+
+def robots_report(run: RobotsRun, plan: RobotsPlan, code: int) -> dict[str, Any]:
+    """Return the report of a robots' host; the verdict is in that of the world's."""
+    tally = run.tally
+    return {
+        "schema": 1,
+        "role": "robots",
+        "robots": list(plan.robots),
+        "bound_to": plan.own_address,
+        "world_host": plan.world_address,
+        "ending": run.ending or ("stopped by its user" if run.is_stopped_by_user else ""),
+        "wall_time": round(run.wall_time, 3),
+        "active_after_wall": _rounded(run.active_after_wall),
+        "active": tally.active,
+        "died": [name for name, robot in tally.robots.items() if robot.died],
+        "silences": run.silences,
+        "world": {
+            "sim_time": round(tally.sim_time, 3),
+            "collisions": {"robot_robot": tally.robot_robot, "robot_world": tally.robot_world},
+        },
+        "cpu_s": round(run.usage.cpu("navigators"), 3),
+        "rss_mb": round(run.usage.rss_mb("navigators"), 1),
+        "private_mb": _rounded(run.usage.private_mb("navigators")),
+        "exit_code": code,
+        "failures": list(run.failures),
+    }
+
+
+def _rounded(value: float | None) -> float | None:
+    return None if value is None else round(value, 3)

@@ -1,0 +1,183 @@
+"""`swarm-up --role world`: world and mission on this host, navigators on others."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from typing import Any
+
+from swarm_commander.bringup import HOST, MODULES, RUNNER, STOP_ORDER, WORLD, Run
+from swarm_commander.charter import Charter, compose
+from swarm_commander.envoy import names_of
+from swarm_commander.params import write_parameter_file
+from swarm_commander.plan import RunPlan
+from swarm_commander.progress import Progress
+from swarm_commander.rundir import RunFolder
+from swarm_commander.supervisor import describe_exit
+from swarm_commander.tally import Tally
+from swarm_common.edition import edition
+from swarm_common.records import Pose
+
+REGISTRY = "registry"
+FIGURES = ("sim_time", "real_time_factor", "collisions")  # that the robots' hosts show
+
+
+class WorldRun(Run):
+    """The world's side of a run on several hosts.
+
+    It owns every fact about the run and says it to the robots' hosts (`charter`); the mission
+    runs here, too: goals, collisions and the report are then in one hand, wherever a robot is.
+
+    Attributes:
+        hosts: Of the robots, for the report.
+    """
+
+    stop_order = (*(name for name in STOP_ORDER if name != HOST), REGISTRY)
+
+    def __init__(
+        self,
+        plan: RunPlan,
+        folder: RunFolder,
+        progress: Progress,
+        tally: Tally,
+        modules: Mapping[str, str] = MODULES,
+    ) -> None:
+        super().__init__(
+            plan, folder, progress, tally, {**modules, REGISTRY: "swarm_commander.registry"}
+        )
+        self.hosts: list[dict[str, Any]] = []
+        self._unserved = set(plan.alive)
+
+    def _begin(self) -> None:
+        trace = {"trace_dir": str(self._folder.trace)}
+        self._start(WORLD, self._plan.world_config(self._folder.verdict) | trace)
+
+    def _prepare_navigators(self, homes: Sequence[Pose]) -> None:
+        trees = {}
+        for number, (name, home) in enumerate(
+            zip(self._plan.options.robot_names, homes, strict=True), 1
+        ):
+            if name in self._plan.alive:
+                trees[name] = self._plan.parameter_file(number, home)
+                write_parameter_file(self._folder.params / f"{name}.yaml", trees[name])
+        self._start(REGISTRY, {"charter": asdict(self._charter(trees))})
+
+    def _charter(self, trees: Mapping[str, Mapping[str, Any]]) -> Charter:
+        options = self._plan.options
+        run = f"{self._folder.path.name}-{time.time_ns():x}"
+        facts = {name: getattr(options, name) for name in ("world", "seed", "robot", "swarm_size")}
+        return compose(run, edition(), facts, trees, self._plan.sites_path)
+
+    def _release_navigators(self) -> None:
+        self._progress.phase("waiting for the robots' hosts")
+        self._progress.note(
+            f"the world is up; on the hosts of {names_of(self._plan.alive)}, for example:\n"
+            f"  swarm-up --role robots --robots {self._plan.alive[0].removeprefix('Srobot')}-"
+            f"{self._plan.alive[-1].removeprefix('Srobot')}"
+            f" --connect {self._plan.options.bind}"
+        )
+
+    def _check_start(self) -> None:
+        if not self._unserved:  # who starts the hosts has all the time in the world
+            super()._check_start()
+
+    # What the hosts say
+
+    def _on_enlisted_event(self, event: dict[str, Any]) -> None:
+        self._unserved -= set(event["robots"])
+        self._progress.note(f"{event['host']} has {names_of(event['robots'])}")
+        if not self._unserved:
+            self._progress.phase("starting navigators")
+
+    def _on_turned_away_event(self, event: dict[str, Any]) -> None:
+        self._progress.note(f"{event['host']} was turned away: {event['reason']}")
+
+    def _on_silent_event(self, event: dict[str, Any]) -> None:
+        if self._is_stopping:
+            return
+        self._tell_of(RUNNER, "silent", event["robots"])
+        self._progress.note(
+            f"nothing is heard of {event['host']}; {names_of(event['robots'])} must stand", "yellow"
+        )
+
+    def _on_heard_event(self, event: dict[str, Any]) -> None:
+        self._tell_of(RUNNER, "heard", event["robots"])
+        self._progress.note(f"{event['host']} is heard again after {event['seconds']:.1f} s")
+
+    def _on_lost_event(self, event: dict[str, Any]) -> None:
+        self._give_up(event, f"nothing was heard of {event['host']} for {event['seconds']:.0f} s")
+
+    def _on_left_event(self, event: dict[str, Any]) -> None:
+        if self._is_stopping:
+            return
+        self._progress.note(f"{event['host']} left; {names_of(event['robots'])} stand")
+        self._lose(event["robots"])
+
+    def _on_died_event(self, event: dict[str, Any]) -> None:
+        if self._is_stopping:
+            return
+        how = describe_exit(int(event["returncode"]))
+        self._fail(f"{event['robot']} died: {how}; its log is on {event['host']}")
+        self._lose([event["robot"]])
+
+    def _on_hosts_event(self, event: dict[str, Any]) -> None:
+        self.hosts = event["hosts"]
+
+    def _give_up(self, event: dict[str, Any], reason: str) -> None:
+        if self._is_stopping:
+            return
+        self._fail(f"{reason}: {names_of(event['robots'])} are lost")
+        self._lose(event["robots"])
+
+    def _lose(self, robots: Sequence[str]) -> None:
+        """Go on without some robots."""
+        for name in robots:
+            self.tally.robots[name].died = True
+        self._tell_of(WORLD, "dead", robots)
+        self._tell_of(RUNNER, "dead", robots)
+        if all(self.tally.robots[name].died for name in self._navigated):
+            self._stop("no robot is left")
+
+    def _tell_of(self, process: str, command: str, robots: Sequence[str]) -> None:
+        for name in robots:
+            self._tell(process, {"cmd": command, "robot": name})
+
+    # What the world says
+
+    def _on_progress_event(self, event: dict[str, Any]) -> None:
+        figures = {name: event[name] for name in FIGURES}
+        self._tell(REGISTRY, {"cmd": "figures", "figures": figures})
+
+    def _on_spawned_event(self, event: dict[str, Any]) -> None:
+        """A robot that comes later has no host."""
+        if not self._is_stopping:
+            name = event["robot"]
+            self._progress.note(f"{name} came, but has no navigator: no host was told of it")
+            self._tell(WORLD, {"cmd": "dead", "robot": name})
+
+    def _on_removed_event(self, event: dict[str, Any]) -> None:
+        name = event["robot"]
+        self._navigated.discard(name)
+        if not self._is_stopping:
+            self._tell(REGISTRY, {"cmd": "removed", "robot": name})
+            self._tell(RUNNER, {"cmd": "removed", "robot": name})
+            self._progress.note(f"{name} was taken out at t = {float(event['sim_time']):.1f} s")
+
+    def _stop(self, phase: str) -> None:
+        if not self._is_stopping:
+            self._tell(REGISTRY, {"cmd": "over", "reason": phase})
+        super()._stop(phase)
+
+
+def add_hosts(report: dict[str, Any], hosts: Sequence[Mapping[str, Any]]) -> None:
+    """Put the robots' hosts, and what their navigators used, into a report."""
+    report["hosts"] = list(hosts)
+    seconds = report["swarm_size"] * (report["sim_time"] or 0.0)
+    if seconds <= 0.0:
+        return
+    cpu = report["cpu_ms_per_robot_second"]
+    navigators = round(1000.0 * sum(host["cpu_s"] for host in hosts) / seconds, 3)
+    cpu["navigators"] = navigators
+    cpu["total"] = round(cpu["total"] + navigators, 3)
+    report["rss_mb"]["navigators"] = round(sum(host["rss_mb"] for host in hosts), 1)

@@ -1,0 +1,114 @@
+"""DDS profiles of a swarm on several hosts: one address to bind to, peers by unicast only."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from swarm_common.errors import ConfigError
+from swarm_common.ros_env import DOMAIN_PORTS, FIRST_PORT, NEWCOMERS, PROFILES
+
+NAMESPACE = "http://www.eprosima.com"
+TEMPLATE = Path(__file__).resolve().parent / "fastdds.xml"
+FOREIGN = (PROFILES, "FASTDDS_DEFAULT_PROFILES_FILE", "ROS_DISCOVERY_SERVER")
+PARTICIPANTS = 120  # ids that are looked for on one host (fastdds.xml)
+WORLD_IDS = 40  # ids on the world's host that robots announce themselves to: world, tools, ...
+MOST_PROCESSES = 90  # navigators' on one host: Fast DDS gives out about 100 ids, tools need some
+# Longer than a host's silence is borne: what was sent during it is sent again by DDS itself.
+LEASE = 60  # [s]
+
+
+@dataclass(frozen=True, slots=True)
+class Peers:
+    """Whom a participant announces itself to.
+
+    Attributes:
+        address: Of the host.
+        ids: Participant ids on it; None for all that are possible.
+    """
+
+    address: str
+    ids: tuple[int, ...] | None = None
+
+
+def unicast_port(domain: int, participant: int) -> int:
+    """Return the port on which a participant listens for announcements (DDSI-RTPS 9.6.1.1)."""
+    return FIRST_PORT + 10 + DOMAIN_PORTS * domain + 2 * participant
+
+
+def port_range(domain: int, participants: int = PARTICIPANTS) -> tuple[int, int]:
+    """Return the first and the last UDP port that participants of one host listen on."""
+    return unicast_port(domain, 0), unicast_port(domain, participants - 1) + 1
+
+
+def profile(own_address: str, peers: Sequence[Peers], domain: int, lease: int = LEASE) -> str:
+    """Return the profile of participants that bind to one address and use no multicast.
+
+    Args:
+        own_address: IPv4 address of this host; the only one that is bound to and announced.
+        peers: Whom to announce oneself to.
+        domain: ROS domain.
+        lease: [s] of silence after which a participant counts as gone.
+    """
+    root = ElementTree.parse(TEMPLATE).getroot()
+    _only(root, "interfaceWhiteList/d:address").text = own_address
+    _only(root, "leaseDuration/d:sec").text = str(lease)
+    known = _only(root, "initialPeersList")
+    known.clear()
+    for each in peers:
+        for port in [None] if each.ids is None else [unicast_port(domain, i) for i in each.ids]:
+            _add_locator(known, each.address, port)
+    ElementTree.register_namespace("", NAMESPACE)
+    return ElementTree.tostring(root, encoding="unicode", xml_declaration=True)
+
+
+def _only(root: ElementTree.Element, path: str) -> ElementTree.Element:
+    found = root.findall(f".//d:{path}", {"d": NAMESPACE})
+    if len(found) != 1:
+        raise ValueError(f"{TEMPLATE} has {len(found)} elements {path}; expected one")
+    return found[0]
+
+
+def _add_locator(known: ElementTree.Element, address: str, port: int | None) -> None:
+    """Add a peer; without a port all participant ids of the host are sought."""
+    make = ElementTree.SubElement
+    udp = make(make(known, f"{{{NAMESPACE}}}locator"), f"{{{NAMESPACE}}}udpv4")
+    if port is not None:
+        make(udp, f"{{{NAMESPACE}}}port").text = str(port)
+    make(udp, f"{{{NAMESPACE}}}address").text = address
+
+
+def peers_of_tools(own_address: str, world_address: str) -> list[Peers]:
+    """Return the peers of whoever wants to see the graph from one of its hosts."""
+    own = Peers(own_address)
+    if world_address == own_address:
+        return [own]
+    return [own, Peers(world_address, tuple(range(WORLD_IDS)))]
+
+
+def peers_of_robots(own_address: str, world_address: str, processes: int) -> list[Peers]:
+    """Return the peers of navigators: the world's host, and newcomers on their own.
+
+    Robots need not know each other in DDS: their beacons go through the world's radio.
+    """
+    if world_address == own_address:
+        return [Peers(own_address)]
+    newcomers = (0, *range(processes + 1, processes + 1 + NEWCOMERS))
+    return [Peers(own_address, newcomers), Peers(world_address, tuple(range(WORLD_IDS)))]
+
+
+def check_environment(environment: Mapping[str, str]) -> None:
+    """Refuse settings of DDS by the user that a profile of ours would contradict.
+
+    Raises:
+        ConfigError: If there are some.
+    """
+    for name in FOREIGN:
+        value = environment.get(name, "")
+        if value and Path(value) != TEMPLATE:
+            raise ConfigError(
+                f"{name} is set to {value}; with --role the addresses come from --bind and"
+                " --connect: unset it"
+            )

@@ -1,0 +1,90 @@
+"""Hosts on this machine: network namespaces on one bridge; no way leads out of it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from types import TracebackType
+
+import pytest
+
+
+class NetHosts:
+    """Hosts 10.213.0.1, 10.213.0.2, ...; all that was made goes when it is left."""
+
+    def __init__(self, count: int) -> None:
+        self.count = count
+        self._mark = f"sw{os.getpid()}"
+        self._switch = f"{self._mark}s"
+
+    def __enter__(self) -> NetHosts:
+        try:
+            self._make(self._switch)
+            self._in(self._switch, "link", "add", "br0", "type", "bridge")
+            self._in(self._switch, "link", "set", "br0", "up")
+            for host in range(1, self.count + 1):
+                self._plug_in(host)
+        except subprocess.CalledProcessError as error:
+            self._remove()
+            pytest.skip(f"no network namespaces can be made here: {error.stderr.strip()}")
+        except OSError as error:
+            pytest.skip(f"no network namespaces can be made here: {error}")
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._remove()
+
+    def name(self, host: int) -> str:
+        """Return the namespace of a host, from 1."""
+        return f"{self._mark}h{host}"
+
+    def address(self, host: int) -> str:
+        """Return the address of a host."""
+        return f"10.213.0.{host}"
+
+    def command(self, host: int, *command: str) -> tuple[str, ...]:
+        """Return a command line that runs a command on a host."""
+        return ("ip", "netns", "exec", self.name(host), *command)
+
+    def set_link(self, host: int, state: str) -> None:
+        """Switch a host's only link `up` or `down`."""
+        self._in(self.name(host), "link", "set", "eth0", state)
+
+    def pids(self) -> list[int]:
+        """Return all processes that run on the hosts."""
+        found: list[int] = []
+        for host in range(1, self.count + 1):
+            output = _ip("netns", "pids", self.name(host))
+            found += [int(word) for word in output.split()]
+        return found
+
+    def _plug_in(self, host: int) -> None:
+        name, port = self.name(host), f"p{host}"
+        self._make(name)
+        peer = ("peer", "name", "eth0", "netns", name)
+        self._in(self._switch, "link", "add", port, "type", "veth", *peer)
+        self._in(self._switch, "link", "set", port, "master", "br0", "up")
+        self._in(name, "addr", "add", f"{self.address(host)}/24", "dev", "eth0")
+        self._in(name, "link", "set", "eth0", "up")
+
+    def _make(self, name: str) -> None:
+        _ip("netns", "add", name)
+        self._in(name, "link", "set", "lo", "up")
+
+    def _in(self, name: str, *words: str) -> None:
+        _ip("-n", name, *words)
+
+    def _remove(self) -> None:
+        names = [self.name(host) for host in range(1, self.count + 1)]
+        for name in (*names, self._switch):
+            subprocess.run(("ip", "netns", "del", name), capture_output=True, check=False)
+
+
+def _ip(*words: str) -> str:
+    done = subprocess.run(("ip", *words), capture_output=True, text=True, check=True)
+    return done.stdout
