@@ -185,6 +185,8 @@ class Navigator:
         s = self._s
         if s.tick == 0 and tick > 1:
             s.listening_since = tick  # a navigator that joins late listens first
+        elif tick - s.tick > s.config.traffic.lost_ticks:
+            self._return(tick)
         s.tick = tick
         s.hood.refresh(tick)
         self._trust_pose()
@@ -208,6 +210,14 @@ class Navigator:
         elif self._state is State.DRIVING and s.blocked_ticks > 0 and s.is_standing:
             s.counters.wait_ticks += 1
         return Output(twist, beacon, events)
+
+    def _return(self, tick: int) -> None:
+        """Go on after a time without data: what was held counts no longer for the others."""
+        s = self._s
+        s.listening_since = tick
+        s.tube.reset(s.pose)
+        if self._task is not None:
+            self._task.is_planned = False
 
     def _drive(self) -> Twist:
         """Choose the twist inside the held space, then let that space grow."""
