@@ -19,6 +19,7 @@ from swarm_commander.rviz import find_rviz, rviz_command
 from swarm_commander.supervisor import Exit, describe_exit
 from swarm_commander.tally import Tally
 from swarm_commander.usage import process_tree
+from swarm_common import ros_env
 from swarm_common.records import Pose
 
 WORLD, HOST, RUNNER, RECORDER = "world", "navigators", "mission", "recorder"
@@ -31,6 +32,7 @@ MODULES = {
     RVIZ: "swarm_commander.window",
     VIEWER: "swarm_view.process",
 }
+MEETING = (WORLD, RUNNER)  # who the navigators of a large swarm are told of, see `participants`
 STOP_ORDER = (WORLD, RUNNER, RECORDER, HOST)  # the world first, so that nobody is late for it
 ONLOOKERS = (RECORDER, RVIZ, VIEWER)  # the run goes on without them
 START_LIMIT = 600.0  # [s] for all to be active; the first start compiles the kernels
@@ -41,8 +43,8 @@ MISSION_LIMIT_PER_ROBOT = 1.0  # [s] and this much more for each robot to connec
 class Run(ProcessRun):
     """A run on one host: world, navigators, mission."""
 
-    stop_order = STOP_ORDER
-    onlookers = ONLOOKERS
+    stop_order: Sequence[str] = STOP_ORDER
+    onlookers: Sequence[str] = ONLOOKERS
 
     def __init__(
         self,
@@ -55,6 +57,8 @@ class Run(ProcessRun):
         super().__init__(folder, progress, tally, modules)
         self._plan = plan
         self._navigated = set(plan.alive)  # robots that have a navigator, or had one that died
+        self._unmet = set(MEETING) if ros_env.is_large(plan.options.swarm_size) else set()
+        self._robots: list[dict[str, Any]] = []  # what the nursery is to start
 
     def _check(self) -> None:
         self._check_start()
@@ -75,13 +79,13 @@ class Run(ProcessRun):
         self._open_windows()
         if self._plan.options.viewer:
             self._start(VIEWER, self._plan.viewer_config())
-        self._release_navigators()
+        if not self._unmet:
+            self._release_navigators()
         trace = {"trace_dir": str(self._folder.trace)}
         self._start(RUNNER, self._plan.runner_config(homes) | trace)
 
     def _prepare_navigators(self, homes: Sequence[Pose]) -> None:
         """Write their parameters and what the nursery is to read."""
-        robots = []
         for number, (name, home) in enumerate(
             zip(self._plan.options.robot_names, homes, strict=True), 1
         ):
@@ -89,15 +93,15 @@ class Run(ProcessRun):
                 continue
             path = self._folder.params / f"{name}.yaml"
             write_parameter_file(path, self._plan.parameter_file(number, home))
-            robots.append({"name": name, "params": str(path)})
+            self._robots.append({"name": name, "params": str(path), "peers": []})
+
+    def _release_navigators(self) -> None:
         config = {
-            "robots": robots,
+            "robots": self._robots,
             "pack": self._plan.options.pack,
             "log_dir": str(self._folder.logs),
         }
         self._configure(HOST, config)
-
-    def _release_navigators(self) -> None:
         self._children[HOST].tell({"cmd": "go"})
 
     def _open_windows(self) -> None:
@@ -113,6 +117,14 @@ class Run(ProcessRun):
         if not self._is_stopping:
             self._progress.phase("starting navigators")
             self._start_robots(event["poses"])
+
+    def _on_meeting_event(self, event: dict[str, Any]) -> None:
+        """Start the navigators when they can be told where to meet world and mission."""
+        for robot in self._robots:
+            robot["peers"] += event["ports"].get(robot["name"], [])
+        self._unmet.discard(event["party"])
+        if not self._unmet and not self._is_stopping:
+            self._release_navigators()
 
     def _on_spawned_event(self, event: dict[str, Any]) -> None:
         """Start the navigator of a robot that came while the run goes on."""

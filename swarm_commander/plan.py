@@ -15,6 +15,7 @@ from swarm_commander.params import (
     load_overrides,
     robot_parameter_file,
 )
+from swarm_common import ros_env
 from swarm_common.errors import ConfigError
 from swarm_common.fleet import Fleet, Member, uniform_fleet
 from swarm_common.map_io import load_map, map_of_world
@@ -111,6 +112,7 @@ class RunPlan:
         values = {
             "autostart": self.options.autostart,
             "wait_for_mission": waits,
+            "on_demand": self.options.swarm_size > ros_env.FEW_ROBOTS,
             "sites": str(self.sites_path) if self.sites_path else "",
             **self.defaults,
             **(REALISTIC if self.options.realistic else {}),

@@ -16,7 +16,6 @@ from typing import Any
 
 import rclpy
 from rclpy.experimental import EventsExecutor
-from rclpy.node import Node
 from swarm_interfaces.msg import RobotStatus
 
 from swarm_commander.diary import FILE, Diary
@@ -24,6 +23,7 @@ from swarm_commander.driver import RobotDriver, has_goal, sim_seconds
 from swarm_commander.itinerary import Itinerary, Order, Outcome
 from swarm_commander.mission import load_mission
 from swarm_common.journal import Journal
+from swarm_common.participants import Hubs, prepare
 from swarm_common.pipes import EventWriter, LineReader
 from swarm_common.records import Pose
 from swarm_common.sites import Sites
@@ -47,21 +47,24 @@ LATE_STATUS = 2.0  # [s] of wall time to wait for the status of an end
 
 
 class Runner:
-    """All robots of a run, on one node."""
+    """All robots of a run."""
 
-    def __init__(self, node: Node, config: dict[str, Any], events: EventWriter) -> None:
+    def __init__(self, hubs: Hubs, config: dict[str, Any], events: EventWriter) -> None:
         """Attach to the robots of `config`, see `RunPlan.runner_config`."""
-        self._node = node
+        self._hubs = hubs
         self._events = events
         self._stands_still_at_end = bool(config["stand_still_at_end"])
         self._drivers = {
-            robot["name"]: RobotDriver(node, robot["name"], itinerary, self)
-            for robot, itinerary in zip(config["robots"], itineraries(config), strict=True)
+            robot["name"]: RobotDriver(hubs.node_of(index), robot["name"], itinerary, self)
+            for index, (robot, itinerary) in enumerate(
+                zip(config["robots"], itineraries(config), strict=True)
+            )
         }
         folder = config.get("trace_dir")
         self._diary = Diary(Journal(Path(folder) / FILE)) if folder else None
         self._dead: set[str] = set()
         self._removed: set[str] = set()  # taken out by the operator: their goals do not count
+        self._excused: set[str] = set()  # their host is silent: swarm-up decides about them
         self._fresh: set[str] = set()
         self._sent: dict[str, int] = {}  # number of the latest goal, by robot
         self._is_started = False
@@ -86,7 +89,13 @@ class Runner:
             self._dead.discard(name)
             self._removed.discard(name)
             if name not in self._drivers:
-                self._drivers[name] = RobotDriver(self._node, name, None, self)
+                node = self._hubs.node_of(len(self._drivers))
+                self._drivers[name] = RobotDriver(node, name, None, self)
+        elif kind == "silent":
+            self._excused.add(name)
+        elif kind == "heard":
+            self._excused.discard(name)
+            self._heard_at[name] = time.monotonic()
         elif kind in ("dead", "removed") and name in self._drivers:
             self._dead.add(name)
             if kind == "removed":
@@ -159,7 +168,7 @@ class Runner:
         for name, driver in self._drivers.items():
             is_behind = driver.tick and latest - driver.tick > LOST_TICKS
             is_silent = now - self._heard_at.get(name, now) > LOST_TIME
-            if is_behind and is_silent and name not in self._dead:
+            if is_behind and is_silent and name not in self._dead | self._excused:
                 self._dead.add(name)
                 if not driver.is_over:
                     self._events.write("note", message=f"{name} is silent; its goals count failed")
@@ -224,13 +233,21 @@ def main() -> None:
     flags = dict(zip(sys.argv[2::2], sys.argv[3::2], strict=True))
     events = EventWriter(int(flags["--event-fd"]))
     commands = LineReader(int(flags["--control-fd"]))
+    count = len(config["robots"])
+    is_large = prepare(count, Path(sys.argv[1]).resolve().with_suffix(".xml"))
     rclpy.init(signal_handler_options=rclpy.SignalHandlerOptions.NO)
     node = rclpy.create_node("mission", enable_rosout=False, start_parameter_services=False)
     stopping: list[int] = []
     signal.signal(signal.SIGTERM, lambda number, _: stopping.append(number))
     executor = EventsExecutor()
-    executor.add_node(node)
-    runner = Runner(node, config, events)
+    hubs = Hubs(node, count, is_large=is_large)
+    for each in hubs.nodes:
+        executor.add_node(each)
+    runner = Runner(hubs, config, events)
+    if is_large:
+        ports = hubs.ports([robot["name"] for robot in config["robots"]])
+        peers = {name: [port] for name, port in ports.items()}
+        events.write("meeting", party="mission", ports=peers)
     due = 0.0
     with contextlib.suppress(BrokenPipeError):
         while not stopping:

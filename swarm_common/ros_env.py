@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 from pathlib import Path
 
 PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
 DISCOVERY_RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 FIRST_PORT, DOMAIN_PORTS = 7400, 250  # UDP ports of DDSI-RTPS 9.6.1.1
 NEWCOMERS = 16  # participant ids after those of the swarm
+MOST_PARTICIPANTS = 120  # of a domain; the ports of more are those of the next domain
+FEW_ROBOTS = 30  # up to here every participant may know everybody
 # What another terminal needs to see the same graph in the same way.
 VARIABLES = ("ROS_DOMAIN_ID", DISCOVERY_RANGE, PROFILES)
+_PROFILE = Path(__file__).resolve().parent / "fastdds.xml"
+_EVERYBODY = "<locator><udpv4><address>127.0.0.1</address></udpv4></locator>"
 
 
 def set_defaults() -> None:
@@ -25,39 +30,63 @@ def set_defaults() -> None:
     own_profile = {PROFILES, "FASTDDS_DEFAULT_PROFILES_FILE", "ROS_DISCOVERY_SERVER"}
     if local and not own_profile & os.environ.keys():
         os.environ[DISCOVERY_RANGE] = "SYSTEM_DEFAULT"  # leaves the choice to the profile
-        os.environ[PROFILES] = str(Path(__file__).resolve().parent / "fastdds.xml")
+        os.environ[PROFILES] = str(_PROFILE)
     elif local:
         os.environ[DISCOVERY_RANGE] = "LOCALHOST"
 
 
-def announce_to_few(folder: Path, processes: int) -> None:
-    """Let processes started from here announce themselves to few others.
+def is_profile_ours() -> bool:
+    """Whether discovery is on this host and goes by our profile."""
+    return os.environ.get(PROFILES) == str(_PROFILE)
+
+
+def is_large(robots: int) -> bool:
+    """Whether a swarm is so large that its topics are spread (`participants`).
+
+    Then navigators are told whom to meet, and create rarely used servers when these are wanted.
+    """
+    return robots > FEW_ROBOTS and is_profile_ours()
+
+
+def write_profile(path: Path, ports: Iterable[int], first_free: int) -> None:
+    """Write the profile of a process that announces itself to few others.
 
     Robots need not know each other in DDS (their beacons go through the world's radio), and in
-    large swarms that knowledge costs more than all their work. World and operator announce
-    themselves to everybody, so robots find those anyway; here are added the ids that the next
-    newcomers get, so that a tool without our environment finds the robots, too.
+    large swarms that knowledge costs more than all their work. Who looks around for everybody, as
+    the tools do, finds the robots anyway; here are added the ids that the next newcomers get, so
+    that a tool without our environment finds the robots, too.
 
     Args:
-        folder: Where the profile is written.
-        processes: How many robot processes there will be.
+        path: Of the profile; its folder is made.
+        ports: Of those that the process needs.
+        first_free: Participant id that the next newcomer will get.
     """
-    own = Path(__file__).resolve().parent / "fastdds.xml"
-    if os.environ.get(PROFILES) != str(own):
-        return
-    everybody = "<locator><udpv4><address>127.0.0.1</address></udpv4></locator>"
-    ids = (0, *range(processes + 1, processes + 1 + NEWCOMERS))
+    newcomers = (_unicast_port(i) for i in range(first_free, first_free + NEWCOMERS))
     peers = "".join(
-        f"<locator><udpv4><port>{_unicast_port(i)}</port><address>127.0.0.1</address></udpv4></locator>"
-        for i in ids
+        f"<locator><udpv4><port>{port}</port><address>127.0.0.1</address></udpv4></locator>"
+        for port in dict.fromkeys((*ports, *newcomers))
     )
-    profile = folder / "fastdds_robots.xml"
-    text = own.read_text(encoding="utf-8")
-    profile.write_text(text.replace(everybody, peers), encoding="utf-8")
-    os.environ[PROFILES] = str(profile)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(_PROFILE.read_text(encoding="utf-8").replace(_EVERYBODY, peers), "utf-8")
+
+
+def world_port() -> int:
+    """Return the port of who came first in the domain: in a small swarm, that is the world."""
+    return _unicast_port(0)
+
+
+def is_discovery_port(port: int) -> bool:
+    """Whether a participant of this domain may listen for announcements on a UDP port."""
+    offset = port - world_port()
+    return 0 <= offset < 2 * MOST_PARTICIPANTS and offset % 2 == 0
+
+
+def participant_id(port: int) -> int:
+    """Return the id of the participant that listens for announcements on a port."""
+    return (port - world_port()) // 2
 
 
 def _unicast_port(participant: int) -> int:
     """Return the port on which a participant listens for announcements (DDSI-RTPS 9.6.1.1)."""
-    domain = int(os.environ.get("ROS_DOMAIN_ID", "0"))
+    domain = int(os.environ.get("ROS_DOMAIN_ID") or "0")
     return FIRST_PORT + 10 + DOMAIN_PORTS * domain + 2 * participant

@@ -300,3 +300,10 @@ class NavigatorNode:
         if self._brain is not None:
             status = self._brain.status()
             self._status.publish(status_msg(status, self._settings.name, self.tick))
+
+    def destroy(self) -> None:
+        """Leave the ROS graph."""
+        if self._brain is not None:
+            for topic in (self._odom, self._scan, self._neighbors):
+                topic.destroy()
+        self.node.destroy_node()

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 from rclpy.context import Context
-from rclpy.executors import Executor
+from rclpy.executors import Executor, ExternalShutdownException
 
 from swarm_common.ros_poll import Waiter, drain
 from swarm_nav.node import NavigatorNode
@@ -17,39 +19,93 @@ REQUEST_PERIOD = 0.05  # [s] of wall time between two looks while ticks come
 PACK_SLICE = 0.01  # [s] while some navigators of the process wait for a tick and some do not
 
 
+@dataclass(frozen=True, slots=True)
+class Seat:
+    """One navigator of a process.
+
+    Attributes:
+        name: Of the robot.
+        node: Its node.
+        executor: For all of this node that is not sensor data, so that a failure has one owner.
+    """
+
+    name: str
+    node: NavigatorNode
+    executor: Executor
+
+
 class TickLoop:
     """The navigators of one process, turn after turn.
 
     Sensor data are waited for and taken directly (`ros_poll`): once per tick, where an executor
-    would be woken for each message. Requests, goals and parameters come through the executor,
-    which is emptied now and then. While no tick can come, that is, before the map or while an
+    would be woken for each message. Requests, goals and parameters come through the executors,
+    which are emptied now and then. While no tick can come, that is, before the map or while an
     answer is withheld until the next goal, the executor is what is waited for.
     """
 
-    def __init__(
-        self, nodes: Sequence[NavigatorNode], executor: Executor, context: Context
-    ) -> None:
-        """Take the nodes of the process and the executor for all that is not sensor data."""
-        self._nodes = nodes
-        self._executor = executor
-        self._waiter = Waiter(context, len(nodes))
+    def __init__(self, seats: Sequence[Seat], context: Context) -> None:
+        """Take the navigators of the process."""
+        self._seats = list(seats)
+        self._waiter = Waiter(context, len(seats))
         self._requests_due = 0.0
-        for node in nodes:
-            executor.add_node(node.node)
+        self._failures: list[tuple[Seat, Exception]] = []
+        for seat in seats:
+            seat.executor.add_node(seat.node.node)
 
-    def turn(self) -> None:
-        """Wait for something to do, and do it."""
-        awaited = [node.awaited for node in self._nodes]
-        topics = [topic for topic in awaited if topic is not None]
-        if len(topics) == len(self._nodes):
-            self._waiter.wait(topics, TICK_SLICE)
-        else:
-            self._executor.spin_once(timeout_sec=PACK_SLICE if topics else WAIT_SLICE)
-        for node in self._nodes:
-            node.take_inputs()
+    def turn(self) -> list[tuple[Seat, Exception]]:
+        """Wait for something to do, and do it.
+
+        Returns:
+            Navigators that failed, and why; they have left the graph.
+
+        Raises:
+            Exception: Whatever the last navigator fails with.
+        """
+        self._wait()
+        for seat in self._seats:
+            self._try(seat, seat.node.take_inputs)
         now = time.monotonic()
         if now >= self._requests_due:
             self._requests_due = now + REQUEST_PERIOD
-            drain(self._executor)
-            for node in self._nodes:
-                node.look_around(now)
+            for seat in self._seats:
+                self._try(seat, lambda seat=seat: drain(seat.executor))  # type: ignore[misc]
+                self._try(seat, lambda seat=seat: seat.node.look_around(now))  # type: ignore[misc]
+        return self._dismiss()
+
+    def _wait(self) -> None:
+        topics = []
+        idle = None
+        for seat in self._seats:
+            if (topic := seat.node.awaited) is not None:
+                topics.append(topic)
+            elif idle is None:
+                idle = seat
+        if idle is None:
+            self._waiter.wait(topics, TICK_SLICE)
+            return
+        period = WAIT_SLICE if len(self._seats) == 1 else PACK_SLICE
+        self._try(idle, lambda: idle.executor.spin_once(timeout_sec=period))
+
+    def _try(self, seat: Seat, work: Callable[[], object]) -> None:
+        """Work for one navigator whose failure is not to be that of the others."""
+        try:
+            work()
+        except ExternalShutdownException:
+            raise
+        except Exception as error:
+            if len(self._seats) == 1:
+                raise
+            self._failures.append((seat, error))
+
+    def _dismiss(self) -> list[tuple[Seat, Exception]]:
+        """Let those that failed leave the graph."""
+        failures, self._failures = self._failures, []
+        known: dict[str, tuple[Seat, Exception]] = {}
+        for seat, error in failures:
+            if seat.name not in known:
+                known[seat.name] = seat, error
+                self._seats.remove(seat)
+                with contextlib.suppress(Exception):  # half of it may be gone
+                    seat.executor.remove_node(seat.node.node)
+                    seat.node.destroy()
+        return list(known.values())

@@ -7,9 +7,7 @@ advances the world. Nothing in it is decided by the wall clock except who is lat
 from __future__ import annotations
 
 import argparse
-import json
 import os
-import resource
 import signal
 import sys
 import time
@@ -23,26 +21,26 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 from rosgraph_msgs.msg import Clock
-from swarm_interfaces.msg import Verdict as VerdictMsg
 
 from swarm_common import ros_env, ros_io
 from swarm_common.errors import SwarmError
+from swarm_common.participants import prepare
 from swarm_common.pipes import EventWriter, LineReader
-from swarm_common.records import CONTROL_PERIOD, Pose, RobotSpec, Twist
-from swarm_common.ros_poll import Waiter, drain
+from swarm_common.records import CONTROL_PERIOD, Pose
+from swarm_common.ros_poll import drain
 from swarm_sim.barrier import Barrier
 from swarm_sim.build import Stage, build
 from swarm_sim.crew import Arrival, Crew
-from swarm_sim.pacing import Rate, SpeedMeter, Throttle
+from swarm_sim.pacing import Rate, Throttle
 from swarm_sim.ros_control import Control
 from swarm_sim.ros_entities import Entities
-from swarm_sim.ros_links import RobotLink
 from swarm_sim.ros_moves import LIMIT, Moves
+from swarm_sim.ros_report import Reporter
 from swarm_sim.ros_scenery import Scenery
+from swarm_sim.ros_swarm import Links
 from swarm_sim.run_state import RunState
 from swarm_sim.settings import Settings, read_settings
 from swarm_sim.trace import Trace, begin_trace
-from swarm_sim.verdict import Collision
 from swarm_sim.world import Observation
 
 REPEAT_PERIOD = 0.25  # [s] of wall time after which an unanswered tick is published again
@@ -59,8 +57,17 @@ class WorldNode:
         is_over: Whether the configured duration has passed.
     """
 
-    def __init__(self, stage: Stage, settings: Settings, events: EventWriter) -> None:
-        """Create all topics; rclpy must be initialised."""
+    def __init__(
+        self, stage: Stage, settings: Settings, events: EventWriter, *, is_large: bool = False
+    ) -> None:
+        """Create all topics; rclpy must be initialised.
+
+        Args:
+            stage: The world, built.
+            settings: What to do with it.
+            events: For swarm-up.
+            is_large: What `participants.prepare` returned.
+        """
         self._world = stage.world
         self._settings = settings
         self._events = events
@@ -77,8 +84,6 @@ class WorldNode:
         self._report_rate = Rate(REPORT_PERIOD)
         self._repeat_rate = Rate(REPEAT_PERIOD)
         self._request_rate = Rate(REQUEST_PERIOD)
-        self._meter = SpeedMeter()
-        self._started = time.monotonic()
         self._observations: list[Observation] = []
         self._control: LineReader | None = None
         self._trace: Trace | None = None
@@ -87,33 +92,20 @@ class WorldNode:
         self._node = _create_node()
         self._executor = EventsExecutor()
         self._executor.add_node(self._node)
-        self._waiter = Waiter(self._node.context)
-        self._create_topics(stage)
+        make = self._node.create_publisher
+        self._clock = make(Clock, "/clock", ros_io.RELIABLE)
+        self._map = make(OccupancyGrid, "/map", ros_io.LATCHED)
+        self._map.publish(ros_io.grid_msg(stage.grid, 0))
+        self._reporter = Reporter(self._node, stage.world, self._barrier, events)
+        self._links = Links(self._node, stage, settings, self._barrier, is_large=is_large)
         self._scenery = Scenery(self._node, stage.scene, stage.world)
         self._crew = Crew(stage.world, stage.grid, stage.poses_map, settings.spawn)
         self._entities = Entities(self._node, stage.world, self._crew, self)
         self._moves = Moves(self._node)
         self._state = RunState()
         self._services = Control(self._node, self._state, speed, self._throttle.set_speed)
-
-    def _create_topics(self, stage: Stage) -> None:
-        make = self._node.create_publisher
-        self._clock = make(Clock, "/clock", ros_io.RELIABLE)
-        self._verdict = make(VerdictMsg, "/sim/verdict", ros_io.RELIABLE)
-        self._map = make(OccupancyGrid, "/map", ros_io.LATCHED)
-        self._map.publish(ros_io.grid_msg(stage.grid, 0))
-        self._links = [
-            self._link(i, entry.name, spec, urdf)
-            for i, (entry, spec, urdf) in enumerate(
-                zip(self._settings.robots, stage.specs, stage.urdfs, strict=True)
-            )
-        ]
-
-    def _link(self, robot: int, name: str, spec: RobotSpec, urdf: str) -> RobotLink:
-        def note_answer() -> None:
-            self._barrier.answer(robot)
-
-        return RobotLink(self._node, name, spec, urdf, self._settings, note_answer)
+        if is_large:
+            events.write("meeting", party="world", ports=self._links.meeting_ports)
 
     def stop(self) -> None:
         """Make `run` return; the tick in hand is not executed."""
@@ -149,12 +141,9 @@ class WorldNode:
     def on_arrival(self, arrival: Arrival) -> None:
         """Let a robot that has come take part."""
         robot, spec = arrival.index, arrival.robot.spec
-        link = self._link(robot, arrival.name, spec, arrival.robot.urdf)
-        if robot == len(self._links):
-            self._links.append(link)
+        if self._links.add(robot, arrival.name, spec, arrival.robot.urdf):
             self._barrier.add()
         else:
-            self._links[robot] = link
             self._barrier.welcome(robot)
         self._scenery.renew(self._crew.robots)
         pose = arrival.pose_map
@@ -170,17 +159,17 @@ class WorldNode:
     def on_removal(self, robot: int) -> None:
         """Let a robot that was taken out no longer take part."""
         self._moves.forget(robot)
-        self._links[robot].destroy(self._node)
+        name = self._links.remove(robot)
         self._barrier.lose(robot)
         self._scenery.renew(self._crew.robots)
-        self._events.write("removed", robot=self._links[robot].name, sim_time=self._world.sim_time)
+        self._events.write("removed", robot=name, sim_time=self._world.sim_time)
 
     def on_move(self, robot: int, pose_map: Pose) -> None:
         """Tell a robot that it was put elsewhere; it stands until its beacon says so, too."""
         speaks = self._world.last_beacons[robot] is not None  # a foreign navigator does not
         patience = LIMIT if self._barrier.expects(robot) else 0.0
         self._moves.tell(
-            robot, self._links[robot].name, pose_map, self._world.tick, patience, speaks
+            robot, self._links.names[robot], pose_map, self._world.tick, patience, speaks
         )
 
     # A tick
@@ -188,47 +177,37 @@ class WorldNode:
     def _open_tick(self) -> None:
         self._tick = self._world.tick
         self._observations = self._world.observe()
-        for link in self._links:
-            link.open(self._tick)
         now = time.monotonic()
         self._barrier.open(now)
         self._repeat_rate.is_due(now)
         if self._clock_rate.is_due(now):
             self._publish_clock()
-        for link, observation in zip(self._links, self._observations, strict=True):
-            link.publish(observation)
-        self._publish_for_viewers()
+        self._links.open(self._tick, self._observations)
+        self._links.publish_for_viewers(self._observations, self._world)
+        self._scenery.publish(self._tick)
         self._look_around(now)
 
     def _wait_for_answers(self) -> None:
         was_started = self._barrier.has_started
         while not self._is_stopped:
             now = time.monotonic()
-            self._take_answers()
+            self._links.take_answers()
             if self._barrier.is_complete(now):
                 break
-            self._waiter.wait([self._links[self._barrier.missing()[0]].awaited], WAIT_SLICE)
+            self._links.wait(WAIT_SLICE)
             self._repeat(now)
             self._look_around(now)
         if not was_started:
             now = time.monotonic()
             self._throttle.start(now)
-            self._meter.start(now, self._world.sim_time)
-            self._started = now
-
-    def _take_answers(self) -> None:
-        """Take what has come from robots whose answer is not whole, also from the late."""
-        for link in self._links:
-            if not link.has_answered:
-                link.take_answers()
+            self._reporter.start(now)
 
     def _repeat(self, now: float) -> None:
         """Publish the tick once more for robots that were not there or lost a message."""
         if not self._repeat_rate.is_due(now):
             return
         self._publish_clock()
-        for robot in self._barrier.missing():
-            self._links[robot].publish(self._observations[robot])
+        self._links.repeat(self._observations)
 
     def _wait(self, period: float) -> None:
         is_alone = self._barrier.has_started and self._barrier.answering == 0 and self._tick > 0
@@ -240,7 +219,7 @@ class WorldNode:
             if now >= end:
                 break
             time.sleep(min(WAIT_SLICE, end - now))
-            self._take_answers()
+            self._links.take_answers()
             self._look_around(now)
 
     def _wait_while_held(self) -> None:
@@ -248,52 +227,26 @@ class WorldNode:
             return
         while self._state.is_held and not self._is_stopped:
             time.sleep(WAIT_SLICE)
-            self._take_answers()
+            self._links.take_answers()
             self._look_around(time.monotonic())
             self._change()
         self._throttle.start(time.monotonic())
 
     def _advance(self) -> None:
         self._barrier.close()
-        commands = [link.fresh_command() for link in self._links]
-        if not self._settings.free_run:  # who did not answer in time stops
-            commands = [command or Twist() for command in commands]
-        beacons = [link.beacon for link in self._links]
+        commands, beacons = self._links.answers()
         for robot in self._moves.hold(commands, beacons):
             self._crew.settle(robot)
         collisions = self._world.step(commands, beacons)
         for collision in collisions:
-            self._report_collision(collision)
+            self._reporter.collision(collision)
         if self._trace is not None:
             self._trace.observe(
                 self._world.tick, self._world.poses, self._world.clearances, self._world.absent
             )
 
-    def _report_collision(self, collision: Collision) -> None:
-        self._events.write(
-            "collision",
-            robots=list(collision.robots),
-            obstacle=collision.obstacle,
-            x=collision.x,
-            y=collision.y,
-            sim_time=collision.sim_time,
-        )
-
     def _publish_clock(self) -> None:
         self._clock.publish(Clock(clock=ros_io.time_msg(self._tick)))
-
-    def _publish_for_viewers(self) -> None:
-        for robot, link in enumerate(self._links):
-            if link.wants_tf or link.wants_joints:
-                pose_odom = self._observations[robot].odom.pose_odom
-                link.publish_for_viewers(pose_odom, self._world.joint_states(robot))
-            if link.wants_imu:
-                link.publish_imu(self._world.imu(robot))
-        if any(link.wants_truth for link in self._links):
-            for link, truth in zip(self._links, self._world.ground_truth(), strict=True):
-                if link.wants_truth:
-                    link.publish_truth(*truth)
-        self._scenery.publish(self._tick)
 
     def _look_around(self, now: float) -> None:
         """Do what is due on the wall clock: requests, reports, control pipe, viewers."""
@@ -304,54 +257,19 @@ class WorldNode:
             return
         for command in self._control.read() if self._control is not None else []:
             self._obey(command)
-        for link in self._links:
-            link.look_for_viewers()
+        self._links.look_for_viewers()
         self._scenery.look_for_viewers(self._tick)
-        self._meter.update(now, self._world.sim_time)
-        self._report()
+        self._reporter.report(self._tick, len(self._crew.robots))
 
     def _obey(self, command: dict[str, Any]) -> None:
-        names = [link.name for link in self._links]
+        names = self._links.names
         if command.get("cmd") == "dead" and command.get("robot") in names:
             self._barrier.lose(names.index(command["robot"]))
 
-    def _report(self) -> None:
-        verdict = self._world.verdict
-        message = VerdictMsg(stamp=ros_io.time_msg(self._tick))
-        message.real_time_factor = self._meter.factor
-        message.robots = len(self._crew.robots)
-        message.answering = self._barrier.answering if self._barrier.has_started else 0
-        message.collisions_robot_robot = verdict.robot_robot
-        message.collisions_robot_world = verdict.robot_world
-        message.min_clearance = verdict.min_clearance
-        message.late_ticks = self._barrier.late_ticks
-        self._verdict.publish(message)
-        self._events.write(
-            "progress",
-            sim_time=verdict.sim_time,
-            real_time_factor=round(self._meter.factor, 3),
-            collisions={"robot_robot": verdict.robot_robot, "robot_world": verdict.robot_world},
-            min_clearance=verdict.as_json()["min_clearance"],
-            late_ticks=self._barrier.late_ticks,
-            answering=message.answering,
-        )
-
     def finish(self) -> dict[str, Any]:
         """Return the verdict of the run, and write it if the settings say where."""
-        wall_time = time.monotonic() - self._started
-        usage = resource.getrusage(resource.RUSAGE_SELF)
-        data = self._world.verdict.as_json() | {
-            "ticks": self._world.tick,
-            "wall_time": wall_time,
-            "real_time_factor": self._world.sim_time / wall_time if wall_time > 0.0 else 0.0,
-            "late_ticks": self._barrier.late_ticks,
-            "cpu_s": usage.ru_utime + usage.ru_stime,
-            "rss_mb": usage.ru_maxrss / 1024.0,
-        }
-        if self._settings.verdict_path is not None:
-            path = Path(self._settings.verdict_path)
-            path.write_text(json.dumps(data, indent=1), encoding="utf-8")
-        self._report()
+        data = self._reporter.final(self._settings.verdict_path)
+        self._reporter.report(self._tick, len(self._crew.robots))
         self._world.close()
         return data
 
@@ -360,6 +278,7 @@ class WorldNode:
         self._executor.shutdown()
         self._services.destroy()
         self._entities.destroy()
+        self._links.destroy()
         self._node.destroy_node()
         rclpy.try_shutdown()
 
@@ -392,8 +311,9 @@ def main(arguments: list[str] | None = None) -> int:
         events.write("note", message=note)
     events.write("spawn", poses=[[pose.x, pose.y, pose.yaw] for pose in stage.poses_map])
     ros_env.set_defaults()
+    is_large = prepare(len(settings.robots), Path(options.config).resolve().with_suffix(".xml"))
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    node = WorldNode(stage, settings, events)
+    node = WorldNode(stage, settings, events, is_large=is_large)
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: node.stop())
     if options.control_fd is not None:

@@ -42,6 +42,7 @@ class RobotLink:
     def __init__(
         self,
         node: Node,
+        gallery: Node,
         name: str,
         spec: RobotSpec,
         urdf: str,
@@ -51,7 +52,8 @@ class RobotLink:
         """Create the topics of `/name`.
 
         Args:
-            node: Of the world.
+            node: Of the world, for what the robot's navigator needs.
+            gallery: Of the world, for the rest.
             name: Namespace of the robot.
             spec: Its model.
             urdf: Its description.
@@ -70,7 +72,7 @@ class RobotLink:
         self._odom_writer = wire.OdometryWriter("odom", BASE)
         self._truth_writer = wire.OdometryWriter("map", BASE)
         self._scan_writer = wire.ScanWriter("base_scan", 1.0 / spec.lidar.rate)
-        self._create_publishers(node, f"/{name}")
+        self._create_publishers(node, gallery, f"/{name}")
         self._publish_description(urdf)
         kind: Any = TwistStamped if settings.cmd_vel_stamped else TwistMsg
         self._read_command = self._take_stamped if settings.cmd_vel_stamped else self._take_plain
@@ -78,21 +80,23 @@ class RobotLink:
         self._beacons = PolledTopic(node, Beacon, f"/{name}/beacon", ros_io.TICK_INPUT)
         self.look_for_viewers()
 
-    def _create_publishers(self, node: Node, space: str) -> None:
+    def _create_publishers(self, node: Node, gallery: Node, space: str) -> None:
         make = node.create_publisher
         self._odom = make(OdometryMsg, f"{space}/odom", ros_io.RELIABLE)
         self._scan = make(LaserScan, f"{space}/scan", ros_io.SENSOR)
         self._neighbors = make(NeighborArray, f"{space}/neighbors", ros_io.RELIABLE)
-        self._truth = make(OdometryMsg, f"{space}/ground_truth", ros_io.RELIABLE)
-        self._joint_states = make(JointState, f"{space}/joint_states", ros_io.RELIABLE)
-        self._imu = make(ImuMsg, f"{space}/imu", ros_io.RELIABLE)
-        self._tf = make(TFMessage, f"{space}/tf", ros_io.TRANSFORMS)
-        self._tf_static = make(TFMessage, f"{space}/tf_static", ros_io.STATIC_TRANSFORMS)
-        self._description = make(String, f"{space}/robot_description", ros_io.LATCHED)
-        self._publishers = (
-            self._odom, self._scan, self._neighbors, self._truth, self._joint_states, self._tf,
-            self._tf_static, self._description, self._imu,
+        show = gallery.create_publisher
+        self._truth = show(OdometryMsg, f"{space}/ground_truth", ros_io.RELIABLE)
+        self._joint_states = show(JointState, f"{space}/joint_states", ros_io.RELIABLE)
+        self._imu = show(ImuMsg, f"{space}/imu", ros_io.RELIABLE)
+        self._tf = show(TFMessage, f"{space}/tf", ros_io.TRANSFORMS)
+        self._tf_static = show(TFMessage, f"{space}/tf_static", ros_io.STATIC_TRANSFORMS)
+        self._description = show(String, f"{space}/robot_description", ros_io.LATCHED)
+        shown = (
+            self._truth, self._joint_states, self._imu, self._tf, self._tf_static,
+            self._description,
         )  # fmt: skip
+        self._publishers = ((node, (self._odom, self._scan, self._neighbors)), (gallery, shown))
 
     def _publish_description(self, urdf: str) -> None:
         self._description.publish(String(data=urdf))
@@ -107,7 +111,7 @@ class RobotLink:
         self.wants_joints = self._joint_states.get_subscription_count() > 0
         self.wants_tf = self._tf.get_subscription_count() > 0
 
-    def destroy(self, node: Node) -> None:
+    def destroy(self) -> None:
         """Withdraw all topics: the robot is not there any more."""
         self.is_gone = True
         self.command = self._other = None
@@ -115,8 +119,9 @@ class RobotLink:
         self.wants_truth = self.wants_joints = self.wants_tf = self.wants_imu = False
         for topic in (self._commands, self._beacons):
             topic.destroy()
-        for publisher in self._publishers:
-            node.destroy_publisher(publisher)
+        for node, publishers in self._publishers:
+            for publisher in publishers:
+                node.destroy_publisher(publisher)
 
     def open(self, tick: int) -> None:
         """Forget the last answer: `tick` is in hand now."""

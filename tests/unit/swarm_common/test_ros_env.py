@@ -43,23 +43,31 @@ def test_the_users_choice_is_respected(
     assert ros_env.PROFILES not in os.environ
 
 
-def test_robots_announce_themselves_to_the_world_and_to_newcomers(
+def test_robots_announce_themselves_to_those_they_need_and_to_newcomers(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("ROS_DOMAIN_ID", "3")
-    ros_env.set_defaults()
-    ros_env.announce_to_few(tmp_path, processes=20)
-    found = ElementTree.parse(os.environ[ros_env.PROFILES]).iterfind(PORTS)
-    ports = [int(node.text or 0) for node in found]
     first = 7400 + 250 * 3 + 10
-    assert ports[0] == first
-    assert ports[1:] == [first + 2 * i for i in range(21, 21 + ros_env.NEWCOMERS)]
+    path = tmp_path / "fastdds" / "Srobot1.xml"
+    ros_env.write_profile(path, (first, first + 8, first + 8), first_free=21)
+    found = ElementTree.parse(path).iterfind(PORTS)
+    ports = [int(node.text or 0) for node in found]
+    assert ports[:2] == [first, first + 8]
+    assert ports[2:] == [first + 2 * i for i in range(21, 21 + ros_env.NEWCOMERS)]
 
 
-def test_a_profile_of_the_user_is_left_alone(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_ports_of_participants(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROS_DOMAIN_ID", "3")
+    first = ros_env.world_port()
+    assert ros_env.participant_id(first + 14) == 7
+    assert ros_env.is_discovery_port(first)
+    assert not ros_env.is_discovery_port(first + 1)  # of the same participant, for data
+    assert not ros_env.is_discovery_port(first + ros_env.DOMAIN_PORTS)  # of the next domain
+
+
+def test_a_swarm_is_large_only_where_discovery_is_ours(monkeypatch: pytest.MonkeyPatch) -> None:
+    ros_env.set_defaults()
+    assert ros_env.is_large(ros_env.FEW_ROBOTS + 1)
+    assert not ros_env.is_large(ros_env.FEW_ROBOTS)
     monkeypatch.setenv(ros_env.PROFILES, "/my/profile.xml")
-    ros_env.announce_to_few(tmp_path, processes=20)
-    assert os.environ[ros_env.PROFILES] == "/my/profile.xml"
-    assert not list(tmp_path.iterdir())
+    assert not ros_env.is_large(ros_env.FEW_ROBOTS + 1)
