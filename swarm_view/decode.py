@@ -35,6 +35,12 @@ class Raster:
         height, width = self.cells.shape
         return width * self.resolution, height * self.resolution
 
+    @property
+    def center(self) -> tuple[float, float]:
+        """Its middle in map."""
+        width, height = self.size
+        return self.origin[0] + 0.5 * width, self.origin[1] + 0.5 * height
+
 
 @dataclass(frozen=True, slots=True)
 class Motion:
@@ -49,6 +55,7 @@ class Motion:
 class RobotState:
     """The latest status of a robot."""
 
+    tick: int
     state: str
     detail: str
     pose_map: Pose  # estimated by the robot itself
@@ -137,6 +144,7 @@ def robot_state(data: bytes) -> RobotState:
     numbers = _NUMBERS.unpack_from(data, wire.aligned(offset, 4))
     queue_place, remaining, _, _, _, hold_time, wait_time, _, reached, failed = numbers
     return RobotState(
+        tick=wire.read_tick(data),
         state=texts[1],
         detail=texts[2],
         pose_map=Pose(x, y, yaw),

@@ -31,6 +31,13 @@ Worker.prototype.postMessage = function (message, ...rest) {
     message = { ...message, server: message.server + location.search };
   return post.call(this, message, ...rest);
 };
+// react-three-fiber makes it passive; viser's client prevents its default when a drag begins.
+const listen = EventTarget.prototype.addEventListener;
+EventTarget.prototype.addEventListener = function (type, listener, options) {
+  if (type === "pointerdown" && options && options.passive)
+    options = { ...options, passive: false };
+  return listen.call(this, type, listener, options);
+};
 document.title = "swarm" + (new URLSearchParams(location.search).get("robot") ?? "").replace(
   /^(.)/, " · $1");
 </script>"""

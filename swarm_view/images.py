@@ -1,4 +1,4 @@
-"""Grids as images: the map in grey, costs in colours that let the map shine through."""
+"""Grids as images: the map in grey, costs in colours over it."""
 
 from __future__ import annotations
 
@@ -35,7 +35,35 @@ def _cost_table() -> Image:
 COSTS = _cost_table()
 
 
-def cost_image(raster: Raster) -> Image:
-    """Return a costmap (0 to 100, -1 unknown) as RGBA (height, width, 4), highest y on top."""
-    image: Image = COSTS[raster.cells[::-1].view(np.uint8)]
+def cost_image(raster: Raster, floor: Raster | None = None) -> Image:
+    """Return a costmap (0 to 100, -1 unknown) over the map, highest y on top.
+
+    It is opaque, (height, width, 3): where pictures lie upon each other, browsers do not draw
+    through the upper one reliably.
+
+    Args:
+        raster: The costmap.
+        floor: The map; None for a white floor.
+    """
+    below = np.full((*raster.cells.shape, 3), FREE, np.float32)
+    if floor is not None:
+        below[:] = map_image(Raster(_sampled(floor, raster), raster.resolution, raster.origin))
+    colors = COSTS[raster.cells[::-1].view(np.uint8)]
+    share = colors[..., 3:] / np.float32(255.0)
+    image: Image = (colors[..., :3] * share + below * (1.0 - share)).astype(np.uint8)
     return image
+
+
+def _sampled(source: Raster, target: Raster) -> NDArray[np.int8]:
+    """Return the cells of a grid at the centres of another one's cells; unknown outside."""
+    cells = np.full(target.cells.shape, -1, np.int8)
+    height, width = target.cells.shape
+    columns, rows = (
+        np.floor((origin - base + (np.arange(count) + 0.5) * target.resolution) / source.resolution)
+        for origin, base, count in zip(target.origin, source.origin, (width, height), strict=True)
+    )
+    inside_x = (columns >= 0) & (columns < source.cells.shape[1])
+    inside_y = (rows >= 0) & (rows < source.cells.shape[0])
+    picked = source.cells[np.ix_(rows[inside_y].astype(int), columns[inside_x].astype(int))]
+    cells[np.ix_(inside_y, inside_x)] = picked
+    return cells

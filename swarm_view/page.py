@@ -180,11 +180,15 @@ class Page:
         panel.offer(swarm.names, self.robot)
         paused = None if link is None else link.is_paused
         assign(panel.verdict, verdict_html(swarm, paused, cpu))
-        state, url = swarm.states.get(self.robot), self._url(self.robot)
-        assign(panel.status, robot_html(self.robot, state, url) if self.robot else "")
+        assign(panel.status, self._robot_text() if self.robot else "")
         assign(panel.stations, stations_html(swarm.states))
         if link is not None:
             panel.show_running(link.is_paused, link.speed)
+
+    def _robot_text(self) -> str:
+        robot, state = self.robot, self._swarm.states.get(self.robot)
+        true_pose = None if state is None else self._swarm.true_pose(robot, state.tick)
+        return robot_html(robot, state, self._url(robot), true_pose)
 
     # Clicks and tools
 

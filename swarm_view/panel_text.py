@@ -7,6 +7,7 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
+from swarm_common.records import FloatArray
 from swarm_view.decode import RobotState
 from swarm_view.palette import STATES, css, state_color
 from swarm_view.swarm import Swarm
@@ -64,8 +65,17 @@ def _legend(states: Mapping[str, RobotState]) -> str:
     return f"<div style='{STYLE}'>{' &nbsp; '.join(parts)}</div>"
 
 
-def robot_html(robot: str, state: RobotState | None, url: str) -> str:
-    """Return what one robot says of itself, and a link to its own page."""
+def robot_html(
+    robot: str, state: RobotState | None, url: str, true_pose: FloatArray | None = None
+) -> str:
+    """Return what one robot says of itself, and a link to its own page.
+
+    Args:
+        robot: Its name.
+        state: Its latest status; None before the first.
+        url: Of its page.
+        true_pose: Where it really is (3,), in map, if that is known.
+    """
     name = html.escape(robot)
     link = f"<a href='{html.escape(url)}' target='_blank'>page of its own</a>"
     if state is None:
@@ -76,6 +86,10 @@ def robot_html(robot: str, state: RobotState | None, url: str) -> str:
         ("state", f"<span style='color:{color}'>&#9679;</span> {html.escape(state.state)}"),
         ("", html.escape(state.detail) or "&nbsp;"),
     ]
+    pose, off = state.pose_map, ""
+    if true_pose is not None:
+        off = f", {math.hypot(pose.x - true_pose[0], pose.y - true_pose[1]):.2f} m off"
+    rows.append(("estimate", f"({pose.x:.2f}, {pose.y:.2f}, {pose.yaw:.2f}){off}"))
     if state.goal_map is not None:
         goal = state.goal_map
         far = f", {state.distance_remaining:.1f} m to go"

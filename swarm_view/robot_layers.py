@@ -9,7 +9,7 @@ import numpy as np
 
 from swarm_common.records import FloatArray, Scan
 from swarm_view import palette
-from swarm_view.decode import Motion, scan_points
+from swarm_view.decode import Motion, Raster, scan_points
 from swarm_view.images import cost_image
 from swarm_view.robot_mesh import RobotMesh
 from swarm_view.scenery import draw_image
@@ -86,8 +86,7 @@ class RobotLayers:
             self._points(name, lifted(content, 0.05), palette.PARTICLES, 0.03)
         else:
             height = 0.006 if layer is Layer.GLOBAL_COSTMAP else 0.008
-            image = cost_image(content)
-            self._handles[name] = draw_image(self._scene, f"/robot/{name}", content, image, height)
+            self._draw_costs(name, content, cost_image(content, swarm.map), height)
 
     def _draw_scan(self, swarm: Swarm, robot: str, mesh: RobotMesh | None, scan: Scan) -> None:
         pose = swarm.pose_at(robot, scan.tick)
@@ -98,6 +97,15 @@ class RobotLayers:
         cos, sin = np.cos(pose[2]), np.sin(pose[2])
         points[:, :2] = points[:, :2] @ np.array([[cos, sin], [-sin, cos]]) + pose[:2]
         self._points("scan", points, palette.SCAN, 0.035)
+
+    def _draw_costs(self, name: str, raster: Raster, image: Any, height: float) -> None:
+        handle = self._handles.get(name)
+        if handle is None or handle.image.shape != image.shape:
+            self._handles[name] = draw_image(self._scene, f"/robot/{name}", raster, image, height)
+            return
+        handle.position = (*raster.center, height)
+        if not np.array_equal(handle.image, image):
+            handle.image = image
 
     def _draw_motion(self, motion: Motion) -> None:
         parts = (

@@ -30,9 +30,8 @@ UNIT = {
 def draw_image(scene: Any, name: str, raster: Raster, image: Any, height: float) -> Any:
     """Draw a grid flat on the floor; return its handle."""
     width, depth = raster.size
-    center = (raster.origin[0] + 0.5 * width, raster.origin[1] + 0.5 * depth, height)
     return scene.add_image(
-        name, image, width, depth, position=center, wxyz=FLIPPED, format="png",
+        name, image, width, depth, position=(*raster.center, height), wxyz=FLIPPED, format="png",
         cast_shadow=False, receive_shadow=False,
     )  # fmt: skip
 

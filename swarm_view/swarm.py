@@ -171,6 +171,11 @@ class Swarm:
         poses = self._history.get(tick, self.track.latest)
         return None if index is None or index >= len(poses) else poses[index]
 
+    def true_pose(self, robot: str, tick: int) -> FloatArray | None:
+        """Return where a robot really was (3,) at a tick; None if that is not known."""
+        index, poses = self.index(robot), self._history.get(tick)
+        return None if index is None or poses is None else poses[index]
+
     def layer(self, robot: str, layer: Layer) -> tuple[int, Any]:
         """Return (version, what there is to draw) of a robot's layer; version 0 is nothing."""
         topic = topics.of_layer(robot, layer)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from swarm_view.decode import Raster
-from swarm_view.images import WALL, cost_image, map_image
+from swarm_view.images import FREE, UNKNOWN, WALL, cost_image, map_image
 from swarm_view.shapes import floor, loop, nearest_to_ray, on_floor, polyline, quaternions, ring
 
 
@@ -38,7 +38,15 @@ def test_grids_have_the_highest_y_on_top() -> None:
     raster = Raster(cells, 0.5, (0.0, 0.0))
     assert raster.size == (1.0, 1.0)
     assert tuple(map_image(raster)[1, 1]) == WALL
-    image = cost_image(raster)
-    assert image[1, 0, 3] == 0
-    assert image[1, 1, 3] > image[1, 0, 3]
-    assert image[0, 0, 3] == 0
+    image = cost_image(raster).astype(int)
+    assert tuple(image[1, 0]) == FREE
+    assert (image[1, 1] < image[1, 0]).all()
+    assert tuple(image[0, 0]) == FREE
+
+
+def test_costs_lie_over_the_map() -> None:
+    floor = Raster(np.array([[0, 0, 100], [0, 0, 0]], np.int8), 1.0, (0.0, 0.0))
+    costs = Raster(np.zeros((2, 4), np.int8), 0.5, (2.0, 0.0))
+    image = cost_image(costs, floor)
+    assert tuple(image[1, 1]) == WALL
+    assert tuple(image[1, 2]) == UNKNOWN  # beyond the map

@@ -60,6 +60,11 @@ def test_the_panel_says_what_is_known(swarm: Swarm) -> None:
     assert "0.110 m" in text
     assert "driving 2" in text
     assert "number 3 in the queue" in robot_html("Srobot4", swarm.states["Srobot4"], "/x")
+    moved = swarm.states["Srobot4"].pose_map
+    text = robot_html(
+        "Srobot4", swarm.states["Srobot4"], "/x", np.array([moved.x, moved.y + 0.5, 0])
+    )
+    assert "0.50 m off" in text
     assert "has said nothing" in robot_html("<b>", None, "/x")
     assert "&lt;b&gt;" in robot_html("<b>", None, "/x")
     assert "Srobot1 &larr; Srobot2" in stations_html(swarm.states)
