@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from swarm_bench.scale_plan import ScaleJob
@@ -79,7 +80,9 @@ def comparison_table(first: Side, second: Side) -> Table:
     """Return figure by figure what both cost and the ratio of the second to the first."""
     table = Table(box=None, header_style="bold")
     for name in ("system", "workload", "robots", "figure", first.name, second.name, "ratio"):
-        table.add_column(name, justify="left" if name in ("system", "workload") else "right")
+        table.add_column(
+            escape(name), justify="left" if name in ("system", "workload") else "right"
+        )
     others = {_kind(row): row for row in rows_of(second.results)}
     for row in rows_of(first.results):
         other = others.get(_kind(row))
@@ -91,7 +94,7 @@ def comparison_table(first: Side, second: Side) -> Table:
                 continue
             ratio = after / before if before else None
             table.add_row(
-                row.first.system, row.label, str(row.first.robots), name,
+                row.first.system, row.label, str(row.first.robots), escape(name),
                 number(before, 2), number(after, 2), number(ratio, 2),
             )  # fmt: skip
     return table

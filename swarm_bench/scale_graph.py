@@ -51,12 +51,18 @@ def run_graph(job: ScaleJob, code: str, machine: str) -> ScaleResult:
                     process.wait()
         path = folder / "run" / "report.json"
         if not path.is_file():
-            said = "\n".join(log.read_text(encoding="utf-8").strip().splitlines()[-LAST_LINES:])
             raise SwarmUpError(
-                f"swarm-up ended with code {process.returncode} and no report; it said:\n{said}"
+                f"swarm-up ended with code {process.returncode} and no report; it said:\n"
+                f"{_last_lines(log)}"
             )
         report = json.loads(path.read_text(encoding="utf-8"))
+        if not report["sim_time"]:
+            raise SwarmUpError(f"no time passed in the run; swarm-up said:\n{_last_lines(log)}")
     return _result(job, report, watched, code, machine)
+
+
+def _last_lines(log: Path) -> str:
+    return "\n".join(log.read_text(encoding="utf-8").strip().splitlines()[-LAST_LINES:])
 
 
 def environment(code: Path | None) -> dict[str, str]:

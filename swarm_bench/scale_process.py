@@ -50,7 +50,7 @@ def run_harness(job: ScaleJob, code: str, machine: str) -> ScaleResult:
 
 
 def run_program(command: Sequence[str], env: Mapping[str, str]) -> tuple[dict[str, Any], float]:
-    """Run a program; return the JSON of its last line, and what others used of the machine.
+    """Run a program; return its last line of JSON, and what others used of the machine.
 
     Raises:
         ScaleRunError: If there is none; the message ends with what it said last.
@@ -58,8 +58,9 @@ def run_program(command: Sequence[str], env: Mapping[str, str]) -> tuple[dict[st
     neighbours, before = Neighbours(), _children_cpu()
     ended = subprocess.run(command, env=dict(env), capture_output=True, text=True, check=False)
     others = neighbours.share(_children_cpu() - before)
+    lines = [line for line in ended.stdout.splitlines() if line.startswith("{")]
     try:
-        return json.loads(ended.stdout.strip().splitlines()[-1]), others
+        return json.loads(lines[-1]), others
     except (ValueError, IndexError):
         said = "\n".join((ended.stdout + ended.stderr).strip().splitlines()[-LAST_LINES:])
         raise ScaleRunError(

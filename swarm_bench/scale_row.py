@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
+from rich.markup import escape
 from rich.table import Table
 
 from swarm_bench.scale_result import ScaleResult, median_of
@@ -125,7 +126,9 @@ def scale_table(rows: Sequence[ScaleRow], columns: dict[str, Column]) -> Table:
     """Return the table for the terminal; rows measured on a busy machine are dim."""
     table = Table(box=None, header_style="bold")
     for name in columns:
-        table.add_column(name, justify="left" if name in ("workload", "system") else "right")
+        table.add_column(
+            escape(name), justify="left" if name in ("workload", "system") else "right"
+        )
     for row in rows:
         cells = (cell(row) for cell in columns.values())
         table.add_row(*cells, style="dim" if row.is_noisy else "")

@@ -1,0 +1,171 @@
+"""Our workload as a job for a peer, and the programs that run peers."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import json
+import subprocess
+import tempfile
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from swarm_bench.scale_plan import ScaleJob
+from swarm_bench.scale_process import result_of, run_program
+from swarm_bench.scale_result import ScaleResult
+from swarm_bench.stage import RunOptions, build
+from swarm_commander.itinerary import Itinerary
+from swarm_common.errors import ConfigError
+from swarm_sim.sdf import load_world
+from swarm_sim.section import FloatArray, section_between
+
+WALL_LIMIT = 60.0  # [s] after which a slow peer's run ends
+ROUND_CORNERS = 8  # from which an outline may be a round one
+ROUND_ERROR = 0.01  # [m] by which its corners may differ in their distance from the middle
+GROUND_GAP = 0.005  # [m] above ground from which something is in the way
+
+
+@dataclass(frozen=True, slots=True)
+class PeerSystem:
+    """A peer in one of its modes.
+
+    Attributes:
+        module: In `swarm_bench.peers`.
+        package: On PyPI.
+        behavior: Mode, for the module.
+        includes: What its figures pay for.
+    """
+
+    module: str
+    package: str
+    behavior: str
+    includes: str
+
+
+PEERS: dict[str, PeerSystem] = {
+    "navground HL": PeerSystem(
+        "navground_run", "navground", "HL",
+        "C++; kinematic differential drives, walls, perfect states of neighbours within 5 m; "
+        "LiDAR 360 x 10 Hz is cast, but not used; no map, no planner, no ROS",
+    ),
+    "navground ORCA": PeerSystem("navground_run", "navground", "ORCA", "the same"),
+    "ir-sim ORCA": PeerSystem(
+        "irsim_run", "ir-sim", "orca",
+        "Python; kinematic differential drives, LiDAR 360 x 10 Hz, collision check; ORCA does not "
+        "know the walls; no map, no planner, no ROS",
+    ),
+    "pybullet-fleet": PeerSystem(
+        "pybullet_fleet_run", "pybullet-fleet", "kinematic",
+        "kinematic differential drives, collision check of pairs; no walls, no LiDAR, no "
+        "avoidance, no ROS",
+    ),
+    "pybullet-fleet physics": PeerSystem(
+        "pybullet_fleet_run", "pybullet-fleet", "physics",
+        "one rigid disc per robot at 100 Hz with contacts; no wheels, walls, LiDAR, avoidance, ROS",
+    ),
+}  # fmt: skip
+OURS_INCLUDES = (
+    "`swarm-bench scale --harness`: kinematic drives with acceleration limits, contacts with walls "
+    "and robots, LiDAR 360 x 5 Hz, radio, and for each robot map, costmap, A*, DWA and traffic; "
+    "no ROS"
+)
+
+
+def run_peer(job: ScaleJob, python: Path, machine: str) -> ScaleResult:
+    """Run a peer once.
+
+    Args:
+        job: What to run; its system is one of `PEERS`.
+        python: Interpreter of an environment that has the peer.
+        machine: For the result.
+
+    Raises:
+        ScaleRunError: If it left no result; the message ends with what it said last.
+    """
+    system = PEERS[job.system]
+    with _import_path() as folder:
+        script = Path(folder) / "swarm_bench" / "peers" / f"{system.module}.py"
+        command = (str(python), str(script), json.dumps(peer_job(job)))
+        said, others = run_program(command, {"PYTHONPATH": folder, "PATH": "/usr/bin:/bin"})
+    return result_of(job, said, others, version_of(python, system.package), machine)
+
+
+def peer_job(job: ScaleJob) -> dict[str, Any]:
+    """Return walls, starts and goals of our workload: those of our own robots."""
+    options = RunOptions(scenario=dataclasses.replace(job.scenario, with_lidar=False),
+                         robots=job.robots)  # fmt: skip
+    stage = build(options)
+    stage.world.close()
+    spec = stage.world.specs[0]
+    section = section_between(load_world(job.scenario.world).bodies, GROUND_GAP, spec.height)
+    return {
+        "behavior": PEERS[job.system].behavior,
+        "seconds": job.seconds,
+        "wall_limit": WALL_LIMIT,
+        "starts": [[pose.x, pose.y, pose.yaw] for pose in stage.homes_map],
+        "goals": [_goals(itinerary) for itinerary in stage.itineraries],
+        **_obstacles(section.outlines()),
+        "radius": spec.circumscribed_radius,
+        "speed": spec.max_vel_x,
+        "turn": spec.max_vel_theta,
+        "wheel_separation": spec.wheel_separation,
+        "rays": spec.lidar.rays,
+        "range": spec.lidar.range_max,
+    }
+
+
+def _obstacles(outlines: Sequence[FloatArray]) -> dict[str, Any]:
+    """Return polygons as `walls`, round ones as `pillars` (x, y, radius), which peers know, too."""
+    walls, pillars = [], []
+    for outline in outlines:
+        center = outline.mean(axis=0)
+        radii = np.hypot(*(outline - center).T)
+        if len(outline) >= ROUND_CORNERS and np.ptp(radii) < ROUND_ERROR:
+            pillars.append([*center.tolist(), float(radii.max())])
+        else:
+            walls.append(outline.tolist())
+    return {"walls": walls, "pillars": pillars}
+
+
+def _goals(itinerary: Itinerary) -> list[list[float]]:
+    """Return where a robot has to go, one place after the other."""
+    goals = []
+    order = itinerary.start()
+    while order is not None:
+        goals.append([order.stop.pose_map.x, order.stop.pose_map.y])
+        order = itinerary.on_end(True, 0)
+    return goals
+
+
+def check_python(python: Path) -> None:
+    """Refuse an interpreter that does not run.
+
+    Raises:
+        ConfigError: With what to do.
+    """
+    try:
+        subprocess.run((str(python), "-c", "pass"), check=True, capture_output=True)
+    except (OSError, subprocess.CalledProcessError) as cause:
+        raise ConfigError(
+            f"--python {python} does not run: {cause}; make an environment with "
+            "python3 -m venv peers && peers/bin/pip install pybullet-fleet ir-sim pyrvo navground"
+        ) from cause
+
+
+def version_of(python: Path, package: str) -> str:
+    """Return package and version in an environment."""
+    code = f"import importlib.metadata as m; print(m.version({package!r}))"
+    ended = subprocess.run((str(python), "-c", code), capture_output=True, text=True, check=False)
+    return f"{package} {ended.stdout.strip()}" if not ended.returncode else package
+
+
+@contextlib.contextmanager
+def _import_path() -> Iterator[str]:
+    """Yield a folder that has this package alone, so that nothing else of ours is imported."""
+    with tempfile.TemporaryDirectory(prefix="swarm-peer-") as folder:
+        (Path(folder) / "swarm_bench").symlink_to(Path(__file__).resolve().parent)
+        yield folder

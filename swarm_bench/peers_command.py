@@ -1,0 +1,107 @@
+"""The command `swarm-bench peers`: other simulators and ours on the same workload."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from swarm_bench.bench_command import bench_app, new_console
+from swarm_bench.document import replace_part
+from swarm_bench.peer_jobs import OURS_INCLUDES, PEERS, check_python, run_peer
+from swarm_bench.scale_plan import HARNESS, ScaleJob, plan_jobs
+from swarm_bench.scale_process import run_harness
+from swarm_bench.scale_result import ScaleResult
+from swarm_bench.scale_row import COMMON, ENDS, Column, ScaleRow, markdown, rows_of, scale_table
+from swarm_bench.scale_sweep import run_scale
+from swarm_bench.selection import parse_sizes
+from swarm_bench.stage import RunOptions, build
+from swarm_common.errors import UnknownNameError
+
+WORKLOAD = "pillars"
+ALL = "all"
+PART = "peers"
+
+
+@bench_app.command()
+def peers(
+    python: Annotated[Path, typer.Option(help="Interpreter of the environment with the peers.")],
+    robots: Annotated[str, typer.Option(help="Swarm sizes.")] = "1,5,20,50,100",
+    names: Annotated[str, typer.Option("--peers", help="Names, comma-separated, or all.")] = ALL,
+    repeats: Annotated[int, typer.Option(help="Runs of each size; tables have medians.")] = 3,
+    seconds: Annotated[float, typer.Option(help="Simulated seconds of a run, at most.")] = 120.0,
+    json_: Annotated[
+        Path | None,
+        typer.Option("--json", help="File of JSON lines to add to; runs in it are not repeated."),
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Document whose part to write.")
+    ] = None,
+) -> None:
+    """Measure other simulators and our harness: same hall, starts and goals.
+
+    Peers run in an environment of their own, since some need older packages than we do:
+    python3 -m venv peers; peers/bin/pip install pybullet-fleet ir-sim pyrvo navground
+    """
+    chosen = list(PEERS) if names == ALL else [name.strip() for name in names.split(",")]
+    for name in chosen:
+        if name not in PEERS:
+            raise UnknownNameError("peer", name, PEERS)
+    check_python(python)
+    sizes = parse_sizes(robots)
+    jobs = [
+        job
+        for system in (HARNESS, *chosen)
+        for job in plan_jobs(system, sizes, repeats, workload=WORKLOAD, seconds=seconds)
+    ]
+
+    def run(job: ScaleJob, code: str, machine: str) -> ScaleResult:
+        if job.system == HARNESS:
+            return run_harness(job, code, machine)
+        return run_peer(job, python, machine)
+
+    console = new_console()
+    results = run_scale(jobs, json_, console, run)
+    rows = sorted(rows_of(results), key=lambda row: (row.first.robots, row.cpu_total))
+    columns = {**_columns(), **_goal_column(sorted({job.robots for job in jobs}))}
+    console.print(scale_table(rows, columns))
+    if output is not None:
+        text = f"Machine: {rows[0].first.machine}.\n\n{markdown(rows, columns)}\n{_legend(rows)}"
+        replace_part(output, PART, text)
+
+
+def _columns() -> dict[str, Column]:
+    common = {name: COMMON[name] for name in ("start-up [s]", "real-time factor", "CPU [ms]")}
+    return {
+        "robots": COMMON["robots"],
+        "system": lambda row: "**ours**" if row.first.system == HARNESS else row.first.system,
+        **common,
+        "RSS [MB]": lambda row: f"{row.memory('rss') or 0.0:.0f}",
+        "simulated [s]": lambda row: f"{row.median(lambda run: run.sim_time) or 0.0:.0f}",
+        **ENDS,
+    }
+
+
+def _goal_column(sizes: Sequence[int]) -> dict[str, Column]:
+    """Return the column of goals reached, of those that the mission has."""
+    asked = {size: _goal_count(size) for size in sizes}
+    return {"goals": lambda row: f"{row.total('goals_reached')}/{asked[row.first.robots]}"}
+
+
+def _goal_count(robots: int) -> int:
+    job = plan_jobs(HARNESS, [robots], 1, workload=WORKLOAD)[0]
+    stage = build(RunOptions(scenario=job.scenario, robots=robots))
+    stage.world.close()
+    return sum(itinerary.total for itinerary in stage.itineraries)
+
+
+def _legend(rows: Sequence[ScaleRow]) -> str:
+    """Return what each system's figures pay for."""
+    lines = [f"- **ours**: {OURS_INCLUDES}\n"]
+    for name, system in PEERS.items():
+        versions = {row.first.code for row in rows if row.first.system == name}
+        if versions:
+            lines.append(f"- **{name}** ({', '.join(sorted(versions))}): {system.includes}\n")
+    return "What the figures pay for:\n\n" + "".join(lines)
