@@ -130,7 +130,7 @@ class Roll:
             waited = now - host.heard_at
             if host.standing is Standing.SERVING and waited > self._notice_after:
                 host.standing = Standing.SILENT
-                events.append(_event("silent", host.report))
+                events.append(_event("silent", host.report, seconds=waited))
             if host.standing is Standing.SILENT and waited > self._lost_after:
                 host.standing = Standing.LOST
                 host.silences.append(round(waited, 3))

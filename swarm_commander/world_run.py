@@ -96,12 +96,15 @@ class WorldRun(Run):
     def _on_silent_event(self, event: dict[str, Any]) -> None:
         if self._is_stopping:
             return
+        for name in event["robots"]:
+            self._tell(WORLD, {"cmd": "silent", "robot": name, "seconds": event["seconds"]})
         self._tell_of(RUNNER, "silent", event["robots"])
         self._progress.note(
             f"nothing is heard of {event['host']}; {names_of(event['robots'])} must stand", "yellow"
         )
 
     def _on_heard_event(self, event: dict[str, Any]) -> None:
+        self._tell_of(WORLD, "heard", event["robots"])
         self._tell_of(RUNNER, "heard", event["robots"])
         self._progress.note(f"{event['host']} is heard again after {event['seconds']:.1f} s")
 

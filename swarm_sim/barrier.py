@@ -27,6 +27,7 @@ class Barrier:
         self._answered = [False] * count
         self._is_dead = [False] * count
         self._newcomers: set[int] = set()  # that have not answered yet
+        self._silent_since: dict[int, float] = {}  # wall time, of robots whose host is silent
         self._opened_at = 0.0
         self._has_started = not expects
         self._expects = expects
@@ -73,6 +74,18 @@ class Barrier:
         self._expected[robot] = False
         self._is_dead[robot] = True
 
+    def hear(self, robot: int) -> None:
+        """Wait again for a late robot that keeps up, although its answers come too late."""
+        self._expected[robot] = self._expects and not self._is_dead[robot]
+
+    def note_silence(self, robot: int, since: float) -> None:
+        """Let the limit of a robot run from a wall time on, not anew from each tick."""
+        self._silent_since[robot] = since
+
+    def end_silence(self, robot: int) -> None:
+        """Let a robot have the whole limit for each tick again."""
+        self._silent_since.pop(robot, None)
+
     def expects(self, robot: int) -> bool:
         """Whether a robot is waited for."""
         return self._expected[robot]
@@ -89,11 +102,14 @@ class Barrier:
 
     def is_complete(self, now: float) -> bool:
         """Whether the tick may be executed at wall time `now`."""
-        waited = now - self._opened_at
-        if self._has_started and waited > self._wall_limit:
-            for robot in self.missing():
-                if robot not in self._newcomers or waited > NEWCOMER_LIMIT:
-                    self._expected[robot] = False
+        missing = self.missing()
+        if not self._has_started:
+            return not missing
+        for robot in missing:
+            waited = now - min(self._opened_at, self._silent_since.get(robot, self._opened_at))
+            limit = NEWCOMER_LIMIT if robot in self._newcomers else 0.0
+            if waited > max(limit, self._wall_limit):
+                self._expected[robot] = False
         return not self.missing()
 
     def close(self) -> None:

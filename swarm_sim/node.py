@@ -263,8 +263,15 @@ class WorldNode:
 
     def _obey(self, command: dict[str, Any]) -> None:
         names = self._links.names
-        if command.get("cmd") == "dead" and command.get("robot") in names:
-            self._barrier.lose(names.index(command["robot"]))
+        if command.get("robot") not in names:
+            return
+        robot = names.index(command["robot"])
+        if command["cmd"] == "dead":
+            self._barrier.lose(robot)
+        elif command["cmd"] == "silent":  # its host is
+            self._barrier.note_silence(robot, time.monotonic() - float(command["seconds"]))
+        elif command["cmd"] == "heard":
+            self._barrier.end_silence(robot)
 
     def finish(self) -> dict[str, Any]:
         """Return the verdict of the run, and write it if the settings say where."""

@@ -36,6 +36,7 @@ class RobotLink:
     Attributes:
         command: Twist of the answer to the tick in hand, None until it is there.
         beacon: Beacon of that answer.
+        newest_tick: That a command of the robot has answered.
         is_gone: Whether the robot was taken out of the world.
     """
 
@@ -62,6 +63,7 @@ class RobotLink:
         """
         self.name = name
         self.is_gone = False
+        self.newest_tick = -1
         self.command: Twist | None = None
         self.beacon: np.void | None = None
         self._on_answer = on_answer
@@ -146,6 +148,11 @@ class RobotLink:
         return self.command is not None and self.beacon is not None
 
     @property
+    def lag(self) -> int:
+        """Ticks by which the newest answer is behind."""
+        return self._tick - self.newest_tick
+
+    @property
     def awaited(self) -> PolledTopic:
         """What the rest of the answer comes on; robots send the command last."""
         return self._commands if self.command is None else self._beacons
@@ -195,6 +202,7 @@ class RobotLink:
 
     def _take_stamped(self, data: bytes) -> None:
         tick, twist = wire.read_command(data)
+        self.newest_tick = max(self.newest_tick, tick)
         self._take(twist, tick == self._tick)
 
     def _take_plain(self, data: bytes) -> None:

@@ -16,6 +16,8 @@ from swarm_sim.ros_links import RobotLink
 from swarm_sim.settings import Settings
 from swarm_sim.world import Observation, World
 
+KEEPS_UP = 10  # ticks that a late robot may be behind to be waited for again
+
 
 class Links:
     """Publishes observations and collects answers; tells the barrier who has answered."""
@@ -93,9 +95,13 @@ class Links:
 
     def take_answers(self) -> None:
         """Take what has come from robots whose answer is not whole, also from the late."""
-        for link in self._links:
-            if not link.has_answered:
-                link.take_answers()
+        for robot, link in enumerate(self._links):
+            if link.has_answered:
+                continue
+            before = link.newest_tick
+            link.take_answers()
+            if link.newest_tick > before and 0 < link.lag <= KEEPS_UP:
+                self._barrier.hear(robot)
 
     def answers(self) -> tuple[list[Twist | None], list[np.void | None]]:
         """Return command and beacon of each robot; who did not answer in time stops."""

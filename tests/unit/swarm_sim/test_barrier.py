@@ -119,3 +119,39 @@ def test_who_was_taken_out_is_not_waited_for_until_it_is_welcome_again() -> None
     barrier.open(1.0)
     barrier.answer(0)
     assert barrier.missing() == [1]
+
+
+def test_a_late_robot_that_keeps_up_is_waited_for_again_unless_it_is_dead() -> None:
+    barrier = started()
+    barrier.open(10.0)
+    assert barrier.is_complete(15.1)
+    barrier.hear(1)
+    assert list(barrier.missing()) == [1]
+    barrier.lose(1)
+    barrier.hear(1)
+    assert list(barrier.missing()) == []
+
+
+def test_silence_of_a_host_is_waited_for_once_and_not_anew_in_each_tick() -> None:
+    barrier = started()
+    barrier.note_silence(0, since=10.0)
+    barrier.note_silence(1, since=10.0)
+    barrier.open(13.0)
+    barrier.answer(1)  # was under way
+    barrier.answer(2)
+    assert not barrier.is_complete(14.9)
+    assert barrier.is_complete(15.1)
+    barrier.close()
+    barrier.open(15.1)
+    barrier.answer(2)
+    assert barrier.is_complete(15.2)
+    barrier.close()
+    barrier.end_silence(1)
+    barrier.open(15.3)
+    barrier.answer(1)
+    barrier.answer(2)
+    assert barrier.is_complete(15.3)
+    barrier.close()
+    barrier.open(15.4)
+    barrier.answer(2)
+    assert not barrier.is_complete(20.3)
