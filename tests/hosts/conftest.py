@@ -1,0 +1,24 @@
+"""Hosts are network namespaces; without the right to make some, these tests are skipped."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+
+from tests.standins.host_swarm import HostSwarm
+
+StartHosts = Callable[[int], HostSwarm]
+
+
+@pytest.fixture
+def start_hosts(tmp_path: Path) -> Iterator[StartHosts]:
+    """Yield a function that makes hosts; they and all that runs on them go with the test."""
+    if os.geteuid() != 0 or shutil.which("ip") is None:
+        pytest.skip("network namespaces need root and the command ip (iproute2)")
+    with ExitStack() as stack:
+        yield lambda count: stack.enter_context(HostSwarm(count, tmp_path))

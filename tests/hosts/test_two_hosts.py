@@ -1,0 +1,105 @@
+"""World and robots on two hosts: the same run as on one, and one clear error if they disagree."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from tests.standins.host_swarm import HostSwarm
+
+START = 120.0  # [s] of wall time, on a busy machine
+
+StartHosts = Callable[[int], HostSwarm]
+
+
+@pytest.mark.slow
+def test_a_run_on_two_hosts_and_a_host_that_asks_for_other_robots(start_hosts: StartHosts) -> None:
+    """One start for several questions: each takes seconds of imports."""
+    swarm = start_hosts(2)
+    swarm.start_world("--swarm-size", "2", "--seed", "3", "--duration", "6", "--speed", "max")
+    swarm.wait_for(1, "the world is up", START)
+    swarm.start_robots(2, "1-3")
+    assert swarm.exit_code(2, START) == 2
+    assert "--robots asks for Srobot3, but the world has 2 robots" in swarm.said(2)
+    swarm.start_robots(2, "1-2", "--seed", "3", "--swarm-size", "2")
+    assert swarm.exit_code(1, START) == 0
+    assert swarm.exit_code(2, START) == 0
+    swarm.assert_nothing_is_left()
+    report = swarm.report(1)
+    assert report["sim_time"] == pytest.approx(6.0)
+    assert report["late_ticks"] == 0
+    (host,) = report["hosts"]
+    assert host["robots"] == ["Srobot1", "Srobot2"]
+    assert host["standing"] == "left"
+    ours = swarm.report(2)
+    assert ours["active"] == 2
+    assert "time is up" in ours["ending"]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("flags", "words"),
+    [
+        (("--seed", "4"), "--seed is 4 here, but 0 on the world's host"),
+        (("--world", "playground"), "--world is playground here, but slim_blockage on the"),
+        (("--swarm-size", "5"), "--swarm-size is 5 here, but 1 on the world's host"),
+    ],
+)
+def test_hosts_that_disagree(start_hosts: StartHosts, flags: tuple[str, ...], words: str) -> None:
+    swarm = start_hosts(2)
+    swarm.start_world("--swarm-size", "1")
+    swarm.wait_for(1, "the world is up", START)
+    swarm.start_robots(2, "1", *flags)
+    assert swarm.exit_code(2, START) == 2
+    assert words in swarm.said(2)
+    swarm.interrupt(1)
+    assert swarm.exit_code(1, 30.0) == 0
+    swarm.assert_nothing_is_left()
+
+
+@pytest.mark.long
+def test_a_robot_has_one_host(start_hosts: StartHosts) -> None:
+    swarm = start_hosts(3)
+    swarm.start_world("--swarm-size", "3")
+    swarm.start_robots(2, "1-2")
+    swarm.wait_for(1, "has Srobot1 and Srobot2", START)
+    swarm.start_robots(3, "2-3")
+    assert swarm.exit_code(3, START) == 2
+    assert "Srobot2 is on" in swarm.said(3)
+    swarm.interrupt(2)
+    assert swarm.exit_code(2, 30.0) == 0
+    swarm.interrupt(1)
+    swarm.exit_code(1, 30.0)
+    swarm.assert_nothing_is_left()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("side", [1, 2])
+def test_ctrl_c_on_one_side_ends_both(start_hosts: StartHosts, side: int) -> None:
+    swarm = start_hosts(2)
+    swarm.start_world("--swarm-size", "2", "--mission", "loading_route", "--speed", "2")
+    swarm.start_robots(2, "1-2")
+    swarm.wait_until(2.0, START)
+    swarm.interrupt(side)
+    codes = [swarm.exit_code(1, 30.0), swarm.exit_code(2, 30.0)]
+    assert codes == ([0, 0] if side == 1 else [1, 0])  # the goals of robots that left are missed
+    swarm.assert_nothing_is_left()
+    assert swarm.report(1)["collisions"] == {"robot_robot": 0, "robot_world": 0}
+
+
+@pytest.mark.long
+def test_a_mission_on_two_hosts_goes_as_on_one(start_hosts: StartHosts) -> None:
+    mission = ("--swarm-size", "4", "--mission", "loading_route", "--goals-per-robot", "2")
+    swarm = start_hosts(3)
+    swarm.start_world(*mission, "--until-done")
+    swarm.start_robots(2, "1,3")
+    swarm.start_robots(3, "2,4", "--pack", "2")
+    assert [swarm.exit_code(host, 300.0) for host in (1, 2, 3)] == [0, 0, 0]
+    spread = swarm.report(1)
+    swarm.start(1, *mission, "--until-done", "--no-report", "--headless")
+    assert swarm.exit_code(1, 300.0) == 0
+    alone = swarm.report(1)
+    assert spread["goals"]["reached"] == alone["goals"]["reached"] == 8
+    assert spread["trajectory_sha256"] == alone["trajectory_sha256"]
+    swarm.assert_nothing_is_left()
