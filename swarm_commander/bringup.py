@@ -9,17 +9,19 @@ from typing import Any
 import psutil
 
 from swarm_commander.breach import Crash, Miss
+from swarm_commander.foxglove import write_foxglove
 from swarm_commander.params import write_parameter_file
 from swarm_commander.plan import RunPlan
 from swarm_commander.process_run import ProcessRun
 from swarm_commander.progress import Progress
 from swarm_commander.recording import recorder_config
 from swarm_commander.rundir import RunFolder
-from swarm_commander.rviz import find_rviz, rviz_command
+from swarm_commander.rviz import find_rviz, rviz_command, write_rviz
 from swarm_commander.supervisor import Exit, describe_exit
 from swarm_commander.tally import Tally
 from swarm_commander.usage import process_tree
 from swarm_common import ros_env
+from swarm_common.map_io import MAP_FILE
 from swarm_common.records import Pose
 
 WORLD, HOST, RUNNER, RECORDER = "world", "navigators", "mission", "recorder"
@@ -99,6 +101,7 @@ class Run(ProcessRun):
         config = {
             "robots": self._robots,
             "pack": self._plan.options.pack,
+            "map": str(self._plan.map or self._folder.trace / MAP_FILE),
             "log_dir": str(self._folder.logs),
         }
         self._configure(HOST, config)
@@ -137,6 +140,9 @@ class Run(ProcessRun):
             name, int(event["number"]), event["model"], home
         )
         write_parameter_file(path, tree)
+        present = sorted(self._navigated, key=lambda robot: (len(robot), robot))
+        write_rviz(self._folder.rviz, present, {name})
+        write_foxglove(self._folder.foxglove, present, {name})
         self._children[HOST].tell({"cmd": "start", "robot": name, "params": str(path)})
         self._children[RUNNER].tell({"cmd": "watch", "robot": name})
         self._progress.note(f"{name} ({event['model']}) came at {_seconds(event)}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,11 +13,14 @@ COLORS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7")
 SHOWN_STATES = 8  # robots whose status the layout of the swarm plots
 
 
-def write_foxglove(folder: Path, robots: Sequence[str]) -> None:
-    """Write `SrobotK.json` for each robot and `swarm.json`."""
+def write_foxglove(
+    folder: Path, robots: Sequence[str], newcomers: Collection[str] | None = None
+) -> None:
+    """Write `SrobotK.json` for each robot, or for newcomers only, and `swarm.json`."""
     folder.mkdir(parents=True, exist_ok=True)
     for index, robot in enumerate(robots):
-        _write(folder / f"{robot}.json", robot_layout(robot, index))
+        if newcomers is None or robot in newcomers:
+            _write(folder / f"{robot}.json", robot_layout(robot, index))
     _write(folder / f"{SWARM}.json", swarm_layout(robots))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,11 +20,14 @@ HOW_TO_GET = (
 )
 
 
-def write_rviz(folder: Path, robots: Sequence[str]) -> None:
-    """Write `SrobotK.rviz` for each robot and `swarm.rviz`."""
+def write_rviz(
+    folder: Path, robots: Sequence[str], newcomers: Collection[str] | None = None
+) -> None:
+    """Write `SrobotK.rviz` for each robot, or for newcomers only, and `swarm.rviz`."""
     folder.mkdir(parents=True, exist_ok=True)
     for index, robot in enumerate(robots):
-        _write(folder / f"{robot}.rviz", robot_config(robot, index))
+        if newcomers is None or robot in newcomers:
+            _write(folder / f"{robot}.rviz", robot_config(robot, index))
     _write(folder / f"{SWARM}.rviz", swarm_config(robots))
 
 

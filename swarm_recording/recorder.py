@@ -21,55 +21,95 @@ from swarm_common.errors import SwarmError
 from swarm_common.pipes import EventWriter
 from swarm_common.ros_poll import PolledTopic
 from swarm_common.topic_table import Topic
+from swarm_common.wire import TransformsReader
 from swarm_recording.filter import RateFilter
 from swarm_recording.ros_types import message_class, quality
-from swarm_recording.selection import select
+from swarm_recording.selection import select, select_of
 from swarm_recording.tape import Tape
 
 LOOK_PERIOD = 0.02  # [s] of wall time between two looks at all topics
 DEPTH = 200  # messages of a topic that may come in between
 LAST_LOOK = 0.3  # [s] for what is under way when the run ends
-CLOCK = "/clock"
+CLOCK, PLACES = "/clock", "/sim/tf"
 
 
 class Recorder:
-    """Takes the messages of all wanted topics to a tape, as the bytes that came."""
+    """Takes the messages of all wanted topics to a tape, as the bytes that came.
 
-    def __init__(self, node: Node, topics: list[Topic], tape: Tape, rate: float | None) -> None:
-        """Subscribe to everything."""
+    Robots that come later are recorded from the moment at which `/sim/tf` shows them.
+    """
+
+    def __init__(
+        self, node: Node, robots: list[str], patterns: str, tape: Tape, rate: float | None
+    ) -> None:
+        """Subscribe to everything.
+
+        Args:
+            node: Appears as the subscriber in the graph.
+            robots: Who is there.
+            patterns: Of the topics to record, see `select`.
+            tape: To write on.
+            rate: See `RateFilter`.
+
+        Raises:
+            ConfigError: If a pattern matches nothing.
+        """
+        self._node = node
         self._tape = tape
         self._filter = RateFilter(rate)
+        self._patterns = patterns
+        self._reader = TransformsReader()
+        self._robots = set(robots)
+        self._inputs: list[tuple[Topic, PolledTopic]] = []
         # The clock comes first: it says when messages without a stamp were sent.
-        ordered = sorted(topics, key=lambda topic: topic.name != CLOCK)
-        for topic in topics:
-            tape.add_topic(topic)
-        self._inputs = [
-            (topic, PolledTopic(node, message_class(topic.type), topic.name, quality(topic, DEPTH)))
-            for topic in ordered
-        ]
+        for topic in sorted(select(patterns, robots), key=lambda topic: topic.name != CLOCK):
+            self._add(topic)
+
+    def _add(self, topic: Topic) -> None:
+        self._tape.add_topic(topic)
+        kind, depth = message_class(topic.type), quality(topic, DEPTH)
+        self._inputs.append((topic, PolledTopic(self._node, kind, topic.name, depth)))
 
     def take(self) -> None:
         """Record what has come."""
+        latest = b""
         for topic, source in self._inputs:
             while (data := source.take()) is not None:
                 stamp = self._filter.stamp(topic, data)
                 if stamp is not None:
                     self._tape.write(topic.name, stamp, data)
+                if topic.name == PLACES:
+                    latest = data
+        if latest:
+            self._meet(latest)
         self._tape.save_if_due()
+
+    def _meet(self, transforms: bytes) -> None:
+        """Begin with robots that have come, and end with those that are gone."""
+        _, frames, _ = self._reader.read(transforms)
+        robots = {frame.partition("/")[0] for frame in frames}
+        for robot in self._robots - robots:
+            space = f"/{robot}/"
+            for entry in [entry for entry in self._inputs if entry[0].name.startswith(space)]:
+                self._inputs.remove(entry)
+                entry[1].destroy()
+        for robot in sorted(robots - self._robots):
+            for topic in select_of(self._patterns, robot):
+                self._add(topic)
+        self._robots = robots
 
 
 def record(config: dict[str, Any], events: EventWriter) -> None:
     """Record until SIGTERM, see `RunPlan.recorder_config`."""
-    topics = select(config["topics"], config["robots"])
     path = Path(config["path"])
     path.parent.mkdir(parents=True, exist_ok=True)
     tape = Tape(path, config["about"])
     rclpy.init(signal_handler_options=rclpy.SignalHandlerOptions.NO)
     node = rclpy.create_node("recorder", enable_rosout=False, start_parameter_services=False)
-    recorder = Recorder(node, topics, tape, config["rate"])
+    recorder = Recorder(node, config["robots"], config["topics"], tape, config["rate"])
     stopping: list[int] = []
     signal.signal(signal.SIGTERM, lambda number, _: stopping.append(number))
-    events.write("recording", path=str(path), topics=len(topics))
+    events.write("recording", path=str(path), topics=len(tape.counts))
     while not stopping:
         recorder.take()
         time.sleep(LOOK_PERIOD)

@@ -51,6 +51,17 @@ def select(text: str, robots: Sequence[str]) -> list[Topic]:
     return [topic for topic in topics if topic.name in chosen]
 
 
+def select_of(text: str, robot: str) -> list[Topic]:
+    """Return the topics to record of a robot that has come later; see `select`."""
+    wanted = [word.strip() for word in text.split(",") if word.strip()] or list(DEFAULT)
+    return [
+        topic
+        for topic in all_topics([robot])
+        if topic.name.startswith(f"/{robot}/")
+        and any(_matches(topic.name, pattern) for pattern in wanted)
+    ]
+
+
 def _matches(name: str, pattern: str) -> bool:
     if pattern == ALL:
         return True

@@ -83,11 +83,13 @@ class Tape:
         self._size = 0
 
     def add_topic(self, topic: Topic) -> None:
-        """Announce a topic.
+        """Announce a topic, also while others are being written; again is no harm.
 
         Raises:
             ConfigError: If the definition of its type is not installed.
         """
+        if topic.name in self._channels:
+            return
         if topic.type not in self._schemas:
             text = schema_text(topic.type).encode()
             self._schemas[topic.type] = self._writer.register_schema(topic.type, "ros2msg", text)

@@ -11,10 +11,9 @@ from PIL import Image
 from selenium.common.exceptions import WebDriverException
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.remote.webdriver import WebDriver
+from selenium.webdriver.remote.webelement import WebElement
 
 LIMIT = 90.0  # [s] of wall time for anything to show; software rendering on a busy machine
-# The last one is what viser's client does when something that can be dragged is pressed.
-HARMLESS = ("Software WebGL", "deprecated", "GPU stall", "favicon", "passive event listener")
 
 
 def wait_for(condition: Callable[[], bool], what: str, limit: float = LIMIT) -> None:
@@ -48,6 +47,44 @@ def click_canvas(browser: WebDriver, right: int, down: int) -> None:
     ActionChains(browser).move_to_element_with_offset(canvas, right, down).click().perform()
 
 
+def drag_canvas(browser: WebDriver, start: tuple[int, int], by: tuple[int, int]) -> None:
+    """Press in the scene at an offset in pixels from its middle, move, and release."""
+    canvas = browser.find_element("css selector", "canvas")
+    chain = ActionChains(browser, duration=500).move_to_element_with_offset(canvas, *start)
+    chain.click_and_hold().move_by_offset(by[0] // 2, by[1] // 2)
+    chain.move_by_offset(by[0] - by[0] // 2, by[1] - by[1] // 2).pause(1.0).release().perform()
+
+
+def choose(browser: WebDriver, label: str, option: str) -> None:
+    """Choose from the list that has a label."""
+    labelled(browser, label).click()
+    script = """const found = [...document.querySelectorAll('[role=option]')].find(
+        (x) => x.innerText.trim() === arguments[0] && x.offsetParent);
+      if (found) found.click(); return !!found;"""
+    wait_for(lambda: bool(browser.execute_script(script, option)), f"the option '{option}'")
+
+
+def chosen(browser: WebDriver, label: str) -> str:
+    """Return what is chosen in the list that has a label."""
+    return str(labelled(browser, label).get_attribute("value"))
+
+
+def tick_box(browser: WebDriver, label: str, number: int = 0) -> None:
+    """Click the check box, also a hidden one, that has a label."""
+    browser.execute_script("arguments[0].click()", labelled(browser, label, number))
+
+
+def labelled(browser: WebDriver, label: str, number: int = 0) -> WebElement:
+    """Return the input that has a label; the `number`-th of them."""
+    script = """const found = [...document.querySelectorAll('label')].filter(
+        (x) => (x.innerText || x.textContent).trim() === arguments[0]);
+      return found.length > arguments[1] && document.getElementById(found[arguments[1]].htmlFor);"""
+    wait_for(lambda: bool(browser.execute_script(script, label, number)), f"an input '{label}'")
+    found = browser.execute_script(script, label, number)
+    assert isinstance(found, WebElement)
+    return found
+
+
 def picture(browser: WebDriver) -> np.ndarray:
     """Return what the page looks like, (height, width, 3)."""
     return np.asarray(Image.open(io.BytesIO(browser.get_screenshot_as_png())).convert("RGB"))
@@ -55,8 +92,4 @@ def picture(browser: WebDriver) -> np.ndarray:
 
 def errors(browser: WebDriver) -> list[str]:
     """Return what went wrong on the page since the last call."""
-    return [
-        entry["message"]
-        for entry in browser.get_log("browser")
-        if entry["level"] == "SEVERE" and not any(word in entry["message"] for word in HARMLESS)
-    ]
+    return [entry["message"] for entry in browser.get_log("browser") if entry["level"] == "SEVERE"]

@@ -8,66 +8,176 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 from selenium.webdriver.remote.webdriver import WebDriver
 
-from tests.browser.page import click_canvas, errors, press, text_of, wait_for
+from tests.browser.page import (
+    choose,
+    chosen,
+    click_canvas,
+    drag_canvas,
+    errors,
+    labelled,
+    press,
+    text_of,
+    tick_box,
+    wait_for,
+)
 from tests.graph.conftest import reserved_domain
 
-pytestmark = [pytest.mark.long, pytest.mark.timeout(500)]
+pytestmark = [pytest.mark.long, pytest.mark.timeout(900)]
 ROOT = Path(__file__).resolve().parents[2]
 UP = "from swarm_commander.cli import swarm_up; swarm_up()"
-ARGUMENTS = "--swarm-size 2 --world hall_12 --speed 4 --viewer --port 0 --no-report"
+VIEW = "from swarm_view.cli import main; main()"
+ARGUMENTS = "--swarm-size 2 --world hall_12 --speed 2 --viewer --port 0 --no-report"
 
 
-@pytest.fixture(scope="module")
-def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """Yield where the viewer of a running swarm is."""
-    folder = tmp_path_factory.mktemp("live")
-    log = folder / "up.log"
-    with reserved_domain() as domain, log.open("w") as output:
+@dataclass(frozen=True)
+class Swarm:
+    """A running swarm: where its viewer is, and what its terminals need."""
+
+    address: str
+    folder: Path
+    environment: dict[str, str]
+
+
+@contextlib.contextmanager
+def command(
+    code: str, words: str, folder: Path, environment: dict[str, str], log: Path
+) -> Iterator["subprocess.Popen[bytes]"]:
+    """Run one of our commands, and end it as a user does."""
+    with log.open("w") as output:
         process = subprocess.Popen(
-            [sys.executable, "-c", UP, *ARGUMENTS.split(), "--run-dir", str(folder / "run")],
-            env=os.environ | {"PYTHONPATH": str(ROOT), "ROS_DOMAIN_ID": str(domain)},
-            cwd=folder,
-            stdout=output,
-            stderr=subprocess.STDOUT,
-        )
+            [sys.executable, "-c", code, *words.split()],
+            env=environment, cwd=folder, stdout=output, stderr=subprocess.STDOUT,
+        )  # fmt: skip
         try:
-            yield _address(process, log)
+            yield process
         finally:
             process.send_signal(signal.SIGINT)
             with contextlib.suppress(subprocess.TimeoutExpired):
-                process.wait(40.0)
+                process.wait(60.0)
             process.kill()
     assert process.returncode == 0, log.read_text(encoding="utf-8")
 
 
-def _address(process: "subprocess.Popen[bytes]", log: Path) -> str:
-    end = time.monotonic() + 120.0
+@pytest.fixture(scope="module")
+def swarm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Swarm]:
+    """Yield a running swarm with a viewer."""
+    folder = tmp_path_factory.mktemp("live")
+    log = folder / "up.log"
+    with reserved_domain() as domain:
+        environment = os.environ | {"PYTHONPATH": str(ROOT), "ROS_DOMAIN_ID": str(domain)}
+        words = f"{ARGUMENTS} --run-dir {folder / 'run'}"
+        with command(UP, words, folder, environment, log) as process:
+            yield Swarm(_address(process, log, "active 2/2"), folder, environment)
+
+
+@pytest.fixture
+def address(swarm: Swarm) -> str:
+    """Return where the swarm's viewer is."""
+    return swarm.address
+
+
+def _address(process: "subprocess.Popen[bytes]", log: Path, sign: str) -> str:
+    end = time.monotonic() + 180.0
     while time.monotonic() < end:
         text = log.read_text(encoding="utf-8")
-        found = re.search(r"viewer: (http://\S+/)", text)
-        if found and "active 2/2" in text:
+        found = re.search(r"viewer: (http://\S+)", text)
+        if found and sign in text:
             return found[1]
         assert process.poll() is None, text
         time.sleep(0.3)
     raise AssertionError(log.read_text(encoding="utf-8"))
 
 
-def test_a_robot_goes_where_the_floor_is_clicked(browser: WebDriver, address: str) -> None:
-    browser.get(f"{address}?robot=Srobot1")
-    wait_for(lambda: "2, 2 answering" in text_of(browser), "two robots")
-    wait_for(lambda: "page of its own" in text_of(browser), "the robot of the address")
+def _open(browser: WebDriver, address: str, robot: str) -> None:
+    """Open a robot's page and wait until all of it is there."""
+    browser.get(f"{address}?robot={robot}")
+    wait_for(lambda: "answering" in text_of(browser), "the robots")
+    wait_for(lambda: "estimate" in text_of(browser), "the robot of the address")
     wait_for(lambda: "Pause" in text_of(browser), "the simulation's buttons")
-    time.sleep(2.0)  # the camera comes to the robot
-    press(browser, "Goal")
-    wait_for(lambda: "click the floor" in text_of(browser), "the tool")
+    time.sleep(4.0)  # the camera comes to the robot
+
+
+def _use(browser: WebDriver, tool: str) -> None:
+    press(browser, tool)
+    wait_for(lambda: "click the floor" in text_of(browser), f"the tool '{tool}'")
+
+
+def _pause(browser: WebDriver) -> None:
+    """Let time stand still, so that the outcome does not depend on how slow the browser is."""
+    press(browser, "Pause")
+    wait_for(lambda: "(paused)" in text_of(browser), "the pause")
+
+
+def _step(browser: WebDriver, ticks: int) -> None:
+    for _ in range(ticks):
+        press(browser, "Step 0.1 s")
+        time.sleep(0.5)
+
+
+def _number(browser: WebDriver, pattern: str) -> float:
+    found = re.search(pattern, text_of(browser))
+    assert found is not None, text_of(browser)
+    return float(found[1])
+
+
+def _time(browser: WebDriver) -> float:
+    return _number(browser, r"simulated time\s+([\d.]+) s")
+
+
+def test_a_robot_goes_where_the_floor_is_clicked(browser: WebDriver, address: str) -> None:
+    _open(browser, address, "Srobot1")
+    _use(browser, "Goal")
     click_canvas(browser, -70, -60)
     wait_for(lambda: "Goal sent" in text_of(browser), "the goal to be sent")
     wait_for(lambda: "1 reached, 0 failed" in text_of(browser), "the robot to arrive")
+    assert errors(browser) == []
+
+
+def test_the_camera_has_followed(browser: WebDriver, address: str) -> None:
+    choose(browser, "Robot", "(none)")
+    wait_for(lambda: "estimate" not in text_of(browser), "no robot to be selected")
+    click_canvas(browser, 0, -8)  # the robot that was followed is in the middle
+    wait_for(lambda: chosen(browser, "Robot") == "Srobot1", "the robot to be picked")
+    assert errors(browser) == []
+
+
+def test_a_drag_gives_the_heading_and_a_goal_is_cancelled(browser: WebDriver, address: str) -> None:
+    _open(browser, address, "Srobot2")
+    _pause(browser)
+    _use(browser, "Goal")
+    drag_canvas(browser, (-100, -60), (-70, 40))
+    wait_for(lambda: "Goal sent" in text_of(browser), "the goal to be sent")
+    clicked = _number(browser, r"Goal sent: \(\S+, \S+, (\S+)\)")
+    assert -3.1 < clicked < -1.6  # towards the reader and to the left
+    _step(browser, 5)
+    wait_for(lambda: "driving" in text_of(browser), "the robot to set off")
+    press(browser, "Cancel goal")
+    wait_for(lambda: "goal cancelled" in text_of(browser), "the cancellation")
+    _step(browser, 5)
+    wait_for(lambda: "idle 2" in text_of(browser), "the robot to stand")
+    press(browser, "Cancel goal")
+    wait_for(lambda: "no goal to cancel" in text_of(browser), "the answer that there is none")
+    press(browser, "Resume")
+    assert errors(browser) == []
+
+
+def test_an_initial_pose_is_believed(browser: WebDriver, address: str) -> None:
+    _open(browser, address, "Srobot2")
+    offset = r"estimate\s+.*, ([\d.]+) m off"
+    wait_for(lambda: _number(browser, offset) < 0.02, "an estimate that is right")
+    _pause(browser)
+    _use(browser, "Initial pose")
+    click_canvas(browser, 30, 30)
+    wait_for(lambda: "Initial pose sent" in text_of(browser), "the pose to be sent")
+    _step(browser, 8)
+    wait_for(lambda: _number(browser, offset) > 0.05, "another estimate")
+    press(browser, "Resume")
     assert errors(browser) == []
 
 
@@ -83,7 +193,72 @@ def test_time_stands_still_and_goes_on(browser: WebDriver, address: str) -> None
     assert errors(browser) == []
 
 
-def _time(browser: WebDriver) -> float:
-    found = re.search(r"simulated time\s+([\d.]+) s", text_of(browser))
-    assert found is not None
-    return float(found[1])
+def test_the_speed_is_chosen(browser: WebDriver, address: str) -> None:
+    browser.get(address)
+    wait_for(lambda: chosen(browser, "Speed") == "2 x", "the speed of the command line")
+    choose(browser, "Speed", "0.25 x")
+    factor = r"real-time factor\s+([\d.]+)"
+    wait_for(lambda: 0.0 < _number(browser, factor) < 0.3, "a slow world")
+    choose(browser, "Speed", "2 x")
+    wait_for(lambda: _number(browser, factor) > 0.4, "a fast world")
+    assert errors(browser) == []
+
+
+def test_robots_come_and_go(browser: WebDriver, address: str) -> None:
+    browser.get(address)
+    wait_for(lambda: "2, 2 answering" in text_of(browser), "two robots")
+    press(browser, "Spawn at a free place")
+    wait_for(lambda: "3, 3 answering" in text_of(browser), "a third robot")
+    assert "Srobot3 has come" in text_of(browser)
+    press(browser, "Remove robot")
+    wait_for(lambda: "Select a robot first" in text_of(browser), "the question which")
+    choose(browser, "Model", "turtlebot3_burger")
+    _use(browser, "Spawn by a click")
+    click_canvas(browser, -60, 20)
+    wait_for(lambda: "4, 4 answering" in text_of(browser), "a fourth robot")
+    for name in ("Srobot3", "Srobot4"):
+        choose(browser, "Robot", name)
+        wait_for(lambda: "estimate" in text_of(browser), "what the newcomer says")
+        press(browser, "Remove robot")
+        wait_for(lambda: chosen(browser, "Robot") == "(none)", f"{name} to be gone")
+    wait_for(lambda: "2, 2 answering" in text_of(browser), "two robots again")
+    assert errors(browser) == []
+
+
+def test_all_layers_are_shown_and_hidden(browser: WebDriver, address: str) -> None:
+    _open(browser, address, "Srobot1")
+    labels = (
+        "Local costmap",
+        "Global costmap",
+        "Footprint",
+        "Particles",
+        "Names and states",
+        "Trails",
+    )
+    for label in labels:
+        tick_box(browser, label)
+    time.sleep(3.0)
+    for label in labels:
+        assert labelled(browser, label).is_selected()
+        tick_box(browser, label)
+    time.sleep(1.0)
+    assert errors(browser) == []
+
+
+def test_a_view_of_its_own_is_attached(browser: WebDriver, swarm: Swarm) -> None:
+    log = swarm.folder / "view.log"
+    words = "--host 0.0.0.0 --port 0"
+    with command(VIEW, words, swarm.folder, swarm.environment, log) as process:
+        address = _address(process, log, "Ctrl-C")
+        bare, _, query = address.partition("?")
+        port = re.search(r":(\d+)/", bare)
+        assert port is not None
+        assert query.startswith("token=")
+        browser.get(f"http://127.0.0.1:{port[1]}/")
+        assert "needs its token" in text_of(browser)
+        errors(browser)  # the refusal
+        browser.get(f"http://127.0.0.1:{port[1]}/?robot=Srobot1&{query}")
+        wait_for(lambda: "2, 2 answering" in text_of(browser), "two robots")
+        wait_for(lambda: "estimate" in text_of(browser), "the robot of the address")
+        assert errors(browser) == []
+        browser.get("about:blank")
