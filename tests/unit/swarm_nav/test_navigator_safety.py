@@ -273,3 +273,29 @@ def test_a_parked_robot_keeps_its_way_to_a_refuge_from_the_first_tick() -> None:
     one.run(3)
     assert one.robots[0].status().state == "yielding"
     assert len(one.robots[0].plan_map()) > 3
+
+
+def test_a_robot_that_had_no_data_holds_its_place_only_and_listens_first() -> None:
+    one = under_way()
+    one.run(40, dead=[0])  # as on a host without link
+    stood = one.bodies[0].pose
+    for _ in range(15):
+        one.run(1)
+        record = one.beacons[0]
+        assert record is not None
+        assert int(record["held_size"]) == 1
+        assert one.distance(0, stood) < 0.01
+    one.run_until(lambda: bool(one.ended(0)), 400)
+    assert one.ended(0)[0].outcome is Outcome.SUCCEEDED
+
+
+@pytest.mark.parametrize("ticks", [20, 90, 110, 150, 200])
+def test_who_comes_back_meets_nobody_who_went_on_in_the_meantime(ticks: int) -> None:
+    one = under_way(Pose(3.6, 4.5, -math.pi / 2))
+    one.send(1, Pose(3.6, 0.8, -math.pi / 2))
+    nearest = 9.0
+    for tick in range(700):
+        one.run(1, dead=[0] if tick < ticks else [])
+        nearest = min(nearest, one.bodies[0].pose.distance(one.bodies[1].pose))
+    assert nearest > 2 * 0.238
+    assert [one.ended(i)[0].outcome for i in (0, 1)] == [Outcome.SUCCEEDED] * 2
