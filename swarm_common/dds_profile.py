@@ -8,12 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from swarm_common.errors import ConfigError
-from swarm_common.ros_env import DOMAIN_PORTS, FIRST_PORT, NEWCOMERS, PROFILES
+from swarm_common.ros_env import MOST_PARTICIPANTS, NEWCOMERS, PROFILES, unicast_port
 
 NAMESPACE = "http://www.eprosima.com"
 TEMPLATE = Path(__file__).resolve().parent / "fastdds.xml"
 FOREIGN = (PROFILES, "FASTDDS_DEFAULT_PROFILES_FILE", "ROS_DISCOVERY_SERVER")
-PARTICIPANTS = 120  # ids that are looked for on one host (fastdds.xml)
 WORLD_IDS = 40  # ids on the world's host that robots announce themselves to: world, tools, ...
 MOST_PROCESSES = 90  # navigators' on one host: Fast DDS gives out about 100 ids, tools need some
 # Longer than a host's silence is borne: what was sent during it is sent again by DDS itself.
@@ -33,12 +32,7 @@ class Peers:
     ids: tuple[int, ...] | None = None
 
 
-def unicast_port(domain: int, participant: int) -> int:
-    """Return the port on which a participant listens for announcements (DDSI-RTPS 9.6.1.1)."""
-    return FIRST_PORT + 10 + DOMAIN_PORTS * domain + 2 * participant
-
-
-def port_range(domain: int, participants: int = PARTICIPANTS) -> tuple[int, int]:
+def port_range(domain: int, participants: int = MOST_PARTICIPANTS) -> tuple[int, int]:
     """Return the first and the last UDP port that participants of one host listen on."""
     return unicast_port(domain, 0), unicast_port(domain, participants - 1) + 1
 

@@ -86,7 +86,10 @@ def participant_id(port: int) -> int:
     return (port - world_port()) // 2
 
 
-def _unicast_port(participant: int) -> int:
+def unicast_port(domain: int, participant: int) -> int:
     """Return the port on which a participant listens for announcements (DDSI-RTPS 9.6.1.1)."""
-    domain = int(os.environ.get("ROS_DOMAIN_ID") or "0")
     return FIRST_PORT + 10 + DOMAIN_PORTS * domain + 2 * participant
+
+
+def _unicast_port(participant: int) -> int:
+    return unicast_port(int(os.environ.get("ROS_DOMAIN_ID") or "0"), participant)

@@ -23,6 +23,9 @@ def test_a_run_on_two_hosts_and_a_host_that_asks_for_other_robots(start_hosts: S
     assert swarm.exit_code(2, START) == 2
     assert "--robots asks for Srobot3, but the world has 2 robots" in swarm.said(2)
     swarm.start_robots(2, "1-2", "--seed", "3", "--swarm-size", "2")
+    swarm.wait_for(1, "has Srobot1 and Srobot2", START)
+    for host in (1, 2):
+        assert swarm.net.bound_addresses(host) == {swarm.net.address(host)}
     assert swarm.exit_code(1, START) == 0
     assert swarm.exit_code(2, START) == 0
     swarm.assert_nothing_is_left()

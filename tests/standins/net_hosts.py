@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import socket
+import struct
 import subprocess
 from types import TracebackType
 
@@ -62,6 +64,12 @@ class NetHosts:
             output = _ip("netns", "pids", self.name(host))
             found += [int(word) for word in output.split()]
         return found
+
+    def bound_addresses(self, host: int) -> set[str]:
+        """Return the IPv4 addresses that UDP sockets of a host are bound to."""
+        rows = _ip("netns", "exec", self.name(host), "cat", "/proc/net/udp").splitlines()[1:]
+        words = [int(row.split()[1].split(":")[0], 16) for row in rows]
+        return {socket.inet_ntoa(struct.pack("=I", word)) for word in words}
 
     def _plug_in(self, host: int) -> None:
         name, port = self.name(host), f"p{host}"

@@ -10,6 +10,7 @@ from swarm_common import dds_profile
 from swarm_common.addresses import address_of, address_towards, own_address, own_addresses
 from swarm_common.edition import edition
 from swarm_common.errors import ConfigError
+from swarm_common.ros_env import unicast_port
 
 SPACE = {"d": dds_profile.NAMESPACE}
 
@@ -40,7 +41,7 @@ def test_robots_look_for_the_world_and_not_for_each_other() -> None:
         for node in root.iterfind(".//d:initialPeersList/d:locator/d:udpv4", SPACE)
     ]
     at_world = [port for address, port in found if address == world]
-    first = dds_profile.unicast_port(3, 0)
+    first = unicast_port(3, 0)
     assert at_world == [first + 2 * i for i in range(dds_profile.WORLD_IDS)]
     ids = [(port - first) // 2 for address, port in found if address == own]
     assert ids == [0, *range(51, 67)]
