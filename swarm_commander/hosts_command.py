@@ -16,7 +16,8 @@ from swarm_commander.domain import domain_id
 from swarm_commander.envoy import names_of
 from swarm_commander.progress import Progress
 from swarm_commander.report import COMPONENT_FAILED, OK, write_report
-from swarm_commander.robots_run import RobotsPlan, RobotsRun, robots_report
+from swarm_commander.robots_plan import RobotsPlan
+from swarm_commander.robots_run import RobotsRun, robots_report
 from swarm_commander.rundir import RunFolder, create_run_folder, write_env_sh
 from swarm_commander.tally import Tally
 from swarm_common import dds_profile

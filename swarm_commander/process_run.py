@@ -93,6 +93,9 @@ class ProcessRun:
         """Number of processes that were started again."""
         return self._supervisor.restarts
 
+    def complete(self, report: dict[str, Any]) -> None:
+        """Add what only this kind of run knows to its report."""
+
     # What a kind of run is made of
 
     def _begin(self) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,7 @@ from swarm_commander.envoy import names_of
 from swarm_commander.params import write_parameter_file
 from swarm_commander.process_run import ProcessRun
 from swarm_commander.progress import Progress
+from swarm_commander.robots_plan import RobotsPlan
 from swarm_commander.rundir import RunFolder
 from swarm_commander.supervisor import describe_exit
 from swarm_commander.tally import Tally
@@ -25,36 +25,6 @@ from swarm_common.ros_env import PROFILES
 AGENT = "agent"
 CHARTER_FILE = "charter.json"
 START_LIMIT = 600.0  # [s] for all to be active; the first start compiles the kernels
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RobotsPlan:
-    """The checked input of a robots' host.
-
-    Attributes:
-        robots: Names of those that it is to serve.
-        pack: Navigators per process.
-        own_address: That is bound to.
-        world_address: Of the world's host.
-        domain: ROS domain.
-        stated: What the user says of the run, to be compared; see `Charter.facts`.
-        label: Name and address of this host, for people.
-        run_dir: --run-dir.
-    """
-
-    robots: tuple[str, ...]
-    pack: int
-    own_address: str
-    world_address: str
-    domain: int
-    label: str
-    stated: Mapping[str, Any] = field(default_factory=dict)
-    run_dir: Path | None = None
-
-    @property
-    def processes(self) -> int:
-        """How many processes the navigators share."""
-        return -(-len(self.robots) // self.pack)
 
 
 class RobotsRun(ProcessRun):

@@ -16,8 +16,7 @@ from swarm_commander.breach import breach_lines, shortened
 from swarm_commander.bringup import Run
 from swarm_commander.domain import DomainLock, domain_id
 from swarm_commander.foxglove import write_foxglove
-from swarm_commander.host_options import Role, check_combination, robots_plan
-from swarm_commander.hosts_command import bring_up_robots, use_profile
+from swarm_commander.host_options import Role, check_combination
 from swarm_commander.options import (
     DEFAULT_ROBOT,
     LOOPBACK,
@@ -40,10 +39,8 @@ from swarm_commander.report import (
 from swarm_commander.rundir import RunFolder, create_run_folder, write_env_sh
 from swarm_commander.rviz import windows, write_rviz
 from swarm_commander.tally import Tally
-from swarm_commander.world_run import WorldRun, add_hosts
 from swarm_common import ros_env
 from swarm_common.addresses import check_address, own_address
-from swarm_common.dds_profile import check_environment
 from swarm_common.errors import ConfigError
 from swarm_common.fleet import load_fleet
 from swarm_common.interfaces_build import ensure_interfaces
@@ -168,8 +165,12 @@ def up(
     """
     check_combination(role, robots, connect, bind)
     if role is Role.ROBOTS:
-        plan = robots_plan(robots or "", connect or "", bind, pack, run_dir, _typed(context))
-        raise typer.Exit(bring_up_robots(plan))
+        from swarm_commander import hosts_command, robots_plan  # only where they are wanted
+
+        plan = robots_plan.robots_plan(
+            robots or "", connect or "", bind, pack, run_dir, _typed(context)
+        )
+        raise typer.Exit(hosts_command.bring_up_robots(plan))
     if viewer and headless:
         raise ConfigError("--viewer and --headless exclude each other")
     if viewer:
@@ -205,10 +206,8 @@ def up(
         run_dir=run_dir,
         over_limit=over_limit,
         skip_missing=skip_missing,
-        bind=own_address(bind) if bind is not None else "",
+        bind=_address_to_bind(bind),
     )
-    if options.bind:
-        check_environment(os.environ)
     run_plan = check_plan(options)
     ensure_interfaces()
     raise typer.Exit(bring_up(run_plan))
@@ -230,6 +229,8 @@ def bring_up(plan: RunPlan) -> int:
     try:
         folder = create_run_folder(plan.options.run_dir, datetime.now())
         if plan.options.bind:
+            from swarm_commander.hosts_command import use_profile
+
             use_profile(folder, plan.options.bind, plan.options.bind)
         write_env_sh(folder, os.environ)
         console = Console()
@@ -239,7 +240,7 @@ def bring_up(plan: RunPlan) -> int:
         write_foxglove(folder.foxglove, plan.options.robot_names)
         progress.phase("starting world")
         progress.start()
-        run = (WorldRun if plan.options.bind else Run)(plan, folder, progress, tally)
+        run = _run_of(plan, folder, progress, tally)
         try:
             run.run()
         finally:
@@ -249,8 +250,7 @@ def bring_up(plan: RunPlan) -> int:
     verdict = load_verdict(folder.verdict)
     times = RunTimes(run.wall_time, run.active_after_wall, run.restarts)
     report = compose_report(plan.options, tally, verdict, run.usage, times)
-    if isinstance(run, WorldRun):
-        add_hosts(report, run.hosts)
+    run.complete(report)
     must_finish = plan.options.until_done and not run.is_stopped_by_user
     is_unfinished = must_finish and not tally.is_done
     code = exit_code(report, is_unfinished=is_unfinished, component_failed=bool(run.failures))
@@ -263,6 +263,25 @@ def bring_up(plan: RunPlan) -> int:
     written = _draw_page(folder, console) if plan.options.page else folder.report
     console.print(f"report: {written}", highlight=False, soft_wrap=True)
     return code
+
+
+def _run_of(plan: RunPlan, folder: RunFolder, progress: Progress, tally: Tally) -> Run:
+    """Return the run of a plan: all of it, or the world's side of one on several hosts."""
+    if not plan.options.bind:
+        return Run(plan, folder, progress, tally)
+    from swarm_commander.world_run import WorldRun
+
+    return WorldRun(plan, folder, progress, tally)
+
+
+def _address_to_bind(bind: str | None) -> str:
+    """Return the own address of --bind, empty without one."""
+    if bind is None:
+        return ""
+    from swarm_common.dds_profile import check_environment
+
+    check_environment(os.environ)
+    return own_address(bind)
 
 
 def _draw_page(folder: RunFolder, console: Console) -> Path:

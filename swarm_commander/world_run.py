@@ -49,6 +49,18 @@ class WorldRun(Run):
         self.hosts: list[dict[str, Any]] = []
         self._unserved = set(plan.alive)
 
+    def complete(self, report: dict[str, Any]) -> None:
+        """Put the robots' hosts, and what their navigators used, into the report."""
+        report["hosts"] = self.hosts
+        seconds = report["swarm_size"] * (report["sim_time"] or 0.0)
+        if seconds <= 0.0:
+            return
+        cpu = report["cpu_ms_per_robot_second"]
+        navigators = round(1000.0 * sum(host["cpu_s"] for host in self.hosts) / seconds, 3)
+        cpu["navigators"] = navigators
+        cpu["total"] = round(cpu["total"] + navigators, 3)
+        report["rss_mb"]["navigators"] = round(sum(host["rss_mb"] for host in self.hosts), 1)
+
     def _begin(self) -> None:
         trace = {"trace_dir": str(self._folder.trace)}
         self._start(WORLD, self._plan.world_config(self._folder.verdict) | trace)
@@ -171,16 +183,3 @@ class WorldRun(Run):
         if not self._is_stopping:
             self._tell(REGISTRY, {"cmd": "over", "reason": phase})
         super()._stop(phase)
-
-
-def add_hosts(report: dict[str, Any], hosts: Sequence[Mapping[str, Any]]) -> None:
-    """Put the robots' hosts, and what their navigators used, into a report."""
-    report["hosts"] = list(hosts)
-    seconds = report["swarm_size"] * (report["sim_time"] or 0.0)
-    if seconds <= 0.0:
-        return
-    cpu = report["cpu_ms_per_robot_second"]
-    navigators = round(1000.0 * sum(host["cpu_s"] for host in hosts) / seconds, 3)
-    cpu["navigators"] = navigators
-    cpu["total"] = round(cpu["total"] + navigators, 3)
-    report["rss_mb"]["navigators"] = round(sum(host["rss_mb"] for host in hosts), 1)

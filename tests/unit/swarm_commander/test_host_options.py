@@ -7,9 +7,10 @@ from pathlib import Path
 import pytest
 
 from swarm_commander.charter import compose, parse
-from swarm_commander.host_options import Role, check_combination, parse_robots, robots_plan
+from swarm_commander.host_options import Role, check_combination, parse_robots
 from swarm_commander.options import UpOptions
 from swarm_commander.plan import check_plan
+from swarm_commander.robots_plan import robots_plan
 from swarm_common.errors import ConfigError
 from swarm_common.records import Pose
 
