@@ -15,7 +15,7 @@ def main() -> None:
 
 
 def _load() -> typer.Typer:
-    from swarm_bench import peers_command, scale_command  # noqa: F401  # add their commands
+    from swarm_bench import floor_command, peers_command, scale_command  # noqa: F401  # add theirs
     from swarm_bench.bench_command import bench_app
 
     return bench_app

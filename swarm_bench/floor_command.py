@@ -1,0 +1,56 @@
+"""The commands `swarm-bench floor` and `swarm-bench profile`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.markup import escape
+
+from swarm_bench.bench_command import bench_app, new_console
+from swarm_bench.document import replace_part
+from swarm_bench.floor import floor_markdown, measure_floor
+from swarm_bench.machine import machine_line
+from swarm_bench.profile_parts import profile_harness, profile_markdown
+from swarm_bench.scale_plan import GRAPH
+from swarm_bench.scale_result import read_scale_results
+from swarm_bench.scale_row import rows_of
+from swarm_bench.scenario import check_size
+
+Output = Annotated[
+    Path | None, typer.Option("-o", "--output", help="Document whose part to write.")
+]
+Robots = Annotated[int, typer.Option(help="Swarm size.")]
+
+
+@bench_app.command()
+def floor(
+    robots: Robots = 20,
+    measured: Annotated[
+        Path | None, typer.Option(help="File of `scale --json`, to compare with.")
+    ] = None,
+    output: Output = None,
+) -> None:
+    """Measure what messages, physics and rays cost, and what a robot-second costs at least."""
+    check_size(robots, "--robots")
+    results = read_scale_results(measured) if measured is not None else []
+    rows = rows_of([result for result in results if result.system == GRAPH])
+    _show(floor_markdown(measure_floor(robots), rows), "floor", output)
+
+
+@bench_app.command()
+def profile(
+    robots: Robots = 20,
+    engine: Annotated[str, typer.Option(help="bullet or planar.")] = "bullet",
+    output: Output = None,
+) -> None:
+    """Profile world and navigators without the ROS graph, summed up by module."""
+    check_size(robots, "--robots")
+    _show(profile_markdown(profile_harness(robots, engine), robots), "profile", output)
+
+
+def _show(table: str, part: str, output: Path | None) -> None:
+    new_console().print(escape(table))
+    if output is not None:
+        replace_part(output, part, f"Machine: {machine_line()}.\n\n{table}")
