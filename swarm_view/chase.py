@@ -35,14 +35,23 @@ class Chase:
         if self._seen is None:
             self._offset = CLOSE_UP
             self._doubt_end = now + APPROACH
-        elif np.abs(place - self._seen).max() < MOVED and not self._is_lost(place, now):
-            return
+            self.look(place, place + self._offset)
+        elif np.abs(place - self._seen).max() > MOVED:
+            self._go_on(place, place - self._seen)
+        elif self._is_lost(place, now):
+            self.look(place, place + self._offset)
         else:
-            camera = self._client.camera
-            if np.abs(camera.look_at - place).max() < FOLLOWED:  # else it is not there yet
-                self._offset = camera.position - camera.look_at
+            return
         self._seen = place
-        self.look(place, place + self._offset)
+
+    def _go_on(self, place: FloatArray, step: FloatArray) -> None:
+        camera = self._client.camera
+        if np.abs(camera.look_at - place).max() > FOLLOWED:  # it is not there yet
+            self.look(place, place + self._offset)
+            return
+        self._offset = camera.position - camera.look_at
+        with self._client.atomic():
+            camera.position = camera.position + step  # viser takes look_at along
 
     def _is_lost(self, place: FloatArray, now: float) -> bool:
         """Return whether the camera was put elsewhere after it was told to come here."""

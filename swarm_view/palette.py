@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 RGB = tuple[int, int, int]
 
 STATES: dict[str, RGB] = {
@@ -37,6 +39,7 @@ def css(color: RGB) -> str:
     return "#{:02x}{:02x}{:02x}".format(*color)
 
 
+@cache
 def linear(color: RGB) -> RGB:
     """Return a colour as viser's batches of meshes want it: they take sRGB for linear."""
     red, green, blue = (round(255 * (value / 255) ** 2.2) for value in color)

@@ -127,6 +127,8 @@ class RobotLayers:
     def _points(self, name: str, points: FloatArray, color: palette.RGB, size: float) -> None:
         if not len(points):
             self._clear(name)
+        elif name in self._handles:
+            self._handles[name].points = points.astype(np.float32)
         else:
             self._handles[name] = self._scene.add_point_cloud(
                 f"/robot/{name}", points, color, point_size=size, point_shape="circle",
