@@ -6,6 +6,7 @@ that end are followed by the next ones before the tick is over, and the world ta
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import time
 from array import array
@@ -17,6 +18,7 @@ import numpy as np
 from swarm_bench.compose import compose_result
 from swarm_bench.invariant import Invariant
 from swarm_bench.methods import Driver
+from swarm_bench.pose_error import PoseErrors
 from swarm_bench.result import RunResult
 from swarm_bench.stage import RunOptions, Stage, build
 from swarm_commander.itinerary import Order
@@ -82,6 +84,7 @@ class Harness:
         self._sent: list[np.void | None] = [None] * count
         self._goal_ids = [0] * count
         self._durations = array("f")  # [s] of wall time of each brain's tick
+        self._pose_errors = PoseErrors() if options.realistic else None
         self._limit = round(options.scenario.limit_of(options.robots) / CONTROL_PERIOD)
         self._stall_limit = round(options.scenario.stall_limit / CONTROL_PERIOD)
         self._last_success = 0  # tick
@@ -96,13 +99,19 @@ class Harness:
 
     def run(self) -> RunResult:
         """Run until all missions are over, or one of the scenario's limits."""
-        started = time.perf_counter()
+        started, cpu_started = time.perf_counter(), time.process_time()
         try:
             while self.advance():
                 pass
             wall_time = time.perf_counter() - started
-            return compose_result(
+            result = compose_result(
                 self.options, self.stage, self._dead, self.invariant, self._durations, wall_time
+            )
+            robot_time = max(len(self.stage.drivers) * result.sim_time, CONTROL_PERIOD)
+            return dataclasses.replace(
+                result,
+                cpu_ms_per_robot_second=1e3 * (time.process_time() - cpu_started) / robot_time,
+                pose_error=self._pose_errors.figures() if self._pose_errors else None,
             )
         finally:
             self.stage.world.close()
@@ -118,6 +127,8 @@ class Harness:
         for index, output in enumerate(self._outputs):
             if output is not None and (output.events or tick == 0):
                 self._follow_mission(index, tick, output)
+        if self._pose_errors is not None:
+            self._pose_errors.note(self.stage.drivers, world.poses, self._dead)
         if self._on_tick is not None:
             self._on_tick(world, self.stage.drivers, self._outputs)
         if self.is_over or tick >= min(self._limit, self._last_success + self._stall_limit):

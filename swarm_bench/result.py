@@ -72,6 +72,9 @@ class RunResult:
         wall_time: [s] of the run.
         tick_us_median: [µs] of a brain's tick.
         tick_us_p99: [µs] likewise.
+        cpu_ms_per_robot_second: CPU [ms] of world and brains per robot and simulated second.
+        pose_error: `median`, `p95`, `max` [m] of estimated against true positions, with sensors
+            that err.
         trajectory_sha256: Of the true poses of all ticks.
         per_robot: By name.
     """
@@ -113,6 +116,8 @@ class RunResult:
     tick_us_p99: float | None
     trajectory_sha256: str
     per_robot: Mapping[str, RobotResult]
+    cpu_ms_per_robot_second: float | None = None
+    pose_error: Mapping[str, float] | None = None
 
     @property
     def is_flawless(self) -> bool:

@@ -24,8 +24,16 @@ def run_line(result: RunResult) -> str:
         f"makespan {number(result.makespan, 1)} s, clearance {number(result.min_clearance)}, "
         f"held {number(result.min_held_slack)}, pushes {result.pushes}, "
         f"retreats {result.retreats}, deadlocks {result.deadlocks_resolved}, "
-        f"{number(result.tick_us_median, 0)} µs, {result.wall_time:.0f} s wall"
+        f"{number(result.tick_us_median, 0)} µs, "
+        f"{number(result.cpu_ms_per_robot_second, 2)} ms of CPU per robot-second, "
+        f"{result.wall_time:.0f} s wall"
     )
+    if result.pose_error is not None:
+        error = result.pose_error
+        text += (
+            f", localisation error {error['median']:.3f} m, 95 % {error['p95']:.3f} m, "
+            f"at most {error['max']:.3f} m"
+        )
     notes = [note for note in (result.first_collision, result.first_miss) if note]
     return "; ".join([text, *notes])
 

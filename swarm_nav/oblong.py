@@ -25,13 +25,14 @@ from swarm_nav import path_kernels
 
 Field = tuple[FloatArray, tuple[float, float, float]]
 WALL_GAP = 0.045  # [m] between polygon and walls in a slot, as planned
-LEAST_GAP = 0.015  # [m] below which no twist takes it
+LEAST_GAP = 0.02  # [m] below which no twist takes it
 OBSTACLE_GAP = 0.03  # [m] likewise from LiDAR hits that the map does not explain
 RIM_SPACING = 0.04  # [m] between the points of the rim at which the clearance is looked up
 FILL_SPACING = 0.1  # [m] between those inside
 SLOT_COST = 3.0  # cost factor of a metre in a slot: worth a detour
 MOUTH_BEND = 0.06  # [rad] of the path at a slot's mouth that is turned on the spot
 RUN_IN = 0.5  # [m] over which a robot that starts beside a slot's line comes back to it
+BRAKING_SHARE = 0.5  # of the drive's acceleration with which a heavy robot stops at least
 SHARES = (1.0, 0.5, 0.25)  # of a twist that are tried
 
 
@@ -93,11 +94,12 @@ class Oblong:
         """
         around = (np.ascontiguousarray(obstacles_map), self.corners, OBSTACLE_GAP)
         pose = (pose_map.x, pose_map.y, pose_map.yaw)
+        limits = (*(BRAKING_SHARE * a for a in acceleration), CONTROL_PERIOD)
         for share in SHARES:
             twist = Twist(share * wish.vx, share * wish.vy, share * wish.wz)
             before, worst = kernels.worst_slack(
                 field, self.least, around, pose, (twist.vx, twist.wz, now.vx, now.wz),
-                (*acceleration, CONTROL_PERIOD),
+                limits,
             )  # fmt: skip
             if worst >= min(0.0, before):
                 return twist
@@ -178,9 +180,7 @@ class Slots:
         inner = self.is_slot(course)
         straight = inner[:-1] | inner[1:]
         cuts = [0, *(np.flatnonzero(straight[1:] != straight[:-1]) + 1), len(course) - 1]
-        return [
-            (course[a : b + 1], bool(straight[a])) for a, b in itertools.pairwise(cuts)
-        ]
+        return [(course[a : b + 1], bool(straight[a])) for a, b in itertools.pairwise(cuts)]
 
     def corners(self, points: FloatArray, angle: float) -> NDArray[np.int64]:
         """Return the indices where a path is turned on the spot: bends, and bends at mouths."""

@@ -23,14 +23,17 @@ from swarm_nav.controller import (
     length_to,
     rate_that_stops,
 )
+from swarm_nav.straight import StraightController
 from swarm_nav.tube import Tube
 
 TURN_SAMPLES = 5  # of the turning rate at most: the course does not depend on it
 
 
 def make_controller(spec: RobotSpec, config: ControllerConfig) -> Controller:
-    """Return the controller for a robot's drive."""
-    return OmniController(config) if spec.is_omni else Controller(config)
+    """Return the controller for a robot's drive and shape."""
+    if spec.is_omni:
+        return OmniController(config)
+    return StraightController(config) if spec.is_oblong else Controller(config)
 
 
 class OmniController(Controller):

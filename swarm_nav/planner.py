@@ -143,8 +143,8 @@ class Planner:
         """Return the points of a course that is straight in slots, and turns in front of them."""
         if slots.is_slot(course[:1])[0]:  # it may stand beside the slot's line
             beside = np.hypot(*(course[1:-1] - course[0]).T) < RUN_IN
-            first = slots.is_slot(course[1:-1]).argmin()
-            beside[first:] = False
+            out = np.flatnonzero(~slots.is_slot(course[1:-1]))
+            beside[out[0] if len(out) else len(beside) :] = False
             course = np.vstack((course[:1], course[1:-1][~beside], course[-1:]))
         pieces = [
             _resampled(piece) if is_slot else self._course(piece, extra, smooth)

@@ -15,6 +15,7 @@ from swarm_bench.result import RunResult, result_from_json
 from swarm_bench.scenario import load_scenario
 from swarm_bench.stage import RunOptions
 from swarm_bench.sweep import run_all
+from swarm_bench.table import run_line
 from swarm_nav.goals import Output
 from swarm_sim.world import World
 
@@ -35,7 +36,7 @@ def options(folder: Path, seed: int = 0, limit: float = 300.0, **changes: object
 
 def without_times(result: RunResult) -> dict[str, object]:
     """Return all that must not depend on the machine."""
-    times = ("wall_time", "tick_us_median", "tick_us_p99")
+    times = ("wall_time", "tick_us_median", "tick_us_p99", "cpu_ms_per_robot_second")
     return {key: value for key, value in result.as_json().items() if key not in times}
 
 
@@ -48,6 +49,17 @@ def test_equal_seeds_give_equal_runs_and_others_do_not(tmp_path: Path) -> None:
     assert first.min_held_gap is not None
     other = run(options(tmp_path, seed=4))
     assert other.trajectory_sha256 != first.trajectory_sha256
+
+
+def test_only_sensors_that_err_give_a_pose_error(tmp_path: Path) -> None:
+    chosen = options(tmp_path, limit=10.0)
+    assert run(chosen).pose_error is None
+    result = run(dataclasses.replace(chosen, realistic=True))
+    assert result.cpu_ms_per_robot_second is not None
+    assert result.pose_error is not None
+    assert 0.0 < result.pose_error["median"] <= result.pose_error["p95"] <= result.pose_error["max"]
+    assert result.pose_error["max"] < 0.3
+    assert "localisation error" in run_line(result)
 
 
 @pytest.mark.slow
