@@ -47,9 +47,11 @@ def compose_report(
     sim_time = float(verdict.get("sim_time", tally.sim_time))
     seconds = options.swarm_size * sim_time
     cpu = {group: usage.cpu(group) for group in ("world", "navigators", "operator")}
+    cpu["onlookers"] = usage.cpu("recorder") + usage.cpu("viewer")
     per_second = {
         "world": cpu["world"],
         "navigators": cpu["navigators"],
+        "onlookers": cpu["onlookers"],
         "total": sum(cpu.values()),
     }
     makespan = tally.last_goal_time if math.isfinite(tally.last_goal_time) else None

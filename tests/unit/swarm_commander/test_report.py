@@ -82,7 +82,9 @@ def test_the_report_has_what_tools_outside_rely_on() -> None:
     assert report["makespan"] == 80.0
     assert report["throughput_per_minute"] == 0.75
     assert report["min_clearance"] == 0.1235
-    assert set(report["cpu_ms_per_robot_second"]) == {"world", "navigators", "total"}
+    assert set(report["cpu_ms_per_robot_second"]) == {
+        "world", "navigators", "onlookers", "total",
+    }  # fmt: skip
     assert report["robots"]["Srobot1"] == {
         "goals_reached": 1, "goals_failed": 0, "hold_time": 0.0, "wait_time": 0.0,
         "worst_goal_duration": 40.0, "distance": 20.0, "collisions": 0, "near_misses": None,

@@ -1,0 +1,154 @@
+"""Jobs, results, tables, plots and comparisons of `swarm-bench scale`, without running a swarm."""
+
+import dataclasses
+import io
+import json
+
+import pytest
+from rich.console import Console
+
+from swarm_bench.document import replace_part
+from swarm_bench.scale_compare import Side, comparison_table
+from swarm_bench.scale_plan import GRAPH, HARNESS, plan_jobs
+from swarm_bench.scale_plot import draw_scale
+from swarm_bench.scale_result import ScaleResult, median_of, read_scale_results
+from swarm_bench.scale_row import GRAPH_COLUMNS, growth, markdown, rows_of, scale_table
+from swarm_bench.scale_sweep import run_scale
+from swarm_bench.scale_watch import dds_share
+from swarm_common.errors import ConfigError, UnknownNameError
+
+
+def result_of(job, code="", machine="", cost=1.0):
+    return ScaleResult(
+        system=job.system, workload=job.workload, robots=job.robots, repeat=job.repeat,
+        setting=job.setting, start_up=2.0 + job.repeat, sim_time=job.seconds, wall_time=30.0,
+        cpu_ms={"world": 2.0 * cost, "navigators": 5.0 * cost, "other": 1.0, "dds": 0.5},
+        memory_mb={"total": 100.0, "robot": 20.0, "rss": 300.0}, late_ticks=0, collisions=0,
+        goals_reached=3, others=0.01, code=code, machine=machine,
+    )  # fmt: skip
+
+
+def text_of(table):
+    console = Console(width=250, file=io.StringIO())
+    console.print(table)
+    return console.file.getvalue()
+
+
+def test_large_swarms_are_packed_and_go_to_the_warehouse():
+    jobs = plan_jobs(GRAPH, [20, 100, 200], 1)
+    assert [(job.workload, job.pack) for job in jobs] == [
+        ("hall", 1), ("hall", 1), ("warehouse", 10),
+    ]  # fmt: skip
+    assert {job.engine for job in jobs} == {"bullet"}
+    assert plan_jobs(HARNESS, [200], 1)[0].pack == 1
+    assert plan_jobs(HARNESS, [20], 1)[0].engine == "planar"
+
+
+def test_jobs_come_repeat_by_repeat():
+    jobs = plan_jobs(HARNESS, [5, 20], 2)
+    assert [(job.repeat, job.robots) for job in jobs] == [(0, 5), (0, 20), (1, 5), (1, 20)]
+
+
+@pytest.mark.parametrize(
+    ("options", "kind", "message"),
+    [
+        ({"workload": "moon"}, UnknownNameError, "moon"),
+        ({"workload": "hall", "sizes": [150]}, ConfigError, "room for 100"),
+        ({"engine": "gazebo"}, UnknownNameError, "gazebo"),
+        ({"repeats": 0}, ConfigError, "--repeats"),
+        ({"seconds": 1.0}, ConfigError, "--seconds"),
+        ({"pack": 0}, ConfigError, "--pack"),
+        ({"sizes": [0]}, ConfigError, "swarm size"),
+    ],
+)
+def test_impossible_sweeps_are_refused(options, kind, message):
+    values = {"sizes": [20], "repeats": 1} | options
+    with pytest.raises(kind, match=message):
+        plan_jobs(GRAPH, values.pop("sizes"), values.pop("repeats"), **values)
+
+
+def test_a_killed_sweep_goes_on_where_it_was(tmp_path):
+    file, done = tmp_path / "scale.jsonl", []
+
+    def runner(job, code, machine):
+        done.append(job.key)
+        return result_of(job, code, machine)
+
+    jobs = plan_jobs(HARNESS, [5, 20], 2)
+    console = Console(file=io.StringIO())
+    run_scale(jobs[:3], file, console, runner)
+    file.write_text(file.read_text() + '{"schema": 1, "system"', "utf-8")  # killed while writing
+    results = run_scale(jobs, file, console, runner)
+    assert len(done) == len(jobs) == len(results) == len(read_scale_results(file))
+    assert {result.key for result in results} == {job.key for job in jobs}
+
+
+def test_a_file_that_is_something_else_is_refused(tmp_path):
+    file = tmp_path / "other.jsonl"
+    file.write_text(json.dumps({"schema": 1, "scenario": "circle"}) + "\n", "utf-8")
+    with pytest.raises(ConfigError, match="line 1 is no result"):
+        read_scale_results(file)
+
+
+def test_rows_are_medians_over_repeats():
+    rows = rows_of(result_of(job) for job in plan_jobs(GRAPH, [100, 20], 3))
+    assert [row.first.robots for row in rows] == [20, 100]
+    assert rows[0].median(lambda run: run.start_up) == pytest.approx(3.0)
+    assert rows[0].factor == pytest.approx(4.0)
+    assert rows[0].cpu_total == pytest.approx(8.0)
+    assert not rows[0].is_noisy
+    lines = markdown(rows, GRAPH_COLUMNS).splitlines()
+    assert len(lines) == 4
+    assert len({line.count("|") for line in lines}) == 1
+    assert "start-up [s]" in text_of(scale_table(rows, GRAPH_COLUMNS))
+
+
+def test_growth_is_from_20_to_100_robots():
+    few, many = plan_jobs(GRAPH, [20, 100], 1)
+    rows = rows_of([result_of(few), result_of(many, cost=2.0)])
+    assert growth(rows) == pytest.approx(15.0 / 8.0)
+    assert growth(rows[:1]) is None
+
+
+def test_rows_measured_beside_other_work_are_told_apart():
+    (job,) = plan_jobs(GRAPH, [20], 1)
+    (row,) = rows_of([dataclasses.replace(result_of(job), others=0.4)])
+    assert row.is_noisy
+
+
+def test_comparison_gives_ratios():
+    jobs = plan_jobs(GRAPH, [20], 1)
+    first, second = ([result_of(job, cost=cost) for job in jobs] for cost in (1.0, 0.5))
+    text = text_of(comparison_table(Side("a.jsonl", first), Side("b.jsonl", second)))
+    navigators = next(line for line in text.splitlines() if " navigators " in line)
+    assert navigators.split()[-3:] == ["5.00", "2.50", "0.50"]
+
+
+def test_plots_are_drawn_with_figures_missing(tmp_path):
+    results = [
+        dataclasses.replace(result_of(job), memory_mb={}, start_up=None)
+        for job in plan_jobs(GRAPH, [1, 200], 1)
+    ]
+    files = draw_scale(rows_of(results), tmp_path / "plot")
+    assert [file.suffix for file in files] == [".svg", ".png"]
+    assert all(file.stat().st_size > 1000 for file in files)
+
+
+def test_a_part_of_a_document_is_replaced_and_nothing_else(tmp_path):
+    file = tmp_path / "document.md"
+    file.write_text("a\n<!-- x -->\nold\n<!-- /x -->\nb\n", "utf-8")
+    for _ in range(2):
+        replace_part(file, "x", "new\n")
+    assert file.read_text("utf-8") == "a\n<!-- x -->\n\nnew\n\n<!-- /x -->\nb\n"
+    with pytest.raises(ConfigError, match="no part 'y'"):
+        replace_part(file, "y", "new")
+
+
+def test_shares_of_dds_are_of_the_time_between_two_looks():
+    shares = dds_share({"world": (10.0, 4.0)}, {"world": (20.0, 5.0), "other": (2.0, 1.0)})
+    assert shares == {"world": pytest.approx(0.1), "other": pytest.approx(0.5)}
+
+
+def test_median_of_what_is_known():
+    assert median_of([3.0, None, 1.0]) == pytest.approx(2.0)
+    assert median_of([None]) is None
