@@ -153,7 +153,7 @@ class Harness:
         if seen.scan is not None:
             driver.on_scan(seen.scan)
         if index not in self._faults.deaf:
-            driver.on_neighbors(seen.neighbors)
+            driver.on_reception(seen.reception)
         output = driver.tick(tick)
         self._durations.append(time.perf_counter() - started)
         self._outputs[index] = output

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 from typing import Protocol
 
-from swarm_common.beacon import BeaconArray
+from swarm_common.beacon import Reception
 from swarm_common.errors import UnknownNameError
 from swarm_common.grid import Grid
 from swarm_common.records import Odometry, Pose, RobotSpec, Scan
@@ -17,7 +17,7 @@ from swarm_nav.goals import Goal, Output, Status
 class Driver(Protocol):
     """One robot's decisions; `swarm_nav.navigator.Navigator` is one.
 
-    In each tick `on_odom` and `on_neighbors` come first, `on_scan` when a scan is due, then
+    In each tick `on_odom` and `on_reception` come first, `on_scan` when a scan is due, then
     `tick`. The output's beacon must be filled in: at least id, tick, radius, pose, twist and
     one held point (the pose), since bench and radio read them. A goal has ended when a `GoalEnded`
     is among the output's events.
@@ -29,7 +29,7 @@ class Driver(Protocol):
     def on_scan(self, scan: Scan) -> None:
         """Take a scan."""
 
-    def on_neighbors(self, beacons: BeaconArray) -> None:
+    def on_reception(self, reception: Reception) -> None:
         """Take the beacons heard in this tick."""
 
     def set_goal(self, goal: Goal) -> None:

@@ -12,6 +12,7 @@ import functools
 import math
 import struct
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -119,6 +120,29 @@ def words_of(beacons: BeaconArray) -> NDArray[np.uint32]:
     words = np.ndarray((len(beacons), BEACON_WORDS), np.uint32, np.ascontiguousarray(beacons))
     is_fit = words.flags.writeable and words.flags.aligned
     return words if is_fit else words.copy()
+
+
+@dataclass(frozen=True, slots=True)
+class Reception:
+    """What one robot hears at a tick: some rows of what is on the air, which all share.
+
+    Attributes:
+        words: (s, BEACON_WORDS) beacons as words.
+        rows: (k,) those heard, ascending by id.
+    """
+
+    words: NDArray[np.uint32]
+    rows: NDArray[np.int64]
+
+    @property
+    def beacons(self) -> BeaconArray:
+        """The beacons heard (k,), copied."""
+        return self.words[self.rows].view(BEACON_DTYPE)[:, 0]
+
+
+def reception_of(beacons: BeaconArray) -> Reception:
+    """Return the reception of all of some beacons (n,), of which it may be a view."""
+    return Reception(words_of(beacons), np.arange(len(beacons)))
 
 
 def serialize_beacon(beacon: np.void) -> bytes:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.beacon import BeaconArray
+from swarm_common.beacon import BeaconArray, Reception, reception_of
 from swarm_common.grid import Grid
 from swarm_common.records import FloatArray, Odometry, Pose, RobotSpec, Scan, Twist
 from swarm_common.sites import Sites
@@ -117,7 +117,11 @@ class Navigator:
 
     def on_neighbors(self, beacons: BeaconArray) -> None:
         """Take the radio's batch of this tick, which may be empty."""
-        self._senses.on_neighbors(beacons)
+        self._senses.on_reception(reception_of(beacons))
+
+    def on_reception(self, reception: Reception) -> None:
+        """Take the radio's batch of this tick where it is, without a copy."""
+        self._senses.on_reception(reception)
 
     def on_initial_pose(
         self, pose_map: Pose, deviation: tuple[float, float] = START_DEVIATION

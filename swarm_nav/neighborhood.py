@@ -12,7 +12,7 @@ from swarm_common.beacon import (
     FLAG_STUCK,
     HEARD_ENTRIES,
     BeaconArray,
-    words_of,
+    Reception,
 )
 from swarm_common.records import CONTROL_PERIOD
 from swarm_nav import neighborhood_kernels as kernels
@@ -59,7 +59,7 @@ class Neighborhood:
         self._own_id = own_id
         self._config = config
         self._count = 0
-        self._inbox: list[tuple[NDArray[np.uint32], float, float]] = []
+        self._inbox: list[tuple[Reception, tuple[float, float]]] = []
         self._words: NDArray[np.uint32] = np.zeros((0, BEACON_WORDS), np.uint32)
         self._notes: NDArray[np.float64] = np.zeros((0, 2))
         self._heard: NDArray[np.uint32] = np.zeros(HEARD_ENTRIES, np.uint32)
@@ -70,24 +70,23 @@ class Neighborhood:
         """Take new parameters, effective from the next tick."""
         self._config = config
 
-    def receive(self, beacons: BeaconArray, x: float, y: float) -> None:
+    def receive(self, reception: Reception, x: float, y: float) -> None:
         """Take a batch for the next `refresh`; (x, y) is the own position in map."""
-        if len(beacons):
-            self._inbox.append((words_of(beacons), x, y))
+        if len(reception.rows):
+            self._inbox.append((reception, (x, y)))
 
     def refresh(self, tick: int) -> None:
         """Store what was received, work out ages at `tick` and forget those who left."""
-        for batch, x, y in self._inbox:
-            if self._count + len(batch) > len(self._words):
-                self._allocate(2 * (self._count + len(batch)))
+        for reception, place in self._inbox:
+            if self._count + len(reception.rows) > len(self._words):
+                self._allocate(2 * (self._count + len(reception.rows)))
             self._count = kernels.merge(
                 self._words,
                 self._floats,
                 self._notes,
                 self._count,
-                batch,
-                x,
-                y,
+                (reception.words, reception.rows),
+                place,
                 self._config.lost_ticks,
             )
         self._inbox.clear()

@@ -32,14 +32,16 @@ ROTATING = 8  # entries that are shared out in turn when there are more robots t
 
 
 @njit(cache=True)
-def merge(words, floats, notes, count, batch, x, y, lost_ticks):
-    """Store a batch of rows that are newer than what is known; return the new count.
+def merge(words, floats, notes, count, heard, place, lost_ticks):
+    """Store beacons that are newer than what is known; return the new count.
 
-    notes = (n, 2): distance of the pose to (x, y) when heard, tick since which it is heard.
-    A robot that was taken out of the world is forgotten.
+    notes = (n, 2): distance of the pose to `place` (x, y) when heard, tick since which it is
+    heard. heard = (beacons as words, rows of them that were heard). A robot that was taken out of
+    the world is forgotten.
     """
+    batch, rows = heard
     row = 0
-    for k in range(batch.shape[0]):
+    for k in rows:
         robot = batch[k, ID]
         if row > 0 and words[row - 1, ID] >= robot:
             row = 0  # the batch is not in order of ids
@@ -64,7 +66,7 @@ def merge(words, floats, notes, count, batch, x, y, lost_ticks):
             notes[row, 1] = batch[k, TICK]
         for word in range(words.shape[1]):
             words[row, word] = batch[k, word]
-        notes[row, 0] = math.hypot(floats[row, POSE] - x, floats[row, POSE + 1] - y)
+        notes[row, 0] = math.hypot(floats[row, POSE] - place[0], floats[row, POSE + 1] - place[1])
         row += 1
     return count
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.beacon import BEACON_DTYPE, BEACON_WORDS, FLAG_LEFT, BeaconArray, word_of
+from swarm_common.beacon import BEACON_DTYPE, BEACON_WORDS, FLAG_LEFT, Reception, word_of
 from swarm_common.errors import ConfigError
 from swarm_common.records import CONTROL_PERIOD, stamp_from_tick
 from swarm_sim import radio_kernels
@@ -114,9 +114,9 @@ class Radio:
         beacons["tick"], beacons["flags"] = tick, FLAG_LEFT
         return beacons.view(np.uint32).reshape(-1, BEACON_WORDS)
 
-    def heard(self, receiver: int) -> BeaconArray:
+    def heard(self, receiver: int) -> Reception:
         """Return the beacons that reach a robot at the present tick, ordered by id."""
-        return self._under_way[0].batch(receiver)
+        return self._under_way[0].reception(receiver)
 
 
 class _Wave:
@@ -128,7 +128,7 @@ class _Wave:
         self._heard = heard
         self._count = count
         self._starts: list[int] = []
-        self._delivered: BeaconArray = np.zeros(0, BEACON_DTYPE)
+        self._rows: NDArray[np.int64] = np.zeros(0, np.int64)
 
     def add_receiver(self) -> None:
         """Let another robot listen, who hears nothing of this."""
@@ -152,12 +152,13 @@ class _Wave:
         self._count = int(self._heard.sum())
         self._starts = []
 
-    def batch(self, receiver: int) -> BeaconArray:
-        """Return what one robot hears; all are copied out at the first call."""
+    def reception(self, receiver: int) -> Reception:
+        """Return what one robot hears; the lists of all are made at the first call."""
         if not self._starts:
             starts = np.empty(len(self._heard) + 1, np.int64)
-            out = np.empty((self._count, BEACON_WORDS), np.uint32)
-            radio_kernels.deliver(self._sent, self._heard, starts, out)
+            self._rows = np.empty(self._count, np.int64)
+            radio_kernels.rows_heard(self._heard, starts, self._rows)
             self._starts = starts.tolist()
-            self._delivered = out.view(BEACON_DTYPE).reshape(-1)
-        return self._delivered[self._starts[receiver] : self._starts[receiver + 1]]
+        return Reception(
+            self._sent, self._rows[self._starts[receiver] : self._starts[receiver + 1]]
+        )

@@ -1,4 +1,4 @@
-"""Numba kernels of the radio: who hears whom, and each receiver's batch."""
+"""Numba kernels of the radio: who hears whom, and what each receiver hears."""
 
 from __future__ import annotations
 
@@ -60,26 +60,19 @@ def listen(
 
 
 @numba.njit(cache=True)
-def deliver(
-    sent: NDArray[np.uint32],
-    heard: NDArray[np.bool_],
-    starts: IntArray,
-    out: NDArray[np.uint32],
-) -> None:
-    """Copy the beacons that each receiver hears, one receiver after the other.
+def rows_heard(heard: NDArray[np.bool_], starts: IntArray, rows: IntArray) -> None:
+    """List what each receiver hears, one receiver after the other.
 
     Args:
-        sent: Beacons as words (s, words).
         heard: (n, s) who hears which.
-        starts: (n + 1,) receives the first row of each one's batch.
-        out: (messages, words)
+        starts: (n + 1,) receives where each one's list begins.
+        rows: (messages,) receives the senders' columns.
     """
-    row = 0
+    count = 0
     for receiver in range(heard.shape[0]):
-        starts[receiver] = row
+        starts[receiver] = count
         for column in range(heard.shape[1]):
             if heard[receiver, column]:
-                for word in range(sent.shape[1]):
-                    out[row, word] = sent[column, word]
-                row += 1
-    starts[heard.shape[0]] = row
+                rows[count] = column
+                count += 1
+    starts[heard.shape[0]] = count

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from swarm_common.beacon import BeaconArray
+from swarm_common.beacon import BeaconArray, Reception
 from swarm_common.errors import ConfigError, UnknownNameError
 from swarm_common.records import CONTROL_PERIOD, Odometry, Pose, RobotSpec, Scan, Twist
 from swarm_common.robot_io import load_robot_model
@@ -73,12 +73,17 @@ class Observation:
     Attributes:
         odom: Every tick.
         scan: When a revolution of its LiDAR ends at this tick, else None.
-        neighbors: Beacons heard, ordered by id.
+        reception: Beacons heard, ordered by id.
     """
 
     odom: Odometry
     scan: Scan | None
-    neighbors: BeaconArray
+    reception: Reception
+
+    @property
+    def neighbors(self) -> BeaconArray:
+        """The beacons heard, copied."""
+        return self.reception.beacons
 
 
 class World:

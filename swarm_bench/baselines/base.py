@@ -15,7 +15,7 @@ from swarm_common.beacon import (
     FOOTPRINT_POINTS,
     MODE_DONE,
     MODE_DRIVE,
-    BeaconArray,
+    Reception,
 )
 from swarm_common.grid import Grid
 from swarm_common.records import (
@@ -144,9 +144,9 @@ class Baseline(ABC):
         """Take a scan: mark hits that are neither walls nor known robots."""
         self.obstacles.update(scan, self.pose, self._planner.terrain, self.hood)
 
-    def on_neighbors(self, beacons: BeaconArray) -> None:
+    def on_reception(self, reception: Reception) -> None:
         """Take the beacons heard in this tick."""
-        self.hood.receive(beacons, self.pose.x, self.pose.y)
+        self.hood.receive(reception, self.pose.x, self.pose.y)
 
     def set_goal(self, goal: Goal) -> None:
         """Take a goal of kind NAVIGATE, for its start tick."""
