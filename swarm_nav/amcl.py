@@ -26,7 +26,6 @@ from swarm_nav.likelihood import field_for
 from swarm_nav.localisation import START_DEVIATION
 from swarm_nav.localisation_config import LocalisationConfig
 from swarm_nav.neighborhood import Neighborhood
-from swarm_nav.obstacles import BODY_REACH, TRAVEL_PER_TICK
 from swarm_nav.particle_filter import Estimate, ParticleFilter, Step
 from swarm_nav.terrain import Terrain
 
@@ -287,15 +286,14 @@ class AmclLocaliser:
 
     def _select(self, scan: Scan) -> FloatArray:
         """Return the hits (k, 2) in base_footprint that no known robot explains."""
-        hood, best = self._hood, self._best
+        best = self._best
         count = amcl_kernels.beams(
             np.array(scan.ranges, np.float32),  # a message's buffer may be read-only
             (scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max),
             scan.tick,
             (self._lidar.x, self._lidar.y, self._lidar.yaw),
             (best.x, best.y, best.yaw),
-            hood.beacons["pose"][:, :2].astype(np.float64),
-            hood.beacons["radius"] + BODY_REACH + TRAVEL_PER_TICK * np.minimum(hood.ages, 20),
+            *self._hood.bodies(),
             self._hits,
         )
         return self._hits[:count]

@@ -8,6 +8,7 @@ person who pauses; one that never moved is a thing sooner. Young marks near a mo
 from __future__ import annotations
 
 import collections
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,12 +71,14 @@ class Movers:
             pose: (x, y, yaw) of the LiDAR in map.
             reach: [m] up to which rays tell of free space.
         """
-        has_come = np.zeros(len(hits), np.bool_)
-        if len(self._past) == PAST_SCANS and len(hits):
-            before, pose_before = self._past[0]
-            limits = (reach, FREE_MARGIN)
-            mover_kernels.passed_through(hits, before, beam, pose_before, limits, has_come)
+        past = self._past[0] if len(self._past) == PAST_SCANS else None
         self._past.append((ranges, pose))
+        if past is None or len(hits) == 0:
+            return hits[:0]
+        has_come = np.zeros(len(hits), np.bool_)
+        before, pose_before = past
+        limits = (reach, FREE_MARGIN)
+        mover_kernels.passed_through(hits, before, beam, pose_before, limits, has_come)
         return hits[has_come]
 
     def update(
@@ -110,5 +113,7 @@ class Movers:
 
     def gap(self, marks: FloatArray, x: float, y: float, tick: int) -> float:
         """Return the distance [m] of a point from the nearest restless mark; inf without one."""
+        if len(marks) == 0:
+            return math.inf
         times = (tick, STILL_TICKS, MOVER_TICKS)
         return float(mover_kernels.restless_gap(marks, self._births, self._has_moved, times, x, y))

@@ -14,10 +14,13 @@ from swarm_common.beacon import (
     BeaconArray,
     Reception,
 )
-from swarm_common.records import CONTROL_PERIOD
+from swarm_common.records import CONTROL_PERIOD, FloatArray
 from swarm_nav import neighborhood_kernels as kernels
 from swarm_nav.config import TrafficConfig
 
+BODY_REACH = 0.12  # [m] beyond a neighbour's radius within which a hit is that neighbour
+TRAVEL_PER_TICK = 0.03  # [m] that a neighbour may have moved since its beacon
+TRAVEL_TICKS = 20  # for which it may have
 UNHEARD_PATIENCE = 12  # ticks without an acknowledgement after which a robot stands
 STOPPING_POINTS = 8  # of a tube, the pose first, on which a robot has stopped that stands then
 UNHEARD_NEAR = 2.0  # [m] within which every robot has to hear this one
@@ -109,6 +112,17 @@ class Neighborhood:
         is_inactive: NDArray[np.bool_] = (self.beacons["flags"] & FLAG_ACTIVE) == 0
         return self.gone | is_inactive
 
+    def bodies(self) -> tuple[FloatArray, FloatArray]:
+        """Return centres (n, 2) [m] and radii (n,) of where LiDARs may hit the robots.
+
+        The next call overwrites them.
+        """
+        count = self._count
+        robots, reach = self._bodies
+        limits = (np.float32(BODY_REACH), TRAVEL_PER_TICK, TRAVEL_TICKS)
+        kernels.bodies(self._floats, self.ages, limits, robots, reach)
+        return robots[:count], reach[:count]
+
     def claims(self) -> tuple[NDArray[np.generic], ...]:
         """Return the columns that `tube_kernels.extend` reads.
 
@@ -184,6 +198,7 @@ class Neighborhood:
             np.zeros(rows, np.int64),
             np.zeros(rows, np.int64),
         )
+        self._bodies = np.zeros((rows, 2)), np.zeros(rows)
         self._claims = tuple(self._records[name] for name in CLAIM_COLUMNS)
 
     def _show(self) -> None:

@@ -16,6 +16,7 @@ from swarm_nav.priority import DEPTH_BITS, ID_MASK, TOP_DEPTH
 
 ID = word_of("id")
 TICK = word_of("tick")
+RADIUS = word_of("radius")
 POSE = word_of("pose")
 PRIORITY = word_of("priority")
 BLOCKED_TICKS = word_of("blocked_ticks")
@@ -160,6 +161,20 @@ def deaf_neighbor(ids, acks, notes, tick, limits):
         else:
             silent = np.int64(ids[row])
     return 0 if is_heard else silent
+
+
+@njit(cache=True)
+def bodies(floats, ages, limits, robots, reach):
+    """Write where the robots were, robots (n, 2), and how far they may be off, reach (n,).
+
+    limits = (margin [m], travel [m] per tick of age, most ticks); the margin in single precision.
+    """
+    margin, travel, most = limits
+    for row in range(ages.shape[0]):
+        robots[row, 0] = floats[row, POSE]
+        robots[row, 1] = floats[row, POSE + 1]
+        near = np.float32(floats[row, RADIUS] + margin)
+        reach[row] = near + travel * min(ages[row], most)
 
 
 @njit(cache=True)

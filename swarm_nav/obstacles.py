@@ -12,8 +12,6 @@ from swarm_nav.neighborhood import Neighborhood
 from swarm_nav.terrain import Terrain
 
 CELL = 0.05  # [m] marks are rounded to, so that their number is bounded
-BODY_REACH = 0.12  # [m] beyond a neighbour's radius within which a hit is that neighbour
-TRAVEL_PER_TICK = 0.03  # [m] that a neighbour may have moved since its beacon
 MAX_MARKS = 2000
 
 
@@ -48,8 +46,7 @@ class ObstacleLayer:
         pose = (lidar.x, lidar.y, lidar.yaw)
         beam = (scan.angle_min, scan.angle_increment, scan.range_min)
         ranges = np.array(scan.ranges, np.float32)  # a message's buffer may be read-only
-        robots = hood.beacons["pose"][:, :2].astype(np.float64)
-        reach = hood.beacons["radius"] + BODY_REACH + TRAVEL_PER_TICK * np.minimum(hood.ages, 20)
+        robots, reach = hood.bodies()
         count = obstacle_kernels.unexplained(
             ranges,
             beam,
@@ -61,6 +58,10 @@ class ObstacleLayer:
             reach,
             self._hits,
         )
+        hits = self._hits[:count]
+        arrivals = self._movers.arrivals(hits, ranges, beam, pose, config.raytrace_max_range)
+        if count == len(self.points) == 0:
+            return
         keep = np.ones(len(self.points), np.bool_)
         if len(keep):
             obstacle_kernels.still_there(
@@ -73,8 +74,6 @@ class ObstacleLayer:
                 reach,
                 keep,
             )
-        hits = self._hits[:count]
-        arrivals = self._movers.arrivals(hits, ranges, beam, pose, config.raytrace_max_range)
         keep &= self._movers.present(scan.tick)
         if not keep.all():
             self.points = self.points[keep]

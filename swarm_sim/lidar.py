@@ -73,6 +73,7 @@ class LidarGroup:
         )
         self._rays = np.arange(spec.rays)
         self._true_ranges = np.empty((len(members), spec.rays))
+        self._words = np.empty((len(members), spec.rays), np.uint64)
         self._past: deque[tuple[int, FloatArray]] = deque(maxlen=self.period_ticks)
 
     @property
@@ -105,7 +106,8 @@ class LidarGroup:
         else:
             self.cast(poses, walkers)
         ranges = np.empty((len(self.members), spec.rays), np.float32)
-        words = hash_words(seed, tick, self.members[:, None], self._rays)
+        words = self._words
+        lidar_kernels.draw(seed, tick, self.members, words)
         limits = (spec.range_min, spec.range_max)
         sigma = spec.sigma
         if errors.sigma_share > 0.0:

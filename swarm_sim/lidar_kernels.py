@@ -12,6 +12,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from swarm_sim.radio_kernels import mixed
+
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 TWO_PI = 2.0 * math.pi
@@ -138,6 +140,16 @@ def cast(
                     hit = ray_disc(directions[k, 0], directions[k, 1], cx, cy, radius)
                     if hit <= range_max and hit < out[i, k]:
                         out[i, k] = hit
+
+
+@numba.njit(cache=True)
+def draw(seed: int, tick: int, members: IntArray, words: NDArray[np.uint64]) -> None:
+    """Write a random word for each ray (n, rays): `hash_words` of seed, tick, member and ray."""
+    head = mixed(mixed(np.uint64(0), np.uint64(seed)), np.uint64(tick))
+    for i in range(words.shape[0]):
+        word = mixed(head, np.uint64(members[i]))
+        for k in range(words.shape[1]):
+            words[i, k] = mixed(word, np.uint64(k))
 
 
 @numba.njit(cache=True)
