@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from swarm_common.beacon import HELD_POINTS
 from swarm_nav import tube_kernels
 from swarm_nav.narrows import Narrows
 from swarm_nav.situation import Situation
@@ -20,13 +21,14 @@ class Claim:
         """Hold the place under the robot, published to nobody yet."""
         self._s = situation
         self._narrows = Narrows()
-        self._published_held: np.ndarray = np.zeros((1, 2), np.float32)
+        self._published_held: np.ndarray = np.zeros((HELD_POINTS, 2), np.float32)
+        self._published_size = 1
         self._watch_pose = situation.pose
         self._watch_tick = situation.tick
 
     def note_published(self, beacon: np.void) -> None:
         """Remember what the others are told to be held: their requests yield to that."""
-        self._published_held = beacon["held"][: beacon["held_size"]].copy()
+        self._published_held, self._published_size = beacon["held"], int(beacon["held_size"])
 
     def extend(self) -> None:
         """Let the tube grow by what the neighbours leave."""
@@ -50,7 +52,7 @@ class Claim:
             (span[0], last, span[2]),
             (s.radius, s.priority, s.robot_id, s.yields_for),
             self._published_held,
-            len(self._published_held),
+            self._published_size,
             tube.requests,
             (traffic.push_ticks, traffic.yield_slack),
             (s.obstacle_points(), clearance),

@@ -192,6 +192,7 @@ def best_twist(pose, twist, path, inside, limits, samples, scales, arc):
     start = arc_length(path, segments, 0, pose[0], pose[1])
     wish = min(v_max * horizon, max(segments[n - 1, 5] - start, 1e-3))
     reach = max(tolerance, held_gap(path, held, pose[0], pose[1]))
+    fastest = nv - 1 if v_high > v_low else 0  # of equal speeds the first sample counts
     best = 1e20
     best_index = 0
     best_v = v_low
@@ -202,9 +203,11 @@ def best_twist(pose, twist, path, inside, limits, samples, scales, arc):
         # the last sample goes straight on if that is reachable: no chatter; then the middle ones
         b = nw // 2 + (c // 2 if c % 2 else -c // 2) if c else nw
         w = w_low + (w_high - w_low) * b / (nw - 1) if b < nw else straight
-        yaw = turning(pose[2], w, headings)
         jerk = scales[3] * abs(w - twist[1])
-        for a in range(nv - 1, -1, -1):
+        if jerk > best:
+            continue
+        yaw = turning(pose[2], w, headings)
+        for a in range(fastest, -1, -1):
             index = a * (nw + 1) + b
             v = v_low + (v_high - v_low) * a / (nv - 1)
             k = advance(pose, v * STEP, headings, path, track)

@@ -79,6 +79,9 @@ class Gate:
     is_admitted: bool = False
     _advanced_tick: int = 0
     _fewest_ahead: int = 0
+    _cells: int = 0  # of the region in a disc (x, y, radius): robots that wait stand
+    _counted_disc: tuple[float, float, float] | None = None
+    _counted_region: NDArray[np.bool_] | None = None
 
     @property
     def announced(self) -> int:
@@ -139,14 +142,12 @@ class Gate:
     def _ahead(self, situation: Situation) -> int:
         """Count who is inside, admitted, or has waited for longer."""
         hood = situation.hood
-        beacons = hood.beacons
         return int(
             gate_kernels.count_ahead(
                 self.region,
                 situation.planner.lattice.frame,
-                np.ascontiguousarray(beacons["pose"]),
-                np.ascontiguousarray(beacons["gate_tick"]),
-                np.ascontiguousarray(beacons["id"]),
+                *hood.gate_columns,
+                hood.ids,
                 (self.asked_tick, situation.robot_id),
             )
         )
@@ -156,12 +157,12 @@ class Gate:
         assert self.region is not None
         config = situation.config
         lattice = situation.planner.lattice
-        cells = gate_kernels.cells_within(
-            self.region,
-            lattice.frame,
-            (situation.pose.x, situation.pose.y),
-            config.traffic.radio_range,
-        )
+        disc = (situation.pose.x, situation.pose.y, config.traffic.radio_range)
+        if self._counted_disc != disc or self._counted_region is not self.region:
+            self._cells = int(
+                gate_kernels.cells_within(self.region, lattice.frame, disc[:2], disc[2])
+            )
+            self._counted_disc, self._counted_region = disc, self.region
         waited = (situation.tick - self._advanced_tick) * CONTROL_PERIOD
-        share = config.holding.gate_density * int(cells) * lattice.step**2
+        share = config.holding.gate_density * self._cells * lattice.step**2
         return max(1.0, share) + math.floor(waited / config.holding.gate_patience)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.beacon import BeaconArray, Reception, reception_of
+from swarm_common.beacon import BeaconArray, Reception
 from swarm_common.grid import Grid
 from swarm_common.records import FloatArray, Odometry, Pose, RobotSpec, Scan, Twist
 from swarm_common.sites import Sites
@@ -117,7 +117,7 @@ class Navigator:
 
     def on_neighbors(self, beacons: BeaconArray) -> None:
         """Take the radio's batch of this tick, which may be empty."""
-        self._senses.on_reception(reception_of(beacons))
+        self._senses.on_neighbors(beacons)
 
     def on_reception(self, reception: Reception) -> None:
         """Take the radio's batch of this tick where it is, without a copy."""

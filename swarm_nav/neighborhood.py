@@ -13,6 +13,7 @@ from swarm_common.beacon import (
     HEARD_ENTRIES,
     BeaconArray,
     Reception,
+    reception_of,
 )
 from swarm_common.records import CONTROL_PERIOD, FloatArray
 from swarm_nav import neighborhood_kernels as kernels
@@ -53,6 +54,7 @@ class Neighborhood:
         ids: (n,)
         ages: (n,) [ticks] since each was sent.
         gone: (n,)
+        gate_columns: Poses and gate ticks, of which the first n rows are in use.
         priorities: (n,) as published.
         acks: (n,) tick of the newest own beacon that each has; of who need not hear us, now.
     """
@@ -73,8 +75,12 @@ class Neighborhood:
         """Take new parameters, effective from the next tick."""
         self._config = config
 
-    def receive(self, reception: Reception, x: float, y: float) -> None:
-        """Take a batch for the next `refresh`; (x, y) is the own position in map."""
+    def receive(self, beacons: BeaconArray, x: float, y: float) -> None:
+        """Take beacons for the next `refresh`; (x, y) is the own position in map."""
+        self.take(reception_of(beacons), x, y)
+
+    def take(self, reception: Reception, x: float, y: float) -> None:
+        """Take beacons for the next `refresh` that stay where they are until then."""
         if len(reception.rows):
             self._inbox.append((reception, (x, y)))
 
@@ -199,6 +205,8 @@ class Neighborhood:
             np.zeros(rows, np.int64),
         )
         self._bodies = np.zeros((rows, 2)), np.zeros(rows)
+        # views of the whole table, see `claims`
+        self.gate_columns = self._records["pose"], self._records["gate_tick"]
         self._claims = tuple(self._records[name] for name in CLAIM_COLUMNS)
 
     def _show(self) -> None:

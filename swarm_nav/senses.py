@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from swarm_common.beacon import Reception
+from swarm_common.beacon import BeaconArray, Reception, reception_of
 from swarm_common.records import Scan
 from swarm_nav.situation import Situation
 
@@ -24,10 +24,14 @@ class Senses:
         if scan.tick - s.listening_since > s.config.traffic.listen_ticks // 2:
             s.obstacles.update(scan, s.pose, s.terrain, s.hood)
 
-    def on_reception(self, reception: Reception) -> None:
+    def on_neighbors(self, beacons: BeaconArray) -> None:
         """Take the radio's batch of this tick, which may be empty."""
+        self.on_reception(reception_of(beacons))
+
+    def on_reception(self, reception: Reception) -> None:
+        """Take the radio's batch of this tick where it is, without a copy."""
         self._is_hearing = True
-        self._s.hood.receive(reception, self._s.pose.x, self._s.pose.y)
+        self._s.hood.take(reception, self._s.pose.x, self._s.pose.y)
 
     def update(self) -> bool:
         """Close the observations of this tick; return whether there are enough to drive on."""

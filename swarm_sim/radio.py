@@ -14,7 +14,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.beacon import BEACON_DTYPE, BEACON_WORDS, FLAG_LEFT, Reception, word_of
+from swarm_common.beacon import (
+    BEACON_DTYPE,
+    BEACON_WORDS,
+    FLAG_LEFT,
+    BeaconArray,
+    Reception,
+    word_of,
+)
 from swarm_common.errors import ConfigError
 from swarm_common.records import CONTROL_PERIOD, stamp_from_tick
 from swarm_sim import radio_kernels
@@ -114,9 +121,13 @@ class Radio:
         beacons["tick"], beacons["flags"] = tick, FLAG_LEFT
         return beacons.view(np.uint32).reshape(-1, BEACON_WORDS)
 
-    def heard(self, receiver: int) -> Reception:
+    def reception(self, receiver: int) -> Reception:
         """Return the beacons that reach a robot at the present tick, ordered by id."""
         return self._under_way[0].reception(receiver)
+
+    def heard(self, receiver: int) -> BeaconArray:
+        """Return the same, copied."""
+        return self.reception(receiver).beacons
 
 
 class _Wave:

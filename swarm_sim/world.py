@@ -183,7 +183,8 @@ class World:
         twists = self._motion_sensors.twists(self._engine.twists)
         readings = self._odometer.readings(self._tick, twists)
         return [
-            Observation(odom, scans.get(i), self._radio.heard(i)) for i, odom in enumerate(readings)
+            Observation(odom, scans.get(i), self._radio.reception(i))
+            for i, odom in enumerate(readings)
         ]
 
     def step(

@@ -146,7 +146,7 @@ class Baseline(ABC):
 
     def on_reception(self, reception: Reception) -> None:
         """Take the beacons heard in this tick."""
-        self.hood.receive(reception, self.pose.x, self.pose.y)
+        self.hood.take(reception, self.pose.x, self.pose.y)
 
     def set_goal(self, goal: Goal) -> None:
         """Take a goal of kind NAVIGATE, for its start tick."""
