@@ -56,7 +56,7 @@ class Claim:
             tube.requests,
             (traffic.push_ticks, traffic.yield_slack),
             (s.obstacle_points(), clearance),
-            s.hood.claims(),
+            s.hood.claims((*tube.stop_point, s.radius + tube_kernels.FETCHED_REACH)),
         )
         s.has_grown = stop > tube.stop
         tube.stop = stop
@@ -79,7 +79,7 @@ class Claim:
         if is_robot and not s.has_grown:
             s.blocked_ticks += 1
             s.blocked_by = int(s.hood.ids[row])
-            if int(s.hood.beacons[row]["yields_for"]) == s.robot_id:
+            if int(s.hood.heads["yields_for"][row]) == s.robot_id:
                 s.tube.withdraw()
         elif s.has_grown or reason != tube_kernels.UNCONFIRMED:
             if s.blocked_ticks > s.ticks(DEADLOCK_TIME):

@@ -65,9 +65,9 @@ def congestion(situation: Situation) -> NDArray[np.float32]:
     """Return the extra costs under which a way to the goal is planned."""
     extra = situation.planner.no_extra()
     hood = situation.hood
-    speeds = np.abs(hood.beacons["twist"][:, 0].astype(np.float64))
+    speeds = np.abs(hood.heads["twist"][:, 0].astype(np.float64))
     values = np.where(speeds > MOVING_SPEED, MOVING, STANDING)
-    values[hood.beacons["mode"] == MODE_YIELD] = YIELDING
+    values[hood.heads["mode"] == MODE_YIELD] = YIELDING
     values[hood.stuck] = STUCK
     # who cannot be pushed may not be grazed by the lattice's coarseness
     margins = np.where(hood.immovable, IMMOVABLE_MARGIN, 0.0)

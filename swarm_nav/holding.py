@@ -162,7 +162,7 @@ class HoldingPattern:
         x, y = situation.pose.x, situation.pose.y
         reach = situation.config.traffic.radio_range
         heard = circuit[np.hypot(circuit[:, 0] - x, circuit[:, 1] - y) < reach]
-        poses = situation.hood.beacons["pose"]
+        poses = situation.hood.heads["pose"]
         on_it = 0
         for pose in poses:
             gaps = np.hypot(circuit[:, 0] - pose[0], circuit[:, 1] - pose[1])
@@ -219,7 +219,7 @@ def parking_path(
         crowd.stamp(taken, situation, np.array(stations), PARKING_DISTANCE, 1.0)
     hood = situation.hood
     crowd.stamp_tubes(taken, situation, PARKING_GAP, 1.0)
-    targets = hood.beacons["target"]
+    targets = hood.heads["target"]
     for row in np.flatnonzero(np.isfinite(targets[:, 0])):
         crowd.stamp(taken, situation, targets[row], situation.reach(int(row)) + PARKING_GAP, 1.0)
     if closed is not None:

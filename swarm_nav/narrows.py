@@ -67,9 +67,12 @@ class Narrows:
             return last, -1
         tube, hood = situation.tube, situation.hood
         way = tube.points[tube.stop : tube.stop + WAY_POINTS]
+        frame = situation.planner.lattice.frame
+        if not narrows_kernels.leads_in(self._labels, frame, way, last - tube.stop):
+            return last, -1
         count, row = narrows_kernels.barrier(
             self._labels,
-            situation.planner.lattice.frame,
+            frame,
             way,
             last - tube.stop,
             (situation.priority, situation.robot_id),

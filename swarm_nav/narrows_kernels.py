@@ -110,6 +110,17 @@ def ends_within(labels, frame, points, size, wanted):
 
 
 @njit(cache=True)
+def leads_in(labels, frame, way, wanted):
+    """Whether any of the `wanted` points behind the first of `way` lies in a passage, that not."""
+    if wanted <= 0 or label_at(labels, frame, way[0, 0], way[0, 1]) > 0:
+        return False
+    for k in range(1, min(wanted + 1, way.shape[0])):
+        if label_at(labels, frame, way[k, 0], way[k, 1]) > 0:
+            return True
+    return False
+
+
+@njit(cache=True)
 def barrier(labels, frame, way, wanted, own, claims):
     """Return (number of points of `way` that may be claimed, row that is waited for or -1).
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,6 +30,7 @@ UNHEARD_NEAR = 2.0  # [m] within which every robot has to hear this one
 UNHEARD_FAR = 4.5  # [m] within which at least one has to
 MAX_SPEED = 0.52  # [m/s] at which two robots can part
 INITIAL_ROWS = 32
+EVERYWHERE = (0.0, 0.0, math.inf)
 CLAIM_COLUMNS = (
     "radius",
     "blocked_ticks",
@@ -50,7 +53,8 @@ class Neighborhood:
     requested beyond would close a station next to it for ever.
 
     Attributes:
-        beacons: (n,) ascending by id; a view that the next `refresh` overwrites.
+        heads: (n,) beacons, ascending by id, without points, footprint and acknowledgements: a
+            view that the next `refresh` overwrites.
         ids: (n,)
         ages: (n,) [ticks] since each was sent.
         gone: (n,)
@@ -67,6 +71,8 @@ class Neighborhood:
         self._inbox: list[tuple[Reception, tuple[float, float]]] = []
         self._words: NDArray[np.uint32] = np.zeros((0, BEACON_WORDS), np.uint32)
         self._notes: NDArray[np.float64] = np.zeros((0, 2))
+        self._links: NDArray[np.int64] = np.zeros((0, 3), np.int64)
+        self._air = self._words  # of the last merge
         self._heard: NDArray[np.uint32] = np.zeros(HEARD_ENTRIES, np.uint32)
         self._allocate(INITIAL_ROWS)
         self._show()
@@ -86,36 +92,38 @@ class Neighborhood:
 
     def refresh(self, tick: int) -> None:
         """Store what was received, work out ages at `tick` and forget those who left."""
-        for reception, place in self._inbox:
+        config = self._config
+        for reception, (x, y) in self._inbox:
             if self._count + len(reception.rows) > len(self._words):
                 self._allocate(2 * (self._count + len(reception.rows)))
             self._count = kernels.merge(
                 self._words,
                 self._floats,
                 self._notes,
+                self._links,
                 self._count,
                 (reception.words, reception.rows),
-                place,
-                self._config.lost_ticks,
+                self._air,
+                (x, y, self._own_id, config.lost_ticks),
             )
+            self._air = reception.words
         self._inbox.clear()
-        config = self._config
         edge = config.radio_range - 2.0 * MAX_SPEED * config.lost_ticks * CONTROL_PERIOD
         limits = (config.lost_ticks, edge, config.dead_ticks, STOPPING_POINTS)
         self._count = kernels.refresh(
-            self._words, self._notes, self._columns, self._count, tick, self._own_id, limits
+            self._words, self._notes, self._links, self._columns, self._count, tick, limits
         )
         self._show()
 
     @property
     def stuck(self) -> NDArray[np.bool_]:
         """Robots that said that they cannot make way, and those that will not."""
-        return ((self.beacons["flags"] & FLAG_STUCK) > 0) | self.immovable
+        return ((self.heads["flags"] & FLAG_STUCK) > 0) | self.immovable
 
     @property
     def immovable(self) -> NDArray[np.bool_]:
         """Robots that nobody can push: gone ones and those whose navigator is inactive."""
-        is_inactive: NDArray[np.bool_] = (self.beacons["flags"] & FLAG_ACTIVE) == 0
+        is_inactive: NDArray[np.bool_] = (self.heads["flags"] & FLAG_ACTIVE) == 0
         return self.gone | is_inactive
 
     def bodies(self) -> tuple[FloatArray, FloatArray]:
@@ -129,12 +137,26 @@ class Neighborhood:
         kernels.bodies(self._floats, self.ages, limits, robots, reach)
         return robots[:count], reach[:count]
 
-    def claims(self) -> tuple[NDArray[np.generic], ...]:
-        """Return the columns that `tube_kernels.extend` reads.
+    @property
+    def beacons(self) -> BeaconArray:
+        """The beacons (n,), ascending by id; a view that the next `refresh` overwrites."""
+        self._fetch(EVERYWHERE)
+        return self.heads
 
+    def _fetch(self, disc: tuple[float, float, float]) -> None:
+        """Complete the beacons of robots whose tubes may come near a disc (x, y, radius)."""
+        kernels.fetch(self._words, self._floats, self._links, self._count, self._air, disc)
+
+    def claims(
+        self, disc: tuple[float, float, float] = EVERYWHERE
+    ) -> tuple[NDArray[np.generic], ...]:
+        """Return the columns that `tube_kernels.extend` reads, of robots near (x, y, radius).
+
+        Of robots whose first point is further away than the two radii no other point is right.
         The first four have a row per robot, the others are views of the whole table: a view of
         one row would be contiguous, and numba would compile the kernels a second time for it.
         """
+        self._fetch(disc)
         return (self.ids, self.acks, self.gone, self.priorities, *self._claims)
 
     def heard(self, tick: int) -> NDArray[np.uint32]:
@@ -146,6 +168,10 @@ class Neighborhood:
         """Return the id of a near robot that does not hear this one, 0 if all do."""
         limits = (UNHEARD_PATIENCE, UNHEARD_NEAR, UNHEARD_FAR, HEARD_ENTRIES)
         return int(kernels.deaf_neighbor(self.ids, self.acks, self._notes, tick, limits))
+
+    def radius(self, row: int) -> float:
+        """Return the safety radius [m] of a robot."""
+        return float(self._floats[row, kernels.RADIUS])
 
     def row(self, robot_id: int) -> int | None:
         """Return the row of a robot, None if it is not known."""
@@ -194,7 +220,9 @@ class Neighborhood:
         words[: self._count] = self._words[: self._count]
         notes = np.zeros((rows, 2))
         notes[: self._count] = self._notes[: self._count]
-        self._words, self._notes = words, notes
+        links = np.zeros((rows, 3), np.int64)
+        links[: self._count] = self._links[: self._count]
+        self._words, self._notes, self._links = words, notes, links
         self._floats = words.view(np.float32)
         self._records: BeaconArray = words.view(BEACON_DTYPE)[:, 0]
         self._columns = (
@@ -212,7 +240,7 @@ class Neighborhood:
     def _show(self) -> None:
         """Point the public arrays at the rows in use."""
         count = self._count
-        self.beacons = self._records[:count]
+        self.heads: BeaconArray = self._records[:count]
         ids, ages, gone, priorities, acks = self._columns
         self.ids: NDArray[np.uint32] = ids[:count]
         self.ages: NDArray[np.int64] = ages[:count]

@@ -27,20 +27,33 @@ STATION_TICK = word_of("station_tick")
 HELD_SIZE = word_of("held_size")
 WANTED_SIZE = word_of("wanted_size")
 FLAGS = word_of("flags")
+HELD = word_of("held")
 HEARD = word_of("heard")
+AT_ONCE = HELD + 2  # words that are copied of every beacon: all up to the first point
+SOURCE, PLACE, HEARD_OURS = range(3)  # columns of the links
+OWN, NOW, BEFORE = range(3)  # where points are: in the table, or heard in this merge or the last
 UNHEARD = -(1 << 40)  # tick that no request is as old as
 ROTATING = 8  # entries that are shared out in turn when there are more robots than entries
 
 
 @njit(cache=True)
-def merge(words, floats, notes, count, heard, place, lost_ticks):
+def merge(words, floats, notes, links, count, heard, before, own):
     """Store beacons that are newer than what is known; return the new count.
 
-    notes = (n, 2): distance of the pose to `place` (x, y) when heard, tick since which it is
-    heard. heard = (beacons as words, rows of them that were heard). A robot that was taken out of
+    Of a beacon its head and first point are copied, the other points only once they are wanted,
+    by `fetch`, or before they are gone: of those not heard again. A robot that was taken out of
     the world is forgotten.
+
+    notes = (n, 2): distance of the pose to (x, y) when heard, tick since which it is heard.
+    links = (n, 3): where the points are, at which row there, and the acknowledgement of ours.
+    heard = (beacons as words, rows of them that were heard); before = those of the last merge.
+    own = (x, y, id, lost_ticks).
     """
     batch, rows = heard
+    x, y, own_id, lost_ticks = own
+    for row in range(count):
+        if links[row, SOURCE] == NOW:
+            links[row, SOURCE] = BEFORE
     row = 0
     for k in rows:
         robot = batch[k, ID]
@@ -52,28 +65,69 @@ def merge(words, floats, notes, count, heard, place, lost_ticks):
             if row < count and words[row, ID] == robot:
                 count -= 1
                 for j in range(row, count):
-                    words[j] = words[j + 1]
-                    notes[j] = notes[j + 1]
+                    move_row(words, notes, links, j + 1, j)
             continue
         if row == count or words[row, ID] != robot:
             for j in range(count, row, -1):
-                words[j] = words[j - 1]
-                notes[j] = notes[j - 1]
+                move_row(words, notes, links, j - 1, j)
             count += 1
             notes[row, 1] = batch[k, TICK]
         elif batch[k, TICK] < words[row, TICK]:
             continue  # overtaken by a newer one
         elif np.int64(batch[k, TICK]) - np.int64(words[row, TICK]) > lost_ticks:
             notes[row, 1] = batch[k, TICK]
-        for word in range(words.shape[1]):
+        for word in range(AT_ONCE):
             words[row, word] = batch[k, word]
-        notes[row, 0] = math.hypot(floats[row, POSE] - place[0], floats[row, POSE + 1] - place[1])
+        links[row, SOURCE] = NOW
+        links[row, PLACE] = k
+        links[row, HEARD_OURS] = heard_entry(batch, k, own_id)
+        notes[row, 0] = math.hypot(floats[row, POSE] - x, floats[row, POSE + 1] - y)
         row += 1
+    for row in range(count):
+        if links[row, SOURCE] == BEFORE:
+            copy_points(words, links, row, before)
     return count
 
 
 @njit(cache=True)
-def refresh(words, notes, columns, count, tick, own_id, limits):
+def move_row(words, notes, links, row, to):
+    """Copy a row to another one."""
+    words[to] = words[row]
+    notes[to] = notes[row]
+    links[to] = links[row]
+
+
+@njit(cache=True)
+def heard_entry(batch, k, own_id):
+    """Return the acknowledgement of a beacon of ours in row k, 0 without."""
+    for word in range(HEARD, batch.shape[1]):
+        if batch[k, word] >> np.uint32(16) == own_id:
+            return np.int64(batch[k, word])
+    return 0
+
+
+@njit(cache=True)
+def copy_points(words, links, row, air):
+    """Copy what `merge` left of a beacon."""
+    k = links[row, PLACE]
+    for word in range(AT_ONCE, words.shape[1]):
+        words[row, word] = air[k, word]
+    links[row, SOURCE] = OWN
+
+
+@njit(cache=True)
+def fetch(words, floats, links, count, air, disc):
+    """Complete the beacons of robots whose tube may come near a disc (x, y, radius)."""
+    for row in range(count):
+        if links[row, SOURCE] == OWN:
+            continue
+        gap = math.hypot(floats[row, HELD] - disc[0], floats[row, HELD + 1] - disc[1])
+        if gap < disc[2] + floats[row, RADIUS]:
+            copy_points(words, links, row, air)
+
+
+@njit(cache=True)
+def refresh(words, notes, links, columns, count, tick, limits):
     """Drop the rows of those who left and fill the columns of the others; return their number.
 
     columns = (ids, ages, gone, priorities, acks), one entry per row. limits = (lost_ticks, edge,
@@ -89,8 +143,7 @@ def refresh(words, notes, columns, count, tick, own_id, limits):
         if age > lost_ticks and notes[row, 0] > edge:
             continue
         if kept < row:
-            words[kept] = words[row]
-            notes[kept] = notes[row]
+            move_row(words, notes, links, row, kept)
         if age > dead_ticks:
             held = min(np.int64(words[kept, HELD_SIZE]), stopping_points)
             words[kept, HELD_SIZE] = held
@@ -104,19 +157,13 @@ def refresh(words, notes, columns, count, tick, own_id, limits):
             words[kept, PRIORITY + 1]
         )
         is_deaf = words[kept, FLAGS] & np.uint32(FLAG_DEAF)
-        acks[kept] = tick if gone[kept] or is_deaf else heard_tick(words[kept], own_id, tick)
+        entry = links[kept, HEARD_OURS]
+        if gone[kept] or is_deaf:
+            acks[kept] = tick
+        else:
+            acks[kept] = tick - ((tick - entry) & 0xFFFF) if entry else UNHEARD
         kept += 1
     return kept
-
-
-@njit(cache=True)
-def heard_tick(row, own_id, tick):
-    """Return the tick of the newest beacon of ours that a robot says to have, UNHEARD without."""
-    for k in range(HEARD, row.shape[0]):
-        entry = np.int64(row[k])
-        if entry >> 16 == own_id:
-            return tick - ((tick - entry) & 0xFFFF)
-    return UNHEARD
 
 
 @njit(cache=True)

@@ -96,7 +96,7 @@ class RightOfWay:
 
     def _make_way(self, situation: Situation, row: int) -> None:
         hood = situation.hood
-        pusher_id = int(hood.beacons[row]["id"])
+        pusher_id = int(hood.ids[row])
         is_new = pusher_id != situation.yields_for
         self._last_pushed_tick = situation.tick
         self._retreat_until = -1
@@ -195,8 +195,8 @@ def refuge_path(situation: Situation, row: int, priority: int) -> FloatArray | N
     ahead = min(int(pusher["intent_size"]), INTENT_POINTS_CLEARED)
     crowd.stamp(taken, situation, pusher["intent"][:ahead], reach, 1.0)
     crowd.stamp_tubes(taken, situation, REFUGE_MARGIN, 1.0)
-    for other in np.flatnonzero(hood.beacons["mode"] == MODE_YIELD):
-        target = hood.beacons[other]["target"]
+    for other in np.flatnonzero(hood.heads["mode"] == MODE_YIELD):
+        target = hood.heads["target"][other]
         if other != row and math.isfinite(float(target[0])):
             crowd.stamp(taken, situation, target, situation.reach(int(other)), 1.0)
     places = situation.planner.free_places(taken)

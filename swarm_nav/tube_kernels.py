@@ -8,6 +8,7 @@ from numba import njit
 
 REACHED, UNCONFIRMED, ROBOT, OBSTACLE, RIGHT_OF_WAY = range(5)
 REASONABLE_REACH = 2.5  # [m] beyond which two claims cannot meet, radii excepted
+FETCHED_REACH = REASONABLE_REACH + 0.01  # [m] likewise, of whom `extend` has to know all points
 ACKNOWLEDGED_REACH = 1.5  # [m] within which a robot can claim before it hears of a new claim
 PRIORITY_LENGTH = 0.8  # [m] of an entitled robot's path that lower ones keep free
 INTENT_SPACING = 0.1  # [m] between the points of an intent
