@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from swarm_common.beacon import HELD_POINTS
 from swarm_nav import tube_kernels
 from swarm_nav.narrows import Narrows
 from swarm_nav.situation import Situation
@@ -21,7 +20,7 @@ class Claim:
         """Hold the place under the robot, published to nobody yet."""
         self._s = situation
         self._narrows = Narrows()
-        self._published_held: np.ndarray = np.zeros((HELD_POINTS, 2), np.float32)
+        self._published_held: np.ndarray = np.zeros((1, 2), np.float32)
         self._published_size = 1
         self._watch_pose = situation.pose
         self._watch_tick = situation.tick
