@@ -6,13 +6,14 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from swarm_common.errors import ConfigError
+from swarm_common.errors import ConfigError, UnknownNameError
 from swarm_common.fleet import Fleet
 from swarm_recording.selection import select
 
 SIZE_LIMIT = 100  # robots, without --over-limit
 DEFAULT_SIZE = 5
 LOOPBACK = "127.0.0.1"
+DRIVES = {"wheels": "bullet", "planar": "planar"}  # by the world's engines
 VIEWER_PORT = 8080
 DEFAULT_ROBOT = "turtlebot3_waffle"
 
@@ -32,6 +33,7 @@ class UpOptions:
     goals_per_robot: int | None = None
     seed: int = 0
     realistic: bool = False  # sensors that err, and AMCL
+    drive: str | None = None  # one of DRIVES; None: the engine in the world's parameters
     speed: float | None = None  # times real time; None for as fast as possible
     free_run: bool = False
     pack: int = 1
@@ -59,6 +61,8 @@ class UpOptions:
                 f"--swarm-size is {self.swarm_size}; more than {SIZE_LIMIT} robots need"
                 " --over-limit"
             )
+        if self.drive is not None and self.drive not in DRIVES:
+            raise UnknownNameError("drive", self.drive, list(DRIVES))
         _at_least(1, "--laps", self.laps)
         _at_least(1, "--pack", self.pack)
         _at_least(0, "--seed", self.seed)

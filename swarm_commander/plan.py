@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from swarm_commander.mission import Mission, load_mission
-from swarm_commander.options import UpOptions
+from swarm_commander.options import DRIVES, UpOptions
 from swarm_commander.params import (
     REALISTIC,
     Overrides,
@@ -67,6 +67,7 @@ class RunPlan:
         broken = params.broken_map
         return {
             **params.settings(),
+            **({"engine": DRIVES[options.drive]} if options.drive else {}),
             "world": str(self.world),
             "map": str(self.map) if self.map else None,
             "sites": str(self.sites_path) if self.sites_path else None,

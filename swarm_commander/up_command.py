@@ -81,6 +81,13 @@ def up(
         bool,
         typer.Option("--realistic/--ideal", help="Sensors that err, and localisation by AMCL."),
     ] = False,
+    drive: Annotated[
+        str | None,
+        typer.Option(
+            help="wheels: rigid bodies; planar: kinematic, for large swarms.  [default: wheels]",
+            show_default=False,
+        ),
+    ] = None,
     speed: Annotated[
         str | None,
         typer.Option(
@@ -189,6 +196,7 @@ def up(
         goals_per_robot=goals_per_robot,
         seed=seed,
         realistic=realistic,
+        drive=drive,
         speed=parse_speed(speed, viewer or mission is None),
         free_run=free_run,
         pack=pack,

@@ -16,7 +16,7 @@ from swarm_nav.goals import Goal, GoalKind
 from swarm_nav.holding import parking_path
 from swarm_nav.localisation_config import AMCL, LocalisationConfig
 from swarm_nav.narrows import Narrows
-from swarm_nav.narrows_kernels import barrier, half_width, label
+from swarm_nav.narrows_kernels import barrier, half_width, label, leads_in
 from swarm_nav.navigator import Navigator
 from swarm_nav.omni import OmniController
 from swarm_nav.right_of_way import GAIN, SLACK, refuge_path
@@ -105,6 +105,7 @@ def _pass_door(situation: Situation) -> None:
     narrows = Narrows()
     narrows.barrier(situation, situation.tube.stop)
     frame, claims = situation.planner.lattice.frame, situation.hood.claims()
+    leads_in(labels, frame, np.zeros((2, 2)), 1)
     barrier(labels, frame, np.zeros((2, 2)), 1, (0, 1), claims)
 
 

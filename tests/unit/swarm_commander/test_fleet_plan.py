@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from swarm_commander.flat import flatten
 from swarm_commander.options import UpOptions, robot_of, swarm_size_of
 from swarm_commander.plan import RunPlan, check_plan
 from swarm_commander.runner import itineraries
+from swarm_common.errors import ConfigError
 from swarm_common.fleet import load_fleet
 from swarm_common.records import Pose
 
@@ -60,3 +63,11 @@ def test_a_group_may_have_a_mission_of_its_own(tmp_path: Path) -> None:
     config = plan.runner_config([Pose(float(i), 0.0, 0.0) for i in range(3)])
     totals = [itinerary.total for itinerary in itineraries(config) if itinerary is not None]
     assert totals == [8, 2, 8]
+
+
+def test_the_drive_is_the_worlds_engine(tmp_path: Path) -> None:
+    for drive, engine in ((None, "bullet"), ("wheels", "bullet"), ("planar", "planar")):
+        plan = check_plan(UpOptions(swarm_size=2, drive=drive))
+        assert plan.world_config(tmp_path / "v.json").get("engine", "bullet") == engine
+    with pytest.raises(ConfigError, match="planar"):
+        UpOptions(drive="wings")

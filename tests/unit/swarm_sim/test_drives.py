@@ -65,6 +65,28 @@ def test_robots_move_as_commanded_and_their_odometry_says_so(
     world.close()
 
 
+@pytest.mark.parametrize("model", ["turtlebot3_waffle", "turtlebot3_burger", "linorobot2_4wd"])
+def test_wheels_and_planar_drive_the_same_path(model: str) -> None:
+    spec = load_robot(model)
+    worlds = [make_world(engine, spec) for engine in ENGINES]
+    ways, before = [0.0, 0.0], [world.ground_truth()[0][0] for world in worlds]
+    for seconds, speed, rate in (
+        (4.0, 0.22, 0.0), (4.0, 0.2, 0.4), (3.0, 0.0, -0.9), (4.0, 0.22, -0.25), (2.0, -0.1, 0.0)
+    ):  # fmt: skip
+        for _ in range(round(10 * seconds)):
+            for k, world in enumerate(worlds):
+                world.step([Twist(speed, 0.0, rate)], [None])
+                pose = world.ground_truth()[0][0]
+                ways[k] += pose.distance(before[k])
+                before[k] = pose
+            assert before[0].distance(before[1]) < 0.01
+            assert abs(wrap_angle(before[0].yaw - before[1].yaw)) < 0.01
+    assert ways[0] > 2.5
+    assert ways[1] == pytest.approx(ways[0], rel=2e-3)
+    for world in worlds:
+        world.close()
+
+
 @pytest.mark.parametrize("engine", ENGINES)
 def test_only_omnidirectional_robots_go_sideways(engine: str) -> None:
     for spec in (TWO, FOUR):
