@@ -59,7 +59,9 @@ def replay(
     elif ros:
         _play(recording, begin, factor, loop, console)
     else:
-        _view(bag, begin, factor, loop, port)
+        if loop:
+            raise ConfigError("--loop needs --ros; in the viewer Play begins anew at the end")
+        _view(bag, begin, factor, port)
 
 
 def _contents(bag: Bag) -> Table:
@@ -102,7 +104,7 @@ def _play(bag: Bag, start: float, speed: float | None, loop: bool, console: Cons
     console.print(f"{count} messages played")
 
 
-def _view(bag: Path, start: float, speed: float | None, loop: bool, port: int) -> None:
+def _view(bag: Path, start: float, speed: float | None, port: int) -> None:
     """Open the viewer on a bag."""
     if speed is None:
         raise ConfigError("--speed max needs --ros; in the viewer give a number like 10")

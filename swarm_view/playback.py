@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -33,7 +34,9 @@ class Playback:
         start, end = recording.span
         with gui.add_folder("Playback"):
             self._play = gui.add_button("Pause" if recording.is_playing else "Play")
-            self._speed = gui.add_dropdown("Speed", tuple(SPEEDS), initial_value="1 x")
+            self._speed = gui.add_dropdown(
+                "Speed", tuple(SPEEDS), initial_value=_name_of(recording.speed)
+            )
             self._time = gui.add_slider(
                 "Time [s]", min=start, max=max(end, start + 0.1), step=0.1, initial_value=start
             )
@@ -72,3 +75,8 @@ class Playback:
     def _jump(self, time: float) -> None:
         self._recording.seek(time)
         self._on_jump()
+
+
+def _name_of(speed: float) -> str:
+    """Return the choice that is nearest to a speed."""
+    return min(SPEEDS, key=lambda name: abs(math.log(SPEEDS[name] / speed)))

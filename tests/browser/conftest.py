@@ -17,6 +17,7 @@ FLAGS = (
     "--enable-unsafe-swiftshader",
     "--disable-dev-shm-usage",
     "--window-size=760,520",  # pixels cost: they are drawn without a GPU
+    "--force-device-scale-factor=0.5",
 )
 
 

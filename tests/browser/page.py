@@ -13,7 +13,7 @@ from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.remote.webdriver import WebDriver
 from selenium.webdriver.remote.webelement import WebElement
 
-LIMIT = 90.0  # [s] of wall time for anything to show; software rendering on a busy machine
+LIMIT = 150.0  # [s] of wall time for anything to show; software rendering on a busy machine
 
 
 def wait_for(condition: Callable[[], bool], what: str, limit: float = LIMIT) -> None:

@@ -55,7 +55,7 @@ def test_twenty_robots_are_there_and_move(browser: WebDriver, show: Show) -> Non
     show.feed.is_standing = True
     before = picture(browser)
     show.feed.is_standing = False
-    wait_for(lambda: differing(before, picture(browser)) > 200, "robots that move")
+    wait_for(lambda: differing(before, picture(browser)) > 50, "robots that move")
     assert errors(browser) == []
 
 

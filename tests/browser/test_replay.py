@@ -1,0 +1,111 @@
+"""A recording in the viewer, in a real browser: played, at several speeds, and wound."""
+
+import contextlib
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from selenium.webdriver.remote.webdriver import WebDriver
+
+from swarm_common.topic_table import WORLD_TOPICS, Topic, robot_topic
+from swarm_recording.selection import ALWAYS
+from swarm_recording.tape import Tape
+from swarm_view import topics
+from tests.browser.page import choose, errors, press, text_of, wait_for
+from tests.standins.moving_feed import PERIOD, MovingFeed
+
+pytestmark = [pytest.mark.long, pytest.mark.timeout(600)]
+ROOT = Path(__file__).resolve().parents[2]
+REPLAY = "from swarm_commander.cli import replay; replay()"
+KINDS = ("status", "scan", "robot_description")
+LENGTH = 400.0  # [s] of the recording
+
+
+def record(path: Path) -> None:
+    """Write a recording of four robots, of which one goes and another one comes half-way."""
+    now = [0.0]
+    feed = MovingFeed(4, clock=lambda: now[0])
+    tape = Tape(path, {"world": "slim_blockage"})
+    known: set[str] = set()
+    while now[0] < LENGTH:
+        if now[0] > 0.5 * LENGTH and "Srobot9" not in feed.names:
+            feed.let_be(["Srobot1", "Srobot2", "Srobot4", "Srobot9"])
+        feed.want({*ALWAYS, *(f"/{n}/{kind}" for n in feed.names for kind in KINDS)})
+        for name, data in feed.take():
+            if name not in known:
+                tape.add_topic(_topic(name))
+                known.add(name)
+            tape.write(name, round(now[0] * 1e9), data)
+        now[0] += PERIOD
+    tape.close()
+
+
+def _topic(name: str) -> Topic:
+    world = {topic.name: topic for topic in WORLD_TOPICS}
+    return world[name] if name in world else robot_topic(*topics.split(name))
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """Yield where a recording is shown."""
+    folder = tmp_path_factory.mktemp("replay")
+    record(folder / "recording.mcap")
+    log = folder / "replay.log"
+    with log.open("w") as output:
+        process = subprocess.Popen(
+            [sys.executable, "-c", REPLAY, str(folder / "recording.mcap"), "--port", "0"],
+            env=os.environ | {"PYTHONPATH": str(ROOT)}, stdout=output, stderr=subprocess.STDOUT,
+        )  # fmt: skip
+        try:
+            end = time.monotonic() + 120.0
+            while (found := re.search(r"viewer: (http://\S+)", log.read_text())) is None:
+                assert process.poll() is None, log.read_text()
+                assert time.monotonic() < end, log.read_text()
+                time.sleep(0.3)
+            yield found[1]
+        finally:
+            process.send_signal(signal.SIGINT)
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                process.wait(30.0)
+            process.kill()
+    assert process.returncode == 0, log.read_text()
+
+
+def time_shown(browser: WebDriver) -> float:
+    """Return the simulated time on the panel."""
+    found = re.search(r"simulated time\s+([\d.]+) s", text_of(browser))
+    assert found is not None, text_of(browser)
+    return float(found[1])
+
+
+def test_a_recording_is_played_at_several_speeds(browser: WebDriver, address: str) -> None:
+    browser.get(f"{address}?robot=Srobot3")
+    wait_for(lambda: "estimate" in text_of(browser), "the robot of the address")
+    assert "Cancel goal" not in text_of(browser)
+    assert "Remove robot" not in text_of(browser)
+    if "Pause" in text_of(browser):
+        press(browser, "Pause")
+    for speed, least in (("1 x", 0.5), ("5 x", 3.0), ("20 x", 12.0)):
+        choose(browser, "Speed", speed)
+        press(browser, "Play")
+        wait_for(lambda: "Pause" in text_of(browser), "the recording to be played")
+        before, started = time_shown(browser), time.monotonic()
+        time.sleep(5.0)
+        passed = (time_shown(browser) - before) / (time.monotonic() - started)
+        assert passed > least, f"{passed:.1f} times real time at {speed}"
+        press(browser, "Pause")
+        wait_for(lambda: "Play\n" in text_of(browser), "the recording to be held")
+    choose(browser, "Speed", "20 x")
+    press(browser, "Play")
+    wait_for(lambda: time_shown(browser) > 0.6 * LENGTH, "the second half")
+    wait_for(lambda: "Srobot3 is not there any more" in text_of(browser), "a robot to be gone")
+    choose(browser, "Robot", "Srobot9")
+    wait_for(lambda: "page of its own" in text_of(browser), "the robot that came")
+    wait_for(lambda: time_shown(browser) > LENGTH - 1.0, "the end")
+    assert errors(browser) == []
