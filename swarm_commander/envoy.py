@@ -13,7 +13,7 @@ from swarm_commander.charter import Charter, parse
 from swarm_commander.roll import LOST_AFTER, NOTICE_AFTER, Event, HostReport, Standing
 from swarm_common.errors import SwarmError
 
-FIND_LIMIT = 60.0  # [s] of wall time for the world to answer first
+FIND_LIMIT = 120.0  # [s] of wall time for the world to answer first
 
 
 class Envoy:
