@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from swarm_nav import tube_kernels
+from swarm_nav import parting_kernels, tube_kernels
 from swarm_nav.narrows import Narrows
 from swarm_nav.situation import Situation
 
+GROWTH_SLACK = 0.06  # [m] by which tubes are nearer than both radii without any growth
 WATCHDOG_TIME = 4.0  # [s] with a claim but without motion
 WATCHDOG_MOTION = 0.06  # [m]
 DEADLOCK_TIME = 5.0  # [s] blocked that counts as a deadlock once it is over
@@ -89,6 +90,8 @@ class Claim:
     def guard(self) -> None:
         """Shrink the tube before anything that the LiDAR sees in it."""
         s = self._s
+        if s.config.localisation.type == "amcl":
+            self._part()
         tube = s.tube
         points = s.obstacle_points()
         if len(points) == 0:
@@ -103,6 +106,15 @@ class Claim:
         if len(bad):
             tube.release_ahead(max(0, int(bad[0]) - 1))
             s.obstacle_ticks += 1
+
+    def _part(self) -> None:
+        """Give up what lies too near to somebody's tube since a radius has grown."""
+        s, tube = self._s, self._s.tube
+        first = parting_kernels.first_overlap(
+            tube.points, tube.near, tube.stop, s.radius, GROWTH_SLACK, s.hood.claims()
+        )
+        if first <= tube.stop:
+            tube.release_ahead(first - 1 - tube.near)
 
     def drop_if_unused(self) -> bool:
         """Drop a claim that is not being driven, whatever the reason; return whether it was."""

@@ -142,7 +142,7 @@ class Navigator:
         """See how good the pose is: it decides on the safety margin and on driving at all."""
         s, localiser = self._s, self._localiser
         s.is_lost = localiser.is_lost
-        s.radius = s.body_radius + max(s.config.traffic.safety_margin, localiser.margin)
+        s.take_margin(localiser.margin)
         if localiser.wants_leap and s.is_standing:
             localiser.leap()
             s.obstacles.clear()

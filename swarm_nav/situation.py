@@ -19,6 +19,7 @@ from swarm_nav.planner import SPACING, Planner
 from swarm_nav.terrain import Terrain, terrain_for
 from swarm_nav.tube import Tube
 
+MARGIN_STEP = 0.02  # [m] in which the announced margin grows: each step is confirmed anew
 FEWEST_BRAKE_POINTS = 2  # path points kept ahead of a robot that gives up its claim
 
 
@@ -120,6 +121,20 @@ class Situation:
         if (config.planner, config.costmap) != (old.planner, old.costmap):
             self.load_map(self.terrain.grid)
 
+    def take_margin(self, needed: float) -> None:
+        """Announce another safety margin [m], never less than configured.
+
+        Space is granted only to requests that all have acknowledged together with the radius that
+        it was requested with; what is held is looked at by `Claim.guard`.
+        """
+        least = self.body_radius + self.config.traffic.safety_margin
+        wanted = max(least, self.body_radius + needed)
+        if self.radius >= wanted > self.radius - 2.0 * MARGIN_STEP or wanted == self.radius:
+            return
+        if wanted > self.radius:
+            self.tube.forget_requests()
+        self.radius = least + MARGIN_STEP * math.ceil((wanted - least) / MARGIN_STEP - 1e-9)
+
     ticks = staticmethod(ticks_of)
 
     def reach(self, row: int) -> float:
@@ -177,13 +192,18 @@ class Situation:
         return np.ascontiguousarray(self.obstacles.points)
 
 
+def terrain_of(config: NavConfig, spec: RobotSpec, grid: Grid) -> Terrain:
+    """Return what a robot makes of a map; equal ones in one process share it."""
+    body = spec.circumscribed_radius
+    return terrain_for(grid, config.planner, config.costmap, body, Oblong.of(spec))
+
+
 def begin(
     config: NavConfig, spec: RobotSpec, grid: Grid, robot_id: int, pose_map: Pose
 ) -> Situation:
     """Return the situation of a robot that stands at a pose and knows of nobody yet."""
     body = spec.circumscribed_radius
-    oblong = Oblong.of(spec)
-    terrain = terrain_for(grid, config.planner, config.costmap, body, oblong)
+    terrain = terrain_of(config, spec, grid)
     traffic = config.traffic
     tube = Tube(pose_map, traffic.confirmations, traffic.held_length, traffic.wanted_length)
     tube.corner_angle = config.controller.corner_angle
@@ -201,5 +221,5 @@ def begin(
         pose=pose_map,
         twist=Twist(),
         counters=Counters(),
-        oblong=oblong,
+        oblong=Oblong.of(spec),
     )

@@ -9,7 +9,7 @@ import numpy as np
 from swarm_common.grid import OCCUPIED, Grid
 from swarm_common.records import LidarSpec, Odometry, Pose, RobotSpec, Scan, Twist
 from swarm_common.sites import Sites
-from swarm_nav import crowd, gate_kernels, judgement_kernels
+from swarm_nav import crowd, gate_kernels, judgement_kernels, parting_kernels
 from swarm_nav.config import ControllerConfig, NavConfig
 from swarm_nav.gate import Gate
 from swarm_nav.goals import Goal, GoalKind
@@ -77,6 +77,8 @@ def _localise(robot: Navigator) -> None:
         robot.on_odom(Odometry(tick, Pose(0.0, 0.0, 0.0), Twist()))
         robot.on_scan(Scan(tick, 0.0, math.tau / 360, 0.12, 3.5, np.full(360, 1.0, np.float32)))
     robot.particles()
+    s = robot._s
+    parting_kernels.first_overlap(s.tube.points, 0, 0, s.radius, 0.0, s.hood.claims())
 
 
 def _drive_sideways() -> None:

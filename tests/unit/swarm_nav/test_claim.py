@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
+import pytest
 
 from swarm_common.records import Pose, Twist
-from swarm_nav.claim import WATCHDOG_TIME, Claim
-from swarm_nav.situation import Situation
+from swarm_nav.claim import GROWTH_SLACK, WATCHDOG_TIME, Claim
+from swarm_nav.localisation_config import LocalisationConfig
+from swarm_nav.situation import MARGIN_STEP, Situation
 from tests.standins.navigation import beacon, hear, room, situation
 
 HALL = room(8.0, 8.0)
@@ -63,6 +67,35 @@ def test_what_the_robot_already_stands_beside_does_not_hold_it() -> None:
     s.obstacles.points = np.array(((1.8, 4.0),))
     claim.guard()
     assert s.tube.stop == 30
+
+
+def test_a_radius_that_grows_gives_up_what_is_too_near_to_others() -> None:
+    s, claim = on_a_path(held=30)
+    s.config = dataclasses.replace(s.config, localisation=LocalisationConfig(type="amcl"))
+    reach = s.radius + 0.285
+    hear(s, beacon(7, 3.0, 4.0 + reach))
+    claim.guard()
+    assert s.tube.stop == 30
+    s.take_margin(s.radius - s.body_radius + 0.15)
+    assert s.tube.span[2] == -1  # what was requested is requested anew
+    claim.guard()
+    assert 0 < s.tube.stop < 20
+    gaps = np.hypot(*(s.tube.points[: s.tube.stop + 1] - (3.0, 4.0 + reach)).T)
+    assert gaps.min() >= s.radius + 0.285 - GROWTH_SLACK
+
+
+def test_the_announced_margin_grows_in_steps_and_shrinks_late() -> None:
+    s, _ = on_a_path()
+    least = s.radius
+    s.take_margin(0.0)
+    assert s.radius == least
+    s.take_margin(least - s.body_radius + 0.001)
+    assert s.radius == pytest.approx(least + MARGIN_STEP)
+    s.take_margin(0.0)
+    assert s.radius == pytest.approx(least + MARGIN_STEP)
+    s.take_margin(0.5)
+    s.take_margin(0.0)
+    assert s.radius == least
 
 
 def test_a_claim_without_motion_is_dropped_after_a_while() -> None:
