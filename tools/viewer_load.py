@@ -10,6 +10,7 @@ through `loading_route`. The cores that a row names are those of this machine.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import re
 import signal
@@ -25,6 +26,7 @@ from typing import Any
 import msgspec.msgpack
 import psutil
 import viser
+from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
 START_LIMIT = 600.0  # [s] for the swarm to be active
@@ -67,9 +69,10 @@ class SilentPage:
         threading.Thread(target=self._listen, daemon=True).start()
 
     def _listen(self) -> None:
-        for data in self._socket:
-            self.updates += 1
-            self.size += len(data)
+        with contextlib.suppress(ConnectionClosed):
+            for data in self._socket:
+                self.updates += 1
+                self.size += len(data)
 
     def close(self) -> None:
         """Leave."""
