@@ -33,7 +33,7 @@ APPROACH_RADIUS = 0.7  # [m] around a goal in which the way leads in the goal's 
 SECTOR_ANGLE = math.pi / 8  # [rad] to which that direction is rounded
 ANY_SECTOR = -1
 WALL_COST = 0.6  # extra cost per metre right beside a wall
-GOALS_MEMORY = 20_000_000  # [bytes] of costs to go that a process keeps per terrain
+GOALS_MEMORY = 64_000_000  # [bytes] of costs to go that a process keeps per terrain
 LEAST_WALL_ROOM = 0.04  # [m] from the circle of a large robot that walls are kept away
 STANDING_ROOM = 0.1  # [m] more than the wall clearance from where no wall cost applies
 
