@@ -115,4 +115,6 @@ def robot_parameter_file(
 
 def write_parameter_file(path: Path, tree: Mapping[str, Any]) -> None:
     """Write a parameter file."""
-    path.write_text(yaml.safe_dump(dict(tree), sort_keys=False), encoding="utf-8")
+    dumper = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # in C: ten times faster
+    text = yaml.dump(dict(tree), Dumper=dumper, sort_keys=False)
+    path.write_text(text, encoding="utf-8")

@@ -117,10 +117,16 @@ class RunPlan:
             "sites": str(self.sites_path) if self.sites_path else "",
             **self.defaults,
             **(REALISTIC if self.options.realistic else {}),
+            **self._without_lidar(),
             **member.limits_in_force,
             **self.overrides.for_robot(name),
         }
         return robot_parameter_file(name, number, member.spec, initial_pose_map, values)
+
+    def _without_lidar(self) -> dict[str, Any]:
+        """Return what navigators must know of a world whose LiDARs are off."""
+        is_off = self.overrides.world.values.get("with_lidar") is False
+        return {"with_lidar": False, "costmap.scan_timeout": 0.0} if is_off else {}
 
     def viewer_config(self) -> dict[str, Any]:
         """Return the configuration of the viewer process."""

@@ -168,7 +168,7 @@ def serialize_neighbors(sec: int, nanosec: int, beacons: BeaconArray) -> bytes:
     return ENCAPSULATION + head.tobytes() + beacons.tobytes()
 
 
-def deserialize_neighbors(data: bytes) -> tuple[int, int, BeaconArray]:
+def deserialize_neighbors(data: bytes | bytearray) -> tuple[int, int, BeaconArray]:
     """Return (sec, nanosec, beacons) of a NeighborArray message; the beacons are a view.
 
     Raises:

@@ -11,7 +11,9 @@ from typing import Any
 
 from swarm_common import ros_env
 from swarm_common.errors import ConfigError
+from swarm_common.map_io import load_map
 from swarm_nav.settings import NodeSettings, read_node_settings
+from swarm_nav.situation import terrain_of
 
 PROFILES = "fastdds"  # folder of the processes' profiles, beside the configuration
 
@@ -40,7 +42,7 @@ class Group:
 
 
 class Grouping:
-    """Reads `{"robots": [{"name", "params", "peers"}], "pack", "log_dir"}` as swarm-up writes it.
+    """Reads `{"robots": [{"name", "params", "peers"}], "pack", "map", "log_dir"}` of swarm-up.
 
     `peers` are the ports that a robot's process announces itself to, see `participants`; without
     them it is that of the world in a small swarm.
@@ -77,6 +79,7 @@ class Grouping:
             self._group(settings[start : start + pack], peers)
             for start in range(0, len(settings), pack)
         ]
+        self._map = data.get("map")
         log_dir = data.get("log_dir")
         self.log_dir = Path(log_dir) if log_dir else None
 
@@ -89,6 +92,17 @@ class Grouping:
         settings = read_node_settings(name, params)
         _ = settings.sites
         return self._group([settings], {name: self._everybody})
+
+    def share_terrain(self) -> None:
+        """Work out now, before the fork, what all robots of a model make of the map.
+
+        Who gets another map from the world works out its own.
+        """
+        if self._map is None or not Path(self._map).is_file():
+            return
+        grid = load_map(self._map).upright()
+        for settings in (robot for group in self.groups for robot in group.robots):
+            terrain_of(settings.config, settings.spec, grid)
 
     def _group(self, robots: list[NodeSettings], peers: Mapping[str, Iterable[int]]) -> Group:
         if not ros_env.is_profile_ours():

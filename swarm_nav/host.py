@@ -54,6 +54,7 @@ def main(arguments: list[str] | None = None) -> int:
         return 2
     if not options.wait:
         _prepare()
+    grouping.share_terrain()
     gc.collect()
     gc.freeze()  # what the children share must not be touched by the collector
     for group in grouping.groups:

@@ -24,8 +24,8 @@ class TickInputs:
     """The three topics of a tick arrive in any order; a tick is complete when all are there."""
 
     def __init__(self, scan_rate: float) -> None:
-        """Take the LiDAR's rate [Hz]."""
-        self._scan_every = max(1, round(1.0 / (CONTROL_PERIOD * scan_rate)))
+        """Take the LiDAR's rate [Hz]; 0 for a world without LiDAR."""
+        self._scan_every = max(1, round(1.0 / (CONTROL_PERIOD * scan_rate))) if scan_rate else 0
         self._open: dict[int, TickInput] = {}
         self.last_tick = -1  # newest tick that was complete
 
@@ -58,7 +58,8 @@ class TickInputs:
         return entry
 
     def _lacks_scan(self, entry: TickInput) -> bool:
-        return entry.tick % self._scan_every == 0 and entry.scan is None
+        is_due = self._scan_every > 0 and entry.tick % self._scan_every == 0
+        return is_due and entry.scan is None
 
     def _limit(self) -> None:
         while len(self._open) > MAX_OPEN:

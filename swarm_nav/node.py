@@ -64,7 +64,8 @@ class NavigatorNode:
         self._brain: Navigator | None = None
         self.lifecycle = Lifecycle()
         self.tick = 0
-        self._inputs = TickInputs(settings.spec.lidar.rate)
+        scan_rate = settings.spec.lidar.rate if settings.fixed["with_lidar"] else 0.0
+        self._inputs = TickInputs(scan_rate)
         self._withholding = Withholding(bool(settings.fixed["wait_for_mission"]))
         self._last_status = 0.0  # wall time
         self._answer: tuple[bytes, bytes] | None = None  # beacon and command of `tick`
@@ -162,10 +163,10 @@ class NavigatorNode:
         self._step(self._inputs.add_scan(wire.read_scan(data)))
 
     def _take_neighbors(self, data: bytes) -> None:
-        sec, nanosec, beacons = deserialize_neighbors(data)
-        tick = tick_from_stamp(sec, nanosec)
-        # A copy, as a view is read-only and numba would compile every kernel once more for it.
-        self._step(self._inputs.add_neighbors(tick, beacons.copy()))
+        # Of a copy, as a view of bytes is read-only and numba would compile every kernel once more
+        # for it; of the bytes, as numpy copies records member by member.
+        sec, nanosec, beacons = deserialize_neighbors(bytearray(data))
+        self._step(self._inputs.add_neighbors(tick_from_stamp(sec, nanosec), beacons))
 
     def _step(self, observed: TickInput | None) -> None:
         """Decide on a tick that is complete."""

@@ -13,9 +13,10 @@ from rclpy.executors import Executor, ExternalShutdownException
 from swarm_common.ros_poll import Waiter, drain
 from swarm_nav.node import NavigatorNode
 
-TICK_SLICE = 0.05  # [s] of wall time without a tick after which other things are looked at
 WAIT_SLICE = 0.25  # [s] the same while no tick can come; signals are looked at as well
-REQUEST_PERIOD = 0.05  # [s] of wall time between two looks while ticks come
+REQUEST_PERIOD = 0.05  # [s] of wall time between two looks for requests and other things,
+BUSY_PERIOD = 0.2  # [s] the same while ticks come, as a look costs a third of what a tick costs
+BUSY_TIME = 1.0  # [s] without a tick after which the world is taken to be paused
 PACK_SLICE = 0.01  # [s] while some navigators of the process wait for a tick and some do not
 
 
@@ -48,6 +49,9 @@ class TickLoop:
         self._seats = list(seats)
         self._waiter = Waiter(context, len(seats))
         self._requests_due = 0.0
+        self._request_period = REQUEST_PERIOD
+        self._tick = 0
+        self._tick_at = 0.0
         self._failures: list[tuple[Seat, Exception]] = []
         for seat in seats:
             seat.executor.add_node(seat.node.node)
@@ -66,11 +70,20 @@ class TickLoop:
             self._try(seat, seat.node.take_inputs)
         now = time.monotonic()
         if now >= self._requests_due:
-            self._requests_due = now + REQUEST_PERIOD
+            self._note_ticks(now)
+            self._requests_due = now + self._request_period
             for seat in self._seats:
                 self._try(seat, lambda seat=seat: drain(seat.executor))  # type: ignore[misc]
                 self._try(seat, lambda seat=seat: seat.node.look_around(now))  # type: ignore[misc]
         return self._dismiss()
+
+    def _note_ticks(self, now: float) -> None:
+        """Look for requests more often while no ticks come."""
+        tick = self._seats[0].node.tick
+        if tick != self._tick:
+            self._tick, self._tick_at = tick, now
+        is_busy = now - self._tick_at < BUSY_TIME
+        self._request_period = BUSY_PERIOD if is_busy else REQUEST_PERIOD
 
     def _wait(self) -> None:
         topics = []
@@ -81,7 +94,7 @@ class TickLoop:
             elif idle is None:
                 idle = seat
         if idle is None:
-            self._waiter.wait(topics, TICK_SLICE)
+            self._waiter.wait(topics, self._request_period)
             return
         period = WAIT_SLICE if len(self._seats) == 1 else PACK_SLICE
         self._try(idle, lambda: idle.executor.spin_once(timeout_sec=period))

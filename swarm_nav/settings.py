@@ -29,6 +29,7 @@ FIXED: dict[str, Any] = {
     "autostart": True,
     "wait_for_mission": False,
     "on_demand": False,
+    "with_lidar": True,
 }
 
 

@@ -43,7 +43,8 @@ from swarm_sim.settings import Settings, read_settings
 from swarm_sim.trace import Trace, begin_trace
 from swarm_sim.world import Observation
 
-REPEAT_PERIOD = 0.25  # [s] of wall time after which an unanswered tick is published again
+REPEAT_PERIOD = 0.25  # [s] of wall time after which an unanswered tick is published again,
+START_PERIOD = 2.0  # [s] the same at the start for robots that have long been there
 CLOCK_PERIOD = 0.045  # [s] of wall time: at most ~20 Hz
 REQUEST_PERIOD = 0.05  # [s] of wall time between two looks for requests
 REPORT_PERIOD = 0.5  # [s] of wall time between verdicts
@@ -83,6 +84,7 @@ class WorldNode:
         self._clock_rate = Rate(CLOCK_PERIOD)
         self._report_rate = Rate(REPORT_PERIOD)
         self._repeat_rate = Rate(REPEAT_PERIOD)
+        self._start_rate = Rate(START_PERIOD)
         self._request_rate = Rate(REQUEST_PERIOD)
         self._observations: list[Observation] = []
         self._control: LineReader | None = None
@@ -207,7 +209,8 @@ class WorldNode:
         if not self._repeat_rate.is_due(now):
             return
         self._publish_clock()
-        self._links.repeat(self._observations)
+        is_starting = not self._barrier.has_started and not self._start_rate.is_due(now)
+        self._links.repeat(self._observations, to_newcomers=is_starting)
 
     def _wait(self, period: float) -> None:
         is_alone = self._barrier.has_started and self._barrier.answering == 0 and self._tick > 0

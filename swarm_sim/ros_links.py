@@ -28,6 +28,7 @@ from swarm_sim.world import Observation
 
 BASE = "base_footprint"
 IMU_FRAME = "imu_link"
+NEWCOMER_REPEATS = 4  # for one side of a topic may know the other earlier than the reverse
 
 
 class RobotLink:
@@ -67,6 +68,8 @@ class RobotLink:
         self.command: Twist | None = None
         self.beacon: np.void | None = None
         self._on_answer = on_answer
+        self._listeners = 0
+        self._repeats_due = 0
         self._is_free_run = settings.free_run
         self._tick = 0
         self._other: Twist | None = None
@@ -141,6 +144,14 @@ class RobotLink:
             self._scan.publish(self._scan_writer.encode(scan))
         stamp = stamp_from_tick(odom.tick)
         self._neighbors.publish(serialize_neighbors(*stamp, observation.neighbors))
+
+    def is_newcomer(self) -> bool:
+        """Whether somebody listens since few calls ago: what it was sent first may be lost."""
+        listeners = 0 if self.is_gone else self._neighbors.get_subscription_count()
+        self._repeats_due = NEWCOMER_REPEATS if listeners > self._listeners else self._repeats_due
+        self._listeners = listeners
+        self._repeats_due -= 1
+        return self._repeats_due >= 0
 
     @property
     def has_answered(self) -> bool:

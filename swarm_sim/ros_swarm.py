@@ -84,10 +84,17 @@ class Links:
         for link, observation in zip(self._links, observations, strict=True):
             link.publish(observation)
 
-    def repeat(self, observations: Sequence[Observation]) -> None:
-        """Publish once more for robots that were not there or lost a message."""
+    def repeat(self, observations: Sequence[Observation], *, to_newcomers: bool) -> None:
+        """Publish once more for robots that were not there or lost a message.
+
+        Args:
+            observations: Of the tick in hand.
+            to_newcomers: Only for those that have been there for few repeats.
+        """
         for robot in self._barrier.missing():
-            self._links[robot].publish(observations[robot])
+            link = self._links[robot]
+            if link.is_newcomer() or not to_newcomers:
+                link.publish(observations[robot])
 
     def wait(self, timeout: float) -> None:
         """Wait for the first robot whose answer is missing, at most `timeout` [s]."""

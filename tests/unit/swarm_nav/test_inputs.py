@@ -42,6 +42,11 @@ def test_a_lidar_of_10_hz_is_waited_for_at_every_tick():
     assert feed(TickInputs(10.0), 3, ["odom", "neighbors"]) == [None, None]
 
 
+def test_without_lidar_no_scan_is_waited_for():
+    for tick in range(3):
+        assert feed(TickInputs(0.0), tick, ["odom", "neighbors"])[1].tick == tick
+
+
 def test_repeats_are_recognised_and_not_decided_twice():
     inputs = TickInputs(5.0)
     assert feed(inputs, 1, ["odom", "neighbors"])[1] is not None
