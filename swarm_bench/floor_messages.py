@@ -25,6 +25,7 @@ from sensor_msgs.msg import LaserScan
 from swarm_interfaces.msg import Beacon, NeighborArray
 
 from swarm_common import ros_env, ros_io
+from swarm_common.process import die_with
 from swarm_common.ros_poll import PolledTopic, Waiter
 
 TICKS = 400
@@ -43,11 +44,14 @@ def measure_messages(robots: int) -> float:
         robots: Processes that exchange messages with the one that plays the world.
     """
     ros_env.set_defaults()
-    command = [sys.executable, "-m", __name__]
+    command, parent = [sys.executable, "-m", __name__], os.getpid()
     children = [
-        subprocess.Popen([*command, str(number)], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        subprocess.Popen(
+            [*command, str(number)], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+            preexec_fn=lambda: die_with(parent),
+        )
         for number in range(robots)
-    ]
+    ]  # fmt: skip
     try:
         own = _play_world(robots)
     finally:
@@ -169,5 +173,4 @@ def _cpu() -> float:
 
 
 if __name__ == "__main__":
-    os.environ.setdefault("PYTHONUNBUFFERED", "1")
     _play_robot(int(sys.argv[1]))

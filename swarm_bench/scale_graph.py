@@ -16,6 +16,7 @@ from swarm_bench.scale_plan import WORKLOADS, ScaleJob
 from swarm_bench.scale_result import ScaleResult
 from swarm_bench.scale_watch import Neighbours, ThreadTimes, dds_share, proportional_mb
 from swarm_commander.usage import process_tree
+from swarm_common.process import die_with
 
 POLL_PERIOD = 0.5  # [s] of wall time
 SAMPLE_PERIOD = 5.0  # [s] between two looks at MANY processes; fewer are looked at more often
@@ -37,11 +38,11 @@ def run_graph(job: ScaleJob, code: str, machine: str) -> ScaleResult:
     """
     with tempfile.TemporaryDirectory(prefix="swarm-scale-") as name:
         folder = Path(name)
-        log = folder / "said.txt"
+        log, parent = folder / "said.txt", os.getpid()
         with log.open("w", encoding="utf-8") as file:
             process = subprocess.Popen(
                 (*SWARM_UP, *_flags(job, folder)), cwd=folder, env=environment(job.code),
-                stdout=file, stderr=subprocess.STDOUT,
+                stdout=file, stderr=subprocess.STDOUT, preexec_fn=lambda: die_with(parent),
             )  # fmt: skip
             try:
                 watched = _watch(process, folder / "run" / USAGE)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import os
 import resource
 import subprocess
 import sys
@@ -16,6 +17,7 @@ from swarm_bench.scale_plan import ScaleJob
 from swarm_bench.scale_result import ScaleResult
 from swarm_bench.scale_watch import Neighbours
 from swarm_common.errors import SwarmError
+from swarm_common.process import die_with
 
 PROGRAM = Path(__file__).with_name("scale_harness.py")
 LAST_LINES = 5
@@ -56,7 +58,11 @@ def run_program(command: Sequence[str], env: Mapping[str, str]) -> tuple[dict[st
         ScaleRunError: If there is none; the message ends with what it said last.
     """
     neighbours, before = Neighbours(), _children_cpu()
-    ended = subprocess.run(command, env=dict(env), capture_output=True, text=True, check=False)
+    parent = os.getpid()
+    ended = subprocess.run(
+        command, env=dict(env), capture_output=True, text=True, check=False,
+        preexec_fn=lambda: die_with(parent),
+    )  # fmt: skip
     others = neighbours.share(_children_cpu() - before)
     lines = [line for line in ended.stdout.splitlines() if line.startswith("{")]
     try:
