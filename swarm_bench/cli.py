@@ -15,7 +15,12 @@ def main() -> None:
 
 
 def _load() -> typer.Typer:
-    from swarm_bench import floor_command, peers_command, scale_command  # noqa: F401  # add theirs
+    from swarm_bench import (  # noqa: F401  # add theirs
+        decisions_command,
+        floor_command,
+        peers_command,
+        scale_command,
+    )
     from swarm_bench.bench_command import bench_app
 
     return bench_app

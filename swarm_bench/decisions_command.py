@@ -1,0 +1,38 @@
+"""The command `swarm-bench decisions`: its options."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.markup import escape
+
+from swarm_bench.bench_command import bench_app, new_console
+from swarm_bench.decisions import decision_markdown, measure_decisions
+from swarm_bench.document import replace_part
+from swarm_bench.machine import machine_line
+from swarm_bench.scenario import check_size
+from swarm_bench.selection import select
+from swarm_common.errors import ConfigError
+
+
+@bench_app.command()
+def decisions(
+    scenario: Annotated[str, typer.Option(help="Name or file.")] = "slim_blockage",
+    robots: Annotated[int, typer.Option(help="Swarm size.")] = 50,
+    ticks: Annotated[int, typer.Option(help="Of 0.1 s, that are measured.")] = 300,
+    seed: Annotated[int, typer.Option(help="Of everything random.")] = 0,
+    lidar: Annotated[bool, typer.Option(help="With scans and costmaps.")] = False,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Document whose part to write.")
+    ] = None,
+) -> None:
+    """Measure one robot's decision in CPU time, by the number of neighbours that it hears."""
+    if ticks < 1:
+        raise ConfigError(f"--ticks is {ticks}; expected 1 or more")
+    options = select(scenario, [check_size(robots, "--robots")], [seed], lidar=lidar)
+    table = decision_markdown(measure_decisions(options[0], ticks))
+    new_console().print(escape(table))
+    if output is not None:
+        replace_part(output, "decisions", f"Machine: {machine_line()}.\n\n{table}")
