@@ -181,5 +181,6 @@ class WorldRun(Run):
 
     def _stop(self, phase: str) -> None:
         if not self._is_stopping:
-            self._tell(REGISTRY, {"cmd": "over", "reason": phase})
+            reason = "stopped by its user" if self.is_stopped_by_user else phase
+            self._tell(REGISTRY, {"cmd": "over", "reason": reason})
         super()._stop(phase)
