@@ -20,6 +20,7 @@ import psutil
 
 WARM_TICKS = 10  # counted as start-up: kernels and buffers are loaded in them
 MEGABYTE = 1e6
+TIMED = {"on_odom", "on_scan", "on_neighbors", "on_reception", "tick"}
 
 
 class CpuClock:
@@ -46,7 +47,7 @@ class TimedDriver:
 
     def __init__(self, driver: Any, clock: CpuClock) -> None:
         self._driver = driver
-        for name in ("on_odom", "on_scan", "on_neighbors", "tick"):
+        for name in TIMED & set(dir(driver)):
             setattr(self, name, clock.timed(getattr(driver, name)))
 
     def __getattr__(self, name: str) -> Any:
