@@ -57,7 +57,7 @@ def drag_canvas(browser: WebDriver, start: tuple[int, int], by: tuple[int, int])
 
 def choose(browser: WebDriver, label: str, option: str) -> None:
     """Choose from the list that has a label."""
-    labelled(browser, label).click()
+    browser.execute_script("arguments[0].click()", labelled(browser, label))
     script = """const found = [...document.querySelectorAll('[role=option]')].find(
         (x) => x.innerText.trim() === arguments[0] && x.offsetParent);
       if (found) found.click(); return !!found;"""

@@ -99,7 +99,7 @@ def _open(browser: WebDriver, address: str, robot: str) -> None:
     browser.get(f"{address}?robot={robot}")
     wait_for(lambda: "answering" in text_of(browser), "the robots")
     wait_for(lambda: "estimate" in text_of(browser), "the robot of the address")
-    wait_for(lambda: "Pause" in text_of(browser), "the simulation's buttons")
+    wait_for(lambda: "Step 0.1 s" in text_of(browser), "the simulation's buttons")
     time.sleep(4.0)  # the camera comes to the robot
 
 
@@ -110,7 +110,8 @@ def _use(browser: WebDriver, tool: str) -> None:
 
 def _pause(browser: WebDriver) -> None:
     """Let time stand still, so that the outcome does not depend on how slow the browser is."""
-    press(browser, "Pause")
+    if "(paused)" not in text_of(browser):
+        press(browser, "Pause")
     wait_for(lambda: "(paused)" in text_of(browser), "the pause")
 
 
@@ -158,10 +159,11 @@ def test_a_drag_gives_the_heading_and_a_goal_is_cancelled(browser: WebDriver, ad
     _step(browser, 5)
     wait_for(lambda: "driving" in text_of(browser), "the robot to set off")
     press(browser, "Cancel goal")
+    _step(browser, 5)  # robots answer in their ticks
     wait_for(lambda: "goal cancelled" in text_of(browser), "the cancellation")
-    _step(browser, 5)
     wait_for(lambda: "idle 2" in text_of(browser), "the robot to stand")
     press(browser, "Cancel goal")
+    _step(browser, 2)
     wait_for(lambda: "no goal to cancel" in text_of(browser), "the answer that there is none")
     press(browser, "Resume")
     assert errors(browser) == []
@@ -183,8 +185,8 @@ def test_an_initial_pose_is_believed(browser: WebDriver, address: str) -> None:
 
 def test_time_stands_still_and_goes_on(browser: WebDriver, address: str) -> None:
     browser.get(address)
-    press(browser, "Pause")
-    wait_for(lambda: "(paused)" in text_of(browser), "the pause")
+    wait_for(lambda: "answering" in text_of(browser), "the robots")
+    _pause(browser)
     before = _time(browser)
     press(browser, "Step 0.1 s")
     wait_for(lambda: _time(browser) == pytest.approx(before + 0.1), "one step")
