@@ -58,13 +58,16 @@ class Scenery:
         """Show these robots from now on."""
         self._rows = [self._world.names.index(name) for name in present]
         self._writer = TransformsWriter("map", [f"{name}/{BASE}" for name in present])
+        self._is_stale = True
 
     def look_for_viewers(self, tick: int) -> None:
-        """See who listens; newcomers get the present state, also while the world is paused."""
+        """See who listens; they get what is new to them, also while the world is paused."""
         before = self._tf_readers, self._mover_readers
         self._tf_readers = self._tf.get_subscription_count()
         self._mover_readers = self._movers.get_subscription_count()
-        if self._tf_readers > before[0] or self._mover_readers > before[1]:
+        has_newcomers = self._tf_readers > before[0] or self._mover_readers > before[1]
+        if has_newcomers or self._is_stale:
+            self._is_stale = False
             self.publish(tick)
 
     def publish(self, tick: int) -> None:
