@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from swarm_common.beacon import FLAG_ACTIVE, FLAG_DEAF, FLAG_LEFT, FLAG_STUCK
+from swarm_common.beacon import FLAG_ACTIVE, FLAG_DEAF, FLAG_LEFT, FLAG_STUCK, reception_of
 from swarm_nav.config import TrafficConfig
 from swarm_nav.neighborhood import Neighborhood
 from swarm_nav.neighborhood_kernels import UNHEARD
@@ -286,3 +286,21 @@ def test_who_was_taken_out_of_the_world_is_forgotten_at_once(removed: int) -> No
     heard(here, 62, beacon(removed, 3.0, 0.0))
     here.refresh(63)
     assert not here.gone[here.row(removed)]
+
+
+def test_points_are_kept_when_what_was_on_the_air_is_not() -> None:
+    here = hood()
+    past: list[np.ndarray] = []
+    tubes = {robot: [(0.1 * k, float(robot)) for k in range(robot)] for robot in (3, 5, 8)}
+    for tick, audible in ((10, (3, 5, 8)), (11, (5,)), (12, (8,)), (13, ())):
+        records = [beacon(i, 0.0, float(i), held=tubes[i], tick=tick) for i in audible]
+        on_the_air = reception_of(np.array(records, beacon(1, 0.0, 0.0).dtype))
+        here.take(on_the_air, 0.0, 0.0)
+        here.refresh(tick + 1)
+        here.claims((0.0, 5.0, 0.5))  # only who is near is looked at
+        if audible:
+            past.append(on_the_air.words)
+            for words in past[:-1]:
+                words[:] = 0
+    for row, robot in enumerate((3, 5, 8)):
+        assert np.allclose(here.tubes(row), tubes[robot])
