@@ -8,6 +8,7 @@ from collections.abc import Callable
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TwistStamped
 from nav_msgs.msg import OccupancyGrid
 from nav_msgs.msg import Odometry as OdometryMsg
+from rclpy.action import ActionServer
 from rclpy.context import Context
 from sensor_msgs.msg import LaserScan
 from swarm_interfaces.msg import Beacon, Mission, NeighborArray, RobotStatus
@@ -307,4 +308,7 @@ class NavigatorNode:
         if self._brain is not None:
             for topic in (self._odom, self._scan, self._neighbors):
                 topic.destroy()
+        for server in list(self.node.waitables):
+            if isinstance(server, ActionServer):  # one that is left keeps the node alive
+                server.destroy()
         self.node.destroy_node()

@@ -118,7 +118,8 @@ class TickLoop:
             if seat.name not in known:
                 known[seat.name] = seat, error
                 self._seats.remove(seat)
+                seat.executor.remove_node(seat.node.node)
                 with contextlib.suppress(Exception):  # half of it may be gone
-                    seat.executor.remove_node(seat.node.node)
                     seat.node.destroy()
+                seat.executor.shutdown()  # only this lets go of what is removed
         return list(known.values())

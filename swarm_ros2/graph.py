@@ -23,7 +23,9 @@ Facts = TypeVar("Facts")
 PREFIX = "_ros2cli"
 POLL = 0.02  # [s]
 QUIET = 0.3  # [s] without news after which the graph counts as known
+QUIET_PER_NODE = 0.01  # [s] more for each node that is there
 LEAST = 1.3  # [s] before that: every participant announces itself once a second
+LONGEST = 60.0  # [s] while there is news: 100 robots on a busy machine
 MOST = 5.0  # [s] to wait for something; Fast DDS by itself announces every 3 s
 NODES_TOPIC = "ros_discovery_info"  # on which each participant says which nodes it has
 UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"  # of an endpoint that is known before its node is
@@ -72,8 +74,10 @@ def settled(
         now = time.monotonic()
         if (news := read()) != facts:
             facts, changed = news, now
-        is_calm = now - start > LEAST and now - changed > QUIET
-        if now - start > MOST or (is_calm and _knows_nodes(node) and is_whole(facts)):
+        is_quiet = now - changed > QUIET + QUIET_PER_NODE * len(node.get_node_names())
+        is_calm = now - start > LEAST and is_quiet and _knows_nodes(node) and is_whole(facts)
+        is_late = now - start > (MOST if is_quiet else LONGEST)
+        if is_calm or is_late:
             return facts
 
 

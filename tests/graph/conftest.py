@@ -111,6 +111,7 @@ class Swarm:
         self.node: Node = rclpy.create_node("tester", context=self.context, enable_rosout=False)
         self.executor = SingleThreadedExecutor(context=self.context)
         self.executor.add_node(self.node)
+        self.pack = options.pop("pack", 1)
         self.world = self._start_world(options.pop("world", {}))
         self.host = self._start_host(options)
 
@@ -136,7 +137,7 @@ class Swarm:
             path.write_text(yaml.safe_dump(tree), encoding="utf-8")
             robots.append({"name": name, "params": str(path)})
         path = self.folder / "host.json"
-        config = {"robots": robots, "pack": 1, "log_dir": str(self.folder)}
+        config = {"robots": robots, "pack": self.pack, "log_dir": str(self.folder)}
         path.write_text(json.dumps(config), encoding="utf-8")
         return Process("swarm_nav.host", path, self.domain, self.folder / "host.log")
 
