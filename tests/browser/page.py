@@ -57,11 +57,25 @@ def drag_canvas(browser: WebDriver, start: tuple[int, int], by: tuple[int, int])
 
 def choose(browser: WebDriver, label: str, option: str) -> None:
     """Choose from the list that has a label."""
-    browser.execute_script("arguments[0].click()", labelled(browser, label))
+
+    def open_list() -> bool:
+        labelled(browser, label).click()
+        return True
+
+    wait_for(open_list, f"the list '{label}' to be in reach")
     script = """const found = [...document.querySelectorAll('[role=option]')].find(
         (x) => x.innerText.trim() === arguments[0] && x.offsetParent);
       if (found) found.click(); return !!found;"""
     wait_for(lambda: bool(browser.execute_script(script, option)), f"the option '{option}'")
+
+
+def unfold(browser: WebDriver, title: str) -> None:
+    """Open a folder of the panel."""
+    script = """const found = [...document.querySelectorAll('*')].find((x) => !x.children.length
+        && x.textContent.trim() === arguments[0]) ?? [...document.querySelectorAll('*')].filter(
+        (x) => x.textContent.trim() === arguments[0]).pop();
+      if (found) found.click(); return !!found;"""
+    wait_for(lambda: bool(browser.execute_script(script, title)), f"a folder '{title}'")
 
 
 def chosen(browser: WebDriver, label: str) -> str:

@@ -24,6 +24,7 @@ from tests.browser.page import (
     press,
     text_of,
     tick_box,
+    unfold,
     wait_for,
 )
 from tests.graph.conftest import reserved_domain
@@ -214,6 +215,7 @@ def test_robots_come_and_go(browser: WebDriver, address: str) -> None:
     assert "Srobot3 has come" in text_of(browser)
     press(browser, "Remove robot")
     wait_for(lambda: "Select a robot first" in text_of(browser), "the question which")
+    unfold(browser, "New robots")
     choose(browser, "Model", "turtlebot3_burger")
     _use(browser, "Spawn by a click")
     click_canvas(browser, -60, 20)
