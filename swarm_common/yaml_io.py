@@ -54,7 +54,7 @@ for _loader in (UniqueKeyLoader, FastLoader):
 
 def _is_shallow(text: str) -> bool:
     """Whether a text is too short, and has too few brackets, to nest deep."""
-    openings = sum(text.count(opening) for opening in ("[", "{", "- ", "? "))
+    openings = sum(text.count(opening) for opening in "[{-?")
     return len(text) < SHORT and openings < FEW
 
 
