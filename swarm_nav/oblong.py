@@ -180,9 +180,7 @@ class Slots:
         inner = self.is_slot(course)
         straight = inner[:-1] | inner[1:]
         cuts = [0, *(np.flatnonzero(straight[1:] != straight[:-1]) + 1), len(course) - 1]
-        return [
-            (course[a : b + 1], bool(straight[a])) for a, b in itertools.pairwise(cuts)
-        ]
+        return [(course[a : b + 1], bool(straight[a])) for a, b in itertools.pairwise(cuts)]
 
     def corners(self, points: FloatArray, angle: float) -> NDArray[np.int64]:
         """Return the indices where a path is turned on the spot: bends, and bends at mouths."""
