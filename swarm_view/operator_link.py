@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from typing import Any
+from uuid import uuid4
 
 from action_msgs.srv import CancelGoal
-from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from nav2_msgs.action import NavigateToPose
 from rcl_interfaces.msg import Parameter as ParameterMsg
 from rcl_interfaces.msg import ParameterType, ParameterValue
 from rcl_interfaces.srv import GetParameters, SetParameters
@@ -20,6 +22,7 @@ from simulation_interfaces.srv import (
     SpawnEntity,
     StepSimulation,
 )
+from unique_identifier_msgs.msg import UUID
 
 from swarm_common import ros_io
 from swarm_common.records import Pose
@@ -71,10 +74,18 @@ class OperatorLink:
             self._ask("/sim/world/get_parameters", GetParameters, request, self._take_speed)
 
     def send_goal(self, robot: str, goal_map: Pose, tell: Tell) -> None:
-        """Send a robot somewhere, as RViz's goal tool does."""
-        message = PoseStamped(pose=ros_io.pose_msg(goal_map))
-        message.header.frame_id = "map"
-        self._publish(f"/{robot}/goal_pose", message, tell)
+        """Send a robot somewhere, by the action that missions use; so it can be cancelled."""
+        kind = NavigateToPose.Impl.SendGoalService
+        request = kind.Request(goal_id=UUID(uuid=list(uuid4().bytes)))
+        request.goal.pose.pose = ros_io.pose_msg(goal_map)
+        request.goal.pose.header.frame_id = "map"
+
+        def done(response: Any) -> None:
+            if not response.accepted:
+                tell(f"{robot} refuses the goal.")
+
+        name = f"/{robot}/navigate_to_pose/_action/send_goal"
+        self._call(name, kind, request, f"goals for {robot}", tell, done)
 
     def set_initial_pose(self, robot: str, pose_map: Pose, tell: Tell) -> None:
         """Tell a robot where it is, as RViz's tool does."""
