@@ -17,6 +17,7 @@ from swarm_nav.correction import STEP, TURN
 from swarm_nav.localisation import START_DEVIATION, OdometryLocaliser, make_localiser
 from swarm_nav.localisation_config import LocalisationConfig
 from swarm_nav.navigator import Navigator
+from swarm_nav.situation import MARGIN_STEP
 from tests.standins.navigation import beacon, config, hear, room, situation, waffle
 
 WIDTH, HEIGHT = 5.0, 3.4
@@ -189,7 +190,8 @@ def test_the_error_of_the_pose_enters_the_safety_margin_and_never_lowers_it() ->
     body, least = waffle().circumscribed_radius, robot.config.traffic.safety_margin
     sigma = math.sqrt(max(robot.variances()[:2]))
     assert min(radii) >= body + least - 1e-6
-    assert radii[-1] == pytest.approx(body + max(least, 0.03 + 2.0 * sigma + GROWTH), abs=0.002)
+    needed = body + max(least, 0.03 + 2.0 * sigma + GROWTH)
+    assert needed - 0.002 <= radii[-1] < needed + 2.0 * MARGIN_STEP
 
 
 def hear_nothing() -> Any:

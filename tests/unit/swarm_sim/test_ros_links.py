@@ -51,6 +51,7 @@ class Robot:
         spec = load_robot(MODEL)
         self.link = RobotLink(
             Node(),  # type: ignore[arg-type]
+            Node(),  # type: ignore[arg-type]
             "Srobot1",
             spec,
             "<robot name='none'/>",
