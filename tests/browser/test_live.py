@@ -150,8 +150,13 @@ def test_a_robot_goes_where_the_floor_is_clicked(browser: WebDriver, address: st
 def test_the_camera_has_followed(browser: WebDriver, address: str) -> None:
     choose(browser, "Robot", "(none)")
     wait_for(lambda: "estimate" not in text_of(browser), "no robot to be selected")
-    click_canvas(browser, 0, -8)  # the robot that was followed is in the middle
-    wait_for(lambda: chosen(browser, "Robot") == "Srobot1", "the robot to be picked")
+
+    def is_picked() -> bool:
+        click_canvas(browser, 0, -8)  # the robot that was followed is in the middle
+        time.sleep(1.0)
+        return chosen(browser, "Robot") == "Srobot1"
+
+    wait_for(is_picked, "the robot to be picked")
     assert errors(browser) == []
 
 
