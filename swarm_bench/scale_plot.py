@@ -68,7 +68,8 @@ def _draw_cost(axes: Any, rows: Sequence[ScaleRow]) -> None:
     axes.set_xticks(list(places), names)
     axes.set_xlabel(_note(rows))
     axes.set_ylabel("CPU per robot-second [ms]")
-    axes.legend(fontsize=8, frameon=False)
+    axes.set_ylim(0.0, 1.3 * max(below, default=1.0))  # room for the legend
+    axes.legend(fontsize=8, frameon=False, loc="upper center", ncols=2)
     axes.spines[["top", "right"]].set_visible(False)
 
 
