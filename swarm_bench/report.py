@@ -46,9 +46,10 @@ GRAPH = """
 COMPARISON = """
 ## Compared with local avoidance alone
 
-Same bench, same starts, same goals, same seeds. `dwa`: a dynamic-window controller with LiDAR and
-global replanning around the robots that it sees. `orca`: optimal reciprocal collision avoidance
-with the neighbours' true radii from their beacons. Each cell: goals reached, contacts, makespan.
+Same bench, same starts, same goals, same seeds. `dwa`: a dynamic-window controller with global
+replanning around the robots in sight, whose true circles it is given (LiDAR as well where the
+scenario has it). `orca`: optimal reciprocal collision avoidance with the neighbours' true radii
+from their beacons. Each cell: goals reached, contacts, makespan.
 """
 FLAWS = """
 ## Runs with a contact or a missed goal
