@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from swarm_bench.json_lines import rounded
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotResult:
@@ -126,7 +128,7 @@ class RunResult:
 
     def as_json(self) -> dict[str, Any]:
         """Return a dictionary for json.dump, with figures rounded to what they are worth."""
-        return {"schema": 1, **_rounded(dataclasses.asdict(self))}
+        return {"schema": 1, **rounded(dataclasses.asdict(self))}
 
 
 def result_from_json(data: Mapping[str, Any]) -> RunResult:
@@ -143,11 +145,3 @@ def result_from_json(data: Mapping[str, Any]) -> RunResult:
 def finite(value: float) -> float | None:
     """Return a number, or None for one that is not finite."""
     return value if math.isfinite(value) else None
-
-
-def _rounded(value: Any) -> Any:
-    if isinstance(value, float):
-        return round(value, 4) if math.isfinite(value) else None
-    if isinstance(value, Mapping):
-        return {key: _rounded(item) for key, item in value.items()}
-    return value

@@ -48,12 +48,17 @@ def run_on_graph(options: RunOptions) -> RunResult:
                 raise
         report_path = folder / "run" / "report.json"
         if not report_path.is_file():
-            last = "\n".join(said.strip().splitlines()[-LAST_LINES:])
             raise SwarmUpError(
-                f"swarm-up ended with code {process.returncode} and no report; it said:\n{last}"
+                f"swarm-up ended with code {process.returncode} and no report; it said:\n"
+                f"{last_lines(said)}"
             )
         report = json.loads(report_path.read_text(encoding="utf-8"))
     return result_of_report(options, report)
+
+
+def last_lines(said: str) -> str:
+    """Return the end of what a program said, for an error."""
+    return "\n".join(said.strip().splitlines()[-LAST_LINES:])
 
 
 def up_flags(options: RunOptions, folder: Path) -> list[str]:

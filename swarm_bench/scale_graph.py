@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from swarm_bench.ros_run import LAST_LINES, SWARM_UP, SwarmUpError
+from swarm_bench.ros_run import SWARM_UP, SwarmUpError, last_lines
 from swarm_bench.scale_plan import WORKLOADS, ScaleJob
 from swarm_bench.scale_result import ScaleResult
 from swarm_bench.scale_watch import Neighbours, ThreadTimes, dds_share, proportional_mb
@@ -63,7 +63,7 @@ def run_graph(job: ScaleJob, code: str, machine: str) -> ScaleResult:
 
 
 def _last_lines(log: Path) -> str:
-    return "\n".join(log.read_text(encoding="utf-8").strip().splitlines()[-LAST_LINES:])
+    return last_lines(log.read_text(encoding="utf-8"))
 
 
 def environment(code: Path | None) -> dict[str, str]:

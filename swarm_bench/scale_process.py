@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from swarm_bench.ros_run import last_lines
 from swarm_bench.scale_graph import environment
 from swarm_bench.scale_plan import ScaleJob
 from swarm_bench.scale_result import ScaleResult
@@ -20,7 +21,6 @@ from swarm_common.errors import SwarmError
 from swarm_common.process import die_with
 
 PROGRAM = Path(__file__).with_name("scale_harness.py")
-LAST_LINES = 5
 OF_SCENARIO = ("name", "world", "mission", "with_lidar", "noise", "stall_limit")
 
 
@@ -68,7 +68,7 @@ def run_program(command: Sequence[str], env: Mapping[str, str]) -> tuple[dict[st
     try:
         return json.loads(lines[-1]), others
     except (ValueError, IndexError):
-        said = "\n".join((ended.stdout + ended.stderr).strip().splitlines()[-LAST_LINES:])
+        said = last_lines(ended.stdout + ended.stderr)
         raise ScaleRunError(
             f"{Path(command[1]).name} ended with code {ended.returncode} and no result; "
             f"it said:\n{said}"

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
+import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TextIO
 
-from swarm_common.errors import ConfigError
+from swarm_bench.json_lines import append_json_line, read_json_lines, rounded
 
 SCHEMA = 1
 
@@ -79,51 +79,24 @@ class ScaleResult:
 
     def as_json(self) -> dict[str, Any]:
         """Return a dictionary for json.dump."""
-        return {"schema": SCHEMA, **_rounded(dataclasses.asdict(self))}
+        return {"schema": SCHEMA, **rounded(dataclasses.asdict(self))}
 
 
 def read_scale_results(path: Path) -> list[ScaleResult]:
-    """Return the results in a file; a line that a killed bench left unfinished does not count.
-
-    Raises:
-        ConfigError: If the file cannot be read, or a complete line is no result.
-    """
-    try:
-        lines = path.read_text(encoding="utf-8").split("\n")
-    except (OSError, UnicodeDecodeError) as cause:
-        raise ConfigError(f"cannot read {path}: {cause}") from cause
-    results = []
-    for number, line in enumerate(lines[:-1], 1):
-        if not line.strip():
-            continue
-        try:
-            data = json.loads(line)
-            results.append(ScaleResult(**{k: v for k, v in data.items() if k != "schema"}))
-        except (ValueError, TypeError, AttributeError) as cause:
-            raise ConfigError(
-                f"{path}, line {number} is no result of swarm-bench scale: {cause}"
-            ) from cause
-    return results
+    """Return the results in a file; see `read_json_lines`."""
+    return read_json_lines(path, _from_json, "swarm-bench scale")
 
 
 def append_scale_result(file: TextIO, result: ScaleResult) -> None:
     """Write one result."""
-    file.write(json.dumps(result.as_json(), allow_nan=False) + "\n")
-    file.flush()
+    append_json_line(file, result.as_json())
+
+
+def _from_json(data: Mapping[str, Any]) -> ScaleResult:
+    return ScaleResult(**{key: value for key, value in data.items() if key != "schema"})
 
 
 def median_of(values: Sequence[float | None]) -> float | None:
     """Return the median of what is known, None if nothing is."""
-    known = sorted(value for value in values if value is not None)
-    if not known:
-        return None
-    half = len(known) // 2
-    return known[half] if len(known) % 2 else 0.5 * (known[half - 1] + known[half])
-
-
-def _rounded(value: Any) -> Any:
-    if isinstance(value, float):
-        return round(value, 4) if math.isfinite(value) else None
-    if isinstance(value, Mapping):
-        return {key: _rounded(item) for key, item in value.items()}
-    return value
+    known = [value for value in values if value is not None]
+    return statistics.median(known) if known else None

@@ -9,13 +9,13 @@ from pathlib import Path
 
 from rich.console import Console
 
+from swarm_bench.json_lines import open_to_append
 from swarm_bench.machine import machine_line
 from swarm_bench.scale_graph import run_graph
 from swarm_bench.scale_plan import GRAPH, ScaleJob
 from swarm_bench.scale_process import run_harness
 from swarm_bench.scale_result import ScaleResult, append_scale_result, read_scale_results
 from swarm_bench.stage import RunOptions, check
-from swarm_bench.store import open_to_append
 from swarm_bench.table import number
 
 Runner = Callable[[ScaleJob, str, str], ScaleResult]

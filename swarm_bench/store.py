@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, TextIO
 
 from swarm_bench.compose import conditions
+from swarm_bench.json_lines import append_json_line, read_json_lines
 from swarm_bench.result import RunResult, result_from_json
 from swarm_bench.ros_run import ENGINE as ROS
 from swarm_bench.stage import RunOptions
-from swarm_common.errors import ConfigError
 
 Key = tuple[Any, ...]
 
@@ -34,48 +33,13 @@ def key_of_options(options: RunOptions, *, ros: bool) -> Key:
 
 
 def read_results(path: Path) -> list[RunResult]:
-    """Return the results in a file; a line that a killed bench left unfinished does not count.
-
-    Raises:
-        ConfigError: If the file cannot be read, or a complete line is no result.
-    """
-    try:
-        lines = path.read_text(encoding="utf-8").split("\n")
-    except (OSError, UnicodeDecodeError) as cause:
-        raise ConfigError(f"cannot read {path}: {cause}") from cause
-    results = []
-    for number, line in enumerate(lines[:-1], 1):  # what follows the last newline is unfinished
-        if not line.strip():
-            continue
-        try:
-            results.append(result_from_json(json.loads(line)))
-        except (ValueError, TypeError, KeyError, AttributeError) as cause:
-            raise ConfigError(
-                f"{path}, line {number} is no result of swarm-bench traffic: {cause}"
-            ) from cause
-    return results
-
-
-def open_to_append(path: Path) -> TextIO:
-    """Open a result file; an unfinished last line is cut off.
-
-    Raises:
-        ConfigError: If it cannot be written.
-    """
-    try:
-        if path.is_file():
-            data = path.read_bytes()
-            if not data.endswith(b"\n"):
-                path.write_bytes(data[: data.rfind(b"\n") + 1])
-        return path.open("a", encoding="utf-8")
-    except OSError as cause:
-        raise ConfigError(f"cannot write {path}: {cause}") from cause
+    """Return the results in a file; see `read_json_lines`."""
+    return read_json_lines(path, result_from_json, "swarm-bench traffic")
 
 
 def append(file: TextIO, result: RunResult) -> None:
     """Write one result."""
-    file.write(json.dumps(result.as_json(), allow_nan=False) + "\n")
-    file.flush()
+    append_json_line(file, result.as_json())
 
 
 def missing(options: Iterable[RunOptions], known: Iterable[RunResult], *, ros: bool) -> list[Any]:

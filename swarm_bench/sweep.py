@@ -13,6 +13,7 @@ from rich.console import Console
 
 from swarm_bench import store
 from swarm_bench.harness import run
+from swarm_bench.json_lines import open_to_append
 from swarm_bench.result import RunResult
 from swarm_bench.ros_run import run_on_graph
 from swarm_bench.stage import RunOptions, check
@@ -61,7 +62,7 @@ class Sweep:
         if results:
             console.print(f"{len(results)} of {len(self.options)} runs are in {file} already")
         with contextlib.ExitStack() as stack:
-            output = stack.enter_context(store.open_to_append(file)) if file is not None else None
+            output = stack.enter_context(open_to_append(file)) if file is not None else None
             for result in run_all(todo, self.jobs, run_on_graph if self.ros else run):
                 results.append(result)
                 console.print(run_line(result), highlight=False, soft_wrap=True, markup=False)

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from swarm_bench import store
+from swarm_bench.json_lines import open_to_append
 from swarm_bench.report import traffic_report
 from swarm_bench.result import RunResult
 from swarm_bench.ros_run import result_of_report, up_flags
@@ -22,7 +23,7 @@ from tests.standins.results import result
 def test_a_killed_sweep_continues(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "runs.jsonl"
     options = select("slim_blockage", [20], [0, 1, 2])
-    with store.open_to_append(path) as file:
+    with open_to_append(path) as file:
         store.append(file, result(seed=1, conditions=dict(LOSSLESS)))
         file.write('{"schema": 1, "scen')  # killed here
     asked: list[int] = []

@@ -1,0 +1,72 @@
+"""A file of JSON lines, one per run, that a killed bench leaves readable and goes on with."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, TextIO, TypeVar
+
+from swarm_common.errors import ConfigError
+
+T = TypeVar("T")
+
+
+def read_json_lines(path: Path, parse: Callable[[Any], T], command: str) -> list[T]:
+    """Return the results in a file; a line that a killed bench left unfinished does not count.
+
+    Args:
+        path: The file.
+        parse: Makes a result of a line's data.
+        command: That writes such files, for the error.
+
+    Raises:
+        ConfigError: If the file cannot be read, or a complete line is no result.
+    """
+    try:
+        lines = path.read_text(encoding="utf-8").split("\n")
+    except (OSError, UnicodeDecodeError) as cause:
+        raise ConfigError(f"cannot read {path}: {cause}") from cause
+    results = []
+    for number, line in enumerate(lines[:-1], 1):  # what follows the last newline is unfinished
+        if not line.strip():
+            continue
+        try:
+            results.append(parse(json.loads(line)))
+        except (ValueError, TypeError, KeyError, AttributeError) as cause:
+            raise ConfigError(
+                f"{path}, line {number} is no result of {command}: {cause}"
+            ) from cause
+    return results
+
+
+def open_to_append(path: Path) -> TextIO:
+    """Open a result file; an unfinished last line is cut off.
+
+    Raises:
+        ConfigError: If it cannot be written.
+    """
+    try:
+        if path.is_file():
+            data = path.read_bytes()
+            if not data.endswith(b"\n"):
+                path.write_bytes(data[: data.rfind(b"\n") + 1])
+        return path.open("a", encoding="utf-8")
+    except OSError as cause:
+        raise ConfigError(f"cannot write {path}: {cause}") from cause
+
+
+def append_json_line(file: TextIO, data: Mapping[str, Any]) -> None:
+    """Write one result, so that it is there whatever comes next."""
+    file.write(json.dumps(data, allow_nan=False) + "\n")
+    file.flush()
+
+
+def rounded(value: Any) -> Any:
+    """Return data with all numbers fit for JSON: four decimals, None for what is not finite."""
+    if isinstance(value, float):
+        return round(value, 4) if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {key: rounded(item) for key, item in value.items()}
+    return value
