@@ -5,36 +5,30 @@ python -m swarm_commander.agent CONFIG.json --event-fd N --control-fd M
 
 from __future__ import annotations
 
-import contextlib
 import json
-import os
-import signal
-import sys
 import time
 from pathlib import Path
 from typing import Any
 
-import rclpy
-from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from std_msgs.msg import String
 
 from swarm_commander.envoy import Envoy
-from swarm_commander.registry import CHARTER, FAREWELL, HOSTS, ROLL, TURN
+from swarm_commander.host_link import CHARTER, HOSTS, ROLL, LinkEnd, serve
 from swarm_commander.roll import REPORT_PERIOD, HostReport
-from swarm_common.pipes import EventWriter, LineReader
+from swarm_common.pipes import EventWriter
 from swarm_common.ros_io import LATCHED, RELIABLE
 
 
-class Agent:
+class Agent(LinkEnd):
     """Hears charter and roll, and says how this host is."""
 
     def __init__(self, node: Node, config: dict[str, Any], events: EventWriter) -> None:
         """Begin to look for the world's host; see `RobotsPlan.agent_config`."""
+        super().__init__(events)
         report = HostReport(config["host"], config["label"], tuple(config["robots"]))
         self.envoy = Envoy(report, config["edition"], config["stated"], time.monotonic())
         self._charter_path = Path(config["charter_path"])
-        self._events = events
         self._due = 0.0
         self._reports = node.create_publisher(String, HOSTS, RELIABLE)
         node.create_subscription(String, CHARTER, self._take_charter, LATCHED)
@@ -64,6 +58,15 @@ class Agent:
         self.envoy.leave()
         self._due = 0.0
 
+    @property
+    def is_through(self) -> bool:
+        """Whether the world's host knows, or there is none to tell."""
+        return self.envoy.is_over or self.envoy.charter is None
+
+    def close(self) -> None:
+        """Send the last report, if it is due."""
+        self.turn(time.monotonic())
+
     def _take_charter(self, message: String) -> None:
         events = self.envoy.take_charter(message.data, time.monotonic())
         if self.envoy.charter is not None:
@@ -75,44 +78,10 @@ class Agent:
         if self.envoy.is_over:
             self._due = 0.0
 
-    def _pass_on(self, events: list[dict[str, Any]]) -> None:
-        for event in events:
-            values = {key: value for key, value in event.items() if key != "event"}
-            self._events.write(event["event"], **values)
-
 
 def main() -> None:
     """Run until SIGTERM, then say farewell."""
-    config = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
-    flags = dict(zip(sys.argv[2::2], sys.argv[3::2], strict=True))
-    events = EventWriter(int(flags["--event-fd"]))
-    commands = LineReader(int(flags["--control-fd"]))
-    stopping: list[int] = []
-    signal.signal(signal.SIGTERM, lambda number, _: stopping.append(number))
-    rclpy.init(signal_handler_options=rclpy.SignalHandlerOptions.NO)
-    node = rclpy.create_node(
-        f"agent_{config['host']}",
-        namespace="sim",
-        enable_rosout=False,
-        start_parameter_services=False,
-    )
-    executor = EventsExecutor()
-    executor.add_node(node)
-    agent = Agent(node, config, events)
-    deadline = float("inf")
-    with contextlib.suppress(BrokenPipeError):
-        while time.monotonic() < deadline:
-            executor.spin_once(timeout_sec=TURN)
-            for command in commands.read():
-                agent.take_command(command)
-            if stopping and deadline == float("inf"):
-                deadline = time.monotonic() + FAREWELL
-                agent.leave()
-            agent.turn(time.monotonic())
-            if stopping and (agent.envoy.is_over or agent.envoy.charter is None):
-                break
-        agent.turn(time.monotonic())
-    os._exit(0)  # everything of this process ends with it
+    serve(lambda config: f"agent_{config['host']}", Agent)
 
 
 if __name__ == "__main__":
