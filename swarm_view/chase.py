@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from typing import Any
 
 import numpy as np
@@ -10,20 +11,30 @@ from swarm_common.records import FloatArray
 
 CLOSE_UP = np.array([-1.2, -2.4, 3.2])  # [m] of the camera from its robot
 FOLLOWED = 1.0  # [m] within which a camera looks at the robot that it follows
+COME = 0.1  # [m] the same for a page that may still show something else
 MOVED = 1e-3  # [m] from which a robot has moved
+SAME = 5e-3  # [m] between two views that are one
+ECHOES = 30  # views of late that a page may still report
 LOOK_PERIOD = 1.0  # [s] of wall time between two looks whether the camera has come
 APPROACH = 10.0  # [s] for which that is doubted: a page that loads may put it elsewhere
+PATIENCE = 0.25  # [s] of wall time for which a reader who turns the view is let be
 
 
 class Chase:
-    """Keeps a robot in the middle of one page; its reader turns and zooms as before."""
+    """Keeps a robot in the middle of one page; its reader turns and zooms as before.
+
+    What a page reports of its camera is late, and mostly an echo of what it was told. So the
+    camera's place is never built on a report; only a way from robot to camera that nobody told
+    the page is taken over: the reader's.
+    """
 
     def __init__(self, client: Any) -> None:
         """Follow nobody yet; `client` is viser's handle of the page."""
         self._client = client
         self._seen: FloatArray | None = None
         self._offset = CLOSE_UP
-        self._look_due = self._doubt_end = 0.0
+        self._told: deque[FloatArray] = deque(maxlen=ECHOES)
+        self._look_due = self._doubt_end = self._turn_end = 0.0
 
     def rest(self) -> None:
         """Leave the camera where it is; the next robot is come close to."""
@@ -33,25 +44,29 @@ class Chase:
         """Go with a robot at `pose` (3,) in map; `now` is wall time."""
         place = np.array([pose[0], pose[1], 0.0])
         if self._seen is None:
-            self._offset = CLOSE_UP
             self._doubt_end = now + APPROACH
-            self.look(place, place + self._offset)
+            self._offset = CLOSE_UP
+            camera = self._client.camera
+            self._told += [camera.position - camera.look_at, CLOSE_UP]
         elif np.abs(place - self._seen).max() > MOVED:
-            self._go_on(place, place - self._seen)
-        elif self._is_lost(place, now):
-            self.look(place, place + self._offset)
-        else:
+            self._heed_reader(self._seen, now)
+            if now < self._turn_end:
+                return
+        elif not self._is_lost(place, now):
             return
+        self.look(place, place + self._offset)
         self._seen = place
 
-    def _go_on(self, place: FloatArray, step: FloatArray) -> None:
+    def _heed_reader(self, seen: FloatArray, now: float) -> None:
+        """Take over how the reader has turned and zoomed."""
         camera = self._client.camera
-        if np.abs(camera.look_at - place).max() > FOLLOWED:  # it is not there yet
-            self.look(place, place + self._offset)
+        if now < self._doubt_end and np.abs(camera.look_at - seen).max() > COME:
             return
-        self._offset = camera.position - camera.look_at
-        with self._client.atomic():
-            camera.position = camera.position + step  # viser takes look_at along
+        offset = camera.position - camera.look_at
+        if all(np.abs(offset - told).max() > SAME for told in self._told):
+            self._offset = offset
+            self._told.append(offset)
+            self._turn_end = now + PATIENCE
 
     def _is_lost(self, place: FloatArray, now: float) -> bool:
         """Return whether the camera was put elsewhere after it was told to come here."""
