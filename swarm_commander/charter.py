@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +31,8 @@ class Charter:
         robots: Every robot that needs a navigator, and the parameters that are its own.
         common: Parameters that all share.
         sites: Text of the sites file; empty without one.
+        peers: In a large swarm, the ports of the world's host that each robot announces itself
+            to, see `participants`; else empty.
     """
 
     run: str
@@ -39,6 +41,7 @@ class Charter:
     robots: Mapping[str, Flat]
     common: Flat
     sites: str = ""
+    peers: Mapping[str, Sequence[int]] = field(default_factory=dict)
 
     def to_text(self) -> str:
         """Return it as the text of a message."""
@@ -82,6 +85,7 @@ def compose(
     facts: Mapping[str, Any],
     trees: Mapping[str, Mapping[str, Any]],
     sites_path: Path | None,
+    peers: Mapping[str, Sequence[int]],
 ) -> Charter:
     """Return the charter of a run.
 
@@ -91,6 +95,7 @@ def compose(
         facts: World, seed, robot and swarm size.
         trees: Parameter file of each robot.
         sites_path: Sites file, if there is one.
+        peers: See `Charter`.
     """
     flats = {robot: flatten(tree[f"/{robot}/{NODE}"][SECTION]) for robot, tree in trees.items()}
     first = next(iter(flats.values()))
@@ -104,7 +109,7 @@ def compose(
         for robot, flat in flats.items()
     }
     sites = sites_path.read_text(encoding="utf-8") if sites_path is not None else ""
-    return Charter(run, edition, dict(facts), robots, common, sites)
+    return Charter(run, edition, dict(facts), robots, common, sites, dict(peers))
 
 
 def parse(text: str) -> Charter:

@@ -15,6 +15,7 @@ Method names and units are those of Nav2's BasicNavigator. Unlike it, nothing he
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -35,11 +36,10 @@ from nav2_msgs.action import (
     Wait,
 )
 from nav_msgs.msg import Path
-from rclpy.action import ActionClient
 from rclpy.node import Node
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_commander.quiet_action import QuietActionClient
+from swarm_commander.goal_client import GoalClient
 from swarm_commander.task import Task, TaskResult
 from swarm_common.errors import SwarmError
 from swarm_common.ros_io import RELIABLE
@@ -84,7 +84,7 @@ class RobotCommander:
         self._node = node
         self._on_status = on_status
         self._with_feedback = with_feedback
-        self._clients: dict[str, ActionClient | QuietActionClient] = {}
+        self._clients: dict[str, GoalClient] = {}
         self._subscription = node.create_subscription(
             RobotStatus, f"/{self.name}/status", self._take_status, RELIABLE
         )
@@ -162,17 +162,27 @@ class RobotCommander:
             goal: Goal message.
             on_end: Called when it has ended.
         """
-        self.task = Task(on_end)
-        self.task.send(self._client(action, action_type), goal)
+        self.task = Task(self._client(action, action_type), goal, on_end)
         return self.task
+
+    def look(self) -> None:
+        """Ask again for an answer that is overdue; call it now and then."""
+        if self.task is not None:
+            is_busy = self.status is not None and not math.isnan(self.status.goal.x)
+            self.task.look(is_busy)
 
     def cancelTask(self) -> None:
         """Cancel the task in hand."""
         if self.task is not None:
             self.task.cancel()
 
+    def forgetTask(self) -> None:
+        """Have nothing more to do with the task in hand."""
+        self.task = None
+
     def isTaskComplete(self) -> bool:
         """Whether the task has ended; True before the first."""
+        self.look()
         return self.task is None or self.task.is_complete
 
     def getFeedback(self) -> Any:
@@ -227,10 +237,10 @@ class RobotCommander:
         request = ComputePathToPose.Goal(goal=goal, use_start=start is not None)
         if start is not None:
             request.start = start
-        task = Task()
-        task.send(self._client("compute_path_to_pose", ComputePathToPose), request)
+        task = Task(self._client("compute_path_to_pose", ComputePathToPose), request)
         deadline = time.monotonic() + timeout
         while not task.is_complete and time.monotonic() < deadline:
+            task.look(is_busy=False)
             rclpy.spin_once(self._node, timeout_sec=POLL_PERIOD)
         return task.result.path if task.outcome is TaskResult.SUCCEEDED else None
 
@@ -245,10 +255,12 @@ class RobotCommander:
             rclpy.spin_once(self._node, timeout_sec=POLL_PERIOD)
         return str(response.current_state.label) if response is not None else ""
 
-    def _client(self, action: str, action_type: type) -> ActionClient | QuietActionClient:
+    def _client(self, action: str, action_type: type) -> GoalClient:
         if action not in self._clients:
-            make = ActionClient if self._with_feedback else QuietActionClient
-            self._clients[action] = make(self._node, action_type, f"/{self.name}/{action}")
+            name, feedback = f"/{self.name}/{action}", self._with_feedback
+            self._clients[action] = GoalClient(
+                self._node, action_type, name, with_feedback=feedback
+            )
         return self._clients[action]
 
     def _take_status(self, message: RobotStatus) -> None:

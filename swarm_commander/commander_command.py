@@ -94,6 +94,8 @@ class Commander:
                 driver.start()
             while not all(driver.is_over for driver in self._drivers.values()):
                 rclpy.spin_once(self._node, timeout_sec=0.2)
+                for driver in self._drivers.values():
+                    driver.robot.look()
         except KeyboardInterrupt:
             self._abandon()
             raise

@@ -97,6 +97,7 @@ class RobotDriver:
         """The robot is gone: its remaining goals count as failed."""
         if self.itinerary is None:
             return
+        self.robot.forgetTask()
         outcomes = self.itinerary.on_lost(self.tick)
         for outcome in outcomes:
             self._listener.on_settled(self, outcome)
@@ -204,7 +205,7 @@ def _reason(task: Task) -> str:
     if task.outcome is TaskResult.SUCCEEDED:
         return ""
     if task.result is None:
-        return "the robot refused the goal"
+        return task.reason
     code = getattr(task.result, "error_code", 0)
     message = getattr(task.result, "error_msg", "") or task.outcome.name.lower()
     return f"error {code}: {message}" if code else message

@@ -105,9 +105,12 @@ class RobotsRun(ProcessRun):
         for name in self._plan.robots:
             path = self._folder.params / f"{name}.yaml"
             write_parameter_file(path, charter.parameter_file(name, sites))
-            robots.append({"name": name, "params": str(path)})
+            robots.append({"name": name, "params": str(path), "peers": charter.peers.get(name, [])})
         log_dir = str(self._folder.logs)
-        self._configure(HOST, {"robots": robots, "pack": self._plan.pack, "log_dir": log_dir})
+        world = {"world": self._plan.world_address} if charter.peers else {}
+        self._configure(
+            HOST, {"robots": robots, "pack": self._plan.pack, "log_dir": log_dir, **world}
+        )
         self._tell(HOST, {"cmd": "go"})
 
     def _sites_file(self, charter: Charter) -> str:

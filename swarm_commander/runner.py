@@ -174,6 +174,7 @@ class Runner:
                     self._events.write("note", message=f"{name} is silent; its goals count failed")
                     driver.lose()
             self._hurry(driver)
+            driver.robot.look()
 
     def _hurry(self, driver: RobotDriver) -> None:
         if not driver.awaits_status:

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from enum import Enum
+from functools import partial
 from typing import Any
 
 from action_msgs.msg import GoalStatus
-from rclpy.action import ActionClient
 from rclpy.task import Future
 
-from swarm_commander.quiet_action import QuietActionClient
+from swarm_commander.delivery import Action, Delivery, Event, Phase
+from swarm_commander.goal_client import GoalClient, new_goal_id
+
+REFUSED = "the robot refused the goal"
+FORGOTTEN = "the robot does not know the goal any more; was its navigator started anew?"
 
 
 class TaskResult(Enum):
@@ -34,50 +39,83 @@ class Task:
 
     Attributes:
         feedback: Latest feedback message; None before the first.
-        result: Result message; None until the end and for a refused goal.
+        result: Result message; None until the end and for a goal that was refused or forgotten.
         outcome: How it ended; UNKNOWN until then.
-        is_complete: Whether it has ended.
+        reason: Why there is no result at the end.
     """
 
-    def __init__(self, on_end: Callable[[Task], None] | None = None) -> None:
+    def __init__(
+        self, client: GoalClient, goal: Any, on_end: Callable[[Task], None] | None = None
+    ) -> None:
+        """Send a goal."""
         self.feedback: Any = None
         self.result: Any = None
         self.outcome = TaskResult.UNKNOWN
-        self.is_complete = False
+        self.reason = ""
+        self._client = client
+        self._goal = goal
+        self._goal_id = new_goal_id()
         self._on_end = on_end
-        self._handle: Any = None
         self._is_cancelled = False
+        self._delivery = Delivery(time.monotonic())
+        client.listen(self._goal_id, self._take_feedback)
+        self._do(Action.SEND)
 
-    def send(self, client: ActionClient | QuietActionClient, goal: Any) -> None:
-        """Send the goal."""
-        future = client.send_goal_async(goal, feedback_callback=self._take_feedback)
-        future.add_done_callback(self._take_answer)
+    @property
+    def is_complete(self) -> bool:
+        """Whether it has ended."""
+        return self._delivery.phase is Phase.ENDED
 
     def cancel(self) -> None:
         """Ask for the end; harmless when it has come."""
         self._is_cancelled = True
-        if self._handle is not None and not self.is_complete:
-            self._handle.cancel_goal_async()
+        if not self.is_complete:
+            self._client.request_cancel(self._goal_id)
 
-    def _take_feedback(self, message: Any) -> None:
-        self.feedback = message.feedback
+    def look(self, is_busy: bool) -> None:
+        """Ask again for what is overdue; `is_busy` says whether the robot has a goal."""
+        self._do(self._delivery.look(time.monotonic(), is_busy))
+
+    def _do(self, action: Action) -> None:
+        if action is Action.SEND:
+            sent = self._client.send_goal(self._goal_id, self._goal)
+            sent.add_done_callback(self._take_answer)
+        elif action is Action.ASK:
+            asked = self._client.request_result(self._goal_id)
+            asked.add_done_callback(partial(self._take_result, self._delivery.question))
+
+    def _take_feedback(self, feedback: Any) -> None:
+        self.feedback = feedback
 
     def _take_answer(self, future: Future) -> None:
-        self._handle = future.result()
-        if self._handle is None or not self._handle.accepted:
-            self._end(TaskResult.FAILED)
-            return
-        self._handle.get_result_async().add_done_callback(self._take_result)
-        if self._is_cancelled:
+        is_accepted = future.result().accepted
+        self._hear(Event.ACCEPTANCE if is_accepted else Event.REFUSAL)
+        if is_accepted and self._is_cancelled:
             self.cancel()
 
-    def _take_result(self, future: Future) -> None:
+    def _take_result(self, question: int, future: Future) -> None:
         response = future.result()
-        self.result = response.result
-        self._end(_RESULTS.get(response.status, TaskResult.FAILED))
+        if response.status == GoalStatus.STATUS_UNKNOWN:
+            self._hear(Event.UNKNOWN, question)
+            return
+        if not self.is_complete:
+            self.result = response.result
+            self.outcome = _RESULTS.get(response.status, TaskResult.FAILED)
+        self._hear(Event.RESULT)
 
-    def _end(self, outcome: TaskResult) -> None:
-        self.outcome = outcome
-        self.is_complete = True
+    def _hear(self, event: Event, question: int = 0) -> None:
+        known = self._delivery.phase
+        if known is Phase.ENDED:
+            return
+        self._do(self._delivery.hear(event, time.monotonic(), question))
+        if self.is_complete:
+            self._end(known)
+
+    def _end(self, known: Phase) -> None:
+        """Say so; `known` is what was known of the goal just before."""
+        self._client.forget(self._goal_id)
+        if self.result is None:
+            self.outcome = TaskResult.FAILED
+            self.reason = FORGOTTEN if known is Phase.ACCEPTED else REFUSED
         if self._on_end is not None:
             self._on_end(self)

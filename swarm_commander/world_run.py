@@ -48,6 +48,7 @@ class WorldRun(Run):
         )
         self.hosts: list[dict[str, Any]] = []
         self._unserved = set(plan.alive)
+        self._trees: dict[str, dict[str, Any]] = {}  # parameter files
 
     def complete(self, report: dict[str, Any]) -> None:
         """Put the robots' hosts, and what their navigators used, into the report."""
@@ -66,22 +67,24 @@ class WorldRun(Run):
         self._start(WORLD, self._plan.world_config(self._folder.verdict) | trace)
 
     def _prepare_navigators(self, homes: Sequence[Pose]) -> None:
-        trees = {}
         for number, (name, home) in enumerate(
             zip(self._plan.options.robot_names, homes, strict=True), 1
         ):
             if name in self._plan.alive:
-                trees[name] = self._plan.parameter_file(number, home)
-                write_parameter_file(self._folder.params / f"{name}.yaml", trees[name])
-        self._start(REGISTRY, {"charter": asdict(self._charter(trees))})
+                self._trees[name] = self._plan.parameter_file(number, home)
+                write_parameter_file(self._folder.params / f"{name}.yaml", self._trees[name])
+                self._robots.append({"name": name, "peers": []})
 
-    def _charter(self, trees: Mapping[str, Mapping[str, Any]]) -> Charter:
+    def _charter(self) -> Charter:
         options = self._plan.options
         run = f"{self._folder.path.name}-{time.time_ns():x}"
         facts = {name: getattr(options, name) for name in ("world", "seed", "robot", "swarm_size")}
-        return compose(run, edition(), facts, trees, self._plan.sites_path)
+        peers = {robot["name"]: robot["peers"] for robot in self._robots if robot["peers"]}
+        return compose(run, edition(), facts, self._trees, self._plan.sites_path, peers)
 
     def _release_navigators(self) -> None:
+        """Say what the robots' hosts need to start them."""
+        self._start(REGISTRY, {"charter": asdict(self._charter())})
         self._progress.phase("waiting for the robots' hosts")
         self._progress.note(
             f"the world is up; on the hosts of {names_of(self._plan.alive)}, for example:\n"

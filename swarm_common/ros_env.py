@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -14,8 +15,11 @@ MOST_PARTICIPANTS = 120  # of a domain; the ports of more are those of the next 
 FEW_ROBOTS = 30  # up to here every participant may know everybody
 # What another terminal needs to see the same graph in the same way.
 VARIABLES = ("ROS_DOMAIN_ID", DISCOVERY_RANGE, PROFILES)
+LOOPBACK = "127.0.0.1"
 _PROFILE = Path(__file__).resolve().parent / "fastdds.xml"
-_EVERYBODY = "<locator><udpv4><address>127.0.0.1</address></udpv4></locator>"
+_MARK = 'profile_name="swarm"'
+_ADDRESS = re.compile(r"<interfaceWhiteList>\s*<address>(?P<own>[0-9.]+)</address>")
+_PEERS = re.compile(r"<initialPeersList>.*</initialPeersList>", re.DOTALL)
 
 
 def set_defaults() -> None:
@@ -40,15 +44,28 @@ def is_profile_ours() -> bool:
     return os.environ.get(PROFILES) == str(_PROFILE)
 
 
+def bound_address() -> str:
+    """Return the address that all bind to by our profile in effect, or one made of it.
+
+    Empty if the profile is the user's own, or there is none.
+    """
+    path = os.environ.get(PROFILES, "")
+    if not path or not Path(path).is_file():
+        return ""
+    text = Path(path).read_text(encoding="utf-8")
+    found = _ADDRESS.search(text)
+    return found["own"] if found is not None and _MARK in text else ""
+
+
 def is_large(robots: int) -> bool:
     """Whether a swarm is so large that its topics are spread (`participants`).
 
     Then navigators are told whom to meet, and create rarely used servers when these are wanted.
     """
-    return robots > FEW_ROBOTS and is_profile_ours()
+    return robots > FEW_ROBOTS and bool(bound_address())
 
 
-def write_profile(path: Path, ports: Iterable[int], first_free: int) -> None:
+def write_profile(path: Path, ports: Iterable[int], first_free: int, host: str = "") -> None:
     """Write the profile of a process that announces itself to few others.
 
     Robots need not know each other in DDS (their beacons go through the world's radio), and in
@@ -59,15 +76,21 @@ def write_profile(path: Path, ports: Iterable[int], first_free: int) -> None:
     Args:
         path: Of the profile; its folder is made.
         ports: Of those that the process needs.
-        first_free: Participant id that the next newcomer will get.
+        first_free: Participant id that the next newcomer on this host will get.
+        host: Address of those that the process needs, if they are on another host.
     """
+    own = bound_address()
     newcomers = (_unicast_port(i) for i in range(first_free, first_free + NEWCOMERS))
+    needed = ((host or own, port) for port in ports)
     peers = "".join(
-        f"<locator><udpv4><port>{port}</port><address>127.0.0.1</address></udpv4></locator>"
-        for port in dict.fromkeys((*ports, *newcomers))
+        f"<locator><udpv4><port>{port}</port><address>{address}</address></udpv4></locator>"
+        for address, port in dict.fromkeys((*needed, *((own, port) for port in newcomers)))
     )
+    text = Path(os.environ[PROFILES]).read_text(encoding="utf-8")
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(_PROFILE.read_text(encoding="utf-8").replace(_EVERYBODY, peers), "utf-8")
+    path.write_text(
+        _PEERS.sub(f"<initialPeersList>{peers}</initialPeersList>", text), encoding="utf-8"
+    )
 
 
 def world_port() -> int:

@@ -15,6 +15,7 @@ from swarm_common.map_io import load_map
 from swarm_nav.settings import NodeSettings, read_node_settings
 from swarm_nav.situation import terrain_of
 
+AGENT = 0  # participant id of the first process on a host without the world
 PROFILES = "fastdds"  # folder of the processes' profiles, beside the configuration
 
 
@@ -45,7 +46,8 @@ class Grouping:
     """Reads `{"robots": [{"name", "params", "peers"}], "pack", "map", "log_dir"}` of swarm-up.
 
     `peers` are the ports that a robot's process announces itself to, see `participants`; without
-    them it is that of the world in a small swarm.
+    them it is that of the world in a small swarm. `world` is the address of the world's host, if
+    that is another and `peers` are there.
 
     Attributes:
         groups: What to start.
@@ -64,6 +66,7 @@ class Grouping:
             robots = [(robot["name"], robot["params"]) for robot in data["robots"]]
             peers = {robot["name"]: _ports(robot) for robot in data["robots"]}
             pack = int(data.get("pack", 1))
+            self._world = str(data.get("world", ""))
         except (OSError, ValueError, KeyError, TypeError) as cause:
             raise ConfigError(
                 f"{path}: unusable configuration of the navigators: {cause!r}"
@@ -105,12 +108,12 @@ class Grouping:
             terrain_of(settings.config, settings.spec, grid)
 
     def _group(self, robots: list[NodeSettings], peers: Mapping[str, Iterable[int]]) -> Group:
-        if not ros_env.is_profile_ours():
+        if not ros_env.is_profile_ours() and not self._world:
             return Group(tuple(robots))
         ports = dict.fromkeys(port for settings in robots for port in peers[settings.name])
         path = self._folder / f"{robots[0].name}.xml"
-        first_free = ros_env.participant_id(self._everybody[-1]) + 1 + self._processes
-        ros_env.write_profile(path, ports, first_free)
+        newest = AGENT if self._world else ros_env.participant_id(self._everybody[-1])
+        ros_env.write_profile(path, ports, newest + 1 + self._processes, self._world)
         return Group(tuple(robots), path)
 
 

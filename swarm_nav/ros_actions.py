@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from action_msgs.msg import GoalStatus
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.node import Node
@@ -66,6 +67,17 @@ class TickActionServer(ActionServer):  # type: ignore[misc]  # rclpy has no type
         """Begin the goal instead of running a callback for it."""
         del execute_callback
         self._begin(self, goal_handle)
+
+    async def _execute_goal_request(self, request_header_and_message: Any) -> None:
+        """Begin an accepted goal also if its client cannot be told so; rclpy would forget it.
+
+        Then the client has not been found yet: it asks once more.
+        """
+        await super()._execute_goal_request(request_header_and_message)
+        goal_id = bytes(request_header_and_message[1].goal_id.uuid)
+        handle = self._goal_handles.get(goal_id)
+        if handle is not None and handle.status == GoalStatus.STATUS_ACCEPTED:
+            handle.execute()
 
     @property
     def has_listeners(self) -> bool:

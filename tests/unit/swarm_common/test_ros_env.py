@@ -8,9 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from swarm_common import ros_env
+from swarm_common import dds_profile, ros_env
 
-PORTS = ".//{http://www.eprosima.com}initialPeersList//{http://www.eprosima.com}port"
+LOCATORS = ".//{http://www.eprosima.com}initialPeersList//{http://www.eprosima.com}udpv4"
+PORTS = f"{LOCATORS}/{{http://www.eprosima.com}}port"
 
 
 @pytest.fixture(autouse=True)
@@ -48,12 +49,30 @@ def test_robots_announce_themselves_to_those_they_need_and_to_newcomers(
 ) -> None:
     monkeypatch.setenv("ROS_DOMAIN_ID", "3")
     first = 7400 + 250 * 3 + 10
+    ros_env.set_defaults()
     path = tmp_path / "fastdds" / "Srobot1.xml"
     ros_env.write_profile(path, (first, first + 8, first + 8), first_free=21)
     found = ElementTree.parse(path).iterfind(PORTS)
     ports = [int(node.text or 0) for node in found]
     assert ports[:2] == [first, first + 8]
     assert ports[2:] == [first + 2 * i for i in range(21, 21 + ros_env.NEWCOMERS)]
+
+
+def test_robots_announce_themselves_on_the_worlds_host(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = dds_profile.profile("10.0.0.2", dds_profile.peers_of_tools("10.0.0.2", "10.0.0.1"), 0)
+    (tmp_path / "host.xml").write_text(text, encoding="utf-8")
+    monkeypatch.setenv(ros_env.PROFILES, str(tmp_path / "host.xml"))
+    assert ros_env.bound_address() == "10.0.0.2"
+    assert ros_env.is_large(ros_env.FEW_ROBOTS + 1)
+    ros_env.write_profile(tmp_path / "Srobot1.xml", (7410, 7418), 41, "10.0.0.1")
+    tree = ElementTree.parse(tmp_path / "Srobot1.xml")
+    peers = [(node[0].text, node[1].text) for node in tree.iterfind(LOCATORS)]
+    assert peers[:2] == [("7410", "10.0.0.1"), ("7418", "10.0.0.1")]
+    assert {address for _, address in peers[2:]} == {"10.0.0.2"}
+    monkeypatch.setenv(ros_env.PROFILES, str(tmp_path / "Srobot1.xml"))
+    assert ros_env.bound_address() == "10.0.0.2"
 
 
 def test_ports_of_participants(monkeypatch: pytest.MonkeyPatch) -> None:
