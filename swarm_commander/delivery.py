@@ -1,0 +1,146 @@
+"""A goal on its way to an action server and back, over services that may lose a message.
+
+DDS loses an answer when it is sent before both sides have found each other whole, or when a link
+or a process is lost. Whoever waits for it waits for ever, so what is overdue is asked for: the
+server tells of a goal that it knows when that has ended, and of one that it does not know at once.
+A goal is sent again under its old id, which the server takes only once.
+
+No clock, no I/O. https://design.ros2.org/articles/actions.html has the services.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+
+PATIENCE = 3.0  # [s] of wall time for an answer that should come at once,
+MOST_PATIENCE = 60.0  # [s] and at most, as it doubles while nothing is heard
+TASK_TIME = 30.0  # [s] after which a result of a robot that is busy is asked for once more,
+MOST_TASK_TIME = 480.0  # [s] and at most
+
+
+class Phase(Enum):
+    """How much is known about a goal."""
+
+    SENT = "sent"
+    DOUBTED = "doubted"  # no answer; asked whether the server knows the goal
+    SENT_AGAIN = "sent again"
+    REFUSED = "refused"  # as a whole, or only a second copy; asked which
+    ACCEPTED = "accepted"  # asked for the result
+    ENDED = "ended"
+
+
+class Event(Enum):
+    """What is heard of it."""
+
+    ACCEPTANCE = "acceptance"
+    REFUSAL = "refusal"
+    RESULT = "result"
+    UNKNOWN = "unknown"  # the server does not know the goal
+    OVERDUE = "overdue"
+
+
+class Action(Enum):
+    """What is to be done then."""
+
+    NOTHING = "nothing"
+    SEND = "send"
+    ASK = "ask"  # for the result
+
+
+TRANSITIONS: dict[Phase, dict[Event, tuple[Phase, Action]]] = {
+    Phase.SENT: {
+        Event.ACCEPTANCE: (Phase.ACCEPTED, Action.ASK),
+        Event.REFUSAL: (Phase.ENDED, Action.NOTHING),
+        Event.OVERDUE: (Phase.DOUBTED, Action.ASK),
+    },
+    Phase.DOUBTED: {
+        Event.ACCEPTANCE: (Phase.ACCEPTED, Action.ASK),
+        Event.REFUSAL: (Phase.REFUSED, Action.ASK),
+        Event.RESULT: (Phase.ENDED, Action.NOTHING),
+        Event.UNKNOWN: (Phase.SENT_AGAIN, Action.SEND),
+        Event.OVERDUE: (Phase.DOUBTED, Action.ASK),
+    },
+    Phase.SENT_AGAIN: {
+        Event.ACCEPTANCE: (Phase.ACCEPTED, Action.ASK),
+        Event.REFUSAL: (Phase.REFUSED, Action.ASK),
+        Event.RESULT: (Phase.ENDED, Action.NOTHING),
+        Event.UNKNOWN: (Phase.SENT_AGAIN, Action.NOTHING),  # asked before it was sent again
+        Event.OVERDUE: (Phase.DOUBTED, Action.ASK),
+    },
+    Phase.REFUSED: {
+        Event.ACCEPTANCE: (Phase.ACCEPTED, Action.ASK),
+        Event.REFUSAL: (Phase.REFUSED, Action.NOTHING),
+        Event.RESULT: (Phase.ENDED, Action.NOTHING),
+        Event.UNKNOWN: (Phase.ENDED, Action.NOTHING),
+        Event.OVERDUE: (Phase.REFUSED, Action.ASK),
+    },
+    Phase.ACCEPTED: {
+        Event.ACCEPTANCE: (Phase.ACCEPTED, Action.NOTHING),
+        Event.REFUSAL: (Phase.ACCEPTED, Action.NOTHING),  # of a second copy
+        Event.RESULT: (Phase.ENDED, Action.NOTHING),
+        Event.UNKNOWN: (Phase.ENDED, Action.NOTHING),  # the server was started anew
+        Event.OVERDUE: (Phase.ACCEPTED, Action.ASK),
+    },
+    Phase.ENDED: {event: (Phase.ENDED, Action.NOTHING) for event in Event},
+}
+
+
+class Delivery:
+    """State of one goal.
+
+    Attributes:
+        phase: How much is known about it.
+        question: Number of the newest request for the result; an answer UNKNOWN to an older one
+            says nothing about now.
+    """
+
+    def __init__(self, now: float) -> None:
+        """Begin with a goal that is sent at wall time `now`."""
+        self.phase = Phase.SENT
+        self.question = 0
+        self._since = now
+        self._patience = PATIENCE
+        self._task_time = TASK_TIME
+
+    def hear(self, event: Event, now: float, question: int = 0) -> Action:
+        """Take what has been heard at wall time `now`; return what is to be done.
+
+        Args:
+            event: What it is.
+            now: Wall time [s].
+            question: For UNKNOWN, the number of the request that it answers.
+        """
+        if event is Event.UNKNOWN and question != self.question:
+            return Action.NOTHING
+        try:
+            self.phase, action = TRANSITIONS[self.phase][event]
+        except KeyError:
+            raise ValueError(
+                f"{event.name} cannot happen to a goal that is {self.phase.value}"
+            ) from None
+        if event is not Event.OVERDUE:
+            self._patience = PATIENCE
+        if action is not Action.NOTHING:
+            self._since = now
+            self.question += action is Action.ASK
+        return action
+
+    def look(self, now: float, is_busy: bool) -> Action:
+        """Notice that something is overdue; return what is to be done.
+
+        Args:
+            now: Wall time [s].
+            is_busy: Whether the robot is known to have a goal.
+        """
+        waited = now - self._since
+        if self.phase is Phase.ENDED:
+            return Action.NOTHING
+        if self.phase is Phase.ACCEPTED and is_busy:
+            if waited < self._task_time:
+                return Action.NOTHING
+            self._task_time = min(2.0 * self._task_time, MOST_TASK_TIME)
+        else:
+            if waited < self._patience:
+                return Action.NOTHING
+            self._patience = min(2.0 * self._patience, MOST_PATIENCE)
+        return self.hear(Event.OVERDUE, now)
