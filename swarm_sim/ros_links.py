@@ -169,13 +169,19 @@ class RobotLink:
         return self._commands if self.command is None else self._beacons
 
     def take_answers(self) -> None:
-        """Take what the robot has sent."""
+        """Take what the robot has sent; in lockstep no more than its answer."""
         if self.is_gone:
             return
-        while (data := self._beacons.take()) is not None:
-            self._take_beacon(data)
-        while (data := self._commands.take()) is not None:
+        while self.command is None or self._is_free_run:
+            if (data := self._commands.take()) is None:
+                break
             self._read_command(data)
+        if self.command is None and not self._is_free_run:
+            return  # robots send it last: most looks end here, and each costs
+        while self.beacon is None or self._is_free_run:
+            if (data := self._beacons.take()) is None:
+                break
+            self._take_beacon(data)
 
     def publish_for_viewers(
         self, pose_odom: Pose, joints: tuple[list[str], list[float], list[float]] | None
