@@ -1,7 +1,8 @@
-"""`swarm-commander spawn | remove | move | list | reset`: robots of a running swarm come and go."""
+"""`swarm-commander spawn | remove | move | list | reset`: robots and things come and go."""
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -21,6 +22,7 @@ from simulation_interfaces.srv import (
 from swarm_interfaces.msg import RobotStatus
 
 from swarm_commander.domain import domain_id
+from swarm_commander.thing_request import thing_request
 from swarm_common import ros_io
 from swarm_common.errors import ConfigError
 from swarm_common.records import Pose
@@ -34,20 +36,43 @@ ACTIVE_LIMIT = 60.0  # [s] of wall time for a new navigator to be there
 fleet_app = typer.Typer(
     add_completion=False,
     rich_markup_mode=None,
-    help="Robots of a running swarm come, go and are put elsewhere.",
+    help="Robots and things come to a running swarm, go, and are put elsewhere.",
 )
 
 
 @fleet_app.command("spawn")
 def spawn(
-    name: Annotated[str, typer.Argument(help="Like Srobot7.  [default: the next free]")] = "",
+    name: Annotated[
+        str, typer.Argument(help="Like Srobot7, or a thing's.  [default: the next free]")
+    ] = "",
     robot: Annotated[str, typer.Option(help="Name or path of a robot model.")] = DEFAULT_ROBOT,
     pose: Annotated[
         tuple[float, float, float] | None,
-        typer.Option(help="X Y YAW in the map.  [default: a free place of the start area]"),
+        typer.Option(
+            help="X Y YAW in the map; things need one.  [default: a free place of the start area]"
+        ),
+    ] = None,
+    thing: Annotated[
+        str, typer.Option("--object", help="A thing instead: .sdf, .urdf, or model://NAME.")
+    ] = "",
+    box: Annotated[
+        tuple[float, float, float] | None, typer.Option(help="A box instead: X Y Z edges [m].")
+    ] = None,
+    cylinder: Annotated[
+        tuple[float, float] | None, typer.Option(help="A cylinder instead: RADIUS HEIGHT [m].")
+    ] = None,
+    mass: Annotated[
+        float | None,
+        typer.Option(help="Of box or cylinder [kg], which can be pushed then; else it stands."),
     ] = None,
 ) -> None:
-    """Add a robot to a running swarm, with its navigator."""
+    """Add a robot to a running swarm, with its navigator, or a thing."""
+    if thing or box is not None or cylinder is not None:
+        request = thing_request(name, thing, box, cylinder, mass, pose)
+        with _node() as node:
+            new = _ask(node, SpawnEntity, "spawn_entity", request).entity_name
+            typer.echo(f"{new} is there, at {_place(_states(node, f'^{re.escape(new)}$')[new])}")
+        return
     find_robot(robot)
     request = SpawnEntity.Request(name=name)
     request.entity_resource.uri = robot
@@ -62,8 +87,10 @@ def spawn(
 
 
 @fleet_app.command("remove")
-def remove(names: Annotated[list[str], typer.Argument(help="Like Srobot7.")]) -> None:
-    """Take robots out of a running swarm; their navigators end."""
+def remove(
+    names: Annotated[list[str], typer.Argument(help="Like Srobot7, or a thing.")],
+) -> None:
+    """Take robots, whose navigators end, or things out of a running swarm."""
     with _node() as node:
         for name in names:
             _ask(node, DeleteEntity, "delete_entity", DeleteEntity.Request(entity=name))
@@ -89,7 +116,7 @@ def move(
 
 @fleet_app.command("list")
 def list_() -> None:
-    """List robots, and things that can be pushed, with their true poses."""
+    """List robots, things that can be pushed, and things that came, with their true poses."""
     with _node() as node:
         states = _states(node, "")
     width = max(map(len, states), default=0)
@@ -99,7 +126,7 @@ def list_() -> None:
 
 @fleet_app.command("reset")
 def reset() -> None:
-    """Take spawned robots out, and put the others and all things where they were at first."""
+    """Take out what was spawned, and put all others where they were at first."""
     with _node() as node:
         _ask(node, ResetSimulation, "reset_simulation", ResetSimulation.Request())
     typer.echo("all are where they were at first; simulated time and goals go on")

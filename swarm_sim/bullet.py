@@ -10,33 +10,19 @@ import pybullet
 
 from swarm_common.records import CONTROL_PERIOD, Pose, RobotSpec
 from swarm_common.shapes import Transform
-from swarm_sim.bullet_bodies import (
-    add_ground,
-    add_robot,
-    add_walker,
-    push,
-    put,
-    set_asleep,
-    solid_bodies,
-)
+from swarm_sim.bullet_bodies import add_ground, add_robot, push, put, set_asleep
 from swarm_sim.bullet_contacts import Contacts
 from swarm_sim.bullet_kernels import ramp_all
-from swarm_sim.bullet_objects import BulletObjects, add_piece, pieces_of
+from swarm_sim.bullet_surroundings import Surroundings
 from swarm_sim.drive import Wheels
 from swarm_sim.engine import Approach, FloatArray, Touch
 from swarm_sim.objects import Objects
-from swarm_sim.planar import pack_polygons
 from swarm_sim.robot_model import RobotModel
 from swarm_sim.scene import Body
-from swarm_sim.section import section_between
 from swarm_sim.walkers import Walkers
 
 MOTOR_TORQUE = 1.4  # [N m] stall torque of a wheel's motor
-SOLVER_ITERATIONS = 10
-CONTACT_BREAKING = 0.0005  # [m]
-CONTACT_BREAKING_LOOSE = 0.006  # [m] where things can be pushed; with less they sink while sliding
 REST_TICKS = 3  # that a robot stands before it is left out
-NO_REACHES: FloatArray = np.zeros(0)
 SETTLE_STEPS = 50  # in which the robots come to rest before tick 0
 
 
@@ -46,19 +32,17 @@ class BulletEngine:
     def __init__(
         self,
         bodies: Sequence[Body],
-        heights: tuple[float, float],
         specs: Sequence[RobotSpec],
         models: Sequence[RobotModel],
         poses: Sequence[Pose],
         physics_period: float,
         walkers: Walkers,
-        objects: Objects | None = None,
+        objects: Objects,
     ) -> None:
         """Build the bodies and let them settle.
 
         Args:
             bodies: Of the scene.
-            heights: Between which a body is an obstacle to robots.
             specs: One per robot.
             models: One per robot.
             poses: Start poses in the map frame, one per robot.
@@ -71,13 +55,9 @@ class BulletEngine:
         self._period = physics_period
         self._client = pybullet.connect(pybullet.DIRECT)
         try:
-            self._configure(objects is not None and len(objects.loose) > 0)
+            pybullet.setGravity(0.0, 0.0, -9.81, physicsClientId=self._client)
             add_ground(self._client)
-            self._objects = objects
-            loose = objects is not None and len(objects.loose) > 0  # may stand on what is high up
-            self._add_obstacles(bodies if loose else solid_bodies(bodies, *heights), heights)
-            self._add_objects()
-            self._add_walkers(walkers)
+            self._around = Surroundings(self._client, physics_period, bodies, objects, walkers)
             self._robots = [
                 add_robot(self._client, model, spec, pose)
                 for model, spec, pose in zip(models, specs, poses, strict=True)
@@ -96,15 +76,8 @@ class BulletEngine:
         self.twists: FloatArray = np.zeros((count, 3))
         self.travels: FloatArray = np.zeros((count, 2))
         self.yaws_gyro: FloatArray = np.zeros(count)
-        self._contacts = Contacts(
-            self._client,
-            specs,
-            [robot.body for robot in self._robots],
-            self._obstacles,
-            self._walls,
-            walkers.speeds,
-            self._objects.reaches if self._objects is not None else NO_REACHES,
-        )
+        self._contacts = Contacts(self._client, specs, [robot.body for robot in self._robots])
+        self._surround()
         self._settle()
 
     @property
@@ -122,9 +95,9 @@ class BulletEngine:
         touches: list[Touch] = []
         suspects = self._contacts.suspects()
         self._put_to_rest(targets)
-        self._walkers.begin()
-        if self._objects is not None:
-            self._objects.vehicles.begin()
+        walkers, vehicles = self._around.walkers, self._around.objects.vehicles
+        walkers.begin()
+        vehicles.begin()
         guess = self.poses.copy()  # of the robots, for the walkers to look at
         for step in range(self._steps):
             self._drive(targets)
@@ -134,11 +107,10 @@ class BulletEngine:
                 touch = self._contacts.touch(suspect, step)
                 if touch is not None:
                     touches.append(touch)
-        touches += self._walkers.touches()
-        if self._objects is not None:
-            touches += self._objects.vehicles.touches()
+        touches += walkers.touches()
+        touches += vehicles.touches()
         self._read()
-        self._contacts.measure(self.poses, self._walkers.discs)
+        self._measure()
         return touches
 
     def add(self, spec: RobotSpec, model: RobotModel | None, pose: FloatArray) -> None:
@@ -162,7 +134,7 @@ class BulletEngine:
         self.yaws_gyro = np.append(self.yaws_gyro, 0.0)
         self._contacts.add(spec, body.body)
         self._set_motors([index])
-        self._contacts.measure(self.poses, self._walkers.discs)
+        self._measure()
 
     def place(self, robot: int, pose: FloatArray) -> None:
         """Put a robot elsewhere, where it stands."""
@@ -172,7 +144,7 @@ class BulletEngine:
         self._speeds[robot] = 0.0
         self.poses[robot], self.twists[robot] = pose, 0.0
         self._set_motors([robot])
-        self._contacts.measure(self.poses, self._walkers.discs)
+        self._measure()
 
     def restart(self, robot: int) -> None:
         """Let what a robot's wheels and gyro report begin at 0 again."""
@@ -180,10 +152,29 @@ class BulletEngine:
 
     def place_object(self, index: int, place: Transform) -> None:
         """Put something that can be pushed elsewhere."""
-        assert self._objects is not None
-        self._object_bodies.put(index, place)
-        self._contacts.move_objects(self._objects.outlines())
-        self._contacts.measure(self.poses, self._walkers.discs)
+        self._around.bodies.put(index, place)
+        self._contacts.move_objects(self._around.objects.outlines())
+        self._measure()
+
+    def add_object(self, body: Body) -> None:
+        """Take another thing, behind all that can be pushed."""
+        self._around.add(body)
+        self._surround()
+        self._measure()
+
+    def remove_object(self, index: int) -> None:
+        """Take a thing out; those behind it move up."""
+        self._around.remove(index)
+        self._surround()
+        self._measure()
+
+    def _surround(self) -> None:
+        around = self._around
+        speeds = around.walkers.speeds
+        self._contacts.surround(around.obstacles, around.outlines, around.reaches, speeds)
+
+    def _measure(self) -> None:
+        self._contacts.measure(self.poses, self._around.walkers.discs)
 
     def joint_state(self, robot: int) -> tuple[list[str], list[float], list[float]]:
         """Return names, positions and velocities of a robot's wheel joints."""
@@ -196,63 +187,10 @@ class BulletEngine:
             pybullet.disconnect(physicsClientId=self._client)
             self._client = -1
 
-    def _configure(self, has_loose: bool) -> None:
-        pybullet.setGravity(0.0, 0.0, -9.81, physicsClientId=self._client)
-        pybullet.setPhysicsEngineParameter(
-            fixedTimeStep=self._period,
-            numSolverIterations=SOLVER_ITERATIONS,
-            enableConeFriction=0,
-            contactBreakingThreshold=CONTACT_BREAKING_LOOSE if has_loose else CONTACT_BREAKING,
-            deterministicOverlappingPairs=1,
-            physicsClientId=self._client,
-        )
-
-    def _add_obstacles(self, bodies: Sequence[Body], heights: tuple[float, float]) -> None:
-        """Add bodies, and their outlines for the broad phase."""
-        self._obstacles: list[tuple[int, str]] = []  # of each outline: body, name
-        outlines: list[FloatArray] = []
-        self._standing: list[tuple[int, str]] = []  # of each body
-        for body in bodies:
-            for piece in pieces_of(body):
-                identifiers = add_piece(self._client, piece)
-                self._standing += [(identifier, body.name) for identifier in identifiers]
-                for outline in section_between([piece], *heights).outlines():
-                    for identifier in identifiers:
-                        outlines.append(outline)
-                        self._obstacles.append((identifier, body.name))
-        self._walls = pack_polygons(outlines)
-
-    def _add_objects(self) -> None:
-        """Add what can be pushed and vehicles; in `_obstacles` they follow what stands."""
-        if self._objects is None or not len(self._objects):
-            self._objects = None
-            return
-        self._object_bodies = BulletObjects(self._client, self._objects)
-        self._object_bodies.check_overlaps(self._standing)
-        self._obstacles += list(zip(self._object_bodies.bodies, self._objects.names, strict=True))
-        self._walls = pack_polygons([*self._walls, *self._objects.outlines()])
-
-    def _add_walkers(self, walkers: Walkers) -> None:
-        """Add the walkers' bodies; in `_obstacles` they follow the outlines."""
-        self._walkers = walkers
-        for spec in walkers.specs:
-            identifier = add_walker(self._client, spec.radius, spec.height)
-            self._obstacles.append((identifier, spec.name))
-        self._place_walkers()
-
-    def _place_walkers(self) -> None:
-        """Move the walkers' bodies to where the walkers are."""
-        bodies = self._obstacles[len(self._walls) :]
-        for spec, (identifier, _), disc in zip(
-            self._walkers.specs, bodies, self._walkers.discs.tolist(), strict=True
-        ):
-            pybullet.resetBasePositionAndOrientation(
-                identifier, [disc[0], disc[1], spec.height / 2], [0, 0, 0, 1], self._client
-            )
-
     def _walk(self, guess: FloatArray, step: int) -> None:
         """Let the walkers walk for one step among robots that move on as their motors aim."""
-        if not len(self._walkers) and self._objects is None:
+        around = self._around
+        if around.is_still:
             return
         speed, turn, slide = self._speeds.T
         guess[:, 0] += speed * np.cos(guess[:, 2]) * self._period
@@ -261,12 +199,12 @@ class BulletEngine:
             guess[:, 0] -= slide * np.sin(guess[:, 2]) * self._period
             guess[:, 1] += slide * np.cos(guess[:, 2]) * self._period
         guess[:, 2] += turn * self._period
-        if len(self._walkers):
-            self._walkers.step(guess, speed, self._contacts.hulls, self._period, step)
-            self._place_walkers()
-        if self._objects is not None and len(self._objects.vehicles):
-            self._objects.vehicles.step(guess, speed, self._contacts.hulls, self._period, step)
-            self._object_bodies.place_vehicles()
+        if len(around.walkers):
+            around.walkers.step(guess, speed, self._contacts.hulls, self._period, step)
+            around.place_walkers()
+        if len(around.objects.vehicles):
+            around.objects.vehicles.step(guess, speed, self._contacts.hulls, self._period, step)
+            around.bodies.place_vehicles()
 
     def _settle(self) -> None:
         self._set_motors(range(len(self._robots)))
@@ -275,7 +213,7 @@ class BulletEngine:
         self._read()
         self.travels[:] = 0.0
         self.yaws_gyro[:] = 0.0
-        self._contacts.measure(self.poses, self._walkers.discs)
+        self._measure()
 
     def _drive(self, targets: FloatArray) -> None:
         """Move the motors' aims one step towards the targets."""
@@ -311,9 +249,9 @@ class BulletEngine:
     def _read(self) -> None:
         """Take over poses, speeds and joints from the engine."""
         client = self._client
-        if self._objects is not None:
-            self._object_bodies.read()
-            self._contacts.move_objects(self._objects.outlines())
+        if len(self._around.objects):
+            self._around.bodies.read()
+            self._contacts.move_objects(self._around.objects.outlines())
         places = np.empty((len(self._robots), 7))
         velocities = np.empty((len(self._robots), 6))
         for i, robot in enumerate(self._robots):

@@ -33,37 +33,44 @@ class Contacts:
         client: int,
         specs: Sequence[RobotSpec],
         robots: Sequence[int],
-        obstacles: Sequence[tuple[int, str]],
-        outlines: FloatArray,
-        walker_speeds: FloatArray,
-        object_reaches: FloatArray,
     ) -> None:
-        """Prepare the arrays.
+        """Prepare the arrays of the robots; `surround` has to follow.
 
         Args:
             client: Of the engine.
             specs: One per robot.
             robots: Body of each robot.
-            obstacles: Body and name of each outline, then of each walker.
-            outlines: Packed polygons (m, c, 2) of what stands, then of objects.
-            walker_speeds: [m/s] of each walker.
-            object_reaches: [m] that each object may move in a control period.
         """
-        count = len(specs)
         self._client = client
         self._robots = list(robots)
-        self._obstacles = list(obstacles)
-        self._walls, self._bounds = outlines, bounds_of(outlines)
         self.hulls = np.stack([pad_polygon(np.array(s.footprint), MAX_CORNERS) for s in specs])
         self.radii = np.array([s.circumscribed_radius for s in specs])
         self._reaches = np.array([_speed(s) for s in specs]) * CONTROL_PERIOD + REACH_SLACK
+        self.approaches: list[Approach] = []
+
+    def surround(
+        self,
+        obstacles: Sequence[tuple[int, str]],
+        outlines: FloatArray,
+        object_reaches: FloatArray,
+        walker_speeds: FloatArray,
+    ) -> None:
+        """Take what there is beside robots; `measure` has to follow.
+
+        Args:
+            obstacles: Body and name of each outline, then of each walker.
+            outlines: Packed polygons (m, c, 2) of what stands, then of objects.
+            object_reaches: [m] that each object may move in a control period.
+            walker_speeds: [m/s] of each walker.
+        """
+        self._obstacles = list(obstacles)
+        self._walls, self._bounds = outlines, bounds_of(outlines)
         still = np.zeros(len(outlines) - len(object_reaches))
         self._first_object = len(still)
         self._obstacle_reaches = np.concatenate(
             [still, object_reaches, walker_speeds * CONTROL_PERIOD]
         )
-        self.approaches: list[Approach] = []
-        self._make_room(count)
+        self._make_room(len(self._robots))
 
     def _make_room(self, count: int) -> None:
         self._robot_gaps = np.empty((count * (count - 1) // 2, 3))

@@ -82,13 +82,11 @@ class BulletObjects:
         """Add all bodies where they start."""
         self._client = client
         self._objects = objects
-        if objects.loose:
-            _add_floor(client)
-        self._centers = [_center(body) for body in objects.loose]
-        self._loose = [
-            _add_loose(client, body, center)
-            for body, center in zip(objects.loose, self._centers, strict=True)
-        ]
+        self._has_floor = False
+        self._centers: list[FloatArray] = []
+        self._loose: list[int] = []
+        for body in objects.loose:
+            self.add(body)
         self._vehicles = [add_obstacle(client, body) for body in objects.vehicles.bodies()]
         for vehicle in self._vehicles:
             pybullet.setCollisionFilterGroupMask(
@@ -96,9 +94,25 @@ class BulletObjects:
             )
 
     @property
-    def bodies(self) -> list[int]:
-        """Ids in the order of `Objects.names`."""
+    def ids(self) -> list[int]:
+        """Of the bodies in the order of `Objects.names`."""
         return self._loose + self._vehicles
+
+    def add(self, body: Body) -> None:
+        """Take another body behind the loose ones; a static one stays where it is."""
+        if not body.is_static and not self._has_floor:
+            _add_floor(self._client)
+            self._has_floor = True
+        center = np.zeros(3) if body.is_static else _center(body)
+        make = add_obstacle if body.is_static else _add_loose
+        self._centers.append(center)
+        self._loose.append(make(self._client, body))
+
+    def remove(self, index: int) -> None:
+        """Take a loose body out; those that stood on it fall."""
+        pybullet.removeBody(self._loose.pop(index), physicsClientId=self._client)
+        del self._centers[index]
+        self._wake()
 
     def check_overlaps(self, others: Sequence[tuple[int, str]]) -> None:
         """Refuse something loose that begins inside something else.
@@ -128,15 +142,19 @@ class BulletObjects:
         body, center = self._loose[index], self._centers[index]
         position, quaternion = position_quaternion(place)
         position = (place[:3, 3] + place[:3, :3] @ center).tolist()
-        pybullet.changeDynamics(
-            body,
-            -1,
-            activationState=pybullet.ACTIVATION_STATE_WAKE_UP,
-            physicsClientId=self._client,
-        )
+        self._wake()
         pybullet.resetBasePositionAndOrientation(body, position, quaternion, self._client)
         pybullet.resetBaseVelocity(body, [0.0] * 3, [0.0] * 3, self._client)
         self._objects.place(index, place)
+
+    def _wake(self) -> None:
+        for body in self._loose:
+            pybullet.changeDynamics(
+                body,
+                -1,
+                activationState=pybullet.ACTIVATION_STATE_WAKE_UP,
+                physicsClientId=self._client,
+            )
 
     def place_vehicles(self) -> None:
         """Move the vehicles' bodies to where the vehicles are."""
@@ -173,7 +191,7 @@ def _center(body: Body) -> FloatArray:
     return center
 
 
-def _add_loose(client: int, body: Body, center: FloatArray) -> int:
+def _add_loose(client: int, body: Body) -> int:
     shape = compound(client, [(part.shape, part.body_from_part) for part in body.parts])
     position, quaternion = position_quaternion(body.world_from_body)
     identifier = int(
@@ -182,7 +200,7 @@ def _add_loose(client: int, body: Body, center: FloatArray) -> int:
             shape,
             basePosition=position,
             baseOrientation=quaternion,
-            baseInertialFramePosition=center.tolist(),
+            baseInertialFramePosition=_center(body).tolist(),
             physicsClientId=client,
         )
     )

@@ -137,7 +137,7 @@ class ChangingWorld(World):
 
     @property
     def loose(self) -> tuple[Body, ...]:
-        """What can be pushed, where it was at the start."""
+        """What can be pushed, and what came at run time, where it was at first."""
         return self._objects.loose
 
     def place_of(self, index: int) -> Transform:
@@ -147,6 +147,24 @@ class ChangingWorld(World):
     def place_object(self, index: int, place: Transform) -> None:
         """Put something loose elsewhere."""
         self._engine.place_object(index, place)
+
+    def add_object(self, body: Body) -> int:
+        """Take another thing, which can be pushed unless it is static; return its index.
+
+        Whether there is room is not checked here.
+        """
+        self._engine.add_object(body)
+        self._watch_objects()
+        return len(self.loose) - 1
+
+    def remove_object(self, index: int) -> None:
+        """Take something loose out; those behind it move up."""
+        self._engine.remove_object(index)
+        self._watch_objects()
+
+    def _watch_objects(self) -> None:
+        if self._lidars is not None:
+            self._lidars.watch(self._objects)
 
     def _renew_lidars(self) -> None:
         if self._lidars is not None:

@@ -2,51 +2,25 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import Enum
+
+import shapely
 
 from swarm_common.errors import SwarmError, WorldError
 from swarm_common.grid import FREE, Grid
 from swarm_common.records import Pose, RobotSpec
 from swarm_common.robot_io import Robot, open_robot
-from swarm_common.shapes import Transform
 from swarm_sim.changing_world import ChangingWorld
+from swarm_sim.refusal import Reason, RefusedError
 from swarm_sim.spawn import spawn_poses
-from swarm_sim.things import check_room_for
+from swarm_sim.things import outline_of
 from swarm_sim.vacancy import check_height, check_vacancy
 
 NAME = re.compile(r"Srobot([1-9][0-9]{0,4})")
 MOST = 65535  # number of a robot, which beacons carry in 16 bits
 LIMIT = 200  # robots present at a time
-
-
-class Reason(Enum):
-    """Why something is refused."""
-
-    NAME_TAKEN = "name taken"
-    NAME_INVALID = "name invalid"
-    NO_MODEL = "no model"
-    BAD_MODEL = "bad model"
-    BAD_PLACE = "bad place"
-    UNKNOWN = "unknown"
-    UNSUPPORTED = "unsupported"
-    FAILED = "failed"
-
-
-class RefusedError(SwarmError):
-    """A change of the world that is not made.
-
-    Attributes:
-        reason: For who does not read the message.
-    """
-
-    def __init__(self, reason: Reason, message: str) -> None:
-        """Keep the reason beside the message."""
-        super().__init__(message)
-        self.reason = reason
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +62,6 @@ class Crew:
         self._spawn = spawn
         self._first = len(homes)  # robots that came with the world
         self._highest = max([number_of(name) for name in world.names], default=0)
-        self._things = [body.world_from_body for body in world.loose]
 
     # Who is there
 
@@ -96,11 +69,6 @@ class Crew:
     def robots(self) -> list[str]:
         """Names of the robots that are there."""
         return [self._world.names[robot] for robot in self._world.present]
-
-    @property
-    def things(self) -> list[str]:
-        """Names of what can be pushed."""
-        return [body.name for body in self._world.loose]
 
     def robot(self, name: str) -> int:
         """Return the index of a robot that is there.
@@ -114,7 +82,8 @@ class Crew:
         raise self._unknown(name)
 
     def _unknown(self, name: str) -> RefusedError:
-        known = ", ".join([*self.robots, *self.things]) or "nobody"
+        things = [body.name for body in self._world.loose]
+        known = ", ".join([*self.robots, *things]) or "nobody"
         return RefusedError(Reason.UNKNOWN, f"there is no '{name}'; there are {known}")
 
     # Coming and going
@@ -158,10 +127,8 @@ class Crew:
         """Take a robot out; return its index.
 
         Raises:
-            RefusedError: If there is no such robot, or it is no robot.
+            RefusedError: If there is no such robot.
         """
-        if name in self.things:
-            raise RefusedError(Reason.UNSUPPORTED, f"'{name}' belongs to the world file; it stays")
         robot = self.robot(name)
         self._world.remove(robot, number_of(name))
         return robot
@@ -177,34 +144,18 @@ class Crew:
         self._put(robot, pose)
         return robot
 
-    def move_thing(self, name: str, place: Transform) -> None:
-        """Put something that can be pushed elsewhere.
-
-        Raises:
-            RefusedError: If there is no such thing, or a robot or a wall is there.
-        """
-        if name not in self.things:
-            raise self._unknown(name)
-        index = self.things.index(name)
-        try:
-            check_room_for(self._world, index, place)
-        except WorldError as error:
-            raise RefusedError(Reason.BAD_PLACE, str(error)) from error
-        self._world.place_object(index, place)
-
     def send_home(self) -> list[tuple[int, Pose]]:
-        """Put robots and things where they were at first; return which robots, and where.
+        """Put all robots where they were at first; return which, and where.
+
+        Things have to be put there next: their first places are checked, not their present ones.
 
         Raises:
             RefusedError: If somebody is in the way; nothing has been moved then.
         """
-        world = self._world
-        homes = [(robot, self._homes[robot]) for robot in world.present]
+        homes = [(robot, self._homes[robot]) for robot in self._world.present]
         self._check_homes(homes)
         for robot, home in homes:
             self._put(robot, home)
-        for index, place in enumerate(self._things):
-            world.place_object(index, place)
         return homes
 
     def settle(self, robot: int) -> None:
@@ -295,17 +246,20 @@ class Crew:
 
     def _check_homes(self, homes: Sequence[tuple[int, Pose]]) -> None:
         world = self._world
-        radii = [world.specs[robot].circumscribed_radius for robot, _ in homes]
-        circles = [(home.x, home.y, r) for (_, home), r in zip(homes, radii, strict=True)]
-        for number, (x, y, radius) in enumerate(circles):
-            name = world.names[homes[number][0]]
-            taken = (*circles[:number], *world.walkers().tolist())
-            for other_x, other_y, other in taken:
-                if math.hypot(other_x - x, other_y - y) < radius + other:
-                    raise RefusedError(
-                        Reason.BAD_PLACE,
-                        f"the start of {name}, ({x:.2f}, {y:.2f}), is taken; nothing was moved",
-                    )
+        things = [(body.name, outline_of(body, world.heights)) for body in world.loose]
+        taken = [shapely.Point(x, y).buffer(radius) for x, y, radius in world.walkers().tolist()]
+        for robot, home in homes:
+            radius = world.specs[robot].circumscribed_radius
+            place = shapely.Point(home.x, home.y)
+            names = [name for name, outline in things if outline.distance(place) < radius]
+            if names or any(other.distance(place) < radius for other in taken):
+                by = f" by '{names[0]}'" if names else ""
+                raise RefusedError(
+                    Reason.BAD_PLACE,
+                    f"the start of {world.names[robot]}, ({home.x:.2f}, {home.y:.2f}), is "
+                    f"taken{by}; nothing was moved",
+                )
+            taken.append(place.buffer(radius))
 
 
 def number_of(name: str) -> int:

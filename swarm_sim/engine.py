@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from swarm_common.records import RobotSpec
 from swarm_common.shapes import Transform
 from swarm_sim.robot_model import RobotModel
+from swarm_sim.scene import Body
 
 FloatArray = NDArray[np.float64]
 NEAR = 0.5  # [m] clearances beyond this are not measured
@@ -94,6 +95,14 @@ class Engine(Protocol):
 
     def place_object(self, index: int, place: Transform) -> None:
         """Put something that can be pushed elsewhere."""
+        ...
+
+    def add_object(self, body: Body) -> None:
+        """Take another thing, behind all that can be pushed; a static one stays where it is."""
+        ...
+
+    def remove_object(self, index: int) -> None:
+        """Take a thing out; those behind it move up."""
         ...
 
     def close(self) -> None:

@@ -240,7 +240,8 @@ class Lidars:
     def watch(self, objects: Objects) -> None:
         """Let the LiDARs see objects, wherever these are."""
         for group in self._groups:
-            group.objects = objects if len(objects) else None
+            if len(objects) or group.objects is not None:  # the last one may have gone
+                group.objects = objects
 
     def due(self, tick: int, poses: FloatArray, walkers: FloatArray = NO_DISCS) -> dict[int, Scan]:
         """Return the scans that are due at a tick, by index of the robot.

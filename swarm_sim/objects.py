@@ -22,11 +22,9 @@ class Objects:
     """Loose bodies, then vehicles, each with an outline between two heights.
 
     Attributes:
-        loose: Bodies that can be pushed, as the world file has them.
+        loose: Bodies that can be pushed, and those that came at run time, as they were at first.
         vehicles: Who drives on a script.
         heights: Between which a body is an obstacle to robots.
-        names: Of all, as collisions name them.
-        reaches: (k,) [m] that each may move in a control period.
     """
 
     def __init__(
@@ -43,13 +41,33 @@ class Objects:
         self.vehicles = vehicles
         self.heights = heights
         self._places: list[Transform] = [body.world_from_body for body in loose]
-        self.names = [body.name for body in loose] + [spec.name for spec in vehicles.specs]
-        speeds = [s.speed + s.turn_speed * s.radius for s in vehicles.specs]
-        self.reaches: FloatArray = CONTROL_PERIOD * np.array([PUSH_SPEED] * len(loose) + speeds)
 
     def __len__(self) -> int:
         """Return the number of objects."""
-        return len(self.names)
+        return len(self.loose) + len(self.vehicles.specs)
+
+    @property
+    def names(self) -> list[str]:
+        """Of all, as collisions name them."""
+        return [body.name for body in self.loose] + [spec.name for spec in self.vehicles.specs]
+
+    @property
+    def reaches(self) -> FloatArray:
+        """(k,) [m] that each may move in a control period."""
+        loose = [0.0 if body.is_static else PUSH_SPEED for body in self.loose]
+        speeds = [s.speed + s.turn_speed * s.radius for s in self.vehicles.specs]
+        reaches: FloatArray = CONTROL_PERIOD * np.array(loose + speeds)
+        return reaches
+
+    def add(self, body: Body) -> None:
+        """Take another body behind the loose ones."""
+        self.loose = (*self.loose, body)
+        self._places.append(body.world_from_body)
+
+    def remove(self, index: int) -> None:
+        """Take a loose body out; those behind it move up."""
+        self.loose = (*self.loose[:index], *self.loose[index + 1 :])
+        del self._places[index]
 
     def place(self, index: int, world_from_body: Transform) -> None:
         """Note where a loose body is now."""

@@ -29,7 +29,7 @@ def check_overlaps(bodies: Sequence[Body]) -> None:
             shape = part.shape
             if not isinstance(shape, Box | Cylinder | Sphere):
                 continue
-            around = _points(part, outer)
+            around = points_of(part, outer)
             low, high = around.min(axis=0) - 1e-6, around.max(axis=0) + 1e-6
             for index in np.flatnonzero(((boxes[:, 0] >= low) & (boxes[:, 1] <= high)).all(axis=1)):
                 inner = bodies[int(index)]
@@ -65,11 +65,12 @@ def _holds(part: Part, body: Body, points: FloatArray) -> bool:
 
 def _cloud(body: Body) -> FloatArray:
     """Return points (n, 3) whose hull is around a body; far away for a ground plane."""
-    clouds = [_points(part, body) for part in body.parts]
+    clouds = [points_of(part, body) for part in body.parts]
     return np.vstack(clouds) if clouds else np.full((1, 3), np.inf)
 
 
-def _points(part: Part, body: Body) -> FloatArray:
+def points_of(part: Part, body: Body) -> FloatArray:
+    """Return points (n, 3) of the world whose hull is around a part; infinite for a plane."""
     world_from_part = body.world_from_body @ part.body_from_part
     points: FloatArray = (
         _corners(part.shape) @ world_from_part[:3, :3].T + world_from_part[:3, 3]

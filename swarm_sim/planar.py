@@ -17,6 +17,7 @@ from swarm_sim.engine import NEAR, NEAR_MISS, Approach, FloatArray, Touch
 from swarm_sim.objects import Objects
 from swarm_sim.planar_kernels import clearances, move, move_on
 from swarm_sim.robot_model import RobotModel
+from swarm_sim.scene import Body
 from swarm_sim.section import Section
 from swarm_sim.walkers import Walkers
 
@@ -34,7 +35,7 @@ class PlanarEngine:
         poses: Sequence[Pose],
         physics_period: float,
         walkers: Walkers,
-        objects: Objects | None = None,
+        objects: Objects,
     ) -> None:
         """Place the robots.
 
@@ -50,13 +51,7 @@ class PlanarEngine:
         self._wheels = [Wheels(spec) for spec in specs]
         self._steps = round(CONTROL_PERIOD / physics_period)
         self._period = CONTROL_PERIOD / self._steps
-        self._names = section.names
-        self._walls = pack_polygons(section.outlines())
-        self._objects = objects if objects is not None and len(objects) else None
-        if self._objects is not None:
-            self._names = (*self._names, *self._objects.names)
-            self._walls = pack_polygons([*self._walls, *self._objects.outlines()])
-        self._bounds = bounds_of(self._walls)
+        self._section, self._objects = section, objects
         self._walkers = walkers
         self._hulls = np.stack([pad_polygon(np.array(s.footprint), MAX_CORNERS) for s in specs])
         self._limits = np.array(
@@ -65,8 +60,8 @@ class PlanarEngine:
         self._state = np.zeros((count, 6))
         self._state[:, :3] = [(pose.x, pose.y, pose.yaw) for pose in poses]
         self._robot_touches = np.zeros((count, count), np.int64)
-        self._wall_touches = np.zeros((count, len(self._walls)), np.int64)
         self._walker_touches = np.zeros((count, len(walkers)), np.int64)
+        self._look_around()
         self.poses: FloatArray = self._state[:, :3]
         self.twists: FloatArray = self._state[:, 3:]
         self.travels: FloatArray = np.zeros((count, 2))
@@ -82,12 +77,11 @@ class PlanarEngine:
         self._wall_touches[:] = -1
         self._walker_touches[:] = -1
         self._walkers.begin()
-        if self._objects is not None:
-            self._objects.vehicles.begin()
+        self._objects.vehicles.begin()
         paths = np.zeros((len(self._state), 3))
         notes = (self._robot_touches, self._wall_touches, self._walker_touches, paths)
         robots = (self._state, targets, self._limits, self._hulls, self._obstacles, notes)
-        if len(self._walkers) == 0 and self._objects is None:
+        if len(self._walkers) == 0 and len(self._objects) == 0:
             touched = move_on(*robots, self._period, self._steps)
         else:
             touched = False
@@ -95,8 +89,7 @@ class PlanarEngine:
                 touched |= move(*robots, self._period, step)
                 sight = (self.poses, self._state[:, 3], self._hulls, self._period, step)
                 touched |= self._walkers.step(*sight)
-                if self._objects is not None:
-                    touched |= self._objects.vehicles.step(*sight)
+                touched |= self._objects.vehicles.step(*sight)
             self._move_objects()
         self.travels += paths[:, ::2]
         self.yaws_gyro += paths[:, 1]
@@ -133,9 +126,20 @@ class PlanarEngine:
 
     def place_object(self, index: int, place: Transform) -> None:
         """Put something elsewhere."""
-        assert self._objects is not None
         self._objects.place(index, place)
         self._move_objects()
+        self._measure()
+
+    def add_object(self, body: Body) -> None:
+        """Take another thing, behind all that can be pushed."""
+        self._objects.add(body)
+        self._look_around()
+        self._measure()
+
+    def remove_object(self, index: int) -> None:
+        """Take a thing out; those behind it move up."""
+        self._objects.remove(index)
+        self._look_around()
         self._measure()
 
     def joint_state(self, robot: int) -> tuple[list[str], list[float], list[float]]:
@@ -148,9 +152,18 @@ class PlanarEngine:
     def close(self) -> None:
         """Release nothing: everything is in Python."""
 
+    def _look_around(self) -> None:
+        """Take over what there is beside robots and walkers."""
+        self._names = (*self._section.names, *self._objects.names)
+        self._walls = pack_polygons(self._section.outlines())
+        if len(self._objects):
+            self._walls = pack_polygons([*self._walls, *self._objects.outlines()])
+        self._bounds = bounds_of(self._walls)
+        self._wall_touches = np.zeros((len(self._state), len(self._walls)), np.int64)
+
     def _move_objects(self) -> None:
         """Take over where the vehicles are; robots meet them there in the next period."""
-        if self._objects is None:
+        if not len(self._objects):
             return
         outlines = self._objects.outlines()
         self._walls[-len(outlines) :] = pack_like(outlines, self._walls.shape[1])
@@ -199,8 +212,7 @@ class PlanarEngine:
             for i, w in np.argwhere(self._walker_touches >= 0)
         ]
         touches += self._walkers.touches()
-        if self._objects is not None:
-            touches += self._objects.vehicles.touches()
+        touches += self._objects.vehicles.touches()
         return sorted(touches, key=lambda touch: (touch.step, touch.robot, touch.other))
 
     def _middle(self, i: int, j: int) -> tuple[float, float]:

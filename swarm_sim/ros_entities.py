@@ -10,8 +10,6 @@ from collections.abc import Callable
 from typing import Any, Protocol
 
 from geometry_msgs.msg import Accel
-from geometry_msgs.msg import Pose as PoseMsg
-from geometry_msgs.msg import Twist as TwistMsg
 from rclpy.node import Node
 from simulation_interfaces.msg import EntityCategory, EntityFilters, EntityState, Result
 from simulation_interfaces.srv import (
@@ -25,15 +23,24 @@ from simulation_interfaces.srv import (
 )
 
 from swarm_common import ros_io
-from swarm_common.records import Pose, Twist
+from swarm_common.records import Pose
 from swarm_common.ros_poll import PolledService
 from swarm_sim.changing_world import ChangingWorld
-from swarm_sim.crew import Arrival, Crew, Reason, RefusedError
-from swarm_sim.ros_scenery import quaternion
-from swarm_sim.things import upright
+from swarm_sim.crew import Arrival, Crew
+from swarm_sim.object_source import is_object
+from swarm_sim.refusal import Reason, RefusedError
+from swarm_sim.ros_places import (
+    MAP,
+    check_frame,
+    message_of,
+    place_in_map,
+    pose_in_map,
+    twist_in_map,
+)
+from swarm_sim.stock import Stock
 
-MAP, SPAWN = "map", "spawn"
-FRAMES = ("", MAP, "world")  # which all mean the same
+SPAWN = "spawn"  # frame id of a robot's pose: any free place of the start area
+GROUND = "ground"  # frame id of a thing's pose: in the map, z such that it stands on the ground
 RESULTS = {
     Reason.UNKNOWN: Result.RESULT_NOT_FOUND,
     Reason.UNSUPPORTED: Result.RESULT_FEATURE_UNSUPPORTED,
@@ -42,6 +49,8 @@ RESULTS = {
     Reason.NAME_INVALID: SpawnEntity.Response.NAME_INVALID,
     Reason.NO_MODEL: SpawnEntity.Response.NO_RESOURCE,
     Reason.BAD_MODEL: SpawnEntity.Response.RESOURCE_PARSE_ERROR,
+    Reason.MISSING_FILES: SpawnEntity.Response.MISSING_ASSETS,
+    Reason.BAD_FORMAT: SpawnEntity.Response.UNSUPPORTED_FORMAT,
     Reason.BAD_PLACE: SpawnEntity.Response.INVALID_POSE,
 }
 STATE, SPAWNED = ResetSimulation.Request.SCOPE_STATE, ResetSimulation.Request.SCOPE_SPAWNED
@@ -59,13 +68,18 @@ class Host(Protocol):
     def on_move(self, robot: int, pose_map: Pose) -> None:
         """A robot has been put elsewhere."""
 
+    def on_things(self) -> None:
+        """Things have come, gone or been put elsewhere."""
+
 
 class Entities:
     """The services `/sim/spawn_entity`, `delete_entity`, `get_entities`, ..."""
 
-    def __init__(self, node: Node, world: ChangingWorld, crew: Crew, host: Host) -> None:
+    def __init__(
+        self, node: Node, world: ChangingWorld, crew: Crew, stock: Stock, host: Host
+    ) -> None:
         """Offer the services."""
-        self._world, self._crew, self._host = world, crew, host
+        self._world, self._crew, self._stock, self._host = world, crew, stock, host
         ask = node.create_service
         ask(GetEntities, "/sim/get_entities", self._list)
         ask(GetEntitiesStates, "/sim/get_entities_states", self._list_states)
@@ -102,46 +116,65 @@ class Entities:
     # Changes
 
     def _spawn(self, request: Any, response: Any) -> None:
+        uri, text = request.entity_resource.uri, request.entity_resource.resource_string
+        if is_object(uri, text, request.name, self._stock.folder):
+            response.entity_name = self._spawn_thing(request)
+            return
         name = request.name
         if request.entity_namespace and name and request.entity_namespace.strip("/") != name:
             response.result.result = SpawnEntity.Response.NAMESPACE_INVALID
             response.result.error_message = "a robot's namespace is its name; leave it empty"
             return
-        model = request.entity_resource.uri
-        if not model and request.entity_resource.resource_string:
-            response.result.result = SpawnEntity.Response.UNSUPPORTED_FORMAT
-            response.result.error_message = "descriptions as text are not read; give a uri"
-            return
         stamped = request.initial_pose
         at_start = stamped.header.frame_id == SPAWN
-        pose = None if at_start else self._pose(stamped.header.frame_id, stamped.pose)
+        pose = None if at_start else pose_in_map(stamped.header.frame_id, stamped.pose)
         arrival = self._crew.spawn(
             name or request.entity_namespace.strip("/"),
             request.allow_renaming,
-            model.removeprefix("file://"),
+            uri.removeprefix("file://"),
             pose,
         )
         self._host.on_arrival(arrival)
         response.entity_name = arrival.name
 
+    def _spawn_thing(self, request: Any) -> str:
+        stamped, resource = request.initial_pose, request.entity_resource
+        is_floored = stamped.header.frame_id == GROUND
+        if not is_floored:
+            check_frame(stamped.header.frame_id)
+        name = self._stock.spawn(
+            request.name,
+            request.allow_renaming,
+            resource.uri,
+            resource.resource_string,
+            place_in_map(stamped.pose),
+            is_floored=is_floored,
+        )
+        self._host.on_things()
+        return name
+
     def _delete(self, request: Any, _: Any) -> None:
-        self._host.on_removal(self._crew.remove(request.entity))
+        if request.entity in self._stock.names:
+            self._stock.remove(request.entity)
+            self._host.on_things()
+        else:
+            self._host.on_removal(self._crew.remove(request.entity))
 
     def _move(self, request: Any, response: Any) -> None:
         name, state = request.entity, request.state
-        pose = self._pose(state.header.frame_id, state.pose)
-        if name in self._crew.things:
-            self._crew.move_thing(name, upright(pose.x, pose.y, state.pose.position.z, pose.yaw))
-            return
         try:
-            robot = self._crew.move(name, pose)
+            if name in self._stock.names:
+                check_frame(state.header.frame_id)
+                self._stock.move(name, place_in_map(state.pose))
+                self._host.on_things()
+            else:
+                pose = pose_in_map(state.header.frame_id, state.pose)
+                self._host.on_move(self._crew.move(name, pose), pose)
         except RefusedError as error:
             if error.reason is not Reason.BAD_PLACE:
                 raise
             response.result.result = SetEntityState.Response.INVALID_POSE
             response.result.error_message = str(error)
-            return
-        self._host.on_move(robot, pose)
 
     def _reset(self, request: Any, response: Any) -> None:
         scope = request.scope or STATE | SPAWNED
@@ -154,20 +187,14 @@ class Entities:
         if scope & SPAWNED:
             for name in self._crew.spawned:
                 self._host.on_removal(self._crew.remove(name))
+            for name in self._stock.spawned:
+                self._stock.remove(name)
         if scope & STATE:
+            self._stock.check_homes()
             for robot, home in self._crew.send_home():
                 self._host.on_move(robot, home)
-
-    @staticmethod
-    def _pose(frame: str, message: PoseMsg) -> Pose:
-        if frame not in FRAMES:
-            raise RefusedError(
-                Reason.BAD_PLACE, f"poses are in the frame '{MAP}'; '{frame}' is not known"
-            )
-        try:
-            return ros_io.pose_from_msg(message)
-        except ValueError as error:
-            raise RefusedError(Reason.BAD_PLACE, str(error)) from error
+            self._stock.send_home()
+        self._host.on_things()
 
     # Questions
 
@@ -206,7 +233,7 @@ class Entities:
         wanted = {category.category for category in filters.categories}
         kinds = (
             (EntityCategory.CATEGORY_ROBOT, self._crew.robots),
-            (EntityCategory.CATEGORY_OBJECT, self._crew.things),
+            (EntityCategory.CATEGORY_OBJECT, self._stock.names),
         )
         return [
             name
@@ -217,28 +244,11 @@ class Entities:
 
     def _state_of(self, name: str) -> EntityState:
         header = ros_io.header(self._world.tick, MAP)
-        if name in self._crew.things:
-            pose = _pose_of_thing(self._world, self._crew.things.index(name))
+        if name in self._stock.names:
+            pose = message_of(self._stock.place_of(name))
             return EntityState(header=header, pose=pose, acceleration=Accel())
         robot = self._crew.robot(name)
         pose_map, twist = self._world.ground_truth()[robot]
         return EntityState(
-            header=header, pose=ros_io.pose_msg(pose_map), twist=_in_map(twist, pose_map.yaw)
+            header=header, pose=ros_io.pose_msg(pose_map), twist=twist_in_map(twist, pose_map.yaw)
         )
-
-
-def _pose_of_thing(world: ChangingWorld, index: int) -> PoseMsg:
-    place = world.place_of(index)
-    message = PoseMsg()
-    point, turn = message.position, message.orientation
-    point.x, point.y, point.z = place[:3, 3].tolist()
-    turn.x, turn.y, turn.z, turn.w = quaternion(place[:3, :3])
-    return message
-
-
-def _in_map(twist: Twist, yaw: float) -> TwistMsg:
-    """Return a robot's twist as seen in the map frame."""
-    speed = Pose(0.0, 0.0, yaw).compose(Pose(twist.vx, twist.vy, 0.0))
-    message = TwistMsg()
-    message.linear.x, message.linear.y, message.angular.z = speed.x, speed.y, twist.wz
-    return message

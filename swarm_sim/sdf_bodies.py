@@ -51,7 +51,7 @@ def bodies_of(models: list[Model], scope: Scope, state: State, source: Source) -
         own = list(_bodies(model, scope, None, state, source))
         if not model.is_static:
             own = _joined(own, _joints(model, model.name), source)
-            own = [body if body.is_static else _convex(body, source) for body in own]
+            own = [body if body.is_static else convex(body, source) for body in own]
         bodies += own
     return bodies
 
@@ -211,10 +211,10 @@ def _joined(bodies: list[Body], joints: Iterator[tuple[str, str]], source: Sourc
         for body in gone:
             groups[body.name] = kept
     kept_groups = [group for group in every if groups[group[0].name] is group]
-    return [_welded(group, id(group) in fixed) for group in kept_groups]
+    return [welded(group, id(group) in fixed) for group in kept_groups]
 
 
-def _convex(body: Body, source: Source) -> Body:
+def convex(body: Body, source: Source) -> Body:
     """Return a body that can move with the hulls of its meshes in place of them."""
     if not any(isinstance(part.shape, Mesh) for part in body.parts):
         return body
@@ -226,7 +226,8 @@ def _convex(body: Body, source: Source) -> Body:
     return replace(body, parts=tuple(parts))
 
 
-def _welded(group: list[Body], is_fixed: bool) -> Body:
+def welded(group: list[Body], is_fixed: bool) -> Body:
+    """Return bodies as one, in the frame of the first, which stands if one of them does."""
     first = replace(group[0], is_static=group[0].is_static or is_fixed)
     if len(group) == 1:
         return first

@@ -120,7 +120,7 @@ def _included(
         path = source.find(uri, here, where)
         if path is None:
             return None
-        file = _model_file(path, source)
+        file = model_file(path)
         if file in trail:
             chain = " -> ".join(step.parent.name for step in (*trail, file) if step.suffix)
             raise WorldError(f"model {uri} includes itself: {chain}")
@@ -204,7 +204,7 @@ def _without_model(root: ET.Element, uri: str, file: Path, source: Source) -> No
     raise WorldError(f"{file}, included as {uri}, has no <model>")
 
 
-def _model_file(path: Path, source: Source) -> Path:
+def model_file(path: Path) -> Path:
     """Return the SDF file of a model's folder: the newest that we read."""
     if path.is_file():
         return path.resolve()

@@ -121,13 +121,22 @@ def parse_sdf(path: Path, source: Source) -> ET.Element:
         raise WorldError(f"{path}, line {line}, column {column}: malformed XML: {cause}") from cause
     except (OSError, ValueError, LookupError) as cause:  # of the file, or of its encoding
         raise WorldError(f"cannot read {path}: {cause}") from cause
+    check_sdf(root, path, source)
+    return root
+
+
+def check_sdf(root: ET.Element, path: Path, source: Source) -> None:
+    """Check the outermost element of an SDF file.
+
+    Raises:
+        WorldError: If it is not SDF, or of a version that we do not read.
+    """
     if root.tag != "sdf":
         hint = "; is it a URDF? then it is a --robot" if root.tag == "robot" else ""
         raise WorldError(f"{path}: the outermost element is <{root.tag}>; expected <sdf>{hint}")
     version = version_of(root, path)
     if version in LATER:
         source.remark(f"SDF {version[0]}.{version[1]} is read as {NEWEST[0]}.{NEWEST[1]}")
-    return root
 
 
 def version_of(root: ET.Element, path: Path) -> tuple[int, int]:

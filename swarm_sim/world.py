@@ -255,6 +255,11 @@ class World:
         """Return where the walkers are (m, 3): x, y, radius [m] in map."""
         return self._walkers.discs.copy()
 
+    @property
+    def walker_names(self) -> list[str]:
+        """Names of the walkers, as collisions name them."""
+        return [spec.name for spec in self._walkers.specs]
+
     def objects(self) -> list[Body]:
         """Return what can be pushed, and vehicles, where they are now."""
         return self._objects.bodies()
@@ -277,15 +282,13 @@ def _make_engine(
     walkers: Walkers,
     objects: Objects,
 ) -> Engine:
-    height = max([spec.height for spec in specs], default=1.0)
     if config.engine == "planar":
-        section = section_between(scene.fixed, GROUND_GAP, height)
+        section = section_between(scene.fixed, *objects.heights)
         return PlanarEngine(section, specs, poses, config.physics_period, walkers, objects)
     from swarm_sim.bullet import BulletEngine  # pybullet is slow to import
 
     return BulletEngine(
         scene.fixed,
-        (GROUND_GAP, height),
         specs,
         [models[spec.model] for spec in specs],
         poses,

@@ -29,6 +29,7 @@ from swarm_sim.ros_scenery import Scenery
 from swarm_sim.ros_swarm import Links
 from swarm_sim.run_state import RunState
 from swarm_sim.settings import Settings
+from swarm_sim.stock import Stock
 from swarm_sim.trace import Trace, begin_trace
 from swarm_sim.world import Observation
 
@@ -91,7 +92,8 @@ class WorldNode:
         self._links = Links(self._node, stage, settings, self._barrier, is_large=is_large)
         self._scenery = Scenery(self._node, stage.scene, stage.world)
         self._crew = Crew(stage.world, stage.grid, stage.poses_map, settings.spawn)
-        self._entities = Entities(self._node, stage.world, self._crew, self)
+        stock = Stock(stage.world)
+        self._entities = Entities(self._node, stage.world, self._crew, stock, self)
         self._moves = Moves(self._node)
         self._state = RunState()
         self._services = Control(self._node, self._state, speed, self._throttle.set_speed)
@@ -162,6 +164,10 @@ class WorldNode:
         self._moves.tell(
             robot, self._links.names[robot], pose_map, self._world.tick, patience, speaks
         )
+
+    def on_things(self) -> None:
+        """Show things that have come, gone or been put elsewhere, also while the world is held."""
+        self._scenery.renew(self._crew.robots)
 
     # A tick
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import logging
 from pathlib import Path
 from typing import Any
@@ -42,7 +43,8 @@ class Scenery:
     def __init__(self, server: viser.ViserServer) -> None:
         """Draw nothing yet."""
         self._scene = server.scene
-        self._movers: dict[int, Any] = {}
+        self._movers: dict[tuple[Any, ...], Any] = {}
+        self._numbers = itertools.count()  # so that no name is used twice
 
     def draw_map(self, raster: Raster) -> None:
         """Draw the map on the floor."""
@@ -110,19 +112,31 @@ class Scenery:
         )  # fmt: skip
 
     def draw_movers(self, markers: list[Any]) -> None:
-        """Draw who moves beside the robots."""
-        for number, marker in enumerate(markers):
-            if marker.type not in UNIT:
+        """Draw who and what is there beside the robots; what is not among the markers goes."""
+        known, self._movers = self._movers, {}
+        for marker in markers:
+            if marker.action != Marker.ADD or marker.type not in (*UNIT, Marker.TRIANGLE_LIST):
                 continue
-            if number not in self._movers:
-                mesh = UNIT[marker.type]
-                self._movers[number] = self._scene.add_mesh_simple(
-                    f"/movers/{number}", mesh.vertices, mesh.faces, color=_rgb(marker),
-                    scale=(marker.scale.x, marker.scale.y, marker.scale.z),
-                    cast_shadow=False, receive_shadow=False,
-                )  # fmt: skip
-            self._movers[number].position = _place(marker)
-            self._movers[number].wxyz = _turn(marker)
+            size = marker.scale.x, marker.scale.y, marker.scale.z
+            key = marker.ns, marker.id, marker.type, _rgb(marker), size, len(marker.points)
+            handle = known.pop(key, None) or self._mover(marker)
+            handle.position, handle.wxyz = _place(marker), _turn(marker)
+            self._movers[key] = handle
+        for handle in known.values():
+            handle.remove()
+
+    def _mover(self, marker: Any) -> Any:
+        if marker.type in UNIT:
+            mesh = UNIT[marker.type]
+            vertices, faces = mesh.vertices, mesh.faces
+        else:
+            vertices = np.array([(p.x, p.y, p.z) for p in marker.points]).reshape(-1, 3)
+            faces = np.arange(len(vertices)).reshape(-1, 3)
+        return self._scene.add_mesh_simple(
+            f"/movers/{marker.ns}_{marker.id}_{next(self._numbers)}", vertices, faces,
+            color=_rgb(marker), scale=(marker.scale.x, marker.scale.y, marker.scale.z),
+            side="double", cast_shadow=False, receive_shadow=False,
+        )  # fmt: skip
 
 
 def _rgb(marker: Any) -> RGB:

@@ -6,14 +6,13 @@ import math
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from swarm_common.records import Pose
 from swarm_sim.build import build
-from swarm_sim.crew import Crew, Reason, RefusedError
+from swarm_sim.crew import Crew
+from swarm_sim.refusal import Reason, RefusedError
 from swarm_sim.settings import RobotEntry, Settings
-from swarm_sim.things import upright
 
 WAFFLE, BURGER = "turtlebot3_waffle", "turtlebot3_burger"
 FREE = Pose(3.0, 3.0, 1.0)
@@ -77,7 +76,6 @@ def test_bad_input_changes_nothing(crew: Crew, tmp_path: Path) -> None:
         (lambda: crew.remove("Srobot7"), Reason.UNKNOWN, "there are Srobot1, Srobot2"),
         (lambda: crew.move("Srobot7", FREE), Reason.UNKNOWN, "no 'Srobot7'"),
         (lambda: crew.move("Srobot1", Pose(0.1, -0.6, 0)), Reason.BAD_PLACE, "Srobot2 stands"),
-        (lambda: crew.move_thing("box", np.eye(4)), Reason.UNKNOWN, "no 'box'"),
     ]
     for do, reason, words in cases:
         error = refused(do)
@@ -100,34 +98,3 @@ def test_all_go_home(crew: Crew) -> None:
     homes = crew.send_home()
     assert [robot for robot, _ in homes] == [0, 1]
     assert homes[0][1].distance(Pose(-1.4, -0.6, 0.0)) < 1e-9
-
-
-@pytest.mark.parametrize("engine", ["planar", "bullet"])
-def test_things_are_put_elsewhere_and_home_again(engine: str, tmp_path: Path) -> None:
-    box = "<geometry><box><size>0.4 0.4 0.4</size></box></geometry>"
-    file = tmp_path / "world.sdf"
-    file.write_text(
-        '<sdf version="1.7"><world name="w"><model name="crate"><pose>2 0 0.2 0 0 0</pose>'
-        f'<link name="l"><inertial><mass>2</mass></inertial><collision name="c">{box}</collision>'
-        "</link></model></world></sdf>",
-        encoding="utf-8",
-    )
-    robots = (RobotEntry("Srobot1", WAFFLE),)
-    stage = build(Settings(world=str(file), robots=robots, engine=engine, with_lidar=False))
-    world = stage.world
-    crew = Crew(world, stage.grid, stage.poses_map, "")
-    (name,) = crew.things
-    home = world.place_of(0).copy()
-    assert refused(lambda: crew.remove(name)).reason is Reason.UNSUPPORTED
-    x, y, _ = world.poses[0]
-    assert (
-        refused(lambda: crew.move_thing(name, upright(x, y, 0.2, 0.0))).reason is Reason.BAD_PLACE
-    )
-    crew.move_thing(name, upright(4.0, 1.0, 0.2, 0.5))
-    for _ in range(10):
-        world.step([None], [None])
-    np.testing.assert_allclose(world.place_of(0)[:2, 3], (4.0, 1.0), atol=0.01)
-    crew.send_home()
-    world.step([None], [None])
-    np.testing.assert_allclose(world.place_of(0)[:2, 3], home[:2, 3], atol=0.01)
-    world.close()

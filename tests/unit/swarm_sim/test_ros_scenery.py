@@ -5,7 +5,8 @@ from visualization_msgs.msg import Marker
 
 from swarm_common.records import Pose
 from swarm_common.shapes import Box, Cylinder, Hull, Plane, transform_from_xyz_rpy
-from swarm_sim.ros_scenery import quaternion, scene_markers, shape_marker
+from swarm_sim.ros_markers import quaternion, shape_marker
+from swarm_sim.ros_scenery import scene_markers
 from swarm_sim.sdf import load_world
 
 
