@@ -8,6 +8,7 @@ from pathlib import Path
 
 from swarm_common.errors import ConfigError, UnknownNameError
 from swarm_common.fleet import Fleet
+from swarm_common.ros_env import MOST_PARTICIPANTS, TERMINALS, participants_of
 from swarm_recording.selection import select
 
 SIZE_LIMIT = 100  # robots, without --over-limit
@@ -61,10 +62,11 @@ class UpOptions:
                 f"--swarm-size is {self.swarm_size}; more than {SIZE_LIMIT} robots need"
                 " --over-limit"
             )
+        _at_least(1, "--pack", self.pack)
+        self._check_processes()
         if self.drive is not None and self.drive not in DRIVES:
             raise UnknownNameError("drive", self.drive, list(DRIVES))
         _at_least(1, "--laps", self.laps)
-        _at_least(1, "--pack", self.pack)
         _at_least(0, "--seed", self.seed)
         if self.goals_per_robot is not None:
             _at_least(1, "--goals-per-robot", self.goals_per_robot)
@@ -74,6 +76,18 @@ class UpOptions:
         self._check_recording()
         if self.bind and self.pack != 1:
             raise ConfigError("--pack belongs to the robots' hosts: give it with --role robots")
+
+    def _check_processes(self) -> None:
+        """Refuse more processes than DDS has ids for on a host; they would wait for ever."""
+        most = MOST_PARTICIPANTS - TERMINALS - participants_of(self.swarm_size, 0)
+        if not self.bind and self.swarm_size > self.pack * most:
+            least = -(-self.swarm_size // most) if most > 0 else 0
+            hint = f"put several in each with --pack {max(least, 10)}, or " if least else ""
+            raise ConfigError(
+                f"--swarm-size {self.swarm_size} with --pack {self.pack} makes"
+                f" {-(-self.swarm_size // self.pack)} navigator processes; DDS has ids for"
+                f" {max(most, 0)} of them on one host: {hint}use several hosts (--role)"
+            )
 
     def _check_mission(self) -> None:
         if self.mission is None:

@@ -22,9 +22,8 @@ from rclpy.signals import SignalHandlerOptions
 
 from swarm_common import ros_env
 
-PROCESSES = 3  # participants beside navigators and hubs: world, its gallery, mission
 REGISTRIES = 1  # where there are several hosts
-HUB_SIZE = 20  # robots that share a participant of a process
+HUB_SIZE = ros_env.HUB_SIZE
 
 
 def prepare(robots: int, profile: Path) -> bool:
@@ -38,10 +37,9 @@ def prepare(robots: int, profile: Path) -> bool:
     """
     if not ros_env.is_large(robots):
         return False
-    hubs = -(-robots // HUB_SIZE)
     is_alone = ros_env.bound_address() == ros_env.LOOPBACK
     others = robots if is_alone else REGISTRIES  # else the navigators are on other hosts
-    ros_env.write_profile(profile, (), PROCESSES + 2 * hubs + others)
+    ros_env.write_profile(profile, (), ros_env.participants_of(robots, others))
     os.environ[ros_env.PROFILES] = str(profile)
     return True
 

@@ -12,6 +12,9 @@ DISCOVERY_RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 FIRST_PORT, DOMAIN_PORTS = 7400, 250  # UDP ports of DDSI-RTPS 9.6.1.1
 NEWCOMERS = 16  # participant ids after those of the swarm
 MOST_PARTICIPANTS = 120  # of a domain; the ports of more are those of the next domain
+PROCESSES = 3  # participants beside navigators and hubs: world, its gallery, mission
+HUB_SIZE = 20  # robots that share a participant of world or mission in a large swarm
+TERMINALS = 5  # participants that are left to the user
 FEW_ROBOTS = 30  # up to here every participant may know everybody
 # What another terminal needs to see the same graph in the same way.
 VARIABLES = ("ROS_DOMAIN_ID", DISCOVERY_RANGE, PROFILES)
@@ -63,6 +66,16 @@ def is_large(robots: int) -> bool:
     Then navigators are told whom to meet, and create rarely used servers when these are wanted.
     """
     return robots > FEW_ROBOTS and bool(bound_address())
+
+
+def participants_of(robots: int, navigators: int) -> int:
+    """Return the DDS participants of a large swarm.
+
+    Args:
+        robots: Size of the swarm.
+        navigators: Processes with navigators, on the same host.
+    """
+    return PROCESSES + 2 * -(-robots // HUB_SIZE) + navigators
 
 
 def write_profile(path: Path, ports: Iterable[int], first_free: int, host: str = "") -> None:

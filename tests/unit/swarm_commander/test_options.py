@@ -23,7 +23,7 @@ def test_any_size_up_to_the_limit_will_do(size: int) -> None:
 
 
 def test_more_than_the_limit_is_an_explicit_wish() -> None:
-    assert UpOptions(swarm_size=101, over_limit=True).swarm_size == 101
+    assert UpOptions(swarm_size=101, over_limit=True, pack=2).swarm_size == 101
 
 
 @pytest.mark.parametrize(
@@ -32,6 +32,8 @@ def test_more_than_the_limit_is_an_explicit_wish() -> None:
         ({"swarm_size": 0}, "--swarm-size is 0"),
         ({"swarm_size": -3}, "--swarm-size is -3"),
         ({"swarm_size": 101}, "--over-limit"),
+        ({"swarm_size": 200, "over_limit": True}, "put several in each with --pack 10"),
+        ({"swarm_size": 1000, "over_limit": True, "pack": 50}, "with --pack 84"),
         ({"laps": 0, "mission": "a"}, "--laps is 0"),
         ({"pack": 0}, "--pack is 0"),
         ({"seed": -1}, "--seed is -1"),

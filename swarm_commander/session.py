@@ -1,0 +1,98 @@
+"""A session of `swarm-up`: a checked plan from the run's folder to the report and the exit code."""
+
+from __future__ import annotations
+
+import os
+import time
+from datetime import datetime
+from pathlib import Path
+
+from rich.console import Console
+from rich.text import Text
+
+from swarm_commander.breach import breach_lines, shortened
+from swarm_commander.bringup import Run
+from swarm_commander.domain import DomainLock, domain_id
+from swarm_commander.foxglove import write_foxglove
+from swarm_commander.plan import RunPlan
+from swarm_commander.progress import Progress, summary_table
+from swarm_commander.report import (
+    RunTimes,
+    compose_report,
+    exit_code,
+    load_verdict,
+    write_report,
+)
+from swarm_commander.rundir import RunFolder, create_run_folder, write_env_sh
+from swarm_commander.rviz import write_rviz
+from swarm_commander.tally import Tally
+from swarm_common import ros_env
+
+
+def bring_up(plan: RunPlan) -> int:
+    """Run a checked plan; return the exit code."""
+    ros_env.set_defaults()
+    lock = DomainLock(domain_id())
+    try:
+        folder = create_run_folder(plan.options.run_dir, datetime.now())
+        if plan.options.bind:
+            from swarm_commander.hosts_command import use_profile
+
+            use_profile(folder, plan.options.bind, plan.options.bind)
+        write_env_sh(folder, os.environ)
+        console = Console()
+        tally = Tally.of(plan.options.robot_names, plan.mission is not None)
+        progress = Progress(console, tally, time.monotonic)
+        write_rviz(folder.rviz, plan.options.robot_names)
+        write_foxglove(folder.foxglove, plan.options.robot_names)
+        progress.phase("starting world")
+        progress.start()
+        run = _run_of(plan, folder, progress, tally)
+        try:
+            run.run()
+        finally:
+            progress.stop()
+    finally:
+        lock.release()
+    return _conclude(plan, folder, run, console)
+
+
+def _conclude(plan: RunPlan, folder: RunFolder, run: Run, console: Console) -> int:
+    """Write the report, say how it went; return the exit code."""
+    tally = run.tally
+    verdict = load_verdict(folder.verdict)
+    times = RunTimes(run.wall_time, run.active_after_wall, run.restarts)
+    report = compose_report(plan.options, tally, verdict, run.usage, times)
+    run.complete(report)
+    must_finish = plan.options.until_done and not run.is_stopped_by_user
+    is_unfinished = must_finish and not tally.is_done
+    code = exit_code(report, is_unfinished=is_unfinished, component_failed=bool(run.failures))
+    report |= {"exit_code": code, "failures": list(run.failures)}
+    write_report(folder.report, report)
+    console.print(summary_table(report, code))
+    breaches = breach_lines(report["breaches"], had_to_finish=is_unfinished)
+    for line in (*shortened(run.failures, "failures"), *breaches):
+        console.print(Text(line, style="red"), soft_wrap=True)
+    written = _draw_page(folder, console) if plan.options.page else folder.report
+    console.print(f"report: {written}", highlight=False, soft_wrap=True)
+    return code
+
+
+def _run_of(plan: RunPlan, folder: RunFolder, progress: Progress, tally: Tally) -> Run:
+    """Return the run of a plan: all of it, or the world's side of one on several hosts."""
+    if not plan.options.bind:
+        return Run(plan, folder, progress, tally)
+    from swarm_commander.world_run import WorldRun
+
+    return WorldRun(plan, folder, progress, tally)
+
+
+def _draw_page(folder: RunFolder, console: Console) -> Path:
+    """Draw report.html; return it, or report.json if that fails."""
+    try:
+        from swarm_report.document import write_document  # matplotlib is slow to import
+
+        return write_document(folder.path)
+    except Exception as error:  # a plot must not cost a run its verdict
+        console.print(Text(f"report.html could not be drawn: {error!r}", style="red"))
+        return folder.report
