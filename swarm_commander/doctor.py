@@ -15,15 +15,23 @@ from pathlib import Path
 
 import psutil
 
+from swarm_common.dds_profile import FOREIGN, TEMPLATE
 from swarm_common.interfaces_build import stale_interfaces
-from swarm_common.ros_env import DOMAIN_PORTS, FIRST_PORT
+from swarm_common.ros_env import (
+    DISCOVERY_RANGE,
+    DOMAIN_PORTS,
+    FIRST_PORT,
+    MOST_PARTICIPANTS,
+    TERMINALS,
+    participants_of,
+)
 
 CPU_PER_ROBOT = 0.02  # [s] of CPU per simulated second; 0.019 measured with 20 robots
 WORLD_MEMORY = 350  # [MiB] of world, mission and the process that navigators are forked from
 ROBOT_MEMORY = 40  # [MiB] of private memory per navigator
 THREADS = 12  # of a navigator, middleware included
-OTHERS = 40  # participants beside the navigators: world, mission, tools in other terminals
-PEERS = 120  # participant ids that are looked for (swarm_common/fastdds.xml)
+SHARED_MEMORY = 1.0  # [MiB] of /dev/shm per participant, where Fast DDS uses it
+SHM = Path("/dev/shm")
 PROCESS_FILES = 1024  # descriptors that a process may need
 RECEIVE_BUFFER = 212_992  # [bytes] of a UDP socket, Linux's default
 OUR_RMW = "rmw_fastrtps_cpp"
@@ -63,6 +71,9 @@ class Facts:
         stale_interfaces: Interface packages that have to be built first.
         has_compiler: Whether a C++ compiler was found.
         cache: Folder in which compiled kernels are kept; None if it is not writable.
+        shm: [MiB] free in /dev/shm, 0 without it.
+        own_dds: Setting of the user's that replaces our DDS profile, which uses no /dev/shm;
+            empty without one.
     """
 
     cpus: int
@@ -77,6 +88,8 @@ class Facts:
     stale_interfaces: tuple[str, ...]
     has_compiler: bool
     cache: Path | None
+    shm: float = 0.0
+    own_dds: str = ""
 
 
 def look(environment: Mapping[str, str] = os.environ) -> Facts:
@@ -99,11 +112,15 @@ def look(environment: Mapping[str, str] = os.environ) -> Facts:
         stale_interfaces=tuple(stale_interfaces()),
         has_compiler=any(shutil.which(name) for name in ("g++", "c++", "clang++")),
         cache=_kernel_cache(environment),
+        shm=shutil.disk_usage(SHM).free / 2**20 if SHM.is_dir() else 0.0,
+        own_dds=_own_dds(environment),
     )
 
 
-def examine(facts: Facts, robots: int, domain: int) -> list[Finding]:
-    """Judge facts for a swarm of `robots` in a ROS domain."""
+def examine(facts: Facts, robots: int, domain: int, pack: int = 1) -> list[Finding]:
+    """Judge facts for a swarm of `robots`, `pack` in a process, in a ROS domain."""
+    processes = -(-robots // pack)
+    participants = participants_of(robots, processes)
     return [
         _cpus(facts, robots),
         _memory(facts, robots),
@@ -111,12 +128,13 @@ def examine(facts: Facts, robots: int, domain: int) -> list[Finding]:
         _at_least(
             "threads",
             facts.threads,
-            THREADS * robots + 100,
+            THREADS * processes + 100,
             "raise `ulimit -u`, or put several robots in a process: --pack 10",
         ),
-        _participants(robots),
-        _ports(facts, robots, domain),
+        _participants(participants),
+        _ports(facts, participants, domain),
         _buffer(facts),
+        _shm(facts, participants),
         _rmw(facts),
         _interfaces(facts),
         _cache(facts),
@@ -149,18 +167,18 @@ def _at_least(subject: str, found: int, need: int, advice: str) -> Finding:
     return Finding(Level.ERROR, subject, text, advice)
 
 
-def _participants(robots: int) -> Finding:
-    found = f"{robots} navigators of {PEERS} DDS participants that a host can have here"
-    if robots + OTHERS // 2 <= PEERS:
+def _participants(participants: int) -> Finding:
+    found = f"{participants} needed of {MOST_PARTICIPANTS} that a host can have here"
+    if participants + TERMINALS <= MOST_PARTICIPANTS:
         return Finding(Level.GOOD, "DDS participants", found)
     return Finding(
         Level.ERROR, "DDS participants", found, "put several robots in a process: --pack 10"
     )
 
 
-def _ports(facts: Facts, robots: int, domain: int) -> Finding:
+def _ports(facts: Facts, participants: int, domain: int) -> Finding:
     first = FIRST_PORT + DOMAIN_PORTS * domain
-    last = first + 10 + 2 * min(PEERS, robots + OTHERS) + 1
+    last = first + 10 + 2 * min(MOST_PARTICIPANTS, participants + TERMINALS) - 1
     found = f"{first} to {last} for ROS domain {domain}"
     if last >= facts.ephemeral:
         lower = (facts.ephemeral - FIRST_PORT) // DOMAIN_PORTS - 1
@@ -187,6 +205,20 @@ def _buffer(facts: Facts) -> Finding:
         found,
         f"messages may get lost: sudo sysctl -w net.core.rmem_default={RECEIVE_BUFFER}",
     )
+
+
+def _shm(facts: Facts, participants: int) -> Finding:
+    if not facts.own_dds:
+        return Finding(Level.GOOD, str(SHM), "not used")
+    need = SHARED_MEMORY * participants
+    found = f"{facts.shm:.0f} MiB free; {facts.own_dds} may let Fast DDS use {need:.0f} MiB"
+    if facts.shm >= need:
+        return Finding(Level.GOOD, str(SHM), found)
+    return Finding(
+        Level.WARNING, str(SHM), found,
+        f"unset {facts.own_dds}, or sudo mount -o remount,size={2 * need:.0f}M {SHM};"
+        " with no ROS program running, rm /dev/shm/fast* removes what killed ones left",
+    )  # fmt: skip
 
 
 def _rmw(facts: Facts) -> Finding:
@@ -223,6 +255,16 @@ def _kernel(name: str, default: str) -> str:
         return (Path("/proc/sys") / name).read_text(encoding="ascii").strip()
     except OSError:
         return default
+
+
+def _own_dds(environment: Mapping[str, str]) -> str:
+    """Return the name of a variable by which the user replaces our DDS profile; empty if none."""
+    for name in FOREIGN:
+        value = environment.get(name, "")
+        if value and Path(value) != TEMPLATE:
+            return name
+    scope = environment.get(DISCOVERY_RANGE, "LOCALHOST")
+    return "" if scope in ("LOCALHOST", "SYSTEM_DEFAULT") else DISCOVERY_RANGE
 
 
 def _kernel_cache(environment: Mapping[str, str]) -> Path | None:

@@ -22,6 +22,7 @@ doctor_app = typer.Typer(add_completion=False, rich_markup_mode=None)
 @doctor_app.command()
 def doctor(
     swarm_size: Annotated[int, typer.Option(help="Robots that are to run.")] = 100,
+    pack: Annotated[int, typer.Option(help="Navigators per process.")] = 1,
 ) -> None:
     """Check whether this machine is fit for a swarm, and say what to change.
 
@@ -29,7 +30,9 @@ def doctor(
     """
     if not 1 <= swarm_size <= MOST_ROBOTS:
         raise ConfigError(f"--swarm-size is {swarm_size}; expected 1 to {MOST_ROBOTS}")
-    findings = examine(look(), swarm_size, domain_id())
+    if pack < 1:
+        raise ConfigError(f"--pack is {pack}; it must be 1 or more")
+    findings = examine(look(), swarm_size, domain_id(), pack)
     console = Console()
     console.print(_table(findings, swarm_size))
     if any(finding.level is Level.ERROR for finding in findings):

@@ -28,6 +28,10 @@ def test_a_fit_machine_has_nothing_to_do() -> None:
     assert all(f.level is Level.GOOD and not f.advice for f in examine(FIT, 100, 0))
 
 
+def test_packs_need_fewer_participants_and_threads() -> None:
+    assert all(f.level is Level.GOOD for f in examine(FIT, 200, 0, pack=10)[3:])
+
+
 @pytest.mark.parametrize(
     ("subject", "changes", "level", "advice"),
     [
@@ -40,6 +44,7 @@ def test_a_fit_machine_has_nothing_to_do() -> None:
         ("UDP ports", {"ports": frozenset({7450})}, Level.WARNING, "ROS_DOMAIN_ID"),
         ("UDP ports", {"domain": 110}, Level.WARNING, "ROS_DOMAIN_ID=100"),
         ("DDS participants", {"robots": 200}, Level.ERROR, "--pack 10"),
+        ("/dev/shm", {"own_dds": "ROS_DISCOVERY_SERVER"}, Level.WARNING, "remount,size=226M"),
         ("RMW", {"rmw": "rmw_zenoh_cpp"}, Level.WARNING, "rmw_fastrtps_cpp"),
         ("ROS interfaces", {"stale_interfaces": ("nav2_msgs",)}, Level.WARNING, "swarm-setup"),
         (
