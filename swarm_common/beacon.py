@@ -12,10 +12,11 @@ import functools
 import math
 import struct
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from swarm_common.records import value_type
 
 HELD_POINTS = 24  # capacity of the held tube's polyline
 WANTED_POINTS = 8  # capacity of the requested continuation
@@ -122,7 +123,7 @@ def words_of(beacons: BeaconArray) -> NDArray[np.uint32]:
     return words if is_fit else words.copy()
 
 
-@dataclass(frozen=True, slots=True)
+@value_type
 class Reception:
     """What one robot hears at a tick: some rows of what is on the air, which all share.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from swarm_nav import parting_kernels, tube_kernels
 from swarm_nav.narrows import Narrows
@@ -21,14 +22,19 @@ class Claim:
         """Hold the place under the robot, published to nobody yet."""
         self._s = situation
         self._narrows = Narrows()
-        self._published_held: np.ndarray = np.zeros((1, 2), np.float32)
+        self._published_held: NDArray[np.float32] = np.zeros((1, 2), np.float32)
         self._published_size = 1
         self._watch_pose = situation.pose
         self._watch_tick = situation.tick
 
-    def note_published(self, beacon: np.void) -> None:
-        """Remember what the others are told to be held: their requests yield to that."""
-        self._published_held, self._published_size = beacon["held"], int(beacon["held_size"])
+    def note_published(self, held: NDArray[np.float32], size: int) -> None:
+        """Remember what the others are told to be held: their requests yield to that.
+
+        Args:
+            held: (n, 2) [m] in map, not copied.
+            size: Of the points, how many count.
+        """
+        self._published_held, self._published_size = held, size
 
     def extend(self) -> None:
         """Let the tube grow by what the neighbours leave."""

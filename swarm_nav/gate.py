@@ -29,6 +29,8 @@ from swarm_nav.terrain import HALL_DISTANCE, Lattice, Terrain
 NONE, ADMITTED = 0, 1  # values of a beacon's gate_tick that are not the tick of asking
 WAY_POINTS = 60  # path points, 3 m, in which the region's border is looked for
 
+is_inside = gate_kernels.is_inside.py_func  # for one point cheaper than the call of a kernel
+
 
 @functools.lru_cache(maxsize=4)
 def narrow_region(
@@ -82,6 +84,8 @@ class Gate:
     _cells: int = 0  # of the region in a disc (x, y, radius): robots that wait stand
     _counted_disc: tuple[float, float, float] | None = None
     _counted_region: NDArray[np.bool_] | None = None
+    # points of a path, from one index to before another, that lie outside a region
+    _outside: tuple[FloatArray | None, NDArray[np.bool_] | None, int, int] = (None, None, 0, 0)
 
     @property
     def announced(self) -> int:
@@ -112,9 +116,7 @@ class Gate:
         if self.region is None or config.gate_density <= 0.0:
             return
         frame = situation.planner.lattice.frame
-        if not has_goal or gate_kernels.is_inside(
-            self.region, frame, situation.pose.x, situation.pose.y
-        ):
+        if not has_goal or is_inside(self.region, frame, situation.pose.x, situation.pose.y):
             self.leave()
             return
         if self.is_admitted:
@@ -122,9 +124,7 @@ class Gate:
         if self.asked_tick == 0:
             if not is_driving:
                 return
-            tube = situation.tube
-            way = tube.points[tube.near : tube.near + WAY_POINTS]
-            if not gate_kernels.enters(self.region, frame, way):
+            if not self._leads_in(situation):
                 return
             self.asked_tick = self._advanced_tick = situation.tick
             self._fewest_ahead = 1 << 30
@@ -132,6 +132,20 @@ class Gate:
         if ahead < self._fewest_ahead:
             self._fewest_ahead, self._advanced_tick = ahead, situation.tick
         self.is_admitted = ahead < self._capacity(situation)
+
+    def _leads_in(self, situation: Situation) -> bool:
+        """Whether the way ahead leads into the region; each of its points is looked at once."""
+        tube = situation.tube
+        first, last = tube.near, min(tube.near + WAY_POINTS, len(tube.points))
+        points, region, begin, end = self._outside
+        if points is not tube.points or region is not self.region or not begin <= first <= end:
+            begin = end = first
+        if end < last:
+            frame = situation.planner.lattice.frame
+            if gate_kernels.enters(self.region, frame, tube.points[end:last]):
+                return True
+            self._outside = tube.points, self.region, begin, last
+        return False
 
     def recheck(self, situation: Situation, way: FloatArray) -> None:
         """Ask no more if the way (n, 2) to the goal does not lead through the region any longer."""

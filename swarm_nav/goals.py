@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from swarm_common.errors import SwarmError
-from swarm_common.records import FloatArray, Pose, Twist
+from swarm_common.records import FloatArray, Pose, Twist, value_type
 
 
 class GoalKind(enum.Enum):
@@ -176,7 +176,7 @@ class Status:
     replans: int
 
 
-@dataclass(frozen=True, slots=True)
+@value_type
 class Output:
     """What one tick produces: the command, the beacon (record of BEACON_DTYPE) and events."""
 

@@ -208,7 +208,7 @@ class Navigator:
             s, self.spec, self._state, self._right, self._lease, self._gate, self._holding,
             self._pursuit.last_goal_tick, self._pursuit.has_goal, self.is_active,
         )  # fmt: skip
-        self._claim.note_published(beacon)
+        self._claim.note_published(*s.tube.published_held)
         if self._state is State.HOLDING:
             s.counters.hold_ticks += 1
         elif self._state is State.DRIVING and s.blocked_ticks > 0 and s.is_standing:

@@ -28,6 +28,7 @@ UNHEARD_PATIENCE = 12  # ticks without an acknowledgement after which a robot st
 STOPPING_POINTS = 8  # of a tube, the pose first, on which a robot has stopped that stands then
 UNHEARD_NEAR = 2.0  # [m] within which every robot has to hear this one
 UNHEARD_FAR = 4.5  # [m] within which at least one has to
+UNHEARD_LIMITS = (UNHEARD_PATIENCE, UNHEARD_NEAR, UNHEARD_FAR, HEARD_ENTRIES)
 MAX_SPEED = 0.52  # [m/s] at which two robots can part
 INITIAL_ROWS = 32
 EVERYWHERE = (0.0, 0.0, math.inf)
@@ -61,6 +62,7 @@ class Neighborhood:
         gate_columns: Poses and gate ticks, of which the first n rows are in use.
         priorities: (n,) as published.
         acks: (n,) tick of the newest own beacon that each has; of who need not hear us, now.
+        deaf_neighbor: Id of a near robot that does not hear this one, 0 if all do.
     """
 
     def __init__(self, own_id: int, config: TrafficConfig) -> None:
@@ -74,8 +76,11 @@ class Neighborhood:
         self._links: NDArray[np.int64] = np.zeros((0, 3), np.int64)
         self._air = self._words  # of the last merge
         self._heard: NDArray[np.uint32] = np.zeros(HEARD_ENTRIES, np.uint32)
+        self._heard_tick = -1  # of `_heard`
+        self._is_pushed = False  # whether anybody says to be blocked by this robot
+        self.deaf_neighbor = 0
         self._allocate(INITIAL_ROWS)
-        self._show()
+        self._show(0)
 
     def configure(self, config: TrafficConfig) -> None:
         """Take new parameters, effective from the next tick."""
@@ -93,27 +98,26 @@ class Neighborhood:
     def refresh(self, tick: int) -> None:
         """Store what was received, work out ages at `tick` and forget those who left."""
         config = self._config
-        for reception, (x, y) in self._inbox:
-            if self._count + len(reception.rows) > len(self._words):
-                self._allocate(2 * (self._count + len(reception.rows)))
-            self._count = kernels.merge(
-                self._words,
-                self._floats,
-                self._notes,
-                self._links,
-                self._count,
-                (reception.words, reception.rows),
-                self._air,
-                (x, y, self._own_id, config.lost_ticks),
-            )
-            self._air = reception.words
-        self._inbox.clear()
         edge = config.radio_range - 2.0 * MAX_SPEED * config.lost_ticks * CONTROL_PERIOD
-        limits = (config.lost_ticks, edge, config.dead_ticks, STOPPING_POINTS)
-        self._count = kernels.refresh(
-            self._words, self._notes, self._links, self._columns, self._count, tick, limits
-        )
-        self._show()
+        limits = (config.lost_ticks, edge, config.dead_ticks, STOPPING_POINTS, UNHEARD_LIMITS)
+        inbox, self._inbox = self._inbox, []
+        most = self._count + sum([len(reception.rows) for reception, _ in inbox])
+        if most > len(self._words):
+            self._allocate(2 * most)
+        rest = (self._columns, tick, limits, self._heard)
+        found = (self._count, 0, False)
+        for reception, (x, y) in inbox:
+            heard = (reception.words, reception.rows)
+            own = (x, y, self._own_id, config.lost_ticks)
+            found = kernels.take_in(self._table, found[0], heard, self._air, own, *rest)
+            self._air = reception.words
+        if not inbox:
+            words, _, notes, links = self._table
+            found = kernels.refresh(words, notes, links, self._count, self._own_id, *rest)
+        count, self.deaf_neighbor, self._is_pushed = found
+        self._heard_tick = tick
+        if count != self._count or self._is_new:
+            self._show(count)
 
     @property
     def stuck(self) -> NDArray[np.bool_]:
@@ -161,13 +165,10 @@ class Neighborhood:
 
     def heard(self, tick: int) -> NDArray[np.uint32]:
         """Return the acknowledgements for the beacon of `tick`; the next call overwrites them."""
-        kernels.acknowledge(self._words, self._notes, self.gone, tick, self._heard)
+        if tick != self._heard_tick:
+            self._heard_tick = tick
+            kernels.acknowledge(self._words, self._notes, self._count, tick, self._heard)
         return self._heard
-
-    def deaf_neighbor(self, tick: int) -> int:
-        """Return the id of a near robot that does not hear this one, 0 if all do."""
-        limits = (UNHEARD_PATIENCE, UNHEARD_NEAR, UNHEARD_FAR, HEARD_ENTRIES)
-        return int(kernels.deaf_neighbor(self.ids, self.acks, self._notes, tick, limits))
 
     def radius(self, row: int) -> float:
         """Return the safety radius [m] of a robot."""
@@ -184,6 +185,8 @@ class Neighborhood:
         Only one that ranks above `priority`, does not make way for this one, and has at least
         `least_depth` in its chain of inheritance.
         """
+        if not self._is_pushed:
+            return None
         own = (self._own_id, priority)
         row = kernels.highest_pusher(
             self._words, self.gone, self.priorities, own, patience, least_depth
@@ -224,6 +227,8 @@ class Neighborhood:
         links[: self._count] = self._links[: self._count]
         self._words, self._notes, self._links = words, notes, links
         self._floats = words.view(np.float32)
+        self._table = (words, self._floats, notes, links)
+        self._is_new = True  # not shown yet
         self._records: BeaconArray = words.view(BEACON_DTYPE)[:, 0]
         self._columns = (
             np.zeros(rows, np.uint32),
@@ -237,9 +242,9 @@ class Neighborhood:
         self.gate_columns = self._records["pose"], self._records["gate_tick"]
         self._claims = tuple(self._records[name] for name in CLAIM_COLUMNS)
 
-    def _show(self) -> None:
+    def _show(self, count: int) -> None:
         """Point the public arrays at the rows in use."""
-        count = self._count
+        self._count, self._is_new = count, False
         self.heads: BeaconArray = self._records[:count]
         ids, ages, gone, priorities, acks = self._columns
         self.ids: NDArray[np.uint32] = ids[:count]

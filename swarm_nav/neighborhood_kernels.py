@@ -127,17 +127,31 @@ def fetch(words, floats, links, count, air, disc):
 
 
 @njit(cache=True)
-def refresh(words, notes, links, columns, count, tick, limits):
-    """Drop the rows of those who left and fill the columns of the others; return their number.
+def take_in(table, count, heard, before, own, columns, tick, limits, out):
+    """Do `merge` and `refresh` in one call, as they are done together in almost every tick.
 
-    columns = (ids, ages, gone, priorities, acks), one entry per row. limits = (lost_ticks, edge,
-    dead_ticks, stopping_points): a robot silent for more than lost_ticks has left if it was heard
-    beyond `edge` [m] and is gone otherwise; silent for more than dead_ticks it keeps only the
-    first `stopping_points` of what it held and requested.
+    table = (words, floats, notes, links).
+    """
+    words, floats, notes, links = table
+    count = merge(words, floats, notes, links, count, heard, before, own)
+    return refresh(words, notes, links, count, own[2], columns, tick, limits, out)
+
+
+@njit(cache=True)
+def refresh(words, notes, links, count, own_id, columns, tick, limits, out):
+    """Drop the rows of those who left and work out all that holds for the tick about the others.
+
+    Returns (number of rows, id as of `deaf_neighbor`, whether anybody says to be blocked by us).
+    columns = (ids, ages, gone, priorities, acks), one entry per row. `out` is filled by
+    `acknowledge`. limits = (lost_ticks, edge, dead_ticks, stopping_points, those of
+    `deaf_neighbor`): a robot silent for more than lost_ticks has left if it was heard beyond
+    `edge` [m] and is gone otherwise; silent for more than dead_ticks it keeps only the first
+    `stopping_points` of what it held and requested.
     """
     ids, ages, gone, priorities, acks = columns
-    lost_ticks, edge, dead_ticks, stopping_points = limits
+    lost_ticks, edge, dead_ticks, stopping_points, unheard = limits
     kept = 0
+    is_pushed = False
     for row in range(count):
         age = tick - np.int64(words[row, TICK])
         if age > lost_ticks and notes[row, 0] > edge:
@@ -156,6 +170,7 @@ def refresh(words, notes, links, columns, count, tick, limits):
         priorities[kept] = (np.int64(words[kept, PRIORITY]) << 32) | np.int64(
             words[kept, PRIORITY + 1]
         )
+        is_pushed |= words[kept, BLOCKED_BY] == own_id
         is_deaf = words[kept, FLAGS] & np.uint32(FLAG_DEAF)
         entry = links[kept, HEARD_OURS]
         if gone[kept] or is_deaf:
@@ -163,13 +178,13 @@ def refresh(words, notes, links, columns, count, tick, limits):
         else:
             acks[kept] = tick - ((tick - entry) & 0xFFFF) if entry else UNHEARD
         kept += 1
-    return kept
+    acknowledge(words, notes, kept, tick, out)
+    return kept, deaf_neighbor(ids[:kept], acks, notes, tick, unheard), is_pushed
 
 
 @njit(cache=True)
-def acknowledge(words, notes, gone, tick, out):
+def acknowledge(words, notes, count, tick, out):
     """Write which beacons were heard last: those of the nearest robots, of further ones in turn."""
-    count = gone.shape[0]
     room = out.shape[0]
     out[:] = 0
     if count <= room:

@@ -48,7 +48,7 @@ class Senses:
             return "stands: lost"
         if not is_hearing:
             return "stands: its radio delivers nothing"
-        unheard_by = s.hood.deaf_neighbor(s.tick)
+        unheard_by = s.hood.deaf_neighbor
         if unheard_by:
             return f"stands: Srobot{unheard_by} does not hear it"
         if timeout > 0.0 and s.tick - max(self._scan_tick, s.listening_since) > s.ticks(timeout):

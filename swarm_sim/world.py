@@ -10,7 +10,7 @@ import numpy as np
 
 from swarm_common.beacon import BeaconArray, Reception
 from swarm_common.errors import ConfigError, UnknownNameError
-from swarm_common.records import CONTROL_PERIOD, Odometry, Pose, RobotSpec, Scan, Twist
+from swarm_common.records import CONTROL_PERIOD, Odometry, Pose, RobotSpec, Scan, Twist, value_type
 from swarm_common.robot_io import load_robot_model
 from swarm_common.sensors import IDEAL, SensorErrors, sensor_errors
 from swarm_sim.actors import VehicleSpec, WalkerSpec
@@ -66,7 +66,7 @@ class WorldConfig:
             )
 
 
-@dataclass(frozen=True, slots=True)
+@value_type
 class Observation:
     """What one robot senses at a tick.
 

@@ -42,8 +42,8 @@ def crowd(acknowledged: int) -> Neighborhood:
 
 def test_a_robot_beside_a_crowd_that_acknowledges_in_turn_is_not_taken_for_unheard() -> None:
     last = 100 - UNHEARD_PATIENCE
-    assert crowd(last - 3).deaf_neighbor(101) == 0
-    assert crowd(last - 30).deaf_neighbor(101) != 0
+    assert crowd(last - 3).deaf_neighbor == 0
+    assert crowd(last - 30).deaf_neighbor != 0
 
 
 @pytest.mark.parametrize("others", [5, HEARD_ENTRIES, 100])

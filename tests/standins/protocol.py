@@ -182,7 +182,7 @@ class Actor:
         held, wanted, intent = s.tube.publish(s.pose, s.tick)
         for name, points in (("held", held), ("wanted", wanted), ("intent", intent)):
             beacon[name], beacon[f"{name}_size"] = padded(points, len(beacon[name]))
-        self.claim.note_published(beacon)
+        self.claim.note_published(beacon["held"], int(beacon["held_size"]))
         return beacon
 
 

@@ -168,7 +168,7 @@ def test_who_is_not_heard_by_a_near_robot_notices(
     for tick in (80, 90, 100):
         heard(here, tick, acknowledging(2, acknowledged, distance))
         here.refresh(tick + 1)
-    assert (here.deaf_neighbor(101) == 2) is stands
+    assert (here.deaf_neighbor == 2) is stands
 
 
 def test_one_far_robot_that_does_not_hear_is_no_reason_if_another_does() -> None:
@@ -176,7 +176,7 @@ def test_one_far_robot_that_does_not_hear_is_no_reason_if_another_does() -> None
     for tick in (80, 90, 100):
         heard(here, tick, acknowledging(2, 80, 3.0), acknowledging(3, tick - 1, 3.0))
         here.refresh(tick + 1)
-    assert here.deaf_neighbor(101) == 0
+    assert here.deaf_neighbor == 0
 
 
 def acknowledging(robot: int, tick: int, x: float = 1.0) -> np.void:
