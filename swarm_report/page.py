@@ -22,6 +22,7 @@ h1 { font-size: 1.45rem; margin: 0 0 .2rem; } h2 { font-size: 1.1rem; margin: 2r
 .card { border: 1px solid var(--line); border-radius: 6px; padding: .5rem .7rem; }
 .card b { display: block; font-size: 1.2rem; } .card span { color: #555; font-size: .82rem; }
 .plots { display: grid; grid-template-columns: repeat(auto-fit, minmax(480px, 1fr)); gap: 18px;
+  grid-auto-flow: dense;
          align-items: start; }
 figure { margin: 0; border: 1px solid var(--line); border-radius: 6px; padding: 10px; }
 figure.wide { grid-column: 1 / -1; } figure img { width: 100%; height: auto; }

@@ -274,5 +274,7 @@ def _factor(wall: FloatArray, sim: FloatArray) -> FloatArray:
 
 
 def _rates(lines: list[Line], group: str, gaps: FloatArray) -> FloatArray:
-    """Return CPU seconds per second."""
-    return np.diff(_column(lines, "cpu", group)) / gaps
+    """Return CPU seconds per second; a counter that has become less was set to zero."""
+    counts = _column(lines, "cpu", group)
+    steps = np.diff(counts)
+    return np.where(steps < 0.0, counts[1:], steps) / gaps

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,9 @@ LOOK_PERIOD = 1.0  # [s] of wall time between two looks whether the camera has c
 APPROACH = 10.0  # [s] for which that is doubted: a page that loads may put it elsewhere
 PATIENCE = 0.25  # [s] of wall time for which a reader who turns the view is let be
 
+# Called with a target (3,) and the position (3,) from which to look at it, both in map.
+Look = Callable[[FloatArray, FloatArray], None]
+
 
 class Chase:
     """Keeps a robot in the middle of one page; its reader turns and zooms as before.
@@ -26,11 +30,20 @@ class Chase:
     What a page reports of its camera is late, and mostly an echo of what it was told. So the
     camera's place is never built on a report; only a way from robot to camera that nobody told
     the page is taken over: the reader's.
+
+    Attributes:
+        look: Makes the page look.
     """
 
-    def __init__(self, client: Any) -> None:
-        """Follow nobody yet; `client` is viser's handle of the page."""
-        self._client = client
+    def __init__(self, camera: Any, look: Look) -> None:
+        """Follow nobody yet.
+
+        Args:
+            camera: What the page reports: `position` and `look_at`, each (3,).
+            look: Makes the page look.
+        """
+        self._camera = camera
+        self.look = look
         self._seen: FloatArray | None = None
         self._offset = CLOSE_UP
         self._told: deque[FloatArray] = deque(maxlen=ECHOES)
@@ -46,8 +59,7 @@ class Chase:
         if self._seen is None:
             self._doubt_end = now + APPROACH
             self._offset = CLOSE_UP
-            camera = self._client.camera
-            self._told += [camera.position - camera.look_at, CLOSE_UP]
+            self._told += [self._camera.position - self._camera.look_at, CLOSE_UP]
         elif np.abs(place - self._seen).max() > MOVED:
             self._heed_reader(self._seen, now)
             if now < self._turn_end:
@@ -59,10 +71,10 @@ class Chase:
 
     def _heed_reader(self, seen: FloatArray, now: float) -> None:
         """Take over how the reader has turned and zoomed."""
-        camera = self._client.camera
-        if now < self._doubt_end and np.abs(camera.look_at - seen).max() > COME:
+        look_at = self._camera.look_at
+        if now < self._doubt_end and np.abs(look_at - seen).max() > COME:
             return
-        offset = camera.position - camera.look_at
+        offset = self._camera.position - look_at
         if all(np.abs(offset - told).max() > SAME for told in self._told):
             self._offset = offset
             self._told.append(offset)
@@ -73,10 +85,4 @@ class Chase:
         if now > self._doubt_end or now < self._look_due:
             return False
         self._look_due = now + LOOK_PERIOD
-        return bool(np.abs(self._client.camera.look_at - place).max() > FOLLOWED)
-
-    def look(self, target: FloatArray, position: FloatArray) -> None:
-        """Look from a position (3,) at a target (3,)."""
-        with self._client.atomic():
-            self._client.camera.position = position
-            self._client.camera.look_at = target
+        return bool(np.abs(self._camera.look_at - place).max() > FOLLOWED)

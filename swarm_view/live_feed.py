@@ -9,13 +9,15 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from swarm_common.ros_poll import PolledTopic
 from swarm_view.decode import message_class
-from swarm_view.topics import is_latched, type_of
+from swarm_view.topics import STATUS, VERDICT, is_latched, type_of
 
 # Nobody waits for a viewer that is slow: what is not taken in time is lost.
 STREAM = QoSProfile(depth=4, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 EVENTS = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
-RELIABLE_ENDINGS = ("/status", "/verdict")
+STATUSES = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)  # soon repeated
+STATUS_ENDING = f"/{STATUS}"
+STATUS_TURN = 5  # calls of `take` from one look at the robots' statuses to the next
 
 
 class LiveFeed:
@@ -25,6 +27,7 @@ class LiveFeed:
         """Subscribe to nothing yet."""
         self._node = node
         self._topics: dict[str, PolledTopic] = {}
+        self._turn = 0
 
     def topics(self) -> dict[str, str]:
         """Return the type of every topic in the graph."""
@@ -40,8 +43,11 @@ class LiveFeed:
 
     def take(self) -> list[tuple[str, bytes]]:
         """Return what has come."""
+        self._turn = (self._turn + 1) % STATUS_TURN
         taken = []
         for topic, polled in self._topics.items():
+            if self._turn and topic.endswith(STATUS_ENDING):
+                continue  # of many robots, each rarely says something
             while (data := polled.take()) is not None:
                 taken.append((topic, data))
         return taken
@@ -54,4 +60,6 @@ class LiveFeed:
 def _quality(topic: str) -> QoSProfile:
     if is_latched(topic):
         return LATCHED
-    return EVENTS if topic.endswith(RELIABLE_ENDINGS) else STREAM
+    if topic.endswith(STATUS_ENDING):
+        return STATUSES
+    return EVENTS if topic == VERDICT else STREAM

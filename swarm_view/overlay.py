@@ -76,7 +76,11 @@ class Overlay:
             if name in self._lines:
                 self._lines.pop(name).remove()
             return
+        points = raised(segments, LINE_HEIGHT)
+        if name in self._lines:
+            self._lines[name].points = points.astype(np.float32)
+            return
         color, width = STYLES[name]
         self._lines[name] = self._scene.add_line_segments(
-            f"/all/{name}", raised(segments, LINE_HEIGHT), color, thickness=width
+            f"/all/{name}", points, color, thickness=width
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from swarm_view.overlay import Overlay
 from swarm_view.panel import Panel, assign
 from swarm_view.panel_text import robot_html, stations_html, verdict_html
 from swarm_view.robot_layers import RobotLayers
+from swarm_view.server import look
 from swarm_view.shapes import lifted, nearest_to_ray
 from swarm_view.swarm import Swarm
 from swarm_view.tool import Hand, Post, Tool
@@ -58,7 +60,7 @@ class Page:
         self._post = post
         self._layers = RobotLayers(client.scene)
         self._overlay = Overlay(client.scene, swarm)
-        self._chase = Chase(client)
+        self._chase = Chase(client.camera, partial(look, client))
         self._hand = Hand(client.scene, self._use, post)
         self._panel = Panel(client.gui, self, is_live=link is not None)
         self._panel.follow.value = bool(robot)

@@ -119,7 +119,9 @@ class RobotLayers:
     def _line(self, name: str, segments: FloatArray, color: palette.RGB, width: float) -> None:
         if not len(segments):
             self._clear(name)
-        else:  # a node of the same name is replaced
+        elif name in self._handles:  # cheaper than a new node, here and on the page
+            self._handles[name].points = segments.astype(np.float32)
+        else:
             self._handles[name] = self._scene.add_line_segments(
                 f"/robot/{name}", segments, color, thickness=width
             )

@@ -11,12 +11,25 @@ from collections.abc import Callable
 from typing import Any
 
 import viser
+from viser import _messages
 
+from swarm_common.records import FloatArray
 from swarm_view.gate import KEY_HEADER, Gate, query_of
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 AMBIENT, SUN = 1.9, 1.5
 START_TIMEOUT = 10.0  # [s]
+
+
+def look(client: Any, target: FloatArray, position: FloatArray) -> None:
+    """Make a page look from a position (3,) at a target (3,), both in map.
+
+    viser's own setters work out the camera's orientation twice, which nobody asks for.
+    """
+    queue = client._websock_connection.queue_message
+    with client.atomic():
+        queue(_messages.SetCameraPositionMessage((*map(float, position),)))
+        queue(_messages.SetCameraLookAtMessage((*map(float, target),)))
 
 
 class Server:

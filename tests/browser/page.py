@@ -101,7 +101,14 @@ def labelled(browser: WebDriver, label: str, number: int = 0) -> WebElement:
 
 def picture(browser: WebDriver) -> np.ndarray:
     """Return what the page looks like, (height, width, 3)."""
-    return np.asarray(Image.open(io.BytesIO(browser.get_screenshot_as_png())).convert("RGB"))
+    taken: list[bytes] = []
+
+    def take() -> bool:
+        taken.append(browser.get_screenshot_as_png())  # the driver gives up after 10 s
+        return True
+
+    wait_for(take, "a picture of the page")
+    return np.asarray(Image.open(io.BytesIO(taken[-1])).convert("RGB"))
 
 
 def errors(browser: WebDriver) -> list[str]:
