@@ -13,7 +13,8 @@ from swarm_commander.charter import Charter, parse
 from swarm_commander.roll import LOST_AFTER, NOTICE_AFTER, Event, HostReport, Standing
 from swarm_common.errors import SwarmError
 
-FIND_LIMIT = 120.0  # [s] of wall time for the world to answer first
+FIND_LIMIT = 600.0  # [s] of wall time for the world to answer first: hosts start in any order
+HINT_AFTER = 20.0  # [s] of it after which the user is told what may be wrong
 
 
 class Envoy:
@@ -55,6 +56,7 @@ class Envoy:
         self._heard_at = now
         self._is_welcome = False
         self._is_silent = False
+        self._has_hinted = False
         self._removed: set[str] = set()
 
     @property
@@ -137,7 +139,7 @@ class Envoy:
         if self.is_over:
             return []
         if not self._is_welcome:
-            return self._end("unanswered", seconds=waited) if waited > self._find_limit else []
+            return self._look_for_world(waited)
         events: list[Event] = []
         if waited > NOTICE_AFTER and not self._is_silent:
             self._is_silent = True
@@ -146,6 +148,14 @@ class Envoy:
             message = f"nothing was heard of the world's host for {waited:.0f} s"
             events += self._end("world_lost", message=message)
         return events
+
+    def _look_for_world(self, waited: float) -> list[Event]:
+        if waited > self._find_limit:
+            return self._end("unanswered", seconds=waited)
+        if waited > HINT_AFTER and not self._has_hinted:
+            self._has_hinted = True
+            return [{"event": "unanswered_yet", "seconds": waited}]
+        return []
 
     def _end(self, kind: str, **values: Any) -> list[Event]:
         self.is_over = True

@@ -124,9 +124,16 @@ class RobotsRun(ProcessRun):
         path.write_text(charter.sites, encoding="utf-8")
         return str(path)
 
+    def _on_unanswered_yet_event(self, event: dict[str, Any]) -> None:
+        if not self._is_stopping:
+            self._progress.note(f"{self._unanswered(event)} Waiting on.", "yellow")
+
     def _on_unanswered_event(self, event: dict[str, Any]) -> None:
+        self._refuse(self._unanswered(event))
+
+    def _unanswered(self, event: dict[str, Any]) -> str:
         plan = self._plan
-        self._refuse(
+        return (
             f"no world answers at {plan.world_address} within {event['seconds']:.0f} s (ROS domain"
             f" {plan.domain}, from {plan.own_address}); is swarm-up --role world running there, in"
             " the same ROS_DOMAIN_ID, bound to that address, and are its UDP ports open?"

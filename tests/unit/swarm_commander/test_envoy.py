@@ -54,6 +54,8 @@ def test_welcome_and_news() -> None:
 
 def test_nobody_answers() -> None:
     one = envoy()
+    assert one.look(20.0) == []
+    assert only(one.look(20.1))["event"] == "unanswered_yet"
     assert one.look(60.0) == []
     assert only(one.look(60.5))["event"] == "unanswered"
     assert one.is_over
