@@ -16,6 +16,14 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from swarm_common.layout import (
+    HEAD,
+    STAMP,
+    Layout,
+    after_string,
+    aligned,
+    check_little_endian,
+)
 from swarm_common.records import (
     Odometry,
     Pose,
@@ -25,33 +33,14 @@ from swarm_common.records import (
     tick_from_stamp,
 )
 
-HEAD = 4  # bytes of encapsulation; CDR aligns relative to the byte after it
 LITTLE_ENDIAN = b"\x00\x01\x00\x00"
-STAMP = struct.Struct("<iI")
 COVARIANCE = struct.pack("<36d", *([0.0] * 36))
-
-
-def aligned(offset: int, size: int) -> int:
-    """Return the next offset at which a CDR member of `size` bytes may start."""
-    return HEAD + -(-(offset - HEAD) // size) * size
-
-
-def after_string(data: bytes, offset: int) -> int:
-    """Return the offset behind the CDR string that starts at `offset` (4-aligned)."""
-    offset = aligned(offset, 4)
-    return offset + 4 + int.from_bytes(data[offset : offset + 4], "little")
 
 
 def encode_string(text: str) -> bytes:
     """Return the CDR string: length with the closing NUL, then the characters."""
     raw = text.encode() + b"\x00"
     return struct.pack("<I", len(raw)) + raw
-
-
-def check_little_endian(data: bytes) -> None:
-    """Raise ValueError unless the message is plain CDR of little endian order."""
-    if len(data) < HEAD + STAMP.size or data[1] != 1:
-        raise ValueError("message is not little-endian CDR")
 
 
 def read_tick(data: bytes) -> int:
@@ -93,15 +82,18 @@ class OdometryWriter:
         return bytes(data)
 
 
-_ODOMETRY = struct.Struct("<7d288x6d")
+class OdometryReader:
+    """Reads the planar part of nav_msgs/Odometry."""
 
+    def __init__(self) -> None:
+        """Know no message yet."""
+        self._layout = Layout(2, 8, "7d288x6d")
 
-def read_odometry(data: bytes) -> Odometry:
-    """Return the planar part of a nav_msgs/Odometry message."""
-    tick = read_tick(data)
-    offset = after_string(data, after_string(data, HEAD + STAMP.size))
-    x, y, _, qx, qy, qz, qw, vx, vy, _, _, _, wz = _ODOMETRY.unpack_from(data, aligned(offset, 8))
-    return Odometry(tick, Pose(x, y, yaw_of(qx, qy, qz, qw)), Twist(vx, vy, wz))
+    def read(self, data: bytes) -> Odometry:
+        """Return what a message says."""
+        sec, nanosec, x, y, _, qx, qy, qz, qw, vx, vy, _, _, _, wz = self._layout.unpack(data)
+        pose = Pose(x, y, yaw_of(qx, qy, qz, qw))
+        return Odometry(tick_from_stamp(sec, nanosec), pose, Twist(vx, vy, wz))
 
 
 class CovariantPoseWriter:
@@ -280,12 +272,17 @@ class CommandWriter:
         return bytes(self._data)
 
 
-def read_command(data: bytes) -> tuple[int, Twist]:
-    """Return (tick, twist) of a geometry_msgs/TwistStamped message."""
-    tick = read_tick(data)
-    offset = aligned(after_string(data, HEAD + STAMP.size), 8)
-    vx, vy, _, _, _, wz = struct.unpack_from("<6d", data, offset)
-    return tick, Twist(vx, vy, wz)
+class CommandReader:
+    """Reads geometry_msgs/TwistStamped."""
+
+    def __init__(self) -> None:
+        """Know no message yet."""
+        self._layout = Layout(1, 8, "6d")
+
+    def read(self, data: bytes) -> tuple[int, Twist]:
+        """Return (tick, twist) of a message."""
+        sec, nanosec, vx, vy, _, _, _, wz = self._layout.unpack(data)
+        return tick_from_stamp(sec, nanosec), Twist(vx, vy, wz)
 
 
 def read_plain_command(data: bytes) -> Twist:

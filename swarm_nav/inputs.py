@@ -33,6 +33,11 @@ class TickInputs:
         """Whether a message belongs to the newest complete tick, that is, asks for it again."""
         return tick == self.last_tick
 
+    @property
+    def is_settled(self) -> bool:
+        """Whether nothing has come of ticks after the newest complete one."""
+        return self.last_tick >= 0 and not self._open
+
     def add_odom(self, odom: Odometry) -> TickInput | None:
         """Take an odometry; return its tick if that is complete now."""
         return self._set(odom.tick, "odom", odom)
@@ -54,7 +59,9 @@ class TickInputs:
             self._limit()
             return None
         self.last_tick = tick
-        self._open = {other: item for other, item in self._open.items() if other > tick}
+        del self._open[tick]
+        if self._open:
+            self._open = {other: item for other, item in self._open.items() if other > tick}
         return entry
 
     def _lacks_scan(self, entry: TickInput) -> bool:

@@ -5,16 +5,16 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TwistStamped
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid
 from nav_msgs.msg import Odometry as OdometryMsg
 from rclpy.action import ActionServer
 from rclpy.context import Context
 from sensor_msgs.msg import LaserScan
-from swarm_interfaces.msg import Beacon, Mission, NeighborArray, RobotStatus
+from swarm_interfaces.msg import Mission, NeighborArray, RobotStatus
 
 from swarm_common import ros_io, wire
-from swarm_common.beacon import deserialize_neighbors, serialize_beacon
+from swarm_common.beacon import deserialize_neighbors
 from swarm_common.grid import Grid
 from swarm_common.records import Pose, tick_from_stamp
 from swarm_common.ros_poll import PolledTopic
@@ -23,19 +23,20 @@ from swarm_nav.goals import GoalEnded, Output
 from swarm_nav.inputs import TickInput, TickInputs
 from swarm_nav.lifecycle import Lifecycle
 from swarm_nav.navigator import Navigator
+from swarm_nav.ros_answer import Answers
 from swarm_nav.ros_clock import TickClock
 from swarm_nav.ros_demand import OnDemand
 from swarm_nav.ros_node import create_node
 from swarm_nav.ros_params import Parameters
 from swarm_nav.ros_poses import deviation_in, is_placeholder, pose_in_map
 from swarm_nav.ros_services import Services
+from swarm_nav.ros_status import StatusWriter
 from swarm_nav.ros_tasks import Tasks
-from swarm_nav.ros_views import Views, status_msg
+from swarm_nav.ros_views import Views
 from swarm_nav.settings import NodeSettings
-from swarm_nav.withholding import Withholding
 
 STATUS_TICKS = 5  # 2 Hz
-CLOCK_TICKS = 5  # for what rclpy itself stamps; our own messages carry the tick
+CLOCK_TICKS = 10  # for what rclpy itself stamps; our own messages carry the tick
 STATUS_PERIOD = 0.4  # [s] of wall time between two statuses without a change
 ODOM_ORIGIN = Pose(0.0, 0.0, 0.0)  # where odometry begins
 
@@ -67,11 +68,13 @@ class NavigatorNode:
         self.tick = 0
         scan_rate = settings.spec.lidar.rate if settings.fixed["with_lidar"] else 0.0
         self._inputs = TickInputs(scan_rate)
-        self._withholding = Withholding(bool(settings.fixed["wait_for_mission"]))
         self._last_status = 0.0  # wall time
-        self._answer: tuple[bytes, bytes] | None = None  # beacon and command of `tick`
-        self._command_writer = wire.CommandWriter("base_footprint")
+        self._status_writer = StatusWriter(settings.name)
+        self._odometry_reader = wire.OdometryReader()
         self.node = create_node(settings, context)
+        self._answers = Answers(
+            self.node, waits_for_mission=bool(settings.fixed["wait_for_mission"])
+        )
         self._clock = TickClock(self.node) if settings.fixed["use_sim_time"] else None
         self._on_demand = OnDemand(self.node, is_eager=not settings.fixed["on_demand"])
         self._parameters = Parameters(self.node, settings, self._reconfigure, self._on_demand)
@@ -102,17 +105,14 @@ class NavigatorNode:
             settings.initial_pose_map,
         )
         self._brain = brain
-        make = self.node.create_publisher
-        self._beacon = make(Beacon, "beacon", ros_io.RELIABLE)
-        self._cmd_vel = make(TwistStamped, "cmd_vel", ros_io.RELIABLE)
-        self._status = make(RobotStatus, "status", ros_io.RELIABLE)
+        self._status = self.node.create_publisher(RobotStatus, "status", ros_io.RELIABLE)
         self._views = Views(self.node, brain)
         self._tasks = Tasks(
             self.node,
             brain,
             self._to_map,
             lambda: self.lifecycle.is_active,
-            self._send_withheld,
+            self._answers.send_withheld,
             self._on_demand,
         )
         Services(self.node, self, brain, self._on_demand)
@@ -127,9 +127,19 @@ class NavigatorNode:
         self._odom = PolledTopic(self.node, OdometryMsg, "odom", quality)
         self._scan = PolledTopic(self.node, LaserScan, "scan", quality)
         self._neighbors = PolledTopic(self.node, NeighborArray, "neighbors", quality)
+        self._incoming = (
+            (self._odom, self._take_odom),
+            (self._scan, self._take_scan),
+            (self._neighbors, self._take_neighbors),  # which comes last
+        )
         make = self.node.create_subscription
         make(PoseWithCovarianceStamped, "initialpose", self._take_initial_pose, ros_io.RELIABLE)
-        make(Mission, "mission", self._take_mission, ros_io.LATCHED)
+        make(Mission, "mission", self._answers.take_mission, ros_io.LATCHED)
+
+    @property
+    def is_in_large_swarm(self) -> bool:
+        """Whether what is rarely used has to wait for its first client."""
+        return bool(self._settings.fixed["on_demand"])
 
     # What a tick is made of
 
@@ -140,24 +150,31 @@ class NavigatorNode:
         The world publishes `neighbors` after `odom` and `scan`. Without a map, or while an answer
         is withheld, it is the executor that must be waited for.
         """
-        is_waiting = self._brain is None or self._withholding.is_holding
+        is_waiting = self._brain is None or self._answers.is_withheld
         return None if is_waiting else self._neighbors
 
     def take_inputs(self) -> None:
-        """Take all messages of the tick that have arrived; decide if it is complete."""
+        """Take the messages of the tick that have arrived; decide if it is complete.
+
+        Of each topic one message at a time, and no more once a tick is complete: a look at what
+        is empty costs as much as a message.
+        """
         if self._brain is None:
             return
-        while (data := self._odom.take()) is not None:
-            self._take_odom(data)
-        while (data := self._scan.take()) is not None:
-            self._take_scan(data)
-        while (data := self._neighbors.take()) is not None:
-            self._take_neighbors(data)
+        has_taken = True
+        while has_taken:
+            has_taken = False
+            for topic, take in self._incoming:
+                if (data := topic.take()) is not None:
+                    has_taken = True
+                    take(data)
+            if self._inputs.is_settled:
+                return
 
     def _take_odom(self, data: bytes) -> None:
-        odom = wire.read_odometry(data)
+        odom = self._odometry_reader.read(data)
         if self._inputs.is_repeat(odom.tick):
-            self._repeat_answer()
+            self._answers.repeat()
         self._step(self._inputs.add_odom(odom))
 
     def _take_scan(self, data: bytes) -> None:
@@ -174,28 +191,19 @@ class NavigatorNode:
         brain = self._brain
         if observed is None or brain is None:
             return
-        is_first = self._answer is None
         self.tick = tick = observed.tick
         assert observed.odom is not None
         assert observed.neighbors is not None
         brain.on_odom(observed.odom)
-        if is_first and observed.odom.pose_odom != ODOM_ORIGIN:
+        if self._answers.is_first and observed.odom.pose_odom != ODOM_ORIGIN:
             self._rejoin(brain, observed.odom.pose_odom)
         if observed.scan is not None:
             brain.on_scan(observed.scan)
         brain.on_neighbors(observed.neighbors)
         output = brain.tick(tick)
-        self._answer = (
-            serialize_beacon(output.beacon),
-            self._command_writer.encode(tick, output.twist),
-        )
         ended = [event for event in output.events if isinstance(event, GoalEnded)]
         has_goal = brain.goal_id is not None
-        if self._withholding.should_hold(has_goal, is_first, bool(ended)):
-            self._withholding.hold(time.monotonic(), is_first)
-        else:
-            self._withholding.release()
-            self._send_answer()
+        self._answers.give(tick, output, has_goal=has_goal, has_ended=bool(ended))
         self._tell(output, ended)
 
     def _rejoin(self, brain: Navigator, pose_odom: Pose) -> None:
@@ -217,33 +225,10 @@ class NavigatorNode:
         self._tasks.report(self.tick, ended)
         self._views.publish(self.tick)
 
-    def _send_answer(self) -> None:
-        if self._answer is not None:
-            beacon, command = self._answer
-            self._beacon.publish(beacon)
-            self._cmd_vel.publish(command)
-
-    def _repeat_answer(self) -> None:
-        if not self._withholding.is_holding:
-            self._send_answer()
-
-    def _send_withheld(self) -> None:
-        if self._withholding.is_holding:
-            self._withholding.release()
-            self._send_answer()
-
-    def _take_mission(self, message: Mission) -> None:
-        if self._withholding.on_mission(message.active, time.monotonic()):
-            self._send_withheld()
-
     def look_around(self, now: float) -> None:
         """See who wants something, and who has been silent for too long; `now` is wall time."""
         self._on_demand.look(now)
-        if self._withholding.has_expired(now):
-            self.node.get_logger().warning(
-                f"tick {self.tick}: the mission sends no goal; going on without it"
-            )
-            self._send_withheld()
+        self._answers.look(self.tick, now)
 
     # What the operator asks for
 
@@ -300,13 +285,12 @@ class NavigatorNode:
     def publish_status(self) -> None:
         """Publish the state for the operator."""
         if self._brain is not None:
-            status = self._brain.status()
-            self._status.publish(status_msg(status, self._settings.name, self.tick))
+            self._status.publish(self._status_writer.encode(self.tick, self._brain.status()))
 
     def destroy(self) -> None:
         """Leave the ROS graph."""
         if self._brain is not None:
-            for topic in (self._odom, self._scan, self._neighbors):
+            for topic, _ in self._incoming:
                 topic.destroy()
         for server in list(self.node.waitables):
             if isinstance(server, ActionServer):  # one that is left keeps the node alive

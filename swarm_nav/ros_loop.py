@@ -15,7 +15,8 @@ from swarm_nav.node import NavigatorNode
 
 WAIT_SLICE = 0.25  # [s] the same while no tick can come; signals are looked at as well
 REQUEST_PERIOD = 0.05  # [s] of wall time between two looks for requests and other things,
-BUSY_PERIOD = 0.2  # [s] the same while ticks come, as a look costs a third of what a tick costs
+BUSY_PERIOD = 0.2  # [s] the same while ticks come, as a look costs a third of what a tick costs,
+LARGE_PERIOD = 0.5  # [s] and in a large swarm, whose ticks take long
 BUSY_TIME = 1.0  # [s] without a tick after which the world is taken to be paused
 PACK_SLICE = 0.01  # [s] while some navigators of the process wait for a tick and some do not
 
@@ -83,7 +84,8 @@ class TickLoop:
         if tick != self._tick:
             self._tick, self._tick_at = tick, now
         is_busy = now - self._tick_at < BUSY_TIME
-        self._request_period = BUSY_PERIOD if is_busy else REQUEST_PERIOD
+        busy_period = LARGE_PERIOD if self._seats[0].node.is_in_large_swarm else BUSY_PERIOD
+        self._request_period = busy_period if is_busy else REQUEST_PERIOD
 
     def _wait(self) -> None:
         topics = []

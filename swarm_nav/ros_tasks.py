@@ -33,6 +33,7 @@ from swarm_nav.ros_goals import (
 )
 
 FEEDBACK_TICKS = 5
+LISTENER_TICKS = 20  # between two looks for who wants feedback; the graph is slow to ask
 
 
 @dataclass(slots=True)
@@ -43,6 +44,7 @@ class Running:
     handle: ServerGoalHandle
     goal: Goal
     started_tick: int = 0
+    has_listeners: bool = False
 
 
 class Tasks:
@@ -140,7 +142,9 @@ class Tasks:
             self._send_feedback(running, tick)
 
     def _send_feedback(self, running: Running, tick: int) -> None:
-        feedback = self._brain.feedback() if running.server.has_listeners else None
+        if (tick - running.started_tick) % LISTENER_TICKS == FEEDBACK_TICKS:
+            running.has_listeners = running.server.has_listeners
+        feedback = self._brain.feedback() if running.has_listeners else None
         if feedback is not None:
             running.handle.publish_feedback(
                 feedback_msg(running.goal, feedback, running.started_tick, tick)

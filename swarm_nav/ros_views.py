@@ -1,4 +1,4 @@
-"""What a navigator shows: its status, and for viewers what is sent only while they subscribe."""
+"""What a navigator shows to viewers, sent only while they subscribe."""
 
 from __future__ import annotations
 
@@ -8,16 +8,14 @@ from nav2_msgs.msg import Particle, ParticleCloud
 from nav_msgs.msg import OccupancyGrid, Path
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from swarm_interfaces.msg import RobotStatus
 from tf2_msgs.msg import TFMessage
 
 from swarm_common import ros_io, wire
 from swarm_common.records import Pose
 from swarm_nav.costmap import Costmap
-from swarm_nav.goals import Status
 from swarm_nav.navigator import Navigator
 
-LOOK_TICKS = 5  # between two looks for subscribers
+LOOK_TICKS = 10  # between two looks for subscribers
 PLAN_TICKS = 5
 LOCAL_TICKS = 2  # Nav2's 5 Hz
 GLOBAL_TICKS = 10  # Nav2's 1 Hz
@@ -112,27 +110,3 @@ def _occupancy(costmap: Costmap, tick: int) -> OccupancyGrid:
     cells = ros_io.OCCUPANCY_FROM_COST[costmap.cells]
     origin = (costmap.origin_x, costmap.origin_y)
     return ros_io.occupancy_msg(cells, costmap.resolution, origin, tick, "map")
-
-
-def status_msg(status: Status, robot: str, tick: int) -> RobotStatus:
-    """Return swarm_interfaces/RobotStatus of a brain's status."""
-    message = RobotStatus(stamp=ros_io.time_msg(tick), robot=robot)
-    for name in ("state", "detail", "station"):
-        setattr(message, name, getattr(status, name))
-    for name in (
-        "queue_place",
-        "number_of_recoveries",
-        "goals_reached",
-        "goals_failed",
-        "pushes",
-        "retreats",
-        "deadlocks_resolved",
-        "replans",
-    ):
-        setattr(message, name, int(getattr(status, name)))
-    for name in ("distance_remaining", "estimated_time_remaining", "hold_time", "wait_time"):
-        setattr(message, name, float(getattr(status, name)))
-    message.pose = ros_io.pose2d_msg(status.pose_map)
-    message.goal = ros_io.pose2d_msg(status.goal_map)
-    message.holding_since = ros_io.time_msg(status.holding_since_tick)
-    return message

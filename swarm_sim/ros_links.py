@@ -80,6 +80,7 @@ class RobotLink:
         self._create_publishers(node, gallery, f"/{name}")
         self._publish_description(urdf)
         kind: Any = TwistStamped if settings.cmd_vel_stamped else TwistMsg
+        self._command_reader = wire.CommandReader()
         self._read_command = self._take_stamped if settings.cmd_vel_stamped else self._take_plain
         self._commands = PolledTopic(node, kind, f"/{name}/cmd_vel", ros_io.TICK_INPUT)
         self._beacons = PolledTopic(node, Beacon, f"/{name}/beacon", ros_io.TICK_INPUT)
@@ -218,7 +219,7 @@ class RobotLink:
         return self.command if self.command is not None else self._other
 
     def _take_stamped(self, data: bytes) -> None:
-        tick, twist = wire.read_command(data)
+        tick, twist = self._command_reader.read(data)
         self.newest_tick = max(self.newest_tick, tick)
         self._take(twist, tick == self._tick)
 

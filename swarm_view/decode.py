@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rclpy.serialization import deserialize_message
 
-from swarm_common import wire
+from swarm_common import layout, wire
 from swarm_common.beacon import deserialize_beacon
 from swarm_common.records import Pose, Scan
 from swarm_view.topics import type_of
@@ -134,14 +134,14 @@ _NUMBERS = struct.Struct("<I2fiI2f3I")
 
 def robot_state(data: bytes) -> RobotState:
     """Return swarm_interfaces/RobotStatus; taken apart here, as many come every second."""
-    texts, offset = [], wire.HEAD + wire.STAMP.size
+    texts, offset = [], layout.HEAD + layout.STAMP.size
     for _ in range(3):  # robot, state, detail
         text, offset = _string(data, offset)
         texts.append(text)
-    offset = wire.aligned(offset, 8)
+    offset = layout.aligned(offset, 8)
     x, y, yaw, goal_x, goal_y, goal_yaw = _POSES.unpack_from(data, offset)
     station, offset = _string(data, offset + _POSES.size)
-    numbers = _NUMBERS.unpack_from(data, wire.aligned(offset, 4))
+    numbers = _NUMBERS.unpack_from(data, layout.aligned(offset, 4))
     queue_place, remaining, _, _, _, hold_time, wait_time, _, reached, failed = numbers
     return RobotState(
         tick=wire.read_tick(data),
@@ -161,6 +161,6 @@ def robot_state(data: bytes) -> RobotState:
 
 def _string(data: bytes, offset: int) -> tuple[str, int]:
     """Return the CDR string that starts at `offset` (4-aligned), and the offset behind it."""
-    offset = wire.aligned(offset, 4)
-    end = wire.after_string(data, offset)
+    offset = layout.aligned(offset, 4)
+    end = layout.after_string(data, offset)
     return data[offset + 4 : end - 1].decode(), end

@@ -28,7 +28,9 @@ def test_odometry(frame, child):
     assert (message.header.stamp.sec, message.header.stamp.nanosec) == (12, 300_000_000)
     assert message.pose.pose.position.y == POSE.y
     assert message.twist.twist.angular.z == TWIST.wz
-    odom = wire.read_odometry(serialize_message(message))
+    reader = wire.OdometryReader()
+    reader.read(wire.OdometryWriter("other", child).encode(1, Pose(0.0, 0.0, 0.0), TWIST))
+    odom = reader.read(serialize_message(message))
     assert (odom.tick, odom.twist) == (123, TWIST)
     assert odom.pose_odom.yaw == pytest.approx(POSE.yaw)
 
@@ -64,7 +66,7 @@ def test_command(frame):
     message = deserialize_message(wire.CommandWriter(frame).encode(9, TWIST), TwistStamped)
     assert message.header.frame_id == frame
     assert message.twist.linear.x == TWIST.vx
-    assert wire.read_command(serialize_message(message)) == (9, TWIST)
+    assert wire.CommandReader().read(serialize_message(message)) == (9, TWIST)
 
 
 def test_plain_command():
