@@ -9,13 +9,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_sim.polygon_kernels import overlap, place
-from swarm_sim.walker_kernels import STANDING, next_corner, point_at
+from swarm_sim.walker_kernels import (
+    ARC,
+    DIRECTION,
+    PAUSE,
+    STANDING,
+    WAITED,
+    go_on,
+    next_corner,
+    point_at,
+    wait,
+)
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 ELBOW_ROOM = 0.1  # [m] that a vehicle keeps from a robot that stands
 ALIGNED = 1e-6  # [rad]
-ARC, DIRECTION, PAUSE, WAITED, VISITS = 0, 1, 2, 3, 4  # columns of a vehicle's state
 SPEED, TURN, STEP, PATIENCE, LENGTH, WIDTH = 0, 1, 2, 3, 4, 5  # columns of its traits
 
 
@@ -133,9 +142,7 @@ def drive(
         front, back = (half, ahead) if is_reverse else (ahead, half)
         outline(goal, front, back, side + ELBOW_ROOM, corners)
         if meets(corners, robots, True, touches[:, v], -1):
-            state[v, WAITED] += period
-            if state[v, WAITED] > traits[v, PATIENCE]:
-                state[v, WAITED], state[v, DIRECTION] = 0.0, -direction
+            wait(state[v], period, traits[v, PATIENCE])
             continue
         outline(goal, half, half, side, corners)
         if meets(corners, robots, False, touches[:, v], step):
@@ -144,14 +151,6 @@ def drive(
         poses[v], state[v, WAITED] = goal, 0.0
         if length == 0.0:
             continue
-        if left <= traits[v, SPEED] * period:
-            pauses = loops[3][v]
-            state[v, PAUSE] = pauses[int(state[v, VISITS]) % len(pauses)]
-            state[v, VISITS] += 1.0
-        arc += direction * length
-        if direction > 0.0 and arc >= arcs[-1] - 1e-9:
-            arc = 0.0
-        elif direction < 0.0 and arc <= 1e-9:
-            arc = arcs[-1]
-        state[v, ARC] = arc
+        is_at_point = left <= traits[v, SPEED] * period
+        go_on(state[v], arc + direction * length, arcs, loops[3][v], is_at_point)
     return any_touch

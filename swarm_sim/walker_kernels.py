@@ -60,6 +60,37 @@ def next_corner(arcs: FloatArray, arc: float, direction: float) -> float:
 
 
 @numba.njit(cache=True)
+def wait(state: FloatArray, period: float, patience: float) -> None:
+    """Note in a walker's or vehicle's state that it waits; turn round when it has for long."""
+    state[WAITED] += period
+    if state[WAITED] > patience:
+        state[WAITED], state[DIRECTION] = 0.0, -state[DIRECTION]
+
+
+@numba.njit(cache=True)
+def go_on(
+    state: FloatArray, arc: float, arcs: FloatArray, pauses: FloatArray, is_at_point: bool
+) -> None:
+    """Note in a walker's or vehicle's state how far it has come; at a point it pauses.
+
+    Args:
+        state: (5,); changed.
+        arc: [m] along the closed path.
+        arcs: (k + 1,) length up to each point.
+        pauses: [s] at the points, in order of visits.
+        is_at_point: Whether it has reached one.
+    """
+    if is_at_point:
+        state[PAUSE] = pauses[int(state[VISITS]) % len(pauses)]
+        state[VISITS] += 1.0
+    if state[DIRECTION] > 0.0 and arc >= arcs[-1] - 1e-9:
+        arc = 0.0
+    elif state[DIRECTION] < 0.0 and arc <= 1e-9:
+        arc = arcs[-1]
+    state[ARC] = arc
+
+
+@numba.njit(cache=True)
 def is_barred(
     here: FloatArray,
     ahead: FloatArray,
@@ -131,9 +162,7 @@ def walk(
         arc = state[w, ARC] + direction * min(left, traits[w, STEP])
         point_at(path, arcs, arc, goal)
         if is_barred(places[w], goal, traits[w, RADIUS], robots):
-            state[w, WAITED] += period
-            if state[w, WAITED] > traits[w, PATIENCE]:
-                state[w, WAITED], state[w, DIRECTION] = 0.0, -direction
+            wait(state[w], period, traits[w, PATIENCE])
             continue
         arc = state[w, ARC] + direction * min(left, traits[w, SPEED] * period)
         point_at(path, arcs, arc, goal)
@@ -141,15 +170,7 @@ def walk(
             any_touch = True
             continue
         places[w], state[w, WAITED] = goal, 0.0
-        if left <= traits[w, SPEED] * period:
-            pauses = loops[3][w]
-            state[w, PAUSE] = pauses[int(state[w, VISITS]) % len(pauses)]
-            state[w, VISITS] += 1.0
-        if direction > 0.0 and arc >= arcs[-1] - 1e-9:
-            arc = 0.0
-        elif direction < 0.0 and arc <= 1e-9:
-            arc = arcs[-1]
-        state[w, ARC] = arc
+        go_on(state[w], arc, arcs, loops[3][w], left <= traits[w, SPEED] * period)
     return any_touch
 
 
