@@ -113,7 +113,8 @@ class Commander:
         self._failed += not outcome.reached
         word = "reached" if outcome.reached else "FAILED"
         at = sim_seconds(outcome.tick)
-        typer.echo(f"{driver.name}  {outcome.stop.name}: {word} at t = {at:.1f} s")
+        why = f": {outcome.reason}" if outcome.reason else ""
+        typer.echo(f"{driver.name}  {outcome.stop.name}: {word} at t = {at:.1f} s{why}")
 
     def on_over(self, driver: RobotDriver) -> bool:
         """Say so; the robot is free."""
