@@ -234,14 +234,16 @@ class BulletEngine:
             set_asleep(self._client, self._robots[index], bool(after[index]))
 
     def _set_motors(self, robots: Sequence[int]) -> None:
-        for index in robots:
+        for index, speeds in zip(robots, self._speeds[list(robots)].tolist(), strict=True):
             robot = self._robots[index]
-            rates = self._wheels[index].rates(*self._speeds[index]) * robot.signs
+            rates = self._wheels[index].plain_rates(*speeds)
             pybullet.setJointMotorControlArray(
                 robot.body,
                 robot.wheels,
                 pybullet.VELOCITY_CONTROL,
-                targetVelocities=rates.tolist(),
+                targetVelocities=[
+                    rate * sign for rate, sign in zip(rates, robot.signs.tolist(), strict=True)
+                ],
                 forces=[MOTOR_TORQUE] * len(robot.wheels),
                 physicsClientId=self._client,
             )

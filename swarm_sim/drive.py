@@ -68,6 +68,7 @@ class Wheels:
         self._slides = np.array([0.0] * len(sides))
         if spec.is_omni and len(sides) == 4:
             self._slides = np.array([-1.0, 1.0, 1.0, -1.0])
+        self._levers = list(zip(self._arms.tolist(), self._slides.tolist(), strict=True))
 
     def rates(self, vx: float, wz: float, vy: float) -> FloatArray:
         """Return the turning rates [rad/s] of the wheels at a motion [m/s, rad/s, m/s].
@@ -76,6 +77,10 @@ class Wheels:
         """
         rates: FloatArray = (vx + self._arms * wz + self._slides * vy) / self._radius
         return rates
+
+    def plain_rates(self, vx: float, wz: float, vy: float) -> list[float]:
+        """Return the same as `rates`, to the bit, in less time for plain numbers."""
+        return [(vx + arm * wz + slide * vy) / self._radius for arm, slide in self._levers]
 
     def travel(self, angles: FloatArray) -> tuple[float, float]:
         """Return the way [m] forwards and to the left that wheels turned by `angles` report."""
