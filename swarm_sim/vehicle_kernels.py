@@ -57,16 +57,14 @@ def heading_at(path: FloatArray, arcs: FloatArray, arc: float, direction: float)
 def meets(
     corners: FloatArray,
     robots: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
-    only_standing: bool,
     touches: IntArray,
     step: int,
 ) -> bool:
-    """Return whether a rectangle meets robots; note which in `touches` unless step is negative.
+    """Return whether a rectangle meets robots; note which in `touches`.
 
     Args:
         corners: (4, 2).
         robots: Poses (n, 3), forward speeds (n,), hulls (n, k, 2), circumscribed radii (n,).
-        only_standing: Whether those that drive are left out.
         touches: (n,) first step of contact, -1 for none; changed.
         step: Its number within the control period.
     """
@@ -75,17 +73,42 @@ def meets(
     hull = np.empty_like(robots[2][0])
     found = False
     for i in range(robots[0].shape[0]):
-        if only_standing and abs(robots[1][i]) >= STANDING:
-            continue
         rx, ry, yaw = robots[0][i, 0], robots[0][i, 1], robots[0][i, 2]
         if math.hypot(rx - x, ry - y) > reach + robots[3][i]:
             continue
         place(robots[2][i], rx, ry, yaw, hull)
         if overlap(corners, hull):
             found = True
-            if step >= 0 and touches[i] < 0:
+            if touches[i] < 0:
                 touches[i] = step
     return found
+
+
+@numba.njit(cache=True)
+def bars(
+    roomy: FloatArray,
+    present: FloatArray,
+    bare: FloatArray,
+    robots: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+) -> bool:
+    """Return whether a robot that stands is in the way of a vehicle.
+
+    One that is too near already bars only what would run into it, so that the vehicle gets away.
+
+    Args:
+        roomy: (4, 2) where it goes next, with elbow room.
+        present: (4, 2) where it is, with elbow room.
+        bare: (4, 2) where it goes next, without.
+        robots: Poses (n, 3), forward speeds (n,), hulls (n, k, 2), circumscribed radii (n,).
+    """
+    hull = np.empty_like(robots[2][0])
+    for i in range(robots[0].shape[0]):
+        if abs(robots[1][i]) >= STANDING:
+            continue
+        place(robots[2][i], robots[0][i, 0], robots[0][i, 1], robots[0][i, 2], hull)
+        if overlap(roomy, hull) and (overlap(bare, hull) or not overlap(present, hull)):
+            return True
+    return False
 
 
 @numba.njit(cache=True)
@@ -114,6 +137,7 @@ def drive(
         step: Its number within the control period.
     """
     corners, goal, spot = np.empty((4, 2)), np.empty(3), np.empty(2)
+    present, bare = np.empty((4, 2)), np.empty((4, 2))
     any_touch = False
     for v in range(len(state)):
         if state[v, PAUSE] > 0.0:
@@ -138,14 +162,17 @@ def drive(
             length = min(left, traits[v, SPEED] * period)
             point_at(path, arcs, arc + direction * length, spot)
             goal[0], goal[1] = spot[0], spot[1]
-        ahead = half + ELBOW_ROOM + (min(left, traits[v, STEP]) if length > 0.0 else 0.0)
+        ahead = half + (min(left, traits[v, STEP]) if length > 0.0 else 0.0)
         front, back = (half, ahead) if is_reverse else (ahead, half)
-        outline(goal, front, back, side + ELBOW_ROOM, corners)
-        if meets(corners, robots, True, touches[:, v], -1):
+        room = 0.0 if is_reverse else ELBOW_ROOM
+        outline(goal, front + room, back + ELBOW_ROOM - room, side + ELBOW_ROOM, corners)
+        outline(poses[v], half + ELBOW_ROOM, half + ELBOW_ROOM, side + ELBOW_ROOM, present)
+        outline(goal, front, back, side, bare)
+        if bars(corners, present, bare, robots):
             wait(state[v], period, traits[v, PATIENCE])
             continue
         outline(goal, half, half, side, corners)
-        if meets(corners, robots, False, touches[:, v], step):
+        if meets(corners, robots, touches[:, v], step):
             any_touch = True
             continue
         poses[v], state[v, WAITED] = goal, 0.0

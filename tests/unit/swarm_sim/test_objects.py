@@ -112,6 +112,15 @@ def test_a_forklift_waits_for_a_robot_that_stands_and_turns_round(engine: str) -
     world.close()
 
 
+def test_a_forklift_gets_away_from_a_robot_that_stands_close_beside_it() -> None:
+    scene = scene_of(vehicles=(FORKLIFT,))
+    beside = 0.5 * FORKLIFT.width + 0.05 + max(y for _, y in SPEC.footprint)
+    world = World(scene, [SPEC], [Pose(2.0, beside, 0.0)], WorldConfig(engine="planar"))
+    drive(world, 6.0, 0.0)
+    assert world.objects()[0].world_from_body[0, 3] > 5.0
+    assert not world.collisions
+
+
 @pytest.mark.parametrize("engine", ["bullet", "planar"])
 def test_lidars_see_a_forklift(engine: str) -> None:
     world = world_of(scene_of(vehicles=(replace(FORKLIFT, pause=100.0),)), engine)
