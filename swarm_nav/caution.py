@@ -50,6 +50,9 @@ def limited(situation: Situation, twist: Twist) -> Twist:
     s = situation
     config = s.config.controller
     gap = s.obstacles.restless_gap(s.pose.x, s.pose.y, s.tick) - s.body_radius
+    if gap == math.inf:
+        s.is_wary = False
+        return twist
     s.is_wary = gap < caution_distance(config.max_vel_x, config.acc_lim_x)
     speed = math.hypot(twist.vx, twist.vy) if twist.vy else abs(twist.vx)
     if not s.is_wary:

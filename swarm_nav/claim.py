@@ -62,7 +62,7 @@ class Claim:
             tube.requests,
             (traffic.push_ticks, traffic.yield_slack),
             (s.obstacle_points(), clearance),
-            s.hood.claims((*tube.stop_point, s.radius + tube_kernels.FETCHED_REACH)),
+            s.hood.claims(),
         )
         s.has_grown = stop > tube.stop
         tube.stop = stop
@@ -117,7 +117,7 @@ class Claim:
         """Give up what lies too near to somebody's tube since a radius has grown."""
         s, tube = self._s, self._s.tube
         first = parting_kernels.first_overlap(
-            tube.points, tube.near, tube.stop, s.radius, GROWTH_SLACK, s.hood.claims()
+            tube.points, tube.near, tube.stop, s.radius, GROWTH_SLACK, s.hood.columns()
         )
         if first <= tube.stop:
             tube.release_ahead(first - 1 - tube.near)

@@ -39,6 +39,16 @@ class Controller:
     def configure(self, config: ControllerConfig) -> None:
         """Take new parameters, effective from the next tick."""
         self.config = config
+        self._settings = (
+            (config.max_vel_x, config.max_vel_theta, config.acc_lim_x, config.acc_lim_theta),
+            (config.vx_samples, config.vtheta_samples, config.sim_time),
+            (
+                config.path_distance_scale,
+                config.goal_distance_scale,
+                config.path_align_scale,
+                config.oscillation_scale,
+            ),
+        )
         self.arc: FloatArray = np.zeros((max(1, round(config.sim_time / control_kernels.STEP)), 3))
 
     def course(self, twist: Twist) -> Twist:
@@ -123,14 +133,7 @@ class Controller:
             (max(0.0, twist.vx), twist.wz),
             window,
             (v_limit, max(0, end - first), TUBE_TOLERANCE),
-            (config.max_vel_x, config.max_vel_theta, acc, config.acc_lim_theta),
-            (config.vx_samples, config.vtheta_samples, config.sim_time),
-            (
-                config.path_distance_scale,
-                config.goal_distance_scale,
-                config.path_align_scale,
-                config.oscillation_scale,
-            ),
+            *self._settings,
             self.arc,
         )
         return Twist(float(v), 0.0, float(w))

@@ -76,6 +76,6 @@ class Narrows:
             way,
             last - tube.stop,
             (situation.priority, situation.robot_id),
-            hood.claims(),
+            hood.columns(),
         )
         return tube.stop + count, row

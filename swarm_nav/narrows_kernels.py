@@ -125,7 +125,7 @@ def barrier(labels, frame, way, wanted, own, claims):
     """Return (number of points of `way` that may be claimed, row that is waited for or -1).
 
     `way` starts at the end of the held tube; `wanted` points of it are wanted now. own =
-    (priority, id). claims = the neighbours' columns, see `Neighborhood.claims`.
+    (priority, id). claims = the neighbours' columns, see `Neighborhood.columns`.
     """
     if wanted <= 0 or label_at(labels, frame, way[0, 0], way[0, 1]) > 0:
         return wanted, -1

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,6 +17,7 @@ from swarm_common.beacon import (
 )
 from swarm_common.records import CONTROL_PERIOD, FloatArray
 from swarm_nav import neighborhood_kernels as kernels
+from swarm_nav import station_kernels
 from swarm_nav.config import TrafficConfig
 
 BODY_REACH = 0.12  # [m] beyond a neighbour's radius within which a hit is that neighbour
@@ -31,7 +30,6 @@ UNHEARD_FAR = 4.5  # [m] within which at least one has to
 UNHEARD_LIMITS = (UNHEARD_PATIENCE, UNHEARD_NEAR, UNHEARD_FAR, HEARD_ENTRIES)
 MAX_SPEED = 0.52  # [m/s] at which two robots can part
 INITIAL_ROWS = 32
-EVERYWHERE = (0.0, 0.0, math.inf)
 CLAIM_COLUMNS = (
     "radius",
     "blocked_ticks",
@@ -68,7 +66,7 @@ class Neighborhood:
     def __init__(self, own_id: int, config: TrafficConfig) -> None:
         """Start knowing nobody."""
         self._own_id = own_id
-        self._config = config
+        self.configure(config)
         self._count = 0
         self._inbox: list[tuple[Reception, tuple[float, float]]] = []
         self._words: NDArray[np.uint32] = np.zeros((0, BEACON_WORDS), np.uint32)
@@ -84,7 +82,8 @@ class Neighborhood:
 
     def configure(self, config: TrafficConfig) -> None:
         """Take new parameters, effective from the next tick."""
-        self._config = config
+        edge = config.radio_range - 2.0 * MAX_SPEED * config.lost_ticks * CONTROL_PERIOD
+        self._limits = (config.lost_ticks, edge, config.dead_ticks, STOPPING_POINTS, UNHEARD_LIMITS)
 
     def receive(self, beacons: BeaconArray, x: float, y: float) -> None:
         """Take beacons for the next `refresh`; (x, y) is the own position in map."""
@@ -97,18 +96,15 @@ class Neighborhood:
 
     def refresh(self, tick: int) -> None:
         """Store what was received, work out ages at `tick` and forget those who left."""
-        config = self._config
-        edge = config.radio_range - 2.0 * MAX_SPEED * config.lost_ticks * CONTROL_PERIOD
-        limits = (config.lost_ticks, edge, config.dead_ticks, STOPPING_POINTS, UNHEARD_LIMITS)
         inbox, self._inbox = self._inbox, []
         most = self._count + sum([len(reception.rows) for reception, _ in inbox])
         if most > len(self._words):
             self._allocate(2 * most)
-        rest = (self._columns, tick, limits, self._heard)
+        rest = (self._columns, tick, self._limits, self._heard)
         found = (self._count, 0, False)
         for reception, (x, y) in inbox:
             heard = (reception.words, reception.rows)
-            own = (x, y, self._own_id, config.lost_ticks)
+            own = (x, y, self._own_id, self._limits[0])
             found = kernels.take_in(self._table, found[0], heard, self._air, own, *rest)
             self._air = reception.words
         if not inbox:
@@ -144,23 +140,24 @@ class Neighborhood:
     @property
     def beacons(self) -> BeaconArray:
         """The beacons (n,), ascending by id; a view that the next `refresh` overwrites."""
-        self._fetch(EVERYWHERE)
+        self._fetch()
         return self.heads
 
-    def _fetch(self, disc: tuple[float, float, float]) -> None:
-        """Complete the beacons of robots whose tubes may come near a disc (x, y, radius)."""
-        kernels.fetch(self._words, self._floats, self._links, self._count, self._air, disc)
+    def _fetch(self) -> None:
+        """Complete the beacons in the table."""
+        kernels.fetch(self._words, self._links, self._count, self._air)
 
-    def claims(
-        self, disc: tuple[float, float, float] = EVERYWHERE
-    ) -> tuple[NDArray[np.generic], ...]:
-        """Return the columns that `tube_kernels.extend` reads, of robots near (x, y, radius).
+    def claims(self) -> tuple[NDArray[np.generic], ...]:
+        """Return what `tube_kernels.extend` reads: it finds points in the table or on the air."""
+        return (self.ids, self.acks, self.gone, self.priorities, *self._rows, self._air)
 
-        Of robots whose first point is further away than the two radii no other point is right.
+    def columns(self) -> tuple[NDArray[np.generic], ...]:
+        """Return the columns that kernels read who look at all robots.
+
         The first four have a row per robot, the others are views of the whole table: a view of
         one row would be contiguous, and numba would compile the kernels a second time for it.
         """
-        self._fetch(disc)
+        self._fetch()
         return (self.ids, self.acks, self.gone, self.priorities, *self._claims)
 
     def heard(self, tick: int) -> NDArray[np.uint32]:
@@ -196,7 +193,7 @@ class Neighborhood:
     def earlier_requests(self, station: tuple[float, float], tick: int, same: float) -> int:
         """Return how many robots asked before `tick` for a station within `same` [m] of this."""
         return int(
-            kernels.earlier_requests(
+            station_kernels.earlier_requests(
                 self._words, self._floats, self.gone, station, tick, self._own_id, same
             )
         )
@@ -204,7 +201,7 @@ class Neighborhood:
     def highest_waiting(self, station: tuple[float, float], same: float) -> int:
         """Return the highest priority of who asked for a station within `same` [m], 0 if none."""
         return int(
-            kernels.highest_waiting(
+            station_kernels.highest_waiting(
                 self._words, self._floats, self.gone, self.priorities, station, same
             )
         )
@@ -228,6 +225,7 @@ class Neighborhood:
         self._words, self._notes, self._links = words, notes, links
         self._floats = words.view(np.float32)
         self._table = (words, self._floats, notes, links)
+        self._rows = (words, links)
         self._is_new = True  # not shown yet
         self._records: BeaconArray = words.view(BEACON_DTYPE)[:, 0]
         self._columns = (
@@ -238,7 +236,7 @@ class Neighborhood:
             np.zeros(rows, np.int64),
         )
         self._bodies = np.zeros((rows, 2)), np.zeros(rows)
-        # views of the whole table, see `claims`
+        # views of the whole table, see `columns`
         self.gate_columns = self._records["pose"], self._records["gate_tick"]
         self._claims = tuple(self._records[name] for name in CLAIM_COLUMNS)
 

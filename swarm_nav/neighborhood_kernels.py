@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 from swarm_common.beacon import FLAG_DEAF, FLAG_LEFT, word_of
-from swarm_nav.priority import DEPTH_BITS, ID_MASK, TOP_DEPTH
+from swarm_nav.priority import TOP_DEPTH
 
 ID = word_of("id")
 TICK = word_of("tick")
@@ -22,8 +22,6 @@ PRIORITY = word_of("priority")
 BLOCKED_TICKS = word_of("blocked_ticks")
 YIELDS_FOR = word_of("yields_for")
 BLOCKED_BY = word_of("blocked_by")
-STATION = word_of("station")
-STATION_TICK = word_of("station_tick")
 HELD_SIZE = word_of("held_size")
 WANTED_SIZE = word_of("wanted_size")
 FLAGS = word_of("flags")
@@ -116,13 +114,10 @@ def copy_points(words, links, row, air):
 
 
 @njit(cache=True)
-def fetch(words, floats, links, count, air, disc):
-    """Complete the beacons of robots whose tube may come near a disc (x, y, radius)."""
+def fetch(words, links, count, air):
+    """Complete the beacons in the table."""
     for row in range(count):
-        if links[row, SOURCE] == OWN:
-            continue
-        gap = math.hypot(floats[row, HELD] - disc[0], floats[row, HELD + 1] - disc[1])
-        if gap < disc[2] + floats[row, RADIUS]:
+        if links[row, SOURCE] != OWN:
             copy_points(words, links, row, air)
 
 
@@ -269,41 +264,3 @@ def highest_pusher(words, gone, priorities, own, patience, least_depth):
         if best < 0 or priorities[row] > priorities[best]:
             best = row
     return best
-
-
-@njit(cache=True)
-def earlier_requests(words, floats, gone, station, tick, own_id, same):
-    """Number of robots that asked before (tick, own_id) for a station within `same` [m] of ours."""
-    count = 0
-    for row in range(gone.shape[0]):
-        asked = np.int64(words[row, STATION_TICK])
-        if asked == 0 or gone[row] or asked > tick:
-            continue
-        if asked == tick and words[row, ID] >= own_id:
-            continue
-        dx = floats[row, STATION] - station[0]
-        dy = floats[row, STATION + 1] - station[1]
-        if math.hypot(dx, dy) < same:
-            count += 1
-    return count
-
-
-@njit(cache=True)
-def highest_waiting(words, floats, gone, priorities, station, same):
-    """Highest priority of the robots that asked for a station within `same` [m], 0 if none.
-
-    Only priorities of their own count, told by the id in them: one that was inherited may come
-    from the very robot that asks, and would go round for ever.
-    """
-    highest = 0
-    for row in range(gone.shape[0]):
-        if words[row, STATION_TICK] == 0 or gone[row]:
-            continue
-        owner = ID_MASK - ((priorities[row] >> DEPTH_BITS) & ID_MASK)
-        if owner != np.int64(words[row, ID]) % (ID_MASK + 1):
-            continue
-        dx = floats[row, STATION] - station[0]
-        dy = floats[row, STATION + 1] - station[1]
-        if math.hypot(dx, dy) < same:
-            highest = max(highest, priorities[row])
-    return highest

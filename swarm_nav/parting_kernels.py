@@ -16,7 +16,7 @@ def first_overlap(points, near, stop, radius, slack, claims):
     """Index of the first held point ahead that is too near to a living robot's tube, or stop + 1.
 
     Too near is nearer than both radii less `slack` [m], and nearer than where the robot is now:
-    whose places overlap already may part. claims: see `Neighborhood.claims`.
+    whose places overlap already may part. claims: see `Neighborhood.columns`.
     """
     (ids, _, gone, _, radii, _, held, held_size, _, _, _, _) = claims
     best = stop + 1

@@ -167,16 +167,20 @@ def astar(ground, extra, start, goal, heuristic, work, path):
     0 nodes: no path. `path` receives flat indices from start to goal; `start` and `goal` are
     flat indices, `heuristic` is `cost_to_go` of the goal (admissible, since extra >= 0).
     """
-    base, _, _, moves, step = ground
+    base, lane, heading, moves, step = ground
     cost, parent, marks, keys, nodes, clock = work
     width = base.shape[1]
+    ways = MOVES[:, 0] * width + MOVES[:, 1]  # flat: one index for all arrays, never negative
+    base, lane, moves = base.ravel(), lane.ravel(), moves.ravel()
+    heading = heading.reshape((base.size, 2))
+    extra, heuristic = extra.ravel(), heuristic.ravel()
     clock[0] += 2
     seen = clock[0]
     capacity = keys.shape[0]
     cost[start] = 0.0
     parent[start] = -1
     marks[start] = seen
-    size = heap_push(keys, nodes, 0, heuristic[start // width, start % width], start)
+    size = heap_push(keys, nodes, 0, heuristic[start], start)
     expansions = 0
     while size > 0:
         node = nodes[0]
@@ -187,23 +191,24 @@ def astar(ground, extra, start, goal, heuristic, work, path):
         expansions += 1
         if node == goal:
             return trace_back(parent, goal, path), expansions
-        r = node // width
-        c = node % width
         for m in range(16):
-            if not moves[r, c] >> m & 1:
+            if not moves[node] >> m & 1:
                 continue
-            i = r + MOVES[m, 0]
-            j = c + MOVES[m, 1]
-            other = i * width + j
+            other = np.uint64(node + ways[m])
             mark = marks[other]
-            if mark == seen + 1 or extra[i, j] >= WALL or heuristic[i, j] == np.inf:
+            if mark == seen + 1 or extra[other] >= WALL or heuristic[other] == np.inf:
                 continue
-            new = cost[node] + edge_cost(ground, i, j, m) + LENGTHS[m] * step * extra[i, j]
+            cells = LENGTHS[m]
+            weight = np.float64(base[other])
+            if lane[other] != 0.0:  # as in `edge_cost`; on open floor there is nothing to divide
+                along = (MOVES[m, 1] * heading[other, 0] + MOVES[m, 0] * heading[other, 1]) / cells
+                weight = base[other] + lane[other] * (1.0 - along) * 0.5
+            new = cost[node] + cells * step * weight + cells * step * extra[other]
             if (mark != seen or new < cost[other]) and size < capacity:
                 cost[other] = new
                 parent[other] = node
                 marks[other] = seen
-                size = heap_push(keys, nodes, size, new + heuristic[i, j], other)
+                size = heap_push(keys, nodes, size, new + heuristic[other], other)
     return 0, expansions
 
 

@@ -139,7 +139,7 @@ class Situation:
 
     def reach(self, row: int) -> float:
         """Return the distance [m] that the own tube and a neighbour's keep."""
-        return self.radius + float(self.hood.beacons[row]["radius"])
+        return self.radius + self.hood.radius(row)
 
     @property
     def brake_points(self) -> int:

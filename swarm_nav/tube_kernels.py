@@ -4,14 +4,30 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 from numba import njit
 
+from swarm_common.beacon import HELD_POINTS, word_of
+from swarm_nav.neighborhood_kernels import (
+    BLOCKED_TICKS,
+    HELD,
+    HELD_SIZE,
+    OWN,
+    PLACE,
+    RADIUS,
+    SOURCE,
+    WANTED_SIZE,
+)
+
+WANTED = word_of("wanted")
+INTENT = word_of("intent")
+INTENT_SIZE = word_of("intent_size")
 REACHED, UNCONFIRMED, ROBOT, OBSTACLE, RIGHT_OF_WAY = range(5)
 REASONABLE_REACH = 2.5  # [m] beyond which two claims cannot meet, radii excepted
-FETCHED_REACH = REASONABLE_REACH + 0.01  # [m] likewise, of whom `extend` has to know all points
 ACKNOWLEDGED_REACH = 1.5  # [m] within which a robot can claim before it hears of a new claim
 PRIORITY_LENGTH = 0.8  # [m] of an entitled robot's path that lower ones keep free
 INTENT_SPACING = 0.1  # [m] between the points of an intent
+ROUNDING = 1e-6  # [m] by which two robots may compute one distance differently
 
 
 @njit(cache=True)
@@ -27,19 +43,43 @@ def gap_squared(points, size, x, y):
     return best
 
 
-ROUNDING = 1e-6  # [m] by which two robots may compute one distance differently
+@njit(cache=True)
+def claimed_gap(beacon, first, size, x, y):
+    """Squared distance of (x, y) to `size` points of a beacon's words from `first` on."""
+    best = 1e20
+    for k in range(first, first + 2 * size, 2):
+        dx = beacon[k] - x
+        dy = beacon[k + 1] - y
+        d = dx * dx + dy * dy
+        if d < best:
+            best = d
+    return best
 
 
 @njit(cache=True)
-def grantable_prefix(wanted, size, end, held, held_size, reach, slack):
+def last_point(size):
+    """Word of the last of `size` held points."""
+    return HELD + 2 * ((np.int64(size) - 1) % HELD_POINTS)
+
+
+@njit(cache=True)
+def intent_gap(beacon, head, p):
+    """Squared distance of p to the near part of a robot's intent, whose size is in its head."""
+    ahead = min(np.int64(head[INTENT_SIZE]), int(PRIORITY_LENGTH / INTENT_SPACING))
+    return claimed_gap(beacon, INTENT, ahead, p[0], p[1])
+
+
+@njit(cache=True)
+def grantable_prefix(beacon, size, end, held, held_size, reach, slack):
     """Points of a neighbour's request before the first one that our published tube denies it.
 
-    `end` is where its tube ends now. Whatever it might be granted counts: it may make way by now
-    (slack), and it may grow away if it is too near already.
+    `end` is the word at which its tube's last point is. Whatever it might be granted counts: it may
+    make way by now (slack), and it may grow away if it is too near already.
     """
-    before = gap_squared(held, held_size, end[0], end[1])
+    before = gap_squared(held, held_size, beacon[end], beacon[end + 1])
     for k in range(size):
-        here = gap_squared(held, held_size, wanted[k, 0], wanted[k, 1])
+        at = WANTED + 2 * k
+        here = gap_squared(held, held_size, beacon[at], beacon[at + 1])
         if here < (reach - slack - ROUNDING) ** 2 and (
             before >= (reach + ROUNDING) ** 2 or here < before - 1e-5
         ):
@@ -49,27 +89,26 @@ def grantable_prefix(wanted, size, end, held, held_size, reach, slack):
 
 
 @njit(cache=True)
-def denied(points, size, p, previous, reach, slack):
+def denied(beacon, first, size, p, previous, reach, slack):
     """Whether p comes too near to claimed points; a tube that already is may grow away."""
-    here = gap_squared(points, size, p[0], p[1])
+    here = claimed_gap(beacon, first, size, p[0], p[1])
     if here >= (reach - slack) ** 2:
         return False
-    before = gap_squared(points, size, previous[0], previous[1])
+    before = claimed_gap(beacon, first, size, previous[0], previous[1])
     return before >= reach * reach or here < before - 1e-6
 
 
 @njit(cache=True)
-def admissible(p, previous, neighbor, reach, slack, wins, prefix):
+def admissible(p, previous, beacon, held_size, reach, slack, wins, prefix):
     """Whether point p may join our tube as far as one living neighbour is concerned (G2).
 
-    neighbor = (held, held_size, wanted, wanted_size); `reach` is the sum of both radii. A tube that
-    is already too near, by an actuation error, may grow away from the neighbour; a robot that
-    makes way may also pass it `slack` nearer, so that it is not caught by millimetres.
+    `reach` is the sum of both radii. A tube that is already too near, by an actuation error, may
+    grow away from the neighbour; a robot that makes way may also pass it `slack` nearer, so that
+    it is not caught by millimetres.
     """
-    held, held_size, wanted, _ = neighbor
-    if denied(held, held_size, p, previous, reach, slack):
+    if denied(beacon, HELD, held_size, p, previous, reach, slack):
         return False
-    return wins or gap_squared(wanted, prefix, p[0], p[1]) >= (reach - slack) ** 2
+    return wins or claimed_gap(beacon, WANTED, prefix, p[0], p[1]) >= (reach - slack) ** 2
 
 
 @njit(cache=True)
@@ -100,7 +139,7 @@ def extend(
     requests = (k, 2) ticks and last points of the requests published since the last change.
     protocol = (push_ticks, yield_slack).
     around = (obstacles (k, 2), clearance).
-    claims = the neighbours' columns, see `Neighborhood.claims`.
+    claims = the neighbours' table, see `Neighborhood.claims`.
 
     Returns (new stop, reason, row of the neighbour in the way or -1).
     """
@@ -109,29 +148,27 @@ def extend(
     push_ticks, yield_slack = protocol
     slack = yield_slack if yields_for != 0 else 0.0
     obstacles, clearance = around
-    (ids, acks, gone, priorities, radii, blocked, held, held_size, wanted, wanted_size,
-     intent, intent_size) = claims  # fmt: skip
+    ids, acks, gone, priorities, words, links, air = claims
+    heads = words.view(np.float32)
+    far = air.view(np.float32)
     origin = points[stop]
-    prefix = held_size.copy()
+    prefix = np.zeros(ids.shape[0], np.int64)
     exempt = gone.copy()
     near = gone.copy()
     heard = acks.copy()
     for j in range(ids.shape[0]):
-        reach = radius + radii[j]
-        first = held[j, 0]
-        gap = math.hypot(first[0] - origin[0], first[1] - origin[1])
+        reach = radius + heads[j, RADIUS]
+        gap = math.hypot(heads[j, HELD] - origin[0], heads[j, HELD + 1] - origin[1])
         near[j] = gap < REASONABLE_REACH + reach
         if not near[j]:
             continue
         heard[j] = acknowledged(requests, acks[j])
+        beacon = heads[j] if links[j, SOURCE] == OWN else far[links[j, PLACE]]
         prefix[j] = grantable_prefix(
-            wanted[j], wanted_size[j], held[j, held_size[j] - 1], own_held, own_held_size,
-            reach, yield_slack,
+            beacon, np.int64(words[j, WANTED_SIZE]), last_point(words[j, HELD_SIZE]),
+            own_held, own_held_size, reach, yield_slack,
         )  # fmt: skip
-        ahead = min(intent_size[j], int(PRIORITY_LENGTH / INTENT_SPACING))
-        exempt[j] = (
-            yields_for != 0 or gap_squared(intent[j], ahead, origin[0], origin[1]) < reach * reach
-        )
+        exempt[j] = yields_for != 0 or intent_gap(beacon, words[j], origin) < reach * reach
     for k in range(stop + 1, last + 1):
         p = points[k]
         before = points[k - 1]
@@ -143,29 +180,30 @@ def extend(
         for j in range(ids.shape[0]):
             if not near[j]:
                 continue
-            reach = radius + radii[j]
-            neighbor = (held[j], held_size[j], wanted[j], wanted_size[j])
+            reach = radius + heads[j, RADIUS]
+            beacon = heads[j] if links[j, SOURCE] == OWN else far[links[j, PLACE]]
+            held = np.int64(words[j, HELD_SIZE])
             if gone[j]:
                 # it may have stopped anywhere in what it held or requested
-                is_free = not denied(held[j], held_size[j], p, before, reach, slack) and not denied(
-                    wanted[j], wanted_size[j], p, before, reach, 0.0
+                wanted = np.int64(words[j, WANTED_SIZE])
+                is_free = not denied(beacon, HELD, held, p, before, reach, slack) and not denied(
+                    beacon, WANTED, wanted, p, before, reach, 0.0
                 )
             else:
                 wins = priority > priorities[j] or (priority == priorities[j] and own_id < ids[j])
-                is_free = admissible(p, before, neighbor, reach, slack, wins, prefix[j])
+                is_free = admissible(p, before, beacon, held, reach, slack, wins, prefix[j])
             if not is_free:
                 return k - 1, ROBOT, j
             if (
-                blocked[j] >= push_ticks
+                words[j, BLOCKED_TICKS] >= push_ticks
                 and not exempt[j]
                 and not gone[j]
                 and priorities[j] > priority
+                and intent_gap(beacon, words[j], p) < reach * reach
             ):
-                ahead = min(intent_size[j], int(PRIORITY_LENGTH / INTENT_SPACING))
-                if gap_squared(intent[j], ahead, p[0], p[1]) < reach * reach:
-                    return k - 1, RIGHT_OF_WAY, j
+                return k - 1, RIGHT_OF_WAY, j
             if k > heard[j] and not gone[j]:
-                away = math.hypot(held[j, 0, 0] - p[0], held[j, 0, 1] - p[1])
+                away = math.hypot(heads[j, HELD] - p[0], heads[j, HELD + 1] - p[1])
                 if away < ACKNOWLEDGED_REACH + reach:
                     return k - 1, UNCONFIRMED, j
         if k > confirmed:

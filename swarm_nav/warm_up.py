@@ -78,7 +78,7 @@ def _localise(robot: Navigator) -> None:
         robot.on_scan(Scan(tick, 0.0, math.tau / 360, 0.12, 3.5, np.full(360, 1.0, np.float32)))
     robot.particles()
     s = robot._s
-    parting_kernels.first_overlap(s.tube.points, 0, 0, s.radius, 0.0, s.hood.claims())
+    parting_kernels.first_overlap(s.tube.points, 0, 0, s.radius, 0.0, s.hood.columns())
 
 
 def _drive_sideways() -> None:
@@ -106,7 +106,7 @@ def _pass_door(situation: Situation) -> None:
     label(np.ones(shape, np.bool_), labels)
     narrows = Narrows()
     narrows.barrier(situation, situation.tube.stop)
-    frame, claims = situation.planner.lattice.frame, situation.hood.claims()
+    frame, claims = situation.planner.lattice.frame, situation.hood.columns()
     leads_in(labels, frame, np.zeros((2, 2)), 1)
     barrier(labels, frame, np.zeros((2, 2)), 1, (0, 1), claims)
 

@@ -22,6 +22,18 @@ def mixed(word: np.uint64, part: np.uint64) -> np.uint64:
 
 
 @numba.njit(cache=True)
+def draw(prefix: tuple[int, int, int], words: NDArray[np.uint64]) -> None:
+    """Write a random word for each place (n, k): `hash_words` of the prefix, row and column."""
+    head = np.uint64(0)
+    for part in prefix:
+        head = mixed(head, np.uint64(part))
+    for row in range(words.shape[0]):
+        word = mixed(head, np.uint64(row))
+        for column in range(words.shape[1]):
+            words[row, column] = mixed(word, np.uint64(column))
+
+
+@numba.njit(cache=True)
 def listen(
     positions: FloatArray,
     senders: IntArray,

@@ -13,6 +13,7 @@ from swarm_common.errors import ConfigError, UnknownNameError
 from swarm_common.records import CONTROL_PERIOD, Odometry, Pose, RobotSpec, Scan, Twist, value_type
 from swarm_common.robot_io import load_robot_model
 from swarm_common.sensors import IDEAL, SensorErrors, sensor_errors
+from swarm_sim import radio_kernels
 from swarm_sim.actors import VehicleSpec, WalkerSpec
 from swarm_sim.drive import CommandBuffer, Odometer
 from swarm_sim.engine import Engine, FloatArray
@@ -21,7 +22,7 @@ from swarm_sim.motion_sensors import Imu, MotionSensors
 from swarm_sim.objects import Objects
 from swarm_sim.planar import PlanarEngine
 from swarm_sim.radio import Radio, RadioConfig
-from swarm_sim.randomness import hash_words, normal
+from swarm_sim.randomness import normal
 from swarm_sim.robot_model import RobotModel, bodies_of
 from swarm_sim.scene import Body, Scene
 from swarm_sim.section import section_between
@@ -222,8 +223,8 @@ class World:
         noise = self._config.actuation_noise
         if noise == 0.0:
             return targets
-        robots = np.arange(len(targets))[:, None]
-        words = hash_words(self._seed, NOISE_WORD, self._tick, robots, np.arange(targets.shape[1]))
+        words = np.empty(targets.shape, np.uint64)
+        radio_kernels.draw((self._seed, NOISE_WORD, self._tick), words)
         disturbed: FloatArray = targets * (1.0 + noise * normal(words))
         return disturbed
 

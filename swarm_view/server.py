@@ -27,9 +27,11 @@ def look(client: Any, target: FloatArray, position: FloatArray) -> None:
     viser's own setters work out the camera's orientation twice, which nobody asks for.
     """
     queue = client._websock_connection.queue_message
+    x, y, z = position.tolist()
+    target_x, target_y, target_z = target.tolist()
     with client.atomic():
-        queue(_messages.SetCameraPositionMessage((*map(float, position),)))
-        queue(_messages.SetCameraLookAtMessage((*map(float, target),)))
+        queue(_messages.SetCameraPositionMessage((x, y, z)))
+        queue(_messages.SetCameraLookAtMessage((target_x, target_y, target_z)))
 
 
 class Server:

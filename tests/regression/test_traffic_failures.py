@@ -16,6 +16,7 @@ from swarm_nav import tube_kernels
 from swarm_nav.claim import WATCHDOG_TIME, Claim
 from swarm_nav.goals import GoalKind, Outcome
 from swarm_nav.holding import Lease
+from swarm_nav.neighborhood_kernels import HELD
 from swarm_nav.planner import SPACING
 from swarm_nav.priority import CLASS_DRIVING, base_priority
 from swarm_nav.right_of_way import RightOfWay, refuge_path
@@ -330,21 +331,27 @@ def test_a_door_at_which_orca_jams_is_passed_by_all() -> None:
 # met on the way ------------------------------------------------------------------------------
 
 
+def asking(wanted: np.ndarray, end: tuple[float, float]) -> np.ndarray:
+    """Return the words of a beacon that asks for points, from the end of its tube on."""
+    record = beacon(2, *end, wanted=wanted)
+    return np.frombuffer(record.tobytes(), np.float32)
+
+
 def test_a_request_ends_only_where_who_makes_way_would_be_denied_with_its_slack() -> None:
     """Two yielding robots were granted the space beyond a point that only one held impassable."""
     held = np.array(((0.0, 0.0),), np.float32)
     wanted = np.array([(0.05 * k, REACH - 0.01) for k in range(-3, 4)], np.float32)
-    end = np.array((-0.2, REACH - 0.01), np.float32)
+    words = asking(wanted, (-0.2, REACH - 0.01))
     for slack, points in ((0.02, 7), (0.0, 0)):
-        size = tube_kernels.grantable_prefix(wanted, 7, end, held, 1, REACH, slack)
+        size = tube_kernels.grantable_prefix(words, 7, HELD, held, 1, REACH, slack)
         assert (size == 7) == (points == 7)
 
 
 def test_a_robot_too_near_that_may_grow_away_is_reckoned_with() -> None:
     held = np.array(((0.0, 0.0),), np.float32)
     wanted = np.array([(0.5 + 0.05 * k, 0.0) for k in range(1, 8)], np.float32)
-    end = np.array((0.5, 0.0), np.float32)
-    assert tube_kernels.grantable_prefix(wanted, 7, end, held, 1, REACH, 0.02) == 7
+    words = asking(wanted, (0.5, 0.0))
+    assert tube_kernels.grantable_prefix(words, 7, HELD, held, 1, REACH, 0.02) == 7
 
 
 @pytest.mark.parametrize("seed", [0, 14])

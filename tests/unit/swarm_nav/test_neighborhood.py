@@ -297,7 +297,8 @@ def test_points_are_kept_when_what_was_on_the_air_is_not() -> None:
         on_the_air = reception_of(np.array(records, beacon(1, 0.0, 0.0).dtype))
         here.take(on_the_air, 0.0, 0.0)
         here.refresh(tick + 1)
-        here.claims((0.0, 5.0, 0.5))  # only who is near is looked at
+        if tick == 11:
+            assert len(here.beacons) == 3  # all are looked at, from the table on
         if audible:
             past.append(on_the_air.words)
             for words in past[:-1]:

@@ -7,7 +7,9 @@ import pytest
 
 from swarm_common.beacon import BeaconArray, empty_beacons
 from swarm_common.errors import ConfigError
+from swarm_sim import radio_kernels
 from swarm_sim.radio import Radio, RadioConfig
+from swarm_sim.randomness import hash_words
 from tests.oracles import radio as oracle
 
 
@@ -71,3 +73,10 @@ def test_the_share_of_lost_messages_is_the_one_asked_for() -> None:
 def test_impossible_values_are_refused(values: dict[str, float]) -> None:
     with pytest.raises(ConfigError, match=r"radio\."):
         RadioConfig(**values)
+
+
+def test_words_are_drawn_as_the_slow_hash_does() -> None:
+    words = np.empty((30, 3), np.uint64)
+    radio_kernels.draw((7, 73, 12_345), words)
+    expected = hash_words(7, 73, 12_345, np.arange(30)[:, None], np.arange(3))
+    assert (words == expected).all()
