@@ -15,6 +15,7 @@ from swarm_common.errors import ConfigError, WorldError
 from swarm_common.records import Pose, Twist
 from swarm_common.robot_io import load_robot
 from swarm_sim.actors import VehicleSpec, load_actors
+from swarm_sim.changing_world import ChangingWorld
 from swarm_sim.check import check_vehicles
 from swarm_sim.scene import Body, Box, Mesh, Part, Scene, transform_from_xyz_rpy
 from swarm_sim.sdf import load_world
@@ -115,9 +116,11 @@ def test_a_forklift_waits_for_a_robot_that_stands_and_turns_round(engine: str) -
 def test_a_forklift_gets_away_from_a_robot_that_stands_close_beside_it() -> None:
     scene = scene_of(vehicles=(FORKLIFT,))
     beside = 0.5 * FORKLIFT.width + 0.05 + max(y for _, y in SPEC.footprint)
-    world = World(scene, [SPEC], [Pose(2.0, beside, 0.0)], WorldConfig(engine="planar"))
-    drive(world, 6.0, 0.0)
-    assert world.objects()[0].world_from_body[0, 3] > 5.0
+    world = ChangingWorld(scene, [SPEC], [Pose(-5.0, 0.0, 0.0)], WorldConfig(engine="planar"))
+    assert world.objects()[0].world_from_body[0, 3] == 2.0
+    world.place(0, Pose(2.0, beside, 0.0))
+    drive(world, 4.0, 0.0)
+    assert world.objects()[0].world_from_body[0, 3] > 4.0
     assert not world.collisions
 
 
