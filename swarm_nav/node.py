@@ -105,6 +105,7 @@ class NavigatorNode:
             settings.initial_pose_map,
         )
         self._brain = brain
+        self._answers.announce()
         self._status = self.node.create_publisher(RobotStatus, "status", ros_io.RELIABLE)
         self._views = Views(self.node, brain)
         self._tasks = Tasks(

@@ -19,18 +19,22 @@ class Answers:
     """Sends the answer to each tick, and again when it is asked for; see `withholding`."""
 
     def __init__(self, node: Node, *, waits_for_mission: bool) -> None:
-        """Create the topics.
+        """Take the node; `announce` has to follow before the first tick.
 
         Args:
-            node: To create them on.
+            node: To send from.
             waits_for_mission: Whether a mission counts as active from the start.
         """
         self._node = node
         self._withholding = Withholding(waits_for_mission)
-        self._beacon = node.create_publisher(Beacon, "beacon", ros_io.RELIABLE)
-        self._cmd_vel = node.create_publisher(TwistStamped, "cmd_vel", ros_io.RELIABLE)
         self._writer = CommandWriter("base_footprint")
         self._last: tuple[bytes, bytes] | None = None  # beacon and command
+
+    def announce(self) -> None:
+        """Create the topics; not before the map is there, so that little is told at the start."""
+        make = self._node.create_publisher
+        self._beacon = make(Beacon, "beacon", ros_io.RELIABLE)
+        self._cmd_vel = make(TwistStamped, "cmd_vel", ros_io.RELIABLE)
 
     @property
     def is_first(self) -> bool:
