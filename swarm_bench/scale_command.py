@@ -101,7 +101,7 @@ def scale(
     for line in _remarks(rows):
         console.print(line)
     if output is not None:
-        write_part(output, f"scale-{system}", rows)
+        write_part(output, f"scale-{system}" + (f"-{engine}" if engine else ""), rows)
     _exit(results)
 
 
