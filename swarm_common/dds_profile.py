@@ -89,7 +89,8 @@ def peers_of_robots(own_address: str, world_address: str, processes: int) -> lis
     """
     if world_address == own_address:
         return [Peers(own_address)]
-    newcomers = (0, *range(processes + 1, processes + 1 + NEWCOMERS))
+    last = min(processes + 1 + NEWCOMERS, MOST_PARTICIPANTS)
+    newcomers = (0, *range(processes + 1, last))
     return [Peers(own_address, newcomers), Peers(world_address, tuple(range(WORLD_IDS)))]
 
 

@@ -84,7 +84,8 @@ def write_profile(path: Path, ports: Iterable[int], first_free: int, host: str =
     Robots need not know each other in DDS (their beacons go through the world's radio), and in
     large swarms that knowledge costs more than all their work. Who looks around for everybody, as
     the tools do, finds the robots anyway; here are added the ids that the next newcomers get, so
-    that a tool without our environment finds the robots, too.
+    that a tool without our environment finds the robots, too. Never those of the next domain:
+    Fast DDS connects participants of two domains once they know of each other.
 
     Args:
         path: Of the profile; its folder is made.
@@ -93,7 +94,8 @@ def write_profile(path: Path, ports: Iterable[int], first_free: int, host: str =
         host: Address of those that the process needs, if they are on another host.
     """
     own = bound_address()
-    newcomers = (_unicast_port(i) for i in range(first_free, first_free + NEWCOMERS))
+    last = min(first_free + NEWCOMERS, MOST_PARTICIPANTS)
+    newcomers = (_unicast_port(participant) for participant in range(first_free, last))
     needed = ((host or own, port) for port in ports)
     peers = "".join(
         f"<locator><udpv4><port>{port}</port><address>{address}</address></udpv4></locator>"

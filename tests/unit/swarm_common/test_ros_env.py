@@ -58,6 +58,20 @@ def test_robots_announce_themselves_to_those_they_need_and_to_newcomers(
     assert ports[2:] == [first + 2 * i for i in range(21, 21 + ros_env.NEWCOMERS)]
 
 
+@pytest.mark.parametrize("first_free", [105, 113, 119])
+def test_nobody_announces_itself_in_the_next_domain(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, first_free: int
+) -> None:
+    """100 robots were heard by, and obeyed, the swarm in the next domain; two of them met."""
+    monkeypatch.setenv("ROS_DOMAIN_ID", "30")
+    ros_env.set_defaults()
+    path = tmp_path / "world.xml"
+    ros_env.write_profile(path, (), first_free)
+    ports = [int(node.text or 0) for node in ElementTree.parse(path).iterfind(PORTS)]
+    assert ports
+    assert all(ros_env.is_discovery_port(port) for port in ports)
+
+
 def test_robots_announce_themselves_on_the_worlds_host(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
