@@ -116,7 +116,7 @@ def compose_status(
         if gate.is_closed:
             detail = f"{where}, waits until the narrow region ahead has room"
     elif state is State.YIELDING:
-        detail = f"makes way for Srobot{s.yields_for}" if s.yields_for else "steps back"
+        detail = f"makes way for Srobot{s.yields_for}" if s.yields_for else "makes room"
     elif state is State.DRIVING and s.blocked_ticks > WAITING_TICKS:
         name, detail = "waiting", f"for Srobot{s.blocked_by}"
     counters = s.counters

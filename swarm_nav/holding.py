@@ -209,8 +209,16 @@ def parking_path(
     situation: Situation,
     stations: list[tuple[float, float]],
     closed: NDArray[np.bool_] | None = None,
+    reach: float | None = None,
 ) -> FloatArray | None:
-    """Return the way (n, 2) to the nearest free parking place, None if there is none in reach."""
+    """Return the way (n, 2) to the nearest free parking place, None if there is none in reach.
+
+    Args:
+        situation: Of the robot.
+        stations: Places (x, y) to keep away from.
+        closed: Lattice cells that are no places.
+        reach: Cost [m] of the longest way; None for `holding.search_distance`.
+    """
     lattice = situation.planner.lattice
     taken = situation.planner.no_extra()
     if stations:
@@ -226,9 +234,8 @@ def parking_path(
         taken[closed] = 1.0
     places = situation.planner.free_places(taken, lattice.parking)
     extra = crowd.congestion(situation)
-    return situation.planner.nearest(
-        situation.stop_point, extra, places, situation.config.holding.search_distance
-    )
+    limit = situation.config.holding.search_distance if reach is None else reach
+    return situation.planner.nearest(situation.stop_point, extra, places, limit)
 
 
 _CIRCUIT_SPACING = 0.25  # [m] between the points of a closed circuit

@@ -19,6 +19,7 @@ from swarm_nav.claim import Claim
 from swarm_nav.conduct import Conduct
 from swarm_nav.config import NavConfig
 from swarm_nav.costmap import Costmap
+from swarm_nav.departure import Departure
 from swarm_nav.gate import Gate, narrow_region
 from swarm_nav.goals import Feedback, Goal, Outcome, Output, Status
 from swarm_nav.holding import HoldingPattern, Lease
@@ -64,7 +65,9 @@ class Navigator:
         )
         self._gate = Gate(self._narrow_region())
         self._automaton = Automaton(s, self._holding)
-        self._pursuit = Pursuit(s, self._automaton, self._lease, self._right)
+        self._pursuit = Pursuit(
+            s, self._automaton, self._lease, self._right, Departure(self._gate, self._lease)
+        )
         self._conduct = Conduct(
             s, self._automaton, self._pursuit, self._lease, self._gate, self._holding,
             self._controller,

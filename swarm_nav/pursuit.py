@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from swarm_nav.automaton import Automaton
 from swarm_nav.behaviors import Behavior, recovery_goal
+from swarm_nav.departure import Departure
 from swarm_nav.goals import NO_POSES_CODES, ErrorCode, Goal, GoalEnded, GoalKind, Outcome
 from swarm_nav.holding import Lease
 from swarm_nav.right_of_way import RightOfWay
@@ -24,9 +25,15 @@ class Pursuit:
     """
 
     def __init__(
-        self, situation: Situation, automaton: Automaton, lease: Lease, right: RightOfWay
+        self,
+        situation: Situation,
+        automaton: Automaton,
+        lease: Lease,
+        right: RightOfWay,
+        departure: Departure,
     ) -> None:
         """Start without a goal."""
+        self._departure = departure
         self._s = situation
         self._automaton = automaton
         self._lease = lease
@@ -152,7 +159,12 @@ class Pursuit:
             self.is_recovery = False
 
     def yield_or_resume(self, is_yielding: bool) -> None:
-        """Interrupt the goal in hand while the robot makes way, and resume it afterwards."""
+        """Interrupt the goal in hand while the robot makes way, and resume it afterwards.
+
+        Without a goal it makes way for those, too, who wait to get in where it stands.
+        """
+        is_idle = not is_yielding and self.goal_id is None
+        is_yielding |= self._departure.update(self._s, is_idle)
         state = self._automaton.state
         if is_yielding and self.task is not None:
             self.task.note_progress(self._s, True)

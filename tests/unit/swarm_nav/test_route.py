@@ -7,6 +7,8 @@ import pytest
 
 from swarm_common.records import Pose, Twist
 from swarm_nav.automaton import Automaton
+from swarm_nav.departure import Departure
+from swarm_nav.gate import Gate
 from swarm_nav.goals import ErrorCode, Goal, GoalEnded, GoalKind
 from swarm_nav.holding import HoldingPattern, Lease
 from swarm_nav.pursuit import Pursuit
@@ -25,7 +27,7 @@ def driving(x: float = 6.0) -> tuple[Situation, Route, Task]:
     """Return a robot at x = 2 m with a fresh plan to a goal."""
     s = situation(HALL, Pose(2.0, 4.0, 0.0))
     automaton = Automaton(s, HoldingPattern({}, []))
-    pursuit = Pursuit(s, automaton, Lease(), RightOfWay())
+    pursuit = Pursuit(s, automaton, Lease(), RightOfWay(), Departure(Gate(None), Lease()))
     pursuit.set_goal(Goal(kind=GoalKind.NAVIGATE, poses_map=(Pose(x, 4.0, 0.0),)))
     pursuit.begin_pending()
     assert automaton.state is State.DRIVING
