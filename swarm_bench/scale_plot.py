@@ -81,13 +81,16 @@ def _note(rows: Sequence[ScaleRow]) -> str:
 def _draw_line(
     axes: Any, sizes: Sequence[int], values: Sequence[float | None], label: str, log: bool = False
 ) -> None:
+    from matplotlib.ticker import LogFormatter
+
     known = [(size, value) for size, value in zip(sizes, values, strict=True) if value is not None]
     axes.plot(*zip(*known, strict=True), marker="o", color=PARTS["world"]) if known else None
     axes.set_xlabel("robots")
     axes.set_ylabel(label)
     if log:
         axes.set_yscale("log")
-        axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+        axes.yaxis.set_major_formatter("{x:g}")
+        axes.yaxis.set_minor_formatter(LogFormatter(minor_thresholds=(1.5, 0.5)))
     else:
         axes.set_ylim(bottom=0.0)
     axes.set_xlim(left=0.0)

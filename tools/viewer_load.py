@@ -88,9 +88,10 @@ class Run:
             probe.bind(("127.0.0.1", 0))
             self.port = int(probe.getsockname()[1])
         self._log = folder / "up.log"
-        command = f"swarm-up --swarm-size {robots} --mission loading_route --viewer --no-report"
+        command = f"--swarm-size {robots} --mission loading_route --viewer --no-report"
+        program = str(Path(sys.executable).with_name("swarm-up"))
         self._process = subprocess.Popen(
-            [*command.split(), "--port", str(self.port), "--run-dir", str(folder / "run")],
+            [program, *command.split(), "--port", str(self.port), "--run-dir", str(folder / "run")],
             stdout=self._log.open("w"),
             stderr=subprocess.STDOUT,
         )
