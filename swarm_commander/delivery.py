@@ -47,26 +47,21 @@ class Action(Enum):
     ASK = "ask"  # for the result
 
 
+UNANSWERED: dict[Event, tuple[Phase, Action]] = {
+    Event.ACCEPTANCE: (Phase.ACCEPTED, Action.ASK),
+    Event.REFUSAL: (Phase.REFUSED, Action.ASK),
+    Event.RESULT: (Phase.ENDED, Action.NOTHING),
+    Event.OVERDUE: (Phase.DOUBTED, Action.ASK),
+}
 TRANSITIONS: dict[Phase, dict[Event, tuple[Phase, Action]]] = {
     Phase.SENT: {
         Event.ACCEPTANCE: (Phase.ACCEPTED, Action.ASK),
         Event.REFUSAL: (Phase.ENDED, Action.NOTHING),
         Event.OVERDUE: (Phase.DOUBTED, Action.ASK),
     },
-    Phase.DOUBTED: {
-        Event.ACCEPTANCE: (Phase.ACCEPTED, Action.ASK),
-        Event.REFUSAL: (Phase.REFUSED, Action.ASK),
-        Event.RESULT: (Phase.ENDED, Action.NOTHING),
-        Event.UNKNOWN: (Phase.SENT_AGAIN, Action.SEND),
-        Event.OVERDUE: (Phase.DOUBTED, Action.ASK),
-    },
-    Phase.SENT_AGAIN: {
-        Event.ACCEPTANCE: (Phase.ACCEPTED, Action.ASK),
-        Event.REFUSAL: (Phase.REFUSED, Action.ASK),
-        Event.RESULT: (Phase.ENDED, Action.NOTHING),
-        Event.UNKNOWN: (Phase.SENT_AGAIN, Action.NOTHING),  # asked before it was sent again
-        Event.OVERDUE: (Phase.DOUBTED, Action.ASK),
-    },
+    Phase.DOUBTED: UNANSWERED | {Event.UNKNOWN: (Phase.SENT_AGAIN, Action.SEND)},
+    Phase.SENT_AGAIN: UNANSWERED
+    | {Event.UNKNOWN: (Phase.SENT_AGAIN, Action.NOTHING)},  # asked before it was sent again
     Phase.REFUSED: {
         Event.ACCEPTANCE: (Phase.ACCEPTED, Action.ASK),
         Event.REFUSAL: (Phase.REFUSED, Action.NOTHING),

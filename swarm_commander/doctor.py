@@ -15,7 +15,7 @@ from pathlib import Path
 
 import psutil
 
-from swarm_common.dds_profile import FOREIGN, TEMPLATE
+from swarm_common.dds_profile import foreign_setting
 from swarm_common.interfaces_build import stale_interfaces
 from swarm_common.ros_env import (
     DISCOVERY_RANGE,
@@ -259,10 +259,9 @@ def _kernel(name: str, default: str) -> str:
 
 def _own_dds(environment: Mapping[str, str]) -> str:
     """Return the name of a variable by which the user replaces our DDS profile; empty if none."""
-    for name in FOREIGN:
-        value = environment.get(name, "")
-        if value and Path(value) != TEMPLATE:
-            return name
+    name = foreign_setting(environment)
+    if name:
+        return name
     scope = environment.get(DISCOVERY_RANGE, "LOCALHOST")
     return "" if scope in ("LOCALHOST", "SYSTEM_DEFAULT") else DISCOVERY_RANGE
 

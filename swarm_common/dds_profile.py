@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from swarm_common.errors import ConfigError
-from swarm_common.ros_env import MOST_PARTICIPANTS, NEWCOMERS, PROFILES, unicast_port
+from swarm_common.ros_env import MOST_PARTICIPANTS, PROFILES, newcomer_ids, unicast_port
 
 NAMESPACE = "http://www.eprosima.com"
 TEMPLATE = Path(__file__).resolve().parent / "fastdds.xml"
@@ -89,9 +89,17 @@ def peers_of_robots(own_address: str, world_address: str, processes: int) -> lis
     """
     if world_address == own_address:
         return [Peers(own_address)]
-    last = min(processes + 1 + NEWCOMERS, MOST_PARTICIPANTS)
-    newcomers = (0, *range(processes + 1, last))
+    newcomers = (0, *newcomer_ids(processes + 1))
     return [Peers(own_address, newcomers), Peers(world_address, tuple(range(WORLD_IDS)))]
+
+
+def foreign_setting(environment: Mapping[str, str]) -> str:
+    """Return the variable by which the user replaces our DDS profile; empty if there is none."""
+    for name in FOREIGN:
+        value = environment.get(name, "")
+        if value and Path(value) != TEMPLATE:
+            return name
+    return ""
 
 
 def check_environment(environment: Mapping[str, str]) -> None:
@@ -100,10 +108,9 @@ def check_environment(environment: Mapping[str, str]) -> None:
     Raises:
         ConfigError: If there are some.
     """
-    for name in FOREIGN:
-        value = environment.get(name, "")
-        if value and Path(value) != TEMPLATE:
-            raise ConfigError(
-                f"{name} is set to {value}; with --role the addresses come from --bind and"
-                " --connect: unset it"
-            )
+    name = foreign_setting(environment)
+    if name:
+        raise ConfigError(
+            f"{name} is set to {environment[name]}; with --role the addresses come from --bind and"
+            " --connect: unset it"
+        )

@@ -21,9 +21,9 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
 from swarm_common import ros_env
+from swarm_common.ros_env import HUB_SIZE
 
 REGISTRIES = 1  # where there are several hosts
-HUB_SIZE = ros_env.HUB_SIZE
 
 
 def prepare(robots: int, profile: Path) -> bool:

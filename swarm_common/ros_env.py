@@ -78,14 +78,22 @@ def participants_of(robots: int, navigators: int) -> int:
     return PROCESSES + 2 * -(-robots // HUB_SIZE) + navigators
 
 
+def newcomer_ids(first_free: int) -> range:
+    """Return the participant ids that the next newcomers get, from the first free one on.
+
+    Never one whose port is in the next domain: Fast DDS connects participants of two domains once
+    they know of each other.
+    """
+    return range(first_free, min(first_free + NEWCOMERS, MOST_PARTICIPANTS))
+
+
 def write_profile(path: Path, ports: Iterable[int], first_free: int, host: str = "") -> None:
     """Write the profile of a process that announces itself to few others.
 
     Robots need not know each other in DDS (their beacons go through the world's radio), and in
     large swarms that knowledge costs more than all their work. Who looks around for everybody, as
     the tools do, finds the robots anyway; here are added the ids that the next newcomers get, so
-    that a tool without our environment finds the robots, too. Never those of the next domain:
-    Fast DDS connects participants of two domains once they know of each other.
+    that a tool without our environment finds the robots, too.
 
     Args:
         path: Of the profile; its folder is made.
@@ -94,8 +102,7 @@ def write_profile(path: Path, ports: Iterable[int], first_free: int, host: str =
         host: Address of those that the process needs, if they are on another host.
     """
     own = bound_address()
-    last = min(first_free + NEWCOMERS, MOST_PARTICIPANTS)
-    newcomers = (_unicast_port(participant) for participant in range(first_free, last))
+    newcomers = map(_unicast_port, newcomer_ids(first_free))
     needed = ((host or own, port) for port in ports)
     peers = "".join(
         f"<locator><udpv4><port>{port}</port><address>{address}</address></udpv4></locator>"

@@ -52,9 +52,11 @@ class Departure:
         if self._is_leaving(situation):
             return True
         self._give_up()
-        if tick >= self._next_search_tick and self._is_in_the_way(situation):
-            self._next_search_tick = tick + situation.ticks(SEARCH_PAUSE)
-            self._leave(situation)
+        if tick >= self._next_search_tick and self._is_inside(situation):
+            highest = _highest_waiting(situation)
+            if highest:
+                self._next_search_tick = tick + situation.ticks(SEARCH_PAUSE)
+                self._leave(situation, highest)
         return self._target is not None
 
     def _give_up(self) -> None:
@@ -66,26 +68,23 @@ class Departure:
         x, y = situation.tube.points[-1]
         return (x, y) == self._target and situation.distance_to(x, y) > ARRIVED
 
-    def _is_in_the_way(self, situation: Situation) -> bool:
-        """Whether the robot stands in the region while somebody waits to get in."""
+    def _is_inside(self, situation: Situation) -> bool:
         region, pose = self._gate.region, situation.pose
-        if region is None:
-            return False
-        if not is_inside(region, situation.planner.lattice.frame, pose.x, pose.y):
-            return False
-        return self._highest_waiting(situation) > 0
+        frame = situation.planner.lattice.frame
+        return region is not None and bool(is_inside(region, frame, pose.x, pose.y))
 
-    def _highest_waiting(self, situation: Situation) -> int:
-        """Return the highest priority of who waits to get in, 0 if nobody does."""
-        hood = situation.hood
-        waits = (hood.heads["gate_tick"] > ADMITTED) & ~hood.gone
-        return int(hood.priorities[waits].max(initial=0))
-
-    def _leave(self, situation: Situation) -> None:
+    def _leave(self, situation: Situation, highest: int) -> None:
         stations = list(situation.stations)
         way = parking_path(situation, stations, self._gate.region, EXIT_DISTANCE)
         if way is not None and len(way) >= 2:
             situation.tube.adopt(way)
             x, y = situation.tube.points[-1]
             self._target = (x, y)
-            self._lease.inherited = above(self._highest_waiting(situation))
+            self._lease.inherited = above(highest)
+
+
+def _highest_waiting(situation: Situation) -> int:
+    """Return the highest priority of who waits to get into a region, 0 if nobody does."""
+    hood = situation.hood
+    waits = (hood.heads["gate_tick"] > ADMITTED) & ~hood.gone
+    return int(hood.priorities[waits].max(initial=0))
