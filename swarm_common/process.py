@@ -1,7 +1,8 @@
-"""Processes that do not outlive the one that started them."""
+"""What processes ask of the kernel: to end with their parent, not to interrupt each other."""
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import os
 import signal
@@ -19,3 +20,14 @@ def die_with(parent: int) -> None:
     _LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != parent:  # it died before the kernel knew
         os._exit(1)
+
+
+def interrupt_nobody() -> None:
+    """Let the calling process, and threads that it starts, run when others wait or are through.
+
+    Messages wake robots one by one. A woken process would interrupt the one at work, to be put back
+    soon by the next; where there are more robots than processors, all lose time by it. See
+    SCHED_BATCH in sched(7).
+    """
+    with contextlib.suppress(OSError):  # forbidden in some containers
+        os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))

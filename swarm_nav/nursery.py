@@ -14,7 +14,7 @@ from typing import Any
 
 from swarm_common.errors import SwarmError
 from swarm_common.pipes import EventWriter, LineReader
-from swarm_common.process import die_with
+from swarm_common.process import die_with, interrupt_nobody
 from swarm_nav.group import Group, Grouping
 from swarm_nav.pack import run_navigators
 
@@ -63,6 +63,7 @@ class Nursery:
         code = 1
         try:
             die_with(parent)
+            interrupt_nobody()
             if log_dir is not None:
                 _open_log(log_dir / f"{group.robots[0].name}.log")
             group.enter()

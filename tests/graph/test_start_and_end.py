@@ -32,6 +32,10 @@ def test_without_autostart_a_robot_answers_but_waits_for_startup(sleeping):
     sleeping.host.wait_for("active")
 
 
+def test_navigators_do_not_interrupt_each_other(sleeping):
+    assert os.sched_getscheduler(sleeping.pid_of("Srobot1")) == os.SCHED_BATCH
+
+
 def test_the_world_writes_its_verdict_and_nobody_survives_the_nursery(sleeping):
     """Last for this swarm: it is ended here, the nursery with a SIGKILL."""
     sleeping.host.wait_for("active")
