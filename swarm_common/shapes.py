@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -125,4 +126,19 @@ def transform_from_xyz_rpy(x: float, y: float, z: float, r: float, p: float, w: 
             [-sp, cp * sr, cp * cr, z],
             [0.0, 0.0, 0.0, 1.0],
         ]
+    )
+
+
+def quaternion_of(rotation: FloatArray) -> tuple[float, float, float, float]:
+    """Return the unit quaternion x, y, z, w of a rotation matrix (3, 3)."""
+    m = rotation
+    w = math.sqrt(max(0.0, 1.0 + m[0, 0] + m[1, 1] + m[2, 2])) / 2.0
+    x = math.sqrt(max(0.0, 1.0 + m[0, 0] - m[1, 1] - m[2, 2])) / 2.0
+    y = math.sqrt(max(0.0, 1.0 - m[0, 0] + m[1, 1] - m[2, 2])) / 2.0
+    z = math.sqrt(max(0.0, 1.0 - m[0, 0] - m[1, 1] + m[2, 2])) / 2.0
+    return (
+        math.copysign(x, m[2, 1] - m[1, 2]),
+        math.copysign(y, m[0, 2] - m[2, 0]),
+        math.copysign(z, m[1, 0] - m[0, 1]),
+        w,
     )

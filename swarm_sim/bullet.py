@@ -10,9 +10,10 @@ import pybullet
 
 from swarm_common.records import CONTROL_PERIOD, Pose, RobotSpec
 from swarm_common.shapes import Transform
-from swarm_sim.bullet_bodies import add_ground, add_robot, push, put, set_asleep
 from swarm_sim.bullet_contacts import Contacts
+from swarm_sim.bullet_fixed import add_ground
 from swarm_sim.bullet_kernels import ramp_all
+from swarm_sim.bullet_robots import add_robot, push, put, set_asleep
 from swarm_sim.bullet_surroundings import Surroundings
 from swarm_sim.drive import Wheels
 from swarm_sim.engine import Approach, FloatArray, Touch

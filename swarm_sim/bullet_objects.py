@@ -10,16 +10,15 @@ import pybullet
 from numpy.typing import NDArray
 
 from swarm_common.errors import WorldError
-from swarm_sim.bullet_bodies import (
+from swarm_sim.bullet_fixed import (
     GROUND,
     LOOSE,
     OBSTACLE,
     ROBOT,
     WALL_FRICTION,
     add_obstacle,
-    compound,
-    position_quaternion,
 )
+from swarm_sim.bullet_shapes import compound, position_quaternion
 from swarm_sim.engine import FloatArray
 from swarm_sim.objects import Objects
 from swarm_sim.scene import Body, Mesh, Plane, Transform

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import pybullet
 
-from swarm_sim.bullet_bodies import add_walker, solid_bodies
+from swarm_sim.bullet_fixed import add_walker, solid_bodies
 from swarm_sim.bullet_objects import BulletObjects, add_piece, pieces_of
 from swarm_sim.engine import FloatArray
 from swarm_sim.objects import Objects

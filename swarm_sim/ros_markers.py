@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 
 from geometry_msgs.msg import Point
@@ -10,7 +9,6 @@ from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker
 
 from swarm_common import ros_io
-from swarm_common.records import FloatArray
 from swarm_common.shapes import (
     Box,
     Color,
@@ -21,6 +19,7 @@ from swarm_common.shapes import (
     Shape,
     Sphere,
     Transform,
+    quaternion_of,
 )
 from swarm_sim.scene import Body
 
@@ -86,18 +85,4 @@ def set_scale(marker: Marker, x: float, y: float, z: float) -> None:
 def _place(marker: Marker, map_from_shape: Transform) -> None:
     place, turn = marker.pose.position, marker.pose.orientation
     place.x, place.y, place.z = (float(value) for value in map_from_shape[:3, 3])
-    turn.x, turn.y, turn.z, turn.w = quaternion(map_from_shape[:3, :3])
-
-
-def quaternion(rotation: FloatArray) -> tuple[float, float, float, float]:
-    """Return (x, y, z, w) of a rotation matrix."""
-    r = rotation
-    w, x, y, z = (
-        0.5 * math.sqrt(max(0.0, 1.0 + a * r[0, 0] + b * r[1, 1] + c * r[2, 2]))
-        for a, b, c in ((1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1))
-    )
-    x = math.copysign(x, r[2, 1] - r[1, 2])
-    y = math.copysign(y, r[0, 2] - r[2, 0])
-    z = math.copysign(z, r[1, 0] - r[0, 1])
-    norm = math.hypot(w, x, y, z)
-    return x / norm, y / norm, z / norm, w / norm
+    turn.x, turn.y, turn.z, turn.w = quaternion_of(map_from_shape[:3, :3])

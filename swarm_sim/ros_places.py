@@ -10,9 +10,8 @@ from geometry_msgs.msg import Twist as TwistMsg
 
 from swarm_common import ros_io
 from swarm_common.records import Pose, Twist
-from swarm_common.shapes import Transform
+from swarm_common.shapes import Transform, quaternion_of
 from swarm_sim.refusal import Reason, RefusedError
-from swarm_sim.ros_markers import quaternion
 
 MAP = "map"
 FRAMES = ("", MAP, "world")  # which all mean the same
@@ -72,7 +71,7 @@ def message_of(place: Transform) -> PoseMsg:
     message = PoseMsg()
     point, turn = message.position, message.orientation
     point.x, point.y, point.z = place[:3, 3].tolist()
-    turn.x, turn.y, turn.z, turn.w = quaternion(place[:3, :3])
+    turn.x, turn.y, turn.z, turn.w = quaternion_of(place[:3, :3])
     return message
 
 

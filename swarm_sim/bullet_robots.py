@@ -1,4 +1,4 @@
-"""Rigid bodies for pybullet: what a scene and a robot model become in the physics engine.
+"""Rigid bodies of robots for pybullet.
 
 A robot stands on balls: each wheel touches the ground with a sphere of its radius, which rolls
 without the 1 mm of excess that pybullet's cylinders have; the casters ahead of the axle, and
@@ -12,10 +12,8 @@ need many more solver iterations to be as accurate.
 from __future__ import annotations
 
 import math
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,27 +22,20 @@ from numpy.typing import NDArray
 
 from swarm_common.errors import RobotModelError
 from swarm_common.records import Pose, RobotSpec
+from swarm_sim.bullet_fixed import GROUND, LOOSE, OBSTACLE, ROBOT, WALL_FRICTION, WHEEL
+from swarm_sim.bullet_shapes import compound, position_quaternion
 from swarm_sim.robot_model import RigidGroup, RobotModel
-from swarm_sim.scene import Body, Box, Cylinder, Hull, Part, Sphere, Transform
-from swarm_sim.section import section_between
+from swarm_sim.scene import Part, Sphere, Transform
 
 FloatArray = NDArray[np.float64]
 
-GROUND, WHEEL, ROBOT, OBSTACLE, LOOSE = 1, 2, 4, 8, 16  # collision groups
 ON_GROUND = 0.002  # [m] a part of the body that reaches lower stands on the ground
 ROTOR_INERTIA = 1e-3  # [kg m²] of the motor's rotor, seen through its gear; steadies the solver
-WALL_FRICTION = 0.3
 TRACTION = 0.6  # of a robot's weight that four wheels can push with
 PUSH_ARM = 0.1  # [m] from the centre at which they push when it turns
 GRAVITY = 9.81  # [m/s²]
 PROP_REACH = 0.01  # [m] by which a robot's feet reach beyond its centre of mass
 PROP_RADIUS = 0.01  # [m] of a ball that stands for a caster
-TYPES = {
-    Box: pybullet.GEOM_BOX,
-    Cylinder: pybullet.GEOM_CYLINDER,
-    Sphere: pybullet.GEOM_SPHERE,
-    Hull: pybullet.GEOM_MESH,
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,44 +59,6 @@ class RobotBody:
     base_from_center: FloatArray
     mass: float
     inertia: float
-
-
-def add_ground(client: int) -> int:
-    """Add the ground plane; return its id."""
-    shape = pybullet.createCollisionShape(
-        pybullet.GEOM_PLANE, planeNormal=[0, 0, 1], physicsClientId=client
-    )
-    ground = int(pybullet.createMultiBody(0, shape, physicsClientId=client))
-    pybullet.changeDynamics(ground, -1, lateralFriction=1.0, physicsClientId=client)
-    pybullet.setCollisionFilterGroupMask(ground, -1, GROUND, WHEEL, physicsClientId=client)
-    return ground
-
-
-def add_obstacle(client: int, body: Body) -> int:
-    """Add a body of the scene, which stays where it is; return its id."""
-    shape = compound(client, [(p.shape, p.body_from_part) for p in body.parts])
-    position, quaternion = position_quaternion(body.world_from_body)
-    identifier = int(
-        pybullet.createMultiBody(
-            0, shape, basePosition=position, baseOrientation=quaternion, physicsClientId=client
-        )
-    )
-    pybullet.changeDynamics(identifier, -1, lateralFriction=WALL_FRICTION, physicsClientId=client)
-    pybullet.setCollisionFilterGroupMask(
-        identifier, -1, OBSTACLE, ROBOT | LOOSE, physicsClientId=client
-    )
-    return identifier
-
-
-def add_walker(client: int, radius: float, height: float) -> int:
-    """Add an upright cylinder that robots can touch and that is moved by hand; return its id."""
-    shape = pybullet.createCollisionShape(
-        pybullet.GEOM_CYLINDER, radius=radius, height=height, physicsClientId=client
-    )
-    identifier = int(pybullet.createMultiBody(0, shape, physicsClientId=client))
-    pybullet.changeDynamics(identifier, -1, lateralFriction=WALL_FRICTION, physicsClientId=client)
-    pybullet.setCollisionFilterGroupMask(identifier, -1, OBSTACLE, ROBOT, physicsClientId=client)
-    return identifier
 
 
 def add_robot(client: int, model: RobotModel, spec: RobotSpec, pose: Pose) -> RobotBody:
@@ -321,53 +274,3 @@ def _set_dynamics(
     for link, wheel in enumerate(wheels):
         inertia = np.diag(wheel.inertia) + ROTOR_INERTIA * np.abs(wheel.axis)
         change(link, localInertiaDiagonal=inertia.tolist(), jointDamping=0.0)
-
-
-def compound(client: int, shapes: Sequence[tuple[Any, Transform]]) -> int:
-    """Return the id of one collision shape made of several; planes are left out."""
-    solid = [(shape, transform) for shape, transform in shapes if type(shape) in TYPES]
-    places = [position_quaternion(transform) for _, transform in solid]
-    with tempfile.TemporaryDirectory() as folder:
-        files = [_mesh_file(shape, Path(folder), i) for i, (shape, _) in enumerate(solid)]
-        meshes = {"fileNames": files, "meshScales": [[1.0] * 3] * len(files)}
-        return int(
-            pybullet.createCollisionShapeArray(
-                shapeTypes=[TYPES[type(shape)] for shape, _ in solid],
-                halfExtents=[
-                    [edge / 2 for edge in shape.size] if isinstance(shape, Box) else [0.0, 0.0, 0.0]
-                    for shape, _ in solid
-                ],
-                radii=[getattr(shape, "radius", 0.0) for shape, _ in solid],
-                lengths=[getattr(shape, "length", 0.0) for shape, _ in solid],
-                collisionFramePositions=[position for position, _ in places],
-                collisionFrameOrientations=[quaternion for _, quaternion in places],
-                physicsClientId=client,
-                **(meshes if any(files) else {}),
-            )
-        )
-
-
-def _mesh_file(shape: Any, folder: Path, index: int) -> str:
-    """Write a hull where pybullet reads it from; return the file, empty for other shapes."""
-    if not isinstance(shape, Hull):
-        return ""
-    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in shape.vertices]
-    lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in shape.faces]
-    path = folder / f"{index}.obj"
-    path.write_text("\n".join(lines), encoding="utf-8")
-    return str(path)
-
-
-def position_quaternion(transform: Transform) -> tuple[list[float], list[float]]:
-    """Return position and unit quaternion x, y, z, w of a transform."""
-    m = transform[:3, :3]
-    w = math.sqrt(max(0.0, 1.0 + m[0, 0] + m[1, 1] + m[2, 2])) / 2.0
-    x = math.copysign(math.sqrt(max(0.0, 1.0 + m[0, 0] - m[1, 1] - m[2, 2])) / 2, m[2, 1] - m[1, 2])
-    y = math.copysign(math.sqrt(max(0.0, 1.0 - m[0, 0] + m[1, 1] - m[2, 2])) / 2, m[0, 2] - m[2, 0])
-    z = math.copysign(math.sqrt(max(0.0, 1.0 - m[0, 0] - m[1, 1] + m[2, 2])) / 2, m[1, 0] - m[0, 1])
-    return transform[:3, 3].tolist(), [x, y, z, w]
-
-
-def solid_bodies(bodies: Sequence[Body], low: float, high: float) -> list[Body]:
-    """Return the bodies of which something lies between two heights."""
-    return [body for body in bodies if section_between([body], low, high).names]
