@@ -88,6 +88,8 @@ def read_yaml(path: Path, error: type[SwarmError] = ConfigError) -> dict[str, An
     except (yaml.YAMLError, ValueError, TypeError, OverflowError, RecursionError) as cause:
         what = "nested too deep" if isinstance(cause, RecursionError) else cause
         raise error(f"{path}: malformed YAML: {what}") from cause
+    if data is None:
+        raise error(f"{path} is empty; expected 'key: value' lines")
     if not isinstance(data, dict):
         raise error(f"{path}: expected 'key: value' lines, found {type(data).__name__}")
     return data

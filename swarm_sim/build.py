@@ -71,7 +71,8 @@ def build(settings: Settings) -> Stage:
     check_vehicles(scene, scene.vehicles)
     poses = _places(scene, specs, settings)
     check_ways(scene, specs, poses)
-    grid = _map(settings, scene, min(spec.lidar.z for spec in specs))
+    grid = _map(settings, scene, min(spec.lidar.z for spec in specs), poses)
+    _check_starts(grid, poses, settings)
     world = ChangingWorld(
         scene,
         specs,
@@ -119,17 +120,32 @@ def _places(scene: Scene, specs: Sequence[RobotSpec], settings: Settings) -> lis
     return [robot.broken_at or next(places) for robot in robots]
 
 
-def _map(settings: Settings, scene: Scene, scan_height: float) -> Grid:
+def _map(settings: Settings, scene: Scene, scan_height: float, starts: Sequence[Pose]) -> Grid:
     """Return the map: the user's, the one that ships with the world, or one drawn from it."""
     path = Path(settings.map) if settings.map is not None else map_of_world(scene.file)
     if path is None:
-        return draw_world(scene, scan_height)
+        return draw_world(scene, scan_height, starts=starts)
     grid = load_map(path).upright()
     try:
         check_map(scene, grid, scan_height)
     except MapError as error:
         raise MapError(f"{error}{_picture(settings, scene, grid, scan_height)}") from error
     return grid
+
+
+def _check_starts(grid: Grid, poses: Sequence[Pose], settings: Settings) -> None:
+    """Raise MapError for the first robot that would start beside the map."""
+    for robot, pose in zip(settings.robots, poses, strict=True):
+        if grid.contains(pose.x, pose.y):
+            continue
+        x, y = grid.origin_x, grid.origin_y
+        height, width = (cells * grid.resolution for cells in grid.cells.shape)
+        raise MapError(
+            f"{robot.name} would start at ({pose.x:.2f}, {pose.y:.2f}), beside the map of world "
+            f"'{settings.world}', which reaches from ({x:.2f}, {y:.2f}) to ({x + width:.2f}, "
+            f"{y + height:.2f}); let it start elsewhere (spawn: in sites.yaml, start: in the "
+            "fleet), or take a larger map"
+        )
 
 
 def _picture(settings: Settings, scene: Scene, grid: Grid, height: float) -> str:

@@ -11,11 +11,16 @@ from swarm_sim.section import FloatArray, Section
 
 MARGIN = 0.5  # [m] of map beyond the outermost obstacle
 MAX_CELLS = 30_000_000
+NOWHERE: FloatArray = np.zeros((0, 2))
 SPILL = 0.005  # [m] by which an obstacle may reach into a cell without occupying it
 
 
 def draw_grid(
-    section: Section, seeds: FloatArray, resolution: float = 0.05, margin: float = MARGIN
+    section: Section,
+    seeds: FloatArray,
+    resolution: float = 0.05,
+    margin: float = MARGIN,
+    covered: FloatArray = NOWHERE,
 ) -> Grid:
     """Return the map of a section.
 
@@ -27,13 +32,15 @@ def draw_grid(
         seeds: Points (n, 2) known to be accessible; what cannot be reached from them becomes
             unknown. With n = 0 everything that is not occupied is free.
         resolution: [m] per cell.
-        margin: [m] of map around the obstacles and seeds.
+        margin: [m] of map around the obstacles, seeds and covered points.
+        covered: More points (k, 2) that the map covers.
     """
     x_min, y_min, x_max, y_max = section.bounds()
-    columns_before = _cells_before(x_min, seeds[:, 0], margin, resolution)
-    rows_before = _cells_before(y_min, seeds[:, 1], margin, resolution)
-    x_max = max(x_max, *seeds[:, 0], x_min) + margin
-    y_max = max(y_max, *seeds[:, 1], y_min) + margin
+    points = np.vstack((seeds, covered))
+    columns_before = _cells_before(x_min, points[:, 0], margin, resolution)
+    rows_before = _cells_before(y_min, points[:, 1], margin, resolution)
+    x_max = max(x_max, *points[:, 0], x_min) + margin
+    y_max = max(y_max, *points[:, 1], y_min) + margin
     origin_x = round(x_min - columns_before * resolution, 9)
     origin_y = round(y_min - rows_before * resolution, 9)
     width = int(np.ceil((x_max - origin_x) / resolution - 1e-6))
@@ -62,8 +69,8 @@ def draw_on(
     return grid
 
 
-def _cells_before(low: float, seeds: FloatArray, margin: float, resolution: float) -> int:
-    return int(np.ceil((low - min(low, *seeds, low) + margin) / resolution - 1e-6))
+def _cells_before(low: float, points: FloatArray, margin: float, resolution: float) -> int:
+    return int(np.ceil((low - min(low, *points, low) + margin) / resolution - 1e-6))
 
 
 def _draw_polygon(grid: Grid, outline: FloatArray) -> None:

@@ -82,10 +82,9 @@ def spawn_poses(scene: Scene, spec: RobotSpec, count: int, spawn: Start = "") ->
         UnknownNameError: If there is no such spawn.
     """
     section = section_between(scene.bodies, 0.005, spec.height)
-    if isinstance(spawn, str):
-        start: Spawn = scene.sites.spawn_named(spawn) or _default_area(section, count)
-    else:
-        start = spawn
+    start = scene.sites.spawn_named(spawn) if isinstance(spawn, str) else spawn
+    if start is None:
+        return _around_origin(section, scene, spec, count)
     if isinstance(start, SpawnCircle):
         return _on_circle(start, section, scene, spec, count)
     areas = start.areas if isinstance(start, SpawnAreas) else (start,)
@@ -111,9 +110,20 @@ def _in_area(
             return [Pose(float(x), float(y), area.yaw) for x, y in points[:count]]
         most = max(most, len(points))
     raise WorldError(
-        f"the spawn area of world '{scene.name}' has room for {most} robots of "
-        f"model {spec.model}; {count} are asked for"
+        f"the spawn area of world '{scene.name}', ({area.x_min:g}, {area.y_min:g}) to "
+        f"({area.x_max:g}, {area.y_max:g}), has room for {most} robots of model {spec.model}; "
+        f"{count} are asked for"
     )
+
+
+def _around_origin(section: Section, scene: Scene, spec: RobotSpec, count: int) -> list[Pose]:
+    """Return the places nearest the origin, for worlds without a spawn."""
+    area = _default_area(section, count)
+    points = _places(area, max(area.pitch, _min_pitch(spec)), section, scene, spec)
+    if len(points) < count:
+        return _in_area(area, section, scene, spec, count)
+    nearest = np.argsort(np.hypot(points[:, 0], points[:, 1]).round(6), kind="stable")[:count]
+    return [Pose(float(x), float(y), area.yaw) for x, y in points[np.sort(nearest)]]
 
 
 def _on_circle(

@@ -5,15 +5,21 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from itertools import combinations
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from swarm_common.errors import UnknownNameError, WorldError
+from swarm_common.errors import MapError, UnknownNameError, WorldError
+from swarm_common.grid import FREE
+from swarm_common.map_io import save_map
 from swarm_common.robot_io import load_robot
 from swarm_common.sites import Sites, SpawnCircle
+from swarm_sim.build import build
+from swarm_sim.draw_map import draw_world
 from swarm_sim.sdf import load_world
 from swarm_sim.section import section_between
+from swarm_sim.settings import RobotEntry, Settings
 from swarm_sim.spawn import CIRCUIT_CLEARANCE, STATION_CLEARANCE, spawn_poses, wall_distance
 from swarm_sim.world import World, WorldConfig
 
@@ -78,6 +84,42 @@ def test_a_world_without_sites_has_places_too() -> None:
     assert not any(-5.2 < pose.x < -3.8 and -3.0 < pose.y < 7.4 for pose in poses)  # the island
     open_field = replace(SLIM, sites=Sites(), bodies=())
     assert len(spawn_poses(open_field, WAFFLE, 100)) == 100
+    assert all(math.hypot(p.x, p.y) < 2.5 for p in spawn_poses(open_field, WAFFLE, 3))
+
+
+def test_the_map_of_an_open_world_reaches_beyond_the_robots() -> None:
+    """They stood beside it, and could not be given goals."""
+    open_field = replace(SLIM, sites=Sites(), bodies=())
+    poses = spawn_poses(open_field, WAFFLE, 20)
+    grid = draw_world(open_field, starts=poses)
+    for pose in poses:
+        for angle in np.arange(0.0, math.tau, 0.5):
+            x, y = pose.x + 5.0 * math.cos(angle), pose.y + 5.0 * math.sin(angle)
+            assert grid.contains(x, y)
+            assert grid.cells[grid.cell_of(x, y)] == FREE
+    inside = replace(SLIM, sites=Sites())
+    walled = draw_world(inside, starts=spawn_poses(inside, WAFFLE, 20))
+    assert walled.cells.shape == draw_world(inside).cells.shape
+
+
+def test_a_start_beside_the_map_is_refused(tmp_path: Path) -> None:
+    world, plan = tmp_path / "field.sdf", tmp_path / "field.yaml"
+    box = "<geometry><box><size>1 1 1</size></box></geometry>"
+    world.write_text(
+        "<sdf version='1.7'><world name='field'><model name='box'><static>1</static>"
+        f"<pose>20 20 0.5 0 0 0</pose><link name='l'><collision name='c'>{box}</collision></link>"
+        "</model></world></sdf>",
+        encoding="utf-8",
+    )
+    save_map(draw_world(load_world(str(world))), plan)
+    settings = Settings(
+        robots=(RobotEntry("Srobot1", "turtlebot3_waffle"),),
+        world=str(world),
+        map=str(plan),
+        engine="planar",
+    )
+    with pytest.raises(MapError, match=r"Srobot1 would .* beside the map .* from \(19.00, 19.00"):
+        build(settings)
 
 
 def test_closed_rooms_are_not_used() -> None:
