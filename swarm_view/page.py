@@ -61,6 +61,7 @@ class Page:
         self._layers = RobotLayers(client.scene)
         self._overlay = Overlay(client.scene, swarm)
         self._chase = Chase(client.camera, partial(look, client))
+        self._camera = client.camera
         self._hand = Hand(client.scene, self._use, post)
         self._panel = Panel(client.gui, self, is_live=link is not None)
         self._panel.follow.value = bool(robot)
@@ -116,6 +117,11 @@ class Page:
         assign(self._panel.message, text)
 
     # What it needs
+
+    @property
+    def eye(self) -> FloatArray:
+        """Where its camera is (3,), in map."""
+        return np.asarray(self._camera.position, np.float64)
 
     def topics(self) -> set[str]:
         """Return the topics that it shows beside those that every page shows."""

@@ -1,24 +1,38 @@
-"""What a robot looks like: the visuals of its URDF, joints at zero, as one GLB."""
+"""What a robot looks like: the visuals of its URDF as GLB, also without its wheels."""
 
 from __future__ import annotations
 
 import io
-import logging
+from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import trimesh
 import yourdfpy
 
-from swarm_common.errors import SwarmError
-from swarm_common.packages import PackageFinder
 from swarm_common.records import FloatArray
+from swarm_view.visuals import GREY, Visual, painted, spokes, visuals
+from swarm_view.wheels import Axle, axles
 
-GREY = (0.6, 0.6, 0.6, 1.0)
 FALLBACK_RADIUS, FALLBACK_HEIGHT = 0.15, 0.15  # [m] of a robot without visuals
-LOG = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class Wheel:
+    """What rolls, to draw.
+
+    Attributes:
+        glb: Binary glTF in the wheel's own frame.
+        root_from_wheel: (4, 4), the joint at zero.
+        axis: (3,) about which it turns, in its own frame.
+        turns: (3,) by how much on a way of its robot; see `Axle.turns`.
+    """
+
+    glb: bytes
+    root_from_wheel: FloatArray
+    axis: FloatArray
+    turns: FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,16 +40,20 @@ class RobotMesh:
     """A model to draw.
 
     Attributes:
-        glb: Binary glTF in the frame of the root link.
+        glb: Binary glTF in the frame of the root link, joints at zero.
         radius: [m] of a circle around the root link that holds all of it.
         height: [m] of its highest point.
         links: root_from_link (4, 4) by link.
+        body: The same as `glb` without the wheels.
+        wheels: What rolls.
     """
 
     glb: bytes
     radius: float
     height: float
     links: dict[str, FloatArray]
+    body: bytes
+    wheels: tuple[Wheel, ...]
 
 
 def robot_mesh(urdf: str) -> RobotMesh:
@@ -44,21 +62,60 @@ def robot_mesh(urdf: str) -> RobotMesh:
         io.BytesIO(urdf.encode()), build_scene_graph=False, load_meshes=False
     ).robot
     links = _link_frames(robot)
-    materials = {material.name: material for material in robot.materials}
-    scene = trimesh.Scene()
-    for link in robot.links:
-        for visual in link.visuals:
-            origin = np.eye(4) if visual.origin is None else visual.origin
-            for mesh in _meshes(visual, materials):
-                scene.add_geometry(mesh, transform=links[link.name] @ origin)
-    if scene.is_empty:
+    shown = visuals(robot)
+    if not shown:
         body = trimesh.creation.cylinder(FALLBACK_RADIUS, FALLBACK_HEIGHT)
         body.apply_translation((0.0, 0.0, 0.5 * FALLBACK_HEIGHT))
-        scene.add_geometry(_painted(body, GREY))
-    corners = trimesh.bounds.corners(scene.bounds)
+        shown = [Visual("", painted(body, GREY))]
+    ground = float(_scene(shown, links).bounds[0, 2])
+    found = [axle for axle in axles(robot, links) if _stands(axle, shown, links, ground)]
+    shown += [spoke for axle in found for spoke in spokes(robot, axle)]
+    return _assembled(links, shown, found, ground)
+
+
+def _assembled(
+    links: dict[str, FloatArray], shown: Sequence[Visual], axles: Sequence[Axle], ground: float
+) -> RobotMesh:
+    whole = _scene(shown, links)
+    corners = trimesh.bounds.corners(whole.bounds)
     radius = float(np.hypot(corners[:, 0], corners[:, 1]).max())
-    glb = scene.export(file_type="glb")
-    return RobotMesh(glb, radius, float(scene.bounds[1, 2]), links)
+    rolling = {link for axle in axles for link in axle.links}
+    body = [visual for visual in shown if visual.link not in rolling]
+    wheels = []
+    if body and axles:
+        center = np.mean([axle.root_from_wheel[:2, 3] for axle in axles], axis=0)
+        wheels = [_wheel(axle, shown, links, axle.turns(ground, center)) for axle in axles]
+    return RobotMesh(
+        _glb(whole), radius, float(whole.bounds[1, 2]), links,
+        _glb(_scene(body, links)) if wheels else b"", tuple(wheels),
+    )  # fmt: skip
+
+
+def _wheel(
+    axle: Axle, shown: Sequence[Visual], links: dict[str, FloatArray], turns: FloatArray
+) -> Wheel:
+    wheel_from_root = np.linalg.inv(axle.root_from_wheel)
+    frames = {link: np.round(wheel_from_root @ links[link], 9) for link in axle.links}
+    own = [visual for visual in shown if visual.link in axle.links]
+    return Wheel(_glb(_scene(own, frames)), axle.root_from_wheel, axle.axis, turns)
+
+
+def _stands(
+    axle: Axle, shown: Sequence[Visual], links: dict[str, FloatArray], ground: float
+) -> bool:
+    own = [visual for visual in shown if visual.link in axle.links]
+    return bool(own) and axle.stands(float(_scene(own, links).bounds[0, 2]), ground)
+
+
+def _scene(shown: Sequence[Visual], frames: dict[str, FloatArray]) -> Any:
+    scene = trimesh.Scene()
+    for visual in shown:
+        scene.add_geometry(visual.mesh, transform=frames.get(visual.link, np.eye(4)))
+    return scene
+
+
+def _glb(scene: Any) -> bytes:
+    return bytes(scene.export(file_type="glb"))
 
 
 def _link_frames(robot: Any) -> dict[str, FloatArray]:
@@ -74,54 +131,3 @@ def _link_frames(robot: Any) -> dict[str, FloatArray]:
             frames[joint.child] = frames[joint.parent] @ origin
         waiting = [joint for joint in waiting if joint.child not in frames]
     return frames
-
-
-def _meshes(visual: Any, materials: dict[str, Any]) -> list[Any]:
-    geometry = visual.geometry
-    rgba = _color(visual.material, materials)
-    if geometry.box is not None:
-        return [_painted(trimesh.creation.box(geometry.box.size), rgba or GREY)]
-    if geometry.cylinder is not None:
-        shape = geometry.cylinder
-        return [_painted(trimesh.creation.cylinder(shape.radius, shape.length), rgba or GREY)]
-    if geometry.sphere is not None:
-        ball = trimesh.creation.icosphere(subdivisions=2, radius=geometry.sphere.radius)
-        return [_painted(ball, rgba or GREY)]
-    if geometry.mesh is not None:
-        return _loaded(geometry.mesh, rgba)
-    return []
-
-
-def _loaded(mesh: Any, rgba: tuple[float, ...] | None) -> list[Any]:
-    try:
-        path = PackageFinder().resolve(mesh.filename, Path.cwd())
-    except SwarmError as error:
-        LOG.warning("a mesh is not drawn: %s", error)
-        return []
-    try:
-        parts = trimesh.load_scene(path).dump()
-    except Exception as error:  # whatever a reader raises at a damaged file
-        LOG.warning("mesh %s cannot be read: %s; it is not drawn", path, error)
-        return []
-    scale = np.ones(3) if mesh.scale is None else np.broadcast_to(mesh.scale, 3)
-    for part in parts:
-        part.apply_transform(np.diag([*scale, 1.0]))
-    return [part if rgba is None else _painted(part, rgba) for part in parts]
-
-
-def _color(material: Any, materials: dict[str, Any]) -> tuple[float, ...] | None:
-    if material is None:
-        return None
-    if material.color is None:
-        material = materials.get(material.name, material)
-    return None if material.color is None else tuple(material.color.rgba)
-
-
-def _painted(mesh: Any, rgba: tuple[float, ...]) -> Any:
-    paint = trimesh.visual.material.PBRMaterial(
-        baseColorFactor=[round(255 * value) for value in rgba],
-        metallicFactor=0.1,
-        roughnessFactor=0.7,
-    )
-    mesh.visual = trimesh.visual.TextureVisuals(material=paint)
-    return mesh

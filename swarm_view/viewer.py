@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from swarm_common.records import FloatArray
 from swarm_view import topics
 from swarm_view.feed import Feed, Recording
 from swarm_view.fleet import Fleet
@@ -24,6 +25,7 @@ from swarm_view.swarm import Swarm
 FRAME_PERIOD = 0.04  # [s] of wall time: 25 frames per second
 LOOK_PERIOD = 3.0  # [s] of wall time between two looks at who there is
 SLOW_PERIOD = 0.25  # [s] of wall time between two looks at a recording's time
+NEAR_PERIOD = 0.25  # [s] of wall time between two looks at who is near a camera
 COLOR_PERIOD = 0.2  # [s] of wall time between two looks at the states' colours
 PANEL_SHARE = 0.08  # of the map's width by which the camera looks past its middle
 ALWAYS = {topics.TF, topics.VERDICT, topics.MOVERS}
@@ -61,7 +63,7 @@ class Viewer:
         self._slow_due = 0.0
         self._pages: dict[int, Page] = {}
         self._is_stopped = False
-        self._look_due = self._color_due = 0.0
+        self._look_due = self._color_due = self._near_due = 0.0
         self._revision = self._state_revision = -1
         self._has_map = self._has_scene = False
         self._shown: Any = None
@@ -121,7 +123,8 @@ class Viewer:
         self._draw_still()
         poses = swarm.track.at(now)
         with self._server.viser.atomic():
-            if self._shown is None or not np.array_equal(poses, self._shown):
+            is_other = self._look_near(poses, now)
+            if is_other or self._shown is None or not np.array_equal(poses, self._shown):
                 self._shown = poses
                 self._fleet.move(poses)
             self._scenery.draw_movers(swarm.movers)
@@ -176,6 +179,13 @@ class Viewer:
         camera.position = center + np.array([0.0, -0.45, 0.75]) * max(width, depth)
         for page in self._pages.values():
             page.look_at(camera.look_at, camera.position)
+
+    def _look_near(self, poses: FloatArray, now: float) -> bool:
+        """Return whether the wheels of other robots are to turn from now on."""
+        if now < self._near_due:
+            return False
+        self._near_due = now + NEAR_PERIOD
+        return self._fleet.look_from([page.eye for page in self._pages.values()], poses)
 
     def _color(self, now: float) -> None:
         if now >= self._color_due and self._state_revision != self._swarm.state_revision:
