@@ -14,7 +14,7 @@ from swarm_view.shapes import lifted, quaternions
 from swarm_view.wheels import Hubs, rolled
 
 AWAY = -100.0  # [m] height of what is not seen
-PLAIN = 100_000  # [bytes] of a mesh up to which a simpler one is not worth its looks from afar
+PLAIN = 100_000  # [bytes] of a mesh up to which a simpler one is not worth drawing
 Rows = NDArray[np.intp]
 
 
@@ -45,8 +45,7 @@ class Bodies:
         self._whole = _Batch(scene, name, mesh.glb, len(members))
         self._body: _Batch | None = None
         self._wheels: list[tuple[_Batch, list[int]]] = []
-        self._near: PLAIN = 100_000  # [bytes] of a mesh up to which a simpler one is not worth its looks from afar
-Rows = np.zeros(0, np.intp)
+        self._near: Rows = np.zeros(0, np.intp)
         self._poses: FloatArray | None = None
         self._turns = np.array([wheel.turns for wheel in mesh.wheels]).reshape(-1, 3)
         self._hubs = Hubs([(wheel.root_from_wheel, wheel.axis) for wheel in mesh.wheels])
