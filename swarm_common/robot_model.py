@@ -6,10 +6,13 @@ What the simulation needs and no more: joints that do not move are folded away, 
 
 from __future__ import annotations
 
+import io
 import math
+import xml.etree.ElementTree as ET
 from collections.abc import Collection
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -17,16 +20,7 @@ from swarm_common.errors import MeshError, RobotModelError
 from swarm_common.meshes import load_hull
 from swarm_common.outline import bounds, volume
 from swarm_common.packages import PackageFinder
-from swarm_common.shapes import FloatArray, Part, Shape, Transform
-from swarm_common.urdf_elements import (
-    Geometry,
-    Inertial,
-    Joint,
-    Link,
-    MeshFile,
-    read_joints,
-    read_links,
-)
+from swarm_common.shapes import Box, Cylinder, FloatArray, Part, Shape, Sphere, Transform
 from swarm_common.urdf_tree import read_tree, root_link
 
 MOVING = ("continuous", "revolute", "prismatic")
@@ -112,14 +106,17 @@ def parse_urdf(
     Raises:
         RobotModelError: If the text is malformed; the message names `where` and the element.
     """
+    import yourdfpy  # slow to import, and not needed by the readers of this module
+
     root = read_tree(text, where)
     try:
-        name = root.attrib["name"]
-        links, joints = read_links(root), read_joints(root)
-    except (ValueError, KeyError, TypeError) as cause:
+        robot = yourdfpy.URDF.load(
+            io.BytesIO(ET.tostring(root)), build_scene_graph=False, load_meshes=False
+        ).robot
+    except Exception as cause:  # whatever its float() and numpy calls raise
         raise RobotModelError(f"{where}: malformed URDF: {cause}") from cause
-    builder = _Builder(links, joints, where, moving, finder or PackageFinder(), directory)
-    return builder.build(name or "robot", root_link(root))
+    builder = _Builder(robot, where, moving, finder or PackageFinder(), directory)
+    return builder.build(robot.name or "robot", root_link(root))
 
 
 @dataclass(slots=True)
@@ -163,19 +160,18 @@ class _Draft:
 
 
 class _Builder:
-    """Walks the links and folds away the joints that do not move."""
+    """Walks yourdfpy's links and folds away the joints that do not move."""
 
     def __init__(
         self,
-        links: list[Link],
-        joints: list[Joint],
+        robot: Any,
         where: str,
         moving: Collection[str] | None,
         finder: PackageFinder,
         directory: Path,
     ) -> None:
-        self._links = {link.name: link for link in links}
-        self._joints = joints
+        self._links = {link.name: link for link in robot.links}
+        self._joints = robot.joints
         self._where = where
         self._moving = moving
         self._finder = finder
@@ -197,22 +193,22 @@ class _Builder:
         for joint in self._joints:
             if joint.parent != name:
                 continue
-            group_from_child = group_from_link @ joint.parent_from_child
+            group_from_child = group_from_link @ _origin(joint.origin)
             if self._is_moving(joint):
                 self._drafts.append(_draft_of(joint, group_from_child, index, self._where))
                 self._walk(joint.child, len(self._drafts) - 1, np.eye(4))
             else:
                 self._walk(joint.child, index, group_from_child)
 
-    def _is_moving(self, joint: Joint) -> bool:
+    def _is_moving(self, joint: Any) -> bool:
         return joint.type in MOVING and (self._moving is None or joint.name in self._moving)
 
-    def _add_link(self, link: Link, draft: _Draft, group_from_link: Transform) -> None:
+    def _add_link(self, link: Any, draft: _Draft, group_from_link: Transform) -> None:
         own: list[Part] = []
         where = f"{self._where}: link {link.name}"
         for collision in link.collisions:
             shape = self._shape(collision.geometry, where)
-            own.append(Part(shape, collision.link_from_shape))
+            own.append(Part(shape, _origin(collision.origin)))
             draft.parts.append(Part(shape, group_from_link @ own[-1].body_from_part))
             draft.links.append(link.name)
         if link.inertial is not None:
@@ -231,24 +227,34 @@ class _Builder:
         center = turn @ center + group_from_link[:3, 3]
         draft.masses.append((mass, center, turn @ tensor @ turn.T))
 
-    def _shape(self, geometry: Geometry, where: str) -> Shape:
-        if not isinstance(geometry, MeshFile):
-            return geometry
-        if not geometry.filename:
+    def _shape(self, geometry: Any, where: str) -> Shape:
+        if geometry is None:
+            raise RobotModelError(f"{where}: malformed URDF: a collision without geometry")
+        if geometry.box is not None:
+            x, y, z = (float(edge) for edge in geometry.box.size)
+            return Box((x, y, z))
+        if geometry.cylinder is not None:
+            return Cylinder(float(geometry.cylinder.radius), float(geometry.cylinder.length))
+        if geometry.sphere is not None:
+            return Sphere(float(geometry.sphere.radius))
+        if geometry.mesh is None or not geometry.mesh.filename:
             raise RobotModelError(
                 f"{where}: its collision is neither box, cylinder, sphere nor mesh"
             )
+        scale = geometry.mesh.scale
+        x, y, z = np.broadcast_to(1.0 if scale is None else scale, 3).tolist()
         try:
-            path = self._finder.resolve(geometry.filename, self._directory)
-            return load_hull(path, geometry.scale)
+            path = self._finder.resolve(geometry.mesh.filename, self._directory)
+            return load_hull(path, (x, y, z))
         except (MeshError, RobotModelError) as cause:
             raise RobotModelError(f"{where}: its collision mesh: {cause}") from cause
 
 
-def _draft_of(joint: Joint, parent_from_group: Transform, parent: int, where: str) -> _Draft:
+def _draft_of(joint: Any, parent_from_group: Transform, parent: int, where: str) -> _Draft:
     length = float(np.linalg.norm(joint.axis))
     if not length > 1e-6:
         raise RobotModelError(f"{where}: the axis of joint {joint.name} has no direction")
+    limit = getattr(joint.limit, "velocity", None)
     return _Draft(
         joint.child,
         joint.name,
@@ -256,15 +262,16 @@ def _draft_of(joint: Joint, parent_from_group: Transform, parent: int, where: st
         parent_from_group,
         parent,
         joint.axis / length if abs(length - 1.0) > 1e-9 else joint.axis,
-        abs(joint.velocity) if joint.velocity else math.inf,
+        math.inf if not limit else abs(float(limit)),
     )
 
 
-def _inertial(inertial: Inertial) -> tuple[float, FloatArray, FloatArray]:
+def _inertial(inertial: Any) -> tuple[float, FloatArray, FloatArray]:
     """Return mass, centre and inertia about it, in the link's axes."""
-    turn = inertial.link_from_inertial[:3, :3]
-    center = inertial.link_from_inertial[:3, 3]
-    return inertial.mass, center, turn @ inertial.inertia @ turn.T
+    link_from_inertial = _origin(inertial.origin)
+    turn = link_from_inertial[:3, :3]
+    tensor = np.zeros((3, 3)) if inertial.inertia is None else np.asarray(inertial.inertia, float)
+    return float(inertial.mass or 0.0), link_from_inertial[:3, 3], turn @ tensor @ turn.T
 
 
 def _estimated(parts: list[Part], mass: float | None) -> tuple[float, FloatArray, FloatArray]:
@@ -275,3 +282,7 @@ def _estimated(parts: list[Part], mass: float | None) -> tuple[float, FloatArray
         mass = max(LEAST_MASS, DENSITY * sum(volume(part.shape) for part in parts))
     tensor = np.diag([y * y + z * z, x * x + z * z, x * x + y * y]) * mass / 12.0
     return mass, (low + high) / 2.0, np.maximum(tensor, np.eye(3) * 1e-8)
+
+
+def _origin(origin: FloatArray | None) -> Transform:
+    return np.eye(4) if origin is None else origin

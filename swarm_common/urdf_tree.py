@@ -1,6 +1,6 @@
 """A URDF text as a checked XML tree: one root, no loops, every number finite.
 
-What would make nonsense is refused here, so that nobody behind it meets it.
+yourdfpy takes any tree and any number, so what would make nonsense is refused before it.
 """
 
 from __future__ import annotations
