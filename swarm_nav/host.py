@@ -7,7 +7,6 @@ robots). A fork costs almost nothing; a fresh interpreter costs a CPU second and
 from __future__ import annotations
 
 import argparse
-import gc
 import os
 import signal
 import sys
@@ -15,6 +14,7 @@ import sys
 from swarm_common import ros_env
 from swarm_common.errors import SwarmError
 from swarm_common.pipes import EventWriter
+from swarm_common.quick_start import load_numba, without_collector
 from swarm_nav.group import Grouping
 from swarm_nav.nursery import Nursery
 from swarm_nav.ros_types import load_type_supports
@@ -23,8 +23,10 @@ from swarm_nav.warm_up import warm_up
 
 def _prepare() -> None:
     """Do once what every child would do."""
-    load_type_supports()
-    warm_up()
+    with without_collector():
+        load_numba()
+        load_type_supports()
+        warm_up()
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -54,9 +56,8 @@ def main(arguments: list[str] | None = None) -> int:
         return 2
     if not options.wait:
         _prepare()
-    grouping.share_terrain()
-    gc.collect()
-    gc.freeze()  # what the children share must not be touched by the collector
+    with without_collector():  # what the children share must not be touched by it
+        grouping.share_terrain()
     for group in grouping.groups:
         nursery.fork(group, grouping.log_dir)
     events.write("ready")

@@ -19,6 +19,7 @@ from swarm_common import ros_env
 from swarm_common.errors import SwarmError
 from swarm_common.participants import prepare
 from swarm_common.pipes import EventWriter
+from swarm_common.quick_start import load_numba, without_collector
 from swarm_sim.build import build
 from swarm_sim.settings import read_settings
 from swarm_sim.world_node import WorldNode
@@ -34,7 +35,9 @@ def main(arguments: list[str] | None = None) -> int:
     events = EventWriter(options.event_fd)
     try:
         settings = read_settings(options.config)
-        stage = build(settings)
+        with without_collector():
+            load_numba()
+            stage = build(settings)
     except SwarmError as error:
         events.write("error", message=str(error))
         sys.stderr.write(f"{error}\n")
