@@ -20,6 +20,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
+from swarm_common.cache import cache_folder
 from swarm_common.errors import SwarmError
 from swarm_common.resources import share_directory
 from swarm_common.rosidl import compile as compiling
@@ -48,8 +49,8 @@ def ensure_interfaces(*, quiet: bool = False) -> list[str]:
         return []
     tools = toolchain.find_toolchain(os.environ)
     platform = toolchain.platform_key(tools)
-    with _lock(cache_folder()):
-        trees = {p.name: cache_folder() / f"{p.name}-{_key(p, wanted, platform)}" for p in wanted}
+    with _lock(builds_folder()):
+        trees = {p.name: builds_folder() / f"{p.name}-{_key(p, wanted, platform)}" for p in wanted}
         missing = [package for package in wanted if not trees[package.name].exists()]
         if missing:
             ready = tuple(tree for tree in trees.values() if tree.exists())
@@ -67,10 +68,9 @@ def stale_interfaces() -> list[str]:
     return [package.name for package in _stale(_wanted(environment), environment)]
 
 
-def cache_folder() -> Path:
+def builds_folder() -> Path:
     """Return where finished builds are kept."""
-    base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    return Path(base) / "swarm-workbench" / "interfaces"
+    return cache_folder() / "interfaces"
 
 
 def main() -> None:
@@ -157,7 +157,7 @@ def _build(
         TextColumn("{task.completed}/{task.total}"),
         TimeElapsedColumn(),
     )
-    build = Path(tempfile.mkdtemp(prefix="build-", dir=cache_folder()))
+    build = Path(tempfile.mkdtemp(prefix="build-", dir=builds_folder()))
     try:
         with Progress(*columns, console=Console(stderr=True), disable=quiet) as progress:
             task = progress.add_task("", total=None)

@@ -6,8 +6,10 @@ What the simulation needs and no more: joints that do not move are folded away, 
 
 from __future__ import annotations
 
+import functools
 import io
 import math
+import sys
 import xml.etree.ElementTree as ET
 from collections.abc import Collection
 from dataclasses import dataclass, field
@@ -16,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from swarm_common.cache import kept
 from swarm_common.errors import MeshError, RobotModelError
 from swarm_common.meshes import load_hull
 from swarm_common.outline import bounds, volume
@@ -106,17 +109,36 @@ def parse_urdf(
     Raises:
         RobotModelError: If the text is malformed; the message names `where` and the element.
     """
-    import yourdfpy  # slow to import, and not needed by the readers of this module
-
     root = read_tree(text, where)
+
+    def read() -> RobotModel:
+        robot = _read_robot(root, where)
+        builder = _Builder(robot, where, moving, finder or PackageFinder(), directory)
+        return builder.build(robot.name or "robot", root_link(root))
+
+    if root.find(".//collision//mesh") is not None:  # the files may change
+        return read()
+    joints = "all" if moving is None else repr(sorted(moving))
+    return kept("robots", [*_code(), where, joints, ET.tostring(root)], read)
+
+
+@functools.cache
+def _code() -> list[bytes]:
+    """Return the code that makes a model of a tree."""
+    modules = (sys.modules[name] for name in (__name__, Part.__module__, volume.__module__))
+    return [Path(str(module.__file__)).read_bytes() for module in modules]
+
+
+def _read_robot(root: ET.Element, where: str) -> Any:
+    """Return what yourdfpy reads from a checked tree."""
+    import yourdfpy  # slow to import, and not needed for what is in the cache
+
     try:
-        robot = yourdfpy.URDF.load(
+        return yourdfpy.URDF.load(
             io.BytesIO(ET.tostring(root)), build_scene_graph=False, load_meshes=False
         ).robot
     except Exception as cause:  # whatever its float() and numpy calls raise
         raise RobotModelError(f"{where}: malformed URDF: {cause}") from cause
-    builder = _Builder(robot, where, moving, finder or PackageFinder(), directory)
-    return builder.build(robot.name or "robot", root_link(root))
 
 
 @dataclass(slots=True)
