@@ -228,7 +228,8 @@ class NavigatorNode:
 
     def look_around(self, now: float) -> None:
         """See who wants something, and who has been silent for too long; `now` is wall time."""
-        self._on_demand.look(now)
+        # The first tick was answered by all before there is a second one.
+        self._on_demand.look(now, has_begun=self.tick > 0)
         self._answers.look(self.tick, now)
 
     # What the operator asks for

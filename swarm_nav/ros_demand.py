@@ -1,9 +1,12 @@
-"""Servers that exist only once somebody looks for them.
+"""Servers that exist only once somebody looks for them, or that come after the start.
 
 Nine of a navigator's ten action servers and most of its services are used by few robots of a large
 swarm, and never by most. Each of them costs every process that knows the robot, so that announcing
 them all takes longer than everything else when a large swarm starts. What is wanted shows in the
 graph: a client announces itself, and then waits until its server is there.
+
+In a small swarm they all come, but one after the other once the swarm has begun, as together they
+take as long as all the rest of a robot's start.
 """
 
 from __future__ import annotations
@@ -15,6 +18,7 @@ from rclpy.expand_topic_name import expand_topic_name
 from rclpy.node import Node
 
 LOOK_PERIOD = 0.5  # [s] of wall time between two looks for clients
+START_TIME = 10.0  # [s] of wall time after which a swarm that has not begun is not waited for
 
 
 @dataclass(slots=True)
@@ -26,14 +30,15 @@ class Offer:
 
 
 class OnDemand:
-    """Creates what is offered when its first client appears, or at once."""
+    """Creates what is offered when its first client appears, or soon after the start."""
 
     def __init__(self, node: Node, is_eager: bool) -> None:
-        """Take the node to look from; an eager one creates at once."""
+        """Take the node to look from; an eager one needs no clients, only a little time."""
         self._node = node
         self._is_eager = is_eager
         self._offers: list[Offer] = []
         self._due = 0.0
+        self._started: float | None = None
 
     def offer(self, services: Sequence[str], create: Callable[[], object]) -> None:
         """Offer something.
@@ -42,9 +47,6 @@ class OnDemand:
             services: Names, relative to the node's namespace, of which a client asks for it.
             create: Called once, when it is wanted.
         """
-        if self._is_eager:
-            create()
-            return
         name, space = self._node.get_name(), self._node.get_namespace()
         full = [expand_topic_name(service, name, space) for service in services]
         self._offers.append(Offer(full, create))
@@ -53,9 +55,21 @@ class OnDemand:
         """Offer an action server."""
         self.offer([f"{name}/_action/send_goal"], create)
 
-    def look(self, now: float) -> None:
-        """Create what has got a client; `now` is wall time."""
-        if not self._offers or now < self._due:
+    def look(self, now: float, *, has_begun: bool) -> None:
+        """Create what has got a client, or the next offer if none is needed.
+
+        Args:
+            now: Wall time.
+            has_begun: Whether all robots of the swarm are there.
+        """
+        if not self._offers:
+            return
+        if self._started is None:
+            self._started = now
+        if self._is_eager and (has_begun or now - self._started > START_TIME):
+            self._offers.pop(0).create()
+            return
+        if now < self._due:
             return
         self._due = now + LOOK_PERIOD
         wanted = [offer for offer in self._offers if self._has_client(offer)]
