@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from rich.console import Console, Group
@@ -16,6 +16,7 @@ from swarm_commander.tally import Tally
 
 REFRESH = 0.25  # [s] of wall time between two pictures
 LINE_PERIOD = 5.0  # [s] between two lines where there is no terminal
+SEPARATOR = " | "
 SHOWN_NOTES = 8  # of a kind; the report has all
 
 
@@ -92,15 +93,32 @@ class Progress:
 
     def _picture(self) -> list[Text]:
         collided = self._tally.collisions or self._tally.failed
-        head = Text(summary_line(self._phase, self._tally), style="red" if collided else "")
+        head = packed(_parts(self._phase, self._tally), self._console.width)
+        style = "red" if collided else ""
         rest = [Text(line, style="red") for line in self._untold()]
-        return [head, *roster(self._tally), *rest]
+        return [*(Text(line, style=style) for line in head), *roster(self._tally), *rest]
 
 
 def summary_line(phase: str, tally: Tally) -> str:
     """Return the state of the run in one line."""
+    return SEPARATOR.join(_parts(phase, tally))
+
+
+def packed(parts: Sequence[str], width: int) -> list[str]:
+    """Return as few lines of at most `width` characters as hold the parts unbroken."""
+    lines = [parts[0]]
+    for part in parts[1:]:
+        longer = f"{lines[-1]}{SEPARATOR}{part}"
+        if len(longer) <= width:
+            lines[-1] = longer
+        else:
+            lines.append(part)
+    return lines
+
+
+def _parts(phase: str, tally: Tally) -> list[str]:
     goals = f"{tally.reached}/{tally.total}" if tally.total else str(tally.reached)
-    parts = [
+    return [
         phase,
         f"active {tally.active}/{tally.there}",
         f"goals {goals}" + (f" ({tally.failed} failed)" if tally.failed else ""),
@@ -109,7 +127,6 @@ def summary_line(phase: str, tally: Tally) -> str:
         f"t = {tally.sim_time:.1f} s",
         f"{tally.real_time_factor:.2f}x real time",
     ]
-    return " | ".join(parts)
 
 
 def summary_table(report: Mapping[str, Any], code: int) -> Table:
@@ -142,7 +159,9 @@ def summary_table(report: Mapping[str, Any], code: int) -> Table:
         "CPU per robot and second": (
             f"{cpu['total']} ms (world {cpu['world']}, navigators {cpu['navigators']})"
         ),
-        "memory": f"world {rss['world']} MB, navigators {rss['navigators']} MB",
+        "memory, shared in each process": (
+            f"world {rss['world']} MB, navigators {rss['navigators']} MB"
+        ),
     }
     title = f"{report['swarm_size']} robots in {report['world']}, seed {report['seed']}"
     table = Table(title=title, title_justify="left", show_header=False)

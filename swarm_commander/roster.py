@@ -28,7 +28,6 @@ MARKS = {
     "gone": (" ", "dim"),
 }
 COUNTED = ("holding", "waiting", "recovering", "dead")
-LEGEND = "d driving  h holding  w waiting  y yielding  r recovering  p pausing  . idle  X dead"
 
 
 def roster(tally: Tally) -> list[Text]:
@@ -46,7 +45,18 @@ def roster(tally: Tally) -> list[Text]:
         _group_line(label.ljust(width), [tally.robots[name] for name in group], size)
         for label, group in zip(labels, groups, strict=True)
     ]
-    return [*lines, Text(LEGEND, style="dim")]
+    return [*lines, legend(tally)]
+
+
+def legend(tally: Tally) -> Text:
+    """Return what the letters mean that are to be seen now."""
+    seen = {shown_state(robot) or "inactive" for robot in tally.robots.values()}
+    line = Text()
+    for state, (letter, style) in MARKS.items():
+        if state in seen and letter.strip():
+            line.append(letter, style=style).append(f" {state}  ", style="dim")
+    line.rstrip()
+    return line
 
 
 def shown_state(robot: RobotTally) -> str:

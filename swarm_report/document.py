@@ -128,28 +128,35 @@ def number(value: float | None, unit: str = "") -> str:
     """Return a number with its unit; a dash for what is not known."""
     if value is None:
         return "–"
-    text = f"{value:.4g}" if isinstance(value, float) else str(value)
+    digits = ".0f" if abs(value) >= 1000.0 else ".4g"
+    text = f"{value:{digits}}" if isinstance(value, float) else str(value)
     return f"{text} {unit}".strip()
 
 
+# Of a robot: key -> heading and decimals
 COLUMNS = {
-    "goals_reached": "reached",
-    "goals_failed": "failed",
-    "hold_time": "holding [s]",
-    "wait_time": "waiting [s]",
-    "worst_goal_duration": "longest goal [s]",
-    "pushes": "pushes",
-    "replans": "replans",
-    "recoveries": "recoveries",
-    "distance": "distance [m]",
-    "collisions": "collisions",
-    "near_misses": "near misses",
-    "min_clearance": "clearance [m]",
+    "goals_reached": ("reached", 0),
+    "goals_failed": ("failed", 0),
+    "hold_time": ("holding [s]", 1),
+    "wait_time": ("waiting [s]", 1),
+    "worst_goal_duration": ("longest goal [s]", 1),
+    "pushes": ("pushes", 0),
+    "replans": ("replans", 0),
+    "recoveries": ("recoveries", 0),
+    "distance": ("distance [m]", 1),
+    "collisions": ("collisions", 0),
+    "near_misses": ("near misses", 0),
+    "min_clearance": ("clearance [m]", 3),
 }
 
 
 def _robots(robots: Mapping[str, Mapping[str, Any]]) -> str:
     rows = [
-        [name, *(number(values.get(key)) for key in COLUMNS)] for name, values in robots.items()
+        [name, *(_cell(values.get(key), digits) for key, (_, digits) in COLUMNS.items())]
+        for name, values in robots.items()
     ]
-    return table_html(["robot", *COLUMNS.values()], rows)
+    return table_html(["robot", *(heading for heading, _ in COLUMNS.values())], rows)
+
+
+def _cell(value: float | None, digits: int) -> str:
+    return "–" if value is None else f"{value:.{digits}f}"

@@ -87,7 +87,7 @@ def stations(run: RunData) -> Figure | None:
     left.set_title("Use of the stations", loc="left")
     right.barh(rows, [queued[name] / run.end for name in names], color=ORANGE, height=0.7)
     right.set_xlim(0.0, max(0.1, 1.1 * max(queued.values(), default=0.0) / run.end))
-    right.set_xlabel("robots in its queue, on average")
+    right.set_xlabel("robots in its queue or holding for it, on average")
     for axes in (left, right):
         axes.grid(visible=False, axis="y")
     return drawing
@@ -104,9 +104,9 @@ def occupancy(run: RunData, series: Series) -> dict[str, float]:
 
 
 def queues(run: RunData) -> dict[str, float]:
-    """Return by station the robot-seconds spent in its queue."""
+    """Return by station the robot-seconds spent in its queue, or holding before it."""
     seconds: dict[str, float] = defaultdict(float)
     for span in run.spans:
-        if span.place > 0:
+        if span.station and (span.place > 0 or span.state == "holding"):
             seconds[span.station] += span.end - span.start
     return seconds

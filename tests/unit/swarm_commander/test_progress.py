@@ -5,7 +5,7 @@ import io
 import pytest
 from rich.console import Console
 
-from swarm_commander.progress import SHOWN_NOTES, Progress
+from swarm_commander.progress import SHOWN_NOTES, Progress, packed, summary_line
 from swarm_commander.roster import LINES, roster
 from swarm_commander.tally import Tally
 
@@ -41,6 +41,23 @@ def test_a_hundred_robots_with_ten_at_a_line() -> None:
     assert line.split("  ")[0] == "Srobot1-10"
     assert "dhw.dhw.dh  9 goals" in line
     assert line.endswith("3 holding, 2 waiting")
+
+
+def test_the_legend_has_the_letters_that_are_seen() -> None:
+    tally = swarm(100)
+    assert str(roster(tally)[-1]) == "d driving  h holding  w waiting  . idle"
+    tally.robots["Srobot1"].state = ""
+    tally.robots["Srobot2"].died = True
+    assert str(roster(tally)[-1]).endswith(". idle  - inactive  X dead")
+
+
+def test_the_first_lines_are_broken_between_their_parts() -> None:
+    tally = swarm(100)
+    tally.total = 800
+    lines = packed(summary_line("starting navigators", tally).split(" | "), 80)
+    assert [len(line) <= 80 for line in lines] == [True, True]
+    assert lines[1].endswith("x real time")
+    assert " | ".join(lines) == summary_line("starting navigators", tally)
 
 
 def progress(*, is_terminal: bool) -> tuple[Progress, io.StringIO, list[float]]:
