@@ -102,4 +102,5 @@ def _mark(state: str) -> tuple[str, str]:
 
 
 def _goals(reached: int, failed: int) -> str:
-    return f"{reached} goals" + (f", {failed} missed" if failed else "")
+    word = "goal" if reached == 1 else "goals"
+    return f"{reached} {word}" + (f", {failed} missed" if failed else "")

@@ -21,7 +21,7 @@ def swarm(count: int) -> Tally:
 
 def test_each_robot_of_a_small_swarm_has_a_line() -> None:
     lines = [str(line) for line in roster(swarm(5))]
-    assert lines[1].split() == ["Srobot2", "holding", "1", "goals", "loader_1", "for", "Srobot2"]
+    assert lines[1].split() == ["Srobot2", "holding", "1", "goal", "loader_1", "for", "Srobot2"]
     assert len(lines) == 5
 
 
