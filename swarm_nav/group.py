@@ -12,8 +12,8 @@ from typing import Any
 from swarm_common import ros_env
 from swarm_common.errors import ConfigError
 from swarm_common.map_io import load_map
+from swarm_nav.common_ground import prepare
 from swarm_nav.settings import NodeSettings, read_node_settings
-from swarm_nav.situation import terrain_of
 
 AGENT = 0  # participant id of the first process on a host without the world
 PROFILES = "fastdds"  # folder of the processes' profiles, beside the configuration
@@ -103,9 +103,8 @@ class Grouping:
         """
         if self._map is None or not Path(self._map).is_file():
             return
-        grid = load_map(self._map).upright()
-        for settings in (robot for group in self.groups for robot in group.robots):
-            terrain_of(settings.config, settings.spec, grid)
+        robots = [robot for group in self.groups for robot in group.robots]
+        prepare(robots, load_map(self._map).upright(), self._processes)
 
     def _group(self, robots: list[NodeSettings], peers: Mapping[str, Iterable[int]]) -> Group:
         if not ros_env.is_profile_ours() and not self._world:

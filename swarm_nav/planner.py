@@ -85,6 +85,14 @@ class Planner:
             )
         return self.finish(self.lattice.points_of(nodes), start, goal, extra, True)
 
+    def cost_to_go(self, goal: tuple[float, float], yaw: float) -> NDArray[np.float32]:
+        """Return the cost of driving from every node to a goal, as `plan` uses it.
+
+        Raises:
+            PlanError: With Nav2's code, if the goal is unusable.
+        """
+        return self.terrain.cost_to_go(self._goal_node(goal)[0], sector_of(yaw))
+
     def cost_of(self, path: FloatArray, extra: NDArray[np.float32]) -> float:
         """Return the cost [m] of driving along a path (n, 2), other robots' share included."""
         lattice = self.lattice

@@ -105,7 +105,11 @@ class Lattice:
 
 
 class Terrain:
-    """Static knowledge of one map for one size of robot."""
+    """Static knowledge of one map for one size of robot.
+
+    Attributes:
+        most_goals: Number of goals to which the costs of driving are kept.
+    """
 
     def __init__(
         self,
@@ -143,9 +147,8 @@ class Terrain:
             self.lattice.step,
             self.lattice.slots,
         )
-        self._cost_to_go = functools.lru_cache(GOALS_MEMORY // self.lattice.base.nbytes + 1)(
-            self._compute_cost_to_go
-        )
+        self.most_goals = GOALS_MEMORY // self.lattice.base.nbytes + 1
+        self._cost_to_go = functools.lru_cache(self.most_goals)(self._compute_cost_to_go)
         self._approach_weight = 2.0 * planner.lane_weight
 
     def clearance(self, x: float, y: float) -> float:
