@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from swarm_common.errors import ConfigError
 from swarm_report import style
-from swarm_report.document import merits, number, save
+from swarm_report.document import makespan, merits, number, save
 from swarm_report.judgement import judge
 from swarm_report.page import Plot, page_html, plot_html, table_html
 from swarm_report.run import RunData
@@ -142,7 +142,9 @@ def _merits(runs: Sequence[RunData]) -> Figure:
     rows = np.arange(len(runs))
     colors = [CYCLE[row % len(CYCLE)] for row in rows]
     for axes, (key, title) in zip(panels.ravel(), BARS.items(), strict=True):
-        values = [run.report.get(key) for run in runs]
+        values = [
+            makespan(run.report) if key == "makespan" else run.report.get(key) for run in runs
+        ]
         bars = axes.barh(rows, [value or 0.0 for value in values], color=colors, height=0.7)
         axes.bar_label(bars, [number(value) for value in values], padding=3, fontsize=8)
         axes.margins(x=0.18)

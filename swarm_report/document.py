@@ -113,7 +113,7 @@ def merits(report: Mapping[str, Any]) -> dict[str, str]:
         ),
         "near misses": number(report.get("near_misses")),
         "smallest clearance": number(report.get("min_clearance"), "m"),
-        "makespan": number(report.get("makespan"), "s"),
+        "makespan": number(makespan(report), "s"),
         "goals per minute": number(report.get("throughput_per_minute")),
         "median time of a goal": number(duration.get("median"), "s"),
         "longest time of a goal": number(duration.get("worst"), "s"),
@@ -122,6 +122,12 @@ def merits(report: Mapping[str, Any]) -> dict[str, str]:
         "real-time factor": number(report.get("real_time_factor")),
         "CPU per robot and second": number(cpu.get("total"), "ms"),
     }
+
+
+def makespan(report: Mapping[str, Any]) -> float | None:
+    """Return the time [s] that the whole mission took; None if goals are left."""
+    value: float | None = report.get("makespan")
+    return None if report.get("goals", {}).get("pending") else value
 
 
 def number(value: float | None, unit: str = "") -> str:

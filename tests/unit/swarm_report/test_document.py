@@ -6,7 +6,7 @@ from pathlib import Path
 from typer.testing import CliRunner
 
 from swarm_common.errors import ConfigError
-from swarm_report.document import DRAWINGS, write_document
+from swarm_report.document import DRAWINGS, makespan, number, write_document
 from swarm_report.report_command import report_app
 from tests.standins.run_folder import make_run
 
@@ -41,6 +41,14 @@ def test_runs_are_compared(tmp_path: Path) -> None:
         "goals",
         "merits",
     ]
+
+
+def test_numbers_are_plain() -> None:
+    assert number(65948.7, "s") == "65949 s"
+    assert number(0.0433, "m") == "0.0433 m"
+    assert number(None) == "–"
+    assert makespan({"makespan": 59.2, "goals": {"pending": 157}}) is None
+    assert makespan({"makespan": 59.2, "goals": {"pending": 0}}) == 59.2
 
 
 def test_a_page_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
