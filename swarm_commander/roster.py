@@ -73,7 +73,7 @@ def _robot_line(label: str, robot: RobotTally) -> Text:
     )
     line = Text(f"{label}  ")
     line.append(f"{state or 'starting':<11}", style=_mark(state)[1])
-    line.append(f"{_goals(robot.reached, robot.failed):<12}")
+    line.append(f"{_goals(robot.reached, robot.failed):<10}  ")
     return line.append(f"{robot.goal} {detail}".strip(), style="dim")
 
 
@@ -83,7 +83,7 @@ def _group_line(label: str, robots: Sequence[RobotTally], width: int) -> Text:
         line.append(*_mark(shown_state(robot)))
     line.append(" " * (width - len(robots) + 2))
     reached, failed = sum(r.reached for r in robots), sum(r.failed for r in robots)
-    line.append(f"{_goals(reached, failed):<12}")
+    line.append(f"{_goals(reached, failed):<10}  ")
     counts = Counter(map(shown_state, robots))
     words = [f"{counts[state]} {state}" for state in COUNTED if counts[state]]
     return line.append(", ".join(words), style="dim")

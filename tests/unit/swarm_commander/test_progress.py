@@ -36,6 +36,12 @@ def test_a_large_swarm_has_a_line_per_group(count: int, first: str) -> None:
     assert max(map(len, lines)) < 100
 
 
+def test_missed_goals_stand_apart_from_what_follows() -> None:
+    tally = swarm(100)
+    tally.robots["Srobot5"].failed = 3
+    assert "9 goals, 3 missed  3 holding" in str(roster(tally)[0])
+
+
 def test_a_hundred_robots_with_ten_at_a_line() -> None:
     line = str(roster(swarm(100))[0])
     assert line.split("  ")[0] == "Srobot1-10"
