@@ -23,9 +23,10 @@ from swarm_commander.plan import check_plan
 from swarm_commander.rviz import windows
 from swarm_commander.session import bring_up
 from swarm_common.addresses import check_address, own_address
+from swarm_common.bytecode import ensure_bytecode, own_packages
 from swarm_common.errors import ConfigError
 from swarm_common.fleet import load_fleet
-from swarm_common.interfaces_build import ensure_interfaces
+from swarm_common.interfaces_build import ensure_interfaces, interface_packages
 from swarm_common.packages import add_package_paths
 
 up_app = typer.Typer(add_completion=False, rich_markup_mode=None)
@@ -200,7 +201,9 @@ def up(
     )
     run_plan = check_plan(options)
     ensure_interfaces()
-    raise typer.Exit(bring_up(run_plan))
+    code = bring_up(run_plan)
+    ensure_bytecode([*own_packages(), *interface_packages()])  # for the next start
+    raise typer.Exit(code)
 
 
 def _typed(context: typer.Context) -> dict[str, object]:

@@ -73,6 +73,12 @@ def builds_folder() -> Path:
     return cache_folder() / "interfaces"
 
 
+def interface_packages() -> list[Path]:
+    """Return the folders of the interface packages that were installed by us."""
+    environment = install.Environment.current()
+    return [environment.site_packages / name for name in environment.installed()]
+
+
 def main() -> None:
     """Run the command `swarm-setup`."""
     console = Console(stderr=True)
