@@ -34,6 +34,7 @@ SIZE = (1280, 860)
 WARM_UP_TICKS = 900  # before the first picture
 FRAME_TICKS = 4  # of the GIF; played at 10 frames per second it is 4 times real time
 GIF_WIDTH = 640
+REST = 20.0  # [s] until names and the panel are there, too
 TIDY = (
     """document.querySelectorAll('.mantine-Notification-closeButton').forEach((x) => x.click());"""
 )
@@ -130,7 +131,7 @@ def main() -> int:
             stage.step(WARM_UP_TICKS)
             visit(browser, stage.address)
             stage.step(10)
-            picture(browser, 8.0).save(options.out / "viewer.png", optimize=True)
+            picture(browser, REST).save(options.out / "viewer.png", optimize=True)
             frames = []
             for _ in range(options.frames):
                 stage.step(FRAME_TICKS)
@@ -140,7 +141,7 @@ def main() -> int:
             for _ in range(4):
                 stage.step(10)
                 time.sleep(1.0)
-            picture(browser, 8.0).save(options.out / "viewer_robot.png", optimize=True)
+            picture(browser, REST).save(options.out / "viewer_robot.png", optimize=True)
         finally:
             browser.quit()
             stage.stop()
