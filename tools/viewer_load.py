@@ -31,10 +31,10 @@ from websockets.sync.client import ClientConnection, connect
 
 START_LIMIT = 600.0  # [s] for the swarm to be active
 SETTLE = 6.0  # [s] after pages were opened or closed
-CAMERA = {
+CAMERA = {  # as close to robots as that of a page that follows one: their wheels turn
     "type": "ViewerCameraMessage",
     "wxyz": (1.0, 0.0, 0.0, 0.0),
-    "position": (0.0, -10.0, 10.0),
+    "position": (-1.2, -2.4, 3.2),
     "look_at": (0.0, 0.0, 0.0),
     "up_direction": (0.0, 0.0, 1.0),
     "fov": 0.8,

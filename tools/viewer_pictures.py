@@ -27,6 +27,7 @@ from simulation_interfaces.msg import SimulationState
 from simulation_interfaces.srv import SetSimulationState, StepSimulation
 
 from swarm_common import ros_env
+from swarm_view.palette import STATES
 
 UP = "swarm-up --mission loading_route --viewer --port 0 --no-report --speed max"
 FLAGS = ("--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--disable-dev-shm-usage")
@@ -34,6 +35,7 @@ SIZE = (1280, 860)
 WARM_UP_TICKS = 900  # before the first picture
 FRAME_TICKS = 4  # of the GIF; played at 10 frames per second it is 4 times real time
 GIF_WIDTH = 640
+SWATCH = 24  # [px]
 REST = 20.0  # [s] until names and the panel are there, too
 TIDY = (
     """document.querySelectorAll('.mantine-Notification-closeButton').forEach((x) => x.click());"""
@@ -154,7 +156,10 @@ def save_gif(frames: list[Image.Image], path: Path) -> None:
     box = (int(0.12 * width), int(0.1 * height), int(0.735 * width), int(0.92 * height))
     size = (GIF_WIDTH, round(GIF_WIDTH * (box[3] - box[1]) / (box[2] - box[0])))
     small = [frame.crop(box).resize(size, Image.Resampling.LANCZOS) for frame in frames]
-    palette = small[0].quantize(128)
+    sample = small[0].copy()
+    for place, color in enumerate(STATES.values()):  # rings are thin, and their colours matter
+        sample.paste(color, (SWATCH * place, 0, SWATCH * (place + 1), SWATCH))
+    palette = sample.quantize(128)
     indexed = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in small]
     indexed[0].save(
         path, save_all=True, append_images=indexed[1:], duration=100, loop=0, optimize=True
