@@ -36,55 +36,63 @@ def passed_through(points, ranges, beam, pose, limits, out):
 def inherit(marks, old, seen, sizes, times, out):
     """Write birth, motion and time of the last hit of marks.
 
-    old = (points (m, 2), births, has_moved, hit_ticks); seen = (hits, arrivals);
-    sizes = (cell, body); times = (tick, still_ticks, mover_ticks);
-    out = (births, has_moved, hit_ticks).
+    Motion is 0 (none), 1 (has come), or 2 (walks). old = (points (m, 2), births, motion,
+    hit_ticks); seen = (hits, arrivals); sizes = (cell, body); times = (tick, limits, walk_ticks),
+    limits[m] for motion m; out = (births, motion, hit_ticks).
     """
-    points, old_births, old_moved, old_hits = old
+    points, old_births, old_motion, old_hits = old
     hits, arrivals = seen
-    births, has_moved, hit_ticks = out
+    births, motion, hit_ticks = out
     cell, body = sizes
-    tick, still_ticks, mover_ticks = times
+    tick, limits, walk_ticks = times
     for i in range(marks.shape[0]):
         x, y = marks[i, 0], marks[i, 1]
         births[i] = tick
-        has_moved[i] = False
+        motion[i] = 0
         hit_ticks[i] = tick
-        is_beside_thing = is_beside_mover = False
-        for k in range(arrivals.shape[0]):
-            if max(abs(arrivals[k, 0] - x), abs(arrivals[k, 1] - y)) <= cell:
-                has_moved[i] = True
-                break
+        is_beside_thing = False
+        beside, youngest, eldest = 0, -1, tick  # movers near by: motion, births
+        is_new = True
         for j in range(points.shape[0]):
             gap = max(abs(points[j, 0] - x), abs(points[j, 1] - y))
             if gap > body:
                 continue
-            age = tick - old_births[j]
             if gap < 0.5 * cell:
                 births[i] = old_births[j]
                 hit_ticks[i] = old_hits[j]
-                has_moved[i] = has_moved[i] or old_moved[j]
-            if old_moved[j]:
-                is_beside_mover = is_beside_mover or age < mover_ticks
-            elif age >= still_ticks and gap < 1.6 * cell:
-                is_beside_thing = True
+                motion[i] = old_motion[j]
+                is_new = False
+            if tick - old_births[j] >= limits[old_motion[j]]:
+                is_beside_thing = is_beside_thing or gap < 1.6 * cell
+            elif old_motion[j]:
+                beside = max(beside, old_motion[j])
+                youngest = max(youngest, old_births[j])
+                eldest = min(eldest, old_births[j])
+        has_come = False
+        for k in range(arrivals.shape[0]):
+            if max(abs(arrivals[k, 0] - x), abs(arrivals[k, 1] - y)) <= cell:
+                has_come = True
+                motion[i] = max(motion[i], 2 if tick - eldest >= walk_ticks else 1)
+                break
         for k in range(hits.shape[0]):
             if max(abs(hits[k, 0] - x), abs(hits[k, 1] - y)) <= 0.6 * cell:
                 hit_ticks[i] = tick
                 break
-        if is_beside_mover and tick - births[i] < still_ticks:
-            has_moved[i] = True
-        if is_beside_thing and not has_moved[i]:
-            births[i] = min(births[i], tick - still_ticks)
+        if beside and tick - births[i] < limits[0]:
+            motion[i] = max(motion[i], beside)
+            if is_new and not has_come and beside == 1:
+                births[i] = youngest  # a part of a body that came then, seen only now
+        if is_beside_thing and motion[i] == 0:
+            births[i] = min(births[i], tick - limits[0])
 
 
 @njit(cache=True)
-def restless_gap(marks, births, has_moved, times, x, y):
-    """Distance of (x, y) from the nearest mark that may walk on; times as above."""
-    tick, still_ticks, mover_ticks = times
+def restless_gap(marks, births, motion, times, x, y):
+    """Distance of (x, y) from the nearest mark that may walk on; times = (tick, limits)."""
+    tick, limits = times
     best = 1e20
     for k in range(marks.shape[0]):
-        if tick - births[k] >= (mover_ticks if has_moved[k] else still_ticks):
+        if tick - births[k] >= limits[motion[k]]:
             continue
         dx = marks[k, 0] - x
         dy = marks[k, 1] - y

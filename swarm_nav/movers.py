@@ -1,8 +1,9 @@
 """Which marks of the obstacle layer may be somebody who walks on.
 
 A mark is restless until it has been there for long. How long that takes depends on what is known
-of the body: one that was seen to move, by hits where rays had passed shortly before, may be a
-person who pauses; one that never moved is a thing sooner. Young marks near a mover's belong to it.
+of the body: one that was seen to walk, by hits where rays had passed shortly before, scan after
+scan, may be a person who pauses; one that came from nowhere and stood at once is a thing sooner,
+and one that never moved sooner still. Young marks near a mover's belong to it.
 """
 
 from __future__ import annotations
@@ -17,7 +18,10 @@ from swarm_common.records import FloatArray
 from swarm_nav import mover_kernels
 
 STILL_TICKS = 80  # after which a mark of what never moved is a thing,
-MOVER_TICKS = 3000  # and one of what was seen moving
+CAME_TICKS = 200  # of what came and has stood since,
+MOVER_TICKS = 3000  # and of what was seen walking
+LIMITS = (STILL_TICKS, CAME_TICKS, MOVER_TICKS)  # by motion: 0 none, 1 has come, 2 walks
+WALK_TICKS = 4  # between two arrivals of a body that walks; what stands arrives for PAST_SCANS only
 PAST_SCANS = 2  # looked back for where something moved to
 FREE_MARGIN = 0.15  # [m] beyond a place that a ray must have gone to show that it was free
 GONE_TICKS = 30  # after which a mark of what was seen moving, if not hit again, is dropped
@@ -42,16 +46,16 @@ class Movers:
         """Forget all marks."""
         self._births = np.zeros(0, np.int64)  # tick in which each mark appeared
         self._hit_ticks = np.zeros(0, np.int64)  # in which it was last hit
-        self._has_moved = np.zeros(0, np.bool_)
+        self._motion = np.zeros(0, np.int64)  # index into LIMITS
 
     def keep(self, mask: NDArray[np.bool_]) -> None:
         """Forget the marks that are flagged False."""
-        self._births, self._has_moved = self._births[mask], self._has_moved[mask]
+        self._births, self._motion = self._births[mask], self._motion[mask]
         self._hit_ticks = self._hit_ticks[mask]
 
     def present(self, tick: int) -> NDArray[np.bool_]:
         """Return which marks may still be there: what moves and is out of sight goes away."""
-        present: NDArray[np.bool_] = ~self._has_moved | (tick - self._hit_ticks < GONE_TICKS)
+        present: NDArray[np.bool_] = (self._motion == 0) | (tick - self._hit_ticks < GONE_TICKS)
         return present
 
     def arrivals(
@@ -100,20 +104,20 @@ class Movers:
         """
         births = np.empty(len(marks), np.int64)
         hit_ticks = np.empty(len(marks), np.int64)
-        has_moved = np.empty(len(marks), np.bool_)
+        motion = np.empty(len(marks), np.int64)
         mover_kernels.inherit(
             marks,
-            (old, self._births, self._has_moved, self._hit_ticks),
+            (old, self._births, self._motion, self._hit_ticks),
             (hits, arrivals),
             (self._cell, BODY),
-            (tick, STILL_TICKS, MOVER_TICKS),
-            (births, has_moved, hit_ticks),
+            (tick, LIMITS, WALK_TICKS),
+            (births, motion, hit_ticks),
         )
-        self._births, self._has_moved, self._hit_ticks = births, has_moved, hit_ticks
+        self._births, self._motion, self._hit_ticks = births, motion, hit_ticks
 
     def gap(self, marks: FloatArray, x: float, y: float, tick: int) -> float:
         """Return the distance [m] of a point from the nearest restless mark; inf without one."""
         if len(marks) == 0:
             return math.inf
-        times = (tick, STILL_TICKS, MOVER_TICKS)
-        return float(mover_kernels.restless_gap(marks, self._births, self._has_moved, times, x, y))
+        times = (tick, LIMITS)
+        return float(mover_kernels.restless_gap(marks, self._births, self._motion, times, x, y))

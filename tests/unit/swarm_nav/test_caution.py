@@ -11,7 +11,7 @@ import pytest
 from swarm_common.records import LidarSpec, Pose, Scan, Twist
 from swarm_nav.caution import CREEP_SPEED, caution_distance, cautious_speed, limited
 from swarm_nav.config import CostmapConfig
-from swarm_nav.movers import MOVER_TICKS, STILL_TICKS
+from swarm_nav.movers import CAME_TICKS, MOVER_TICKS, STILL_TICKS
 from swarm_nav.obstacles import ObstacleLayer
 from swarm_nav.situation import Situation
 from tests.standins.navigation import room, situation
@@ -58,6 +58,21 @@ def test_who_was_seen_moving_stays_restless_for_longer() -> None:
     assert all(math.isfinite(gap) for gap in gaps)
     assert math.isfinite(layer.restless_gap(MIDDLE.x, MIDDLE.y, MOVER_TICKS - 1))
     assert math.isinf(layer.restless_gap(MIDDLE.x, MIDDLE.y, MOVER_TICKS + 4 * STILL_TICKS))
+
+
+def test_what_comes_from_nowhere_and_stands_is_a_thing_sooner() -> None:
+    """More of it is seen all the time, as the robot creeps past: that belongs to it."""
+    s, layer = situation(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), LIDAR)
+    for tick in range(0, 20, SCAN_TICKS):
+        watch(s, layer, tick, 20.0, 20.0)
+    gaps = {}
+    for tick in range(20, 20 + CAME_TICKS + 20, SCAN_TICKS):
+        ranges = ranges_to(5.5, 4.0, 0.1 + 0.15 * (tick - 20) / CAME_TICKS)
+        scan = Scan(tick, 0.0, math.tau / 360, 0.12, 3.5, ranges)
+        layer.update(scan, MIDDLE, s.terrain, s.hood)
+        gaps[tick] = layer.restless_gap(MIDDLE.x, MIDDLE.y, tick)
+    assert all(math.isfinite(gap) for tick, gap in gaps.items() if tick < 20 + CAME_TICKS)
+    assert math.isinf(gaps[20 + CAME_TICKS + 18])
 
 
 def test_a_thing_does_not_become_a_person_because_one_walks_past() -> None:
