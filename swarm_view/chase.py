@@ -49,6 +49,10 @@ class Chase:
         self._told: deque[FloatArray] = deque(maxlen=ECHOES)
         self._look_due = self._doubt_end = self._turn_end = 0.0
 
+    def expect(self, target: FloatArray, position: FloatArray) -> None:
+        """Know a view that the page may take up by itself, however late: not the reader's."""
+        self._told.append(position - target)
+
     def rest(self) -> None:
         """Leave the camera where it is; the next robot is come close to."""
         self._seen = None

@@ -142,7 +142,8 @@ class Page:
         self._panel_due = 0.0
 
     def look_at(self, target: FloatArray, position: FloatArray) -> None:
-        """Point the camera somewhere, unless it follows a robot."""
+        """Point the camera somewhere, unless it follows a robot; pages open with that view."""
+        self._chase.expect(target, position)
         if not self.robot:
             self._chase.look(target, position)
 

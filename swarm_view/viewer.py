@@ -195,9 +195,12 @@ class Viewer:
 
     def _on_open(self, client: Any, robot: str) -> None:
         self._look_due = 0.0
-        self._pages[client.client_id] = Page(
+        page = self._pages[client.client_id] = Page(
             client, robot, self._swarm, self._fleet, self._link, self._server.url, self._post
         )
+        if self._has_map:
+            camera = self._server.viser.initial_camera
+            page.look_at(camera.look_at, camera.position)
         self._wake.set()
 
     def _on_close(self, client_id: int) -> None:

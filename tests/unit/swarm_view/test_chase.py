@@ -50,6 +50,19 @@ def test_a_robot_that_has_driven_is_in_the_middle(late: int) -> None:
     assert max(off) < 0.03
 
 
+def test_a_page_that_loads_slowly_is_not_its_reader() -> None:
+    camera = Camera(2)
+    chase, first = Chase(camera, camera.look), (np.array([1.0, 2.0, 0.0]), np.array([1, -7, 16.0]))
+    chase.expect(*first)
+    for frame in range(1000):
+        chase.follow(np.array([0.26 * FRAME * frame, 1.0, 0.0]), frame * FRAME)
+        if frame == 400:
+            camera.shown = first
+        camera.frame(0.0)
+    look_at, position = camera.shown
+    assert position - look_at == pytest.approx(CLOSE_UP)
+
+
 @pytest.mark.parametrize("late", [0, 2, 5])
 def test_a_reader_turns_the_view_of_a_robot_that_drives(late: int) -> None:
     camera = Camera(late)
