@@ -31,7 +31,7 @@ def timeline(run: RunData) -> Figure | None:
     axes = drawing.add_subplot()
     for state in {span.state: None for span in spans}:
         bars = PolyCollection(  # one of all is far cheaper than a patch of each
-            _outlines([span for span in spans if span.state == state]),
+            list(_outlines([span for span in spans if span.state == state])),
             facecolors=STATES.get(state, BLACK),
             linewidths=0.0,
             rasterized=len(spans) > VECTOR_LIMIT,
