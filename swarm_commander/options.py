@@ -77,6 +77,11 @@ class UpOptions:
         if self.bind and self.pack != 1:
             raise ConfigError("--pack belongs to the robots' hosts: give it with --role robots")
 
+    @property
+    def processes(self) -> int:
+        """Navigator processes."""
+        return -(-self.swarm_size // self.pack)
+
     def _check_processes(self) -> None:
         """Refuse more processes than DDS has ids for on a host; they would wait for ever."""
         most = MOST_PARTICIPANTS - TERMINALS - participants_of(self.swarm_size, 0)
@@ -85,7 +90,7 @@ class UpOptions:
             hint = f"put several in each with --pack {max(least, 10)}, or " if least else ""
             raise ConfigError(
                 f"--swarm-size {self.swarm_size} with --pack {self.pack} makes"
-                f" {-(-self.swarm_size // self.pack)} navigator processes; DDS has ids for"
+                f" {self.processes} navigator processes; DDS has ids for"
                 f" {max(most, 0)} of them on one host: {hint}use several hosts (--role)"
             )
 

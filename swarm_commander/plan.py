@@ -80,6 +80,7 @@ class RunPlan:
                 }
                 for name, member in zip(options.robot_names, self.fleet.members, strict=True)
             ],
+            "processes": options.processes,
             "spawn": self.mission.spawn if self.mission is not None else "",
             "skip_missing": options.skip_missing,
             "seed": options.seed,
@@ -145,6 +146,7 @@ class RunPlan:
                 for number, name in enumerate(options.robot_names, 1)
                 if name in self.alive
             ],
+            "processes": options.processes,
             "homes": [_triple(home) for home in homes_map],
             "mission": options.mission,
             "sites": str(self.sites_path) if self.sites_path else None,

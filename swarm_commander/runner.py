@@ -235,7 +235,8 @@ def main() -> None:
     events = EventWriter(int(flags["--event-fd"]))
     commands = LineReader(int(flags["--control-fd"]))
     count = len(config["robots"])
-    is_large = prepare(count, Path(sys.argv[1]).resolve().with_suffix(".xml"))
+    profile = Path(sys.argv[1]).resolve().with_suffix(".xml")
+    is_large = prepare(count, config.get("processes", count), profile)
     rclpy.init(signal_handler_options=rclpy.SignalHandlerOptions.NO)
     node = rclpy.create_node("mission", enable_rosout=False, start_parameter_services=False)
     stopping: list[int] = []

@@ -21,24 +21,26 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
 from swarm_common import ros_env
+from swarm_common.errors import ConfigError
 from swarm_common.ros_env import HUB_SIZE
 
 REGISTRIES = 1  # where there are several hosts
 
 
-def prepare(robots: int, profile: Path) -> bool:
+def prepare(robots: int, navigators: int, profile: Path) -> bool:
     """Return whether a process needs hubs; call it before the first participant is created.
 
     Then the process announces itself to newcomers only: the navigators come to it.
 
     Args:
         robots: Size of the swarm.
+        navigators: Processes that these are in.
         profile: Where the process's DDS profile is written.
     """
     if not ros_env.is_large(robots):
         return False
     is_alone = ros_env.bound_address() == ros_env.LOOPBACK
-    others = robots if is_alone else REGISTRIES  # else the navigators are on other hosts
+    others = navigators if is_alone else REGISTRIES  # else the navigators are on other hosts
     ros_env.write_profile(profile, (), ros_env.participants_of(robots, others))
     os.environ[ros_env.PROFILES] = str(profile)
     return True
@@ -120,7 +122,19 @@ def _node(name: str, own: Node) -> Node:
 
 
 def _discovery_ports() -> set[int]:
-    """Return the ports on which this process listens for announcements of participants."""
-    connections = psutil.Process().net_connections("udp4")
-    ports = {connection.laddr.port for connection in connections}
-    return {port for port in ports if ros_env.is_discovery_port(port)}
+    """Return the ports on which this process listens for announcements of participants.
+
+    Raises:
+        ConfigError: If it listens elsewhere than our profile says: Fast DDS has discarded it and
+            would meet whoever is on the network.
+    """
+    sockets = [item.laddr for item in psutil.Process().net_connections("udp4")]
+    ports = {socket.port for socket in sockets if ros_env.is_discovery_port(socket.port)}
+    own = ros_env.bound_address()
+    strange = [socket for socket in sockets if socket.port in ports and socket.ip != own]
+    if own and strange:
+        raise ConfigError(
+            f"DDS listens on {strange[0].ip}:{strange[0].port} instead of {own}; it did not take"
+            f" the profile {os.environ[ros_env.PROFILES]}"
+        )
+    return ports

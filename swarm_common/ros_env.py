@@ -82,9 +82,11 @@ def newcomer_ids(first_free: int) -> range:
     """Return the participant ids that the next newcomers get, from the first free one on.
 
     Never one whose port is in the next domain: Fast DDS connects participants of two domains once
-    they know of each other.
+    they know of each other. And at least one, as Fast DDS discards a profile, loopback and all,
+    whose list of peers is empty.
     """
-    return range(first_free, min(first_free + NEWCOMERS, MOST_PARTICIPANTS))
+    last = min(first_free + NEWCOMERS, MOST_PARTICIPANTS)
+    return range(min(first_free, last - 1), last)
 
 
 def write_profile(path: Path, ports: Iterable[int], first_free: int, host: str = "") -> None:

@@ -46,7 +46,9 @@ def main(arguments: list[str] | None = None) -> int:
         events.write("note", message=note)
     events.write("spawn", poses=[[pose.x, pose.y, pose.yaw] for pose in stage.poses_map])
     ros_env.set_defaults()
-    is_large = prepare(len(settings.robots), Path(options.config).resolve().with_suffix(".xml"))
+    robots = len(settings.robots)
+    profile = Path(options.config).resolve().with_suffix(".xml")
+    is_large = prepare(robots, settings.processes or robots, profile)
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     node = WorldNode(stage, settings, events, is_large=is_large)
     for number in (signal.SIGTERM, signal.SIGINT):

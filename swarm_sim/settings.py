@@ -40,6 +40,7 @@ class Settings:
 
     world: str  # name or path
     robots: tuple[RobotEntry, ...]
+    processes: int = 0  # that their navigators are in; 0: one for each
     map: str | None = None  # path of a map file; None: the one that ships with the world
     sites: str | None = None  # path of a sites file; None: the one beside the world
     actors: str | None = None  # path of an actors file; None: the one beside the world
