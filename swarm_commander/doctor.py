@@ -33,7 +33,8 @@ THREADS = 12  # of a navigator, middleware included
 SHARED_MEMORY = 1.0  # [MiB] of /dev/shm per participant, where Fast DDS uses it
 SHM = Path("/dev/shm")
 PROCESS_FILES = 1024  # descriptors that a process may need
-RECEIVE_BUFFER = 212_992  # [bytes] of a UDP socket, Linux's default
+RECEIVE_BUFFER = 212_992  # [bytes] that a UDP socket may ask for, Linux's default
+ROBOT_BUFFER = 20_000  # [bytes] of it for what one robot of a process is sent in a tick
 OUR_RMW = "rmw_fastrtps_cpp"
 
 
@@ -64,7 +65,7 @@ class Facts:
         memory: [MiB] that are available.
         files: Limit of open files per process.
         threads: How many more threads the user may have.
-        receive_buffer: [bytes] of a UDP socket.
+        receive_buffer: [bytes] that a UDP socket may ask for.
         ephemeral: First port that the kernel gives to anybody.
         ports: UDP ports in use on this host.
         rmw: RMW_IMPLEMENTATION, empty if not set.
@@ -105,7 +106,7 @@ def look(environment: Mapping[str, str] = os.environ) -> Facts:
         memory=psutil.virtual_memory().available / 2**20,
         files=resource.getrlimit(resource.RLIMIT_NOFILE)[0],
         threads=most - running,
-        receive_buffer=int(_kernel("net/core/rmem_default", str(RECEIVE_BUFFER))),
+        receive_buffer=int(_kernel("net/core/rmem_max", str(RECEIVE_BUFFER))),
         ephemeral=int(_kernel("net/ipv4/ip_local_port_range", "32768 60999").split()[0]),
         ports=frozenset(c.laddr.port for c in psutil.net_connections("udp4") if c.laddr),
         rmw=environment.get("RMW_IMPLEMENTATION", ""),
@@ -133,7 +134,7 @@ def examine(facts: Facts, robots: int, domain: int, pack: int = 1) -> list[Findi
         ),
         _participants(participants),
         _ports(facts, participants, domain),
-        _buffer(facts),
+        _buffer(facts, pack),
         _shm(facts, participants),
         _rmw(facts),
         _interfaces(facts),
@@ -195,15 +196,16 @@ def _ports(facts: Facts, participants: int, domain: int) -> Finding:
     return Finding(Level.GOOD, "UDP ports", f"{found}, all free")
 
 
-def _buffer(facts: Facts) -> Finding:
+def _buffer(facts: Facts, pack: int) -> Finding:
+    needed = max(RECEIVE_BUFFER, ROBOT_BUFFER * pack)
     found = f"{facts.receive_buffer} bytes per socket"
-    if facts.receive_buffer >= RECEIVE_BUFFER:
+    if facts.receive_buffer >= needed:
         return Finding(Level.GOOD, "UDP buffer", found)
     return Finding(
         Level.WARNING,
         "UDP buffer",
         found,
-        f"messages may get lost: sudo sysctl -w net.core.rmem_default={RECEIVE_BUFFER}",
+        f"messages may get lost: sudo sysctl -w net.core.rmem_max={needed}",
     )
 
 

@@ -32,6 +32,13 @@ def test_packs_need_fewer_participants_and_threads() -> None:
     assert all(f.level is Level.GOOD for f in examine(FIT, 200, 0, pack=10)[3:])
 
 
+def test_large_packs_need_larger_buffers() -> None:
+    """What a process of 10 robots was sent each tick did not fit; a tick took half a second."""
+    (finding,) = (f for f in examine(FIT, 200, 0, pack=50) if f.subject == "UDP buffer")
+    assert finding.level is Level.WARNING
+    assert "rmem_max=1000000" in finding.advice
+
+
 @pytest.mark.parametrize(
     ("subject", "changes", "level", "advice"),
     [
