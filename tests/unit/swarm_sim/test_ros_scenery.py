@@ -4,8 +4,8 @@ from scipy.spatial.transform import Rotation
 from visualization_msgs.msg import Marker
 
 from swarm_common.records import Pose
-from swarm_common.shapes import Box, Cylinder, Hull, Plane, transform_from_xyz_rpy
-from swarm_sim.ros_markers import quaternion, shape_marker
+from swarm_common.shapes import Box, Cylinder, Hull, Plane, quaternion_of, transform_from_xyz_rpy
+from swarm_sim.ros_markers import shape_marker
 from swarm_sim.ros_scenery import scene_markers
 from swarm_sim.sdf import load_world
 
@@ -13,7 +13,7 @@ from swarm_sim.sdf import load_world
 @pytest.mark.parametrize("seed", range(20))
 def test_quaternion_is_that_of_the_matrix(seed: int) -> None:
     turn = Rotation.random(rng=seed)
-    found = np.array(quaternion(turn.as_matrix()))
+    found = np.array(quaternion_of(turn.as_matrix()))
     assert abs(found @ turn.as_quat()) == pytest.approx(1.0)
 
 
