@@ -10,6 +10,7 @@ import psutil
 
 from swarm_commander.breach import Crash, Miss
 from swarm_commander.foxglove import write_foxglove
+from swarm_commander.laggards import Laggards
 from swarm_commander.params import write_parameter_file
 from swarm_commander.plan import RunPlan
 from swarm_commander.process_run import ProcessRun
@@ -61,6 +62,7 @@ class Run(ProcessRun):
         self._navigated = set(plan.alive)  # robots that have a navigator, or had one that died
         self._unmet = set(MEETING) if ros_env.is_large(plan.options.swarm_size) else set()
         self._robots: list[dict[str, Any]] = []  # what the nursery is to start
+        self._laggards = Laggards()
 
     def _check(self) -> None:
         self._check_start()
@@ -215,10 +217,22 @@ class Run(ProcessRun):
     def _check_start(self) -> None:
         waited = time.time() - self._started
         awaited = self._plan.options.autostart and self.active_after_wall is None
-        if awaited and waited > START_LIMIT and not self._is_stopping:
-            missing = [name for name in self._plan.alive if not self.tally.robots[name].active]
+        if not awaited or self._is_stopping:
+            return
+        robots = self.tally.robots
+        missing = [n for n in self._plan.alive if not (robots[n].active or robots[n].died)]
+        if waited > START_LIMIT:
             self._fail(f"after {waited:.0f} s not active: {', '.join(missing)}")
             self._stop("stopping")
+        elif self._plan.options.pack == 1:
+            self._renew(self._laggards.due(waited, missing, self.tally.active))
+
+    def _renew(self, names: Sequence[str]) -> None:
+        """Start navigators anew that did not come up."""
+        for name in names:
+            path = self._folder.params / f"{name}.yaml"
+            self._children[HOST].tell({"cmd": "renew", "robot": name, "params": str(path)})
+            self._progress.note(f"{name} did not become active: its navigator is started anew")
 
     def _check_mission(self) -> None:
         if self._plan.mission is None or self.active_after_wall is None or self._is_stopping:

@@ -93,10 +93,15 @@ class Nursery:
         self._end_children()
 
     def _obey(self, command: Mapping[str, Any]) -> None:
-        """Start `{"cmd": "start", "robot": name, "params": file}` or end `{"cmd": "end", ...}`."""
+        """Start `{"cmd": "start", "robot": name, "params": file}`, end `{"cmd": "end", ...}`.
+
+        `{"cmd": "renew", ...}` kills one that hangs, and starts it.
+        """
         name = str(command.get("robot"))
-        if command.get("cmd") == "start":
+        if command.get("cmd") in ("start", "renew"):
             self._starts[name] = str(command["params"])
+            if command["cmd"] == "renew":
+                self._end(name, signal.SIGKILL)
         elif command.get("cmd") == "end" and self._starts.pop(name, None) is None:
             self._end(name)
 
@@ -112,12 +117,12 @@ class Nursery:
                 continue
             self.fork(group, grouping.log_dir)
 
-    def _end(self, name: str) -> None:
+    def _end(self, name: str, how: int = signal.SIGTERM) -> None:
         """End the process of a robot, unless others of its pack still need it."""
         self._leaving.add(name)
         for pid, group in self._children.items():
             if name in group.names and group.names <= self._leaving:
-                os.kill(pid, signal.SIGTERM)
+                os.kill(pid, how)
 
     def _reap(self) -> None:
         while self._children:
