@@ -10,8 +10,8 @@ PATIENCE = 30.0  # [s] of wall time since the last one became active
 class Laggards:
     """Says whose navigator is to be started anew.
 
-    A process that was forked while another thread of its parent held a lock can wait for that lock
-    for ever; about one start of 100 robots in ten had such a one.
+    Of some thirty starts of 100 robots, two waited for one navigator for ever. Why was not found (a
+    process that is forked while another thread holds a lock waits for that lock for ever).
     """
 
     def __init__(self) -> None:
