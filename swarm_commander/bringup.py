@@ -220,12 +220,13 @@ class Run(ProcessRun):
         if not awaited or self._is_stopping:
             return
         robots = self.tally.robots
-        missing = [n for n in self._plan.alive if not (robots[n].active or robots[n].died)]
+        missing = [name for name in self._plan.alive if not robots[name].active]
         if waited > START_LIMIT:
             self._fail(f"after {waited:.0f} s not active: {', '.join(missing)}")
             self._stop("stopping")
         elif self._plan.options.pack == 1:
-            self._renew(self._laggards.due(waited, missing, self.tally.active))
+            silent = [name for name in missing if not robots[name].died]
+            self._renew(self._laggards.due(waited, silent, self.tally.active))
 
     def _renew(self, names: Sequence[str]) -> None:
         """Start navigators anew that did not come up."""

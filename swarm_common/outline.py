@@ -10,6 +10,8 @@ import numpy as np
 from swarm_common.shapes import Box, Cylinder, FloatArray, Hull, Part, Shape, Sphere
 
 RIM = 32  # corners that stand for a circle
+DENSITY = 300.0  # [kg/m³] of a link whose mass is not given: a light box full of electronics
+LEAST_MASS = 0.01  # [kg]
 Polygon = tuple[tuple[float, float], ...]
 
 
@@ -113,3 +115,23 @@ def _meeting(hull: FloatArray, side: int) -> tuple[float, FloatArray]:
     point = a + way * ahead
     area = abs((b - a)[0] * (point - a)[1] - (b - a)[1] * (point - a)[0]) / 2.0
     return float(area), point
+
+
+def estimated_inertia(
+    parts: Sequence[Part], mass: float | None
+) -> tuple[float, FloatArray, FloatArray]:
+    """Return mass, centre and inertia of a link from the box around its shapes.
+
+    Args:
+        parts: Its shapes.
+        mass: [kg]; None if it is not given.
+
+    Returns:
+        Mass [kg], centre (3,) [m], inertia (3, 3) [kg m²] about it, in the link's axes.
+    """
+    low, high = bounds(parts)
+    x, y, z = high - low
+    if mass is None:
+        mass = max(LEAST_MASS, DENSITY * sum(volume(part.shape) for part in parts))
+    tensor = np.diag([y * y + z * z, x * x + z * z, x * x + y * y]) * mass / 12.0
+    return mass, (low + high) / 2.0, np.maximum(tensor, np.eye(3) * 1e-8)

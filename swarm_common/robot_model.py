@@ -21,14 +21,12 @@ import numpy as np
 from swarm_common.cache import kept
 from swarm_common.errors import MeshError, RobotModelError
 from swarm_common.meshes import load_hull
-from swarm_common.outline import bounds, volume
+from swarm_common.outline import estimated_inertia
 from swarm_common.packages import PackageFinder
 from swarm_common.shapes import Box, Cylinder, FloatArray, Part, Shape, Sphere, Transform
 from swarm_common.urdf_tree import read_tree, root_link
 
 MOVING = ("continuous", "revolute", "prismatic")
-DENSITY = 300.0  # [kg/m³] of a link whose mass is not given: a light box full of electronics
-LEAST_MASS = 0.01  # [kg]
 LEAST_INERTIA = 1e-9  # [kg m²] below which an inertia is taken for missing
 
 
@@ -125,7 +123,9 @@ def parse_urdf(
 @functools.cache
 def _code() -> list[bytes]:
     """Return the code that makes a model of a tree."""
-    modules = (sys.modules[name] for name in (__name__, Part.__module__, volume.__module__))
+    modules = (
+        sys.modules[name] for name in (__name__, Part.__module__, estimated_inertia.__module__)
+    )
     return [Path(str(module.__file__)).read_bytes() for module in modules]
 
 
@@ -238,10 +238,10 @@ class _Builder:
             if mass <= 0.0 and (own or mass < 0.0):
                 raise RobotModelError(f"{where}: its mass is {mass:g} kg; it must be positive")
             if own and mass > 0.0 and np.diag(tensor).min() < LEAST_INERTIA:
-                tensor = _estimated(own, mass)[2]
+                tensor = estimated_inertia(own, mass)[2]
                 self._notes.append(f"link {link.name} has no inertia; that of its box is taken")
         elif own:
-            mass, center, tensor = _estimated(own, None)
+            mass, center, tensor = estimated_inertia(own, None)
             self._notes.append(f"link {link.name} has no <inertial>; {mass:.2f} kg are assumed")
         else:
             return
@@ -294,16 +294,6 @@ def _inertial(inertial: Any) -> tuple[float, FloatArray, FloatArray]:
     turn = link_from_inertial[:3, :3]
     tensor = np.zeros((3, 3)) if inertial.inertia is None else np.asarray(inertial.inertia, float)
     return float(inertial.mass or 0.0), link_from_inertial[:3, 3], turn @ tensor @ turn.T
-
-
-def _estimated(parts: list[Part], mass: float | None) -> tuple[float, FloatArray, FloatArray]:
-    """Return mass, centre and inertia of a link from the box around its shapes."""
-    low, high = bounds(parts)
-    x, y, z = high - low
-    if mass is None:
-        mass = max(LEAST_MASS, DENSITY * sum(volume(part.shape) for part in parts))
-    tensor = np.diag([y * y + z * z, x * x + z * z, x * x + y * y]) * mass / 12.0
-    return mass, (low + high) / 2.0, np.maximum(tensor, np.eye(3) * 1e-8)
 
 
 def _origin(origin: FloatArray | None) -> Transform:
