@@ -22,6 +22,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
 from swarm_common.pipes import LineReader
+from swarm_common.process import die_with
 from swarm_common.resources import find_resource, share_directory
 from swarm_common.robot_io import load_robot
 from swarm_common.robot_params import robot_parameters
@@ -53,6 +54,7 @@ class Process:
         self._reading = reading
         self._log = log
         flags = ("--event-fd", str(writing), "--control-fd", str(control))
+        parent = os.getpid()
         with log.open("wb") as output:
             self.popen = subprocess.Popen(
                 (sys.executable, "-m", module, str(config), *flags),
@@ -60,6 +62,7 @@ class Process:
                 stdout=output,
                 stderr=subprocess.STDOUT,
                 pass_fds=(writing, control),
+                preexec_fn=lambda: die_with(parent),
                 start_new_session=True,
             )
         os.close(writing)
