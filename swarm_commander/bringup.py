@@ -10,7 +10,6 @@ import psutil
 
 from swarm_commander.breach import Crash, Miss
 from swarm_commander.foxglove import write_foxglove
-from swarm_commander.laggards import Laggards
 from swarm_commander.params import write_parameter_file
 from swarm_commander.plan import RunPlan
 from swarm_commander.process_run import ProcessRun
@@ -62,7 +61,6 @@ class Run(ProcessRun):
         self._navigated = set(plan.alive)  # robots that have a navigator, or had one that died
         self._unmet = set(MEETING) if ros_env.is_large(plan.options.swarm_size) else set()
         self._robots: list[dict[str, Any]] = []  # what the nursery is to start
-        self._laggards = Laggards()
 
     def _check(self) -> None:
         self._check_start()
@@ -224,16 +222,8 @@ class Run(ProcessRun):
         if waited > START_LIMIT:
             self._fail(f"after {waited:.0f} s not active: {', '.join(missing)}")
             self._stop("stopping")
-        elif self._plan.options.pack == 1:
-            silent = [name for name in missing if not robots[name].died]
-            self._renew(self._laggards.due(waited, silent, self.tally.active))
-
-    def _renew(self, names: Sequence[str]) -> None:
-        """Start navigators anew that did not come up."""
-        for name in names:
-            path = self._folder.params / f"{name}.yaml"
-            self._children[HOST].tell({"cmd": "renew", "robot": name, "params": str(path)})
-            self._progress.note(f"{name} did not become active: its navigator is started anew")
+        else:
+            self._renew_laggards(HOST, waited, missing)
 
     def _check_mission(self) -> None:
         if self._plan.mission is None or self.active_after_wall is None or self._is_stopping:

@@ -13,6 +13,7 @@ from typing import Any
 
 import psutil
 
+from swarm_commander.laggards import Laggards
 from swarm_commander.launch import ProcessChild
 from swarm_commander.progress import Progress
 from swarm_commander.rundir import RunFolder, last_line
@@ -70,6 +71,7 @@ class ProcessRun:
         self._next_sample = 0.0
         self._usage_log = UsageLog(Journal(folder.trace / USAGE_FILE))
         self._is_stopping = False
+        self._laggards = Laggards()
         self._signals = SignalCounter()
 
     def run(self) -> None:
@@ -176,6 +178,19 @@ class ProcessRun:
         """Send a command to a process, if it has been started."""
         if name in self._children:
             self._children[name].tell(command)
+
+    def _renew_laggards(self, nursery: str, waited: float, missing: Sequence[str]) -> None:
+        """Start navigators anew that do not come up although others have.
+
+        Args:
+            nursery: The process that starts navigators.
+            waited: [s] of wall time since they were started.
+            missing: Robots that are not active.
+        """
+        silent = [name for name in missing if not self.tally.robots[name].died]
+        for name in self._laggards.due(waited, silent, self.tally.active):
+            self._tell(nursery, {"cmd": "renew", "robot": name})
+            self._progress.note(f"{name} did not become active: its navigator is started anew")
 
     # The end
 

@@ -86,10 +86,12 @@ class RobotsRun(ProcessRun):
         if self._welcomed is None or self.active_after_wall is not None or self._is_stopping:
             return
         waited = time.time() - self._started - self._welcomed
+        missing = [name for name in self._plan.robots if not self.tally.robots[name].active]
         if waited > START_LIMIT:
-            missing = [name for name in self._plan.robots if not self.tally.robots[name].active]
             self._fail(f"after {waited:.0f} s not active: {names_of(missing)}")
             self._stop("stopping")
+        else:
+            self._renew_laggards(HOST, waited, missing)
 
     # What the world's host says
 

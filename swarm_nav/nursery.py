@@ -31,6 +31,8 @@ class Nursery:
         self._children: dict[int, Group] = {}
         self._starts: dict[str, str] = {}  # parameter files of robots that are to get one
         self._leaving: set[str] = set()  # robots that are to have no navigator
+        self._hanging: set[int] = set()  # processes that are to be replaced
+        self._heirs: list[Group] = []  # that are to replace one
         self._is_stopping = False
         self._commands: LineReader | None = None
 
@@ -95,18 +97,20 @@ class Nursery:
     def _obey(self, command: Mapping[str, Any]) -> None:
         """Start `{"cmd": "start", "robot": name, "params": file}`, end `{"cmd": "end", ...}`.
 
-        `{"cmd": "renew", ...}` kills one that hangs, and starts it.
+        `{"cmd": "renew", "robot": name}` replaces its process, which hangs.
         """
         name = str(command.get("robot"))
-        if command.get("cmd") in ("start", "renew"):
+        if command.get("cmd") == "start":
             self._starts[name] = str(command["params"])
-            if command["cmd"] == "renew":
-                self._end(name, signal.SIGKILL)
+        elif command.get("cmd") == "renew":
+            self._replace(name)
         elif command.get("cmd") == "end" and self._starts.pop(name, None) is None:
             self._end(name)
 
     def _start_waiting(self, grouping: Grouping) -> None:
         """Start navigators whose predecessors of the same name have ended."""
+        while self._heirs:
+            self.fork(self._heirs.pop(), grouping.log_dir)
         busy = {name for group in self._children.values() for name in group.names}
         for name in [name for name in self._starts if name not in busy]:
             try:
@@ -117,12 +121,18 @@ class Nursery:
                 continue
             self.fork(group, grouping.log_dir)
 
-    def _end(self, name: str, how: int = signal.SIGTERM) -> None:
+    def _end(self, name: str) -> None:
         """End the process of a robot, unless others of its pack still need it."""
         self._leaving.add(name)
         for pid, group in self._children.items():
             if name in group.names and group.names <= self._leaving:
-                os.kill(pid, how)
+                os.kill(pid, signal.SIGTERM)
+
+    def _replace(self, name: str) -> None:
+        for pid, group in self._children.items():
+            if name in group.names and pid not in self._hanging:
+                self._hanging.add(pid)
+                os.kill(pid, signal.SIGKILL)
 
     def _reap(self) -> None:
         while self._children:
@@ -132,6 +142,10 @@ class Nursery:
             group = self._children.pop(pid, Group(()))
             code = os.waitstatus_to_exitcode(status)
             if self._is_stopping:
+                continue
+            if pid in self._hanging:
+                self._hanging.discard(pid)
+                self._heirs.append(group)
                 continue
             for name in sorted(group.names):
                 if name in self._leaving:

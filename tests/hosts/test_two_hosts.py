@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
+from tests.standins.hanging import hang_one
 from tests.standins.host_swarm import HostSwarm
 
 START = 240.0  # [s] of wall time, on a busy machine that compiles the kernels, too
@@ -110,4 +111,19 @@ def test_a_mission_on_two_hosts_goes_as_on_one(start_hosts: StartHosts) -> None:
     alone = swarm.report(1)
     assert spread["goals"]["reached"] == alone["goals"]["reached"] == 8
     assert spread["trajectory_sha256"] == alone["trajectory_sha256"]
+    swarm.assert_nothing_is_left()
+
+
+@pytest.mark.long
+@pytest.mark.timeout(1200)
+def test_a_navigator_that_hangs_at_the_start_is_started_anew(start_hosts: StartHosts) -> None:
+    swarm = start_hosts(2)
+    swarm.start_world("--swarm-size", "3", "--duration", "6", "--speed", "max")
+    swarm.wait_for(1, "the world is up", START)
+    swarm.start_robots(2, "1-3")
+    hang_one(swarm.net.pids, START)
+    swarm.wait_for(2, "did not become active: its navigator is started anew", START)
+    assert [swarm.exit_code(host, START) for host in (1, 2)] == [0, 0]
+    assert swarm.report(1)["sim_time"] == pytest.approx(6.0)
+    assert swarm.report(2)["active"] == 3
     swarm.assert_nothing_is_left()

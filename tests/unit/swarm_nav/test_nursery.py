@@ -14,7 +14,7 @@ from swarm_nav import nursery as module
 from swarm_nav.group import Group
 from swarm_nav.nursery import Nursery
 
-ROBOT = SimpleNamespace(name="Srobot1")
+PACK = Group((SimpleNamespace(name="Srobot1"), SimpleNamespace(name="Srobot2")))
 
 
 @pytest.fixture
@@ -36,7 +36,7 @@ def child():
     return [process.pid for process in psutil.Process().children()]
 
 
-def test_a_navigator_that_hangs_is_killed_and_started_anew(pipe, monkeypatch):
+def test_a_pack_that_hangs_is_killed_and_started_anew(pipe, monkeypatch):
     reading, writing = pipe
     monkeypatch.setattr(module, "run_navigators", hang)
     monkeypatch.setattr(module, "GRACE", 0.1)
@@ -44,19 +44,20 @@ def test_a_navigator_that_hangs_is_killed_and_started_anew(pipe, monkeypatch):
     nursery = Nursery(EventWriter(None))
     os.write(writing, json.dumps({"cmd": "go"}).encode() + b"\n")
     assert nursery.wait_for_go(reading)
-    grouping = SimpleNamespace(newcomer=lambda name, params: Group((ROBOT,)), log_dir=None)
-    nursery.fork(Group((ROBOT,)), None)
+    nursery.fork(PACK, None)
     (first,) = set(child()) - before
-    watch = threading.Thread(target=nursery.watch, args=(grouping,))
+    watch = threading.Thread(target=nursery.watch, args=(SimpleNamespace(log_dir=None),))
     watch.start()
     try:
-        command = {"cmd": "renew", "robot": "Srobot1", "params": "Srobot1.yaml"}
-        os.write(writing, json.dumps(command).encode() + b"\n")
+        for name in ("Srobot1", "Srobot2"):
+            os.write(writing, json.dumps({"cmd": "renew", "robot": name}).encode() + b"\n")
         end = time.monotonic() + 20.0
         while not set(child()) - before - {first}:
             assert time.monotonic() < end
             time.sleep(0.05)
+        time.sleep(0.3)
         assert not psutil.pid_exists(first)
+        assert len(set(child()) - before) == 1
     finally:
         nursery.stop()
         watch.join()

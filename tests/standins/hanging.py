@@ -1,0 +1,44 @@
+"""A navigator that hangs before it is active."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from collections.abc import Callable, Iterable
+
+import psutil
+
+NURSERY = "swarm_nav.host"
+
+
+def hang_one(processes: Callable[[], Iterable[int]], limit: float) -> int:
+    """Stop the first navigator that is forked, as soon as it is there; return its process id.
+
+    Args:
+        processes: Returns the ids among which it will be.
+        limit: [s] of wall time to wait for it.
+    """
+    end = time.monotonic() + limit
+    while time.monotonic() < end:
+        for pid in processes():
+            if _is_navigator(pid):
+                os.kill(pid, signal.SIGSTOP)
+                return pid
+        time.sleep(0.002)
+    raise AssertionError("no navigator was forked")
+
+
+def descendants(pid: int) -> Callable[[], list[int]]:
+    """Return a function that lists the processes that descend from one."""
+    return lambda: [child.pid for child in psutil.Process(pid).children(recursive=True)]
+
+
+def _is_navigator(pid: int) -> bool:
+    """Whether a process is a child of the nursery; both have the same command line."""
+    try:
+        process = psutil.Process(pid)
+        parent = process.parent()
+        return parent is not None and NURSERY in process.cmdline() and NURSERY in parent.cmdline()
+    except psutil.Error:  # it has just ended
+        return False
