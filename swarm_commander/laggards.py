@@ -10,7 +10,7 @@ PATIENCE = 30.0  # [s] of wall time since the last one became active
 class Laggards:
     """Says whose navigator is to be started anew.
 
-    Of some thirty starts of 100 robots, two waited for one navigator for ever. Why was not found (a
+    Of some forty starts of 100 robots, two waited for one navigator for ever. Why was not found (a
     process that is forked while another thread holds a lock waits for that lock for ever).
     """
 
