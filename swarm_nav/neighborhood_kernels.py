@@ -250,14 +250,17 @@ def highest_pusher(words, gone, priorities, own, patience, least_depth):
     own = (id, priority without what was inherited from pushers). The pusher must rank above that,
     must not itself make way for us, and must be of at least `least_depth` in its chain of
     inheritance: so that no priority outlives its source by going round in a circle. Of equal
-    priorities that of the smaller id counts.
+    priorities, which two can have inherited from one robot, that of the smaller id counts.
     """
     own_id, own_priority = own
     best = -1
     for row in range(gone.shape[0]):
         if words[row, BLOCKED_BY] != own_id or words[row, BLOCKED_TICKS] < patience or gone[row]:
             continue
-        if priorities[row] <= own_priority or words[row, YIELDS_FOR] == own_id:
+        is_above = priorities[row] > own_priority or (
+            priorities[row] == own_priority and words[row, ID] < own_id
+        )
+        if not is_above or words[row, YIELDS_FOR] == own_id:
             continue
         if (priorities[row] & TOP_DEPTH) < least_depth:
             continue

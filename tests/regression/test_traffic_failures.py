@@ -18,7 +18,7 @@ from swarm_nav.goals import GoalKind, Outcome
 from swarm_nav.holding import Lease
 from swarm_nav.neighborhood_kernels import HELD
 from swarm_nav.planner import SPACING
-from swarm_nav.priority import CLASS_DRIVING, base_priority
+from swarm_nav.priority import CLASS_DRIVING, above, base_priority
 from swarm_nav.right_of_way import RightOfWay, refuge_path
 from swarm_nav.route import REPLAN_PAUSE
 from swarm_nav.situation import Situation
@@ -90,6 +90,19 @@ def test_equal_inherited_priorities_are_broken_by_the_id() -> None:
         contested = [(3.75 - 0.05 * k, 4.0) for k in range(4)]
         granted.append(taken(s, beacon(other_id, 3.8, 4.0, wanted=contested, priority=HIGH - 1)))
     assert granted[0] > granted[1]
+
+
+def test_of_two_heirs_of_one_priority_only_the_one_with_the_smaller_id_pushes() -> None:
+    """Both had inherited from a robot that had waited for one's station, then for the other's.
+
+    Each was blocked by the other's body, neither made way, and seven robots stood for 400 s.
+    """
+    for own_id, other_id in ((3, 9), (9, 3)):
+        s = situation(HALL, Pose(4.0, 4.0, 0.0), own_id)
+        s.own_priority = s.priority = above(HIGH)
+        equal = {"priority": above(HIGH), "blocked_by": own_id, "blocked_ticks": 20}
+        hear(s, beacon(other_id, 3.2, 4.0, **equal))
+        assert (RightOfWay().pusher(s) is not None) == (other_id < own_id)
 
 
 def test_equal_priorities_never_let_two_tubes_meet() -> None:
