@@ -118,7 +118,8 @@ class RightOfWay:
         elif self._blocked_since < 0:
             self._blocked_since = situation.tick
         waited = situation.tick - self._blocked_since if self._blocked_since >= 0 else 0
-        if waited > situation.ticks(situation.config.traffic.stuck_time):
+        patience = situation.ticks(situation.config.traffic.stuck_time)
+        if max(waited, situation.obstacle_ticks) > patience:
             situation.is_stuck = True
         if situation.tick < self._next_search_tick:
             return
@@ -184,7 +185,8 @@ def refuge_path(situation: Situation, row: int, priority: int) -> FloatArray | N
     """Return the way (n, 2) from the stop point to the nearest place out of the pusher's way.
 
     Robots that rank at least `priority` and stuck ones are walls; lower ones may be pushed.
-    Tries a smooth path with a margin first, then tighter ones; None if there is no refuge.
+    Tries a smooth path with a margin first, then tighter ones; None if there is no refuge. A smooth
+    one may cut a corner by what only the LiDAR sees: where that bars the way, there is none.
     """
     hood = situation.hood
     pusher = hood.beacons[row]
@@ -200,7 +202,8 @@ def refuge_path(situation: Situation, row: int, priority: int) -> FloatArray | N
         if other != row and math.isfinite(float(target[0])):
             crowd.stamp(taken, situation, target, situation.reach(int(other)), 1.0)
     places = situation.planner.free_places(taken)
-    for margin, smooth in ((0.003, True), (0.0, False), (-0.04, False)):
+    tries = ((0.003, situation.obstacle_ticks == 0), (0.0, False), (-0.04, False))
+    for margin, smooth in tries:
         extra = crowd.refuge_costs(situation, priority, margin)
         path = situation.planner.nearest(situation.stop_point, extra, places, REFUGE_COST, smooth)
         if path is not None:
