@@ -456,6 +456,19 @@ def test_a_thing_on_the_way_to_a_refuge_is_not_waited_for() -> None:
     assert not np.array_equal(first, s.tube.points)
 
 
+def test_a_refuge_in_which_a_robot_bars_the_way_all_the_same_is_left() -> None:
+    """It was content with where it stood, and its pusher stood before it for 600 s."""
+    s = situation(HALL, Pose(3.95, 3.95, 0.0))
+    right = RightOfWay()
+    aside = [(3.3 + 0.1 * k, 4.9) for k in range(20)]  # its way leads past us
+    for waited, is_left in ((590, False), (610, True)):
+        blocked = {"priority": HIGH, "blocked_by": 1, "blocked_ticks": waited}
+        hear(s, beacon(2, 3.2, 4.9, intent=aside, **blocked))
+        s.tick += 20
+        right.update(s)
+        assert (len(s.tube.points) > 1) == is_left
+
+
 def test_refuge_search_is_deterministic() -> None:
     paths = []
     for _ in range(2):
