@@ -14,6 +14,7 @@ from numba import njit
 from swarm_common.beacon import FLAG_DEAF, FLAG_LEFT, word_of
 from swarm_nav.priority import TOP_DEPTH
 
+STANDOFF_TICKS = 200  # that a robot of equal priority is blocked before it pushes
 ID = word_of("id")
 TICK = word_of("tick")
 RADIUS = word_of("radius")
@@ -250,7 +251,8 @@ def highest_pusher(words, gone, priorities, own, patience, least_depth):
     own = (id, priority without what was inherited from pushers). The pusher must rank above that,
     must not itself make way for us, and must be of at least `least_depth` in its chain of
     inheritance: so that no priority outlives its source by going round in a circle. Of equal
-    priorities, which two can have inherited from one robot, that of the smaller id counts.
+    priorities, which two can have inherited from one robot, that of the smaller id counts, once
+    it is clear that waiting does not help.
     """
     own_id, own_priority = own
     best = -1
@@ -258,7 +260,9 @@ def highest_pusher(words, gone, priorities, own, patience, least_depth):
         if words[row, BLOCKED_BY] != own_id or words[row, BLOCKED_TICKS] < patience or gone[row]:
             continue
         is_above = priorities[row] > own_priority or (
-            priorities[row] == own_priority and words[row, ID] < own_id
+            priorities[row] == own_priority
+            and words[row, ID] < own_id
+            and words[row, BLOCKED_TICKS] >= STANDOFF_TICKS
         )
         if not is_above or words[row, YIELDS_FOR] == own_id:
             continue

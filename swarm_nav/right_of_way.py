@@ -31,8 +31,6 @@ WAY_AHEAD = 32  # points of the own path, 1.6 m, on which a pushed robot may get
 GAIN = 8  # points of the pusher's way, about 0.8 m, that it gets ahead instead
 SLACK = 2  # points of that way by which it may come towards the pusher
 GO_ON_PATIENCE = 2.0  # [s] that a pushed robot may be blocked on its own way
-REFUGE_PATIENCE = 60.0  # [s] that a pusher may be blocked by a robot in its refuge
-STEP_ASIDE = 0.3  # [m] from there to the next one
 
 
 class RightOfWay:
@@ -199,8 +197,6 @@ def refuge_path(situation: Situation, row: int, priority: int) -> FloatArray | N
     ahead = min(int(pusher["intent_size"]), INTENT_POINTS_CLEARED)
     crowd.stamp(taken, situation, pusher["intent"][:ahead], reach, 1.0)
     crowd.stamp_tubes(taken, situation, REFUGE_MARGIN, 1.0)
-    if _is_in_vain(situation, row):
-        crowd.stamp(taken, situation, situation.stop_point, STEP_ASIDE, 1.0)
     for other in np.flatnonzero(hood.heads["mode"] == MODE_YIELD):
         target = hood.heads["target"][other]
         if other != row and math.isfinite(float(target[0])):
@@ -213,16 +209,6 @@ def refuge_path(situation: Situation, row: int, priority: int) -> FloatArray | N
         if path is not None:
             return path
     return None
-
-
-def _is_in_vain(situation: Situation, row: int) -> bool:
-    """Whether the robot has come to its refuge, but the pusher is still blocked by it.
-
-    What either takes for its way may differ by centimetres from what the other makes of it.
-    """
-    waited = int(situation.hood.heads["blocked_ticks"][row])
-    is_there = situation.tube.is_complete and not situation.is_stuck
-    return is_there and waited > situation.ticks(REFUGE_PATIENCE)
 
 
 def retreat_path(situation: Situation) -> FloatArray | None:

@@ -100,7 +100,7 @@ def test_of_two_heirs_of_one_priority_only_the_one_with_the_smaller_id_pushes() 
     for own_id, other_id in ((3, 9), (9, 3)):
         s = situation(HALL, Pose(4.0, 4.0, 0.0), own_id)
         s.own_priority = s.priority = above(HIGH)
-        equal = {"priority": above(HIGH), "blocked_by": own_id, "blocked_ticks": 20}
+        equal = {"priority": above(HIGH), "blocked_by": own_id, "blocked_ticks": 200}
         hear(s, beacon(other_id, 3.2, 4.0, **equal))
         assert (RightOfWay().pusher(s) is not None) == (other_id < own_id)
 
@@ -454,19 +454,6 @@ def test_a_thing_on_the_way_to_a_refuge_is_not_waited_for() -> None:
     right.update(s)
     assert s.is_stuck
     assert not np.array_equal(first, s.tube.points)
-
-
-def test_a_refuge_in_which_a_robot_bars_the_way_all_the_same_is_left() -> None:
-    """It was content with where it stood, and its pusher stood before it for 600 s."""
-    s = situation(HALL, Pose(3.95, 3.95, 0.0))
-    right = RightOfWay()
-    aside = [(3.3 + 0.1 * k, 4.9) for k in range(20)]  # its way leads past us
-    for waited, is_left in ((590, False), (610, True)):
-        blocked = {"priority": HIGH, "blocked_by": 1, "blocked_ticks": waited}
-        hear(s, beacon(2, 3.2, 4.9, intent=aside, **blocked))
-        s.tick += 20
-        right.update(s)
-        assert (len(s.tube.points) > 1) == is_left
 
 
 def test_refuge_search_is_deterministic() -> None:
