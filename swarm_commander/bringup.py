@@ -217,8 +217,7 @@ class Run(ProcessRun):
         awaited = self._plan.options.autostart and self.active_after_wall is None
         if not awaited or self._is_stopping:
             return
-        robots = self.tally.robots
-        missing = [name for name in self._plan.alive if not robots[name].active]
+        missing = [name for name in self._plan.alive if not self.tally.robots[name].active]
         if waited > START_LIMIT:
             self._fail(f"after {waited:.0f} s not active: {', '.join(missing)}")
             self._stop("stopping")

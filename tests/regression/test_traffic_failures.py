@@ -103,6 +103,8 @@ def test_of_two_heirs_of_one_priority_only_the_one_with_the_smaller_id_pushes() 
         equal = {"priority": above(HIGH), "blocked_by": own_id, "blocked_ticks": 200}
         hear(s, beacon(other_id, 3.2, 4.0, **equal))
         assert (RightOfWay().pusher(s) is not None) == (other_id < own_id)
+        hear(s, beacon(other_id, 3.2, 4.0, **(equal | {"blocked_ticks": 199})))
+        assert RightOfWay().pusher(s) is None
 
 
 def test_equal_priorities_never_let_two_tubes_meet() -> None:
