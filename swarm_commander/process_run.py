@@ -64,6 +64,7 @@ class ProcessRun:
         self._folder = folder
         self._progress = progress
         self._refusal: str | None = None
+        self._rejected: set[str] = set()  # kinds of inputs that the user was told of
         self._children: dict[str, ProcessChild] = {}
         self._selector = selectors.DefaultSelector()
         self._supervisor = Supervisor(self._spawn, time.monotonic)
@@ -196,6 +197,13 @@ class ProcessRun:
 
     def _on_note_event(self, event: dict[str, Any]) -> None:
         self._progress.note(event["message"])
+
+    def _on_rejected_event(self, event: dict[str, Any]) -> None:
+        """Say what was rejected the first time that a kind of input was; the report counts."""
+        for kind, notice in event["notices"].items():
+            if kind not in self._rejected:
+                self._rejected.add(kind)
+                self._progress.note(notice)
 
     def _on_error_event(self, event: dict[str, Any]) -> None:
         if self._refusal is None:

@@ -83,6 +83,7 @@ def compose_report(
         **_service(tally),
         "late_ticks": verdict.get("late_ticks"),
         "restarts": times.restarts,
+        "rejected": dict(sorted(tally.rejected.items())),
         "cpu_ms_per_robot_second": {
             name: _rounded(1000.0 * value / seconds) if seconds else None
             for name, value in per_second.items()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -62,6 +63,7 @@ class Tally:
         last_goal_time: [s] of simulated time at which the latest goal was settled.
         crashes: Contact episodes in order of time.
         misses: Goals given up, in order of time.
+        rejected: Inputs that the doors of the processes turned away, by kind.
     """
 
     robots: dict[str, RobotTally]
@@ -75,6 +77,7 @@ class Tally:
     last_goal_time: float = math.nan
     crashes: list[Crash] = field(default_factory=list)
     misses: list[Miss] = field(default_factory=list)
+    rejected: Counter[str] = field(default_factory=Counter)
 
     @classmethod
     def of(cls, names: Iterable[str], has_mission: bool) -> Tally:
@@ -170,6 +173,9 @@ class Tally:
 
     def _on_mission(self, event: Mapping[str, Any]) -> None:
         self.total = int(event["goals"])
+
+    def _on_rejected(self, event: Mapping[str, Any]) -> None:
+        self.rejected.update(event["counts"])
 
     def _on_done(self, _: Mapping[str, Any]) -> None:
         self.is_done = True

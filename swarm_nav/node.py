@@ -16,7 +16,9 @@ from swarm_interfaces.msg import Mission, NeighborArray, RobotStatus
 from swarm_common import ros_io, wire
 from swarm_common.beacon import deserialize_neighbors
 from swarm_common.grid import Grid
+from swarm_common.pipes import EventWriter
 from swarm_common.records import Pose, tick_from_stamp
+from swarm_common.rejections import Rejections
 from swarm_common.ros_poll import PolledTopic
 from swarm_nav.config import NavConfig
 from swarm_nav.goals import GoalEnded, Output
@@ -48,10 +50,15 @@ class NavigatorNode:
         node: For an executor.
         lifecycle: Nav2's, of the whole navigator.
         tick: The control tick in hand.
+        rejections: Of the doors of this navigator.
     """
 
     def __init__(
-        self, settings: NodeSettings, context: Context, on_active: Callable[[], None]
+        self,
+        settings: NodeSettings,
+        context: Context,
+        on_active: Callable[[], None],
+        events: EventWriter,
     ) -> None:
         """Create the node and wait for the map.
 
@@ -59,6 +66,7 @@ class NavigatorNode:
             settings: From its parameter file.
             context: An initialised rclpy context.
             on_active: Called once, when the navigator is active for the first time.
+            events: For swarm-up.
         """
         self._settings = settings
         self._config: NavConfig = settings.config
@@ -72,6 +80,7 @@ class NavigatorNode:
         self._status_writer = StatusWriter(settings.name)
         self._odometry_reader = wire.OdometryReader()
         self.node = create_node(settings, context)
+        self.rejections = Rejections(events, self.node.get_logger().warning)
         self._answers = Answers(
             self.node, waits_for_mission=bool(settings.fixed["wait_for_mission"])
         )
@@ -231,6 +240,7 @@ class NavigatorNode:
         # The first tick was answered by all before there is a second one.
         self._on_demand.look(now, has_begun=self.tick > 0)
         self._answers.look(self.tick, now)
+        self.rejections.tell(now)
 
     # What the operator asks for
 

@@ -42,11 +42,12 @@ def run_navigators(group: Sequence[NodeSettings], events: EventWriter) -> None:
             for seat, error in loop.turn():
                 traceback.print_exception(error)
                 events.write("died", robot=seat.name, returncode=1)
+    loop.end()
 
 
 def _seat(settings: NodeSettings, context: Context, events: EventWriter) -> Seat:
     def tell() -> None:
         events.write("active", robot=settings.name, pid=os.getpid())
 
-    node = NavigatorNode(settings, context, tell)
+    node = NavigatorNode(settings, context, tell, events)
     return Seat(settings.name, node, EventsExecutor(context=context))

@@ -78,6 +78,11 @@ class TickLoop:
                 self._try(seat, lambda seat=seat: seat.node.look_around(now))  # type: ignore[misc]
         return self._dismiss()
 
+    def end(self) -> None:
+        """Tell what has not been told yet."""
+        for seat in self._seats:
+            seat.node.rejections.flush()
+
     def _note_ticks(self, now: float) -> None:
         """Look for requests more often while no ticks come."""
         tick = self._seats[0].node.tick

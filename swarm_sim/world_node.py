@@ -16,6 +16,7 @@ from rosgraph_msgs.msg import Clock
 from swarm_common import ros_io
 from swarm_common.pipes import EventWriter, LineReader
 from swarm_common.records import CONTROL_PERIOD, Pose
+from swarm_common.rejections import Rejections
 from swarm_common.ros_poll import drain
 from swarm_sim.barrier import Barrier
 from swarm_sim.build import Stage
@@ -82,6 +83,7 @@ class WorldNode:
         if settings.trace_dir is not None:
             self._trace = begin_trace(Path(settings.trace_dir), stage)
         self._node = _create_node()
+        self._rejections = Rejections(events, self._node.get_logger().warning)
         self._executor = EventsExecutor()
         self._executor.add_node(self._node)
         make = self._node.create_publisher
@@ -255,6 +257,7 @@ class WorldNode:
             return
         for command in self._control.read() if self._control is not None else []:
             self._obey(command)
+        self._rejections.tell(now)
         self._links.look_for_viewers()
         self._scenery.look_for_viewers(self._tick)
         self._reporter.report(self._tick, len(self._crew.robots))
@@ -275,6 +278,7 @@ class WorldNode:
         """Return the verdict of the run, and write it if the settings say where."""
         data = self._reporter.final(self._settings.verdict_path)
         self._reporter.report(self._tick, len(self._crew.robots))
+        self._rejections.flush()
         self._world.close()
         return data
 

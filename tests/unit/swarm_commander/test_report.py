@@ -96,6 +96,16 @@ def test_the_report_has_what_tools_outside_rely_on() -> None:
     ]
 
 
+def test_inputs_turned_away_by_all_processes_are_summed_by_kind() -> None:
+    """A forged input leaves a trace."""
+    events = (
+        {"event": "rejected", "counts": {"odom": 2, "goal": 1}, "notices": {}},
+        {"event": "rejected", "counts": {"goal": 40}, "notices": {}},
+    )
+    assert report_of(tally_of(*events))["rejected"] == {"goal": 41, "odom": 2}
+    assert report_of(tally_of())["rejected"] == {}
+
+
 def test_the_document_names_every_field() -> None:
     text = (Path(__file__).resolve().parents[3] / "docs" / "report.md").read_text("utf-8")
     report = report_of(tally_of())
