@@ -10,7 +10,7 @@ from swarm_commander.flat import flatten, nest, typed
 from swarm_common.errors import UnknownNameError
 from swarm_common.records import Pose
 from swarm_common.resources import share_directory
-from swarm_common.sensors import sensor_errors
+from swarm_common.sensors_io import sensor_errors
 from swarm_common.yaml_io import numbers, read_yaml
 
 SECTION = "ros__parameters"

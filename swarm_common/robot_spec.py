@@ -9,7 +9,8 @@ from typing import Any
 from swarm_common.errors import RobotModelError
 from swarm_common.records import LidarSpec, RobotSpec
 from swarm_common.robot_source import RobotSource
-from swarm_common.sensors import IDEAL, sensor_errors
+from swarm_common.sensors import IDEAL
+from swarm_common.sensors_io import sensor_errors
 from swarm_common.yaml_io import check_keys, number, numbers
 
 DRIVES = ("differential", "skid", "omni")

@@ -12,7 +12,8 @@ from swarm_common.beacon import BeaconArray, Reception
 from swarm_common.errors import ConfigError, UnknownNameError
 from swarm_common.records import CONTROL_PERIOD, Odometry, Pose, RobotSpec, Scan, Twist, value_type
 from swarm_common.robot_io import load_robot_model
-from swarm_common.sensors import IDEAL, SensorErrors, sensor_errors
+from swarm_common.sensors import IDEAL, SensorErrors
+from swarm_common.sensors_io import sensor_errors
 from swarm_sim import radio_kernels
 from swarm_sim.actors import VehicleSpec, WalkerSpec
 from swarm_sim.drive import CommandBuffer, Odometer

@@ -9,7 +9,8 @@ import pytest
 from swarm_common.errors import ConfigError, RobotModelError, UnknownNameError
 from swarm_common.robot_io import load_robot, robot_names
 from swarm_common.robot_params import robot_from_parameters, robot_parameters
-from swarm_common.sensors import IDEAL, sensor_errors
+from swarm_common.sensors import IDEAL
+from swarm_common.sensors_io import sensor_errors
 
 
 def test_nothing_said_is_ideal_and_what_is_said_replaces_the_base() -> None:

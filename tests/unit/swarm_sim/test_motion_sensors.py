@@ -13,7 +13,8 @@ import pytest
 from swarm_common.errors import SwarmError
 from swarm_common.records import LidarSpec, Pose, Twist
 from swarm_common.robot_io import load_robot
-from swarm_common.sensors import IDEAL, LidarErrors, SensorErrors, sensor_errors
+from swarm_common.sensors import IDEAL, LidarErrors, SensorErrors
+from swarm_common.sensors_io import sensor_errors
 from swarm_sim.drive import Odometer
 from swarm_sim.lidar import LidarGroup
 from swarm_sim.motion_sensors import GRAVITY, MotionSensors
