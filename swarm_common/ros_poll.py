@@ -9,6 +9,7 @@ The subscriptions here are rclpy's own handles; there is no public class for the
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Sequence
 from typing import Any
 
@@ -62,13 +63,20 @@ class PolledService:
             )
 
     def take(self) -> tuple[Any, Any] | None:
-        """Return a request that waits, and what `answer` wants to know of it."""
-        request, header = self._handle.service_take_request(self._kind.Request)
+        """Return a request that waits, and what `answer` wants to know of it.
+
+        A request that is malformed is dropped.
+        """
+        try:
+            request, header = self._handle.service_take_request(self._kind.Request)
+        except RuntimeError:  # RCLError: its bytes are no such request
+            return None
         return None if header is None else (request, header.request_id)
 
     def answer(self, response: Any, request_id: Any) -> None:
         """Answer a request."""
-        self._handle.service_send_response(response, request_id)
+        with contextlib.suppress(RuntimeError):  # RCLError: who asked is gone
+            self._handle.service_send_response(response, request_id)
 
     def destroy(self) -> None:
         """Withdraw it; do it before the node is destroyed."""

@@ -8,12 +8,13 @@ from dataclasses import dataclass
 
 import shapely
 
-from swarm_common.errors import SwarmError, WorldError
+from swarm_common.errors import WorldError
 from swarm_common.grid import FREE, Grid
 from swarm_common.records import Pose, RobotSpec
-from swarm_common.robot_io import Robot, open_robot
+from swarm_common.robot_io import Robot
 from swarm_sim.changing_world import ChangingWorld
 from swarm_sim.refusal import Reason, RefusedError
+from swarm_sim.request_checks import Reach
 from swarm_sim.spawn import spawn_poses
 from swarm_sim.things import outline_of
 from swarm_sim.vacancy import check_height, check_vacancy
@@ -21,6 +22,7 @@ from swarm_sim.vacancy import check_height, check_vacancy
 NAME = re.compile(r"Srobot([1-9][0-9]{0,4})")
 MOST = 65535  # number of a robot, which beacons carry in 16 bits
 LIMIT = 200  # robots present at a time
+MOST_EVER = 1000  # robots of a run, those that are gone included: each keeps its row
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +60,7 @@ class Crew:
         """
         self._world = world
         self._grid = grid
+        self._reach = Reach.of(grid)
         self._homes = list(homes)
         self._spawn = spawn
         self._first = len(homes)  # robots that came with the world
@@ -88,13 +91,16 @@ class Crew:
 
     # Coming and going
 
-    def spawn(self, name: str, rename: bool, model: str, pose: Pose | None) -> Arrival:
+    def spawn(
+        self, name: str, rename: bool, model: str, robot: Robot, pose: Pose | None
+    ) -> Arrival:
         """Take a robot in.
 
         Args:
             name: SrobotK, or empty for the next free number.
             rename: Whether another name will do if that one is taken.
-            model: Name or path of a robot model.
+            model: Name or path of the robot's model, as it was asked for.
+            robot: The model.
             pose: Place in the map frame, None for a free one of the world's start area.
 
         Raises:
@@ -102,8 +108,12 @@ class Crew:
         """
         if len(self._world.present) >= LIMIT:
             raise RefusedError(Reason.FAILED, f"there are {LIMIT} robots, which is the most")
+        if len(self._world.specs) >= MOST_EVER:
+            raise RefusedError(
+                Reason.FAILED, f"{MOST_EVER} robots have been here, the most of a run"
+            )
         name = self._free_name(name, rename)
-        robot = self._open(model)
+        self._check_model(robot)
         known = self._world.names.index(name) if name in self._world.names else None
         if known is not None and self._world.specs[known] != robot.spec:
             before = self._world.specs[known].model
@@ -191,15 +201,10 @@ class Crew:
             )
         return following
 
-    def _open(self, model: str) -> Robot:
-        if not model:
-            raise RefusedError(Reason.NO_MODEL, "no robot model is named")
+    def _check_model(self, robot: Robot) -> None:
         try:
-            robot = open_robot(model)
             check_height(self._world, robot.spec)
         except WorldError as error:
-            raise RefusedError(Reason.BAD_MODEL, str(error)) from error
-        except SwarmError as error:
             raise RefusedError(Reason.BAD_MODEL, str(error)) from error
         for known in self._world.specs:
             if known.model == robot.spec.model and known != robot.spec:
@@ -208,9 +213,9 @@ class Crew:
                     f"another model of this run is called '{known.model}', too; "
                     "write another name into one's robot.yaml, model: ...",
                 )
-        return robot
 
     def _check_place(self, spec: RobotSpec, pose: Pose, robot: int | None = None) -> None:
+        self._reach.check((pose.x, pose.y))
         try:
             check_vacancy(self._world, spec, pose, robot)
         except WorldError as error:

@@ -43,8 +43,10 @@ def is_object(uri: str, text: str, name: str, beside: Path) -> bool:
     if LIKE_A_ROBOT.fullmatch(name):
         return False
     path = _path_of(uri, beside)
-    if path is None or path.is_dir():
-        return uri.startswith("model://") or (path is not None and _is_model(path))
+    if path is None:
+        return uri.startswith("model://") or ENDINGS.get(Path(uri).suffix) == SDF
+    if path.is_dir():
+        return uri.startswith("model://") or _is_model(path)
     if ENDINGS.get(path.suffix) == SDF:
         return True
     if path.suffix != ".urdf":

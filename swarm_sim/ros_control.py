@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
@@ -14,9 +13,10 @@ from simulation_interfaces.msg import Result, SimulationState
 from simulation_interfaces.srv import GetSimulationState, SetSimulationState, StepSimulation
 
 from swarm_common.ros_poll import PolledService
-from swarm_sim.run_state import Answer, RunState
+from swarm_sim.run_state import MOST_STEPS, Answer, RunState
 
 SPEED = "speed"
+SLOWEST, FASTEST = 0.001, 1000.0  # [times real time]
 STATES = {
     SimulationState.STATE_STOPPED: "stopped",
     SimulationState.STATE_QUITTING: "quitting",
@@ -93,7 +93,9 @@ class Control:
             response.result.result = Result.RESULT_OK
             if self._state.step(request.steps, answer) is Answer.REFUSED:
                 response.result.result = Result.RESULT_INCORRECT_STATE
-                response.result.error_message = "pause first; steps are 1 or more"
+                response.result.error_message = (
+                    f"pause first; steps are 1 to {MOST_STEPS}, all that are under way included"
+                )
                 answer()
 
     @staticmethod
@@ -102,9 +104,10 @@ class Control:
             value = parameter.value
             if parameter.name != SPEED:
                 continue
-            if not isinstance(value, float) or not math.isfinite(value) or value < 0.0:
+            if not isinstance(value, float) or not is_speed(value):
                 reason = (
-                    f"speed is {value}; expected a number >= 0, in times real time, 0: no limit"
+                    f"speed is {value}; expected {SLOWEST:g} to {FASTEST:g} in times real time, or "
+                    "0: no limit"
                 )
                 return SetParametersResult(successful=False, reason=reason)
         return SetParametersResult(successful=True)
@@ -113,3 +116,8 @@ class Control:
         for parameter in parameters:
             if parameter.name == SPEED:
                 self._on_speed(float(parameter.value) or None)
+
+
+def is_speed(value: float) -> bool:
+    """Whether a speed can be kept to; 0 stands for no limit."""
+    return value == 0.0 or SLOWEST <= value <= FASTEST

@@ -1,12 +1,15 @@
 """simulation_interfaces' services about entities: spawn, delete, list, move, reset.
 
-Questions are answered at once. Changes wait until `apply` is called, between two ticks.
+Questions are answered at once. Changes wait until `apply` is called, between two ticks. What a
+request may hold is decided in `request_checks`; models are read by another process
+(`model_loader`) while the world goes on. Whatever goes wrong with a request becomes its answer.
 """
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any, Protocol
 
 from geometry_msgs.msg import Accel
@@ -24,11 +27,16 @@ from simulation_interfaces.srv import (
 
 from swarm_common import ros_io
 from swarm_common.records import Pose
+from swarm_common.robot_io import Robot
 from swarm_common.ros_poll import PolledService
 from swarm_sim.changing_world import ChangingWorld
 from swarm_sim.crew import Arrival, Crew
-from swarm_sim.object_source import is_object
+from swarm_sim.faults import FaultLog
+from swarm_sim.model_loader import ModelLoader
+from swarm_sim.model_reader import Model, ModelRequest
+from swarm_sim.name_pattern import NamePattern, PatternError
 from swarm_sim.refusal import Reason, RefusedError
+from swarm_sim.request_checks import Reach, check_request
 from swarm_sim.ros_places import (
     MAP,
     check_frame,
@@ -37,14 +45,20 @@ from swarm_sim.ros_places import (
     pose_in_map,
     twist_in_map,
 )
+from swarm_sim.scene import Body
 from swarm_sim.stock import Stock
 
 SPAWN = "spawn"  # frame id of a robot's pose: any free place of the start area
 GROUND = "ground"  # frame id of a thing's pose: in the map, z such that it stands on the ground
-RESULTS = {
+BUDGET = 0.2  # [s] of wall time for changes between two ticks; the others wait for the next
+Codes = Mapping[Reason, int]
+RESULTS: Codes = {
     Reason.UNKNOWN: Result.RESULT_NOT_FOUND,
     Reason.UNSUPPORTED: Result.RESULT_FEATURE_UNSUPPORTED,
-    Reason.FAILED: Result.RESULT_OPERATION_FAILED,
+}
+MOVE_RESULTS: Codes = {**RESULTS, Reason.BAD_PLACE: SetEntityState.Response.INVALID_POSE}
+SPAWN_RESULTS: Codes = {
+    **RESULTS,
     Reason.NAME_TAKEN: SpawnEntity.Response.NAME_NOT_UNIQUE,
     Reason.NAME_INVALID: SpawnEntity.Response.NAME_INVALID,
     Reason.NO_MODEL: SpawnEntity.Response.NO_RESOURCE,
@@ -52,6 +66,7 @@ RESULTS = {
     Reason.MISSING_FILES: SpawnEntity.Response.MISSING_ASSETS,
     Reason.BAD_FORMAT: SpawnEntity.Response.UNSUPPORTED_FORMAT,
     Reason.BAD_PLACE: SpawnEntity.Response.INVALID_POSE,
+    Reason.BAD_NAMESPACE: SpawnEntity.Response.NAMESPACE_INVALID,
 }
 STATE, SPAWNED = ResetSimulation.Request.SCOPE_STATE, ResetSimulation.Request.SCOPE_SPAWNED
 
@@ -76,107 +91,164 @@ class Entities:
     """The services `/sim/spawn_entity`, `delete_entity`, `get_entities`, ..."""
 
     def __init__(
-        self, node: Node, world: ChangingWorld, crew: Crew, stock: Stock, host: Host
+        self,
+        node: Node,
+        world: ChangingWorld,
+        crew: Crew,
+        stock: Stock,
+        reach: Reach,
+        host: Host,
     ) -> None:
-        """Offer the services."""
+        """Offer the services.
+
+        Args:
+            node: Of the world.
+            world: To ask for poses.
+            crew: The robots.
+            stock: The things.
+            reach: Where things may be put.
+            host: Is told of changes.
+        """
         self._world, self._crew, self._stock, self._host = world, crew, stock, host
+        self._reach = reach
+        self._loader = ModelLoader()
+        self._faults = FaultLog("request")
         ask = node.create_service
         ask(GetEntities, "/sim/get_entities", self._list)
         ask(GetEntitiesStates, "/sim/get_entities_states", self._list_states)
         ask(GetEntityState, "/sim/get_entity_state", self._state)
-        changes: tuple[tuple[Any, str, Callable[[Any, Any], None]], ...] = (
-            (SpawnEntity, "/sim/spawn_entity", self._spawn),
-            (DeleteEntity, "/sim/delete_entity", self._delete),
-            (SetEntityState, "/sim/set_entity_state", self._move),
-            (ResetSimulation, "/sim/reset_simulation", self._reset),
+        self._spawns = PolledService(node, SpawnEntity, "/sim/spawn_entity")
+        changes: tuple[tuple[Any, str, Callable[[Any], None], Codes], ...] = (
+            (DeleteEntity, "/sim/delete_entity", self._delete, RESULTS),
+            (SetEntityState, "/sim/set_entity_state", self._move, MOVE_RESULTS),
+            (ResetSimulation, "/sim/reset_simulation", self._reset, RESULTS),
         )
         self._changes = [
-            (PolledService(node, kind, name), kind, handle) for kind, name, handle in changes
+            (PolledService(node, kind, name), kind, handle, codes)
+            for kind, name, handle, codes in changes
         ]
 
     def destroy(self) -> None:
         """Withdraw what the node does not destroy itself."""
-        for service, _, _ in self._changes:
+        for service in (self._spawns, *(service for service, *_ in self._changes)):
             service.destroy()
+        self._loader.close()
 
     def apply(self) -> None:
         """Make the changes that were asked for; call it between two ticks."""
-        for service, kind, handle in self._changes:
-            while (taken := service.take()) is not None:
+        end = time.monotonic() + BUDGET
+        while (taken := self._spawns.take()) is not None:
+            self._begin_spawn(*taken)
+        for (request, request_id), model in self._loader.poll():
+            self._end_spawn(request, request_id, model)
+        for service, kind, handle, codes in self._changes:
+            while time.monotonic() < end and (taken := service.take()) is not None:
                 request, request_id = taken
                 response = kind.Response()
-                response.result.result = Result.RESULT_OK
-                try:
-                    handle(request, response)
-                except RefusedError as error:
-                    response.result.result = RESULTS[error.reason]
-                    response.result.error_message = str(error)
+                self._attempt(response, codes, partial(self._check_and, handle, request))
                 service.answer(response, request_id)
+
+    def _attempt(self, response: Any, codes: Codes, do: Callable[[], None]) -> bool:
+        """Do what is asked; whatever goes wrong becomes the answer. Return whether it was done."""
+        try:
+            do()
+        except RefusedError as error:
+            response.result.result = codes.get(error.reason, Result.RESULT_OPERATION_FAILED)
+            response.result.error_message = str(error)
+            return False
+        except Exception as error:  # a fault of ours: it must not end the world
+            response.result.result = Result.RESULT_OPERATION_FAILED
+            response.result.error_message = self._faults.note(error)
+            return False
+        response.result.result = Result.RESULT_OK
+        return True
+
+    @staticmethod
+    def _check_and(handle: Callable[[Any], None], request: Any) -> None:
+        check_request(request)
+        handle(request)
 
     # Changes
 
-    def _spawn(self, request: Any, response: Any) -> None:
-        uri, text = request.entity_resource.uri, request.entity_resource.resource_string
-        if is_object(uri, text, request.name, self._stock.folder):
-            response.entity_name = self._spawn_thing(request)
-            return
-        name = request.name
-        if request.entity_namespace and name and request.entity_namespace.strip("/") != name:
-            response.result.result = SpawnEntity.Response.NAMESPACE_INVALID
-            response.result.error_message = "a robot's namespace is its name; leave it empty"
-            return
+    def _begin_spawn(self, request: Any, request_id: Any) -> None:
+        """Have the model read; what is refused before is answered at once."""
+        response = SpawnEntity.Response()
+        ask = partial(self._ask_for_model, request_id)
+        if not self._attempt(response, SPAWN_RESULTS, partial(self._check_and, ask, request)):
+            self._spawns.answer(response, request_id)
+
+    def _ask_for_model(self, request_id: Any, request: Any) -> None:
+        stamped, resource = request.initial_pose, request.entity_resource
+        if stamped.header.frame_id != SPAWN:
+            position = stamped.pose.position
+            self._reach.check((position.x, position.y, position.z))
+        wanted = ModelRequest(
+            resource.uri, resource.resource_string, request.name, self._stock.folder
+        )
+        self._loader.ask((request, request_id), wanted)
+
+    def _end_spawn(self, request: Any, request_id: Any, model: Model | RefusedError) -> None:
+        response = SpawnEntity.Response()
+        self._attempt(response, SPAWN_RESULTS, partial(self._spawn, request, response, model))
+        self._spawns.answer(response, request_id)
+
+    def _spawn(self, request: Any, response: Any, model: Model | RefusedError) -> None:
+        if isinstance(model, RefusedError):
+            raise model
+        if isinstance(model, Robot):
+            response.entity_name = self._spawn_robot(request, model)
+        else:
+            response.entity_name = self._spawn_thing(request, model)
+
+    def _spawn_robot(self, request: Any, robot: Robot) -> str:
+        name, space = request.name, request.entity_namespace.strip("/")
+        if space and name and space != name:
+            raise RefusedError(
+                Reason.BAD_NAMESPACE, "a robot's namespace is its name; leave it empty"
+            )
         stamped = request.initial_pose
         at_start = stamped.header.frame_id == SPAWN
         pose = None if at_start else pose_in_map(stamped.header.frame_id, stamped.pose)
-        arrival = self._crew.spawn(
-            name or request.entity_namespace.strip("/"),
-            request.allow_renaming,
-            uri.removeprefix("file://"),
-            pose,
-        )
+        model = request.entity_resource.uri.removeprefix("file://")
+        arrival = self._crew.spawn(name or space, request.allow_renaming, model, robot, pose)
         self._host.on_arrival(arrival)
-        response.entity_name = arrival.name
+        return arrival.name
 
-    def _spawn_thing(self, request: Any) -> str:
-        stamped, resource = request.initial_pose, request.entity_resource
+    def _spawn_thing(self, request: Any, body: Body) -> str:
+        stamped = request.initial_pose
         is_floored = stamped.header.frame_id == GROUND
         if not is_floored:
             check_frame(stamped.header.frame_id)
         name = self._stock.spawn(
             request.name,
             request.allow_renaming,
-            resource.uri,
-            resource.resource_string,
+            body,
             place_in_map(stamped.pose),
             is_floored=is_floored,
         )
         self._host.on_things()
         return name
 
-    def _delete(self, request: Any, _: Any) -> None:
+    def _delete(self, request: Any) -> None:
         if request.entity in self._stock.names:
             self._stock.remove(request.entity)
             self._host.on_things()
         else:
             self._host.on_removal(self._crew.remove(request.entity))
 
-    def _move(self, request: Any, response: Any) -> None:
+    def _move(self, request: Any) -> None:
         name, state = request.entity, request.state
-        try:
-            if name in self._stock.names:
-                check_frame(state.header.frame_id)
-                self._stock.move(name, place_in_map(state.pose))
-                self._host.on_things()
-            else:
-                pose = pose_in_map(state.header.frame_id, state.pose)
-                self._host.on_move(self._crew.move(name, pose), pose)
-        except RefusedError as error:
-            if error.reason is not Reason.BAD_PLACE:
-                raise
-            response.result.result = SetEntityState.Response.INVALID_POSE
-            response.result.error_message = str(error)
+        position = state.pose.position
+        self._reach.check((position.x, position.y, position.z))
+        if name in self._stock.names:
+            check_frame(state.header.frame_id)
+            self._stock.move(name, place_in_map(state.pose))
+            self._host.on_things()
+        else:
+            pose = pose_in_map(state.header.frame_id, state.pose)
+            self._host.on_move(self._crew.move(name, pose), pose)
 
-    def _reset(self, request: Any, response: Any) -> None:
+    def _reset(self, request: Any) -> None:
         scope = request.scope or STATE | SPAWNED
         if scope & ~(STATE | SPAWNED):
             raise RefusedError(
@@ -199,48 +271,45 @@ class Entities:
     # Questions
 
     def _list(self, request: Any, response: Any) -> Any:
-        try:
-            response.entities = self._matching(request.filters)
-            response.result.result = Result.RESULT_OK
-        except RefusedError as error:
-            response.result.result = RESULTS[error.reason]
-            response.result.error_message = str(error)
+        self._attempt(response, RESULTS, partial(self._find, request, response))
         return response
 
     def _list_states(self, request: Any, response: Any) -> Any:
-        self._list(request, response)
-        response.states = [self._state_of(name) for name in response.entities]
+        self._attempt(response, RESULTS, partial(self._find_states, request, response))
         return response
 
     def _state(self, request: Any, response: Any) -> Any:
-        try:
-            response.state = self._state_of(request.entity)
-            response.result.result = Result.RESULT_OK
-        except RefusedError as error:
-            response.result.result = RESULTS[error.reason]
-            response.result.error_message = str(error)
+        self._attempt(response, RESULTS, partial(self._look_up, request, response))
         return response
+
+    def _find(self, request: Any, response: Any) -> None:
+        check_request(request)
+        response.entities = self._matching(request.filters)
+
+    def _find_states(self, request: Any, response: Any) -> None:
+        self._find(request, response)
+        response.states = [self._state_of(name) for name in response.entities]
+
+    def _look_up(self, request: Any, response: Any) -> None:
+        check_request(request)
+        response.state = self._state_of(request.entity)
 
     def _matching(self, filters: EntityFilters) -> list[str]:
         if filters.tags.tags or filters.bounds.points:
             raise RefusedError(Reason.UNSUPPORTED, "filters by tags and bounds are not supported")
-        try:
-            pattern = re.compile(filters.filter)
-        except re.error as error:
-            raise RefusedError(
-                Reason.FAILED, f"'{filters.filter}' is no regular expression: {error}"
-            ) from error
         wanted = {category.category for category in filters.categories}
         kinds = (
             (EntityCategory.CATEGORY_ROBOT, self._crew.robots),
             (EntityCategory.CATEGORY_OBJECT, self._stock.names),
         )
-        return [
-            name
-            for kind, names in kinds
-            for name in names
-            if (not wanted or kind in wanted) and pattern.search(name)
-        ]
+        names = [name for kind, names in kinds if not wanted or kind in wanted for name in names]
+        try:
+            return NamePattern(filters.filter).matching(names)
+        except PatternError as error:
+            raise RefusedError(
+                Reason.FAILED,
+                f"'{filters.filter}' is no POSIX extended regular expression: {error}",
+            ) from error
 
     def _state_of(self, name: str) -> EntityState:
         header = ros_io.header(self._world.tick, MAP)

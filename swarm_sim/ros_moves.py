@@ -52,8 +52,8 @@ class Relocation:
             self._is_told = True
             self._publisher.publish(self._message())
         while (data := self._poses.take()) is not None:
-            message = deserialize_message(data, PoseWithCovarianceStamped)
-            if self._is_told and is_near(ros_io.pose_from_msg(message.pose.pose), self._pose):
+            pose_map = _pose_in(data)
+            if self._is_told and pose_map is not None and is_near(pose_map, self._pose):
                 return True
         return False
 
@@ -69,6 +69,15 @@ class Relocation:
         message.pose.covariance[0] = message.pose.covariance[7] = place
         message.pose.covariance[35] = turn
         return message
+
+
+def _pose_in(data: bytes) -> Pose | None:
+    """Return the pose in a message that anybody may have sent; None if there is none."""
+    try:
+        message = deserialize_message(data, PoseWithCovarianceStamped)
+        return ros_io.pose_from_msg(message.pose.pose)
+    except (ValueError, RuntimeError, MemoryError):  # RMWError is a RuntimeError
+        return None
 
 
 class Moves:

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from enum import Enum
 
+MOST_STEPS = 1_000_000  # ticks that are asked for at a time, 28 h
+MOST_WAITING = 100  # who wait for their steps at a time
+
 
 class Answer(Enum):
     """What became of a request."""
@@ -52,9 +55,10 @@ class RunState:
         """Ask for `count` ticks; `on_done` is told when they are done.
 
         Returns:
-            REFUSED unless the world is paused.
+            REFUSED unless the world is paused, and for more steps than anybody waits for.
         """
-        if not self.is_paused or count < 1:
+        is_possible = 1 <= count <= MOST_STEPS - self._steps and len(self._on_done) < MOST_WAITING
+        if not self.is_paused or not is_possible:
             return Answer.REFUSED
         self._steps += count
         self._on_done.append(on_done)

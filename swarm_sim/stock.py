@@ -10,12 +10,13 @@ import numpy as np
 from swarm_common.errors import WorldError
 from swarm_common.shapes import Transform
 from swarm_sim.changing_world import ChangingWorld
-from swarm_sim.object_source import LIKE_A_ROBOT, read_object
+from swarm_sim.object_source import LIKE_A_ROBOT
 from swarm_sim.refusal import Reason, RefusedError
 from swarm_sim.scene import Body
 from swarm_sim.things import check_apart, check_room_for, height_range
 
 LIMIT = 500  # things at a time
+MOST_SHAPES = 5000  # of all things
 LONGEST_NAME = 64  # letters
 
 
@@ -51,15 +52,14 @@ class Stock:
         return self._world.place_of(self._index(name))
 
     def spawn(
-        self, name: str, rename: bool, uri: str, text: str, place: Transform, *, is_floored: bool
+        self, name: str, rename: bool, body: Body, place: Transform, *, is_floored: bool
     ) -> str:
         """Take a thing in; return its name.
 
         Args:
             name: That it is to have; empty for its model's.
             rename: Whether another name will do if that one is taken.
-            uri: Of its description, see `read_object`.
-            text: The description itself, if there is no uri.
+            body: The thing in its model's frame, see `read_object`.
             place: Its model's frame in the map frame.
             is_floored: Whether it is put on the ground, whatever the height of the place.
 
@@ -68,7 +68,12 @@ class Stock:
         """
         if len(self.names) >= LIMIT:
             raise RefusedError(Reason.FAILED, f"there are {LIMIT} things, which is the most")
-        body = read_object(uri, text, self.folder)
+        parts = sum(len(thing.parts) for thing in self._world.loose) + len(body.parts)
+        if parts > MOST_SHAPES:
+            raise RefusedError(
+                Reason.FAILED,
+                f"all things had {parts} shapes then; at most {MOST_SHAPES} are borne",
+            )
         body = replace(body, name=self._free_name(name or body.name, rename or not name))
         self._check_finite(body.name, place)
         body = replace(body, world_from_body=place)
@@ -130,11 +135,11 @@ class Stock:
         return self.names.index(name)
 
     def _free_name(self, name: str, rename: bool) -> str:
-        if LIKE_A_ROBOT.fullmatch(name) or len(name) > LONGEST_NAME or not name.isprintable():
+        if LIKE_A_ROBOT.fullmatch(name) or not is_name(name):
             raise RefusedError(
                 Reason.NAME_INVALID,
-                f"'{name[:LONGEST_NAME]}' is no name for a thing; expected up to {LONGEST_NAME} "
-                "letters, and not Srobot with a number",
+                f"'{name[:LONGEST_NAME]}' is no name for a thing; expected 1 to {LONGEST_NAME} "
+                "letters that can be printed, and not Srobot with a number",
             )
         taken = {body.name for body in (*self._world.scene.fixed, *self._world.objects())}
         taken |= set(self._world.walker_names)
@@ -152,7 +157,7 @@ class Stock:
 
     @staticmethod
     def _check_finite(name: str, place: Transform) -> None:
-        if not np.isfinite(place).all():
+        if not np.isfinite(place).all():  # as the door of requests makes sure
             raise RefusedError(Reason.BAD_PLACE, f"the pose for '{name}' is not finite")
 
     def _check_room(self, body: Body, index: int | None = None) -> None:
@@ -160,3 +165,8 @@ class Stock:
             check_room_for(self._world, body, index)
         except WorldError as error:
             raise RefusedError(Reason.BAD_PLACE, str(error)) from error
+
+
+def is_name(name: str) -> bool:
+    """Whether a thing may be called so."""
+    return 1 <= len(name) <= LONGEST_NAME and name.isprintable() and name.strip() != ""

@@ -22,6 +22,7 @@ from swarm_sim.barrier import Barrier
 from swarm_sim.build import Stage
 from swarm_sim.crew import Arrival, Crew
 from swarm_sim.pacing import Rate, Throttle
+from swarm_sim.request_checks import Reach
 from swarm_sim.ros_control import Control
 from swarm_sim.ros_entities import Entities
 from swarm_sim.ros_moves import LIMIT, Moves
@@ -65,6 +66,7 @@ class WorldNode:
         self._events = events
         self._tick = 0
         self._is_stopped = False
+        self._is_speed_new = False
         self.is_over = False
         self._barrier = Barrier(len(stage.specs), settings.wall_limit, not settings.free_run)
         speed = settings.speed if settings.speed or not settings.free_run else 1.0
@@ -95,10 +97,11 @@ class WorldNode:
         self._scenery = Scenery(self._node, stage.scene, stage.world)
         self._crew = Crew(stage.world, stage.grid, stage.poses_map, settings.spawn)
         stock = Stock(stage.world)
-        self._entities = Entities(self._node, stage.world, self._crew, stock, self)
+        reach = Reach.of(stage.grid)
+        self._entities = Entities(self._node, stage.world, self._crew, stock, reach, self)
         self._moves = Moves(self._node)
         self._state = RunState()
-        self._services = Control(self._node, self._state, speed, self._throttle.set_speed)
+        self._services = Control(self._node, self._state, speed, self._set_speed)
         if is_large:
             events.write("meeting", party="world", ports=self._links.meeting_ports)
 
@@ -209,12 +212,18 @@ class WorldNode:
         is_starting = not self._barrier.has_started and not self._start_rate.is_due(now)
         self._links.repeat(self._observations, to_newcomers=is_starting)
 
+    def _set_speed(self, speed: float | None) -> None:
+        self._throttle.set_speed(speed)
+        self._throttle.start(time.monotonic())
+        self._is_speed_new = True
+
     def _wait(self, period: float) -> None:
         is_alone = self._barrier.has_started and self._barrier.answering == 0 and self._tick > 0
         if is_alone and not self._settings.free_run:
             period = max(period, CONTROL_PERIOD)  # nobody there: no faster than real time
         end = time.monotonic() + period
-        while not self._is_stopped:
+        self._is_speed_new = False
+        while not (self._is_stopped or self._is_speed_new):
             now = time.monotonic()
             if now >= end:
                 break

@@ -10,7 +10,8 @@ import pytest
 
 from swarm_common.records import Pose
 from swarm_sim.build import build
-from swarm_sim.crew import Crew
+from swarm_sim.crew import Arrival, Crew
+from swarm_sim.model_reader import read_robot
 from swarm_sim.refusal import Reason, RefusedError
 from swarm_sim.settings import RobotEntry, Settings
 
@@ -29,6 +30,10 @@ def crew() -> Crew:
     return make_crew()
 
 
+def spawn(crew: Crew, name: str, rename: bool, model: str, pose: Pose | None) -> Arrival:
+    return crew.spawn(name, rename, model, read_robot(model), pose)
+
+
 def refused(do: Callable[[], object]) -> RefusedError:
     with pytest.raises(RefusedError) as caught:
         do()
@@ -36,43 +41,54 @@ def refused(do: Callable[[], object]) -> RefusedError:
 
 
 def test_a_robot_gets_the_next_number_and_a_place_of_its_own(crew: Crew) -> None:
-    first = crew.spawn("", False, BURGER, FREE)
-    second = crew.spawn("", False, WAFFLE, None)
+    first = spawn(crew, "", False, BURGER, FREE)
+    second = spawn(crew, "", False, WAFFLE, None)
     assert (first.name, first.number, first.index) == ("Srobot3", 3, 2)
     assert second.name == "Srobot4"
     assert crew.robots == ["Srobot1", "Srobot2", "Srobot3", "Srobot4"]
     assert crew.spawned == ["Srobot3", "Srobot4"]
     crew.remove("Srobot3")
     assert crew.robots == ["Srobot1", "Srobot2", "Srobot4"]
-    assert crew.spawn("", False, WAFFLE, None).name == "Srobot5"  # numbers are not used twice
+    assert spawn(crew, "", False, WAFFLE, None).name == "Srobot5"  # numbers are not used twice
 
 
 def test_a_name_can_come_back_with_the_same_model_only(crew: Crew) -> None:
     crew.remove("Srobot2")
-    error = refused(lambda: crew.spawn("Srobot2", False, BURGER, FREE))
+    error = refused(lambda: spawn(crew, "Srobot2", False, BURGER, FREE))
     assert error.reason is Reason.NAME_TAKEN
     assert "was a turtlebot3_waffle" in str(error)
-    again = crew.spawn("Srobot2", False, WAFFLE, FREE)
+    again = spawn(crew, "Srobot2", False, WAFFLE, FREE)
     assert (again.index, again.pose_map) == (1, FREE)
     assert crew.robots == ["Srobot1", "Srobot2"]
 
 
 @pytest.mark.parametrize("name", ["Hans", "Srobot", "Srobot0", "Srobot99999", "robot1", "/Srobot5"])
 def test_names_that_no_robot_may_have(crew: Crew, name: str) -> None:
-    assert refused(lambda: crew.spawn(name, True, WAFFLE, FREE)).reason is Reason.NAME_INVALID
+    assert refused(lambda: spawn(crew, name, True, WAFFLE, FREE)).reason is Reason.NAME_INVALID
 
 
 def test_bad_input_changes_nothing(crew: Crew, tmp_path: Path) -> None:
     broken = tmp_path / "broken.urdf"
     broken.write_text("<robot", encoding="utf-8")
     cases: list[tuple[Callable[[], object], Reason, str]] = [
-        (lambda: crew.spawn("Srobot2", False, WAFFLE, FREE), Reason.NAME_TAKEN, "Srobot3 would be"),
-        (lambda: crew.spawn("", False, "", FREE), Reason.NO_MODEL, "no robot model"),
-        (lambda: crew.spawn("", False, "turtlebot9", FREE), Reason.BAD_MODEL, "did you mean"),
-        (lambda: crew.spawn("", False, str(broken), FREE), Reason.BAD_MODEL, "broken.urdf"),
-        (lambda: crew.spawn("", False, WAFFLE, Pose(99.0, 0, 0)), Reason.BAD_PLACE, "no free"),
-        (lambda: crew.spawn("", False, WAFFLE, Pose(math.inf, 0, 0)), Reason.BAD_PLACE, "no place"),
-        (lambda: crew.spawn("", False, WAFFLE, Pose(-1.4, -0.6, 0)), Reason.BAD_PLACE, "Srobot1"),
+        (
+            lambda: spawn(crew, "Srobot2", False, WAFFLE, FREE),
+            Reason.NAME_TAKEN,
+            "Srobot3 would be",
+        ),
+        (lambda: spawn(crew, "", False, "", FREE), Reason.NO_MODEL, "no robot model"),
+        (lambda: spawn(crew, "", False, "turtlebot9", FREE), Reason.BAD_MODEL, "did you mean"),
+        (lambda: spawn(crew, "", False, str(broken), FREE), Reason.BAD_MODEL, "broken.urdf"),
+        (lambda: spawn(crew, "", False, WAFFLE, Pose(99.0, 0, 0)), Reason.BAD_PLACE, "99.00"),
+        (lambda: spawn(crew, "", False, WAFFLE, Pose(math.inf, 0, 0)), Reason.BAD_PLACE, "out of"),
+        (lambda: spawn(crew, "", False, WAFFLE, Pose(0, 1e308, 0)), Reason.BAD_PLACE, "out of"),
+        (
+            lambda: spawn(crew, "", False, WAFFLE, Pose(0, 0, math.nan)),
+            Reason.BAD_PLACE,
+            "no place",
+        ),
+        (lambda: spawn(crew, "", False, WAFFLE, Pose(12, 0, 0)), Reason.BAD_PLACE, "no free"),
+        (lambda: spawn(crew, "", False, WAFFLE, Pose(-1.4, -0.6, 0)), Reason.BAD_PLACE, "Srobot1"),
         (lambda: crew.remove("Srobot7"), Reason.UNKNOWN, "there are Srobot1, Srobot2"),
         (lambda: crew.move("Srobot7", FREE), Reason.UNKNOWN, "no 'Srobot7'"),
         (lambda: crew.move("Srobot1", Pose(0.1, -0.6, 0)), Reason.BAD_PLACE, "Srobot2 stands"),
@@ -85,12 +101,12 @@ def test_bad_input_changes_nothing(crew: Crew, tmp_path: Path) -> None:
 
 
 def test_another_name_will_do_if_it_may(crew: Crew) -> None:
-    assert crew.spawn("Srobot2", True, WAFFLE, FREE).name == "Srobot3"
+    assert spawn(crew, "Srobot2", True, WAFFLE, FREE).name == "Srobot3"
 
 
 def test_all_go_home(crew: Crew) -> None:
     crew.move("Srobot1", FREE)
-    crew.spawn("", False, WAFFLE, Pose(-1.4, -0.6, 0.0))  # where Srobot1 was
+    spawn(crew, "", False, WAFFLE, Pose(-1.4, -0.6, 0.0))  # where Srobot1 was
     error = refused(crew.send_home)
     assert error.reason is Reason.BAD_PLACE
     assert "nothing was moved" in str(error)

@@ -15,8 +15,10 @@ from swarm_sim.build import build
 from swarm_sim.changing_world import ChangingWorld
 from swarm_sim.crew import Crew
 from swarm_sim.draw_map import draw_world
+from swarm_sim.model_reader import ModelRequest, read_model
 from swarm_sim.object_source import is_object
 from swarm_sim.refusal import Reason, RefusedError
+from swarm_sim.scene import Body
 from swarm_sim.settings import RobotEntry, Settings
 from swarm_sim.stock import Stock
 from swarm_sim.things import upright
@@ -70,7 +72,14 @@ def put(
     stock: Stock, x: float, y: float, text: str = "", name: str = "", z: float | None = None
 ) -> str:
     place = upright(x, y, z or 0.0, 0.0)
-    return stock.spawn(name, False, "", text or model(CRATE), place, is_floored=z is None)
+    body = read("", text or model(CRATE), stock)
+    return stock.spawn(name, False, body, place, is_floored=z is None)
+
+
+def read(uri: str, text: str, stock: Stock) -> Body:
+    body = read_model(ModelRequest(uri, text, "", stock.folder))
+    assert isinstance(body, Body)
+    return body
 
 
 def refused(do: Callable[[], object]) -> RefusedError:
@@ -150,7 +159,8 @@ def test_urdf_files_and_model_folders(stock: Stock, tmp_path: Path) -> None:
     (folder / "bin.sdf").write_text(model(CRATE, "bin"), encoding="utf-8")
     for number, uri in enumerate((f"file://{tmp_path}/parcel.urdf", "model://bin", str(folder))):
         assert is_object(uri, "", "", stock.folder)
-        stock.spawn("", False, uri, "", upright(2.0 + number, 1.0, 0.0, 0.0), is_floored=True)
+        place = upright(2.0 + number, 1.0, 0.0, 0.0)
+        stock.spawn("", False, read(uri, "", stock), place, is_floored=True)
     assert stock.spawned == ["parcel", "bin", "bin_1"]
     assert put(stock, 2.0, -1.0, urdf(), "box") == "box"
 
@@ -195,9 +205,7 @@ def test_bad_input_changes_nothing(stock: Stock, world: ChangingWorld, tmp_path:
         assert error.reason is reason, error
         assert words in str(error)
     missing = str(tmp_path / "no.sdf")
-    error = refused(
-        lambda: stock.spawn("", False, missing, "", upright(2, 0, 0, 0), is_floored=True)
-    )
+    error = refused(lambda: read(missing, "", stock))
     assert error.reason is Reason.NO_MODEL
     assert stock.names == ["old::l", "crate"]
     world.step([None], [None])
