@@ -27,6 +27,7 @@ from simulation_interfaces.srv import (
 
 from swarm_common import ros_io
 from swarm_common.records import Pose
+from swarm_common.rejections import Rejections
 from swarm_common.robot_io import Robot
 from swarm_common.ros_poll import PolledService
 from swarm_sim.changing_world import ChangingWorld
@@ -98,6 +99,7 @@ class Entities:
         stock: Stock,
         reach: Reach,
         host: Host,
+        rejections: Rejections,
     ) -> None:
         """Offer the services.
 
@@ -108,10 +110,12 @@ class Entities:
             stock: The things.
             reach: Where things may be put.
             host: Is told of changes.
+            rejections: Count what is not let in.
         """
         self._world, self._crew, self._stock, self._host = world, crew, stock, host
         self._reach = reach
         self._loader = ModelLoader()
+        self._rejections = rejections
         self._faults = FaultLog("request")
         ask = node.create_service
         ask(GetEntities, "/sim/get_entities", self._list)
@@ -145,7 +149,7 @@ class Entities:
             while time.monotonic() < end and (taken := service.take()) is not None:
                 request, request_id = taken
                 response = kind.Response()
-                self._attempt(response, codes, partial(self._check_and, handle, request))
+                self._attempt(response, codes, partial(self._admit, request, handle))
                 service.answer(response, request_id)
 
     def _attempt(self, response: Any, codes: Codes, do: Callable[[], None]) -> bool:
@@ -159,13 +163,18 @@ class Entities:
         except Exception as error:  # a fault of ours: it must not end the world
             response.result.result = Result.RESULT_OPERATION_FAILED
             response.result.error_message = self._faults.note(error)
+            self._rejections.reject("/sim", "a client", response.result.error_message)
             return False
         response.result.result = Result.RESULT_OK
         return True
 
-    @staticmethod
-    def _check_and(handle: Callable[[Any], None], request: Any) -> None:
-        check_request(request)
+    def _admit(self, request: Any, handle: Callable[[Any], None]) -> None:
+        """Go on with a request that passes the door."""
+        try:
+            check_request(request)
+        except RefusedError as error:
+            self._rejections.reject("/sim", "a client", error)
+            raise
         handle(request)
 
     # Changes
@@ -174,7 +183,7 @@ class Entities:
         """Have the model read; what is refused before is answered at once."""
         response = SpawnEntity.Response()
         ask = partial(self._ask_for_model, request_id)
-        if not self._attempt(response, SPAWN_RESULTS, partial(self._check_and, ask, request)):
+        if not self._attempt(response, SPAWN_RESULTS, partial(self._admit, request, ask)):
             self._spawns.answer(response, request_id)
 
     def _ask_for_model(self, request_id: Any, request: Any) -> None:
@@ -271,27 +280,28 @@ class Entities:
     # Questions
 
     def _list(self, request: Any, response: Any) -> Any:
-        self._attempt(response, RESULTS, partial(self._find, request, response))
+        find = partial(self._find, response)
+        self._attempt(response, RESULTS, partial(self._admit, request, find))
         return response
 
     def _list_states(self, request: Any, response: Any) -> Any:
-        self._attempt(response, RESULTS, partial(self._find_states, request, response))
+        find = partial(self._find_states, response)
+        self._attempt(response, RESULTS, partial(self._admit, request, find))
         return response
 
     def _state(self, request: Any, response: Any) -> Any:
-        self._attempt(response, RESULTS, partial(self._look_up, request, response))
+        look_up = partial(self._look_up, response)
+        self._attempt(response, RESULTS, partial(self._admit, request, look_up))
         return response
 
-    def _find(self, request: Any, response: Any) -> None:
-        check_request(request)
+    def _find(self, response: Any, request: Any) -> None:
         response.entities = self._matching(request.filters)
 
-    def _find_states(self, request: Any, response: Any) -> None:
-        self._find(request, response)
+    def _find_states(self, response: Any, request: Any) -> None:
+        self._find(response, request)
         response.states = [self._state_of(name) for name in response.entities]
 
-    def _look_up(self, request: Any, response: Any) -> None:
-        check_request(request)
+    def _look_up(self, response: Any, request: Any) -> None:
         response.state = self._state_of(request.entity)
 
     def _matching(self, filters: EntityFilters) -> list[str]:

@@ -98,7 +98,9 @@ class WorldNode:
         self._crew = Crew(stage.world, stage.grid, stage.poses_map, settings.spawn)
         stock = Stock(stage.world)
         reach = Reach.of(stage.grid)
-        self._entities = Entities(self._node, stage.world, self._crew, stock, reach, self)
+        self._entities = Entities(
+            self._node, stage.world, self._crew, stock, reach, self, self._rejections
+        )
         self._moves = Moves(self._node)
         self._state = RunState()
         self._services = Control(self._node, self._state, speed, self._set_speed)
