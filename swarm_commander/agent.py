@@ -5,7 +5,6 @@ python -m swarm_commander.agent CONFIG.json --event-fd N --control-fd M
 
 from __future__ import annotations
 
-import json
 import time
 from pathlib import Path
 from typing import Any
@@ -14,25 +13,32 @@ from rclpy.node import Node
 from std_msgs.msg import String
 
 from swarm_commander.envoy import Envoy
-from swarm_commander.host_link import CHARTER, HOSTS, ROLL, LinkEnd, serve
-from swarm_commander.roll import REPORT_PERIOD, HostReport
+from swarm_commander.host_link import LinkEnd, serve
+from swarm_commander.roll import CHARTER, HOSTS, REPORT_PERIOD, ROLL, HostReport
 from swarm_common.pipes import EventWriter
-from swarm_common.ros_io import LATCHED, RELIABLE
+from swarm_common.ros_io import LATCHED, NEWEST
+from swarm_common.sealed import ForgedError, Letter, Opener, Sealer
+
+FAREWELLS, FAREWELL_PAUSE = 3, 0.05  # times the last report is sent, as one may get lost; [s]
 
 
 class Agent(LinkEnd):
     """Hears charter and roll, and says how this host is."""
 
-    def __init__(self, node: Node, config: dict[str, Any], events: EventWriter) -> None:
-        """Begin to look for the world's host; see `RobotsPlan.agent_config`."""
+    def __init__(
+        self, node: Node, config: dict[str, Any], events: EventWriter, secret: str
+    ) -> None:
+        """Begin to look for the world's host; see `RobotsRun`."""
         super().__init__(events)
+        self._charters, self._rolls = Opener(secret, CHARTER), Opener(secret, ROLL)
+        self._sealer = Sealer(secret, HOSTS, config["host"])
         report = HostReport(config["host"], config["label"], tuple(config["robots"]))
         self.envoy = Envoy(report, config["edition"], config["stated"], time.monotonic())
         self._charter_path = Path(config["charter_path"])
         self._due = 0.0
-        self._reports = node.create_publisher(String, HOSTS, RELIABLE)
+        self._reports = node.create_publisher(String, HOSTS, NEWEST)
         node.create_subscription(String, CHARTER, self._take_charter, LATCHED)
-        node.create_subscription(String, ROLL, self._take_roll, RELIABLE)
+        node.create_subscription(String, ROLL, self._take_roll, NEWEST)
 
     def take_command(self, command: dict[str, Any]) -> None:
         """Obey a line from swarm-up."""
@@ -48,10 +54,14 @@ class Agent(LinkEnd):
     def turn(self, now: float) -> None:
         """Do what is due at wall time `now`."""
         self._pass_on(self.envoy.look(now))
-        report = self.envoy.report
-        if report is not None and now >= self._due:
+        if now >= self._due:
             self._due = now + REPORT_PERIOD
-            self._reports.publish(String(data=json.dumps(report)))
+            self._send(now)
+
+    def _send(self, now: float) -> None:
+        charter, report = self.envoy.charter, self.envoy.report(now)
+        if charter is not None and report is not None:
+            self._reports.publish(String(data=self._sealer.seal(charter.run, report)))
 
     def leave(self) -> None:
         """Say that this host leaves."""
@@ -64,19 +74,36 @@ class Agent(LinkEnd):
         return self.envoy.is_over or self.envoy.charter is None
 
     def close(self) -> None:
-        """Send the last report, if it is due."""
-        self.turn(time.monotonic())
+        """Send the last report."""
+        for _ in range(FAREWELLS):
+            self._send(time.monotonic())
+            time.sleep(FAREWELL_PAUSE)
 
     def _take_charter(self, message: String) -> None:
-        events = self.envoy.take_charter(message.data, time.monotonic())
-        if self.envoy.charter is not None:
-            self._charter_path.write_text(message.data, encoding="utf-8")
+        letter = self._open(self._charters, message)
+        if letter is None:
+            return
+        text = str(letter.content["charter"])
+        events = self.envoy.take_charter(text, time.monotonic())
+        if self.envoy.charter is not None and self.envoy.charter.run == letter.run:
+            self._charter_path.write_text(text, encoding="utf-8")
         self._pass_on(events)
 
     def _take_roll(self, message: String) -> None:
-        self._pass_on(self.envoy.take_roll(json.loads(message.data), time.monotonic()))
+        letter = self._open(self._rolls, message)
+        if letter is None:
+            return
+        self._pass_on(self.envoy.take_roll(letter.run, letter.content, time.monotonic()))
         if self.envoy.is_over:
             self._due = 0.0
+
+    def _open(self, opener: Opener, message: String) -> Letter | None:
+        """Return what the world's host says; None if it is not he who says it."""
+        try:
+            return opener.open(message.data)
+        except ForgedError:
+            self._pass_on(self.envoy.note_forgery(time.monotonic()))
+            return None
 
 
 def main() -> None:

@@ -15,6 +15,7 @@ from swarm_common.errors import SwarmError
 
 FIND_LIMIT = 600.0  # [s] of wall time for the world to answer first: hosts start in any order
 HINT_AFTER = 20.0  # [s] of it after which the user is told what may be wrong
+SECRET_LIMIT = 5.0  # [s] for the right world to answer, once one with another secret was heard
 
 
 class Envoy:
@@ -58,11 +59,14 @@ class Envoy:
         self._is_silent = False
         self._has_hinted = False
         self._removed: set[str] = set()
+        self._forged_at: float | None = None  # since when another secret is heard
+        self._is_unheard = False
 
-    @property
-    def report(self) -> dict[str, Any] | None:
-        """What is to be said now; None before there is anything to say."""
-        return None if self.charter is None else dict(self._report)
+    def report(self, now: float) -> dict[str, Any] | None:
+        """Return what is to be said now; None before there is anything to say."""
+        if self.charter is None:
+            return None
+        return {**self._report, "deaf_for": round(now - self._heard_at, 3)}
 
     def note_active(self, robot: str) -> None:
         """A navigator has become active."""
@@ -82,7 +86,7 @@ class Envoy:
 
     def take_charter(self, text: str, now: float) -> list[Event]:
         """Take what the world's host says of the run."""
-        if self.charter is not None or self.is_over:
+        if self._is_welcome or self.is_over:
             return []
         self._heard_at = now
         try:
@@ -93,11 +97,28 @@ class Envoy:
         self.charter = charter
         return []
 
-    def take_roll(self, answer: Mapping[str, Any], now: float) -> list[Event]:
-        """Take how the world's host sees the hosts, and how the run goes."""
+    def note_forgery(self, now: float) -> list[Event]:
+        """Somebody who does not know this host's secret speaks as a world's host.
+
+        He is not obeyed. But where no other world is heard, its secret is another.
+        """
+        if self._forged_at is None:
+            self._forged_at = now
+        is_alone = now - max(self._heard_at, self._forged_at) > SECRET_LIMIT
+        if self.is_over or not is_alone:
+            return []
+        if self._is_welcome:
+            message = "the world's host is silent, and another with another secret is there"
+            return self._end("world_lost", message=message)
+        return self._end("other_secret")
+
+    def take_roll(self, run: str, answer: Mapping[str, Any], now: float) -> list[Event]:
+        """Take how the world's host sees the hosts, and how run `run` goes."""
         if self.charter is None or self.is_over:
             return []
-        if answer["run"] != self.charter.run:
+        if run != self.charter.run:
+            if not self._is_welcome:  # its charter comes
+                return []
             return self._end("world_lost", message="another run has begun on the world's host")
         events: list[Event] = []
         if self._is_silent:
@@ -115,6 +136,10 @@ class Envoy:
         if standing == Standing.LEFT.value:
             return self._end("left")
         events += self._news(answer, standing)
+        is_unheard = standing == Standing.SILENT.value
+        if is_unheard and not self._is_unheard:
+            events.append({"event": "unheard"})
+        self._is_unheard = is_unheard
         if answer["is_over"]:
             self.leave()
             events += self._end("world_over", reason=answer.get("reason", ""))

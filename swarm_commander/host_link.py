@@ -18,8 +18,8 @@ from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 
 from swarm_common.pipes import EventWriter, LineReader
+from swarm_common.secret import VARIABLE
 
-CHARTER, ROLL, HOSTS = "/sim/charter", "/sim/roll", "/sim/hosts"
 FAREWELL = 4.0  # [s] of wall time for the hosts to say that they know of the end
 TURN = 0.1  # [s]
 
@@ -60,14 +60,15 @@ class LinkEnd(ABC):
 
 def serve(
     name_of: Callable[[dict[str, Any]], str],
-    make: Callable[[Node, dict[str, Any], EventWriter], LinkEnd],
+    make: Callable[[Node, dict[str, Any], EventWriter, str], LinkEnd],
 ) -> None:
     """Be a process with one end of the line until SIGTERM, then say farewell.
 
     Args:
         name_of: Gives the node's name, from the process's configuration.
-        make: Makes the end.
+        make: Makes the end, with the secret that the hosts share.
     """
+    secret = os.environ.pop(VARIABLE)
     config = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
     flags = dict(zip(sys.argv[2::2], sys.argv[3::2], strict=True))
     events = EventWriter(int(flags["--event-fd"]))
@@ -80,7 +81,7 @@ def serve(
     )
     executor = EventsExecutor()
     executor.add_node(node)
-    end = make(node, config, events)
+    end = make(node, config, events, secret)
     deadline = float("inf")
     with contextlib.suppress(BrokenPipeError):
         while time.monotonic() < deadline:

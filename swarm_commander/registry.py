@@ -12,21 +12,26 @@ from typing import Any
 from rclpy.node import Node
 from std_msgs.msg import String
 
-from swarm_commander.host_link import CHARTER, HOSTS, ROLL, LinkEnd, serve
-from swarm_commander.roll import REPORT_PERIOD, Roll, parse_report
-from swarm_common.errors import SwarmError
+from swarm_commander.host_door import HostDoor
+from swarm_commander.host_link import LinkEnd, serve
+from swarm_commander.roll import CHARTER, HOSTS, REPORT_PERIOD, ROLL, Roll
 from swarm_common.pipes import EventWriter
-from swarm_common.ros_io import LATCHED, RELIABLE
+from swarm_common.ros_io import LATCHED, NEWEST
+from swarm_common.sealed import Sealer
 
 
 class Registry(LinkEnd):
     """Publishes charter and roll, and hears the hosts."""
 
-    def __init__(self, node: Node, config: dict[str, Any], events: EventWriter) -> None:
+    def __init__(
+        self, node: Node, config: dict[str, Any], events: EventWriter, secret: str
+    ) -> None:
         """Begin; `config` holds the charter."""
         super().__init__(events)
         charter = config["charter"]
         self._run = charter["run"]
+        self._door = HostDoor(secret, self._run)
+        self._sealer = Sealer(secret, ROLL, self._run)
         self._roll = Roll(list(charter["robots"]))
         self._figures: dict[str, Any] = {}
         self._removed: list[str] = []
@@ -34,9 +39,12 @@ class Registry(LinkEnd):
         self._reason = ""
         self._due = 0.0
         self._charter = node.create_publisher(String, CHARTER, LATCHED)
-        self._rolls = node.create_publisher(String, ROLL, RELIABLE)
-        self._charter.publish(String(data=json.dumps(charter)))
-        node.create_subscription(String, HOSTS, self._take_report, RELIABLE)
+        self._rolls = node.create_publisher(String, ROLL, NEWEST)
+        sealed = Sealer(secret, CHARTER, self._run).seal(
+            self._run, {"charter": json.dumps(charter)}
+        )
+        self._charter.publish(String(data=sealed))
+        node.create_subscription(String, HOSTS, self._take_report, NEWEST)
 
     @property
     def is_through(self) -> bool:
@@ -66,13 +74,13 @@ class Registry(LinkEnd):
 
     def close(self) -> None:
         """Give swarm-up the hosts for the report."""
-        self._events.write("hosts", hosts=self._roll.summary())
+        self._events.write("hosts", hosts=self._roll.summary(), rejected=self._door.rejected)
 
     def _take_report(self, message: String) -> None:
-        try:
-            report = parse_report(json.loads(message.data))
-        except (SwarmError, ValueError) as error:
-            self._events.write("note", message=str(error))
+        report = self._door.take(message.data)
+        for note in self._door.notes():
+            self._events.write("note", message=note)
+        if report is None:
             return
         events = self._roll.hear(report, time.monotonic())
         self._pass_on(events)
@@ -81,14 +89,13 @@ class Registry(LinkEnd):
 
     def _publish(self) -> None:
         answer = {
-            "run": self._run,
             "figures": self._figures,
             "removed": self._removed,
             "is_over": self._is_over,
             "reason": self._reason,
             **self._roll.answer(),
         }
-        self._rolls.publish(String(data=json.dumps(answer)))
+        self._rolls.publish(String(data=self._sealer.seal(self._run, answer)))
 
 
 def main() -> None:

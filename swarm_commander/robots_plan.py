@@ -14,6 +14,7 @@ from swarm_commander.host_options import parse_robots
 from swarm_common.addresses import address_of, address_towards, own_address
 from swarm_common.dds_profile import MOST_PROCESSES, check_environment
 from swarm_common.errors import ConfigError
+from swarm_common.secret import FILE_VARIABLE, VARIABLE
 
 # On the robots' side: own options, and what may be stated of the world's side to be compared.
 OWN = frozenset({"role", "robots", "connect", "bind", "pack", "run_dir", "headless", "over_limit"})
@@ -32,6 +33,7 @@ class RobotsPlan:
         domain: ROS domain.
         stated: What the user says of the run, to be compared; see `Charter.facts`.
         label: Name and address of this host, for people.
+        secret: That this host shares with the world's.
         run_dir: --run-dir.
     """
 
@@ -41,6 +43,7 @@ class RobotsPlan:
     world_address: str
     domain: int
     label: str
+    secret: str = field(repr=False)
     stated: Mapping[str, Any] = field(default_factory=dict)
     run_dir: Path | None = None
 
@@ -57,6 +60,7 @@ def robots_plan(
     pack: int,
     run_dir: Path | None,
     typed: Mapping[str, Any],
+    secret: str,
 ) -> RobotsPlan:
     """Return the plan of a robots' host.
 
@@ -67,6 +71,7 @@ def robots_plan(
         pack: Navigators per process.
         run_dir: --run-dir.
         typed: Every option that was typed, by its name.
+        secret: That the user gave; empty for none.
 
     Raises:
         ConfigError: For the first thing that is wrong with the input.
@@ -78,6 +83,11 @@ def robots_plan(
     if pack < 1:
         raise ConfigError(f"--pack is {pack}; it must be 1 or more")
     check_environment(os.environ)
+    if not secret:
+        raise ConfigError(
+            f"--role robots needs the secret of the world's host in {VARIABLE}, or in a file that"
+            f" {FILE_VARIABLE} names; swarm-up --role world shows it"
+        )
     world_address = address_of(connect)
     own = own_address(bind) if bind is not None else address_towards(world_address)
     plan = RobotsPlan(
@@ -87,6 +97,7 @@ def robots_plan(
         world_address=world_address,
         domain=domain_id(),
         label=f"{socket.gethostname()} ({own})",
+        secret=secret,
         stated={name: value for name, value in typed.items() if name in STATED},
         run_dir=run_dir,
     )

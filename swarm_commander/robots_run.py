@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import secrets
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -21,6 +22,7 @@ from swarm_commander.tally import Tally
 from swarm_commander.usage import process_tree
 from swarm_common.edition import edition
 from swarm_common.ros_env import PROFILES
+from swarm_common.secret import VARIABLE
 
 AGENT = "agent"
 CHARTER_FILE = "charter.json"
@@ -55,8 +57,8 @@ class RobotsRun(ProcessRun):
         self._welcomed: float | None = None  # [s] from the start until the world's host answered
 
     def _environment(self, name: str) -> Mapping[str, str]:
-        if name != HOST:
-            return os.environ
+        if name == AGENT:
+            return {**os.environ, VARIABLE: self._plan.secret}
         return {**os.environ, PROFILES: str(self._robots_profile)}
 
     def _begin(self) -> None:
@@ -64,7 +66,7 @@ class RobotsRun(ProcessRun):
         self._start(
             AGENT,
             {
-                "host": f"{time.time_ns():x}",
+                "host": secrets.token_hex(8),
                 "label": plan.label,
                 "robots": list(plan.robots),
                 "edition": edition(),
@@ -140,6 +142,20 @@ class RobotsRun(ProcessRun):
             f" {plan.domain}, from {plan.own_address}); is swarm-up --role world running there, in"
             " the same ROS_DOMAIN_ID, bound to that address, and are its UDP ports open?"
         )
+
+    def _on_other_secret_event(self, _: dict[str, Any]) -> None:
+        self._refuse(
+            f"the world at {self._plan.world_address} has another secret; take the command that it"
+            f" shows, or set {VARIABLE} to what stands there"
+        )
+
+    def _on_unheard_event(self, _: dict[str, Any]) -> None:
+        if not self._is_stopping:
+            self._progress.note(
+                f"the world at {self._plan.world_address} is heard, but does not hear this host:"
+                " packets from here to there are lost",
+                "yellow",
+            )
 
     def _on_world_silent_event(self, _: dict[str, Any]) -> None:
         if not self._is_stopping:

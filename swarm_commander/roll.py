@@ -14,6 +14,7 @@ from typing import Any
 
 from swarm_common.errors import ConfigError
 
+CHARTER, ROLL, HOSTS = "/sim/charter", "/sim/roll", "/sim/hosts"  # topics
 REPORT_PERIOD = 0.5  # [s] of wall time between two reports of each side
 NOTICE_AFTER = 3.0  # [s] of silence that the user is told of
 LOST_AFTER = 30.0  # [s] of silence after which the other side is given up
@@ -43,6 +44,7 @@ class HostReport:
         is_leaving: Whether its user stopped it.
         cpu: [s] used by its navigators.
         rss_mb: Their resident memory [MB].
+        deaf_for: [s] for which it has not heard the world's host.
     """
 
     host: str
@@ -53,17 +55,25 @@ class HostReport:
     is_leaving: bool = False
     cpu: float = 0.0
     rss_mb: float = 0.0
+    deaf_for: float = 0.0
 
 
-def parse_report(data: Mapping[str, Any]) -> HostReport:
+def parse_report(data: Mapping[str, Any], sender: str) -> HostReport:
     """Return the report in a message.
 
+    Args:
+        data: Content of the message.
+        sender: Under whose seal it came.
+
     Raises:
-        ConfigError: If it is none.
+        ConfigError: If it is none, or speaks for another host.
     """
     try:
         lists = {name: tuple(data[name]) for name in ("robots", "active")}
-        return HostReport(**{**data, **lists})
+        report = HostReport(**{**data, **lists})
+        if report.host != sender:
+            raise TypeError(f"{sender} speaks for {report.host}")
+        return report
     except (KeyError, TypeError) as cause:
         raise ConfigError(f"a host sent something else than a report: {cause!r}") from cause
 
@@ -76,6 +86,7 @@ class _Host:
     silences: list[float] = field(default_factory=list)  # [s] that each lasted
     active: set[str] = field(default_factory=set)
     died: set[str] = field(default_factory=set)
+    is_deaf: bool = False
 
 
 class Roll:
@@ -178,6 +189,10 @@ class Roll:
     def _news(self, host: _Host) -> list[Event]:
         report = host.report
         events: list[Event] = []
+        is_deaf = report.deaf_for > self._notice_after
+        if is_deaf and not host.is_deaf and not report.is_leaving:
+            events.append(_event("deaf", report, seconds=report.deaf_for))
+        host.is_deaf = is_deaf
         for robot in report.active:
             if robot not in host.active:
                 host.active.add(robot)

@@ -27,6 +27,7 @@ from swarm_commander.rundir import RunFolder, create_run_folder, write_env_sh
 from swarm_commander.rviz import write_rviz
 from swarm_commander.tally import Tally
 from swarm_common import ros_env
+from swarm_common.secret import own_secret
 
 
 def bring_up(plan: RunPlan) -> int:
@@ -84,7 +85,7 @@ def _run_of(plan: RunPlan, folder: RunFolder, progress: Progress, tally: Tally) 
         return Run(plan, folder, progress, tally)
     from swarm_commander.world_run import WorldRun
 
-    return WorldRun(plan, folder, progress, tally)
+    return WorldRun(plan, folder, progress, tally, own_secret(os.environ))
 
 
 def _draw_page(folder: RunFolder, console: Console) -> Path:

@@ -28,6 +28,7 @@ from swarm_common.errors import ConfigError
 from swarm_common.fleet import load_fleet
 from swarm_common.interfaces_build import ensure_interfaces, interface_packages
 from swarm_common.packages import add_package_paths
+from swarm_common.secret import given_secret
 
 up_app = typer.Typer(add_completion=False, rich_markup_mode=None)
 
@@ -158,7 +159,13 @@ def up(
         from swarm_commander import hosts_command, robots_plan  # only where they are wanted
 
         plan = robots_plan.robots_plan(
-            robots or "", connect or "", bind, pack, run_dir, _typed(context)
+            robots or "",
+            connect or "",
+            bind,
+            pack,
+            run_dir,
+            _typed(context),
+            given_secret(os.environ),
         )
         raise typer.Exit(hosts_command.bring_up_robots(plan))
     if viewer and headless:

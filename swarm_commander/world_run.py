@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
@@ -18,6 +19,7 @@ from swarm_commander.supervisor import describe_exit
 from swarm_commander.tally import Tally
 from swarm_common.edition import edition
 from swarm_common.records import Pose
+from swarm_common.secret import VARIABLE
 
 REGISTRY = "registry"
 FIGURES = ("sim_time", "real_time_factor", "collisions")  # that the robots' hosts show
@@ -41,18 +43,22 @@ class WorldRun(Run):
         folder: RunFolder,
         progress: Progress,
         tally: Tally,
+        secret: str,
         modules: Mapping[str, str] = MODULES,
     ) -> None:
         super().__init__(
             plan, folder, progress, tally, {**modules, REGISTRY: "swarm_commander.registry"}
         )
         self.hosts: list[dict[str, Any]] = []
+        self._rejected: dict[str, int] = {}
+        self._secret = secret
         self._unserved = set(plan.alive)
         self._trees: dict[str, dict[str, Any]] = {}  # parameter files
 
     def complete(self, report: dict[str, Any]) -> None:
         """Put the robots' hosts, and what their navigators used, into the report."""
         report["hosts"] = self.hosts
+        report["rejected"] = {**report.get("rejected", {}), **self._rejected}
         seconds = report["swarm_size"] * (report["sim_time"] or 0.0)
         if seconds <= 0.0:
             return
@@ -61,6 +67,9 @@ class WorldRun(Run):
         cpu["navigators"] = navigators
         cpu["total"] = round(cpu["total"] + navigators, 3)
         report["rss_mb"]["navigators"] = round(sum(host["rss_mb"] for host in self.hosts), 1)
+
+    def _environment(self, name: str) -> Mapping[str, str]:
+        return {**os.environ, VARIABLE: self._secret} if name == REGISTRY else os.environ
 
     def _begin(self) -> None:
         trace = {"trace_dir": str(self._folder.trace)}
@@ -86,10 +95,10 @@ class WorldRun(Run):
         """Say what the robots' hosts need to start them."""
         self._start(REGISTRY, {"charter": asdict(self._charter())})
         self._progress.phase("waiting for the robots' hosts")
+        first, last = (self._plan.alive[i].removeprefix("Srobot") for i in (0, -1))
         self._progress.note(
             f"the world is up; on the hosts of {names_of(self._plan.alive)}, for example:\n"
-            f"  swarm-up --role robots --robots {self._plan.alive[0].removeprefix('Srobot')}-"
-            f"{self._plan.alive[-1].removeprefix('Srobot')}"
+            f"  {VARIABLE}={self._secret} swarm-up --role robots --robots {first}-{last}"
             f" --connect {self._plan.options.bind}"
         )
 
@@ -118,6 +127,14 @@ class WorldRun(Run):
             f"nothing is heard of {event['host']}; {names_of(event['robots'])} must stand", "yellow"
         )
 
+    def _on_deaf_event(self, event: dict[str, Any]) -> None:
+        if not self._is_stopping:
+            self._progress.note(
+                f"{event['host']} is heard, but has not heard this host for"
+                f" {event['seconds']:.0f} s: packets from here to there are lost",
+                "yellow",
+            )
+
     def _on_heard_event(self, event: dict[str, Any]) -> None:
         self._tell_of(WORLD, "heard", event["robots"])
         self._tell_of(RUNNER, "heard", event["robots"])
@@ -140,7 +157,7 @@ class WorldRun(Run):
         self._lose([event["robot"]])
 
     def _on_hosts_event(self, event: dict[str, Any]) -> None:
-        self.hosts = event["hosts"]
+        self.hosts, self._rejected = event["hosts"], event["rejected"]
 
     def _give_up(self, event: dict[str, Any], reason: str) -> None:
         if self._is_stopping:

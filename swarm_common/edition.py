@@ -8,12 +8,13 @@ from importlib import metadata
 from pathlib import Path
 
 DISTRIBUTION = "swarm-workbench"
-DECIDING = ("swarm_common", "swarm_nav")  # packages whose code decides what a robot does
+# Packages whose code decides what a robot does, and what the hosts say to each other.
+DECIDING = ("swarm_common", "swarm_nav", "swarm_commander")
 DIGITS = 10  # of the digest that are shown
 
 
 def edition(packages: Sequence[str] = DECIDING) -> str:
-    """Return the version and a digest of the code that decides what a robot does."""
+    """Return the version and a digest of the code that hosts must have in common."""
     root = Path(__file__).resolve().parents[1]
     digest = hashlib.sha256()
     for package in packages:

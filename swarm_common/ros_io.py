@@ -30,6 +30,9 @@ from swarm_common.wire import yaw_of
 
 RELIABLE = QoSProfile(depth=10)
 LATEST = QoSProfile(depth=1)
+# For whole states that are said again and again. A reliable topic would hold back what comes after
+# a lost message until that is there, seconds later, although nobody needs it any more.
+NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 SENSOR = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 # What one tick needs is repeated until it is answered, so its readers ask for no acknowledgement.

@@ -17,6 +17,7 @@ from typing import Any
 from tests.standins.net_hosts import NetHosts
 
 ROOT = Path(__file__).resolve().parents[2]
+SECRET = "between-hosts-of-a-test"
 DOMAIN = "7"  # each host has a network of its own, and so all domains
 SWARM_UP = "import sys; from swarm_commander.cli import swarm_up; sys.exit(swarm_up())"
 TIME = re.compile(r"t = ([0-9.]+) s \|")
@@ -60,15 +61,16 @@ class HostSwarm:
         world = self.net.address(1)
         self.start(host, "--role", "robots", "--robots", robots, "--connect", world, *flags)
 
-    def start(self, host: int, *flags: str) -> None:
-        """Start swarm-up on a host."""
+    def start(self, host: int, *flags: str, secret: str = SECRET) -> None:
+        """Start swarm-up on a host; with an empty secret, none is given."""
         command = (sys.executable, "-c", SWARM_UP, *flags, "--run-dir", str(self.run(host)))
         foreign = ("FASTRTPS_DEFAULT_PROFILES_FILE", "ROS_AUTOMATIC_DISCOVERY_RANGE")
         environment = {name: text for name, text in os.environ.items() if name not in foreign}
+        own = {"SWARM_SECRET": secret} if secret else {}
         with self._log(host).open("wb") as output:
             self._processes[host] = subprocess.Popen(
                 self.net.command(host, *command),
-                env=environment | {"ROS_DOMAIN_ID": DOMAIN, "PYTHONPATH": str(ROOT)},
+                env=environment | {"ROS_DOMAIN_ID": DOMAIN, "PYTHONPATH": str(ROOT)} | own,
                 cwd=self.folder,
                 stdout=output,
                 stderr=subprocess.STDOUT,
@@ -112,6 +114,13 @@ class HostSwarm:
     def interrupt(self, host: int) -> None:
         """Press Ctrl-C on a host."""
         self._processes[host].send_signal(signal.SIGINT)
+
+    def kill(self, host: int) -> None:
+        """Let swarm-up crash on a host, and wait until all that it started is gone."""
+        for pid in self.net.pids_on(host):
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+        self._processes[host].wait()
 
     def exit_code(self, host: int, limit: float) -> int:
         """Wait for the end of a host's swarm-up; return its exit code."""

@@ -59,11 +59,11 @@ class NetHosts:
 
     def pids(self) -> list[int]:
         """Return all processes that run on the hosts."""
-        found: list[int] = []
-        for host in range(1, self.count + 1):
-            output = _ip("netns", "pids", self.name(host))
-            found += [int(word) for word in output.split()]
-        return found
+        return [pid for host in range(1, self.count + 1) for pid in self.pids_on(host)]
+
+    def pids_on(self, host: int) -> list[int]:
+        """Return the processes that run on a host."""
+        return [int(word) for word in _ip("netns", "pids", self.name(host)).split()]
 
     def bound_addresses(self, host: int) -> set[str]:
         """Return the IPv4 addresses that UDP sockets of a host are bound to."""

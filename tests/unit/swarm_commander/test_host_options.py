@@ -50,24 +50,30 @@ def _no_variables(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("FASTRTPS_DEFAULT_PROFILES_FILE", raising=False)
 
 
+SECRET = "sixteen letters or more"
+
+
 def test_plan_of_a_robots_host() -> None:
     typed = {"seed": 3, "robots": "1-5", "pack": 2}
-    plan = robots_plan("1-5", "127.0.0.1", None, 2, None, typed)
+    plan = robots_plan("1-5", "127.0.0.1", None, 2, None, typed, SECRET)
     assert (plan.own_address, plan.world_address) == ("127.0.0.1", "127.0.0.1")
     assert plan.stated == {"seed": 3}
     assert plan.processes == 3
+    assert SECRET not in repr(plan)
 
 
 def test_what_a_robots_host_refuses(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(ConfigError, match="--mission belongs to the world's host"):
-        robots_plan("1", "127.0.0.1", None, 1, None, {"mission": "loading_route"})
+        robots_plan("1", "127.0.0.1", None, 1, None, {"mission": "loading_route"}, SECRET)
     with pytest.raises(ConfigError, match="with --pack 2"):
-        robots_plan("1-100", "127.0.0.1", None, 1, None, {})
+        robots_plan("1-100", "127.0.0.1", None, 1, None, {}, SECRET)
     with pytest.raises(ConfigError, match="--pack is 0"):
-        robots_plan("1", "127.0.0.1", None, 0, None, {})
+        robots_plan("1", "127.0.0.1", None, 0, None, {}, SECRET)
+    with pytest.raises(ConfigError, match="needs the secret of the world's host in SWARM_SECRET"):
+        robots_plan("1", "127.0.0.1", None, 1, None, {}, "")
     monkeypatch.setenv("FASTRTPS_DEFAULT_PROFILES_FILE", "/my/profile.xml")
     with pytest.raises(ConfigError, match="unset it"):
-        robots_plan("1", "127.0.0.1", None, 1, None, {})
+        robots_plan("1", "127.0.0.1", None, 1, None, {}, SECRET)
 
 
 def test_a_charter_gives_every_robot_the_parameters_of_a_run_on_one_host() -> None:

@@ -88,7 +88,18 @@ def test_a_host_that_leaves_is_no_loss() -> None:
 
 
 def test_reports_pass_through_messages() -> None:
-    assert parse_report(dataclasses.asdict(FIRST)) == FIRST
+    assert parse_report(dataclasses.asdict(FIRST), "a") == FIRST
     for bad in ({}, {"robots": [], "active": []}, {**dataclasses.asdict(FIRST), "more": 1}):
         with pytest.raises(ConfigError, match="something else than a report"):
-            parse_report(bad)
+            parse_report(bad, "a")
+    with pytest.raises(ConfigError, match="b speaks for a"):
+        parse_report(dataclasses.asdict(FIRST), "b")
+
+
+def test_a_host_that_hears_nothing_is_told_of_once() -> None:
+    table = roll()
+    deaf = dataclasses.replace(FIRST, deaf_for=3.5)
+    assert kinds(table.hear(deaf, 1.0)) == ["deaf"]
+    assert table.hear(dataclasses.replace(FIRST, deaf_for=4.0), 1.5) == []
+    table.hear(FIRST, 2.0)
+    assert kinds(table.hear(deaf, 8.0)) == ["deaf"]

@@ -8,7 +8,7 @@ import pytest
 
 from swarm_common import dds_profile
 from swarm_common.addresses import address_of, address_towards, own_address, own_addresses
-from swarm_common.edition import edition
+from swarm_common.edition import DECIDING, edition
 from swarm_common.errors import ConfigError
 from swarm_common.ros_env import unicast_port
 
@@ -75,3 +75,4 @@ def test_addresses_of_no_host(host: str) -> None:
 def test_an_edition_depends_on_the_code() -> None:
     assert edition() == edition()
     assert edition(["swarm_common"]) != edition()
+    assert "swarm_commander" in DECIDING  # both sides of what hosts say to each other
