@@ -91,7 +91,7 @@ def up(
     viewer: Annotated[bool, typer.Option(help="3D view in the browser.")] = False,
     port: Annotated[int, typer.Option(help="Of the viewer.")] = VIEWER_PORT,
     viewer_host: Annotated[
-        str, typer.Option(help="Address of the viewer; other hosts' browsers need its token.")
+        str, typer.Option(help="Address of the viewer, on which other hosts reach it.")
     ] = LOOPBACK,
     rviz: Annotated[
         str | None,

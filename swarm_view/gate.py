@@ -1,7 +1,12 @@
 """The door to the view: serves the page, asks for the token, passes websockets on.
 
 viser has neither an address per robot nor access control, so it listens on a port of its own on
-the loopback interface, and only this door is known to the user.
+the loopback interface (`inner`), which takes connections of this door only.
+
+Every request must name this server as the user knows it (`Host`): a name of somebody else that
+leads here, as in DNS rebinding, makes his page look like ours to the browser. Every request must
+bring the token of the link that was printed. It is no cookie, which a browser would add to
+requests that other pages make.
 """
 
 from __future__ import annotations
@@ -10,6 +15,7 @@ import asyncio
 import contextlib
 import hmac
 import http
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import parse_qs, urlsplit
@@ -21,7 +27,9 @@ from swarm_common.errors import SwarmError
 PAGE = Path(viser.__file__).parent / "client" / "build" / "index.html"
 HEAD_LIMIT = 32768  # bytes of a request's head
 HEAD_TIMEOUT = 10.0  # [s] for it to arrive
+HTTP_PORT = 80  # which browsers leave out
 KEY_HEADER = "X-Swarm-Key"
+DECISIVE = frozenset({"host", "origin", "upgrade", "connection", KEY_HEADER.lower()})
 CHUNK = 1 << 16
 # viser's client connects to the page's address without its query. This hands the query on.
 SCRIPT = """<script>
@@ -73,17 +81,21 @@ class Head:
 class Gate:
     """Listens on the address that the user knows."""
 
-    def __init__(self, host: str, port: int, inner_port: int, token: str, key: str) -> None:
+    def __init__(
+        self, host: str, port: int, names: Collection[str], inner_port: int, token: str, key: str
+    ) -> None:
         """Keep what it needs.
 
         Args:
             host: To bind to.
             port: To bind to; 0 for a free one.
+            names: Of this server, as browsers may call it.
             inner_port: Where viser listens on the loopback interface.
-            token: That every request must bring as `token=`; empty for none.
+            token: That every request must bring as `token=`.
             key: That viser's side knows our connections by.
         """
         self.port = port
+        self._names = {name.lower() for name in names}
         self._host = host
         self._inner_port = inner_port
         self._token = token
@@ -116,8 +128,9 @@ class Gate:
             async with asyncio.timeout(HEAD_TIMEOUT):
                 raw = await reader.readuntil(b"\r\n\r\n")
             head = parse_head(raw)
-            if not self._is_admitted(head):
-                writer.write(_response(403, "text/plain", b"The link needs its token.\n"))
+            refusal = self._refusal(head)
+            if refusal:
+                writer.write(_response(403, "text/plain", refusal.encode()))
             elif head.is_websocket:
                 await self._pass_on(head, reader, writer)
             elif head.path == "/":
@@ -130,12 +143,22 @@ class Gate:
         finally:
             writer.close()
 
-    def _is_admitted(self, head: Head) -> bool:
-        if self._token and not hmac.compare_digest(head.query("token"), self._token):
-            return False
+    def _refusal(self, head: Head) -> str:
+        """Return why a request is not admitted; empty if it is."""
+        host = head.headers.get("host", "").lower()
+        own = {f"{name}:{self.port}" for name in self._names}
+        if self.port == HTTP_PORT:
+            own |= self._names
+        if host not in own:
+            return "This is no name of this viewer; take the link that it printed.\n"
         # Pages of other origins must not drive robots through the user's browser.
         origin = head.headers.get("origin")
-        return not head.is_websocket or urlsplit(origin or "").netloc == head.headers.get("host")
+        is_foreign = origin is not None and origin.lower() != f"http://{host}"
+        if is_foreign or (head.is_websocket and origin is None):
+            return "Pages of other origins have no access.\n"
+        if not hmac.compare_digest(head.query("token").encode(), self._token.encode()):
+            return "The link needs its token; take the one that the viewer printed.\n"
+        return ""
 
     async def _pass_on(
         self, head: Head, reader: asyncio.StreamReader, writer: asyncio.StreamWriter
@@ -171,8 +194,16 @@ def parse_head(raw: bytes) -> Head:
     method, target, _ = lines[0].split(" ")
     if method != "GET" or len(raw) > HEAD_LIMIT:
         raise ValueError(f"unexpected request: {lines[0][:80]}")
-    pairs = (line.partition(":") for line in lines[1:] if line)
-    return Head(raw, target, {name.strip().lower(): value.strip() for name, _, value in pairs})
+    headers: dict[str, str] = {}
+    for line in lines[1:]:
+        name, _, value = line.partition(":")
+        name = name.lower()
+        is_odd = name != name.strip() or "\r" in line or "\n" in line
+        if is_odd or (name in DECISIVE and name in headers):
+            raise ValueError(f"ambiguous header: {line[:80]}")  # viser could read it otherwise
+        if line:
+            headers[name] = value.strip()
+    return Head(raw, target, headers)
 
 
 def query_of(target: str, name: str) -> str:

@@ -13,10 +13,13 @@ from typing import Any
 import viser
 from viser import _messages
 
+from swarm_common.addresses import own_addresses
 from swarm_common.records import FloatArray
 from swarm_view.gate import KEY_HEADER, Gate, query_of
+from swarm_view.inner import admitting
 
-LOOPBACK = ("127.0.0.1", "localhost", "::1")
+EVERYWHERE = ("0.0.0.0", "::")
+LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
 AMBIENT, SUN = 1.9, 1.5
 START_TIMEOUT = 10.0  # [s]
 
@@ -39,24 +42,25 @@ class Server:
 
     Attributes:
         viser: Scene and panel that all pages share.
-        urls: Where to find it; with the token, if it needs one.
     """
 
     def __init__(self, host: str, port: int) -> None:
         """Listen.
 
         Args:
-            host: To bind to; anything but the loopback interface gets a token.
+            host: To bind to.
             port: To bind to; 0 for a free one.
 
         Raises:
             DoorError: If the address is taken.
         """
         self._key = secrets.token_urlsafe(16)
-        token = "" if host in LOOPBACK else secrets.token_urlsafe(16)
-        with contextlib.redirect_stdout(io.StringIO()):  # its banner shows the inner address
+        self._token = secrets.token_urlsafe(16)
+        # Its banner shows the inner address.
+        with contextlib.redirect_stdout(io.StringIO()), admitting(KEY_HEADER, self._key):
             self.viser = viser.ViserServer("127.0.0.1", 0, verbose=False)
-        self._gate = Gate(host, port, self.viser.get_port(), token, self._key)
+        inner_port = self.viser.get_port()
+        self._gate = Gate(host, port, names_of(host), inner_port, self._token, self._key)
         self._loop = self.viser.get_event_loop()
         try:
             starting = asyncio.run_coroutine_threadsafe(self._gate.start(), self._loop)
@@ -64,7 +68,6 @@ class Server:
         except BaseException:
             self.viser.stop()
             raise
-        self._token = token
         self._host = host
         self.viser.gui.configure_theme(
             show_logo=False, show_share_button=False, control_width="medium"
@@ -86,8 +89,7 @@ class Server:
         """Return the address of a page."""
         pairs = (("robot", robot), ("token", self._token))
         query = "&".join(f"{name}={value}" for name, value in pairs if value)
-        host = socket.gethostname() if self._host in ("0.0.0.0", "::") else self._host
-        host = f"[{host}]" if ":" in host else host
+        host = socket.gethostname() if self._host in EVERYWHERE else _bracketed(self._host)
         return f"http://{host}:{self.port}/" + (f"?{query}" if query else "")
 
     def on_pages(
@@ -119,3 +121,15 @@ class Server:
         self._loop.call_soon_threadsafe(self._gate.stop)
         with contextlib.redirect_stdout(io.StringIO()):
             self.viser.stop()
+
+
+def names_of(host: str) -> set[str]:
+    """Return what browsers may call a server that is bound to an address."""
+    names = {*LOOPBACK, _bracketed(host)}
+    if host in EVERYWHERE:
+        names |= {socket.gethostname(), socket.getfqdn(), *own_addresses()}
+    return names
+
+
+def _bracketed(host: str) -> str:
+    return f"[{host}]" if ":" in host else host

@@ -26,7 +26,7 @@ view_app = typer.Typer(add_completion=False, rich_markup_mode=None)
 def view(
     port: Annotated[int, typer.Option(help="To listen on; 0 for a free one.")] = VIEWER_PORT,
     host: Annotated[
-        str, typer.Option(help="To listen on; browsers of other hosts need the token.")
+        str, typer.Option(help="To listen on; other than 127.0.0.1 opens it to them.")
     ] = LOOPBACK,
 ) -> None:
     """Show a running swarm in the browser, until Ctrl-C."""

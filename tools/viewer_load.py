@@ -22,6 +22,7 @@ import threading
 import time
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 import msgspec.msgpack
 import psutil
@@ -53,15 +54,16 @@ class SilentPage:
         size: [bytes] received.
     """
 
-    def __init__(self, port: int, robot: str) -> None:
+    def __init__(self, link: str, robot: str) -> None:
         """Connect as viser's client does."""
         self.updates = self.size = 0
-        address = f"ws://127.0.0.1:{port}/?robot={robot}"
+        where = urlsplit(link)
+        address = f"ws://{where.netloc}/?{where.query}&robot={robot}"
         protocol = f"viser-v{viser.__version__}"
         self._socket: ClientConnection = connect(
             address,
             subprotocols=[protocol],  # type: ignore[list-item]
-            origin=f"http://127.0.0.1:{port}",  # type: ignore[arg-type]
+            origin=f"http://{where.netloc}",  # type: ignore[arg-type]
             max_size=None,
             compression=None,
         )
@@ -112,6 +114,13 @@ class Run:
                 raise SystemExit(f"the swarm did not start:\n{self._log.read_text()[-2000:]}")
             time.sleep(0.5)
 
+    @property
+    def link(self) -> str:
+        """Address of the viewer, with its token."""
+        found = re.search(r"viewer: (http://\S+)", self._log.read_text(encoding="utf-8"))
+        assert found is not None
+        return found[1]
+
     def cpu(self) -> dict[str, float]:
         """Return the CPU time [s] of each group so far."""
         return {
@@ -132,7 +141,7 @@ class Run:
 
 def measure(run: Run, robots: int, pages: int, seconds: float) -> dict[str, Any]:
     """Return one row."""
-    open_pages = [SilentPage(run.port, f"Srobot{i + 1}") for i in range(pages)]
+    open_pages = [SilentPage(run.link, f"Srobot{i + 1}") for i in range(pages)]
     time.sleep(SETTLE)
     cpu, started = run.cpu(), time.monotonic()
     updates = [page.updates for page in open_pages]

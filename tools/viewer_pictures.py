@@ -54,7 +54,7 @@ class Stage:
         )
         self.address = ""
         while not self.address or f"active {robots}/{robots}" not in self._log.read_text():
-            found = re.search(r"viewer: (http://\S+/)", self._log.read_text())
+            found = re.search(r"viewer: (http://\S+)", self._log.read_text())
             self.address = found[1] if found else ""
             if self._process.poll() is not None:
                 raise SystemExit(self._log.read_text())
@@ -139,7 +139,7 @@ def main() -> int:
                 stage.step(FRAME_TICKS)
                 frames.append(picture(browser, 0.8))
             save_gif(frames, options.out / "viewer.gif")
-            visit(browser, f"{stage.address}?robot=Srobot3")
+            visit(browser, f"{stage.address}&robot=Srobot3")
             for _ in range(4):
                 stage.step(10)
                 time.sleep(1.0)

@@ -103,7 +103,7 @@ def _address(process: "subprocess.Popen[bytes]", log: Path, sign: str) -> str:
 
 def _open(browser: WebDriver, address: str, robot: str) -> None:
     """Open a robot's page and wait until all of it is there."""
-    browser.get(f"{address}?robot={robot}")
+    browser.get(f"{address}&robot={robot}")
     wait_for(lambda: "answering" in text_of(browser), "the robots")
     wait_for(lambda: "estimate" in text_of(browser), "the robot of the address")
     wait_for(lambda: "Step 0.1 s" in text_of(browser), "the simulation's buttons")

@@ -1,8 +1,6 @@
 """The viewer's page in a real browser, fed without a graph."""
 
 import threading
-import urllib.error
-import urllib.request
 from collections.abc import Iterator
 
 import numpy as np
@@ -75,22 +73,6 @@ def test_nobody_looks(browser: WebDriver, show: Show) -> None:
     browser.get("about:blank")
     wait_for(lambda: show.feed.wanted == set(), "the viewer to want nothing")
     assert show.viewer.pages == 0
-
-
-def test_other_hosts_need_the_token() -> None:
-    server = Server("0.0.0.0", 0)
-    try:
-        bare = f"http://127.0.0.1:{server.port}/"
-        with pytest.raises(urllib.error.HTTPError, match="403"):
-            urllib.request.urlopen(bare, timeout=10)
-        with pytest.raises(urllib.error.HTTPError, match="403"):
-            urllib.request.urlopen(bare + "?token=guess", timeout=10)
-        query = server.url("Srobot2").partition("?")[2]
-        assert query.startswith("robot=Srobot2&token=")
-        with urllib.request.urlopen(bare + "?" + query, timeout=10) as answer:
-            assert answer.status == 200
-    finally:
-        server.stop()
 
 
 def differing(before: np.ndarray, after: np.ndarray) -> int:
