@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from swarm_commander.roll import HOSTS, HostReport, parse_report
 from swarm_common.errors import SwarmError
+from swarm_common.rejections import Rejections
 from swarm_common.sealed import ForgedError, Opener
 
 FORGED = "host without the secret"
@@ -12,18 +13,19 @@ UNREADABLE = "host's report"
 
 
 class HostDoor:
-    """Takes reports that were made with the secret, for this run, and not heard before.
+    """Takes reports that were made with the secret, for this run, and not heard before."""
 
-    Attributes:
-        rejected: How many were not taken, by kind.
-    """
+    def __init__(self, secret: str, run: str, rejections: Rejections) -> None:
+        """Take what decides.
 
-    def __init__(self, secret: str, run: str) -> None:
-        """Take the secret of the hosts and the name of the run."""
-        self.rejected: dict[str, int] = {}
+        Args:
+            secret: Of the hosts.
+            run: Name of the run.
+            rejections: Counts what is not taken.
+        """
         self._run = run
         self._opener = Opener(secret, HOSTS)
-        self._notes: list[str] = []
+        self._reject = rejections.reject
 
     def take(self, text: str) -> HostReport | None:
         """Return the report in a message; None for one that is not taken."""
@@ -33,20 +35,9 @@ class HostDoor:
                 return None
             if letter.run == self._run:
                 return parse_report(letter.content, letter.sender)
-            self._reject(STALE, "a robots' host of another run is still there; it leaves now")
-        except ForgedError:
-            note = "somebody without this run's secret asks for robots; he is not heard"
-            self._reject(FORGED, note)
+            self._reject(STALE, letter.sender, f"it is of {letter.run}, and leaves now")
+        except ForgedError as error:
+            self._reject(FORGED, "the network", error)
         except SwarmError as error:
-            self._reject(UNREADABLE, str(error))
+            self._reject(UNREADABLE, letter.sender if letter else "", error)
         return None
-
-    def notes(self) -> list[str]:
-        """Return what the user is to know of it, once for each kind."""
-        notes, self._notes = self._notes, []
-        return notes
-
-    def _reject(self, kind: str, note: str) -> None:
-        if kind not in self.rejected:
-            self._notes.append(note)
-        self.rejected[kind] = self.rejected.get(kind, 0) + 1

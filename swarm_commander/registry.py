@@ -6,6 +6,7 @@ python -m swarm_commander.registry CONFIG.json --event-fd N --control-fd M
 from __future__ import annotations
 
 import json
+import sys
 import time
 from typing import Any
 
@@ -16,6 +17,7 @@ from swarm_commander.host_door import HostDoor
 from swarm_commander.host_link import LinkEnd, serve
 from swarm_commander.roll import CHARTER, HOSTS, REPORT_PERIOD, ROLL, Roll
 from swarm_common.pipes import EventWriter
+from swarm_common.rejections import Rejections
 from swarm_common.ros_io import LATCHED, NEWEST
 from swarm_common.sealed import Sealer
 
@@ -30,7 +32,8 @@ class Registry(LinkEnd):
         super().__init__(events)
         charter = config["charter"]
         self._run = charter["run"]
-        self._door = HostDoor(secret, self._run)
+        self._rejections = Rejections(events, lambda line: sys.stderr.write(line + "\n"))
+        self._door = HostDoor(secret, self._run, self._rejections)
         self._sealer = Sealer(secret, ROLL, self._run)
         self._roll = Roll(list(charter["robots"]))
         self._figures: dict[str, Any] = {}
@@ -68,18 +71,18 @@ class Registry(LinkEnd):
     def turn(self, now: float) -> None:
         """Do what is due at wall time `now`."""
         self._pass_on(self._roll.look(now))
+        self._rejections.tell(now)
         if now >= self._due:
             self._due = now + REPORT_PERIOD
             self._publish()
 
     def close(self) -> None:
         """Give swarm-up the hosts for the report."""
-        self._events.write("hosts", hosts=self._roll.summary(), rejected=self._door.rejected)
+        self._rejections.flush()
+        self._events.write("hosts", hosts=self._roll.summary())
 
     def _take_report(self, message: String) -> None:
         report = self._door.take(message.data)
-        for note in self._door.notes():
-            self._events.write("note", message=note)
         if report is None:
             return
         events = self._roll.hear(report, time.monotonic())

@@ -50,7 +50,6 @@ class WorldRun(Run):
             plan, folder, progress, tally, {**modules, REGISTRY: "swarm_commander.registry"}
         )
         self.hosts: list[dict[str, Any]] = []
-        self._rejected: dict[str, int] = {}
         self._secret = secret
         self._unserved = set(plan.alive)
         self._trees: dict[str, dict[str, Any]] = {}  # parameter files
@@ -58,7 +57,6 @@ class WorldRun(Run):
     def complete(self, report: dict[str, Any]) -> None:
         """Put the robots' hosts, and what their navigators used, into the report."""
         report["hosts"] = self.hosts
-        report["rejected"] = {**report.get("rejected", {}), **self._rejected}
         seconds = report["swarm_size"] * (report["sim_time"] or 0.0)
         if seconds <= 0.0:
             return
@@ -157,7 +155,7 @@ class WorldRun(Run):
         self._lose([event["robot"]])
 
     def _on_hosts_event(self, event: dict[str, Any]) -> None:
-        self.hosts, self._rejected = event["hosts"], event["rejected"]
+        self.hosts = event["hosts"]
 
     def _give_up(self, event: dict[str, Any], reason: str) -> None:
         if self._is_stopping:
