@@ -33,11 +33,7 @@ def test_it_finds_what_the_regular_expressions_of_python_find() -> None:
     compared = 0
     while compared < 3000:
         text = make_pattern(rng)
-        try:
-            pattern = NamePattern(text)
-        except PatternError as error:
-            assert "states" in str(error)  # noqa: PT017
-            continue
+        pattern = NamePattern(text)
         twin = re.compile(text.replace("**", "*"))
         names = ["".join(rng.choices("abcx1.", k=rng.randrange(8))) for _ in range(5)]
         found = pattern.matching(names)
@@ -62,8 +58,8 @@ def test_filters_that_people_write(text: str, names: list[str]) -> None:
 @pytest.mark.parametrize(
     "text",
     [
-        "(", ")", "[", "[a", "a{", "a{3,1}", "*a", "[z-a]", "[[:no:]]", "a\\", "(?i)a",
-        "(" * 5000, "[" * 5000, "(" * 100 + ")" * 100, "a" * (LONGEST + 1),
+        "(", ")", "[", "[a", "a{3,1}", "*a", "[z-a]", "[[:no:]]", "a\\", "(?i)a",
+        "(" * 5000, "[" * 5000, "a" * (LONGEST + 1),
         "((((a{99}){99}){99}){99}){99}", "(a{255}){255}",
     ],
 )  # fmt: skip
@@ -78,8 +74,5 @@ def test_what_is_no_pattern_or_too_large_is_refused(text: str) -> None:
 def test_no_pattern_takes_long(text: str) -> None:
     names = ["a" * 63 + "!"] * 300 + ["ab" * 32, "ba" * 32]
     started = time.process_time()
-    try:
-        NamePattern(text).matching(names)
-    except PatternError as error:
-        assert "too many steps" in str(error) or "states" in str(error)  # noqa: PT017
+    NamePattern(text).matching(names)
     assert time.process_time() - started < 2.0  # where Python's would take years
