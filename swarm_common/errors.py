@@ -7,7 +7,13 @@ from collections.abc import Iterable
 
 
 class SwarmError(Exception):
-    """Base of every error that this project raises on purpose."""
+    """Base of every error that this project raises on purpose.
+
+    Attributes:
+        faults: The errors that this one lists, if it tells of several.
+    """
+
+    faults: tuple[SwarmError, ...] = ()
 
 
 class ConfigError(SwarmError):
@@ -24,6 +30,26 @@ class WorldError(SwarmError):
 
 class RobotModelError(SwarmError):
     """A robot description is unusable."""
+
+
+class MissingPackageError(RobotModelError):
+    """ROS packages are nowhere to be found.
+
+    Attributes:
+        packages: Their names.
+    """
+
+    def __init__(self, packages: Iterable[str], searched: str) -> None:
+        """Compose the message; `searched` are the places."""
+        self.packages = tuple(dict.fromkeys(packages))
+        self.searched = searched
+        names = " and ".join(f"'{name}'" for name in self.packages)
+        several = len(self.packages) > 1
+        super().__init__(
+            f"package{'s' if several else ''} {names} {'are' if several else 'is'} not in "
+            f"{searched}; give {'their folders' if several else 'its folder'} with "
+            "--package-path, ROS_PACKAGE_PATH, or packages: in robot.yaml"
+        )
 
 
 class MeshError(SwarmError):

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
+import re
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from swarm_common.errors import RobotModelError
 
@@ -19,6 +22,11 @@ PLUGINS = (
     ("planar_move", "omni"),
     ("velocity-control", "omni"),
     ("velocitycontrol", "omni"),
+)
+MOVERS = ("planar_move", "velocity-control", "velocitycontrol")  # they move the body itself
+CAR = re.compile("ackermann|tricycle|bicycle|four_wheel_steering", re.IGNORECASE)
+CAR_CONTROLLER = re.compile(
+    r"(?:ackermann|bicycle|tricycle)(?:_steering)?_controller/\w+", re.IGNORECASE
 )
 LEFT = (
     "left_joint", "leftJoint", "leftFrontJoint", "leftRearJoint", "front_left_joint",
@@ -49,21 +57,33 @@ RAY_SENSORS = ("ray", "gpu_ray", "lidar", "gpu_lidar")
 
 @dataclass(frozen=True, slots=True)
 class DriveTags:
-    """A drive plugin: the drive, its joints, and values of a `RobotSpec` by name."""
+    """A drive plugin: the drive, its joints, and values of a `RobotSpec` by name.
+
+    One that moves the body itself (`moves_body`) works without wheels that turn.
+    """
 
     drive: str
     left: tuple[str, ...] = ()
     right: tuple[str, ...] = ()
     values: dict[str, float] = field(default_factory=dict)
+    moves_body: bool = False
 
 
 @dataclass(frozen=True, slots=True)
-class LidarTags:
-    """A ray sensor: its link, its pose there (x y z roll pitch yaw), values of a `LidarSpec`."""
+class RaySensor:
+    """A ray sensor.
+
+    Attributes:
+        link: That carries it.
+        pose: There: x y z roll pitch yaw.
+        values: Of a `LidarSpec`, by name.
+        layers: Of rays, one above the other.
+    """
 
     link: str
     pose: tuple[float, ...] = (0.0,) * 6
     values: dict[str, float] = field(default_factory=dict)
+    layers: int = 1
 
 
 def read_drive(root: ET.Element, where: str) -> DriveTags | None:
@@ -81,12 +101,30 @@ def read_drive(root: ET.Element, where: str) -> DriveTags | None:
         left, right = _texts(plugin, LEFT), _texts(plugin, RIGHT)
         if drive == "differential" and len(left) > 1:
             drive = "skid"
-        return DriveTags(drive, left, right, {k: v for k, v in values.items() if v > 0.0})
+        moves_body = any(key in name for key in MOVERS)
+        positive = {k: v for k, v in values.items() if v > 0.0}
+        return DriveTags(drive, left, right, positive, moves_body)
     return None
 
 
-def read_lidar(root: ET.Element, where: str) -> LidarTags | None:
-    """Return what the first planar ray sensor says, None if there is none."""
+def read_car(root: ET.Element) -> str | None:
+    """Return what says that the robot steers like a car: a plugin or a controller; None if none."""
+    for plugin in root.findall("gazebo//plugin"):
+        name = f"{plugin.get('filename', '')} {plugin.get('name', '')}"
+        if CAR.search(name):
+            return f"plugin {name.strip()}"
+        for element in plugin.findall("parameters"):  # of ros2_control
+            path = Path((element.text or "").strip().removeprefix("file://"))
+            with contextlib.suppress(OSError, ValueError):
+                text = path.read_text(encoding="utf-8", errors="replace")
+                if found := CAR_CONTROLLER.search(text):
+                    return f"controller {found.group()} in {path}"
+    return None
+
+
+def read_ray_sensors(root: ET.Element, where: str) -> list[RaySensor]:
+    """Return all ray sensors on links, in the order of the file."""
+    sensors = []
     for gazebo in root.findall("gazebo"):
         for sensor in gazebo.iter("sensor"):
             link = gazebo.get("reference", "")
@@ -94,10 +132,9 @@ def read_lidar(root: ET.Element, where: str) -> LidarTags | None:
             if sensor.get("type") not in RAY_SENSORS or scan is None or not link:
                 continue
             layers = _number(scan, "scan/vertical/samples", where)
-            if layers is not None and layers > 1:
-                continue
-            return LidarTags(link, _pose(sensor, where), _scan_values(sensor, scan, where))
-    return None
+            pose, values = _pose(sensor, where), _scan_values(sensor, scan, where)
+            sensors.append(RaySensor(link, pose, values, 1 if layers is None else int(layers)))
+    return sensors
 
 
 def _scan_values(sensor: ET.Element, scan: ET.Element, where: str) -> dict[str, float]:
@@ -111,6 +148,9 @@ def _scan_values(sensor: ET.Element, scan: ET.Element, where: str) -> dict[str, 
     }
     last = _number(scan, "scan/horizontal/max_angle", where)
     first, rays = found["angle_min"], found["rays"]
+    if last is not None and first is not None and last < first:
+        first, last = last, first
+        found["angle_min"] = first
     if last is not None and first is not None and rays is not None and rays >= 1.0:
         if last - first > 0.99 * math.tau:  # a full turn: its end is its beginning
             found["angle_increment"] = math.tau / rays

@@ -84,7 +84,28 @@ def outline_around(points: FloatArray, most: int) -> Polygon:
         after = (side + 1) % len(hull)
         hull[side] = point
         hull = np.delete(hull, after, axis=0)
-    return tuple((round(float(x), 4), round(float(y), 4)) for x, y in hull)
+    return _strictly_convex([(round(float(x), 4), round(float(y), 4)) for x, y in hull])
+
+
+def _strictly_convex(points: list[tuple[float, float]]) -> Polygon:
+    """Return a polygon without the corners that rounding has put on a side, or behind it.
+
+    Raises:
+        ValueError: If no area is left.
+    """
+    index = 0
+    checked = 0
+    while checked < len(points):
+        if len(points) < 3:
+            raise ValueError("the points span no area")
+        index %= len(points)
+        (ax, ay), (x, y), (bx, by) = (points[(index + step) % len(points)] for step in (-1, 0, 1))
+        if (x - ax) * (by - y) - (y - ay) * (bx - x) > 0.0:
+            index, checked = index + 1, checked + 1
+        else:
+            del points[index]
+            index, checked = index - 1, 0
+    return tuple(points)
 
 
 def _hull(points: FloatArray) -> FloatArray:

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from urllib.parse import unquote, urlparse
 
-from swarm_common.errors import ConfigError, MeshError, RobotModelError
+from swarm_common.errors import ConfigError, MeshError, MissingPackageError
 
 DEPTH = 3  # folders below a given path in which packages are looked for
 ANCESTORS = 6  # folders above a file in which its own package is looked for
@@ -46,15 +46,12 @@ class PackageFinder:
         """Return a package's folder.
 
         Raises:
-            RobotModelError: If it is nowhere; the message lists the places.
+            MissingPackageError: If it is nowhere; the message lists the places.
         """
         for folder in self._candidates(package):
             if folder.is_dir():
                 return folder
-        raise RobotModelError(
-            f"package '{package}' is not in {self._searched()}; give its folder with "
-            "--package-path, ROS_PACKAGE_PATH, or packages: in robot.yaml"
-        )
+        raise MissingPackageError([package], self.searched())
 
     def resolve(self, uri: str, beside: Path) -> Path:
         """Return the file of a `package://`, `file://`, absolute or relative URI.
@@ -90,7 +87,8 @@ class PackageFinder:
         for prefix in _entries("AMENT_PREFIX_PATH"):
             yield prefix / "share" / package
 
-    def _searched(self) -> str:
+    def searched(self) -> str:
+        """Return the places for messages."""
         given = [str(path) for path in self._paths]
         above = [f"the folders above {self._above[0]}"] if self._above else []
         names = ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH")

@@ -96,7 +96,10 @@ class Odometry:
 
 @value_type
 class Scan:
-    """One LiDAR revolution in base_scan; `ranges` is float32 (n,), inf where nothing is hit."""
+    """One LiDAR revolution in base_scan, which lies as the LiDAR is mounted.
+
+    `ranges` is float32 (n,), inf where nothing is hit.
+    """
 
     tick: int
     angle_min: float
@@ -104,6 +107,17 @@ class Scan:
     range_min: float
     range_max: float
     ranges: NDArray[np.float32]
+
+    def from_above(self, lidar: LidarSpec) -> Scan:
+        """Return the scan as an upright LiDAR at the same place would have taken it.
+
+        The rays of one that hangs upside down turn clockwise, seen from above.
+        """
+        if not lidar.upside_down:
+            return self
+        last = self.angle_min + (len(self.ranges) - 1) * self.angle_increment
+        limits = (self.range_min, self.range_max)
+        return Scan(self.tick, -last, self.angle_increment, *limits, self.ranges[::-1])
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,6 +136,7 @@ class LidarSpec:
     rate: float = 5.0  # [Hz]
     sigma: float = 0.01  # [m] standard deviation of the range noise
     frame: str = "base_scan"  # its link in the description
+    upside_down: bool = False  # rays turn clockwise, seen from above
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,29 +3,34 @@
 from __future__ import annotations
 
 import copy
+import itertools
 import math
 import xml.etree.ElementTree as ET
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from swarm_common.beacon import FOOTPRINT_POINTS
-from swarm_common.drive_train import DriveTrain, find_drive
+from swarm_common.drive_train import DriveTrain, car_message, find_drive
 from swarm_common.errors import RobotModelError, SwarmError
-from swarm_common.gazebo_tags import DriveTags, LidarTags, read_drive, read_lidar
+from swarm_common.faults import Faults
+from swarm_common.gazebo_tags import DriveTags, read_car, read_drive, read_ray_sensors
+from swarm_common.lidar_choice import choose_lidar
 from swarm_common.outline import outline_around, placed_corners
 from swarm_common.packages import PackageFinder
-from swarm_common.robot_model import RobotModel, parse_urdf
+from swarm_common.records import LidarSpec
+from swarm_common.robot_model import DESCRIBED, RobotModel, parse_urdf
 from swarm_common.robot_source import RobotSource
 from swarm_common.shapes import FloatArray, Part, transform_from_xyz_rpy
 from swarm_common.urdf_tree import read_tree, root_link
 
 BASE = "base_footprint"
 SAME_PLACE = 0.005  # [m] by which the description's base_footprint may be off the wheels' centre
-TILT = 0.1  # [rad] by which a scan plane may lean
+SCAN = "base_scan"  # frame of the scans
+SAME_SCAN = 1e-4  # [m] and of a direction, between that frame and the LiDAR's place
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,36 +48,79 @@ class Described:
     values: dict[str, Any]
 
 
-def describe(
-    source: RobotSource,
-    drive: str | None = None,
-    wheels: tuple[Sequence[str], Sequence[str]] | None = None,
-    wheel_radius: float | None = None,
-    lidar_frame: str | None = None,
-) -> Described:
-    """Return what follows from a description; the arguments are what robot.yaml says.
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """What robot.yaml says, which wins over the description; None where it says nothing.
 
-    Raises:
-        RobotModelError: If the description is unusable.
+    Attributes:
+        drive: Of `DRIVES`.
+        wheels: Left and right joints.
+        wheel_radius: [m]
+        lidar: The section of that name.
+        inertia: Where inertias come from, one of `INERTIA`.
     """
+
+    drive: str | None = None
+    wheels: tuple[Sequence[str], Sequence[str]] | None = None
+    wheel_radius: float | None = None
+    lidar: Mapping[str, Any] = field(default_factory=dict)
+    inertia: str = DESCRIBED
+
+
+def describe(source: RobotSource, asked: Asked, faults: Faults) -> Described | None:
+    """Return what follows from a description; None if something of it is unusable.
+
+    Args:
+        source: The files.
+        asked: What robot.yaml says.
+        faults: Takes all that is wrong with the description.
+    """
+    try:
+        return _describe(source, asked, faults)
+    except SwarmError as error:
+        faults.add(error)
+        return None
+
+
+def _describe(source: RobotSource, asked: Asked, faults: Faults) -> Described | None:
     where, finder = source.where, source.finder()
     text = source.text()
     directory = source.settings.parent if source.urdf is None else source.urdf.parent
     root = read_tree(text, where)
     place_meshes(root, finder, directory)
-    drive_tags = read_drive(root, where)
-    every = parse_urdf(text, where, None, finder, directory)
-    train = find_drive(every, where, drive_tags, drive, wheels, wheel_radius)
-    based = _with_base(root, train.center)
-    moving = (*train.left, *train.right)
-    model = parse_urdf(based, where, moving, finder, directory)
-    _check_body(model, where)
-    values: dict[str, Any] = _of_train(train) | _limits(train, drive_tags, every)
-    values |= _of_body(model, where)
-    lidar = _lidar(model, read_lidar(root, where), lidar_frame, where)
-    if lidar:
-        values["lidar"] = lidar
-    return Described(based, model, values)
+    drive_tags: DriveTags | None = None
+    with faults.caught():
+        drive_tags = read_drive(root, where)
+    car = read_car(root)
+    if car is not None and asked.wheels is None:
+        faults.tell([f"{where}: {car_message(car)}"])
+    known = bool(faults)
+    every = parse_urdf(text, where, None, finder, directory, asked.inertia, faults)
+    train: DriveTrain | None = None
+    try:
+        train = find_drive(every, where, drive_tags, asked.drive, asked.wheels, asked.wheel_radius)
+    except RobotModelError as error:
+        if bool(faults) == known and car is None:  # else what is missing may be what it lacks
+            faults.add(error)
+    center = np.zeros(3) if train is None else train.center
+    based = _with_base(root, center)
+    moving = () if train is None else (*train.left, *train.right)
+    model = parse_urdf(based, where, moving, finder, directory, asked.inertia, faults)
+    faults.tell(_body_faults(model, where))
+    values: dict[str, Any] = {}
+    if train is not None:
+        values |= _of_train(train) | _limits(train, drive_tags, every)
+        with faults.caught():
+            values |= _of_body(model, where)
+    notes: list[str] = []
+    with faults.caught():
+        sensors = read_ray_sensors(ET.fromstring(based), where)
+        lidar, notes = choose_lidar(model, sensors, asked.lidar, where)
+        if lidar:
+            values["lidar"] = lidar
+    if faults or train is None:
+        return None
+    return Described(based, replace(model, notes=(*model.notes, *notes)), values)
 
 
 def place_meshes(root: ET.Element, finder: PackageFinder, directory: Path) -> None:
@@ -91,16 +139,13 @@ def _with_base(root: ET.Element, center: FloatArray) -> str:
     if top == BASE and np.abs(center).max() <= SAME_PLACE:
         return ET.tostring(root, encoding="unicode")
     root = copy.deepcopy(root)
-    if any(link.get("name") == BASE for link in root.findall("link")):
-        other = f"{BASE}_of_model"
+    links = {link.get("name") for link in root.findall("link")}
+    if BASE in links:
+        other = _free(f"{BASE}_of_model", links)
         top = other if top == BASE else top
-        for element in root.iter():
-            for name in ("name", "link", "reference"):
-                if element.tag in ("link", "parent", "child", "gazebo") and (
-                    element.get(name) == BASE
-                ):
-                    element.set(name, other)
-    joint = ET.Element("joint", name=f"{BASE}_joint", type="fixed")
+        _rename_link(root, BASE, other)
+    name = _free(f"{BASE}_joint", {joint.get("name") for joint in root.findall("joint")})
+    joint = ET.Element("joint", name=name, type="fixed")
     x, y, z = (-center).tolist()
     ET.SubElement(joint, "parent", link=BASE)
     ET.SubElement(joint, "child", link=top)
@@ -110,12 +155,48 @@ def _with_base(root: ET.Element, center: FloatArray) -> str:
     return ET.tostring(root, encoding="unicode")
 
 
-def _check_body(model: RobotModel, where: str) -> None:
+def with_scan_frame(urdf: str, model: RobotModel, lidar: LidarSpec) -> str:
+    """Return a description in which the link base_scan is where the LiDAR is.
+
+    That is the frame of the scans. Viewers read from the description where it is.
+    """
+    roll = math.pi if lidar.upside_down else 0.0
+    place = transform_from_xyz_rpy(lidar.x, lidar.y, lidar.z, roll, 0.0, lidar.yaw)
+    seen = model.fixed.get(SCAN)
+    if seen is not None and np.abs(seen - place).max() <= SAME_SCAN:
+        return urdf
+    root = ET.fromstring(urdf)
+    links = {link.get("name") for link in root.findall("link")}
+    if SCAN in links:
+        _rename_link(root, SCAN, _free(f"{SCAN}_of_model", links))
+    name = _free(f"{SCAN}_joint", {joint.get("name") for joint in root.findall("joint")})
+    joint = ET.SubElement(root, "joint", name=name, type="fixed")
+    ET.SubElement(joint, "parent", link=root_link(root))
+    ET.SubElement(joint, "child", link=SCAN)
+    xyz = f"{lidar.x:.9g} {lidar.y:.9g} {lidar.z:.9g}"
+    ET.SubElement(joint, "origin", xyz=xyz, rpy=f"{roll:.9g} 0 {lidar.yaw:.9g}")
+    ET.SubElement(root, "link", name=SCAN)
+    return ET.tostring(root, encoding="unicode")
+
+
+def _free(name: str, taken: Collection[str | None]) -> str:
+    """Return a name like this one that is not taken."""
+    numbered = (f"{name}_{number}" for number in itertools.count(2))
+    return next(one for one in itertools.chain([name], numbered) if one not in taken)
+
+
+def _rename_link(root: ET.Element, old: str, new: str) -> None:
+    for element in root.iter():
+        for name in ("name", "link", "reference"):
+            is_link = element.tag in ("link", "parent", "child", "gazebo")
+            if is_link and element.get(name) == old:
+                element.set(name, new)
+
+
+def _body_faults(model: RobotModel, where: str) -> Iterator[str]:
     for group in model.groups:
         if group.mass <= 0.0:
-            raise RobotModelError(
-                f"{where}: link {group.name} has no mass; give it an <inertial> or a <collision>"
-            )
+            yield f"{where}: link {group.name} has no mass; give it an <inertial> or a <collision>"
 
 
 def _of_train(train: DriveTrain) -> dict[str, Any]:
@@ -138,7 +219,8 @@ def _limits(train: DriveTrain, tags: DriveTags | None, model: RobotModel) -> dic
         if name in known
     }
     joints = (*train.left, *train.right)
-    speed = min(group.speed_limit for group in model.groups if group.joint in joints)
+    speeds = [group.speed_limit for group in model.groups if group.joint in joints]
+    speed = min(speeds, default=math.inf)
     half = (train.separation + (train.wheel_base if train.drive == "omni" else 0.0)) / 2.0
     if math.isfinite(speed):
         limits.setdefault("max_vel_x", speed * train.radius)
@@ -162,30 +244,3 @@ def _of_body(model: RobotModel, where: str) -> dict[str, Any]:
     except ValueError as cause:
         raise RobotModelError(f"{where}: its collision shapes have no footprint: {cause}") from None
     return {"footprint": [list(point) for point in footprint], "height": float(points[:, 2].max())}
-
-
-def _lidar(
-    model: RobotModel, tags: LidarTags | None, frame: str | None, where: str
-) -> dict[str, Any]:
-    """Return the values of a `LidarSpec`, as far as they follow."""
-    link = frame or (tags.link if tags is not None else None)
-    if link is None:
-        return {}
-    if link not in model.fixed:
-        raise RobotModelError(
-            f"{where}: the LiDAR's link '{link}' is none of the body's: {sorted(model.fixed)}"
-        )
-    place = model.fixed[link]
-    values: dict[str, Any] = {}
-    if tags is not None and tags.link == link:
-        place = place @ transform_from_xyz_rpy(*tags.pose)
-        values = dict(tags.values)
-    if place[2, 2] < math.cos(TILT):
-        raise RobotModelError(
-            f"{where}: the LiDAR on link '{link}' is tilted by "
-            f"{math.degrees(math.acos(max(-1.0, place[2, 2]))):.0f} degrees; write the pose of its "
-            "scan plane into robot.yaml, lidar: {x: ..., y: ..., z: ..., yaw: ...}"
-        )
-    x, y, z = place[:3, 3].tolist()
-    yaw = math.atan2(place[1, 0], place[0, 0])
-    return values | {"x": x, "y": y, "z": z, "yaw": yaw, "frame": link}

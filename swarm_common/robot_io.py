@@ -6,14 +6,16 @@ everything spares the reading of the description.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import dataclasses
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from swarm_common.errors import RobotModelError
+from swarm_common.faults import Faults
 from swarm_common.records import RobotSpec
-from swarm_common.robot_derived import Described, describe
+from swarm_common.robot_derived import Asked, Described, describe, with_scan_frame
 from swarm_common.robot_model import RobotModel, parse_urdf
 from swarm_common.robot_source import ROBOT_FILE, RobotSource, find_robot, robot_names
 from swarm_common.robot_spec import (
@@ -21,6 +23,7 @@ from swarm_common.robot_spec import (
     LIDAR_REQUIRED,
     REQUIRED,
     parse_drive,
+    parse_inertia,
     parse_wheels,
     positive,
     spec_of,
@@ -62,26 +65,27 @@ def load_robot(name_or_path: str | Path) -> RobotSpec:
 
     Raises:
         UnknownNameError: If there is no such model, or robot.yaml has an unknown key.
-        RobotModelError: If a value is missing or impossible.
+        RobotModelError: If a value is missing or impossible; all that is wrong is told at once.
     """
-    source = _source(name_or_path)
-    if _is_complete(source.data):
-        return spec_of(source, source.data)
-    return spec_of(source, _merged(source, _described(source)))
+    source = find_robot(name_or_path)
+    faults = Faults(source.where, RobotModelError)
+    return _specified(source, faults)[0]
 
 
 def open_robot(name_or_path: str | Path) -> Robot:
     """Return all about a robot; see `load_robot`."""
-    source = _source(name_or_path)
-    if not _is_complete(source.data):
-        described = _described(source)
-        return Robot(spec_of(source, _merged(source, described)), described.urdf, described.model)
-    spec = spec_of(source, source.data)
-    text = source.text()
-    moving = (*spec.wheels_left, *spec.wheels_right)
-    directory = source.settings.parent if source.urdf is None else source.urdf.parent
-    model = parse_urdf(text, source.where, moving, source.finder(), directory)
-    return Robot(spec, text, model)
+    source = find_robot(name_or_path)
+    faults = Faults(source.where, RobotModelError)
+    spec, described = _specified(source, faults)
+    if described is not None:
+        text, model = described.urdf, described.model
+    else:
+        text = source.text()
+        moving = (*spec.wheels_left, *spec.wheels_right)
+        directory = source.settings.parent if source.urdf is None else source.urdf.parent
+        inertia = _asked(source, faults).inertia
+        model = parse_urdf(text, source.where, moving, source.finder(), directory, inertia)
+    return Robot(spec, with_scan_frame(text, model, spec.lidar), model)
 
 
 def description(name_or_path: str | Path) -> str:
@@ -94,10 +98,27 @@ def load_robot_model(name_or_path: str | Path) -> RobotModel:
     return open_robot(name_or_path).model
 
 
-def _source(name_or_path: str | Path) -> RobotSource:
-    source = find_robot(name_or_path)
-    check_keys(source.data, KNOWN, str(source.settings))
-    return source
+def _specified(source: RobotSource, faults: Faults) -> tuple[RobotSpec, Described | None]:
+    """Return a model, and its description if that was asked.
+
+    Raises:
+        SwarmError: Of all that is wrong.
+    """
+    data, described = source.data, None
+    with faults.caught():
+        check_keys(data, KNOWN, str(source.settings))
+    asked = _asked(source, faults)
+    values: dict[str, Any] = dict(data)
+    if not _is_complete(data):
+        if source.urdf is None:
+            faults.tell([_undescribed(source)])
+        else:
+            described = describe(source, asked, faults)
+        values = _merged(source, described, faults)
+    spec = spec_of(source, values, faults)
+    faults.check()
+    assert spec is not None
+    return spec, described
 
 
 def _is_complete(data: Mapping[str, Any]) -> bool:
@@ -108,42 +129,52 @@ def _is_complete(data: Mapping[str, Any]) -> bool:
     )
 
 
-def _described(source: RobotSource) -> Described:
-    """Return what the description says, given what robot.yaml says."""
-    data, where = source.data, str(source.settings)
-    if source.urdf is None:
-        missing = _missing(data)
-        raise RobotModelError(
-            f"{where} lacks {', '.join(missing)}; there is no description beside it to derive "
-            "that from"
-        )
-    radius = data.get("wheel_radius")
-    frame = data["lidar"].get("frame") if isinstance(data.get("lidar"), dict) else None
-    return describe(
-        source,
-        parse_drive(data["drive"], where) if "drive" in data else None,
-        parse_wheels(data["wheels"], where) if "wheels" in data else None,
-        None if radius is None else positive(radius, f"{where}: wheel_radius"),
-        None if frame is None else str(frame),
+def _undescribed(source: RobotSource) -> str:
+    return (
+        f"{source.settings} lacks {', '.join(_missing(source.data))}; there is no description "
+        "beside it to derive that from"
     )
 
 
-def _merged(source: RobotSource, described: Described) -> dict[str, Any]:
+def _asked(source: RobotSource, faults: Faults) -> Asked:
+    """Return what robot.yaml says about what else follows from the description."""
+    data, where = source.data, str(source.settings)
+    lidar = data.get("lidar")
+    asked = Asked(lidar=lidar if isinstance(lidar, dict) else {})
+    readers: dict[str, Callable[[Any], Any]] = {
+        "drive": lambda value: parse_drive(value, where),
+        "wheels": lambda value: parse_wheels(value, where),
+        "wheel_radius": lambda value: positive(value, f"{where}: wheel_radius"),
+        "inertia": lambda value: parse_inertia(value, where),
+    }
+    for name, reader in readers.items():
+        if name in data:
+            with faults.caught():
+                asked = dataclasses.replace(asked, **{name: reader(data[name])})
+    return asked
+
+
+def _merged(source: RobotSource, described: Described | None, faults: Faults) -> dict[str, Any]:
     """Return the values of robot.yaml over those of the description.
 
-    Raises:
-        RobotModelError: If something is in neither; the message names the file and the keys.
+    What is in neither is a fault; its message names the file and the keys. Of a description that
+    is unusable nothing is known, and only limits are missed, which most do not tell.
     """
-    merged = {**described.values, **source.data}
-    own, seen = source.data.get("lidar"), described.values.get("lidar", {})
+    seen = {} if described is None else described.values
+    merged = {**seen, **source.data}
+    own = source.data.get("lidar")
     if own is None or isinstance(own, dict):
-        merged["lidar"] = {**seen, **(own or {})}
-    missing = _missing(merged)
+        merged["lidar"] = {**seen.get("lidar", {}), **(own or {})}
+    missing = [name for name in _missing(merged) if described is not None]
     if missing:
-        raise RobotModelError(
-            f"{source.where} does not tell {', '.join(missing)}; write "
-            f"{'them' if len(missing) > 1 else 'it'} into {source.settings.absolute()}"
+        faults.tell(
+            [
+                f"{source.where} does not tell {', '.join(missing)}; write "
+                f"{'them' if len(missing) > 1 else 'it'} into {source.settings.absolute()}"
+            ]
         )
+    if any(name.startswith("lidar.") for name in _missing(merged)):
+        del merged["lidar"]
     return merged
 
 

@@ -19,7 +19,8 @@ from typing import Any
 import numpy as np
 
 from swarm_common.cache import kept
-from swarm_common.errors import MeshError, RobotModelError
+from swarm_common.errors import MeshError, MissingPackageError, RobotModelError
+from swarm_common.faults import Faults
 from swarm_common.meshes import load_hull
 from swarm_common.outline import estimated_inertia
 from swarm_common.packages import PackageFinder
@@ -27,6 +28,7 @@ from swarm_common.shapes import Box, Cylinder, FloatArray, Part, Shape, Sphere, 
 from swarm_common.urdf_tree import read_tree, root_link
 
 MOVING = ("continuous", "revolute", "prismatic")
+DESCRIBED, OF_SHAPES = INERTIA = ("described", "shapes")  # where inertias come from
 LEAST_INERTIA = 1e-9  # [kg m²] below which an inertia is taken for missing
 
 
@@ -94,6 +96,8 @@ def parse_urdf(
     moving: Collection[str] | None = None,
     finder: PackageFinder | None = None,
     directory: Path = Path(),
+    inertia: str = DESCRIBED,
+    faults: Faults | None = None,
 ) -> RobotModel:
     """Return the model that a URDF text describes.
 
@@ -103,21 +107,30 @@ def parse_urdf(
         moving: Joints that move; the others are held at zero. None: all that can.
         finder: Of the packages of meshes.
         directory: From which relative paths of meshes start.
+        inertia: One of `INERTIA`.
+        faults: Takes what is wrong with single links, which are left out then; None: raise it.
 
     Raises:
-        RobotModelError: If the text is malformed; the message names `where` and the element.
+        RobotModelError: If the text is malformed; the message names `where` and the elements.
     """
     root = read_tree(text, where)
 
-    def read() -> RobotModel:
+    def read() -> tuple[RobotModel, tuple[str, ...]]:
         robot = _read_robot(root, where)
-        builder = _Builder(robot, where, moving, finder or PackageFinder(), directory)
-        return builder.build(robot.name or "robot", root_link(root))
+        builder = _Builder(robot, where, moving, finder or PackageFinder(), directory, inertia)
+        return builder.build(robot.name or "robot", root_link(root)), tuple(builder.faults)
 
     if root.find(".//collision//mesh") is not None:  # the files may change
-        return read()
-    joints = "all" if moving is None else repr(sorted(moving))
-    return kept("robots", [*_code(), where, joints, ET.tostring(root)], read)
+        model, messages = read()
+    else:
+        joints = "all" if moving is None else repr(sorted(moving))
+        parts: list[str | bytes] = [*_code(), where, joints, inertia, ET.tostring(root)]
+        model, messages = kept("robots", parts, read)
+    found = Faults(where, RobotModelError) if faults is None else faults
+    found.tell(messages)
+    if faults is None:
+        found.check()
+    return model
 
 
 @functools.cache
@@ -191,7 +204,12 @@ class _Builder:
         moving: Collection[str] | None,
         finder: PackageFinder,
         directory: Path,
+        inertia: str,
     ) -> None:
+        self.faults: list[str] = []
+        self._packages: list[str] = []  # that are missing
+        self._searched = ""
+        self._of_shapes = inertia == OF_SHAPES
         self._links = {link.name: link for link in robot.links}
         self._joints = robot.joints
         self._where = where
@@ -205,6 +223,9 @@ class _Builder:
     def build(self, name: str, root: str) -> RobotModel:
         self._drafts.append(_Draft(root, "", "", np.eye(4), -1, np.zeros(3), math.inf))
         self._walk(root, 0, np.eye(4))
+        if self._packages:
+            error = MissingPackageError(self._packages, self._searched)
+            self.faults.append(f"{self._where}: its collision meshes: {error}")
         groups = tuple(draft.finish() for draft in self._drafts)
         return RobotModel(name, groups, self._fixed, tuple(self._notes))
 
@@ -217,7 +238,7 @@ class _Builder:
                 continue
             group_from_child = group_from_link @ _origin(joint.origin)
             if self._is_moving(joint):
-                self._drafts.append(_draft_of(joint, group_from_child, index, self._where))
+                self._drafts.append(self._draft_of(joint, group_from_child, index))
                 self._walk(joint.child, len(self._drafts) - 1, np.eye(4))
             else:
                 self._walk(joint.child, index, group_from_child)
@@ -225,19 +246,42 @@ class _Builder:
     def _is_moving(self, joint: Any) -> bool:
         return joint.type in MOVING and (self._moving is None or joint.name in self._moving)
 
+    def _draft_of(self, joint: Any, parent_from_group: Transform, parent: int) -> _Draft:
+        length = float(np.linalg.norm(joint.axis))
+        if not length > 1e-6:
+            self.faults.append(f"{self._where}: the axis of joint {joint.name} has no direction")
+            length = 1.0
+        limit = getattr(joint.limit, "velocity", None)
+        return _Draft(
+            joint.child,
+            joint.name,
+            joint.type,
+            parent_from_group,
+            parent,
+            joint.axis / length if abs(length - 1.0) > 1e-9 else joint.axis,
+            math.inf if not limit else abs(float(limit)),
+        )
+
     def _add_link(self, link: Any, draft: _Draft, group_from_link: Transform) -> None:
         own: list[Part] = []
         where = f"{self._where}: link {link.name}"
         for collision in link.collisions:
             shape = self._shape(collision.geometry, where)
+            if shape is None:
+                continue
             own.append(Part(shape, _origin(collision.origin)))
             draft.parts.append(Part(shape, group_from_link @ own[-1].body_from_part))
             draft.links.append(link.name)
         if link.inertial is not None:
             mass, center, tensor = _inertial(link.inertial)
             if mass <= 0.0 and (own or mass < 0.0):
-                raise RobotModelError(f"{where}: its mass is {mass:g} kg; it must be positive")
-            if own and mass > 0.0 and np.diag(tensor).min() < LEAST_INERTIA:
+                self.faults.append(f"{where}: its mass is {mass:g} kg; it must be positive")
+                return
+            if self._of_shapes:
+                if own:
+                    _, center, tensor = estimated_inertia(own, mass)
+                tensor = tensor if own else np.zeros((3, 3))
+            elif own and mass > 0.0 and np.diag(tensor).min() < LEAST_INERTIA:
                 tensor = estimated_inertia(own, mass)[2]
                 self._notes.append(f"link {link.name} has no inertia; that of its box is taken")
         elif own:
@@ -249,9 +293,11 @@ class _Builder:
         center = turn @ center + group_from_link[:3, 3]
         draft.masses.append((mass, center, turn @ tensor @ turn.T))
 
-    def _shape(self, geometry: Any, where: str) -> Shape:
+    def _shape(self, geometry: Any, where: str) -> Shape | None:
+        """Return a collision shape; None, noting why, if there is none."""
         if geometry is None:
-            raise RobotModelError(f"{where}: malformed URDF: a collision without geometry")
+            self.faults.append(f"{where}: malformed URDF: a collision without geometry")
+            return None
         if geometry.box is not None:
             x, y, z = (float(edge) for edge in geometry.box.size)
             return Box((x, y, z))
@@ -260,32 +306,20 @@ class _Builder:
         if geometry.sphere is not None:
             return Sphere(float(geometry.sphere.radius))
         if geometry.mesh is None or not geometry.mesh.filename:
-            raise RobotModelError(
-                f"{where}: its collision is neither box, cylinder, sphere nor mesh"
-            )
+            self.faults.append(f"{where}: its collision is neither box, cylinder, sphere nor mesh")
+            return None
         scale = geometry.mesh.scale
         x, y, z = np.broadcast_to(1.0 if scale is None else scale, 3).tolist()
         try:
             path = self._finder.resolve(geometry.mesh.filename, self._directory)
             return load_hull(path, (x, y, z))
+        except MissingPackageError as cause:
+            self._packages += cause.packages
+            self._searched = cause.searched
+            return None
         except (MeshError, RobotModelError) as cause:
-            raise RobotModelError(f"{where}: its collision mesh: {cause}") from cause
-
-
-def _draft_of(joint: Any, parent_from_group: Transform, parent: int, where: str) -> _Draft:
-    length = float(np.linalg.norm(joint.axis))
-    if not length > 1e-6:
-        raise RobotModelError(f"{where}: the axis of joint {joint.name} has no direction")
-    limit = getattr(joint.limit, "velocity", None)
-    return _Draft(
-        joint.child,
-        joint.name,
-        joint.type,
-        parent_from_group,
-        parent,
-        joint.axis / length if abs(length - 1.0) > 1e-9 else joint.axis,
-        math.inf if not limit else abs(float(limit)),
-    )
+            self.faults.append(f"{where}: its collision mesh: {cause}")
+            return None
 
 
 def _inertial(inertial: Any) -> tuple[float, FloatArray, FloatArray]:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import fields
 from typing import Any
 
 from swarm_common.errors import RobotModelError
+from swarm_common.faults import Faults
 from swarm_common.records import LidarSpec, RobotSpec
+from swarm_common.robot_model import INERTIA
 from swarm_common.robot_source import RobotSource
-from swarm_common.sensors import IDEAL
+from swarm_common.sensors import IDEAL, SensorErrors
 from swarm_common.sensors_io import sensor_errors
 from swarm_common.yaml_io import check_keys, number, numbers
 
@@ -20,47 +22,43 @@ REQUIRED = (
 )  # fmt: skip
 POSITIVE = tuple(name for name in REQUIRED if name not in ("drive", "footprint", "lidar"))
 SIDEWAYS = ("max_vel_y", "acc_lim_y")  # of omnidirectional drives
-FILES = ("description", "packages", "xacro_args", "wheels")
+FILES = ("description", "packages", "xacro_args", "wheels", "inertia")
 KNOWN = ("model", *REQUIRED, *SIDEWAYS, "wheel_base", "sensors", *FILES)
 LIDAR_REQUIRED = ("x", "y", "z")
 MOST_POINTS = 8  # of a footprint
+LOWEST_SCAN = 0.01  # [m] of a LiDAR above the ground, which it would see otherwise
 SMALLEST = 1e-4  # [m], [m/s], ...: nor less
 LARGEST = 50.0  # [m], [m/s], ...: nothing about a robot on the ground is more
 
 
-def spec_of(source: RobotSource, values: Mapping[str, Any]) -> RobotSpec:
-    """Return the model that values by name describe.
+def spec_of(source: RobotSource, values: Mapping[str, Any], faults: Faults) -> RobotSpec | None:
+    """Return the model that values by name describe; None if something is wrong with one.
 
     Args:
         source: Where they are from.
-        values: All of `REQUIRED`, and what else there is.
-
-    Raises:
-        RobotModelError: If a value is impossible; the message names file and key.
+        values: As many of `REQUIRED` as there are, and what else there is; without all of them
+            the others are checked all the same.
+        faults: Takes what is wrong; the messages name file and key.
     """
     where = str(source.settings if source.settings.is_file() else source.where)
-    drive = parse_drive(values["drive"], where)
+    read: dict[str, Any] = {"model": source.name}
+    for name, reader in _READERS.items():
+        if name in values:
+            with faults.caught():
+                read[name] = reader(values[name], f"{where}: {name}")
     wheels: dict[str, Any] = {
         name: tuple(values[name]) for name in ("wheels_left", "wheels_right") if name in values
     }
     if "wheels" in values:
-        left, right = parse_wheels(values["wheels"], where)
-        wheels = {"wheels_left": left, "wheels_right": right}
-    base = values.get("wheel_base", 0.0)
-    limits: dict[str, Any] = {name: positive(values[name], f"{where}: {name}") for name in POSITIVE}
-    return RobotSpec(
-        model=_name(values.get("model", source.name), f"{where}: model"),
-        drive=drive,
-        footprint=_footprint(values["footprint"], f"{where}: footprint"),
-        lidar=_lidar(values["lidar"], f"{where}: lidar"),
-        wheel_base=positive(base, f"{where}: wheel_base") if base else 0.0,
-        sensors=sensor_errors(
-            values.get("sensors", {}), f"{where}: sensors", IDEAL, RobotModelError
-        ),
-        **limits,
-        **_sideways(values, drive, where),
-        **wheels,
-    )
+        with faults.caught():
+            left, right = parse_wheels(values["wheels"], where)
+            wheels = {"wheels_left": left, "wheels_right": right}
+    if "drive" in read:
+        with faults.caught():
+            read |= _sideways(values, read["drive"], where)
+    if faults or any(name not in read for name in REQUIRED):
+        return None
+    return RobotSpec(**read, **wheels)
 
 
 def _sideways(values: Mapping[str, Any], drive: str, where: str) -> dict[str, Any]:
@@ -71,8 +69,9 @@ def _sideways(values: Mapping[str, Any], drive: str, where: str) -> dict[str, An
                 raise RobotModelError(f"{where}: {name} is for drive: omni, not for {drive}")
         return {}
     return {
-        name: positive(values.get(name, values[name.replace("_y", "_x")]), f"{where}: {name}")
+        name: positive(value, f"{where}: {name}")
         for name in SIDEWAYS
+        if (value := values.get(name, values.get(name.replace("_y", "_x")))) is not None
     }
 
 
@@ -80,6 +79,13 @@ def parse_drive(value: object, where: str) -> str:
     """Return a drive, or raise RobotModelError."""
     if value not in DRIVES:
         raise RobotModelError(f"{where}: drive is {value!r}; expected one of {DRIVES}")
+    return str(value)
+
+
+def parse_inertia(value: object, where: str) -> str:
+    """Return where inertias come from, or raise RobotModelError."""
+    if value not in INERTIA:
+        raise RobotModelError(f"{where}: inertia is {value!r}; expected one of {INERTIA}")
     return str(value)
 
 
@@ -143,21 +149,48 @@ def _lidar(value: object, what: str) -> LidarSpec:
     if missing:
         raise RobotModelError(f"{what} lacks {', '.join(missing)}")
     frame = _name(data.get("frame", "base_scan"), f"{what}.frame")
+    upside_down = data.get("upside_down", False)
+    if not isinstance(upside_down, bool):
+        raise RobotModelError(f"{what}.upside_down is {upside_down!r}; expected true or false")
     values = {
         key: number(item, f"{what}.{key}", RobotModelError)
         for key, item in data.items()
-        if key != "frame"
+        if key not in ("frame", "upside_down")
     }
+    if values["z"] < LOWEST_SCAN:
+        raise RobotModelError(
+            f"{what}.z is {values['z']:.3g} m: the LiDAR would look along the ground; write how "
+            "high its scan plane is into robot.yaml, lidar: {z: ...}"
+        )
     rays = int(values.pop("rays", 360))
-    spec = LidarSpec(rays=rays, frame=frame, **values)
+    spec = LidarSpec(rays=rays, frame=frame, upside_down=upside_down, **values)
     if (
         not 1 <= rays <= 100_000
         or not 0.01 <= spec.rate <= 1000.0
         or spec.sigma < 0.0
         or spec.range_min < 0.0
         or spec.range_max <= spec.range_min
-        or abs(spec.angle_increment) < 1e-6
+        or spec.angle_increment < 1e-6
         or max(abs(spec.x), abs(spec.y), abs(spec.z)) > LARGEST
     ):
         raise RobotModelError(f"{what} is impossible: {spec}")
     return spec
+
+
+def _wheel_base(value: object, what: str) -> float:
+    return positive(value, what) if value else 0.0
+
+
+def _sensors(value: object, what: str) -> SensorErrors:
+    return sensor_errors(value, what, IDEAL, RobotModelError)
+
+
+_READERS: dict[str, Callable[[Any, str], Any]] = {
+    "model": _name,
+    "drive": lambda value, what: parse_drive(value, what.removesuffix(": drive")),
+    **dict.fromkeys(POSITIVE, positive),
+    "footprint": _footprint,
+    "lidar": _lidar,
+    "wheel_base": _wheel_base,
+    "sensors": _sensors,
+}

@@ -9,8 +9,10 @@ import math
 import re
 import xml.etree.ElementTree as ET
 from collections import Counter
+from collections.abc import Iterator
 
 from swarm_common.errors import RobotModelError
+from swarm_common.faults import Faults
 
 MAX_LINKS = 500
 MAX_NUMBER = 1e5  # metres, kilograms: nothing on a robot is larger
@@ -26,7 +28,8 @@ def read_tree(text: str, where: str) -> ET.Element:
     """Return the checked tree of a URDF text; placeholders of namespaces are taken out.
 
     Raises:
-        RobotModelError: If the text is malformed; the message names `where` and the element.
+        RobotModelError: If the text is malformed; the message names `where` and every element
+            that is wrong.
     """
     try:
         root = ET.fromstring(PLACEHOLDER.sub("", text).encode())
@@ -35,13 +38,16 @@ def read_tree(text: str, where: str) -> ET.Element:
     if root.tag != "robot":
         raise RobotModelError(f"{where}: expected <robot>, found <{root.tag}>")
     _strip_slashes(root)
-    check_links(root, where)
-    for link in root.findall("link"):
-        for element in link.iter():
-            _check_numbers(element, f"{where}: link {link.get('name')}")
-    for joint in root.findall("joint"):
-        for element in joint.iter():
-            _check_numbers(element, f"{where}: joint {joint.get('name')}")
+    faults = Faults(where, RobotModelError)
+    faults.tell(f"{where}: {fault}" for fault in _link_faults(root))
+    for tag in ("link", "joint"):
+        for top in root.findall(tag):
+            for element in top.iter():
+                faults.tell(
+                    f"{where}: {tag} {top.get('name')}: {fault}"
+                    for fault in _number_faults(element)
+                )
+    faults.check()
     return root
 
 
@@ -71,63 +77,68 @@ def _strip_slashes(root: ET.Element) -> None:
                         element.set(name, element.get(name, "").lstrip("/"))
 
 
-def check_links(root: ET.Element, where: str) -> None:
-    """Check that the joints make one tree of the links.
-
-    Raises:
-        RobotModelError: Naming the link or joint that does not belong.
-    """
+def _link_faults(root: ET.Element) -> Iterator[str]:
+    """Yield why the joints do not make one tree of the links."""
     links = [link.get("name", "") for link in root.findall("link")]
     joints = root.findall("joint")
+    is_named = True
     for kind, names in (("link", links), ("joint", [j.get("name", "") for j in joints])):
         if "" in names:
-            raise RobotModelError(f"{where}: there is a {kind} without a name")
-        for twin, count in Counter(names).most_common(1):
+            is_named = False
+            yield f"there is a {kind} without a name"
+        for twin, count in Counter(name for name in names if name).items():
             if count > 1:
-                raise RobotModelError(f"{where}: there are {count} {kind}s called '{twin}'")
+                is_named = False
+                yield f"there are {count} {kind}s called '{twin}'"
     if not 1 <= len(links) <= MAX_LINKS:
-        raise RobotModelError(f"{where}: {len(links)} links; expected 1 to {MAX_LINKS}")
+        yield f"{len(links)} links; expected 1 to {MAX_LINKS}"
+        return
     known = set(links)
     parents: dict[str, tuple[str, str]] = {}  # by child: joint, parent link
+    is_tree = is_named
     for joint in joints:
         name = joint.get("name", "")
         if joint.get("type") not in JOINTS:
-            raise RobotModelError(
-                f"{where}: joint {name} is of type '{joint.get('type')}'; "
+            yield (
+                f"joint {name} is of type '{joint.get('type')}'; "
                 f"expected one of {', '.join(JOINTS)}"
             )
         for tag in ("parent", "child"):
             if (end := _end(joint, tag)) not in known:
-                raise RobotModelError(f"{where}: <{tag}> of joint {name} names no link: '{end}'")
+                is_tree = False
+                yield f"<{tag}> of joint {name} names no link: '{end}'"
         child = child_of(joint)
         if child in parents:
-            raise RobotModelError(
-                f"{where}: link {child} hangs on two joints, {parents[child][0]} and {name}"
-            )
+            is_tree = False
+            yield f"link {child} hangs on two joints, {parents[child][0]} and {name}"
         parents[child] = (name, _end(joint, "parent"))
-    _check_loops(links, parents, where)
+    if is_tree:  # else what follows would be no news
+        yield from _loop_faults(links, parents)
 
 
-def _check_loops(links: list[str], parents: dict[str, tuple[str, str]], where: str) -> None:
+def _loop_faults(links: list[str], parents: dict[str, tuple[str, str]]) -> Iterator[str]:
     settled: set[str] = set()
+    has_loop = False
     for link in links:
         chain: list[str] = []
         while link in parents and link not in settled:
             if link in chain:
                 loop = [parents[name][0] for name in chain[chain.index(link) :]]
-                raise RobotModelError(
-                    f"{where}: the joints {', '.join(reversed(loop))} form a loop; "
-                    "expected a tree of links"
+                has_loop = True
+                yield (
+                    f"the joints {', '.join(reversed(loop))} form a loop; expected a tree of links"
                 )
+                break
             chain.append(link)
             link = parents[link][1]
         settled.update(chain)
     roots = [name for name in links if name not in parents]
-    if len(roots) != 1:
-        raise RobotModelError(f"{where}: expected one root link, found {roots or 'none'}")
+    if len(roots) != 1 and not has_loop:
+        yield f"expected one root link, found {roots or 'none'}"
 
 
-def _check_numbers(element: ET.Element, where: str) -> None:
+def _number_faults(element: ET.Element) -> Iterator[str]:
+    """Yield what is wrong with the numbers of one element."""
     counts = dict(NUMBERS)
     if element.tag == "mass":
         counts = {"value": 1}
@@ -137,16 +148,17 @@ def _check_numbers(element: ET.Element, where: str) -> None:
         text = element.get(name)
         if text is None:
             continue
-        what = f"{where}: <{element.tag}> {name} is '{text}'"
+        what = f"<{element.tag}> {name} is '{text}'"
         try:
             values = [float(word) for word in text.split()]
         except ValueError:
-            raise RobotModelError(f"{what}: malformed URDF; expected numbers") from None
+            yield f"{what}: malformed URDF; expected numbers"
+            continue
         if len(values) != count and not (name == "scale" and len(values) == 1):
-            raise RobotModelError(f"{what}; expected {count} number{'s' if count > 1 else ''}")
-        if not all(math.isfinite(v) and abs(v) <= MAX_NUMBER for v in values):
-            raise RobotModelError(f"{what}; expected finite numbers up to {MAX_NUMBER:g}")
-        if name in POSITIVE and min(values) <= 0.0:
-            raise RobotModelError(f"{what}; it must be positive")
-        if name == "scale" and 0.0 in values:
-            raise RobotModelError(f"{what}; it must not be 0")
+            yield f"{what}; expected {count} number{'s' if count > 1 else ''}"
+        elif not all(math.isfinite(v) and abs(v) <= MAX_NUMBER for v in values):
+            yield f"{what}; expected finite numbers up to {MAX_NUMBER:g}"
+        elif name in POSITIVE and min(values) <= 0.0:
+            yield f"{what}; it must be positive"
+        elif name == "scale" and 0.0 in values:
+            yield f"{what}; it must not be 0"

@@ -114,6 +114,7 @@ class Navigator:
 
     def on_scan(self, scan: Scan) -> None:
         """Take a scan."""
+        scan = scan.from_above(self.spec.lidar)
         if scan.tick - self._s.listening_since > self._s.config.traffic.listen_ticks // 2:
             self._localiser.on_scan(scan)  # only then are the robots around known by radio
         self._senses.on_scan(scan)

@@ -13,16 +13,15 @@ from swarm_common.shapes import Transform
 from swarm_sim.bullet_contacts import Contacts
 from swarm_sim.bullet_fixed import add_ground
 from swarm_sim.bullet_kernels import ramp_all
-from swarm_sim.bullet_robots import add_robot, push, put, set_asleep
+from swarm_sim.bullet_robots import Stance, add_robot, push, put, set_asleep, stance
 from swarm_sim.bullet_surroundings import Surroundings
-from swarm_sim.drive import Wheels
+from swarm_sim.drive import Wheels, travelled
 from swarm_sim.engine import Approach, FloatArray, Touch
 from swarm_sim.objects import Objects
 from swarm_sim.robot_model import RobotModel
 from swarm_sim.scene import Body
 from swarm_sim.walkers import Walkers
 
-MOTOR_TORQUE = 1.4  # [N m] stall torque of a wheel's motor
 REST_TICKS = 3  # that a robot stands before it is left out
 SETTLE_STEPS = 50  # in which the robots come to rest before tick 0
 
@@ -57,7 +56,7 @@ class BulletEngine:
         self._client = pybullet.connect(pybullet.DIRECT)
         try:
             pybullet.setGravity(0.0, 0.0, -9.81, physicsClientId=self._client)
-            add_ground(self._client)
+            self._ground = add_ground(self._client)
             self._around = Surroundings(self._client, physics_period, bodies, objects, walkers)
             self._robots = [
                 add_robot(self._client, model, spec, pose)
@@ -70,6 +69,7 @@ class BulletEngine:
         self._limits = np.array([[s.acc_lim_x, s.acc_lim_theta, s.acc_lim_y] for s in specs])
         self._wheels = [Wheels(spec) for spec in specs]
         self._sliders = [i for i, spec in enumerate(specs) if spec.drive != "differential"]
+        self._wheelless = [i for i, robot in enumerate(self._robots) if not robot.wheels]
         self._speeds = np.zeros((count, 3))  # that the motors aim at
         self._rest_ticks = np.zeros(count, np.int64)  # for which each robot has stood
         self._joints = [np.zeros((2, len(wheels.names))) for wheels in self._wheels]
@@ -124,6 +124,8 @@ class BulletEngine:
         self._joints.append(np.zeros((2, len(body.wheels))))
         if spec.drive != "differential":
             self._sliders.append(index)
+        if not body.wheels:
+            self._wheelless.append(index)
         self._centers = np.vstack([self._centers, body.base_from_center])
         limits = [spec.acc_lim_x, spec.acc_lim_theta, spec.acc_lim_y]
         self._limits = np.vstack([self._limits, limits])
@@ -182,6 +184,10 @@ class BulletEngine:
         positions, velocities = self._joints[robot].tolist()
         return list(self._robots[robot].joint_names), positions, velocities
 
+    def stance(self, robot: int) -> Stance:
+        """Return how a robot stands at the end of the last physics step."""
+        return stance(self._client, self._robots[robot], self._ground)
+
     def close(self) -> None:
         """Disconnect; a second call does nothing."""
         if self._client >= 0:
@@ -237,6 +243,8 @@ class BulletEngine:
     def _set_motors(self, robots: Sequence[int]) -> None:
         for index, speeds in zip(robots, self._speeds[list(robots)].tolist(), strict=True):
             robot = self._robots[index]
+            if not robot.wheels:
+                continue
             rates = self._wheels[index].plain_rates(*speeds)
             pybullet.setJointMotorControlArray(
                 robot.body,
@@ -245,7 +253,7 @@ class BulletEngine:
                 targetVelocities=[
                     rate * sign for rate, sign in zip(rates, robot.signs.tolist(), strict=True)
                 ],
-                forces=[MOTOR_TORQUE] * len(robot.wheels),
+                forces=[robot.torque] * len(robot.wheels),
                 physicsClientId=self._client,
             )
 
@@ -262,6 +270,8 @@ class BulletEngine:
             places[i, :3], places[i, 3:] = position, quaternion
             linear, angular = pybullet.getBaseVelocity(robot.body, client)
             velocities[i, :3], velocities[i, 3:] = linear, angular
+            if not robot.wheels:
+                continue
             states = pybullet.getJointStates(robot.body, robot.wheels, client)
             joints = np.array([state[:2] for state in states]).T
             rolled = (joints[0] - self._joints[i][0]) * robot.signs
@@ -272,9 +282,12 @@ class BulletEngine:
         cos, sin = np.cos(yaw), np.sin(yaw)
         turned = yaw - self.poses[:, 2]
         self.yaws_gyro += turned - 2.0 * math.pi * np.round(turned / (2.0 * math.pi))
+        before = self.poses.copy() if self._wheelless else self.poses
         self.poses[:, 0] = places[:, 0] - cos * self._centers[:, 0] + sin * self._centers[:, 1]
         self.poses[:, 1] = places[:, 1] - sin * self._centers[:, 0] - cos * self._centers[:, 1]
         self.poses[:, 2] = yaw
+        for i in self._wheelless:
+            self.travels[i] += travelled(before[i], self.poses[i])
         self.twists[:, 0] = cos * velocities[:, 0] + sin * velocities[:, 1]
         self.twists[:, 1] = velocities[:, 5]
         if self._sliders:

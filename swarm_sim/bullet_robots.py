@@ -1,11 +1,11 @@
 """Rigid bodies of robots for pybullet.
 
 A robot stands on balls: each wheel touches the ground with a sphere of its radius, which rolls
-without the 1 mm of excess that pybullet's cylinders have; the casters ahead of the axle, and
-those behind it, are one ball without friction. For everything else the wheels count with their
-true outline, as part of the body. Collision groups keep the two apart. The four wheels of a
-skid-steer or omnidirectional drive slide without friction, and what they or their rollers do to
-the ground together is a force on the body (`push`): contacts that slip and roll at once would
+without the 1 mm of excess that pybullet's cylinders have; the casters ahead of the axle, and those
+behind it, are one ball without friction (`bullet_supports`). For everything else the wheels count
+with their true outline, as part of the body. Collision groups keep the two apart. The four wheels
+of a skid-steer or omnidirectional drive slide without friction, and what they or their rollers do
+to the ground together is a force on the body (`push`): contacts that slip and roll at once would
 need many more solver iterations to be as accurate.
 """
 
@@ -24,18 +24,18 @@ from swarm_common.errors import RobotModelError
 from swarm_common.records import Pose, RobotSpec
 from swarm_sim.bullet_fixed import GROUND, LOOSE, OBSTACLE, ROBOT, WALL_FRICTION, WHEEL
 from swarm_sim.bullet_shapes import compound, position_quaternion
+from swarm_sim.bullet_supports import Supports, find_supports
 from swarm_sim.robot_model import RigidGroup, RobotModel
-from swarm_sim.scene import Part, Sphere, Transform
 
 FloatArray = NDArray[np.float64]
 
-ON_GROUND = 0.002  # [m] a part of the body that reaches lower stands on the ground
 ROTOR_INERTIA = 1e-3  # [kg m²] of the motor's rotor, seen through its gear; steadies the solver
 TRACTION = 0.6  # of a robot's weight that four wheels can push with
 PUSH_ARM = 0.1  # [m] from the centre at which they push when it turns
 GRAVITY = 9.81  # [m/s²]
-PROP_REACH = 0.01  # [m] by which a robot's feet reach beyond its centre of mass
-PROP_RADIUS = 0.01  # [m] of a ball that stands for a caster
+MOTOR_TORQUE = 1.4  # [N m] least stall torque of a wheel's motor
+CONTACT_LINK, CONTACT_FORCE = 3, 9  # fields of a contact point: of the first body, normal [N]
+STRENGTH = 0.8  # of acc_lim_x that the motors of a heavy robot reach
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +50,7 @@ class RobotBody:
         base_from_center: Centre of mass of the body in base_footprint.
         mass: [kg] with wheels.
         inertia: [kg m²] about the upright axis through the centre of mass, with wheels.
+        torque: [N m] stall torque of each wheel's motor.
     """
 
     body: int
@@ -59,6 +60,22 @@ class RobotBody:
     base_from_center: FloatArray
     mass: float
     inertia: float
+    torque: float
+
+
+@dataclass(frozen=True, slots=True)
+class Stance:
+    """How a robot stands.
+
+    Attributes:
+        tilt: [rad] of its upright axis.
+        wheel_loads: [N] that each driven wheel carries, in the order of `RobotBody.wheels`.
+        ball_loads: [N] that each caster, or what stands for it, carries.
+    """
+
+    tilt: float
+    wheel_loads: FloatArray
+    ball_loads: FloatArray
 
 
 def add_robot(client: int, model: RobotModel, spec: RobotSpec, pose: Pose) -> RobotBody:
@@ -67,9 +84,9 @@ def add_robot(client: int, model: RobotModel, spec: RobotSpec, pose: Pose) -> Ro
     Raises:
         RobotModelError: If the model lacks one of the wheels that the specification names.
     """
-    base, wheels = _base_and_wheels(model, spec)
-    casters, hull = _split_base(base)
-    casters += _props(base, wheels, casters, spec.footprint)
+    base, wheels = base_and_wheels(model, spec)
+    supports = find_supports(base, wheels, spec)
+    hull = list(supports.hull)
     for wheel in wheels:
         hull += [(p.shape, wheel.parent_from_group @ p.body_from_part) for p in wheel.parts]
     center = base.center
@@ -77,15 +94,17 @@ def add_robot(client: int, model: RobotModel, spec: RobotSpec, pose: Pose) -> Ro
         pybullet.createMultiBody(
             base.mass,
             compound(client, hull),
-            basePosition=[pose.x, pose.y, 0.0],
+            basePosition=[pose.x, pose.y, 0.0 - supports.level],
             baseOrientation=pybullet.getQuaternionFromEuler([0.0, 0.0, pose.yaw]),
             baseInertialFramePosition=center.tolist(),
             physicsClientId=client,
-            **_links(client, spec, wheels, casters),
+            **_links(client, spec, wheels, supports),
         )
     )
-    _set_dynamics(client, body, base, wheels, len(casters), spec.drive)
+    _set_dynamics(client, body, base, wheels, len(supports.balls), spec.drive)
     axes = np.array([wheel.parent_from_group[:3, :3] @ wheel.axis for wheel in wheels])
+    axes = axes.reshape(-1, 3)
+    mass = base.mass + sum(wheel.mass for wheel in wheels)
     arms = [np.hypot(*(w.parent_from_group[:2, 3] - center[:2])) for w in wheels]
     return RobotBody(
         body,
@@ -93,9 +112,16 @@ def add_robot(client: int, model: RobotModel, spec: RobotSpec, pose: Pose) -> Ro
         tuple(wheel.joint for wheel in wheels),
         np.where(axes[:, 1] < 0.0, -1.0, 1.0),
         center,
-        base.mass + sum(wheel.mass for wheel in wheels),
+        mass,
         base.inertia[2, 2] + sum(w.mass * a * a for w, a in zip(wheels, arms, strict=True)),
+        _torque(mass, len(wheels), spec),
     )
+
+
+def _torque(mass: float, wheels: int, spec: RobotSpec) -> float:
+    """Return the stall torque [N m] of each of a robot's motors, as its weight asks for."""
+    force = STRENGTH * mass * spec.acc_lim_x
+    return max(MOTOR_TORQUE, force * spec.wheel_radius / max(1, wheels))
 
 
 def push(client: int, robot: RobotBody, speeds: FloatArray, period: float) -> None:
@@ -124,6 +150,18 @@ def push(client: int, robot: RobotBody, speeds: FloatArray, period: float) -> No
         robot.body, -1, [gain * lack_x, gain * lack_y, 0.0], position, pybullet.WORLD_FRAME, client
     )
     pybullet.applyExternalTorque(robot.body, -1, [0.0, 0.0, torque], pybullet.WORLD_FRAME, client)
+
+
+def stance(client: int, robot: RobotBody, ground: int) -> Stance:
+    """Return how a robot stands on the ground, a body, at the end of the last step."""
+    loads = np.zeros(pybullet.getNumJoints(robot.body, client))
+    for point in pybullet.getContactPoints(robot.body, ground, physicsClientId=client) or ():
+        if point[CONTACT_LINK] >= 0:
+            loads[point[CONTACT_LINK]] += point[CONTACT_FORCE]
+    _, (x, y, _, _) = pybullet.getBasePositionAndOrientation(robot.body, client)
+    upright = 1.0 - 2.0 * (x * x + y * y)
+    driven = len(robot.wheels)
+    return Stance(math.acos(max(-1.0, min(1.0, upright))), loads[:driven], loads[driven:])
 
 
 def put(client: int, robot: RobotBody, pose: FloatArray) -> None:
@@ -156,7 +194,12 @@ def set_asleep(client: int, robot: RobotBody, is_asleep: bool) -> None:
         pybullet.changeDynamics(robot.body, -1, activationState=state, physicsClientId=client)
 
 
-def _base_and_wheels(model: RobotModel, spec: RobotSpec) -> tuple[RigidGroup, list[RigidGroup]]:
+def base_and_wheels(model: RobotModel, spec: RobotSpec) -> tuple[RigidGroup, list[RigidGroup]]:
+    """Return the body of a robot, and its driven wheels in the order of the specification.
+
+    Raises:
+        RobotModelError: If the model lacks one of the wheels.
+    """
     base, *moving = model.groups
     by_joint = {group.joint: group for group in moving if group.parent == 0}
     names = (*spec.wheels_left, *spec.wheels_right)
@@ -168,69 +211,17 @@ def _base_and_wheels(model: RobotModel, spec: RobotSpec) -> tuple[RigidGroup, li
     return base, [by_joint[name] for name in names]
 
 
-def _split_base(
-    base: RigidGroup,
-) -> tuple[list[tuple[FloatArray, float]], list[tuple[Any, Transform]]]:
-    """Return balls (centre, radius) on which the base slides, and its other shapes."""
-    casters: list[tuple[FloatArray, float]] = []
-    hull: list[tuple[Any, Transform]] = []
-    for part in base.parts:
-        if isinstance(part.shape, Sphere) and _lowest(part) < ON_GROUND:
-            casters.append((part.body_from_part[:3, 3], part.shape.radius))
-        else:
-            hull.append((part.shape, part.body_from_part))
-    return _merged(casters), hull
-
-
-def _merged(casters: Sequence[tuple[FloatArray, float]]) -> list[tuple[FloatArray, float]]:
-    """Return one ball for the casters behind the axle and one for those ahead of it.
-
-    Two wheels and one ball carry a robot as well as two wheels and two balls, at 3/4 of the cost.
-    """
-    merged = []
-    for is_ahead in (False, True):
-        balls = [ball for ball in casters if (ball[0][0] > 0.0) == is_ahead]
-        if balls:
-            center = np.mean([center for center, _ in balls], axis=0)
-            merged.append((center, float(np.mean([radius for _, radius in balls]))))
-    return merged
-
-
-def _props(
-    base: RigidGroup,
-    wheels: Sequence[RigidGroup],
-    casters: Sequence[tuple[FloatArray, float]],
-    footprint: Sequence[tuple[float, float]],
-) -> list[tuple[FloatArray, float]]:
-    """Return balls that keep a body from tipping over whose casters are not balls, or missing."""
-    feet = [wheel.parent_from_group[0, 3] for wheel in wheels] + [c[0] for c, _ in casters]
-    x = base.center[0]
-    props = []
-    for direction in (-1.0, 1.0):
-        if all(direction * (foot - x) < PROP_REACH for foot in feet):
-            reach = max(direction * (px - x) for px, _ in footprint)
-            at = x + direction * max(PROP_REACH, reach - PROP_RADIUS)
-            props.append((np.array([at, base.center[1], PROP_RADIUS]), PROP_RADIUS))
-    return props
-
-
-def _lowest(part: Part) -> float:
-    radius = part.shape.radius if isinstance(part.shape, Sphere) else 0.0
-    return float(part.body_from_part[2, 3]) - radius
-
-
 def _links(
     client: int,
     spec: RobotSpec,
     wheels: Sequence[RigidGroup],
-    casters: Sequence[tuple[FloatArray, float]],
+    supports: Supports,
 ) -> dict[str, Any]:
     """Return the arguments of createMultiBody for wheels and casters."""
-    radii = [spec.wheel_radius] * len(wheels) + [radius for _, radius in casters]
-    centers = [wheel.parent_from_group[:3, 3] for wheel in wheels]
-    centers += [center for center, _ in casters]
+    radii = [spec.wheel_radius] * len(wheels) + [radius for _, radius in supports.balls]
+    centers = [*supports.wheels, *(center for center, _ in supports.balls)]
     turns = [position_quaternion(wheel.parent_from_group)[1] for wheel in wheels]
-    count, driven, fixed = len(radii), len(wheels), len(casters)
+    count, driven, fixed = len(radii), len(wheels), len(supports.balls)
     shapes = [
         pybullet.createCollisionShape(pybullet.GEOM_SPHERE, radius=r, physicsClientId=client)
         for r in radii

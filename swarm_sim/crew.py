@@ -204,6 +204,7 @@ class Crew:
     def _check_model(self, robot: Robot) -> None:
         try:
             check_height(self._world, robot.spec)
+            self._world.check_model(robot.spec, robot.model)
         except WorldError as error:
             raise RefusedError(Reason.BAD_MODEL, str(error)) from error
         for known in self._world.specs:

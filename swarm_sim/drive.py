@@ -89,6 +89,16 @@ class Wheels:
         return float(forwards), float((self._slides * angles).sum() / count * self._radius)
 
 
+def travelled(before: FloatArray, after: FloatArray) -> FloatArray:
+    """Return the way (2,) [m] forwards and to the left between two poses (3,), along an arc."""
+    turned = after[2] - before[2]
+    turned -= 2.0 * np.pi * np.round(turned / (2.0 * np.pi))
+    middle = before[2] + 0.5 * turned
+    cos, sin = np.cos(middle), np.sin(middle)
+    x, y = (after[:2] - before[:2]) / np.sinc(turned / (2.0 * np.pi))
+    return np.array([cos * x + sin * y, cos * y - sin * x])
+
+
 class Odometer:
     """Odometry as a TurtleBot3 does it: distance from the wheels, heading from the gyro."""
 

@@ -145,6 +145,8 @@ class LidarGroup:
 
     def _cast(self, poses: FloatArray, walkers: FloatArray, out: FloatArray, angle: float) -> None:
         """Write the true ranges of the rays from an angle on, as many as `out` has columns."""
+        if self.spec.upside_down:  # seen from above, the last ray comes first
+            angle = -(angle + (out.shape[1] - 1) * self.spec.angle_increment)
         self._place(poses)
         self._discs[self._first_walker :] = walkers
         lidar_kernels.cast(
@@ -156,6 +158,8 @@ class LidarGroup:
             self.spec.range_max,
             out,
         )
+        if self.spec.upside_down:
+            out[:] = out[:, ::-1].copy()
 
     def _place(self, poses: FloatArray) -> None:
         """Move the robots' sections to their poses."""

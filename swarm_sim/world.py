@@ -129,6 +129,9 @@ class World:
         heights = (GROUND_GAP, max([spec.height for spec in specs], default=1.0))
         self._objects = Objects(scene.loose, Vehicles(vehicles, specs, poses, seed), heights)
         self._scene, self._models = scene, dict(models)
+        for name, spec in {spec.model: spec for spec in specs}.items():
+            if name in models:
+                self.check_model(spec, models[name])
         self._engine = _make_engine(
             scene, specs, poses, models, config, self._walkers, self._objects
         )
@@ -138,6 +141,17 @@ class World:
         self._odometer = Odometer(len(specs))
         self._radio = Radio(config.radio, len(specs), seed)
         self._judge = Judge(self.names, self._engine.poses, self._engine.clearances)
+
+    def check_model(self, spec: RobotSpec, model: RobotModel) -> None:
+        """Check that a robot model drives in this world's physics engine, whatever it looks like.
+
+        Raises:
+            RobotModelError: If it does not; the message names cause and cure.
+        """
+        if self._config.engine == "bullet":
+            from swarm_sim.trial import check_trial  # pybullet is slow to import
+
+            check_trial(spec, model, self._config.physics_period)
 
     def _errors(self) -> list[SensorErrors]:
         """Return what is wrong with each robot's sensors."""

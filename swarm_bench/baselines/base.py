@@ -142,6 +142,7 @@ class Baseline(ABC):
 
     def on_scan(self, scan: Scan) -> None:
         """Take a scan: mark hits that are neither walls nor known robots."""
+        scan = scan.from_above(self.spec.lidar)
         self.obstacles.update(scan, self.pose, self._planner.terrain, self.hood)
 
     def on_reception(self, reception: Reception) -> None:
