@@ -21,12 +21,11 @@ from swarm_bench.stage import RunOptions, build
 from swarm_commander.itinerary import Itinerary
 from swarm_common.errors import ConfigError
 from swarm_sim.sdf import load_world
-from swarm_sim.section import FloatArray, section_between
+from swarm_sim.section import GROUND_GAP, FloatArray, section_between
 
 WALL_LIMIT = 60.0  # [s] after which a slow peer's run ends
 ROUND_CORNERS = 8  # from which an outline may be a round one
 ROUND_ERROR = 0.01  # [m] by which its corners may differ in their distance from the middle
-GROUND_GAP = 0.005  # [m] above ground from which something is in the way
 
 
 @dataclass(frozen=True, slots=True)

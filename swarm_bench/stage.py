@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -22,12 +22,13 @@ from swarm_common.robot_io import load_robot, load_robot_model
 from swarm_common.robot_model import RobotModel
 from swarm_nav.config import NavConfig, config_from_parameters
 from swarm_sim.actors import Actors, load_actors
-from swarm_sim.draw_map import draw_world
+from swarm_sim.draw_map import Reach, draw_world, reach_of, with_touchable
 from swarm_sim.radio import RadioConfig
 from swarm_sim.scene import Scene
 from swarm_sim.sdf import load_world
 from swarm_sim.spawn import spawn_poses
 from swarm_sim.world import World, WorldConfig
+from swarm_sim.world_check import check_world
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,7 +83,9 @@ def check(options: RunOptions) -> None:
     """
     scene, mission, homes, specs = _cast(options)
     mission.stops(scene.sites, homes[0], seed=options.seed, robot_id=1, homes_map=homes)
-    _grid(options.scenario.world)
+    _map_for(options.scenario.world, specs)
+    heights = [spec.lidar.z for spec in specs]
+    check_world(scene, heights, reach_of(specs), with_physics=options.engine == "bullet")
     _actors(options.scenario.world, options.scenario.actors)
     load_method(options.method)
     nav_config(options, specs[0])
@@ -96,7 +99,7 @@ def build(options: RunOptions) -> Stage:
     """
     scenario, count = options.scenario, options.robots
     scene, mission, homes, specs = _cast(options)
-    grid = _grid(scenario.world)
+    grid = _map_for(scenario.world, specs)
     dead = frozenset(range(count - len(scenario.dead), count))
     method = load_method(options.method)
     actors = _actors(scenario.world, scenario.actors)
@@ -206,11 +209,17 @@ def _scene(world: str) -> Scene:
     return load_world(world)
 
 
+def _map_for(world: str, specs: Sequence[RobotSpec]) -> Grid:
+    return _grid(world, min(spec.lidar.z for spec in specs), reach_of(specs))
+
+
 @functools.lru_cache(maxsize=4)
-def _grid(world: str) -> Grid:
+def _grid(world: str, height: float, reach: Reach) -> Grid:
     scene = _scene(world)
     path = map_of_world(scene.file)
-    return load_map(path).upright() if path is not None else draw_world(scene)
+    if path is None:
+        return draw_world(scene, height, reach=reach)
+    return with_touchable(load_map(path).upright().refined(), scene, height, reach)
 
 
 @functools.lru_cache(maxsize=4)

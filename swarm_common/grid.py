@@ -7,7 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from swarm_common.errors import MapError
+
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
+COARSEST = 0.05  # [m] per cell with which navigators find their way
+MOST_CELLS = 30_000_000  # of a map
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,3 +88,24 @@ class Grid:
         cells = np.full((height, width), UNKNOWN, np.int8)
         cells[covered] = self.cells[rows[covered], columns[covered]]
         return Grid(cells, size, left, low)
+
+    def refined(self, coarsest: float = COARSEST) -> Grid:
+        """Return the grid with cells small enough to navigate on: itself, or each cell as several.
+
+        Args:
+            coarsest: [m] per cell that a grid may have.
+
+        Raises:
+            MapError: If it would have too many cells.
+        """
+        parts = int(np.ceil(self.resolution / coarsest - 1e-6))
+        if parts <= 1:
+            return self
+        if self.cells.size * parts * parts > MOST_CELLS:
+            raise MapError(
+                f"a map of {self.width} x {self.height} cells of {self.resolution:g} m has more "
+                f"than {MOST_CELLS:.0e} cells of {coarsest:g} m, which navigation needs; cut it"
+            )
+        cells = self.cells.repeat(parts, axis=0).repeat(parts, axis=1)
+        size = self.resolution / parts
+        return Grid(cells, size, self.origin_x, self.origin_y, self.origin_yaw)

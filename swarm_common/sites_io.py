@@ -15,13 +15,13 @@ SECTIONS = ("stations", "circuits", "spawn", "spawns", "places")
 
 
 def load_sites(path: str | Path) -> Sites:
-    """Return the sites in a file.
+    """Return the sites in a file, which may name none.
 
     Raises:
         ConfigError: If the file is malformed; the message names file and key.
     """
     path = Path(path)
-    data = read_yaml(path)
+    data = read_yaml(path, may_be_empty=True)
     check_keys(data, SECTIONS, str(path))
     stations = _section(data, "stations", path)
     circuits = _section(data, "circuits", path)

@@ -65,12 +65,15 @@ def _parse(text: str) -> Any:
     return yaml.load(text, UniqueKeyLoader)
 
 
-def read_yaml(path: Path, error: type[SwarmError] = ConfigError) -> dict[str, Any]:
+def read_yaml(
+    path: Path, error: type[SwarmError] = ConfigError, *, may_be_empty: bool = False
+) -> dict[str, Any]:
     """Return the mapping at the top of a YAML file.
 
     Args:
         path: File to read.
         error: Class of the exception to raise.
+        may_be_empty: Whether a file without any key is an empty mapping, not an error.
 
     Raises:
         SwarmError: `error`, naming file and line, if the file cannot be read or parsed.
@@ -88,6 +91,8 @@ def read_yaml(path: Path, error: type[SwarmError] = ConfigError) -> dict[str, An
     except (yaml.YAMLError, ValueError, TypeError, OverflowError, RecursionError) as cause:
         what = "nested too deep" if isinstance(cause, RecursionError) else cause
         raise error(f"{path}: malformed YAML: {what}") from cause
+    if data is None and may_be_empty:
+        return {}
     if data is None:
         raise error(f"{path} is empty; expected 'key: value' lines")
     if not isinstance(data, dict):

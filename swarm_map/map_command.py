@@ -11,13 +11,16 @@ from rich.console import Console
 
 from swarm_common.errors import ConfigError, MapError
 from swarm_common.map_io import load_map, save_map
+from swarm_common.records import RobotSpec
+from swarm_common.robot_io import load_robot
 from swarm_map.floor_plan import load_plan
 from swarm_map.plan_image import PlanScale, load_picture
-from swarm_map.world_writer import write_world
-from swarm_sim.draw_map import SCAN_HEIGHT, draw_world
+from swarm_map.world_writer import ROBOT, write_world
+from swarm_sim.draw_map import SCAN_HEIGHT, draw_world, reach_of
 from swarm_sim.map_difference import MAX_SHARE, compare
 from swarm_sim.scene import Scene
 from swarm_sim.sdf import load_world
+from swarm_sim.world_check import differences, picture
 
 map_app = typer.Typer(
     add_completion=False, no_args_is_help=True, help="Maps and worlds.", rich_markup_mode=None
@@ -36,15 +39,27 @@ SkipMissing = Annotated[
 def draw(
     world: World,
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder to write to.")] = Path("."),
-    height: Height = SCAN_HEIGHT,
+    height: Annotated[
+        float | None,
+        typer.Option(
+            help="Of a LiDAR's plane above the ground [m]: only what that cuts.  [default: all "
+            "that a TurtleBot3 waffle can touch]"
+        ),
+    ] = None,
     resolution: Resolution = 0.05,
     skip_missing: SkipMissing = False,
 ) -> None:
-    """Draw the map of a world, as a LiDAR would see it: NAME.yaml and NAME.pgm for Nav2."""
+    """Draw the map of a world: NAME.yaml and NAME.pgm for Nav2."""
     _check(0.001 <= resolution <= 1.0, f"--resolution is {resolution}; expected 0.001 to 1 m")
-    _check(0.0 < height < 100.0, f"--height is {height}; expected more than 0, less than 100 m")
+    _check(
+        height is None or 0.0 < height < 100.0,
+        f"--height is {height}; expected more than 0, less than 100 m",
+    )
     scene = _load(world, skip_missing)
-    grid = draw_world(scene, height, resolution)
+    if height is None:
+        grid = draw_world(scene, SCAN_HEIGHT, resolution, reach=reach_of([load_robot(ROBOT)]))
+    else:
+        grid = draw_world(scene, height, resolution)
     path = output / f"{scene.name}.yaml"
     try:
         output.mkdir(parents=True, exist_ok=True)
@@ -57,7 +72,10 @@ def draw(
 @map_app.command()
 def check(
     world: World,
-    map_: Annotated[Path, typer.Argument(metavar="MAP", help="Map yaml.")],
+    map_: Annotated[
+        Path | None,
+        typer.Argument(metavar="MAP", help="Map yaml.  [default: none; see below]"),
+    ] = None,
     output: Annotated[
         Path, typer.Option("-o", "--output", help="Picture of the differences.")
     ] = Path("map_difference.png"),
@@ -69,11 +87,18 @@ def check(
 ) -> None:
     """Compare a map with a world, and draw where they differ.
 
+    Without a map: compare what is made of the world for the map, the LiDARs and the physics
+    engine with the triangles in its files. That is also done when a world is first started.
+
     Exit code: 0 they agree; 1 more than --max-share of the occupied cells disagree; 2 bad input.
     """
     _check(0.0 <= max_share <= 1.0, f"--max-share is {max_share}; expected 0 to 1")
     scene = _load(world, skip_missing)
-    difference = compare(scene, load_map(map_), height)
+    robot = load_robot(ROBOT)
+    if map_ is None:
+        _check_triangles(scene, robot, height, output)
+        return
+    difference = compare(scene, load_map(map_), height, reach_of([robot]))
     difference.save_picture(output)
     agrees = difference.agrees(max_share)
     verdict = "agrees with" if agrees else "does not show"
@@ -120,6 +145,22 @@ def new(
         f"{'a' if sites.spawn else 'no'} spawn area; start robots with\n"
         f"  swarm-up --world {folder} --swarm-size 5"
     )
+
+
+def _check_triangles(scene: Scene, robot: RobotSpec, height: float, output: Path) -> None:
+    reach = reach_of([robot])
+    found = list(differences(scene, [height], reach, with_physics=True))
+    picture(scene, reach).save_picture(output)
+    for difference in found:
+        console.print(f"  {difference}, {difference.count} points")
+    verdict = "differ from" if found else "are those of"
+    console.print(
+        f"map, LiDAR and physics {verdict} the triangles of world {scene.name}: "
+        f"{len(scene.fixed)} bodies, {reach[0]:g} to {reach[1]:g} m above ground"
+    )
+    console.print(f"picture: {output}")
+    if found:
+        raise typer.Exit(1)
 
 
 def _load(world: str, skip_missing: bool) -> Scene:

@@ -10,11 +10,12 @@ from xml.sax.saxutils import quoteattr
 import yaml
 
 from swarm_common.errors import ConfigError
+from swarm_common.grid import COARSEST
 from swarm_common.map_io import MAP_FILE, save_map
 from swarm_common.robot_io import load_robot
 from swarm_map.floor_plan import FloorPlan, Thing
 from swarm_sim.check import check_sites
-from swarm_sim.draw_map import SCAN_HEIGHT, draw_world
+from swarm_sim.draw_map import SCAN_HEIGHT, draw_world, reach_of
 from swarm_sim.scene import Box, Cylinder, Scene
 from swarm_sim.sdf import SITES_FILE, WORLD_FILE, load_world
 
@@ -61,7 +62,7 @@ def write_world(plan: FloorPlan, folder: Path, resolution: float = 0.05) -> Scen
     Args:
         plan: What is to be there.
         folder: Made if need be; what is in it is overwritten.
-        resolution: [m] per cell of the map.
+        resolution: [m] per cell of the map, which is made finer if navigation needs it.
 
     Raises:
         SwarmError: If a file cannot be written, or what is written is no usable world.
@@ -71,8 +72,10 @@ def write_world(plan: FloorPlan, folder: Path, resolution: float = 0.05) -> Scen
         (folder / WORLD_FILE).write_text(sdf_text(plan), encoding="utf-8")
         (folder / SITES_FILE).write_text(sites_text(plan.sites), encoding="utf-8")
         scene = load_world(folder / WORLD_FILE)
-        check_sites(scene, load_robot(ROBOT))
-        save_map(draw_world(scene, SCAN_HEIGHT, resolution), folder / MAP_FILE)
+        robot = load_robot(ROBOT)
+        check_sites(scene, robot)
+        resolution, reach = min(resolution, COARSEST), reach_of([robot])
+        save_map(draw_world(scene, SCAN_HEIGHT, resolution, reach=reach), folder / MAP_FILE)
     except OSError as cause:
         raise ConfigError(f"cannot write {folder}: {cause}") from cause
     return scene

@@ -212,7 +212,11 @@ def terrain_for(
     radius: float,
     oblong: Oblong | None = None,
 ) -> Terrain:
-    """Return the terrain of a map; equal arguments in one process share one object."""
+    """Return the terrain of a map; equal arguments in one process share one object.
+
+    A map of coarse cells is divided into finer ones.
+    """
+    grid = grid.refined()
     origin = (grid.origin_x, grid.origin_y, grid.height, grid.width)
     return _shared(grid.cells.tobytes(), grid.resolution, origin, planner, costmap, radius, oblong)
 

@@ -16,7 +16,7 @@ from swarm_common.sites_io import load_sites
 from swarm_sim.actors import load_actors
 from swarm_sim.changing_world import ChangingWorld
 from swarm_sim.check import check_map, check_sites, check_vehicles, check_walkers
-from swarm_sim.draw_map import draw_world
+from swarm_sim.draw_map import Reach, draw_world, reach_of, with_touchable
 from swarm_sim.map_difference import compare
 from swarm_sim.passages import check_ways
 from swarm_sim.scene import Scene
@@ -24,6 +24,7 @@ from swarm_sim.sdf import load_world
 from swarm_sim.settings import Settings
 from swarm_sim.spawn import deal_places
 from swarm_sim.world import WorldConfig
+from swarm_sim.world_check import check_world
 
 PICTURE = "map_difference.png"
 
@@ -71,7 +72,13 @@ def build(settings: Settings) -> Stage:
     check_vehicles(scene, scene.vehicles)
     poses = _places(scene, specs, settings)
     check_ways(scene, specs, poses)
-    grid = _map(settings, scene, min(spec.lidar.z for spec in specs), poses)
+    check_world(
+        scene,
+        [spec.lidar.z for spec in specs],
+        reach_of(specs),
+        with_physics=settings.engine == "bullet",
+    )
+    grid = _map(settings, scene, specs, poses)
     _check_starts(grid, poses, settings)
     world = ChangingWorld(
         scene,
@@ -120,17 +127,23 @@ def _places(scene: Scene, specs: Sequence[RobotSpec], settings: Settings) -> lis
     return [robot.broken_at or next(places) for robot in robots]
 
 
-def _map(settings: Settings, scene: Scene, scan_height: float, starts: Sequence[Pose]) -> Grid:
-    """Return the map: the user's, the one that ships with the world, or one drawn from it."""
+def _map(
+    settings: Settings, scene: Scene, specs: Sequence[RobotSpec], starts: Sequence[Pose]
+) -> Grid:
+    """Return the map: the user's, the one that ships with the world, or one drawn from it.
+
+    It shows all that a robot of the swarm can touch.
+    """
+    scan_height, reach = min(spec.lidar.z for spec in specs), reach_of(specs)
     path = Path(settings.map) if settings.map is not None else map_of_world(scene.file)
     if path is None:
-        return draw_world(scene, scan_height, starts=starts)
-    grid = load_map(path).upright()
+        return draw_world(scene, scan_height, starts=starts, reach=reach)
+    grid = load_map(path).upright().refined()
     try:
-        check_map(scene, grid, scan_height)
+        check_map(scene, grid, scan_height, reach)
     except MapError as error:
-        raise MapError(f"{error}{_picture(settings, scene, grid, scan_height)}") from error
-    return grid
+        raise MapError(f"{error}{_picture(settings, scene, grid, scan_height, reach)}") from error
+    return with_touchable(grid, scene, scan_height, reach)
 
 
 def _check_starts(grid: Grid, poses: Sequence[Pose], settings: Settings) -> None:
@@ -148,10 +161,10 @@ def _check_starts(grid: Grid, poses: Sequence[Pose], settings: Settings) -> None
         )
 
 
-def _picture(settings: Settings, scene: Scene, grid: Grid, height: float) -> str:
+def _picture(settings: Settings, scene: Scene, grid: Grid, height: float, reach: Reach) -> str:
     """Draw where a map is wrong into the folder of the run; return a remark on it."""
     if settings.verdict_path is None:
         return ""
     path = Path(settings.verdict_path).with_name(PICTURE)
-    compare(scene, grid, height).save_picture(path)
+    compare(scene, grid, height, reach).save_picture(path)
     return f"; picture of where: {path}"

@@ -174,7 +174,9 @@ class BulletEngine:
     def _surround(self) -> None:
         around = self._around
         speeds = around.walkers.speeds
-        self._contacts.surround(around.obstacles, around.outlines, around.reaches, speeds)
+        self._contacts.surround(
+            around.obstacles, around.outlines, around.reaches, speeds, around.tiles
+        )
 
     def _measure(self) -> None:
         self._contacts.measure(self.poses, self._around.walkers.discs)

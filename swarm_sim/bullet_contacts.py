@@ -54,6 +54,7 @@ class Contacts:
         outlines: FloatArray,
         object_reaches: FloatArray,
         walker_speeds: FloatArray,
+        tiles: tuple[FloatArray, list[tuple[int, str]]],
     ) -> None:
         """Take what there is beside robots; `measure` has to follow.
 
@@ -62,7 +63,9 @@ class Contacts:
             outlines: Packed polygons (m, c, 2) of what stands, then of objects.
             object_reaches: [m] that each object may move in a control period.
             walker_speeds: [m/s] of each walker.
+            tiles: Bounds (k, 4) of the triangles of meshes; body and name of each.
         """
+        self._tiles, self._tile_owners = tiles
         self._obstacles = list(obstacles)
         self._walls, self._bounds = outlines, bounds_of(outlines)
         still = np.zeros(len(outlines) - len(object_reaches))
@@ -117,6 +120,7 @@ class Contacts:
             self.clearances[[a, b], 0] = np.minimum(self.clearances[[a, b], 0], exact)
             if exact < NEAR_MISS:
                 self.approaches.append(Approach(a, b, "", exact))
+        self._poses = poses
         for i, k, gap in self._near_walls.tolist():
             a, (body, name) = int(i), self._obstacles[int(k)]
             exact = self._exact(self._robots[a], body, gap)
@@ -137,7 +141,19 @@ class Contacts:
             for i, k, gap in self._near_walls
             if gap < reach[int(i)] + self._obstacle_reaches[int(k)]
         }
+        if len(self._tiles):
+            walls |= self._near_tiles()
         return pairs + [(robot, -1, obstacle) for robot, obstacle in sorted(walls)]
+
+    def _near_tiles(self) -> set[tuple[int, tuple[int, str]]]:
+        """Return who could touch a triangle of a mesh, whatever the mesh's outlines are."""
+        x, y = self._poses[:, None, 0], self._poses[:, None, 1]
+        x_min, y_min, x_max, y_max = self._tiles.T
+        aside = np.maximum(np.maximum(x_min - x, x - x_max), 0.0)
+        ahead = np.maximum(np.maximum(y_min - y, y - y_max), 0.0)
+        reach = (self.radii + self._reaches)[:, None]
+        near = np.argwhere(np.hypot(aside, ahead) < reach).tolist()
+        return {(robot, self._tile_owners[tile]) for robot, tile in near}
 
     def touch(self, suspect: Suspect, step: int) -> Touch | None:
         """Return the contact of a pair after a physics step, None if there is none."""

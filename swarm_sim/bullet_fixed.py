@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
+import numpy as np
 import pybullet
+from numpy.typing import NDArray
 
 from swarm_sim.bullet_shapes import compound, position_quaternion
-from swarm_sim.scene import Body
+from swarm_sim.raw_triangles import tiles_between, triangles_of
+from swarm_sim.scene import Body, Mesh
 from swarm_sim.section import section_between
+
+FloatArray = NDArray[np.float64]
 
 GROUND, WHEEL, ROBOT, OBSTACLE, LOOSE = 1, 2, 4, 8, 16  # collision groups
 WALL_FRICTION = 0.3
@@ -53,5 +59,18 @@ def add_walker(client: int, radius: float, height: float) -> int:
 
 
 def solid_bodies(bodies: Sequence[Body], low: float, high: float) -> list[Body]:
-    """Return the bodies of which something lies between two heights."""
-    return [body for body in bodies if section_between([body], low, high).names]
+    """Return the bodies of which something lies between two heights.
+
+    Of meshes each triangle counts, whatever their section shows.
+    """
+    return [
+        body
+        for body in bodies
+        if section_between([body], low, high).names or len(mesh_tiles(body, low, high))
+    ]
+
+
+def mesh_tiles(body: Body, low: float, high: float) -> FloatArray:
+    """Return where triangles of a body's meshes are between two heights; see `tiles_between`."""
+    meshes = tuple(part for part in body.parts if isinstance(part.shape, Mesh))
+    return tiles_between(triangles_of([replace(body, parts=meshes)]), low, high)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import pybullet
 
-from swarm_sim.bullet_fixed import add_walker, solid_bodies
+from swarm_sim.bullet_fixed import add_walker, mesh_tiles, solid_bodies
 from swarm_sim.bullet_objects import BulletObjects, add_piece, pieces_of
 from swarm_sim.engine import FloatArray
 from swarm_sim.objects import Objects
@@ -53,6 +53,8 @@ class Surroundings:
         self._fixed: list[tuple[int, str]] = []  # of each outline of what stands: body, name
         self._outlines: list[FloatArray] = []
         self._standing: list[tuple[int, str]] = []  # of each body
+        self._tiles: list[FloatArray] = []  # of the meshes among them
+        self._tile_owners: list[tuple[int, str]] = []
         self._add_obstacles(bodies if self._has_loose else low)
         self.bodies = BulletObjects(client, objects)
         self.bodies.check_overlaps(self._standing)
@@ -77,6 +79,11 @@ class Surroundings:
         """Packed polygons (m, c, 2) of what stands, then of objects."""
         moving = self.objects.outlines() if len(self.objects) else ()
         return pack_polygons([*self._outlines, *moving])
+
+    @property
+    def tiles(self) -> tuple[FloatArray, list[tuple[int, str]]]:
+        """Bounds (k, 4) of the triangles of meshes that stand, in squares; their bodies, names."""
+        return np.vstack([np.zeros((0, 4)), *self._tiles]), self._tile_owners
 
     @property
     def reaches(self) -> FloatArray:
@@ -121,6 +128,10 @@ class Surroundings:
             for piece in pieces_of(body):
                 identifiers = add_piece(self._client, piece)
                 self._standing += [(identifier, body.name) for identifier in identifiers]
+                tiles = mesh_tiles(piece, *self._heights)
+                for identifier in identifiers:
+                    self._tiles.append(tiles)
+                    self._tile_owners += [(identifier, body.name)] * len(tiles)
                 for outline in section_between([piece], *self._heights).outlines():
                     for identifier in identifiers:
                         self._outlines.append(outline)

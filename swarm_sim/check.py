@@ -12,23 +12,25 @@ from swarm_common.grid import Grid
 from swarm_common.map_io import map_path
 from swarm_common.records import RobotSpec
 from swarm_sim.actors import VehicleSpec, WalkerSpec
-from swarm_sim.draw_map import SCAN_HEIGHT
+from swarm_sim.draw_map import SCAN_HEIGHT, Reach
 from swarm_sim.map_difference import compare
 from swarm_sim.scene import Scene
-from swarm_sim.section import FloatArray, Section, section_between
+from swarm_sim.section import GROUND_GAP, FloatArray, Section, section_between
 from swarm_sim.spawn import wall_distance
 
 WALK_STEP = 0.1  # [m] between the places of a walker's path that are looked at
 
 
-def check_map(scene: Scene, grid: Grid, height: float = SCAN_HEIGHT) -> None:
+def check_map(
+    scene: Scene, grid: Grid, height: float = SCAN_HEIGHT, reach: Reach | None = None
+) -> None:
     """Compare a map with the world's geometry; see `map_difference.compare`.
 
     Raises:
         MapError: If more than `MAX_SHARE` of the occupied cells disagree; the message says how
             many, where, and by which shift the map would fit.
     """
-    difference = compare(scene, grid, height)
+    difference = compare(scene, grid, height, reach)
     if not difference.agrees():
         raise MapError(
             f"the map does not show world '{scene.name}': {difference.describe()}"
@@ -47,7 +49,7 @@ def check_sites(scene: Scene, spec: RobotSpec) -> None:
     Raises:
         ConfigError: If an obstacle is nearer than the robot's circumscribed radius.
     """
-    section = section_between(scene.bodies, 0.005, spec.height)
+    section = section_between(scene.bodies, GROUND_GAP, spec.height)
     names = [f"station '{name}'" for name in scene.sites.stations]
     points = [(pose.x, pose.y) for pose in scene.sites.stations.values()]
     for name, circuit in scene.sites.circuits.items():
@@ -69,7 +71,7 @@ def check_walkers(scene: Scene, specs: Sequence[WalkerSpec]) -> None:
     Raises:
         ConfigError: Naming the walker and the place where it would.
     """
-    section = section_between(scene.bodies, 0.005, max([s.height for s in specs], default=1.0))
+    section = section_between(scene.bodies, GROUND_GAP, max([s.height for s in specs], default=1.0))
     for spec in specs:
         _check_gap(spec.name, _along(spec.path), spec.radius, section)
 
@@ -80,7 +82,7 @@ def check_vehicles(scene: Scene, specs: Sequence[VehicleSpec]) -> None:
     Raises:
         ConfigError: Naming the vehicle and the place where it would hit something.
     """
-    section = section_between(scene.bodies, 0.005, max([s.height for s in specs], default=1.0))
+    section = section_between(scene.bodies, GROUND_GAP, max([s.height for s in specs], default=1.0))
     for spec in specs:
         path = spec.path
         if len(path) > 2:

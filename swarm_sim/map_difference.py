@@ -108,30 +108,41 @@ class MapDifference:
             raise MapError(f"cannot write the picture {path}: {cause}") from cause
 
 
-def compare(scene: Scene, grid: Grid, height: float) -> MapDifference:
+def compare(
+    scene: Scene, grid: Grid, height: float, reach: tuple[float, float] | None = None
+) -> MapDifference:
     """Compare a map with the obstacles of a world that stay where they are.
 
     A cell disagrees if the world has an obstacle there and the map says free, with no occupied
-    cell within `TOLERANCE`, or if the map has an obstacle with none of the world's near it.
+    cell within `TOLERANCE`, or if the map has an obstacle with none of the world's near it. Cells
+    are those of navigation, `grid.COARSEST`, or the map's if they are smaller; within one of its
+    own cells a coarse map may put an obstacle where it likes.
 
     Args:
         scene: The world.
         grid: The map.
         height: [m] above ground of the plane that the map shows.
+        reach: Heights between which robots can touch something; the map may show that, too.
     """
-    grid = grid.upright()
+    own_cell = grid.resolution
+    grid = grid.upright().refined()
     section = section_between(scene.fixed, height, height)
     shape = (grid.height, grid.width)
     lattice = (grid.resolution, grid.origin_x, grid.origin_y)
     truth = draw_on(shape, *lattice, section).cells == OCCUPIED
     drawn = grid.cells == OCCUPIED
-    reach = max(1, round(TOLERANCE / grid.resolution))
+    near = max(1, round(TOLERANCE / grid.resolution))
+    allowed = truth
+    if reach is not None:
+        touched = section_between(scene.fixed, *reach)
+        allowed = truth | (draw_on(shape, *lattice, touched).cells == OCCUPIED)
+    coarse = max(near, round(own_cell / grid.resolution))
     return MapDifference(
         grid=grid,
         truth=truth,
         drawn=drawn,
-        missing=truth & (grid.cells == FREE) & ~grown(drawn, reach),
-        invented=drawn & ~grown(truth, reach),
+        missing=truth & (grid.cells == FREE) & ~grown(drawn, near),
+        invented=drawn & ~grown(allowed, coarse),
         outside=_outside(section.bounds(), grid),
     )
 

@@ -1,12 +1,14 @@
 """What of a triangle mesh lies between two heights, from above, as convex polygons.
 
-Closed parts of a mesh count as solid, open ones (walls of single sheets) as thin sheets.
+Any triangles will do: open, given twice, crossing each other, inside out. The shadow of every
+triangle counts; seen edge on it is a thin wall. Beside that what is certainly inside is filled,
+so that a solid is no hollow shell. Nothing depends on a mesh being closed, or on how its faces
+are turned: what cannot be decided stays a thin wall.
 """
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -15,16 +17,17 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from swarm_sim.mesh_kernels import crossings, roofed
+from swarm_sim.polygon_pieces import convex_pieces
 from swarm_sim.scene import Mesh, Transform
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 SHEET = 0.002  # [m] on either side of a surface without thickness
 DETAIL = 0.001  # [m] by which outlines are simplified
-MAX_CORNERS = 32  # of a piece
+LATTICE = 1e-6  # [m] to which the corners of a cut are rounded, so that equal ones are found
 NUDGE = 1.37e-7  # [m] off a height, so that no vertex lies exactly on it
 MIN_AREA = 1e-6  # [m²] of a polygon
-DENT = 0.0005  # [m] mean depth of dents in a polygon that counts as convex
 
 
 class Placed:
@@ -32,19 +35,23 @@ class Placed:
 
     Attributes:
         points: Vertices (n, 3) in the world.
-        solids: Faces of each closed part.
-        sheets: Faces (m, 3) of all other parts.
+        faces: (m, 3).
+        is_closed: (m,) whether a face belongs to a connected part without a rim.
     """
 
     def __init__(self, mesh: Mesh, world_from_part: Transform) -> None:
         self.points = mesh.vertices @ world_from_part[:3, :3].T + world_from_part[:3, 3]
-        self.solids, self.sheets = parts_of(len(self.points), mesh.faces)
+        self.faces = mesh.faces
+        if np.linalg.det(world_from_part[:3, :3]) < 0.0:
+            self.faces = self.faces[:, ::-1]
+        self.is_closed = closed_faces(len(self.points), mesh.faces)
 
-    def in_slab(self, faces: IntArray, low: float, high: float) -> IntArray:
-        """Return the faces of which something lies between two heights."""
-        heights = self.points[faces, 2]
-        near: IntArray = faces[(heights.max(axis=1) >= low) & (heights.min(axis=1) <= high)]
-        return near
+    def in_slab(self, low: float, high: float) -> FloatArray:
+        """Return the corners (k, 3, 3) of the triangles of which something lies in a slab."""
+        heights = self.points[self.faces, 2]
+        is_near = (heights.max(axis=1) >= low) & (heights.min(axis=1) <= high)
+        corners: FloatArray = self.points[self.faces[is_near]]
+        return corners
 
 
 def polygons_between(
@@ -59,14 +66,14 @@ def _polygons(
     mesh: Mesh, place: tuple[float, ...], low: float, high: float
 ) -> tuple[FloatArray, ...]:
     placed = _placed(mesh, place)
-    areas = list(_fillings(placed, (low + high) / 2.0 + NUDGE))
-    for faces, is_solid in [(placed.sheets, False), *((solid, True) for solid in placed.solids)]:
-        near = placed.in_slab(faces, low, high)
-        if len(near):
-            slab = (low - NUDGE, high + NUDGE)
-            areas.append(_shadow(placed.points[near], slab, is_solid))
-    union = shapely.union_all(areas).simplify(DETAIL)
-    return tuple(piece for polygon in _polygons_in(union) for piece in convex_pieces(polygon))
+    inside = _inside(placed, (low + high) / 2.0 + NUDGE)
+    shadows = _shadows(placed.in_slab(low - NUDGE, high + NUDGE), low - NUDGE, high + NUDGE)
+    is_flat = shapely.area(shadows) <= LATTICE * shapely.length(shadows)
+    parts = np.asarray(shapely.get_parts(shapely.union_all([inside, *shadows[~is_flat]])))
+    is_thin = shapely.area(parts) < SHEET * shapely.length(parts) / 4.0
+    area = shapely.union_all(parts[~is_thin]).simplify(DETAIL)
+    lines = np.concatenate([_outlines(shadows[is_flat]), _outlines(parts[is_thin])])
+    return (*_pieces(area), *_bars(_uncovered(lines, area)))
 
 
 @functools.lru_cache(maxsize=128)
@@ -76,65 +83,126 @@ def _placed(mesh: Mesh, place: tuple[float, ...]) -> Placed:
     return Placed(mesh, transform)
 
 
-def _shadow(corners: FloatArray, slab: tuple[float, float], is_solid: bool) -> Any:
-    """Return the area under the parts of triangles (n, 3, 3) inside the slab."""
-    low, high = slab
-    inside = ((corners[:, :, 2] >= low) & (corners[:, :, 2] <= high)).all(axis=1)
-    shapes = [_flat(corners[inside, :, :2], is_solid)]
-    for triangle in corners[~inside]:
-        clipped = _clipped(triangle, low, high)
-        if len(clipped) >= 2:
-            shapes.append(_flat(clipped[None, :, :2], is_solid))
-    return shapely.union_all(np.concatenate(shapes))
+def _shadows(corners: FloatArray, low: float, high: float) -> NDArray[Any]:
+    """Return what the parts of triangles (n, 3, 3) inside a slab cover: polygons and lines.
 
-
-def _flat(corners: FloatArray, is_solid: bool) -> NDArray[Any]:
-    """Return the hull of each row of corners (n, k, 2); sheets get some thickness."""
-    count, size = corners.shape[:2]
-    if not count:
+    The part of a triangle between two planes is the hull of its corners there and of where its
+    edges meet the planes.
+    """
+    heights = corners[:, :, 2]
+    is_in = (heights >= low) & (heights <= high)
+    rows, points = [np.nonzero(is_in)[0]], [corners[is_in][:, :2]]
+    for i, j in ((0, 1), (1, 2), (2, 0)):
+        for level in (low, high):
+            a, b = heights[:, i] - level, heights[:, j] - level
+            cut = np.flatnonzero(a * b < 0.0)
+            share = (a[cut] / (a[cut] - b[cut]))[:, None]
+            rows.append(cut)
+            points.append(corners[cut, i, :2] + share * (corners[cut, j, :2] - corners[cut, i, :2]))
+    index = np.concatenate(rows)
+    if not len(index):
         return np.zeros(0, dtype=object)
-    points = shapely.multipoints(corners.reshape(-1, 2), indices=np.repeat(np.arange(count), size))
-    hulls = np.asarray(shapely.convex_hull(points), dtype=object)
-    flat = shapely.area(hulls) < MIN_AREA
-    if is_solid:  # what is inside counts anyway
-        return np.asarray(hulls[~flat])
-    hulls[flat] = shapely.buffer(hulls[flat], SHEET, cap_style="square", join_style="mitre")
-    return hulls
+    order = np.argsort(index, kind="stable")
+    _, groups = np.unique(index[order], return_inverse=True)
+    points_of_each = shapely.multipoints(np.vstack(points)[order], indices=groups)
+    hulls = np.asarray(shapely.convex_hull(points_of_each))
+    shadows: NDArray[Any] = hulls[shapely.length(hulls) > 0.0]
+    return shadows
 
 
-def _clipped(triangle: FloatArray, low: float, high: float) -> FloatArray:
-    """Return the part of a polygon (n, 3) inside the slab (Sutherland and Hodgman)."""
-    points = list(triangle)
-    for level, sign in ((low, 1.0), (high, -1.0)):
-        kept: list[FloatArray] = []
-        for index, b in enumerate(points):
-            a = points[index - 1]
-            da, db = sign * (a[2] - level), sign * (b[2] - level)
-            if da * db < 0.0:
-                kept.append(a + da / (da - db) * (b - a))
-            if db >= 0.0:
-                kept.append(b)
-        points = kept
-    return np.array(points).reshape(-1, 3)
+def _outlines(shapes: NDArray[Any]) -> NDArray[Any]:
+    """Return the outlines of polygons, and lines as they are."""
+    is_area = shapely.get_dimensions(shapes) == 2
+    outlines = shapes.copy()
+    outlines[is_area] = shapely.boundary(shapes[is_area])
+    return outlines
 
 
-def _fillings(placed: Placed, level: float) -> Iterator[Any]:
-    """Return what a plane cuts out of the closed parts."""
-    for faces in placed.solids:
-        lines = _cut(placed.points, faces, level)
-        if not len(lines):
-            continue
-        merged = shapely.line_merge(shapely.multilinestrings(shapely.linestrings(lines)))
-        area: Any = shapely.Polygon()
-        for line in shapely.get_parts(merged):
-            if line.is_ring and len(line.coords) >= 4:  # rings inside rings are holes
-                area = area.symmetric_difference(shapely.Polygon(line).buffer(0.0))
-        if not area.is_empty:
-            yield area
+def _uncovered(lines: NDArray[Any], area: Any) -> FloatArray:
+    """Return the segments (n, 2, 2) of lines that do not lie in an area, or on its rim."""
+    if not area.is_empty and len(lines):
+        grown = area.buffer(DETAIL + SHEET / 2.0)
+        shapely.prepare(grown)
+        lines = lines[~shapely.covers(grown, lines)]
+        lines = np.asarray(shapely.difference(lines, grown))
+    if not len(lines):
+        return np.zeros((0, 2, 2))
+    noded = shapely.union_all(lines, grid_size=LATTICE)
+    merged = shapely.get_parts(shapely.line_merge(noded))
+    return _segments(shapely.simplify(merged, DETAIL))
+
+
+def _segments(lines: NDArray[Any]) -> FloatArray:
+    """Return the segments (n, 2, 2) that lines are made of."""
+    coordinates, line = shapely.get_coordinates(lines, return_index=True)
+    follows = np.flatnonzero(line[1:] == line[:-1])
+    segments: FloatArray = np.stack([coordinates[follows], coordinates[follows + 1]], axis=1)
+    return segments
+
+
+def _bars(segments: FloatArray) -> list[FloatArray]:
+    """Return a rectangle, counter-clockwise, around each segment (n, 2, 2)."""
+    along = segments[:, 1] - segments[:, 0]
+    length = np.hypot(*along.T)
+    segments, along = segments[length > 0.0], along[length > 0.0] / length[length > 0.0, None]
+    ahead = SHEET * along
+    left = SHEET * np.column_stack([-along[:, 1], along[:, 0]])
+    a, b = segments[:, 0] - ahead, segments[:, 1] + ahead
+    return list(np.stack([a - left, b - left, b + left, a + left], axis=1))
+
+
+def _pieces(area: Any) -> tuple[FloatArray, ...]:
+    return tuple(piece for polygon in _polygons_in(area) for piece in convex_pieces(polygon))
+
+
+def _inside(placed: Placed, level: float) -> Any:
+    """Return what of a plane at a height is inside the closed parts.
+
+    The lines in which the parts meet the plane divide it into cells. One of them is inside if the
+    lines wind around it, or if it is inside by the odd number of lines on the way out of it, each
+    counted as often as it is there, or once (solids whose faces are given twice, front and back);
+    and if there is something of the parts below and above it: a ring of walls is no solid.
+    """
+    faces = placed.faces[placed.is_closed]
+    segments = _cut(placed.points, faces, level)
+    if not len(segments):
+        return shapely.Polygon()
+    lines = shapely.linestrings(np.round(segments / LATTICE) * LATTICE)
+    noded = shapely.union_all(lines, grid_size=LATTICE)
+    cells = np.asarray(shapely.get_parts(shapely.polygonize(shapely.get_parts(noded))))
+    cells = cells[shapely.area(cells) > MIN_AREA]
+    if not len(cells):
+        return shapely.Polygon()
+    within = shapely.get_coordinates(shapely.point_on_surface(cells))
+    winding, count = crossings(within, segments)
+    _, once = crossings(within, _even(_segments(shapely.get_parts(noded))))
+    is_in = (winding != 0) | (count % 2 == 1) | (once % 2 == 1)
+    cells, within = cells[is_in], within[is_in]
+    is_in = roofed(within, level, placed.points, faces)
+    return shapely.union_all(cells[is_in])
+
+
+def _even(segments: FloatArray) -> FloatArray:
+    """Return the segments (n, 2, 2) of those connected figures in which an even number meet."""
+    if not len(segments):
+        return segments
+    keys = np.round(segments.reshape(-1, 2) / LATTICE).astype(np.int64)
+    nodes, ends = np.unique(keys, axis=0, return_inverse=True)
+    ends = ends.reshape(-1, 2)
+    size = (len(nodes), len(nodes))
+    links = coo_matrix((np.ones(len(ends), np.int8), ends.T), shape=size)
+    labels = connected_components(links, directed=False)[1]
+    is_odd = np.bincount(ends.ravel(), minlength=len(nodes)) % 2 == 1
+    bad = np.unique(labels[is_odd])
+    kept: FloatArray = segments[~np.isin(labels[ends[:, 0]], bad)]
+    return kept
 
 
 def _cut(points: FloatArray, faces: IntArray, level: float) -> FloatArray:
-    """Return the segments (n, 2, 2) in which triangles meet a plane at a height."""
+    """Return the segments (n, 2, 2) in which triangles meet a plane at a height.
+
+    Each has the inner side of its triangle on its left.
+    """
     above = points[faces, 2] > level
     crossing = faces[above.any(axis=1) & ~above.all(axis=1)]
     ends = np.zeros((len(crossing), 2, 2))
@@ -148,12 +216,17 @@ def _cut(points: FloatArray, faces: IntArray, level: float) -> FloatArray:
         rows = np.flatnonzero(cut)
         ends[rows, np.minimum(count[rows], 1)] = np.round(at, 9)
         count[rows] += 1
+    a, b, c = (points[crossing[:, k]] for k in range(3))
+    outward = np.cross(b - a, c - a)
+    along = ends[:, 1] - ends[:, 0]
+    is_reversed = along[:, 1] * outward[:, 0] - along[:, 0] * outward[:, 1] < 0.0
+    ends[is_reversed] = ends[is_reversed][:, ::-1]
     segments: FloatArray = ends[(count == 2) & (ends[:, 0] != ends[:, 1]).any(axis=1)]
     return segments
 
 
-def parts_of(count: int, faces: IntArray) -> tuple[list[IntArray], IntArray]:
-    """Return the faces of each connected part of a mesh that has no rim, and all other faces.
+def closed_faces(count: int, faces: IntArray) -> NDArray[np.bool_]:
+    """Return for each face whether its connected part has no rim.
 
     Args:
         count: Number of vertices.
@@ -161,16 +234,12 @@ def parts_of(count: int, faces: IntArray) -> tuple[list[IntArray], IntArray]:
     """
     edges = np.sort(np.vstack([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
     links = coo_matrix((np.ones(len(edges), np.int8), edges.T), shape=(count, count))
-    labels = connected_components(links, directed=False)[1][faces[:, 0]]
-    solids, sheets = [], np.zeros(len(faces), np.bool_)
-    for label in np.unique(labels):
-        own = labels == label
-        _, uses = np.unique(edges[np.tile(own, 3)], axis=0, return_counts=True)
-        if (uses % 2 == 0).all():
-            solids.append(faces[own])
-        else:
-            sheets |= own
-    return solids, faces[sheets]
+    parts, labels = connected_components(links, directed=False)
+    keys, uses = np.unique(edges[:, 0] * count + edges[:, 1], return_counts=True)
+    has_rim = np.zeros(parts, np.bool_)
+    has_rim[labels[keys[uses % 2 == 1] // count]] = True
+    is_closed: NDArray[np.bool_] = ~has_rim[labels[faces[:, 0]]]
+    return is_closed
 
 
 def _polygons_in(area: Any) -> list[Any]:
@@ -182,46 +251,3 @@ def _polygons_in(area: Any) -> list[Any]:
         for polygon in shapely.get_parts(part)
         if polygon.geom_type == "Polygon" and polygon.area > MIN_AREA
     ]
-
-
-def convex_pieces(polygon: Any) -> list[FloatArray]:
-    """Return convex polygons (k, 2), counter-clockwise, that make up a polygon with holes.
-
-    The triangles of a triangulation are joined as long as they stay convex (after Hertel and
-    Mehlhorn).
-    """
-    if _is_convex(polygon):
-        return [_ring(shapely.convex_hull(polygon))]
-    pieces = [
-        part
-        for part in shapely.get_parts(shapely.constrained_delaunay_triangles(polygon))
-        if part.area > 0.0
-    ]
-    index = 0
-    while index < len(pieces):
-        piece = pieces[index]
-        for other in range(index + 1, len(pieces)):
-            if not shapely.touches(piece, pieces[other]):
-                continue
-            joined = shapely.union(piece, pieces[other])
-            if joined.geom_type == "Polygon" and _is_convex(joined):
-                pieces[index] = shapely.convex_hull(joined)
-                del pieces[other]
-                break
-        else:
-            index += 1
-    return [_ring(piece) for piece in pieces]
-
-
-def _is_convex(polygon: Any) -> bool:
-    hull = shapely.convex_hull(polygon)
-    return bool(hull.area - polygon.area < DENT * hull.length)
-
-
-def _ring(polygon: Any) -> FloatArray:
-    tolerance = DETAIL
-    while shapely.get_num_coordinates(polygon) > MAX_CORNERS + 1:
-        tolerance *= 1.5
-        polygon = shapely.simplify(polygon, tolerance)
-    corners: FloatArray = np.array(shapely.orient_polygons(polygon).exterior.coords)[:-1, :2]
-    return corners

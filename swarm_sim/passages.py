@@ -14,7 +14,7 @@ from swarm_common.grid import OCCUPIED, Grid
 from swarm_common.records import Pose, RobotSpec
 from swarm_sim.raster import draw_grid
 from swarm_sim.scene import Scene
-from swarm_sim.section import FloatArray, section_between
+from swarm_sim.section import GROUND_GAP, FloatArray, section_between
 from swarm_sim.spawn import wall_distance
 
 Mask = NDArray[np.bool_]
@@ -25,7 +25,6 @@ SLACK = 0.03  # [m] by which the grid may show a passage too narrow
 ACROSS = 0.08  # [m] to either side of a cell in which the middle of the passage is looked for
 NEAR = 0.3  # [m] from a station within which a robot has come to it
 STEPS = 12  # of the search for the width of the widest way
-GROUND_GAP = 0.005  # [m] above ground from which something is an obstacle
 
 
 @dataclass(frozen=True, slots=True)

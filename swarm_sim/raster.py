@@ -13,6 +13,8 @@ MARGIN = 0.5  # [m] of map beyond the outermost obstacle
 MAX_CELLS = 30_000_000
 NOWHERE: FloatArray = np.zeros((0, 2))
 SPILL = 0.005  # [m] by which an obstacle may reach into a cell without occupying it
+THIN_STEP = 0.25  # of a cell, between the points of an outline that are looked at
+INWARD = 1e-6  # share of the way to the middle by which these lie inside
 
 
 def draw_grid(
@@ -24,8 +26,10 @@ def draw_grid(
 ) -> Grid:
     """Return the map of a section.
 
-    A cell is occupied if an obstacle reaches more than `SPILL` into it. The lower left corner of
-    the obstacles lies on a cell corner, so that walls on the lattice are drawn without excess.
+    A cell is occupied if an obstacle reaches more than `SPILL` into it, and wherever else it must
+    be for every point of an obstacle to lie within `SPILL` of an occupied cell: no sheet is too
+    thin, wherever it lies. The lower left corner of the obstacles lies on a cell corner, so that
+    walls on the lattice are drawn without excess.
 
     Args:
         section: Obstacles.
@@ -64,8 +68,11 @@ def draw_on(
 ) -> Grid:
     """Return a grid of a given shape and place on which a section is occupied, all else free."""
     grid = Grid(np.full(shape, FREE, np.int8), resolution, origin_x, origin_y)
-    for outline in section.outlines():
+    outlines = section.outlines()
+    for outline in outlines:
         _draw_polygon(grid, outline)
+    for outline in outlines:
+        _draw_thin(grid, outline)
     return grid
 
 
@@ -92,3 +99,22 @@ def _draw_polygon(grid: Grid, outline: FloatArray) -> None:
         outward = (x - x0) * dy - (y - y0) * dx  # times the edge's length
         meets = meets & (outward - half * (abs(dx) + abs(dy)) < 0.0)
     grid.cells[row0 : row0 + len(rows), column0 : column0 + len(columns)][meets] = OCCUPIED
+
+
+def _draw_thin(grid: Grid, outline: FloatArray) -> None:
+    """Mark the cells of an outline's points that have no occupied cell within SPILL."""
+    edges = np.roll(outline, -1, axis=0) - outline
+    counts = np.ceil(np.hypot(*edges.T) / (THIN_STEP * grid.resolution)).astype(np.int64) + 1
+    share = np.concatenate([(np.arange(count) + 0.5) / count for count in counts])
+    points = np.repeat(outline, counts, axis=0) + share[:, None] * np.repeat(edges, counts, axis=0)
+    points += INWARD * (outline.mean(axis=0) - points)
+    corner = np.array([grid.origin_x, grid.origin_y])
+    size = np.array([grid.width, grid.height])
+    is_seen = np.zeros(len(points), np.bool_)
+    for shift in ((-SPILL, -SPILL), (-SPILL, SPILL), (SPILL, -SPILL), (SPILL, SPILL)):
+        cells = np.floor((points + shift - corner) / grid.resolution).astype(np.int64)
+        on_grid = ((cells >= 0) & (cells < size)).all(axis=1)
+        is_seen[on_grid] |= grid.cells[cells[on_grid, 1], cells[on_grid, 0]] == OCCUPIED
+    cells = np.floor((points[~is_seen] - corner) / grid.resolution).astype(np.int64)
+    cells = cells[((cells >= 0) & (cells < size)).all(axis=1)]
+    grid.cells[cells[:, 1], cells[:, 0]] = OCCUPIED

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from swarm_sim.scene import Body, Box, Cylinder, Hull, Mesh, Scene, Shape, Sphere, Transform
 
 FloatArray = NDArray[np.float64]
+GROUND_GAP = 0.005  # [m] above ground from which something is an obstacle
 RIM_POINTS = 24  # corners that stand for the rim of a cylinder that is not upright
 UPRIGHT = 1.0 - 1e-9
 
@@ -51,6 +52,17 @@ class Section:
         points = np.vstack(outlines)
         (x_min, y_min), (x_max, y_max) = points.min(axis=0), points.max(axis=0)
         return float(x_min), float(y_min), float(x_max), float(y_max)
+
+
+def joined(*sections: Section) -> Section:
+    """Return what any of several sections has."""
+    polygons = [(p, n) for s in sections for p, n in zip(s.polygons, s.names, strict=False)]
+    discs = [n for s in sections for n in s.names[len(s.polygons) :]]
+    return Section(
+        tuple(polygon for polygon, _ in polygons),
+        np.vstack([np.zeros((0, 3)), *(s.discs for s in sections)]),
+        (*(name for _, name in polygons), *discs),
+    )
 
 
 def section_at(scene: Scene, height: float) -> Section:

@@ -18,7 +18,7 @@ from swarm_sim.polygon_kernels import corner_distance, nearest_outline
 from swarm_sim.raster import draw_grid
 from swarm_sim.raster_kernels import flood
 from swarm_sim.scene import Scene
-from swarm_sim.section import FloatArray, Section, section_between
+from swarm_sim.section import GROUND_GAP, FloatArray, Section, section_between
 
 WALL_GAP = 0.15  # [m] between the robot's circle and an obstacle
 STATION_CLEARANCE = 1.2  # [m] from centre to station
@@ -81,7 +81,7 @@ def spawn_poses(scene: Scene, spec: RobotSpec, count: int, spawn: Start = "") ->
         WorldError: If there is no room for so many robots.
         UnknownNameError: If there is no such spawn.
     """
-    section = section_between(scene.bodies, 0.005, spec.height)
+    section = section_between(scene.bodies, GROUND_GAP, spec.height)
     start = scene.sites.spawn_named(spawn) if isinstance(spawn, str) else spawn
     if start is None:
         return _around_origin(section, scene, spec, count)

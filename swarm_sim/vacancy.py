@@ -10,9 +10,8 @@ from swarm_common.errors import WorldError
 from swarm_common.records import FloatArray, Pose, RobotSpec
 from swarm_sim.changing_world import ChangingWorld
 from swarm_sim.scene import Body
-from swarm_sim.section import section_between
+from swarm_sim.section import GROUND_GAP, section_between
 from swarm_sim.spawn import wall_distance
-from swarm_sim.world import GROUND_GAP
 
 GAP = 0.05  # [m] between the robot's circle and anything
 MARGIN = 0.047  # [m] by which a navigator's disc is larger than its body (traffic.safety_margin)

@@ -26,7 +26,7 @@ from swarm_sim.radio import Radio, RadioConfig
 from swarm_sim.randomness import normal
 from swarm_sim.robot_model import RobotModel, bodies_of
 from swarm_sim.scene import Body, Scene
-from swarm_sim.section import section_between
+from swarm_sim.section import GROUND_GAP, section_between
 from swarm_sim.vehicles import Vehicles
 from swarm_sim.verdict import Collision, Judge, Verdict
 from swarm_sim.walkers import Walkers
@@ -34,7 +34,6 @@ from swarm_sim.walkers import Walkers
 ENGINES = ("bullet", "planar")
 MAX_NOISE = 0.2  # of the speeds
 NOISE_WORD = 73  # what a random number is for
-GROUND_GAP = 0.005  # [m] above ground from which something counts as an obstacle
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

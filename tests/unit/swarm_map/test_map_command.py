@@ -165,3 +165,35 @@ def test_shipped_worlds_are_those_of_their_plans(name: str) -> None:
     plan = load_plan(folder / "plan.yaml")
     assert sdf_text(plan) == (folder / "world.sdf").read_text()
     assert sites_text(plan.sites) == (folder / "sites.yaml").read_text()
+
+
+def test_a_black_and_white_picture_is_a_world_without_places(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pixels = np.full((60, 80), 255, np.uint8)
+    pixels[[0, -1]], pixels[:, [0, -1]] = 0, 0
+    Image.fromarray(pixels).save(tmp_path / "plain.png")
+    words = ("new", tmp_path / "plain.png", "-o", tmp_path, "--resolution", 0.1)
+    assert run(monkeypatch, *words) == 0
+    assert not load_world(tmp_path / "plain").sites.stations
+
+
+def test_a_coarse_picture_has_a_map_to_navigate_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pixels = np.full((8, 10), 255, np.uint8)
+    pixels[[0, -1]], pixels[:, [0, -1]] = 0, 0
+    Image.fromarray(pixels).save(tmp_path / "coarse.png")
+    words = ("new", tmp_path / "coarse.png", "-o", tmp_path, "--resolution", 1.0)
+    assert run(monkeypatch, *words) == 0
+    assert load_map(tmp_path / "coarse" / "map.yaml").resolution == 0.05
+    words = ("draw", "slim_blockage", "-o", tmp_path, "--resolution", 1.0)
+    assert run(monkeypatch, *words) == 0  # on whose cells of 1 m walls of 0.15 m fit, but ...
+    picture = tmp_path / "difference.png"
+    capsys.readouterr()
+    coarse = load_map(tmp_path / "slim_blockage.yaml")
+    moved = replace(coarse, origin_x=coarse.origin_x + 1.5)  # ... not when they are elsewhere
+    save_map(moved, tmp_path / "moved.yaml")
+    words = ("check", "slim_blockage", tmp_path / "slim_blockage.yaml", "-o", picture)
+    assert run(monkeypatch, *words) == 0
+    assert run(monkeypatch, "check", "slim_blockage", tmp_path / "moved.yaml", "-o", picture) == 1

@@ -144,7 +144,9 @@ def test_a_map_is_checked_at_the_height_of_the_robots_scan(monkeypatch: pytest.M
     tall = replace(robot.spec, lidar=replace(robot.spec.lidar, z=0.2))
     heights: list[float] = []
     monkeypatch.setattr(build, "open_robot", lambda _: replace(robot, spec=tall))
-    monkeypatch.setattr(build, "check_map", lambda scene, grid, height: heights.append(height))
+    monkeypatch.setattr(
+        build, "check_map", lambda scene, grid, height, reach: heights.append(height)
+    )
     settings = Settings(
         world="crossing", robots=(RobotEntry("Srobot1", "turtlebot3_waffle"),), engine="planar"
     )

@@ -1,0 +1,100 @@
+"""Polygons with holes as convex pieces."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+Point = tuple[float, float]
+DETAIL = 0.001  # [m] by which a piece with too many corners is simplified at first
+MAX_CORNERS = 32  # of a piece
+DENT = 0.0005  # [m] mean depth of dents in a polygon that counts as convex
+
+
+def convex_pieces(polygon: Any) -> list[FloatArray]:
+    """Return convex polygons (k, 2), counter-clockwise, that make up a polygon with holes.
+
+    The triangles of a triangulation are joined as long as they stay convex (after Hertel and
+    Mehlhorn).
+    """
+    if _is_convex(polygon):
+        return [_ring(shapely.convex_hull(polygon))]
+    triangles = shapely.get_parts(shapely.constrained_delaunay_triangles(polygon))
+    triangles = shapely.orient_polygons(triangles[shapely.area(triangles) > 0.0])
+    corners = shapely.get_coordinates(triangles).reshape(-1, 4, 2)[:, :3]
+    rings = {
+        index: [(x, y) for x, y in triangle] for index, triangle in enumerate(corners.tolist())
+    }
+    owners = {edge: index for index, ring in rings.items() for edge in _edges(ring)}
+    for index in list(rings):
+        if index in rings:
+            _grow(index, rings, owners)
+    return [_ring(shapely.convex_hull(shapely.Polygon(ring))) for ring in rings.values()]
+
+
+def _grow(
+    index: int, rings: dict[int, list[Point]], owners: dict[tuple[Point, Point], int]
+) -> None:
+    """Join one of the rings with its neighbours as long as it stays convex."""
+    has_grown = True
+    while has_grown:
+        has_grown = False
+        for a, b in _edges(rings[index]):
+            other = owners.get((b, a), index)
+            if other == index:
+                continue
+            joined = _joined(rings[index], rings[other], a, b)
+            if not _is_nearly_convex(joined):
+                continue
+            for edge in (*_edges(rings[index]), *_edges(rings[other])):
+                owners.pop(edge, None)
+            del rings[other]
+            rings[index] = joined
+            owners.update(dict.fromkeys(_edges(joined), index))
+            has_grown = True
+            break
+
+
+def _edges(ring: list[Point]) -> list[tuple[Point, Point]]:
+    return list(zip(ring, [*ring[1:], ring[0]], strict=True))
+
+
+def _joined(ring: list[Point], other: list[Point], a: Point, b: Point) -> list[Point]:
+    """Return two rings as one; the first goes from a to b, the other back."""
+    start, back = ring.index(b), other.index(a)
+    joined = [*ring[start:], *ring[:start], *[*other[back:], *other[:back]][1:-1]]
+    index = 0
+    while len(joined) > 3 and index < len(joined):  # there and back along a second common edge
+        if joined[index - 1] == joined[(index + 1) % len(joined)]:
+            gone = {index, (index + 1) % len(joined)}
+            joined = [point for k, point in enumerate(joined) if k not in gone]
+            index = 0
+        else:
+            index += 1
+    return joined
+
+
+def _is_nearly_convex(ring: list[Point]) -> bool:
+    points = np.array(ring)
+    before, after = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
+    if (before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0] >= 0.0).all():
+        return True
+    return _is_convex(shapely.Polygon(ring))
+
+
+def _is_convex(polygon: Any) -> bool:
+    hull = shapely.convex_hull(polygon)
+    return bool(hull.area - polygon.area < DENT * hull.length)
+
+
+def _ring(polygon: Any) -> FloatArray:
+    tolerance = DETAIL
+    while shapely.get_num_coordinates(polygon) > MAX_CORNERS + 1:
+        tolerance *= 1.5
+        polygon = shapely.simplify(polygon, tolerance)
+    corners: FloatArray = np.array(shapely.orient_polygons(polygon).exterior.coords)[:-1, :2]
+    return corners
