@@ -28,7 +28,7 @@ from swarm_sim.scene import Scene
 from swarm_sim.sdf import load_world
 from swarm_sim.spawn import spawn_poses
 from swarm_sim.world import World, WorldConfig
-from swarm_sim.world_check import check_world
+from swarm_sim.world_check import checked
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,7 +85,7 @@ def check(options: RunOptions) -> None:
     mission.stops(scene.sites, homes[0], seed=options.seed, robot_id=1, homes_map=homes)
     _map_for(options.scenario.world, specs)
     heights = [spec.lidar.z for spec in specs]
-    check_world(scene, heights, reach_of(specs), with_physics=options.engine == "bullet")
+    checked(scene, heights, reach_of(specs), with_physics=options.engine == "bullet")
     _actors(options.scenario.world, options.scenario.actors)
     load_method(options.method)
     nav_config(options, specs[0])

@@ -52,6 +52,7 @@ class UpOptions:
     run_dir: Path | None = None
     over_limit: bool = False
     skip_missing: bool = False  # leave out what of a world is not found
+    skip_broken: bool = False  # leave out models of a world that are unusable
     bind: str = ""  # address of this host with --role world; empty: all is on one host
 
     def __post_init__(self) -> None:

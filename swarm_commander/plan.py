@@ -83,6 +83,7 @@ class RunPlan:
             "processes": options.processes,
             "spawn": self.mission.spawn if self.mission is not None else "",
             "skip_missing": options.skip_missing,
+            "skip_broken": options.skip_broken,
             "seed": options.seed,
             "realistic": options.realistic,
             "speed": "max" if options.speed is None else options.speed,

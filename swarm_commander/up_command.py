@@ -56,6 +56,10 @@ def up(
         bool,
         typer.Option("--skip-missing", help="Leave out models and meshes of a world not found."),
     ] = False,
+    skip_broken: Annotated[
+        bool,
+        typer.Option("--skip-broken", help="Leave out models of a world that are unusable."),
+    ] = False,
     params: Annotated[Path | None, typer.Option(help="ROS 2 parameter file.")] = None,
     mission: Annotated[str | None, typer.Option(help="Name or file of a mission.")] = None,
     laps: Annotated[int, typer.Option(help="Times that the mission is driven.")] = 1,
@@ -204,6 +208,7 @@ def up(
         run_dir=run_dir,
         over_limit=over_limit,
         skip_missing=skip_missing,
+        skip_broken=skip_broken,
         bind=_address_to_bind(bind),
     )
     run_plan = check_plan(options)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_common.errors import MeshError
+from swarm_common.quiet import quiet_trimesh
 from swarm_common.shapes import FloatArray, Hull
 
 MAX_FACES = 400  # of a hull; finer ones are approximated from their extreme corners
@@ -86,6 +87,8 @@ def _extremes(corners: FloatArray) -> FloatArray:
 def _corners(path: Path) -> FloatArray:
     """Return the corners (n, 3) of all parts of a mesh file."""
     import trimesh  # slow to import, and not needed for primitive shapes
+
+    quiet_trimesh()
 
     if not path.is_file():
         raise MeshError(f"there is no mesh file {path}")

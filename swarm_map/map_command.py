@@ -33,6 +33,9 @@ Resolution = Annotated[float, typer.Option(help="[m] per cell, or per pixel of a
 SkipMissing = Annotated[
     bool, typer.Option("--skip-missing", help="Leave out models and meshes that are nowhere.")
 ]
+SkipBroken = Annotated[
+    bool, typer.Option("--skip-broken", help="Leave out models that are unusable.")
+]
 
 
 @map_app.command()
@@ -48,6 +51,7 @@ def draw(
     ] = None,
     resolution: Resolution = 0.05,
     skip_missing: SkipMissing = False,
+    skip_broken: SkipBroken = False,
 ) -> None:
     """Draw the map of a world: NAME.yaml and NAME.pgm for Nav2."""
     _check(0.001 <= resolution <= 1.0, f"--resolution is {resolution}; expected 0.001 to 1 m")
@@ -55,7 +59,7 @@ def draw(
         height is None or 0.0 < height < 100.0,
         f"--height is {height}; expected more than 0, less than 100 m",
     )
-    scene = _load(world, skip_missing)
+    scene = _load(world, skip_missing, skip_broken)
     if height is None:
         grid = draw_world(scene, SCAN_HEIGHT, resolution, reach=reach_of([load_robot(ROBOT)]))
     else:
@@ -84,6 +88,7 @@ def check(
         float, typer.Option(help="Of the occupied cells that may disagree.")
     ] = MAX_SHARE,
     skip_missing: SkipMissing = False,
+    skip_broken: SkipBroken = False,
 ) -> None:
     """Compare a map with a world, and draw where they differ.
 
@@ -93,7 +98,7 @@ def check(
     Exit code: 0 they agree; 1 more than --max-share of the occupied cells disagree; 2 bad input.
     """
     _check(0.0 <= max_share <= 1.0, f"--max-share is {max_share}; expected 0 to 1")
-    scene = _load(world, skip_missing)
+    scene = _load(world, skip_missing, skip_broken)
     robot = load_robot(ROBOT)
     if map_ is None:
         _check_triangles(scene, robot, height, output)
@@ -163,8 +168,8 @@ def _check_triangles(scene: Scene, robot: RobotSpec, height: float, output: Path
         raise typer.Exit(1)
 
 
-def _load(world: str, skip_missing: bool) -> Scene:
-    scene = load_world(world, skip_missing=skip_missing)
+def _load(world: str, skip_missing: bool, skip_broken: bool) -> Scene:
+    scene = load_world(world, skip_missing=skip_missing, skip_broken=skip_broken)
     for note in scene.notes:
         console.print(note, style="dim")
     return scene

@@ -24,7 +24,7 @@ from swarm_sim.sdf import load_world
 from swarm_sim.settings import Settings
 from swarm_sim.spawn import deal_places
 from swarm_sim.world import WorldConfig
-from swarm_sim.world_check import check_world
+from swarm_sim.world_check import checked
 
 PICTURE = "map_difference.png"
 
@@ -56,7 +56,9 @@ def build(settings: Settings) -> Stage:
     Raises:
         SwarmError: If a file or a value is unusable.
     """
-    scene = load_world(settings.world, skip_missing=settings.skip_missing)
+    scene = load_world(
+        settings.world, skip_missing=settings.skip_missing, skip_broken=settings.skip_broken
+    )
     if settings.sites is not None:
         scene = dataclasses.replace(scene, sites=load_sites(settings.sites))
     if settings.actors is not None:
@@ -72,11 +74,12 @@ def build(settings: Settings) -> Stage:
     check_vehicles(scene, scene.vehicles)
     poses = _places(scene, specs, settings)
     check_ways(scene, specs, poses)
-    check_world(
+    scene = checked(
         scene,
         [spec.lidar.z for spec in specs],
         reach_of(specs),
         with_physics=settings.engine == "bullet",
+        skip_broken=settings.skip_broken,
     )
     grid = _map(settings, scene, specs, poses)
     _check_starts(grid, poses, settings)

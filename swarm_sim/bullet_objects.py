@@ -24,7 +24,9 @@ from swarm_sim.objects import Objects
 from swarm_sim.scene import Body, Mesh, Plane, Transform
 
 CHUNK = 20_000  # triangles of a mesh in one body
-OVERLAP = 0.01  # [m] by which something loose may reach into something else at the start
+OVERLAP = 0.01  # [m] by which something loose may reach into something else while it stands
+SLIP = 0.1  # [m] by which it may at the start: it is pushed out then
+PARTING_STEPS = 200  # of physics in which it has to be
 CONTACT_DISTANCE = 8  # field of a contact point
 FLOOR = 500.0  # [m] from the origin to the edge of the ground for loose bodies
 ROLLING = 0.002  # [m] coefficient of rolling friction, so that what rolls comes to rest
@@ -113,8 +115,10 @@ class BulletObjects:
         del self._centers[index]
         self._wake()
 
-    def check_overlaps(self, others: Sequence[tuple[int, str]]) -> None:
-        """Refuse something loose that begins inside something else.
+    def part(self, others: Sequence[tuple[int, str]]) -> None:
+        """Push what is loose out of what it reaches into by centimetres; refuse what is deeper.
+
+        Bodies move without gathering speed, so that nothing is thrown about.
 
         Args:
             others: Ids and names of what stands.
@@ -122,6 +126,23 @@ class BulletObjects:
         Raises:
             WorldError: Naming both, the place and the depth.
         """
+        if self._deepest(others) <= OVERLAP:
+            return
+        for _ in range(PARTING_STEPS):
+            pybullet.stepSimulation(physicsClientId=self._client)
+            for body in self._loose:
+                pybullet.resetBaseVelocity(body, [0.0] * 3, [0.0] * 3, self._client)
+            if self._deepest(others) <= OVERLAP:
+                break
+        self.read()
+
+    def _deepest(self, others: Sequence[tuple[int, str]]) -> float:
+        """Return by how much [m] something loose reaches into something else at most.
+
+        Raises:
+            WorldError: If that is more than `SLIP`.
+        """
+        deepest = 0.0
         loose = list(zip(self._loose, self._objects.names, strict=False))
         for index, (body, name) in enumerate(loose):
             for other, what in [*dict.fromkeys(others), *loose[index + 1 :]]:
@@ -129,12 +150,14 @@ class BulletObjects:
                     body, other, 0.0, -1, -1, physicsClientId=self._client
                 )
                 for point in points or ():
-                    if point[CONTACT_DISTANCE] < -OVERLAP:
+                    deepest = max(deepest, -point[CONTACT_DISTANCE])
+                    if point[CONTACT_DISTANCE] < -SLIP:
                         x, y, _ = point[5]
                         raise WorldError(
                             f"'{name}' reaches {-point[CONTACT_DISTANCE]:.2f} m into '{what}' at "
                             f"({x:.2f}, {y:.2f}); move it, or make it static"
                         )
+        return deepest
 
     def put(self, index: int, place: Transform) -> None:
         """Put a loose body elsewhere, where it comes to rest."""

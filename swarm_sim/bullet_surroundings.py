@@ -57,7 +57,7 @@ class Surroundings:
         self._tile_owners: list[tuple[int, str]] = []
         self._add_obstacles(bodies if self._has_loose else low)
         self.bodies = BulletObjects(client, objects)
-        self.bodies.check_overlaps(self._standing)
+        self.bodies.part(self._standing)
         self._walkers = [
             (add_walker(client, spec.radius, spec.height), spec.name) for spec in walkers.specs
         ]

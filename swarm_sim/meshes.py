@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -11,12 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_common.errors import WorldError
+from swarm_common.quiet import quiet_trimesh
 from swarm_sim.scene import Hull, Mesh
 
 FloatArray = NDArray[np.float64]
 MIN_EXTENT = 0.001  # [m] of a mesh along its longest side
 MAX_EXTENT = 1000.0  # [m]
 MAX_FACES = 500_000
+# Of a file that is to have faces: STL, OBJ, COLLADA.
+FACE = re.compile(rb"^\s*facet\b|^f\s|<(?:triangles|polylist|polygons|trifans|tristrips)\b", re.M)
 
 
 def load_mesh(path: Path, scale: tuple[float, ...], submesh: str = "") -> Mesh:
@@ -28,9 +32,12 @@ def load_mesh(path: Path, scale: tuple[float, ...], submesh: str = "") -> Mesh:
         submesh: Name of the only part of the file that is wanted; empty for all.
 
     Raises:
-        WorldError: If the file is damaged, empty, or of an absurd scale.
+        WorldError: If the file is damaged, or of an absurd scale; without triangles it is a mesh
+            of nothing.
     """
     vertices, faces = _triangles(path, path.stat().st_mtime_ns, submesh)
+    if not len(faces):
+        return Mesh(vertices, faces, str(path))
     scaled = vertices * np.array(scale)
     extent = float(np.ptp(scaled, axis=0).max())
     if not MIN_EXTENT <= extent <= MAX_EXTENT:
@@ -65,6 +72,8 @@ def _triangles(path: Path, _modified: int, submesh: str) -> tuple[FloatArray, ND
     """Return vertices [m] and faces of a file; read once while it does not change."""
     import trimesh  # slow to import, and most worlds have no meshes
 
+    quiet_trimesh()
+
     try:
         scene = trimesh.load_scene(path)
         mesh = _flattened(scene, submesh, path)
@@ -78,8 +87,8 @@ def _triangles(path: Path, _modified: int, submesh: str) -> tuple[FloatArray, ND
         np.array(mesh.vertices, dtype=np.float64) * _metres(mesh, scene),
         np.array(mesh.faces, dtype=np.int64),
     )
-    if not len(faces) or not len(vertices):
-        raise WorldError(f"{path}: the mesh has no triangles")
+    if not len(faces) and FACE.search(path.read_bytes()):
+        raise WorldError(f"{path}: the file speaks of faces, but none can be read")
     if len(faces) > MAX_FACES:
         raise WorldError(
             f"{path}: the mesh has {len(faces)} triangles; expected at most {MAX_FACES} for a "

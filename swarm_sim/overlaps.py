@@ -8,7 +8,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.errors import WorldError
 from swarm_sim.scene import Body, Box, Cylinder, Hull, Mesh, Part, Plane, Shape, Sphere
 
 FloatArray = NDArray[np.float64]
@@ -16,12 +15,9 @@ INSET = 0.001  # [m] by which a body must be inside sideways
 RIM = 12  # points that stand for a round rim
 
 
-def check_overlaps(bodies: Sequence[Body]) -> None:
-    """Check that no body lies wholly inside a shape of another model.
-
-    Raises:
-        WorldError: Naming both and the place.
-    """
+def overlaps(bodies: Sequence[Body]) -> dict[str, str]:
+    """Return which models have a body wholly inside a shape of another one, and where."""
+    found: dict[str, str] = {}
     clouds = [_cloud(body) for body in bodies]
     boxes = np.array([[c.min(axis=0), c.max(axis=0)] for c in clouds]).reshape(-1, 2, 3)
     for outer in bodies:
@@ -35,10 +31,12 @@ def check_overlaps(bodies: Sequence[Body]) -> None:
                 inner = bodies[int(index)]
                 if _model(inner) != _model(outer) and _holds(part, outer, clouds[int(index)]):
                     x, y = clouds[int(index)][:, :2].mean(axis=0)
-                    raise WorldError(
+                    found.setdefault(
+                        _model(inner),
                         f"model '{_model(inner)}' at ({x:.2f}, {y:.2f}) lies inside "
-                        f"'{outer.name}'; move it, or leave it out"
+                        f"'{outer.name}'; move it, or leave it out",
                     )
+    return found
 
 
 def _model(body: Body) -> str:

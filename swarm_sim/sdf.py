@@ -17,7 +17,7 @@ from swarm_common.sites import Sites
 from swarm_common.sites_io import load_sites
 from swarm_sim.actors import ACTORS_FILE, Actors, check_names, load_actors
 from swarm_sim.model_paths import ModelPaths
-from swarm_sim.overlaps import check_overlaps
+from swarm_sim.overlaps import overlaps
 from swarm_sim.scene import Body, Scene
 from swarm_sim.sdf_actors import actors_of
 from swarm_sim.sdf_bodies import bodies_of
@@ -50,12 +50,15 @@ def world_names() -> list[str]:
     return resource_names("world", WORLD_FILE)
 
 
-def load_world(name_or_path: str | Path, *, skip_missing: bool = False) -> Scene:
+def load_world(
+    name_or_path: str | Path, *, skip_missing: bool = False, skip_broken: bool = False
+) -> Scene:
     """Return a world.
 
     Args:
         name_or_path: Name of a folder in `worlds/`, or a path to a folder, `.sdf` or `.world`.
         skip_missing: Whether models and meshes that are nowhere are left out.
+        skip_broken: Whether models that are unusable are.
 
     Raises:
         UnknownNameError: If there is no such world.
@@ -63,16 +66,12 @@ def load_world(name_or_path: str | Path, *, skip_missing: bool = False) -> Scene
     """
     path = find_resource("world", name_or_path, WORLD_FILE)
     sites_path, actors_path = path.with_name(SITES_FILE), path.with_name(ACTORS_FILE)
-    file = read_world(path, skip_missing=skip_missing)
+    file = read_world(path, skip_missing=skip_missing, skip_broken=skip_broken)
     own = load_actors(actors_path) if actors_path.is_file() else Actors()
     walkers = (*file.actors.walkers, *own.walkers)
     vehicles = (*file.actors.vehicles, *own.vehicles)
     check_names([*walkers, *vehicles], str(path))
     solid = tuple(body for body in file.bodies if body.parts)
-    try:
-        check_overlaps(solid)
-    except WorldError as cause:
-        raise WorldError(f"{path}: {cause}") from cause
     return Scene(
         name=path.absolute().parent.name if path.name == WORLD_FILE else path.stem,
         file=path,
@@ -90,13 +89,13 @@ def read_bodies(path: Path) -> list[Body]:
     return [body for body in read_world(path).bodies if body.parts]
 
 
-def read_world(path: Path, *, skip_missing: bool = False) -> WorldFile:
+def read_world(path: Path, *, skip_missing: bool = False, skip_broken: bool = False) -> WorldFile:
     """Return what is in an SDF file, and in those that it includes.
 
     Raises:
         WorldError: If something in it is unusable.
     """
-    source = Source(path, ModelPaths(path.resolve().parent), skip_missing)
+    source = Source(path, ModelPaths(path.resolve().parent), skip_missing, skip_broken)
     root = parse_sdf(path, source)
     world = root.find("world")
     top = root if world is None else world
@@ -106,7 +105,12 @@ def read_world(path: Path, *, skip_missing: bool = False) -> WorldFile:
         actors = actors_of(top, source)
     except (WorldError, ConfigError) as cause:
         raise WorldError(f"{path}: {cause}") from cause
-    source.check_missing()
+    solid = [body for body in bodies if body.parts]
+    for model, reason in overlaps(solid).items():
+        source.break_off(model, WorldError(reason))
+    gone = set(source.broken)
+    bodies = [body for body in bodies if body.name.partition("::")[0] not in gone]
+    source.check()
     return WorldFile(tuple(bodies), actors, source.notes())
 
 

@@ -41,19 +41,26 @@ class Place:
 def bodies_of(models: list[Model], scope: Scope, state: State, source: Source) -> list[Body]:
     """Return the bodies of all models of a world, those without collision included.
 
-    Raises:
-        WorldError: If something is malformed.
+    Models in which something is malformed are left out; the source takes note of them.
     """
     bodies: list[Body] = []
     for model in models:
         if model.name in state.deleted:
             continue
-        own = list(_bodies(model, scope, None, state, source))
-        if not model.is_static:
-            own = _joined(own, _joints(model, model.name), source)
-            own = [body if body.is_static else convex(body, source) for body in own]
-        bodies += own
+        try:
+            bodies += _whole(model, scope, state, source)
+        except WorldError as cause:
+            source.break_off(model.name, cause)
     return bodies
+
+
+def _whole(model: Model, scope: Scope, state: State, source: Source) -> list[Body]:
+    """Return the bodies of a model of the world, those that joints hold together as one."""
+    own = list(_bodies(model, scope, None, state, source))
+    if not model.is_static:
+        own = _joined(own, _joints(model, model.name), source)
+        own = [body if body.is_static else convex(body, source) for body in own]
+    return own
 
 
 def _bodies(
@@ -90,7 +97,7 @@ def _body(link: ET.Element, place: Place, model: Model, source: Source) -> Body:
         world_from_body=place.world_from_model @ model_from_link,
         parts=tuple(parts),
         is_static=place.is_static,
-        mass=_mass(link, name),
+        mass=_mass(link, name, place.is_static, source),
         friction=_friction(link, name),
         visuals=tuple(_visuals(link, name, model, model_from_link, source)),
     )
@@ -118,7 +125,11 @@ def _collision_shape(collision: ET.Element, name: str, here: Path, source: Sourc
         path = _mesh_path(element, name, here, source)
         if path is None:
             return None
-        return load_mesh(path, _scale(element, name), text_of(element, "submesh/name"))
+        mesh = load_mesh(path, _scale(element, name), text_of(element, "submesh/name"))
+        if not len(mesh.faces):
+            source.remark(f"{path.name} of {name} has no triangles; nothing is there")
+            return None
+        return mesh
     return None
 
 
@@ -152,16 +163,20 @@ def _mesh_path(mesh: ET.Element, name: str, here: Path, source: Source) -> Path 
 
 def _scale(mesh: ET.Element, name: str) -> tuple[float, float, float]:
     x, y, z = floats_of(mesh.find("scale"), 3, "1 1 1", name)
-    if 0.0 in (x, y, z) or max(abs(x), abs(y), abs(z)) > MAX_SCALE:
+    if max(abs(x), abs(y), abs(z)) > MAX_SCALE:
         raise WorldError(
-            f"<scale> of {name} is '{x:g} {y:g} {z:g}'; expected factors other than 0, of at most "
-            f"{MAX_SCALE:g}"
+            f"<scale> of {name} is '{x:g} {y:g} {z:g}'; expected factors of at most {MAX_SCALE:g}"
         )
     return x, y, z
 
 
-def _mass(link: ET.Element, name: str) -> float:
+def _mass(link: ET.Element, name: str, is_static: bool, source: Source) -> float:
     mass = floats_of(link.find("inertial/mass"), 1, "1", name)[0]
+    if is_static:  # of no account
+        return 1.0
+    if mass == 0.0:
+        source.remark(f"the <mass> of {name}, 0, is 1 kg here")
+        return 1.0
     if not MIN_MASS <= mass <= MAX_MASS:
         raise WorldError(
             f"<mass> of {name} is {mass:g} kg; expected {MIN_MASS:g} to {MAX_MASS:g} kg"

@@ -9,7 +9,7 @@ from pathlib import Path
 from swarm_common.errors import WorldError
 from swarm_sim.scene import Transform
 from swarm_sim.sdf_frames import SEPARATOR, Scope, base_of
-from swarm_sim.sdf_source import NEWEST, Source, parse_sdf, version_of
+from swarm_sim.sdf_source import NEWEST, Source, parse_sdf, parse_xml, version_of
 from swarm_sim.sdf_values import flag_of, pose_of, text_of, transform_of
 
 MAX_DEPTH = 24  # of models in models
@@ -65,21 +65,41 @@ def models_in(
         raise WorldError(f"models are nested more than {MAX_DEPTH} deep at {scope.where}")
     models = []
     for child in parent:
-        if child.tag == "model":
-            model = _model(child, child.get("name") or "model", here, source, scope, trail)
-        elif child.tag == "include":
-            included = _included(child, here, source, scope, trail)
-            if included is None:
-                continue
-            model = included
-        else:
+        try:
+            model = _child(child, here, source, scope, trail)
+        except WorldError as cause:
+            if trail:  # the model around it is unusable
+                raise
+            source.break_off(_called(child), cause)
             continue
-        if model.name in scope.inner:
-            twin, model.name = model.name, _free_name(model.name, scope)
-            source.remark(f"a second model '{twin}' is called '{model.name}' here")
-        _enter(model, scope)
-        models.append(model)
+        if model is not None:
+            models.append(model)
     return models
+
+
+def _called(element: ET.Element) -> str:
+    """Return what a user knows a model by that cannot be read."""
+    return text_of(element, "name") or element.get("name") or text_of(element, "uri") or "model"
+
+
+def _child(
+    child: ET.Element, here: Path, source: Source, scope: Scope, trail: tuple[Path, ...]
+) -> Model | None:
+    """Return the model that an element is, entered into the scope; None for other elements."""
+    if child.tag == "model":
+        model = _model(child, child.get("name") or "model", here, source, scope, trail)
+    elif child.tag == "include":
+        included = _included(child, here, source, scope, trail)
+        if included is None:
+            return None
+        model = included
+    else:
+        return None
+    if model.name in scope.inner:
+        twin, model.name = model.name, _free_name(model.name, scope)
+        source.remark(f"a second model '{twin}' is called '{model.name}' here")
+    _enter(model, scope)
+    return model
 
 
 def _model(
@@ -214,7 +234,7 @@ def model_file(path: Path) -> Path:
             return (path / "model.sdf").resolve()
         raise WorldError(f"{path} is a folder without model.config; expected a model of Gazebo's")
     try:
-        root = ET.parse(config).getroot()
+        root = parse_xml(config)
     except (ET.ParseError, OSError, ValueError, LookupError) as cause:
         raise WorldError(f"{config}: malformed XML: {cause}") from cause
     choices = []

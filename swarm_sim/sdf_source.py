@@ -29,6 +29,9 @@ IGNORED = (
 )
 
 
+BARE_AMPERSAND = re.compile(rb"&(?!#\d+;|#x[0-9a-fA-F]+;|[A-Za-z_:][\w:.-]*;)")
+
+
 @dataclass(slots=True)
 class Source:
     """What is found out while a world file and the files that it includes are read.
@@ -37,19 +40,23 @@ class Source:
         path: The world file.
         paths: Where further files are searched.
         skip_missing: Whether what is missing is left out instead of refused.
+        skip_broken: Whether models that are unusable are.
         ignored: Number of elements left out, by tag.
         remarks: Other notes.
         missing: What refers to a file that is nowhere, by URI.
         searched: Where these were searched.
+        broken: Why models are unusable, by name.
     """
 
     path: Path
     paths: ModelPaths
     skip_missing: bool = False
+    skip_broken: bool = False
     ignored: Counter[str] = field(default_factory=Counter)
     remarks: list[str] = field(default_factory=list)
     missing: dict[str, str] = field(default_factory=dict)
     searched: list[str] = field(default_factory=list)
+    broken: dict[str, str] = field(default_factory=dict)
 
     def find(self, uri: str, here: Path, user: str) -> Path | None:
         """Return the file of a URI; if it is nowhere, remember that and return None."""
@@ -74,21 +81,42 @@ class Source:
         if text not in self.remarks:
             self.remarks.append(text)
 
-    def check_missing(self) -> None:
-        """Refuse missing files, all at once.
+    def break_off(self, model: str, cause: WorldError) -> None:
+        """Note that a model is unusable; `check` refuses it, or leaves it out."""
+        self.broken.setdefault(model, str(cause))
+
+    def check(self) -> None:
+        """Refuse missing files and unusable models, all at once.
 
         Raises:
             WorldError: If there are any and they are not to be left out.
         """
+        problems = [*self._missing(), *self._broken()]
+        if problems:
+            raise WorldError("\n".join(problems))
+
+    def _broken(self) -> list[str]:
+        if self.skip_broken:
+            for model, cause in self.broken.items():
+                self.remark(f"left out, because it is unusable: {model}: {cause}")
+            return []
+        if not self.broken:
+            return []
+        causes = [f"  {model}: {cause}" for model, cause in self.broken.items()]
+        count = "1 model is" if len(causes) == 1 else f"{len(causes)} models are"
+        hint = "mend them, or leave them out with --skip-broken"
+        return [f"{self.path}: {count} unusable:", *causes, hint]
+
+    def _missing(self) -> list[str]:
         if not self.missing:
-            return
+            return []
         files = [f"  {uri}  ({user})" for uri, user in self.missing.items()]
         if self.skip_missing:
             self.remark(f"left out, because the file is missing: {', '.join(self.missing)}")
-            return
+            return []
         places = self.searched[:NAMED_SEARCHES]
         more = len(self.searched) - len(places)
-        raise WorldError(
+        return [
             f"{self.path}: {len(files)} file{'s are' if len(files) > 1 else ' is'} missing:\n"
             + "\n".join(files)
             + "\nsearched in:\n"
@@ -96,7 +124,7 @@ class Source:
             + (f"\n  and {more} more places" if more else "")
             + "\nput them there, add their folder to GZ_SIM_RESOURCE_PATH, or leave them out "
             "with --skip-missing"
-        )
+        ]
 
     def notes(self) -> tuple[str, ...]:
         """Return what the user should know about what was read."""
@@ -115,7 +143,7 @@ def parse_sdf(path: Path, source: Source) -> ET.Element:
         WorldError: If it is not XML, not SDF, or of a version that we do not read.
     """
     try:
-        root = ET.parse(path).getroot()
+        root = parse_xml(path)
     except ET.ParseError as cause:
         line, column = cause.position
         raise WorldError(f"{path}, line {line}, column {column}: malformed XML: {cause}") from cause
@@ -123,6 +151,22 @@ def parse_sdf(path: Path, source: Source) -> ET.Element:
         raise WorldError(f"cannot read {path}: {cause}") from cause
     check_sdf(root, path, source)
     return root
+
+
+def parse_xml(path: Path) -> ET.Element:
+    """Return the outermost element of an XML file; a bare & is one, as for Gazebo.
+
+    Raises:
+        ParseError, OSError, ValueError, LookupError: If it cannot be read.
+    """
+    data = path.read_bytes()
+    try:
+        return ET.fromstring(data)
+    except ET.ParseError:
+        mended = BARE_AMPERSAND.sub(b"&amp;", data)
+        if mended == data:
+            raise
+        return ET.fromstring(mended)
 
 
 def check_sdf(root: ET.Element, path: Path, source: Source) -> None:

@@ -45,6 +45,7 @@ class Settings:
     sites: str | None = None  # path of a sites file; None: the one beside the world
     actors: str | None = None  # path of an actors file; None: the one beside the world
     skip_missing: bool = False  # leave out models and meshes of the world that are not found
+    skip_broken: bool = False  # leave out models of the world that are unusable
     spawn: str = ""  # name of a spawn of the sites; empty: the default one
     seed: int = 0
     speed: float | None = None  # times real time; None: as fast as possible

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -61,16 +61,22 @@ class Difference:
         return f"'{self.body}': {self.what} around ({self.x:.2f}, {self.y:.2f})"
 
 
-def check_world(
-    scene: Scene, scan_heights: Sequence[float], reach: Reach, *, with_physics: bool
-) -> None:
-    """Refuse a world that is not as its file has it; cached.
+def checked(
+    scene: Scene,
+    scan_heights: Sequence[float],
+    reach: Reach,
+    *,
+    with_physics: bool,
+    skip_broken: bool = False,
+) -> Scene:
+    """Return a world that is as its file has it; the result of the comparison is cached.
 
     Args:
         scene: The world.
         scan_heights: [m] of the LiDARs above ground.
         reach: Heights between which robots can touch something.
         with_physics: Whether the bodies of the physics engine are looked at, too.
+        skip_broken: Whether bodies that differ are left out.
 
     Raises:
         WorldError: Naming the bodies, and what differs where.
@@ -86,6 +92,11 @@ def check_world(
         parts,
         lambda: tuple(differences(scene, heights, reach, with_physics=with_physics)),
     )
+    if found and skip_broken:
+        names = {difference.body for difference in found}
+        note = f"left out, because it differs from its triangles: {', '.join(sorted(names))}"
+        bodies = tuple(body for body in scene.bodies if body.name not in names)
+        return replace(scene, bodies=bodies, notes=(*scene.notes, note))
     if found:
         lines = [f"  {difference}" for difference in found[:NAMED]]
         if len(found) > NAMED:
@@ -95,12 +106,13 @@ def check_world(
             f"than {COARSEST} m:\n" + "\n".join(lines) + "\nleave them out with --skip-broken, "
             f"or see where: swarm-map check {scene.file}"
         )
+    return scene
 
 
 def differences(
     scene: Scene, scan_heights: Sequence[float], reach: Reach, *, with_physics: bool
 ) -> Iterator[Difference]:
-    """Return what differs; arguments as of `check_world`."""
+    """Return what differs; arguments as of `checked`."""
     for body in scene.fixed:
         triangles = triangles_of([body])
         for height in scan_heights:

@@ -220,8 +220,8 @@ def test_a_model_inside_a_wall_is_refused(tmp_path: Path) -> None:
             "go round: b -> a -> b",
         ),
         (
-            f"<model name='m'><link name='l'>{MASSLESS}{BOX}</link></model>",
-            "<mass> of m::l is 0 kg",
+            f"<model name='m'><link name='l'>{MASSLESS.replace('0', '-1')}{BOX}</link></model>",
+            "<mass> of m::l is -1 kg",
         ),
         ("<include/>", "has no <uri>"),
     ],
@@ -295,3 +295,62 @@ def test_further_shapes(tmp_path: Path, shape: str, reach: float) -> None:
     path = write(tmp_path, f"<model name='m'><link name='l'>{text}</link></model>")
     bounds = section_at(load_world(path), 0.001).bounds()
     assert bounds[2] == pytest.approx(reach, abs=0.02)
+
+
+def mesh_link(uri: str) -> str:
+    return (
+        f"<link name='l'>{MASSLESS}<collision name='c'><geometry><mesh><uri>{uri}</uri></mesh>"
+        "</geometry></collision></link>"
+    )
+
+
+def test_what_gazebo_takes_is_taken(tmp_path: Path) -> None:
+    """A bare &, no mass, a scale of 0 in a state, a mesh of nothing: said, and gone on with."""
+    world = write_package(tmp_path)
+    table = tmp_path / "office" / "models" / "table" / "model.config"
+    table.write_text(
+        "<model><name>Table</name><sdf version='1.6'>model.sdf</sdf>"
+        "<description>Tables & chairs, R&D &amp; more</description></model>"
+    )
+    assert len(load_world(world).bodies) > 3
+    (tmp_path / "none.obj").write_text("# nothing\nv 0 0 0\n")
+    scene = load_world(
+        write(
+            tmp_path,
+            f"<model name='still'><static>1</static><link name='l'>{MASSLESS}{BOX}</link></model>"
+            f"<model name='loose'><pose>3 0 0 0 0 0</pose><link name='l'>{MASSLESS}{BOX}</link>"
+            f"</model><model name='ghost'>{mesh_link('none.obj')}</model>"
+            "<state world_name='w'><model name='still'><scale>1 1 0</scale></model></state>",
+        )
+    )
+    assert [body.name for body in scene.bodies] == ["still::l", "loose::l"]
+    assert scene.bodies[1].mass == 1.0
+    notes = "\n".join(scene.notes)
+    assert "the <mass> of loose::l, 0, is 1 kg here" in notes
+    assert "none.obj of ghost::l has no triangles" in notes
+
+
+def test_everything_unusable_is_told_at_once_and_can_be_left_out(tmp_path: Path) -> None:
+    (tmp_path / "bad.stl").write_bytes(b"solid nothing\nfacet\n")
+    (tmp_path / "broken").mkdir()
+    (tmp_path / "broken" / "model.config").write_text("<model")
+    world = write(
+        tmp_path,
+        f"<model name='fine'><link name='l'>{BOX}</link></model>"
+        f"<model name='a'><pose>0 0 nan 0 0 0</pose><link name='l'>{BOX}</link></model>"
+        f"<model name='b'><static>1</static>{mesh_link('bad.stl')}</model>"
+        "<include><uri>model://broken</uri></include>"
+        "<include><uri>model://nowhere</uri></include>"
+        f"<model name='c'><static>1</static>{mesh_link('gone.dae')}</model>",
+    )
+    with pytest.raises(WorldError) as caught:
+        load_world(world)
+    message = str(caught.value)
+    parts = ["2 files are missing", "model://nowhere", "gone.dae", "3 models are unusable"]
+    for part in (*parts, "a: <pose>", "b: ", "bad.stl", "broken/model.config", "--skip-broken"):
+        assert part in message, part
+    with pytest.raises(WorldError, match="3 models are unusable"):
+        load_world(world, skip_missing=True)
+    scene = load_world(world, skip_missing=True, skip_broken=True)
+    assert [body.name for body in scene.bodies] == ["fine::l"]
+    assert sum("left out, because it is unusable" in note for note in scene.notes) == 3

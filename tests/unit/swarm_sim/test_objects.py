@@ -79,7 +79,17 @@ def test_lidars_see_a_box_where_it_is(engine: str) -> None:
 def test_a_box_inside_a_wall_is_refused() -> None:
     wall = Body("wall::link", ORIGIN, (Part(Box((0.2, 4.0, 2.0)), ORIGIN),))
     with pytest.raises(WorldError, match=r"'crate::link' reaches 0\.\d+ m into 'wall::link'"):
-        world_of(scene_of(wall, crate(0.25)), x=-2.0)
+        world_of(scene_of(wall, crate(0.1)), x=-2.0)
+
+
+def test_a_box_that_reaches_a_few_centimetres_into_others_is_pushed_out() -> None:
+    wall = Body("wall::link", ORIGIN, (Part(Box((0.2, 4.0, 2.0)), ORIGIN),))
+    world = world_of(scene_of(wall, crate(0.25)), x=-2.0)
+    drive(world, 2.0, 0.0)
+    (box,) = world.objects()
+    assert box.world_from_body[0, 3] == pytest.approx(0.3, abs=0.02)  # it touches the wall
+    assert abs(box.world_from_body[1, 3]) < 0.02
+    world.close()
 
 
 @pytest.mark.parametrize("engine", ["bullet", "planar"])

@@ -12,7 +12,7 @@ from swarm_common.errors import WorldError
 from swarm_sim import mesh_section, world_check
 from swarm_sim.scene import Body, Box, Cylinder, Part, Scene, Sphere, transform_from_xyz_rpy
 from swarm_sim.sdf import load_world, world_names
-from swarm_sim.world_check import check_world, differences, picture
+from swarm_sim.world_check import checked, differences, picture
 from tests.oracles.triangles import body_of
 from tests.unit.swarm_sim.gazebo_package import write_package
 from tests.unit.swarm_sim.test_mesh_soups import double_faced, room, soup
@@ -70,7 +70,10 @@ def test_who_is_left_out_or_invented_is_named(monkeypatch: pytest.MonkeyPatch) -
         assert ("soup::link", "what robots can touch lacks it") in names
         assert picture(scene, REACH).missing.any()
         with pytest.raises(WorldError, match=r"'room::link': the LiDAR lacks it around \("):
-            check_world(scene, SCANS, REACH, with_physics=False)
+            checked(scene, SCANS, REACH, with_physics=False)
+        left = checked(scene, SCANS, REACH, with_physics=False, skip_broken=True)
+        assert left.bodies == ()
+        assert "differs from its triangles: room::link, soup::link" in left.notes[0]
     more = np.array([[8.0, 8.0], [9.0, 8.0], [9.0, 9.0]])
     monkeypatch.setattr(mesh_section, "_polygons", lambda *args: (*cut(*args), more))
     names = {(d.body, d.what) for d in found(scene)}
@@ -87,6 +90,6 @@ def test_bodies_that_the_physics_engine_lacks_are_named(monkeypatch: pytest.Monk
 def test_a_world_is_looked_at_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     scene = load_world("hall_12")
-    check_world(scene, SCANS, REACH, with_physics=True)
+    checked(scene, SCANS, REACH, with_physics=True)
     monkeypatch.setattr(world_check, "differences", lambda *_, **__: pytest.fail("looked again"))
-    check_world(scene, SCANS, REACH, with_physics=True)
+    checked(scene, SCANS, REACH, with_physics=True)
