@@ -205,6 +205,10 @@ class ProcessRun:
                 self._rejected.add(kind)
                 self._progress.note(notice)
 
+    def _on_foreign_event(self, event: dict[str, Any]) -> None:
+        node, topic = event["node"], event["topic"]
+        self._progress.breach("foreign publishers", f"{node} publishes on {topic}: it is ignored")
+
     def _on_error_event(self, event: dict[str, Any]) -> None:
         if self._refusal is None:
             self._refusal = str(event["message"])

@@ -84,6 +84,7 @@ def compose_report(
         "late_ticks": verdict.get("late_ticks"),
         "restarts": times.restarts,
         "rejected": dict(sorted(tally.rejected.items())),
+        "foreign_publishers": [{"topic": topic, "node": node} for topic, node in tally.foreign],
         "cpu_ms_per_robot_second": {
             name: _rounded(1000.0 * value / seconds) if seconds else None
             for name, value in per_second.items()

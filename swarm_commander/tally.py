@@ -64,6 +64,7 @@ class Tally:
         crashes: Contact episodes in order of time.
         misses: Goals given up, in order of time.
         rejected: Inputs that the doors of the processes turned away, by kind.
+        foreign: Topics with the names of nodes that should not publish there.
     """
 
     robots: dict[str, RobotTally]
@@ -78,6 +79,7 @@ class Tally:
     crashes: list[Crash] = field(default_factory=list)
     misses: list[Miss] = field(default_factory=list)
     rejected: Counter[str] = field(default_factory=Counter)
+    foreign: list[tuple[str, str]] = field(default_factory=list)
 
     @classmethod
     def of(cls, names: Iterable[str], has_mission: bool) -> Tally:
@@ -176,6 +178,9 @@ class Tally:
 
     def _on_rejected(self, event: Mapping[str, Any]) -> None:
         self.rejected.update(event["counts"])
+
+    def _on_foreign(self, event: Mapping[str, Any]) -> None:
+        self.foreign.append((event["topic"], event["node"]))
 
     def _on_done(self, _: Mapping[str, Any]) -> None:
         self.is_done = True

@@ -18,11 +18,13 @@ from numpy.typing import NDArray
 
 from swarm_common.layout import (
     HEAD,
+    LITTLE,
     STAMP,
     Layout,
     after_string,
     aligned,
-    check_little_endian,
+    byte_order,
+    read_stamp,
 )
 from swarm_common.records import (
     Odometry,
@@ -32,8 +34,13 @@ from swarm_common.records import (
     stamp_from_tick,
     tick_from_stamp,
 )
+from swarm_common.rejections import RejectedError
 
 LITTLE_ENDIAN = b"\x00\x01\x00\x00"
+MOST_DISTANCE = 1e5  # [m] that any sensor of ours measures
+MOST_SPEED = 1e3  # [m/s] and [rad/s] likewise, and that anybody asks for
+MOST_RAYS = 100_000
+MOST_TURN = 2.0 * math.tau  # [rad] that the rays of a scan span
 COVARIANCE = struct.pack("<36d", *([0.0] * 36))
 
 
@@ -44,9 +51,12 @@ def encode_string(text: str) -> bytes:
 
 
 def read_tick(data: bytes) -> int:
-    """Return the control tick in the stamp of a message that starts with one."""
-    check_little_endian(data)
-    return tick_from_stamp(*STAMP.unpack_from(data, HEAD))
+    """Return the control tick in the stamp of a message that starts with one.
+
+    Raises:
+        RejectedError: If there is no sensible stamp.
+    """
+    return tick_from_stamp(*read_stamp(data))
 
 
 def yaw_of(qx: float, qy: float, qz: float, qw: float) -> float:
@@ -85,13 +95,25 @@ class OdometryWriter:
 class OdometryReader:
     """Reads the planar part of nav_msgs/Odometry."""
 
-    def __init__(self) -> None:
-        """Know no message yet."""
+    def __init__(self, reach: float = MOST_DISTANCE) -> None:
+        """Know no message yet; `reach` [m] is how far from its origin odometry may be."""
         self._layout = Layout(2, 8, "7d288x6d")
+        self._reach = reach
 
     def read(self, data: bytes) -> Odometry:
-        """Return what a message says."""
+        """Return what a message says.
+
+        Raises:
+            RejectedError: If it is no odometry, or has a number that none can have.
+        """
         sec, nanosec, x, y, _, qx, qy, qz, qw, vx, vy, _, _, _, wz = self._layout.unpack(data)
+        reach, speed = self._reach, MOST_SPEED
+        if not (-reach <= x <= reach and -reach <= y <= reach):  # also of NaN
+            raise RejectedError(f"the position is ({x}, {y}); expected at most {reach:g} m")
+        if not (-speed <= vx <= speed and -speed <= vy <= speed and -speed <= wz <= speed):
+            raise RejectedError(f"the twist is ({vx}, {vy}, {wz}); expected at most {speed:g}")
+        if not 0.8 <= qx * qx + qy * qy + qz * qz + qw * qw <= 1.2:
+            raise RejectedError(f"the quaternion is ({qx}, {qy}, {qz}, {qw}); expected length 1")
         pose = Pose(x, y, yaw_of(qx, qy, qz, qw))
         return Odometry(tick_from_stamp(sec, nanosec), pose, Twist(vx, vy, wz))
 
@@ -170,10 +192,15 @@ class TransformsReader:
         self._stamp_at = 0
 
     def read(self, data: bytes) -> tuple[int, list[str], NDArray[np.float64]]:
-        """Return (tick, child frames, their x, y, yaw (n, 3)) of a message."""
+        """Return (tick, child frames, their x, y, yaw (n, 3)) of a message.
+
+        Raises:
+            RejectedError: If it is none, or big-endian.
+        """
+        if byte_order(data) != LITTLE or len(data) < HEAD + 4:
+            raise RejectedError(f"{len(data)} bytes are no little-endian CDR")
         if not struct.unpack_from("<I", data, HEAD)[0]:
             return 0, [], np.zeros((0, 3))
-        check_little_endian(data)
         body = np.frombuffer(data, np.uint8, offset=HEAD)
         is_known = len(data) == self._size and bool((body[self._fixed_at] == self._fixed).all())
         if not is_known:
@@ -188,6 +215,8 @@ class TransformsReader:
     def _learn(self, data: bytes, body: NDArray[np.uint8]) -> None:
         """Find out where everything is."""
         (count,) = struct.unpack_from("<I", data, HEAD)
+        if count * (STAMP.size + 7 * 8) > len(data):
+            raise RejectedError(f"{len(data)} bytes are too few for {count} transforms")
         offset, poses, texts = HEAD + 4, [], []
         self._children = []
         for _ in range(count):
@@ -200,6 +229,8 @@ class TransformsReader:
             offset = aligned(end, 8)
             poses.append((offset - HEAD) // 8)
             offset += 7 * 8
+        if offset > len(data):
+            raise RejectedError(f"{len(data)} bytes are too few for {count} transforms")
         self._poses_at = np.array(poses, np.intp)[:, None] + np.arange(7)
         self._fixed_at = np.concatenate(texts)
         self._fixed = body[self._fixed_at].copy()
@@ -242,12 +273,27 @@ class ScanWriter:
 def read_scan(data: bytes) -> Scan:
     """Return a sensor_msgs/LaserScan message; the ranges are a copy.
 
-    A view would be read-only, for which numba would compile every kernel once more.
+    A view would be read-only, for which numba would compile every kernel once more. A range may be
+    anything, as in the message's definition: only those within the LiDAR's limits count.
+
+    Raises:
+        RejectedError: If it is no scan, or its geometry makes no sense.
     """
+    order = byte_order(data)
     tick = read_tick(data)
-    offset = aligned(after_string(data, HEAD + STAMP.size), 4)
-    angle_min, _, increment, _, _, low, high, count = struct.unpack_from("<7fI", data, offset)
-    ranges = np.frombuffer(data, "<f4", count, offset + 32).copy()
+    offset = aligned(after_string(data, HEAD + STAMP.size, order), 4)
+    try:
+        numbers = struct.unpack_from(f"{order}7fI", data, offset)
+    except struct.error as error:
+        raise RejectedError(f"{len(data)} bytes are too few: {error}") from None
+    angle_min, _, increment, _, _, low, high, count = numbers
+    if not 1 <= count <= min(MOST_RAYS, (len(data) - offset - 32) // 4):
+        raise RejectedError(f"{len(data)} bytes cannot hold {count} ranges, or are too many")
+    if not (abs(angle_min) <= math.tau and 0.0 < abs(increment) * (count - 1 or 1) <= MOST_TURN):
+        raise RejectedError(f"{count} rays from {angle_min} rad on, {increment} rad apart")
+    if not 0.0 <= low < high <= MOST_DISTANCE:
+        raise RejectedError(f"ranges from {low} to {high} m")
+    ranges = np.frombuffer(data, f"{order}f4", count, offset + 32).astype(np.float32)
     return Scan(tick, angle_min, increment, low, high, ranges)
 
 
@@ -280,13 +326,30 @@ class CommandReader:
         self._layout = Layout(1, 8, "6d")
 
     def read(self, data: bytes) -> tuple[int, Twist]:
-        """Return (tick, twist) of a message."""
+        """Return (tick, twist) of a message.
+
+        Raises:
+            RejectedError: If it is no command, or asks for what nothing can do.
+        """
         sec, nanosec, vx, vy, _, _, _, wz = self._layout.unpack(data)
-        return tick_from_stamp(sec, nanosec), Twist(vx, vy, wz)
+        return tick_from_stamp(sec, nanosec), _checked_twist(vx, vy, wz)
 
 
 def read_plain_command(data: bytes) -> Twist:
-    """Return the twist of a geometry_msgs/Twist message."""
-    check_little_endian(data)
-    vx, vy, _, _, _, wz = struct.unpack_from("<6d", data, HEAD)
+    """Return the twist of a geometry_msgs/Twist message.
+
+    Raises:
+        RejectedError: If it is no command, or asks for what nothing can do.
+    """
+    order = byte_order(data)
+    if len(data) < HEAD + 6 * 8:
+        raise RejectedError(f"{len(data)} bytes are too few for a twist")
+    vx, vy, _, _, _, wz = struct.unpack_from(f"{order}6d", data, HEAD)
+    return _checked_twist(vx, vy, wz)
+
+
+def _checked_twist(vx: float, vy: float, wz: float) -> Twist:
+    most = MOST_SPEED
+    if not (-most <= vx <= most and -most <= vy <= most and -most <= wz <= most):  # also of NaN
+        raise RejectedError(f"the twist is ({vx}, {vy}, {wz}); expected at most {most:g}")
     return Twist(vx, vy, wz)

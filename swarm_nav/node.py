@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from typing import Any
 
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid
@@ -14,12 +15,12 @@ from sensor_msgs.msg import LaserScan
 from swarm_interfaces.msg import Mission, NeighborArray, RobotStatus
 
 from swarm_common import ros_io, wire
-from swarm_common.beacon import deserialize_neighbors
 from swarm_common.grid import Grid
 from swarm_common.pipes import EventWriter
-from swarm_common.records import Pose, tick_from_stamp
-from swarm_common.rejections import Rejections
-from swarm_common.ros_poll import PolledTopic
+from swarm_common.radio_door import read_neighbors
+from swarm_common.records import Pose
+from swarm_common.rejections import RejectedError, Rejections
+from swarm_common.ros_poll import PolledTopic, SoleTopic
 from swarm_nav.config import NavConfig
 from swarm_nav.goals import GoalEnded, Output
 from swarm_nav.inputs import TickInput, TickInputs
@@ -37,6 +38,7 @@ from swarm_nav.ros_tasks import Tasks
 from swarm_nav.ros_views import Views
 from swarm_nav.settings import NodeSettings
 
+WORLD_SPACE = "/sim/"  # namespace of the world's nodes
 STATUS_TICKS = 5  # 2 Hz
 CLOCK_TICKS = 10  # for what rclpy itself stamps; our own messages carry the tick
 STATUS_PERIOD = 0.4  # [s] of wall time between two statuses without a change
@@ -133,18 +135,26 @@ class NavigatorNode:
             self.change_lifecycle("startup")
 
     def _subscribe(self) -> None:
-        quality = ros_io.TICK_INPUT
-        self._odom = PolledTopic(self.node, OdometryMsg, "odom", quality)
-        self._scan = PolledTopic(self.node, LaserScan, "scan", quality)
-        self._neighbors = PolledTopic(self.node, NeighborArray, "neighbors", quality)
+        self._neighbors = self._hear(NeighborArray, "neighbors")
         self._incoming = (
-            (self._odom, self._take_odom),
-            (self._scan, self._take_scan),
-            (self._neighbors, self._take_neighbors),  # which comes last
+            ("odom", self._hear(OdometryMsg, "odom"), self._take_odom),
+            ("scan", self._hear(LaserScan, "scan"), self._take_scan),
+            ("neighbors", self._neighbors, self._take_neighbors),  # which comes last
         )
         make = self.node.create_subscription
         make(PoseWithCovarianceStamped, "initialpose", self._take_initial_pose, ros_io.RELIABLE)
         make(Mission, "mission", self._answers.take_mission, ros_io.LATCHED)
+
+    def _hear(self, kind: Any, name: str) -> SoleTopic:
+        """Listen to the world, or to whoever publishes the robot's sensors without one."""
+        return SoleTopic(
+            self.node,
+            kind,
+            name,
+            ros_io.TICK_INPUT,
+            lambda who: who.startswith(WORLD_SPACE),
+            lambda who: self.rejections.reject(name, who, "another node is heard here"),
+        )
 
     @property
     def is_in_large_swarm(self) -> bool:
@@ -174,27 +184,32 @@ class NavigatorNode:
         has_taken = True
         while has_taken:
             has_taken = False
-            for topic, take in self._incoming:
+            for name, topic, take in self._incoming:
                 if (data := topic.take()) is not None:
                     has_taken = True
-                    take(data)
+                    try:
+                        step = take(data)
+                    except RejectedError as error:
+                        self.rejections.reject(name, "the world", error)
+                        continue
+                    self._step(step)
             if self._inputs.is_settled:
                 return
 
-    def _take_odom(self, data: bytes) -> None:
+    def _take_odom(self, data: bytes) -> TickInput | None:
         odom = self._odometry_reader.read(data)
         if self._inputs.is_repeat(odom.tick):
             self._answers.repeat()
-        self._step(self._inputs.add_odom(odom))
+        return self._inputs.add_odom(odom)
 
-    def _take_scan(self, data: bytes) -> None:
-        self._step(self._inputs.add_scan(wire.read_scan(data)))
+    def _take_scan(self, data: bytes) -> TickInput | None:
+        return self._inputs.add_scan(wire.read_scan(data))
 
-    def _take_neighbors(self, data: bytes) -> None:
-        # Of a copy, as a view of bytes is read-only and numba would compile every kernel once more
-        # for it; of the bytes, as numpy copies records member by member.
-        sec, nanosec, beacons = deserialize_neighbors(bytearray(data))
-        self._step(self._inputs.add_neighbors(tick_from_stamp(sec, nanosec), beacons))
+    def _take_neighbors(self, data: bytes) -> TickInput | None:
+        tick, beacons, reason = read_neighbors(data, self._settings.robot_id)
+        if reason:
+            self.rejections.reject("neighbors", "the world", reason)
+        return self._inputs.add_neighbors(tick, beacons)
 
     def _step(self, observed: TickInput | None) -> None:
         """Decide on a tick that is complete."""
@@ -302,7 +317,7 @@ class NavigatorNode:
     def destroy(self) -> None:
         """Leave the ROS graph."""
         if self._brain is not None:
-            for topic, _ in self._incoming:
+            for _, topic, _ in self._incoming:
                 topic.destroy()
         for server in list(self.node.waitables):
             if isinstance(server, ActionServer):  # one that is left keeps the node alive

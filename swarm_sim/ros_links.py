@@ -18,10 +18,13 @@ from swarm_interfaces.msg import Beacon, NeighborArray
 from tf2_msgs.msg import TFMessage
 
 from swarm_common import ros_io, wire
-from swarm_common.beacon import deserialize_beacon, serialize_neighbors
+from swarm_common.beacon import serialize_neighbors
+from swarm_common.radio_door import read_beacon
 from swarm_common.records import Pose, RobotSpec, Twist, stamp_from_tick
-from swarm_common.ros_poll import PolledTopic
+from swarm_common.rejections import RejectedError
+from swarm_common.ros_poll import PolledTopic, SoleTopic
 from swarm_sim.motion_sensors import Imu
+from swarm_sim.ros_foreign import NAVIGATOR, Foreigners
 from swarm_sim.ros_frames import Joint, fixed_transforms, moving_transforms, read_joints
 from swarm_sim.settings import Settings
 from swarm_sim.world import Observation
@@ -49,7 +52,9 @@ class RobotLink:
         spec: RobotSpec,
         urdf: str,
         settings: Settings,
+        robot_id: int,
         on_answer: Callable[[], None],
+        foreigners: Foreigners,
     ) -> None:
         """Create the topics of `/name`.
 
@@ -60,14 +65,18 @@ class RobotLink:
             spec: Its model.
             urdf: Its description.
             settings: Of the world.
+            robot_id: That its beacons have to bear; 0 for any.
             on_answer: Called when command and beacon of the tick in hand are both there.
+            foreigners: Told of what is not the robot's, and of what makes no sense.
         """
         self.name = name
         self.is_gone = False
         self.newest_tick = -1
         self.command: Twist | None = None
         self.beacon: np.void | None = None
+        self._robot_id = robot_id
         self._on_answer = on_answer
+        self._foreigners = foreigners
         self._listeners = 0
         self._repeats_due = 0
         self._is_free_run = settings.free_run
@@ -82,8 +91,8 @@ class RobotLink:
         kind: Any = TwistStamped if settings.cmd_vel_stamped else TwistMsg
         self._command_reader = wire.CommandReader()
         self._read_command = self._take_stamped if settings.cmd_vel_stamped else self._take_plain
-        self._commands = PolledTopic(node, kind, f"/{name}/cmd_vel", ros_io.TICK_INPUT)
-        self._beacons = PolledTopic(node, Beacon, f"/{name}/beacon", ros_io.TICK_INPUT)
+        self._commands = self._subscribe(node, kind, "cmd_vel")
+        self._beacons = self._subscribe(node, Beacon, "beacon")
         self.look_for_viewers()
 
     def _create_publishers(self, node: Node, gallery: Node, space: str) -> None:
@@ -103,6 +112,23 @@ class RobotLink:
             self._description,
         )  # fmt: skip
         self._publishers = ((node, (self._odom, self._scan, self._neighbors)), (gallery, shown))
+
+    def _subscribe(self, node: Node, kind: Any, name: str) -> SoleTopic:
+        """Listen to the robot's navigator; in free run to any node of the robot, or any other.
+
+        Another commander, for manual driving, would be another rightful node.
+        """
+        topic, navigator = f"/{self.name}/{name}", f"/{self.name}/{NAVIGATOR}"
+        own, is_free_run = f"/{self.name}/", self._is_free_run
+        return SoleTopic(
+            node,
+            kind,
+            topic,
+            ros_io.TICK_INPUT,
+            lambda who: who.startswith(own) if is_free_run else who == navigator,
+            lambda who: self._foreigners.ignore(topic, who),
+            is_shared=is_free_run,
+        )
 
     def _publish_description(self, urdf: str) -> None:
         self._description.publish(String(data=urdf))
@@ -176,13 +202,20 @@ class RobotLink:
         while self.command is None or self._is_free_run:
             if (data := self._commands.take()) is None:
                 break
-            self._read_command(data)
+            self._pass("cmd_vel", self._read_command, data)
         if self.command is None and not self._is_free_run:
             return  # robots send it last: most looks end here, and each costs
         while self.beacon is None or self._is_free_run:
             if (data := self._beacons.take()) is None:
                 break
-            self._take_beacon(data)
+            self._pass("beacon", self._take_beacon, data)
+
+    def _pass(self, name: str, take: Callable[[bytes], None], data: bytes) -> None:
+        """Take a message, or turn it away."""
+        try:
+            take(data)
+        except RejectedError as error:
+            self._foreigners.rejections.reject(name, self.name, error)
 
     def publish_for_viewers(
         self, pose_odom: Pose, joints: tuple[list[str], list[float], list[float]] | None
@@ -220,6 +253,8 @@ class RobotLink:
 
     def _take_stamped(self, data: bytes) -> None:
         tick, twist = self._command_reader.read(data)
+        if tick > self._tick and not self._is_free_run:
+            raise RejectedError(f"the stamp is of tick {tick}; it is tick {self._tick} now")
         self.newest_tick = max(self.newest_tick, tick)
         self._take(twist, tick == self._tick)
 
@@ -227,8 +262,6 @@ class RobotLink:
         self._take(wire.read_plain_command(data), False)
 
     def _take(self, twist: Twist, is_answer: bool) -> None:
-        if not all(math.isfinite(value) for value in (twist.vx, twist.vy, twist.wz)):
-            return
         if self._is_free_run:  # in lockstep, a late answer is not a command for this tick
             self._other = twist
         if is_answer and self.command is None:
@@ -236,9 +269,10 @@ class RobotLink:
             self._note_answer()
 
     def _take_beacon(self, data: bytes) -> None:
-        is_answer = wire.read_tick(data) == self._tick or self._is_free_run
+        beacon = read_beacon(data, self._robot_id, self._tick)
+        is_answer = beacon["tick"] == self._tick or self._is_free_run
         if is_answer and self.beacon is None:
-            self.beacon = deserialize_beacon(data)
+            self.beacon = beacon
             self._note_answer()
 
     def _note_answer(self) -> None:

@@ -12,6 +12,8 @@ from swarm_common.records import RobotSpec, Twist
 from swarm_common.ros_poll import Waiter
 from swarm_sim.barrier import Barrier
 from swarm_sim.build import Stage
+from swarm_sim.crew import number_of
+from swarm_sim.ros_foreign import Foreigners
 from swarm_sim.ros_links import RobotLink
 from swarm_sim.settings import Settings
 from swarm_sim.world import Observation, World
@@ -23,7 +25,14 @@ class Links:
     """Publishes observations and collects answers; tells the barrier who has answered."""
 
     def __init__(
-        self, node: Node, stage: Stage, settings: Settings, barrier: Barrier, *, is_large: bool
+        self,
+        node: Node,
+        stage: Stage,
+        settings: Settings,
+        barrier: Barrier,
+        foreigners: Foreigners,
+        *,
+        is_large: bool,
     ) -> None:
         """Create all topics.
 
@@ -32,10 +41,12 @@ class Links:
             stage: Robots and world.
             settings: Of the world.
             barrier: Waits for the robots.
+            foreigners: Told of what is not a robot's own.
             is_large: Whether the topics are spread over hubs, see `participants`.
         """
         self._settings = settings
         self._barrier = barrier
+        self._foreigners = foreigners
         robots = len(stage.specs)
         self._hubs = Hubs(node, robots, is_large=is_large, with_gallery=True)
         self._waiter = Waiter(node.context)
@@ -65,7 +76,17 @@ class Links:
             self._barrier.answer(robot)
 
         node = self._hubs.node_of(robot)
-        link = RobotLink(node, self._hubs.gallery, name, spec, urdf, self._settings, note_answer)
+        link = RobotLink(
+            node,
+            self._hubs.gallery,
+            name,
+            spec,
+            urdf,
+            self._settings,
+            number_of(name),
+            note_answer,
+            self._foreigners,
+        )
         if robot < len(self._links):
             self._links[robot] = link
             return False
@@ -138,6 +159,15 @@ class Links:
         """See which of the topics that only viewers need have a subscriber."""
         for link in self._links:
             link.look_for_viewers()
+
+    def look_for_foreigners(self) -> None:
+        """See who else publishes on topics of the robots; each time of a few of them."""
+        seats = [
+            (self._hubs.node_of(robot), link.name)
+            for robot, link in enumerate(self._links)
+            if not link.is_gone
+        ]
+        self._foreigners.look(seats, is_free_run=self._settings.free_run)
 
     def destroy(self) -> None:
         """Leave the graph, except with the world's own node."""

@@ -25,6 +25,7 @@ from swarm_sim.pacing import Rate, Throttle
 from swarm_sim.request_checks import Reach
 from swarm_sim.ros_control import Control
 from swarm_sim.ros_entities import Entities
+from swarm_sim.ros_foreign import Foreigners
 from swarm_sim.ros_moves import LIMIT, Moves
 from swarm_sim.ros_report import Reporter
 from swarm_sim.ros_scenery import Scenery
@@ -93,7 +94,10 @@ class WorldNode:
         self._map = make(OccupancyGrid, "/map", ros_io.LATCHED)
         self._map.publish(ros_io.grid_msg(stage.grid, 0))
         self._reporter = Reporter(self._node, stage.world, self._barrier, events)
-        self._links = Links(self._node, stage, settings, self._barrier, is_large=is_large)
+        foreigners = Foreigners(self._rejections, events)
+        self._links = Links(
+            self._node, stage, settings, self._barrier, foreigners, is_large=is_large
+        )
         self._scenery = Scenery(self._node, stage.scene, stage.world)
         self._crew = Crew(stage.world, stage.grid, stage.poses_map, settings.spawn)
         stock = Stock(stage.world)
@@ -270,6 +274,7 @@ class WorldNode:
             self._obey(command)
         self._rejections.tell(now)
         self._links.look_for_viewers()
+        self._links.look_for_foreigners()
         self._scenery.look_for_viewers(self._tick)
         self._reporter.report(self._tick, len(self._crew.robots))
 

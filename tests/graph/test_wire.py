@@ -75,9 +75,9 @@ def test_plain_command():
     assert wire.read_plain_command(serialize_message(message)) == TWIST
 
 
-def test_a_message_that_is_no_little_endian_cdr_is_refused():
-    with pytest.raises(ValueError, match="little-endian"):
-        wire.read_tick(b"\x00\x00\x00\x00" + bytes(20))
+def test_a_message_that_is_no_plain_cdr_is_refused():
+    with pytest.raises(ValueError, match="plain CDR"):
+        wire.read_tick(b"\x00\x03\x00\x00" + bytes(20))
 
 
 @pytest.mark.parametrize("names", [[], ["a"], ["Srobot9/base", "Srobot10/base", "näme"]])
