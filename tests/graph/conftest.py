@@ -115,6 +115,7 @@ class Swarm:
         self.executor = SingleThreadedExecutor(context=self.context)
         self.executor.add_node(self.node)
         self.pack = options.pop("pack", 1)
+        self.nursery = options.pop("nursery", "swarm_nav.host")
         self.world = self._start_world(options.pop("world", {}))
         self.host = self._start_host(options)
 
@@ -142,7 +143,7 @@ class Swarm:
         path = self.folder / "host.json"
         config = {"robots": robots, "pack": self.pack, "log_dir": str(self.folder)}
         path.write_text(json.dumps(config), encoding="utf-8")
-        return Process("swarm_nav.host", path, self.domain, self.folder / "host.log")
+        return Process(self.nursery, path, self.domain, self.folder / "host.log")
 
     def wait_until_active(self) -> None:
         """Wait until every navigator is active and time runs."""

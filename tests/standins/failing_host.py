@@ -1,0 +1,34 @@
+"""The nursery, with navigators of which one fails: `python -m tests.standins.failing_host CONFIG`.
+
+That one is Srobot2, and it does so when its process gets SIGUSR1.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+
+from swarm_nav import host, pack
+from swarm_nav.inputs import TickInput
+from swarm_nav.node import NavigatorNode
+
+ROBOT = "Srobot2"
+signals: list[int] = []
+
+
+class FailingNode(NavigatorNode):
+    """A navigator with a bug."""
+
+    def _step(self, observed: TickInput | None) -> None:
+        if signals and self._settings.name == ROBOT:
+            raise ZeroDivisionError("the bug")
+        super()._step(observed)
+
+
+if __name__ == "__main__":
+    signal.signal(signal.SIGUSR1, lambda number, _: signals.append(number))
+    pack.NavigatorNode = FailingNode  # type: ignore[misc]
+    code = host.main()
+    sys.stdout.flush()
+    os._exit(code)
