@@ -11,6 +11,8 @@ from swarm_common.beacon import (
     FLAG_ACTIVE,
     FLAG_STUCK,
     HEARD_ENTRIES,
+    HELD_POINTS,
+    WANTED_POINTS,
     BeaconArray,
     Reception,
     reception_of,
@@ -18,17 +20,24 @@ from swarm_common.beacon import (
 from swarm_common.records import CONTROL_PERIOD, FloatArray
 from swarm_nav import neighborhood_kernels as kernels
 from swarm_nav import station_kernels
+from swarm_nav.absence import NOTHING, Absence
 from swarm_nav.config import TrafficConfig
 
-BODY_REACH = 0.12  # [m] beyond a neighbour's radius within which a hit is that neighbour
+BODY_REACH = 0.12  # [m] beyond a neighbour's radius within which a beam does not help to localise
 TRAVEL_PER_TICK = 0.03  # [m] that a neighbour may have moved since its beacon
 TRAVEL_TICKS = 20  # for which it may have
+FRESH_TICKS = 5  # age up to which a beacon tells that there is a robot, and nothing else
+SPACING = 0.05  # [m] between the points of a tube
+TUBE_LENGTH = 1.6  # [m] that the points of a beacon can be off its pose
 UNHEARD_PATIENCE = 12  # ticks without an acknowledgement after which a robot stands
 STOPPING_POINTS = 8  # of a tube, the pose first, on which a robot has stopped that stands then
 UNHEARD_NEAR = 2.0  # [m] within which every robot has to hear this one
 UNHEARD_FAR = 4.5  # [m] within which at least one has to
 UNHEARD_LIMITS = (UNHEARD_PATIENCE, UNHEARD_NEAR, UNHEARD_FAR, HEARD_ENTRIES)
 MAX_SPEED = 0.52  # [m/s] at which two robots can part
+PARTING = 0.4  # [m] from the range's edge, from which the next eight beacons are out of range,
+PARTING_PER_BEACON = 1e-3  # [m] if robots drive apart
+PASSED_EVERY = 8  # ticks between two looks at who stands where a silent robot may be
 INITIAL_ROWS = 32
 CLAIM_COLUMNS = (
     "radius",
@@ -45,11 +54,11 @@ CLAIM_COLUMNS = (
 class Neighborhood:
     """The newest beacon of every robot heard, with its age and whether the robot is gone.
 
-    A robot that is not heard for `lost_ticks` has left the radio range if it was last heard near
-    the range's edge. If it was heard well inside, it is *gone* (dead or mute): it stays an
-    obstacle at the space that it last held or requested, until it is heard again; once it has
-    been silent for `dead_ticks`, at the place where it can have come to a stop: what it held or
-    requested beyond would close a station next to it for ever.
+    A robot that is not heard for `lost_ticks` is *gone* (dead or mute): it stays an obstacle at
+    the space that it last held or requested, until it is heard again or that space was found
+    empty; once it has been silent for `dead_ticks`, at the place where it can have come to a stop:
+    what it held or requested beyond would close a station next to it for ever. If it was last
+    heard near the range's edge it may have left: `Absence` decides once this robot is near there.
 
     Attributes:
         heads: (n,) beacons, ascending by id, without points, footprint and acknowledgements: a
@@ -63,15 +72,29 @@ class Neighborhood:
         deaf_neighbor: Id of a near robot that does not hear this one, 0 if all do.
     """
 
-    def __init__(self, own_id: int, config: TrafficConfig) -> None:
-        """Start knowing nobody."""
+    def __init__(
+        self, own_id: int, config: TrafficConfig, *, remembers_absent: bool = True
+    ) -> None:
+        """Start knowing nobody.
+
+        Args:
+            own_id: Of this robot.
+            config: Parameters.
+            remembers_absent: Whether robots last heard near the edge are remembered: for robots
+                that acknowledge beacons, so that they learn from each other who has left.
+        """
         self._own_id = own_id
+        self._remembers_absent = remembers_absent
+        self._absence = Absence(own_id)
         self.configure(config)
         self._count = 0
+        self._position = (0.0, 0.0)
+        self._left_count = np.zeros(1, np.int64)
+        self._has_dead = False  # whether anybody has been silent for more than `dead_ticks`
         self._inbox: list[tuple[Reception, tuple[float, float]]] = []
         self._words: NDArray[np.uint32] = np.zeros((0, BEACON_WORDS), np.uint32)
-        self._notes: NDArray[np.float64] = np.zeros((0, 2))
-        self._links: NDArray[np.int64] = np.zeros((0, 3), np.int64)
+        self._notes: NDArray[np.float64] = np.zeros((0, 3))
+        self._links: NDArray[np.int64] = np.zeros((0, 4), np.int64)
         self._air = self._words  # of the last merge
         self._heard: NDArray[np.uint32] = np.zeros(HEARD_ENTRIES, np.uint32)
         self._heard_tick = -1  # of `_heard`
@@ -84,6 +107,7 @@ class Neighborhood:
         """Take new parameters, effective from the next tick."""
         edge = config.radio_range - 2.0 * MAX_SPEED * config.lost_ticks * CONTROL_PERIOD
         self._limits = (config.lost_ticks, edge, config.dead_ticks, STOPPING_POINTS, UNHEARD_LIMITS)
+        self._hearing = (edge, config.radio_range, config.lost_ticks)
 
     def receive(self, beacons: BeaconArray, x: float, y: float) -> None:
         """Take beacons for the next `refresh`; (x, y) is the own position in map."""
@@ -91,6 +115,7 @@ class Neighborhood:
 
     def take(self, reception: Reception, x: float, y: float) -> None:
         """Take beacons for the next `refresh` that stay where they are until then."""
+        self._position = (x, y)
         if len(reception.rows):
             self._inbox.append((reception, (x, y)))
 
@@ -100,8 +125,8 @@ class Neighborhood:
         most = self._count + sum([len(reception.rows) for reception, _ in inbox])
         if most > len(self._words):
             self._allocate(2 * most)
-        rest = (self._columns, tick, self._limits, self._heard)
-        found = (self._count, 0, False)
+        rest = (self._columns, tick, self._limits, self._heard, (*self._left, self._left_count))
+        found = (self._count, 0, False, False)
         for reception, (x, y) in inbox:
             heard = (reception.words, reception.rows)
             own = (x, y, self._own_id, self._limits[0])
@@ -109,11 +134,41 @@ class Neighborhood:
             self._air = reception.words
         if not inbox:
             words, _, notes, links = self._table
-            found = kernels.refresh(words, notes, links, self._count, self._own_id, *rest)
-        count, self.deaf_neighbor, self._is_pushed = found
+            found = kernels.refresh(
+                words, notes, links, self._count, self._air, self._own_id, *rest
+            )
+        count, self.deaf_neighbor, self._is_pushed, self._has_dead = found
         self._heard_tick = tick
         if count != self._count or self._is_new:
             self._show(count)
+        if len(self._absence):
+            self._ask_for_absent([reception for reception, _ in inbox], tick)
+        if self._left_count[0]:
+            if self._remembers_absent:
+                words, notes = self._left
+                count = self._left_count[0]
+                self._absence.add(words[:count], self._have_parted(notes[:count]))
+            self._left_count[0] = 0
+        if self._has_dead and tick % PASSED_EVERY == 0:
+            self.passed_by()
+
+    def _ask_for_absent(self, receptions: list[Reception], tick: int) -> None:
+        """Take back those who seem not to have left, with the next batch, until they have."""
+        heard = receptions or [NOTHING]
+        silent, left = self._absence.listen(heard, self._position, self._hearing, tick)
+        if len(silent):
+            self._inbox.append((Reception(silent, np.arange(len(silent))), self._position))
+        for robot in left:
+            row = self.row(robot)
+            if row is not None and self.gone[row]:
+                self._words[row, [kernels.HELD_SIZE, kernels.WANTED_SIZE]] = 0
+
+    def _have_parted(self, notes: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return whose last beacons (n,) were those of robots that drove out of range."""
+        parted: NDArray[np.bool_] = (notes[:, 0] > self._hearing[1] - PARTING) & (
+            notes[:, 2] > PARTING_PER_BEACON
+        )
+        return parted
 
     @property
     def stuck(self) -> NDArray[np.bool_]:
@@ -126,8 +181,66 @@ class Neighborhood:
         is_inactive: NDArray[np.bool_] = (self.heads["flags"] & FLAG_ACTIVE) == 0
         return self.gone | is_inactive
 
+    def masks(
+        self, x: float, y: float, reach: float, margin: float
+    ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+        """Return the discs in which a hit of the LiDAR is a robot's.
+
+        Each is a place that its robot holds and that this one keeps out of anyhow.
+
+        Args:
+            x: [m] of the LiDAR in map.
+            y: Likewise.
+            reach: [m] of the LiDAR.
+            margin: [m] by which the own radius exceeds the body's.
+
+        Returns:
+            Centres (k, 2) [m], radii (k,), and whether there is a robot there now (k,); the next
+            call overwrites them.
+        """
+        discs, radii, is_fresh = self._masks
+        count = kernels.masks(
+            (self._words, self._floats), self._table[3], self._air, self.ages, self.gone,
+            self._count, (x, y, reach + TUBE_LENGTH, margin), TRAVEL_PER_TICK / SPACING,
+            FRESH_TICKS, self._masks,
+        )  # fmt: skip
+        return discs[:count], radii[:count], is_fresh[:count]
+
+    def look(
+        self,
+        ranges: NDArray[np.float32],
+        beam: tuple[float, float, float],
+        pose: tuple[float, float, float],
+        reach: float,
+        body: tuple[NDArray[np.uint32], float],
+    ) -> None:
+        """Give up the places of silent robots that a scan finds empty, as the last one did.
+
+        Args:
+            ranges: (n,) [m].
+            beam: (angle_min, angle_increment, range_min).
+            pose: (x, y, yaw) of the LiDAR in map.
+            reach: [m] up to which rays tell of free space.
+            body: Own footprint as words and circumscribed radius [m]: LiDARs see their like.
+        """
+        if self._has_dead:
+            self._fetch()
+            footprint, radius = body
+            limits = (reach, radius, self._limits[2])
+            kernels.look(*self._places(), (ranges, beam, pose), limits, footprint)
+
+    def passed_by(self) -> None:
+        """Give up the places of silent robots on which somebody else is now."""
+        self._fetch()
+        kernels.passed(*self._places(), self._position, self._limits[2])
+
+    def _places(self) -> tuple[NDArray[np.generic], ...]:
+        return (self._words, self._floats, self._table[3], self.ages, self.gone)
+
     def bodies(self) -> tuple[FloatArray, FloatArray]:
-        """Return centres (n, 2) [m] and radii (n,) of where LiDARs may hit the robots.
+        """Return centres (n, 2) [m] and radii (n,) of where beams may hit robots, generously.
+
+        For the localisation, to which a beam too few does no harm.
 
         The next call overwrites them.
         """
@@ -218,9 +331,9 @@ class Neighborhood:
         """Make the table `rows` long."""
         words = np.zeros((rows, BEACON_WORDS), np.uint32)
         words[: self._count] = self._words[: self._count]
-        notes = np.zeros((rows, 2))
+        notes = np.zeros((rows, 3))
         notes[: self._count] = self._notes[: self._count]
-        links = np.zeros((rows, 3), np.int64)
+        links = np.zeros((rows, 4), np.int64)
         links[: self._count] = self._links[: self._count]
         self._words, self._notes, self._links = words, notes, links
         self._floats = words.view(np.float32)
@@ -236,6 +349,9 @@ class Neighborhood:
             np.zeros(rows, np.int64),
         )
         self._bodies = np.zeros((rows, 2)), np.zeros(rows)
+        self._left = np.zeros((rows, BEACON_WORDS), np.uint32), np.zeros((rows, 3))
+        places = rows * (HELD_POINTS + WANTED_POINTS)
+        self._masks = np.empty((places, 2)), np.empty(places), np.empty(places, np.bool_)
         # views of the whole table, see `columns`
         self.gate_columns = self._records["pose"], self._records["gate_tick"]
         self._claims = tuple(self._records[name] for name in CLAIM_COLUMNS)

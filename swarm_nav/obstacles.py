@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
+from swarm_common.beacon import blank_beacon, record_of
 from swarm_common.records import FloatArray, LidarSpec, Pose, Scan
 from swarm_nav import obstacle_kernels
 from swarm_nav.config import CostmapConfig
@@ -13,14 +16,28 @@ from swarm_nav.terrain import Terrain
 
 CELL = 0.05  # [m] marks are rounded to, so that their number is bounded
 MAX_MARKS = 2000
+NO_BODY = ((math.nan, math.nan),)  # equals no footprint
 
 
 class ObstacleLayer:
     """Marks and clears points in map."""
 
-    def __init__(self, config: CostmapConfig, lidar: LidarSpec) -> None:
-        """Start without marks."""
+    def __init__(
+        self,
+        config: CostmapConfig,
+        lidar: LidarSpec,
+        footprint: tuple[tuple[float, float], ...] = (),
+    ) -> None:
+        """Start without marks.
+
+        Args:
+            config: Parameters.
+            lidar: Where it is and how it sees.
+            footprint: [m] in base_footprint; robots with the same one are seen by their LiDARs.
+        """
         self._config = config
+        words = record_of(blank_beacon(footprint or NO_BODY))["footprint"].view(np.uint32).ravel()
+        self._body = words, max([math.hypot(*corner) for corner in footprint], default=0.0)
         self._base_from_lidar = Pose(lidar.x, lidar.y, lidar.yaw)
         self._hits = np.empty((lidar.rays, 2))
         self.points: FloatArray = np.zeros((0, 2))
@@ -39,14 +56,30 @@ class ObstacleLayer:
         """Return the distance [m] of a point in map from what may be somebody who walks on."""
         return self._movers.gap(self.points, x, y, tick)
 
-    def update(self, scan: Scan, pose_map: Pose, terrain: Terrain, hood: Neighborhood) -> None:
-        """Mark unexplained hits and clear marks that a ray passes through."""
+    def update(
+        self,
+        scan: Scan,
+        pose_map: Pose,
+        terrain: Terrain,
+        hood: Neighborhood,
+        margin: float = 0.0,
+    ) -> None:
+        """Mark unexplained hits and clear marks that a ray passes through or a robot stands on.
+
+        Args:
+            scan: Of this tick.
+            pose_map: Of the robot.
+            terrain: Explains hits of walls.
+            hood: Explains hits of robots, and learns which silent ones are not there any more.
+            margin: [m] by which the robot's radius exceeds its body's.
+        """
         config = self._config
         lidar = pose_map.compose(self._base_from_lidar)
         pose = (lidar.x, lidar.y, lidar.yaw)
         beam = (scan.angle_min, scan.angle_increment, scan.range_min)
         ranges = np.array(scan.ranges, np.float32)  # a message's buffer may be read-only
-        robots, reach = hood.bodies()
+        hood.look(ranges, beam, pose, config.raytrace_max_range, self._body)
+        robots, reach, is_fresh = hood.masks(lidar.x, lidar.y, config.raytrace_max_range, margin)
         count = obstacle_kernels.unexplained(
             ranges,
             beam,
@@ -70,8 +103,8 @@ class ObstacleLayer:
                 beam,
                 pose,
                 config.raytrace_max_range,
-                robots,
-                reach,
+                robots[is_fresh],
+                reach[is_fresh],
                 keep,
             )
         keep &= self._movers.present(scan.tick)

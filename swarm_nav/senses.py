@@ -22,7 +22,7 @@ class Senses:
         self._scan_tick = scan.tick
         s = self._s
         if scan.tick - s.listening_since > s.config.traffic.listen_ticks // 2:
-            s.obstacles.update(scan, s.pose, s.terrain, s.hood)
+            s.obstacles.update(scan, s.pose, s.terrain, s.hood, s.radius - s.body_radius)
 
     def on_neighbors(self, beacons: BeaconArray) -> None:
         """Take the radio's batch of this tick, which may be empty."""

@@ -216,7 +216,7 @@ def begin(
         terrain=terrain,
         planner=Planner(terrain, config.planner, config.costmap),
         hood=Neighborhood(robot_id, traffic),
-        obstacles=ObstacleLayer(config.costmap, spec.lidar),
+        obstacles=ObstacleLayer(config.costmap, spec.lidar, spec.footprint),
         tube=tube,
         pose=pose_map,
         twist=Twist(),

@@ -16,10 +16,10 @@ from swarm_nav.neighborhood_kernels import (
     PLACE,
     RADIUS,
     SOURCE,
+    WANTED,
     WANTED_SIZE,
 )
 
-WANTED = word_of("wanted")
 INTENT = word_of("intent")
 INTENT_SIZE = word_of("intent_size")
 REACHED, UNCONFIRMED, ROBOT, OBSTACLE, RIGHT_OF_WAY = range(5)

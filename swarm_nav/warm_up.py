@@ -6,11 +6,12 @@ import math
 
 import numpy as np
 
+from swarm_common.beacon import FOOTPRINT_POINTS
 from swarm_common.grid import OCCUPIED, Grid
 from swarm_common.records import LidarSpec, Odometry, Pose, RobotSpec, Scan, Twist
 from swarm_common.sites import Sites
 from swarm_nav import crowd, gate_kernels, judgement_kernels, parting_kernels
-from swarm_nav.config import ControllerConfig, NavConfig
+from swarm_nav.config import ControllerConfig, NavConfig, TrafficConfig
 from swarm_nav.gate import Gate
 from swarm_nav.goals import Goal, GoalKind
 from swarm_nav.holding import parking_path
@@ -18,6 +19,7 @@ from swarm_nav.localisation_config import AMCL, LocalisationConfig
 from swarm_nav.narrows import Narrows
 from swarm_nav.narrows_kernels import barrier, half_width, label, leads_in
 from swarm_nav.navigator import Navigator
+from swarm_nav.neighborhood import Neighborhood
 from swarm_nav.omni import OmniController
 from swarm_nav.right_of_way import GAIN, SLACK, refuge_path
 from swarm_nav.situation import Situation
@@ -68,6 +70,7 @@ def warm_up() -> None:
     _pass_gate(situation)
     _pass_door(situation)
     _drive_sideways()
+    _fall_silent(robots[1])
     robots[0].global_costmap()
     robots[0].local_costmap()
 
@@ -79,6 +82,25 @@ def _localise(robot: Navigator) -> None:
     robot.particles()
     s = robot._s
     parting_kernels.first_overlap(s.tube.points, 0, 0, s.radius, 0.0, s.hood.columns())
+
+
+def _fall_silent(robot: Navigator) -> None:
+    """Let a robot fall silent far away, and be looked for near its place."""
+    beacon = robot.tick(TICKS).beacon
+    hood = Neighborhood(9, TrafficConfig())
+    hood.receive(np.array([beacon]), 0.0, 9.0)
+    for tick in (TICKS, TICKS + 40, TICKS + 200, TICKS + 201):
+        hood.refresh(tick)
+        hood.receive(np.zeros(0, beacon.dtype), 2.0, 2.0)
+    hood.receive(np.array([beacon]), 2.0, 2.0)
+    for tick in (TICKS + 202, TICKS + 400):
+        hood.refresh(tick)
+    hood.passed_by()
+    hood.row(2)
+    ranges = np.full(360, 1.0, np.float32)
+    footprint = np.zeros(2 * FOOTPRINT_POINTS, np.uint32)
+    beam = (0.0, math.tau / 360, 0.12)
+    hood.look(ranges, beam, (2.0, 2.0, 0.0), 3.0, (footprint, 0.1))
 
 
 def _drive_sideways() -> None:

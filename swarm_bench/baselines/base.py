@@ -86,7 +86,7 @@ class Baseline(ABC):
         self.replans = 0
         self.recoveries = 0
         self.obstacles = ObstacleLayer(config.costmap, spec.lidar)
-        self.hood = Neighborhood(robot_id, config.traffic)
+        self.hood = Neighborhood(robot_id, config.traffic, remembers_absent=False)
         self._footprint = padded(np.array(spec.footprint), FOOTPRINT_POINTS)
         self._localiser = OdometryLocaliser(initial_pose_map)
         self._turner = Controller(config.controller)
@@ -143,7 +143,8 @@ class Baseline(ABC):
     def on_scan(self, scan: Scan) -> None:
         """Take a scan: mark hits that are neither walls nor known robots."""
         scan = scan.from_above(self.spec.lidar)
-        self.obstacles.update(scan, self.pose, self._planner.terrain, self.hood)
+        margin = self.config.traffic.safety_margin
+        self.obstacles.update(scan, self.pose, self._planner.terrain, self.hood, margin)
 
     def on_reception(self, reception: Reception) -> None:
         """Take the beacons heard in this tick."""

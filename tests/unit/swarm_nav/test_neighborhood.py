@@ -5,7 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from swarm_common.beacon import FLAG_ACTIVE, FLAG_DEAF, FLAG_LEFT, FLAG_STUCK, reception_of
+from swarm_common.beacon import (
+    BEACON_DTYPE,
+    FLAG_ACTIVE,
+    FLAG_DEAF,
+    FLAG_LEFT,
+    FLAG_STUCK,
+    reception_of,
+)
 from swarm_nav.config import TrafficConfig
 from swarm_nav.neighborhood import Neighborhood
 from swarm_nav.neighborhood_kernels import UNHEARD
@@ -35,13 +42,94 @@ def test_rows_are_ordered_by_id_and_hold_the_newest_beacon() -> None:
     assert here.row(99) is None
 
 
-def test_who_was_last_heard_near_the_edge_of_the_range_has_left() -> None:
+def test_who_was_last_heard_near_the_edge_of_the_range_may_have_left() -> None:
     here = hood()
     heard(here, 10, beacon(2, 5.5, 0.0))
     here.refresh(26)
     assert here.ids.tolist() == [2]
     here.refresh(27)
     assert here.ids.tolist() == []
+    listen(here, range(28, 500), 0.0)
+    assert here.ids.tolist() == []  # nothing is learned from afar
+
+
+def listen(here: Neighborhood, ticks: range, x: float, *records: np.void) -> None:
+    """Hear the same robots at each tick, from (x, 0)."""
+    for tick in ticks:
+        for record in records:
+            record["tick"] = tick - 1
+            record["heard"] = np.where(record["heard"] > 0, record["heard"] + 1, 0)
+        here.receive(np.array(list(records), BEACON_DTYPE), x, 0.0)
+        here.refresh(tick)
+
+
+def acquainted(robot: int, x: float, other: int, tick: int) -> np.void:
+    """Return the beacon of a robot that has heard another one's of a tick."""
+    record = beacon(robot, x, 0.0)
+    record["heard"][5] = other << 16 | tick
+    return record
+
+
+@pytest.mark.parametrize("last_heard", [4.4, 5.5])
+def test_who_fell_silent_near_the_edge_and_is_near_is_gone(last_heard: float) -> None:
+    here = hood()
+    heard(here, 10, beacon(2, last_heard, 0.0, held=[(last_heard, 0.0), (last_heard, 0.1)]))
+    here.refresh(27)
+    listen(here, range(28, 90), 2.5)
+    assert here.gone.tolist() == [True]
+    assert len(here.tubes(0)) == 2
+    listen(here, range(90, 200), -3.0)
+    assert here.ids.tolist() == [2]
+    listen(here, range(200, 201), -3.0, beacon(2, 1.0, 0.0))
+    assert here.gone.tolist() == [False]
+
+
+def test_who_is_heard_by_others_where_we_should_hear_it_has_left() -> None:
+    here = hood()
+    heard(here, 10, beacon(2, 5.5, 0.0))
+    here.refresh(27)
+    listen(here, range(28, 90), 2.5, acquainted(3, 4.0, 2, 26))
+    assert here.ids.tolist() == [3]
+    listen(here, range(90, 200), 2.5)
+    assert here.ids.tolist() == [3]
+
+
+def test_who_is_heard_by_others_out_of_range_of_its_place_has_left() -> None:
+    here = hood()
+    heard(here, 10, beacon(2, 5.5, 0.0))
+    here.refresh(27)
+    listen(here, range(28, 60), -5.0, acquainted(3, -1.0, 2, 26))
+    listen(here, range(60, 200), 2.5, beacon(3, 2.5, 1.0))
+    assert here.ids.tolist() == [3]
+
+
+def test_that_others_remember_a_robot_does_not_show_that_it_lives() -> None:
+    here = hood()
+    heard(here, 10, beacon(2, 5.5, 0.0))
+    here.refresh(27)
+    for tick in range(28, 120):
+        listen(here, range(tick, tick + 1), 2.5, acquainted(3, 4.0, 2, 12))
+    assert here.ids.tolist() == [2, 3]
+    assert here.gone.tolist() == [True, False]
+
+
+def test_who_was_taken_out_of_the_world_is_not_waited_for() -> None:
+    here = hood()
+    heard(here, 10, beacon(2, 5.5, 0.0))
+    here.refresh(27)
+    listen(here, range(28, 30), 0.0, beacon(2, 0.0, 0.0, flags=FLAG_LEFT))
+    listen(here, range(30, 100), 2.5)
+    assert here.ids.tolist() == []
+
+
+def test_a_silent_robot_is_not_where_somebody_else_is() -> None:
+    here = hood()
+    heard(here, 10, beacon(2, 1.0, 0.0, held=[(1.0, 0.0), (1.05, 0.0), (1.2, 0.0)]))
+    here.refresh(27)
+    listen(here, range(105, 125), 0.0, beacon(3, 1.0, 0.0))
+    assert np.allclose(here.tubes(0), [(1.2, 0.0)])
+    listen(here, range(125, 140), 1.2)
+    assert here.ids.tolist() == [3]
 
 
 def test_who_falls_silent_well_inside_the_range_is_gone_and_stays() -> None:

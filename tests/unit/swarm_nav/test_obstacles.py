@@ -14,8 +14,10 @@ from swarm_nav import obstacle_kernels
 from swarm_nav.config import CostmapConfig
 from swarm_nav.distance_kernels import sample
 from swarm_nav.obstacles import CELL, ObstacleLayer
+from swarm_nav.situation import Situation
+from swarm_nav.tube import padded
 from tests.oracles import control as oracle
-from tests.standins.navigation import beacon, hear, room, situation
+from tests.standins.navigation import beacon, hear, room, situation, waffle
 
 HALL = room(6.0, 6.0)
 MIDDLE = Pose(3.0, 3.0, 0.0)
@@ -74,6 +76,79 @@ def test_robots_that_say_where_they_are_are_not_marked_and_clear_old_marks() -> 
     hear(s, beacon(2, 4.05, 3.0))
     marks.update(scan({0: 1.0}), MIDDLE, s.terrain, s.hood)
     assert len(marks.points) == 0
+
+
+def silent(s: Situation, ticks: int, **fields: object) -> None:
+    """Let the situation hear robot 2 at (4, 3), and nothing more for a time."""
+    hear(s, beacon(2, 4.0, 3.0, **fields))
+    s.tick += ticks
+    s.hood.refresh(s.tick)
+
+
+@pytest.mark.parametrize("ticks", [0, 10, 16, 17, 60, 200, 5000])
+def test_however_long_a_robot_is_silent_it_masks_its_own_space_only(ticks: int) -> None:
+    s, marks = situation(HALL, MIDDLE), layer()
+    silent(s, ticks)
+    hits = {0: 0.8, 21: 1.0, 339: 1.0, 33: 1.05}  # at 0.2, 0.36, 0.36, and 0.59 m from it
+    marks.update(scan(hits), MIDDLE, s.terrain, s.hood, 0.047)
+    assert len(marks.points) == 3
+
+
+@pytest.mark.parametrize("ticks", [10, 17, 60, 200, 5000])
+def test_no_mark_is_erased_because_of_an_old_beacon(ticks: int) -> None:
+    s, marks = situation(HALL, MIDDLE), layer()
+    marks.update(scan({0: 0.9}), MIDDLE, s.terrain, s.hood)
+    silent(s, ticks)
+    marks.update(scan({0: 0.5}), MIDDLE, s.terrain, s.hood, 0.047)  # does not see the place
+    assert (3.9, 3.0) in map(tuple, marks.points.round(3).tolist())
+
+
+def seeing() -> ObstacleLayer:
+    return ObstacleLayer(CostmapConfig(), LIDAR, waffle().footprint)
+
+
+def waffles_beacon(**fields: object) -> dict[str, object]:
+    points, size = padded(np.array(waffle().footprint), 8)
+    return {"footprint": points, "footprint_size": size, **fields}
+
+
+def test_a_silent_robot_is_forgotten_once_its_place_was_seen_empty() -> None:
+    s, marks = situation(HALL, MIDDLE), seeing()
+    held = [(4.0, 3.0 + 0.05 * k) for k in range(8)]
+    silent(s, 101, **waffles_beacon(held=held))
+    marks.update(scan({}), MIDDLE, s.terrain, s.hood)
+    s.hood.refresh(s.tick)
+    assert len(s.hood.tubes(0)) == 8  # one scan may be wrong
+    marks.update(scan({}), MIDDLE, s.terrain, s.hood)
+    s.hood.refresh(s.tick)
+    assert s.hood.ids.tolist() == []
+
+
+def test_only_the_places_seen_through_are_given_up() -> None:
+    s, marks = situation(HALL, MIDDLE), seeing()
+    held = [(4.0, 2.8 + 0.2 * k) for k in range(6)]
+    silent(s, 101, **waffles_beacon(held=held))
+    housing = {0: 0.97, 1: 0.96, 359: 0.98}  # of its LiDAR
+    for _ in range(4):
+        marks.update(scan(housing), MIDDLE, s.terrain, s.hood)
+        s.hood.refresh(s.tick)
+    assert np.allclose(s.hood.tubes(0), held[:3])
+    assert len(marks.points) == 0
+
+
+@pytest.mark.parametrize("case", ["other model", "hidden", "far", "not stopped", "lives"])
+def test_what_does_not_show_that_a_place_is_empty(case: str) -> None:
+    s, marks = situation(room(12.0, 6.0), MIDDLE), seeing()
+    x = 6.2 if case == "far" else 4.0
+    fields = {} if case == "other model" else waffles_beacon()
+    silent(s, 60 if case == "not stopped" else 101, held=[(x, 3.0)], **fields)
+    if case == "lives":
+        hear(s, beacon(2, 4.0, 3.0, **fields))
+    seen = scan({ray: 0.5 for ray in (0, 1, 5, 355)} if case == "hidden" else {})
+    for _ in range(4):
+        marks.update(seen, MIDDLE, s.terrain, s.hood)
+        s.hood.refresh(s.tick)
+    assert len(s.hood.tubes(0)) == 1
 
 
 def test_invalid_ranges_neither_mark_nor_clear() -> None:
