@@ -93,7 +93,7 @@ def traffic(
     console = new_console()
     results = sweep.run(json_, console)
     console.print(summary_table(results))
-    _exit(results)
+    exit_code(results)
 
 
 @bench_app.command()
@@ -122,7 +122,7 @@ def suite(
     results = [result for sweep in sweeps for result in sweep.run(json_, console)]
     console.print(summary_table(results))
     _write_report(results, output, machine_line())
-    _exit([result for result in results if result.method == "ours"])
+    exit_code([result for result in results if result.method == "ours"])
 
 
 @bench_app.command("report-traffic")
@@ -149,7 +149,8 @@ def _write_report(results: Sequence[RunResult], output: Path, machine: str) -> N
         raise ConfigError(f"cannot write {output}: {cause}") from cause
 
 
-def _exit(results: Sequence[RunResult]) -> None:
+def exit_code(results: Sequence[RunResult]) -> None:
+    """Exit with `MISSED` unless all runs are flawless."""
     if not all(result.is_flawless for result in results):
         raise typer.Exit(MISSED)
 

@@ -18,6 +18,7 @@ def _load() -> typer.Typer:
     from swarm_bench import (  # noqa: F401  # add theirs
         decisions_command,
         floor_command,
+        halls_command,
         peers_command,
         scale_command,
     )

@@ -30,11 +30,13 @@ class Sweep:
         options: The runs, in order.
         jobs: Processes.
         ros: Whether on the ROS graph.
+        runner: Runs one in the bench.
     """
 
     options: Sequence[RunOptions]
     jobs: int = 1
     ros: bool = False
+    runner: Runner = run
 
     def check(self) -> None:
         """Check each scenario and size before anything runs.
@@ -63,7 +65,7 @@ class Sweep:
             console.print(f"{len(results)} of {len(self.options)} runs are in {file} already")
         with contextlib.ExitStack() as stack:
             output = stack.enter_context(open_to_append(file)) if file is not None else None
-            for result in run_all(todo, self.jobs, run_on_graph if self.ros else run):
+            for result in run_all(todo, self.jobs, run_on_graph if self.ros else self.runner):
                 results.append(result)
                 console.print(run_line(result), highlight=False, soft_wrap=True, markup=False)
                 if output is not None:

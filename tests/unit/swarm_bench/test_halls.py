@@ -1,0 +1,97 @@
+"""Random halls: the same for the same seed, valid for every seed, and run like any scenario."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import pytest
+
+from swarm_bench.hall_maker import DEAD_GAP, MISSIONS, Wish, make_hall
+from swarm_bench.halls import DRAWN, SIZES, TROUBLES, build_hall, hall_of, hall_runs, run_hall
+from swarm_common.errors import ConfigError, UnknownNameError
+from swarm_common.records import Pose
+from swarm_nav.config import CostmapConfig, PlannerConfig
+from swarm_nav.goals import PlanError
+from swarm_nav.planner import Planner
+from swarm_nav.terrain import terrain_for
+
+WISH = Wish(robots=12, radius=0.24, reach=0.57)
+
+
+def test_a_seed_means_one_hall() -> None:
+    first, _ = make_hall(WISH, 7)
+    again, _ = make_hall(WISH, 7)
+    other, _ = make_hall(WISH, 8)
+    assert first == again
+    assert first.boxes != other.boxes
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_every_goal_can_be_reached_and_is_not_a_dead_robots_place(seed: int) -> None:
+    trouble = "dead" if seed % 2 else "none"
+    options = hall_runs([seed], [12], DRAWN, trouble)[0]
+    hall, grid = hall_of(options)
+    alive = hall.homes[: len(hall.homes) - hall.dead]
+    fallen = hall.homes[len(alive) :]
+    assert len(fallen) == (1 if trouble == "dead" else 0)
+    config = CostmapConfig()
+    planner = Planner(terrain_for(grid, PlannerConfig(), config, 0.24), PlannerConfig(), config)
+    for home, goals in zip(alive, hall.goals, strict=False):
+        assert goals
+        for goal in goals:
+            assert all(goal.distance(pose) >= DEAD_GAP for pose in fallen)
+            try:
+                planner.plan((home.x, home.y), (goal.x, goal.y), planner.no_extra())
+            except PlanError as error:
+                pytest.fail(f"seed {seed}: {error}")
+    gaps = [a.distance(b) for a, b in itertools.combinations(hall.homes, 2)]
+    assert min(gaps) >= 0.57
+    assert min(a.distance(b) for a, b in itertools.combinations(hall.stations, 2)) >= 0.599
+
+
+def test_the_seeds_cover_sizes_missions_and_troubles() -> None:
+    runs = hall_runs(range(200), [], DRAWN, DRAWN)
+    assert {run.robots for run in runs} == set(SIZES)
+    assert {run.scenario.mission for run in runs} == set(MISSIONS)
+    troubles = {run.scenario.name.partition(", ")[2] or "none" for run in runs}
+    assert troubles == set(TROUBLES)
+    pairs = {(run.robots, run.scenario.mission) for run in runs}
+    assert len(pairs) == len(SIZES) * len(MISSIONS)
+
+
+def test_wrong_words_are_refused() -> None:
+    with pytest.raises(UnknownNameError, match="mission"):
+        hall_runs([0], [], "dance", DRAWN)
+    with pytest.raises(UnknownNameError, match="trouble"):
+        hall_runs([0], [], DRAWN, "rain")
+    with pytest.raises(ConfigError, match="2 robots"):
+        hall_runs([0], [1], DRAWN, DRAWN)
+
+
+def test_a_hall_that_has_no_room_is_refused() -> None:
+    with pytest.raises(ConfigError, match="no valid hall for 12 robots"):
+        make_hall(Wish(robots=12, radius=3.0, reach=6.2), 0)
+
+
+def test_people_walk_and_fleets_are_mixed() -> None:
+    assert len(hall_of(hall_runs([3], [5], DRAWN, "people")[0])[0].walkers) == 2
+    stage = build_hall(hall_runs([3], [5], DRAWN, "mixed")[0])
+    stage.world.close()
+    radii = {driver.spec.circumscribed_radius for driver in stage.drivers}
+    assert len(radii) == 2
+
+
+@pytest.mark.timeout(300)
+def test_a_run_counts_goals_like_any_other() -> None:
+    options = hall_runs([0], [5], "roam", "radio")[0]
+    result = run_hall(options)
+    assert result.scenario == "hall, radio"
+    assert result.conditions["loss"] > 0.0
+    assert result.is_flawless
+    assert result.goals_sent == 15
+
+
+def test_homes_have_headings() -> None:
+    hall, _ = make_hall(WISH, 1)
+    assert all(isinstance(pose, Pose) and math.isfinite(pose.yaw) for pose in hall.homes)
