@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+import errno
+import os
+import signal
 import sys
 import traceback
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
-import typer
+# What takes long to import is imported when Ctrl-C does not end in a traceback any more.
+if TYPE_CHECKING:
+    import typer
 
-from swarm_commander.report import BAD_INPUT, COMPONENT_FAILED
-from swarm_common import ros_env
-from swarm_common.errors import SwarmError
-from swarm_common.interfaces_build import ensure_interfaces
-
-# Some versions of typer bring a click of their own, so the base is reached through typer.
-UsageError: type[Exception] = typer.BadParameter.__bases__[0]
 INTERRUPTED = 130
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EIO)  # not the user's input
+LONGEST_NAME = 200  # letters of a file's name that are shown
 FLEET_COMMANDS = ("spawn", "remove", "move", "list", "reset")  # of swarm-commander
 
 
@@ -64,6 +65,9 @@ def _load_report() -> typer.Typer:
 
 
 def _load_commander() -> typer.Typer:
+    from swarm_common import ros_env
+    from swarm_common.interfaces_build import ensure_interfaces
+
     ros_env.set_defaults()  # before rclpy is imported
     ensure_interfaces()  # before our messages are imported
     if sys.argv[1:2] and sys.argv[1] in FLEET_COMMANDS:
@@ -93,15 +97,33 @@ def with_value(words: Sequence[str], flag: str, default: str) -> list[str]:
 
 def run_app(name: str, load: Callable[[], typer.Typer]) -> int:
     """Run a command line; any mistake in it becomes one message on stderr and exit code 2."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # quietly, while modules are imported
+    import typer
+
+    from swarm_commander.report import BAD_INPUT, COMPONENT_FAILED
+    from swarm_common.errors import SwarmError
+
+    # Some versions of typer bring a click of their own, so the base is reached through typer.
+    usage_error: type[Exception] = typer.BadParameter.__bases__[0]
     try:
-        command: Callable[..., object] = typer.main.get_command(load())
+        app = load()
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        command: Callable[..., object] = typer.main.get_command(app)
         code = command(prog_name=name, standalone_mode=False)
-    except UsageError as error:
+    except usage_error as error:
         message = _usage_message(error)
     except SwarmError as error:
         message = str(error)
     except (typer.Abort, KeyboardInterrupt):
         return INTERRUPTED
+    except OSError as error:  # of a file that the user names: too long a name, no permission, ...
+        if error.errno not in FULL and error.filename is None:
+            traceback.print_exc()
+            return COMPONENT_FAILED
+        message = f"cannot use {_shown(error.filename or 'a file')}: {error.strerror}"
+        if error.errno in FULL:
+            sys.stderr.write(f"{name}: {message}\n")
+            return COMPONENT_FAILED
     except Exception:  # a fault of ours must not look like a missed goal
         traceback.print_exc()
         return COMPONENT_FAILED
@@ -117,3 +139,9 @@ def _usage_message(error: Exception) -> str:
     details = getattr(error.__cause__, "errors", None)  # pydantic's, behind newer versions of typer
     found = details()[0].get("input") if details is not None else None
     return f"{message} (found '{found}')" if found is not None else message
+
+
+def _shown(name: object) -> str:
+    """Return the name of a file in letters that can be printed, and not too many."""
+    text = os.fsencode(str(name)).decode(errors="replace")
+    return text if len(text) <= LONGEST_NAME else f"{text[:LONGEST_NAME]}..."

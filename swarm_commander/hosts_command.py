@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
 
-from rich.console import Console
 from rich.text import Text
 
+from swarm_commander import terminal
 from swarm_commander.breach import shortened
 from swarm_commander.domain import domain_id
 from swarm_commander.envoy import names_of
@@ -20,6 +20,7 @@ from swarm_commander.robots_plan import RobotsPlan
 from swarm_commander.robots_run import RobotsRun, robots_report
 from swarm_commander.rundir import RunFolder, create_run_folder, write_env_sh
 from swarm_commander.tally import Tally
+from swarm_commander.terminal import complain
 from swarm_common import dds_profile
 from swarm_common.interfaces_build import ensure_interfaces
 from swarm_common.ros_env import DISCOVERY_RANGE, PROFILES
@@ -52,7 +53,8 @@ def bring_up_robots(plan: RobotsPlan) -> int:
         folder.configs / ROBOTS_PROFILE, plan.own_address, peers, plan.domain
     )
     write_env_sh(folder, os.environ)
-    console = Console()
+    os.environ.setdefault("ROS_LOG_DIR", str(folder.logs / "ros"))
+    console = terminal.console()
     tally = Tally.of(plan.robots, has_mission=True)
     progress = Progress(console, tally, time.monotonic)
     progress.note(
@@ -66,7 +68,9 @@ def bring_up_robots(plan: RobotsPlan) -> int:
     finally:
         progress.stop()
     code = COMPONENT_FAILED if run.failures else OK
-    write_report(folder.report, robots_report(run, plan, code))
+    if problem := write_report(folder.report, robots_report(run, plan, code)):
+        code = COMPONENT_FAILED
+        complain(problem)
     for line in shortened(run.failures, "failures"):
         console.print(Text(line, style="red"), soft_wrap=True)
     console.print(f"report: {folder.report}", highlight=False, soft_wrap=True)

@@ -7,7 +7,8 @@ import os
 import selectors
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -46,6 +47,7 @@ class ProcessRun:
         active_after_wall: [s] from the start until every navigator was active.
         wall_time: [s] from the start until everything was told to stop.
         is_stopped_by_user: Whether it was a signal that ended the run.
+        verdict: What the world measured; empty until it has ended.
     """
 
     stop_order: Sequence[str] = ()  # who is ended first, then next; the others after them
@@ -60,6 +62,7 @@ class ProcessRun:
         self.active_after_wall: float | None = None
         self.wall_time = 0.0
         self.is_stopped_by_user = False
+        self.verdict: dict[str, Any] = {}
         self._modules = modules
         self._folder = folder
         self._progress = progress
@@ -74,6 +77,7 @@ class ProcessRun:
         self._is_stopping = False
         self._laggards = Laggards()
         self._signals = SignalCounter()
+        self._resigned: set[str] = set()  # onlookers that have said why they end
 
     def run(self) -> None:
         """Start everything, follow it to its end, stop everything.
@@ -83,7 +87,7 @@ class ProcessRun:
         """
         with self._signals:
             try:
-                self._begin()
+                self._guard(self._begin)
                 while not self._supervisor.all_gone:
                     self._turn()
             finally:
@@ -98,6 +102,14 @@ class ProcessRun:
 
     def complete(self, report: dict[str, Any]) -> None:
         """Add what only this kind of run knows to its report."""
+
+    def _guard(self, do: Callable[[], None]) -> None:
+        """Do something that writes files; a disk that is full ends the run, with its report."""
+        try:
+            do()
+        except OSError as error:
+            self._fail(f"cannot go on: {error}")
+            self._stop("stopping")
 
     # What a kind of run is made of
 
@@ -139,8 +151,11 @@ class ProcessRun:
         for event in self._children[name].read_events():
             self.tally.apply(event)
             handler = getattr(self, f"_on_{event.get('event')}_event", None)
-            if handler is not None:
-                handler(event)
+            if event.get("event") == "error" and name.split("_")[0] in self.onlookers:
+                self._resigned.add(name)
+                self._fail(f"the {name} process gave up: {event['message']}")
+            elif handler is not None:
+                self._guard(partial(handler, event))
 
     def _sample(self, *, now: bool = False) -> None:
         if self._is_stopping or (time.monotonic() < self._next_sample and not now):
@@ -195,6 +210,9 @@ class ProcessRun:
 
     # The end
 
+    def _on_verdict_event(self, event: dict[str, Any]) -> None:
+        self.verdict = event["verdict"]
+
     def _on_note_event(self, event: dict[str, Any]) -> None:
         self._progress.note(event["message"])
 
@@ -218,7 +236,7 @@ class ProcessRun:
         self._selector.unregister(self._children[exit_.name].event_fd)
         if exit_.expected or self._is_stopping or self._refusal is not None:
             return
-        if self._is_fine(exit_):
+        if self._is_fine(exit_) or exit_.name in self._resigned:
             return
         log = self._folder.log(exit_.name)
         self._fail(

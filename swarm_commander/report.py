@@ -14,6 +14,7 @@ from swarm_commander.fairness import fairness
 from swarm_commander.options import UpOptions
 from swarm_commander.tally import COUNTS, RobotTally, Tally
 from swarm_commander.usage import UsageMeter
+from swarm_common.whole_file import write_whole
 
 SCHEMA = 1
 OK, MISSED, BAD_INPUT, COMPONENT_FAILED = range(4)  # exit codes
@@ -169,9 +170,13 @@ def load_verdict(path: Path) -> dict[str, Any]:
     return content if isinstance(content, dict) else {}
 
 
-def write_report(path: Path, report: Mapping[str, Any]) -> None:
-    """Write the report."""
-    path.write_text(json.dumps(report, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+def write_report(path: Path, report: Mapping[str, Any]) -> str:
+    """Write the report, whole or not at all; return what to say if it cannot be written."""
+    try:
+        write_whole(path, json.dumps(report, indent=2, allow_nan=False) + "\n")
+    except OSError as error:
+        return f"the report {path} cannot be written: {error.strerror}"
+    return ""
 
 
 def _rounded(value: Any, digits: int = 3) -> float | None:

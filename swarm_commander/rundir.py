@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 import shlex
 import shutil
@@ -32,6 +33,31 @@ class RunFolder:
         self.report = self.path / "report.json"
         self.page = self.path / "report.html"
         self.verdict = self.configs / "verdict.json"
+        self._lock: int | None = None
+
+    def claim(self) -> None:
+        """Make the folder and keep other runs out of it until this process ends or `release`.
+
+        Raises:
+            ConfigError: If another run has it.
+        """
+        self.path.mkdir(parents=True, exist_ok=True)
+        descriptor = os.open(self.path, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            os.close(descriptor)
+            raise ConfigError(
+                f"another run writes to {self.path}; wait for its end, or choose another folder "
+                "with --run-dir"
+            ) from None
+        self._lock = descriptor
+
+    def release(self) -> None:
+        """Let other runs use the folder."""
+        descriptor, self._lock = self._lock, None
+        if descriptor is not None:
+            os.close(descriptor)
 
     def log(self, name: str) -> Path:
         """Return the log file of a process."""
@@ -49,8 +75,10 @@ def create_run_folder(chosen: Path | None, now: datetime) -> RunFolder:
         ConfigError: If it cannot be written, or has something else in it than a run.
     """
     folder = RunFolder(chosen or _free_name(RUNS / now.strftime("%Y-%m-%d_%H-%M-%S")))
+    _check_text(folder.path)
     try:
         _check_is_run(folder)
+        folder.claim()
         for old in (folder.rviz, folder.foxglove, folder.recording, folder.plots):
             shutil.rmtree(old, ignore_errors=True)
         for old in (folder.params, folder.logs, folder.configs, folder.trace):
@@ -66,6 +94,17 @@ def create_run_folder(chosen: Path | None, now: datetime) -> RunFolder:
             " choose another with --run-dir"
         ) from None
     return folder
+
+
+def _check_text(path: Path) -> None:
+    """Refuse a folder whose name no file can hold: configurations and reports are UTF-8."""
+    try:
+        str(path).encode()
+    except UnicodeEncodeError:
+        shown = os.fsencode(path).decode(errors="replace")
+        raise ConfigError(
+            f"the run folder {shown} has a name that is not UTF-8; choose another with --run-dir"
+        ) from None
 
 
 def _check_is_run(folder: RunFolder) -> None:

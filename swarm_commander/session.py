@@ -10,6 +10,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.text import Text
 
+from swarm_commander import terminal
 from swarm_commander.breach import breach_lines, shortened
 from swarm_commander.bringup import Run
 from swarm_commander.domain import DomainLock, domain_id
@@ -17,6 +18,7 @@ from swarm_commander.foxglove import write_foxglove
 from swarm_commander.plan import RunPlan
 from swarm_commander.progress import Progress, summary_table
 from swarm_commander.report import (
+    COMPONENT_FAILED,
     RunTimes,
     compose_report,
     exit_code,
@@ -26,6 +28,7 @@ from swarm_commander.report import (
 from swarm_commander.rundir import RunFolder, create_run_folder, write_env_sh
 from swarm_commander.rviz import write_rviz
 from swarm_commander.tally import Tally
+from swarm_commander.terminal import complain
 from swarm_common import ros_env
 from swarm_common.secret import own_secret
 
@@ -36,12 +39,13 @@ def bring_up(plan: RunPlan) -> int:
     lock = DomainLock(domain_id())
     try:
         folder = create_run_folder(plan.options.run_dir, datetime.now())
+        os.environ.setdefault("ROS_LOG_DIR", str(folder.logs / "ros"))
         if plan.options.bind:
             from swarm_commander.hosts_command import use_profile
 
             use_profile(folder, plan.options.bind, plan.options.bind)
         write_env_sh(folder, os.environ)
-        console = Console()
+        console = terminal.console()
         tally = Tally.of(plan.options.robot_names, plan.mission is not None)
         progress = Progress(console, tally, time.monotonic)
         write_rviz(folder.rviz, plan.options.robot_names)
@@ -55,13 +59,15 @@ def bring_up(plan: RunPlan) -> int:
             progress.stop()
     finally:
         lock.release()
-    return _conclude(plan, folder, run, console)
+    code = _conclude(plan, folder, run, console)
+    folder.release()
+    return code
 
 
 def _conclude(plan: RunPlan, folder: RunFolder, run: Run, console: Console) -> int:
     """Write the report, say how it went; return the exit code."""
     tally = run.tally
-    verdict = load_verdict(folder.verdict)
+    verdict = run.verdict or load_verdict(folder.verdict)
     times = RunTimes(run.wall_time, run.active_after_wall, run.restarts)
     report = compose_report(plan.options, tally, verdict, run.usage, times)
     run.complete(report)
@@ -69,7 +75,9 @@ def _conclude(plan: RunPlan, folder: RunFolder, run: Run, console: Console) -> i
     is_unfinished = must_finish and not tally.is_done
     code = exit_code(report, is_unfinished=is_unfinished, component_failed=bool(run.failures))
     report |= {"exit_code": code, "failures": list(run.failures)}
-    write_report(folder.report, report)
+    if problem := write_report(folder.report, report):
+        code = COMPONENT_FAILED
+        complain(problem)
     console.print(summary_table(report, code))
     breaches = breach_lines(report["breaches"], had_to_finish=is_unfinished)
     for line in (*shortened(run.failures, "failures"), *breaches):

@@ -173,6 +173,8 @@ class Supervisor:
 
 def describe_exit(returncode: int) -> str:
     """Return a return code in words."""
+    if returncode == -signal.SIGBUS:  # memory of a file for which there is no room any more
+        return "killed by SIGBUS: /dev/shm or the disk is full (see df -h /dev/shm)"
     if returncode < 0:
         return f"killed by {signal.Signals(-returncode).name}"
     return f"exit code {returncode}"

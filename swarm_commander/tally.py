@@ -120,7 +120,7 @@ class Tally:
     @property
     def pending(self) -> int:
         """Goals not yet settled: of the whole mission, without one of those sent."""
-        return max(self.total, self.sent) - self.reached - self.failed
+        return max(0, max(self.total, self.sent) - self.reached - self.failed)
 
     @property
     def collisions(self) -> int:
@@ -197,12 +197,12 @@ class Tally:
         robot = self.robots[event["robot"]]
         if event["outcome"] == "reached":
             robot.reached += 1
+            robot.sent = max(robot.sent, robot.reached)
             robot.durations.append(float(event["duration"]))
         else:
             robot.failed += 1
             self.misses.append(Miss.of(event))
         robot.goal = ""
-        robot.sent = max(robot.sent, robot.reached + robot.failed)
         self._settle(float(event["sim_time"]))
 
     def _on_status(self, event: Mapping[str, Any]) -> None:

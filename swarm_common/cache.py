@@ -15,6 +15,8 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TypeVar
 
+from swarm_common.home import NAME, cache_base
+
 MOST_KEPT = 100  # results of a kind; the oldest go first
 
 Result = TypeVar("Result")
@@ -22,8 +24,7 @@ Result = TypeVar("Result")
 
 def cache_folder() -> Path:
     """Return where everything lies that is made once."""
-    base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    return Path(base) / "swarm-workbench"
+    return cache_base() / NAME
 
 
 def kept(kind: str, parts: Iterable[str | bytes], make: Callable[[], Result]) -> Result:

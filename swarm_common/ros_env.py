@@ -7,6 +7,8 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
+from swarm_common import home
+
 PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
 DISCOVERY_RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 FIRST_PORT, DOMAIN_PORTS = 7400, 250  # UDP ports of DDSI-RTPS 9.6.1.1
@@ -18,6 +20,7 @@ TERMINALS = 5  # participants that are left to the user
 FEW_ROBOTS = 30  # up to here every participant may know everybody
 # What another terminal needs to see the same graph in the same way.
 VARIABLES = ("ROS_DOMAIN_ID", DISCOVERY_RANGE, PROFILES)
+FOREIGN = frozenset({PROFILES, "FASTDDS_DEFAULT_PROFILES_FILE", "ROS_DISCOVERY_SERVER"})
 LOOPBACK = "127.0.0.1"
 _PROFILE = Path(__file__).resolve().parent / "fastdds.xml"
 _MARK = 'profile_name="swarm"'
@@ -33,12 +36,15 @@ def set_defaults() -> None:
     the loopback interface only, while rmw_fastrtps would for LOCALHOST add shared memory, whose
     segments stay behind when a process is killed.
     """
-    local = os.environ.get(DISCOVERY_RANGE, "LOCALHOST") == "LOCALHOST"
-    own_profile = {PROFILES, "FASTDDS_DEFAULT_PROFILES_FILE", "ROS_DISCOVERY_SERVER"}
-    if local and not own_profile & os.environ.keys():
+    home.set_defaults(os.environ)
+    if os.environ.get(DISCOVERY_RANGE, "LOCALHOST") != "LOCALHOST":
+        return
+    if bound_address():  # ours is there already: inherited, or from an env.sh
         os.environ[DISCOVERY_RANGE] = "SYSTEM_DEFAULT"  # leaves the choice to the profile
+    elif not FOREIGN & os.environ.keys():
+        os.environ[DISCOVERY_RANGE] = "SYSTEM_DEFAULT"
         os.environ[PROFILES] = str(_PROFILE)
-    elif local:
+    else:
         os.environ[DISCOVERY_RANGE] = "LOCALHOST"
 
 

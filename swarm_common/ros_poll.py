@@ -31,6 +31,7 @@ LOOK_AGAIN = NANOSECONDS  # [ns] after which a foreign sender is looked up again
 SILENCE = NANOSECONDS  # [ns] after which an owner gives way to one with the same right
 DRAIN_LIMIT = 0.1  # [s] of wall time for a portion of requests
 UNKNOWN_NODE = "/_NODE_NAME_UNKNOWN_"
+MOST_FAULTS = 1000  # of callbacks in one turn; more come from an executor that is broken
 
 
 class PolledTopic:
@@ -224,15 +225,32 @@ class Waiter:
         self._set.wait(int(timeout * NANOSECONDS))
 
 
-def drain(executor: Executor, limit: float = DRAIN_LIMIT) -> None:
+def drain(
+    executor: Executor,
+    limit: float = DRAIN_LIMIT,
+    on_fault: Callable[[Exception], object] | None = None,
+) -> None:
     """Call back for what waits in an EventsExecutor, for at most `limit` [s] of wall time.
 
     `spin_once` returns after one callback, and takes longer when there is none; so a task is
     queued behind all that waits, and the executor is spun until it has run. A flood is served in
     portions: what is left has its turn with the next call.
+
+    Args:
+        executor: An EventsExecutor.
+        limit: [s] of wall time.
+        on_fault: Takes what a callback raises, rclpy's own included; then the others go on. None:
+            it is raised.
     """
     done: list[bool] = []
+    faults = 0
     executor.create_task(done.append, True)
     end = time.monotonic() + limit
     while not done and time.monotonic() < end:
-        executor.spin_once(timeout_sec=0.0)
+        try:
+            executor.spin_once(timeout_sec=0.0)
+        except Exception as error:
+            faults += 1
+            if on_fault is None or faults > MOST_FAULTS:
+                raise
+            on_fault(error)

@@ -8,9 +8,9 @@ from typing import Any
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.parameter_service import ParameterService
 
 from swarm_common.errors import SwarmError
+from swarm_common.parameter_services import CheckedParameterService
 from swarm_common.robot_params import robot_parameters
 from swarm_nav.config import (
     FIXED_PARAMETERS,
@@ -71,7 +71,7 @@ class Parameters:
         node.declare_parameters("", changeable + constant, ignore_override=True)
         node.add_on_set_parameters_callback(self._on_set)
         services = [f"{node.get_name()}/{service}" for service in SERVICES]
-        on_demand.offer(services, lambda: ParameterService(node))
+        on_demand.offer(services, lambda: CheckedParameterService(node))
 
     def _on_set(self, parameters: Sequence[Parameter]) -> SetParametersResult:
         values: dict[str, Any] = {

@@ -28,6 +28,7 @@ class _Sheet:
         self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC, 0o644)
         self._start = 0
         self._pending = bytearray()
+        self._tail = b""  # what is on disk from `_start` on: the summary
 
     def write(self, data: bytes) -> int:
         self._pending += data
@@ -40,9 +41,26 @@ class _Sheet:
         """Keep collecting: only `lay_down` writes."""
 
     def lay_down(self, keep: int) -> None:
-        """Write all of it; later writes begin at `keep`, over what lies behind it."""
-        os.pwrite(self._descriptor, self._pending, self._start)
+        """Write all of it; later writes begin at `keep`, over what lies behind it.
+
+        Raises:
+            OSError: If there is no room; the file is as it was then.
+        """
+        try:
+            self._put(bytes(self._pending))
+        except OSError:
+            self._put(self._tail)  # which has room: it was there
+            os.ftruncate(self._descriptor, self._start + len(self._tail))
+            raise
+        self._tail = bytes(self._pending[keep - self._start :])
         self._start, self._pending = keep, bytearray()
+
+    def _put(self, data: bytes) -> None:
+        """Write from `_start` on; a call may write less than it is given, and fail next time."""
+        at = self._start
+        while data:
+            count = os.pwrite(self._descriptor, data, at)
+            at, data = at + count, data[count:]
 
     def close(self) -> None:
         os.close(self._descriptor)

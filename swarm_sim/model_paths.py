@@ -9,6 +9,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from urllib.parse import unquote, urlparse
 
+from swarm_common.home import home_folder
+
 MODEL_VARIABLES = (
     "GZ_SIM_RESOURCE_PATH",
     "IGN_GAZEBO_RESOURCE_PATH",
@@ -34,7 +36,7 @@ class ModelPaths:
 
     beside: Path
     environ: Mapping[str, str] = field(default_factory=lambda: os.environ)
-    home: Path = field(default_factory=Path.home)
+    home: Path = field(default_factory=home_folder)
 
     def find(self, uri: str, here: Path) -> Path | None:
         """Return the file or folder that a URI means; None if it is nowhere.
@@ -104,4 +106,4 @@ def _name(rest: str) -> str:
 
 
 def _folders_in(variable: str) -> list[Path]:
-    return [Path(text).expanduser() for text in variable.split(os.pathsep) if text]
+    return [Path(os.path.expanduser(text)) for text in variable.split(os.pathsep) if text]

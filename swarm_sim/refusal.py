@@ -5,8 +5,7 @@ from __future__ import annotations
 from enum import Enum
 
 from swarm_common.errors import SwarmError
-
-LONGEST_MESSAGE = 600  # letters; a message may quote what somebody has sent
+from swarm_common.last_resort import shown
 
 
 class Reason(Enum):
@@ -40,15 +39,3 @@ class RefusedError(SwarmError):
     def __reduce__(self) -> tuple[type[RefusedError], tuple[Reason, str]]:
         """Let it travel between processes."""
         return RefusedError, (self.reason, str(self))
-
-
-def shown(message: str) -> str:
-    """Return a message without control characters, and not longer than anybody reads."""
-    text = "".join(
-        letter if letter.isprintable() or letter == "\n" else "?"
-        for letter in message[: 2 * LONGEST_MESSAGE]
-    )
-    if len(message) <= LONGEST_MESSAGE:
-        return text
-    half = LONGEST_MESSAGE // 2
-    return f"{text[:half]} ... {shown(message[-half:])}"

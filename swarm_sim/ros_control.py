@@ -12,6 +12,7 @@ from rclpy.parameter import Parameter
 from simulation_interfaces.msg import Result, SimulationState
 from simulation_interfaces.srv import GetSimulationState, SetSimulationState, StepSimulation
 
+from swarm_common.parameter_services import CheckedParameterService
 from swarm_common.ros_poll import PolledService
 from swarm_sim.run_state import MOST_STEPS, Answer, RunState
 
@@ -54,6 +55,7 @@ class Control:
         node.declare_parameter(SPEED, 0.0 if speed is None else speed)
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._apply)
+        CheckedParameterService(node)
 
     def destroy(self) -> None:
         """Withdraw what the node does not destroy itself."""

@@ -26,13 +26,13 @@ from simulation_interfaces.srv import (
 )
 
 from swarm_common import ros_io
+from swarm_common.last_resort import FaultLog
 from swarm_common.records import Pose
 from swarm_common.rejections import Rejections
 from swarm_common.robot_io import Robot
 from swarm_common.ros_poll import PolledService
 from swarm_sim.changing_world import ChangingWorld
 from swarm_sim.crew import Arrival, Crew
-from swarm_sim.faults import FaultLog
 from swarm_sim.model_loader import ModelLoader
 from swarm_sim.model_reader import Model, ModelRequest
 from swarm_sim.name_pattern import NamePattern, PatternError

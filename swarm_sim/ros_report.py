@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import resource
 import time
@@ -13,6 +14,7 @@ from swarm_interfaces.msg import Verdict as VerdictMsg
 
 from swarm_common import ros_io
 from swarm_common.pipes import EventWriter
+from swarm_common.whole_file import write_whole
 from swarm_sim.barrier import Barrier
 from swarm_sim.pacing import SpeedMeter
 from swarm_sim.verdict import Collision
@@ -82,6 +84,8 @@ class Reporter:
             "cpu_s": usage.ru_utime + usage.ru_stime,
             "rss_mb": usage.ru_maxrss / 1024.0,
         }
+        self._events.write("verdict", verdict=data)  # in case that the disk is full
         if path is not None:
-            Path(path).write_text(json.dumps(data, indent=1), encoding="utf-8")
+            with contextlib.suppress(OSError):
+                write_whole(Path(path), json.dumps(data, indent=1))
         return data

@@ -14,6 +14,7 @@ from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
 
 from swarm_common import ros_io
+from swarm_common.last_resort import FaultLog
 from swarm_common.pipes import EventWriter, LineReader
 from swarm_common.records import CONTROL_PERIOD, Pose
 from swarm_common.rejections import Rejections
@@ -86,6 +87,7 @@ class WorldNode:
         if settings.trace_dir is not None:
             self._trace = begin_trace(Path(settings.trace_dir), stage)
         self._node = _create_node()
+        self._faults = FaultLog("message")
         self._rejections = Rejections(events, self._node.get_logger().warning)
         self._executor = EventsExecutor()
         self._executor.add_node(self._node)
@@ -266,7 +268,7 @@ class WorldNode:
     def _look_around(self, now: float) -> None:
         """Do what is due on the wall clock: requests, reports, control pipe, viewers."""
         if self._request_rate.is_due(now):
-            drain(self._executor)
+            drain(self._executor, on_fault=self._on_fault)
             self._services.look_for_steps()
         if not self._report_rate.is_due(now):
             return
@@ -277,6 +279,10 @@ class WorldNode:
         self._links.look_for_foreigners()
         self._scenery.look_for_viewers(self._tick)
         self._reporter.report(self._tick, len(self._crew.robots))
+
+    def _on_fault(self, error: Exception) -> None:
+        """Go on although a callback failed: whatever was sent, it must not end the world."""
+        self._rejections.reject("callback", "unknown", self._faults.note(error))
 
     def _obey(self, command: dict[str, Any]) -> None:
         names = self._links.names
@@ -313,5 +319,6 @@ def _create_node() -> Node:
         "world",
         namespace="sim",
         enable_rosout=False,
+        start_parameter_services=False,
         parameter_overrides=[Parameter("start_type_description_service", value=False)],
     )

@@ -98,6 +98,7 @@ def test_a_chosen_folder_is_cleared_of_an_earlier_run(tmp_path: Path) -> None:
     folder = create_run_folder(tmp_path / "mine", NOW)
     for path in (folder.report, folder.params / "Srobot9.yaml", folder.path / "notes.txt"):
         path.write_text("", encoding="utf-8")
+    folder.release()
     again = create_run_folder(tmp_path / "mine", NOW)
     assert not again.report.exists()
     assert not list(again.params.iterdir())

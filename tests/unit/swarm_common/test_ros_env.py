@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
@@ -107,3 +109,43 @@ def test_a_swarm_is_large_only_where_discovery_is_ours(monkeypatch: pytest.Monke
     assert not ros_env.is_large(ros_env.FEW_ROBOTS)
     monkeypatch.setenv(ros_env.PROFILES, "/my/profile.xml")
     assert not ros_env.is_large(ros_env.FEW_ROBOTS + 1)
+
+
+@pytest.mark.parametrize("is_copy", [False, True])
+def test_our_own_profile_is_not_taken_for_the_users(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, is_copy: bool
+) -> None:
+    ros_env.set_defaults()
+    ours = os.environ[ros_env.PROFILES]
+    if is_copy:  # as runs of several hosts make one
+        path = tmp_path / "fastdds_host.xml"
+        path.write_text(Path(ours).read_text(encoding="utf-8"), encoding="utf-8")
+        monkeypatch.setenv(ros_env.PROFILES, str(path))
+        ours = str(path)
+    monkeypatch.setenv(ros_env.DISCOVERY_RANGE, "LOCALHOST")
+    ros_env.set_defaults()
+    # With LOCALHOST, rmw_fastrtps would add shared memory to the profile.
+    assert os.environ[ros_env.DISCOVERY_RANGE] == "SYSTEM_DEFAULT"
+    assert os.environ[ros_env.PROFILES] == ours
+
+
+@pytest.mark.parametrize("home", ["", "/proc/none", "/dev/null"])
+def test_rclpy_starts_without_a_home_folder(home: str, tmp_path: Path) -> None:
+    code = (
+        "from swarm_common import ros_env; ros_env.set_defaults()\n"
+        "from swarm_common.cache import cache_folder, kept\n"
+        "import os, rclpy; rclpy.init(); rclpy.shutdown()\n"
+        "assert kept('t', ['x'], lambda: 3) == 3; print(cache_folder(), os.environ['ROS_LOG_DIR'])"
+    )
+    environment = {
+        name: value
+        for name, value in os.environ.items()
+        if name not in ("HOME", "XDG_CACHE_HOME", "ROS_LOG_DIR", "ROS_HOME", "TMPDIR")
+    }
+    environment |= {"HOME": home} if home else {}
+    environment |= {"TMPDIR": str(tmp_path), "ROS_DOMAIN_ID": os.environ["ROS_DOMAIN_ID"]}
+    done = subprocess.run(
+        (sys.executable, "-c", code), env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert str(tmp_path) in done.stdout.split()[-1]

@@ -16,6 +16,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from swarm_common.topic_table import WORLD_TOPICS, Topic, robot_topic
 from swarm_recording.tape import Tape, quality_text
+from tests.standins.small_disk import small_disk
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 CLOCK = WORLD_TOPICS[0]
@@ -123,3 +124,26 @@ def test_kill_9_leaves_a_readable_bag(tmp_path: Path) -> None:
         assert found == read_with_rosbags(path)
         assert [stamp for _, stamp, _ in found] == list(range(len(found)))
         assert len(found) >= 300
+
+
+def test_a_full_disk_leaves_what_was_saved_before(tmp_path: Path) -> None:
+    with small_disk(tmp_path / "disk", "600k") as disk:
+        path = disk / "a.mcap"
+        tape = Tape(path, {})
+        tape.add_topic(CLOCK)
+        saved: list[tuple[str, int, bytes]] = []
+
+        def write_on() -> None:
+            for batch in range(1000):
+                noise = random.Random(batch)
+                stamps = range(100 * batch, 100 * batch + 100)
+                written = [(CLOCK.name, at, clock(at) + noise.randbytes(100)) for at in stamps]
+                for topic, at, data in written:
+                    tape.write(topic, at, data)
+                tape.save()
+                saved.extend(written)
+
+        with pytest.raises(OSError, match="No space left"):
+            write_on()
+        assert saved
+        assert read_with_mcap(path) == saved

@@ -8,10 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from swarm_common.last_resort import LONGEST_MESSAGE, shown
 from swarm_common.robot_io import Robot
 from swarm_sim.model_loader import ModelLoader
 from swarm_sim.model_reader import Model, ModelRequest, read_model
-from swarm_sim.refusal import LONGEST_MESSAGE, Reason, RefusedError, shown
+from swarm_sim.refusal import Reason, RefusedError
 from swarm_sim.scene import Body
 
 BOX = "<geometry><box><size>0.4 0.4 0.4</size></box></geometry>"

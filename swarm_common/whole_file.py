@@ -1,0 +1,30 @@
+"""Files that are there whole or not at all, whatever happens to the writer or the disk."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a file in place of what was there, which stays until all of the new one is on disk.
+
+    Args:
+        path: Of the file; its folder is there.
+        text: Written as UTF-8.
+
+    Raises:
+        OSError: If it cannot be written; what was there before is there still.
+    """
+    descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}-")
+    try:
+        with os.fdopen(descriptor, "wb") as file:
+            file.write(text.encode())
+            file.flush()
+            os.fchmod(file.fileno(), 0o644)
+            os.fsync(file.fileno())
+        Path(name).replace(path)
+    except OSError:
+        Path(name).unlink(missing_ok=True)
+        raise

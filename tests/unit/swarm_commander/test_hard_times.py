@@ -1,0 +1,214 @@
+"""Disks that are full, terminals that are gone, folders that are shared: the report is true."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import IO, cast
+
+import pytest
+from rich.console import Console
+
+from swarm_commander.report import write_report
+from swarm_commander.rundir import RunFolder, create_run_folder
+from swarm_commander.supervisor import describe_exit
+from swarm_commander.tally import Tally
+from swarm_commander.terminal import Outlet
+from swarm_common.errors import ConfigError
+from swarm_common.whole_file import write_whole
+from tests.standins.small_disk import fill, small_disk
+from tests.unit.swarm_commander.test_bringup import DOMAIN, MISSION, ROOT, Up, wait_for
+
+OTHER_DOMAIN = "229"
+
+
+class TidyUp(Up):
+    """Leaves no swarm-up behind, whatever a test does."""
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__(folder)
+        self._started: list[subprocess.Popen[str]] = []
+
+    def start(self, *flags: str, **moods: str) -> subprocess.Popen[str]:
+        self._started.append(super().start(*flags, **moods))
+        return self._started[-1]
+
+    def tidy(self) -> None:
+        for process in self._started:
+            process.kill()
+            process.wait()
+            for stream in (process.stdout, process.stderr):
+                if stream is not None:
+                    stream.close()
+
+
+@pytest.fixture
+def up(tmp_path: Path) -> Iterator[Up]:
+    up = TidyUp(tmp_path)
+    yield up
+    up.tidy()
+
+
+@pytest.fixture
+def disk(tmp_path: Path) -> Iterator[Path]:
+    with small_disk(tmp_path / "disk") as folder:
+        yield folder
+
+
+def test_a_full_disk_leaves_no_half_report_and_says_so(up: Up, disk: Path) -> None:
+    up.run_dir = disk / "run"
+    process = up.start(*MISSION, "--no-report", runner="slow")
+    wait_for((up.run_dir / "config" / "begun").exists)
+    fill(disk)
+    time.sleep(0.5)
+    process.send_signal(signal.SIGINT)
+    output, errors = process.communicate(timeout=60)
+    assert process.returncode == 3, output
+    assert "Traceback" not in errors + output
+    assert "report.json cannot be written: No space left on device" in errors
+    assert "goals reached" in output  # the summary is shown all the same
+    assert not (up.run_dir / "report.json").exists()
+
+
+def test_a_disk_that_is_full_at_the_start_is_one_clear_failure(up: Up, disk: Path) -> None:
+    up.run_dir = disk / "run"
+    fill(disk)
+    code, output, errors = up.run()
+    assert code in (2, 3)
+    assert "No space left on device" in output + errors
+    assert "Traceback" not in output + errors
+
+
+def test_a_recorder_without_room_does_not_end_the_swarm(up: Up) -> None:
+    code, output, _ = up.run(*MISSION, "--record")
+    assert code == 3
+    assert "No space left on device" in output
+    assert up.report()["goals"]["reached"] == 3
+
+
+def test_a_file_stays_as_it_was_if_the_new_one_does_not_fit(disk: Path) -> None:
+    path = disk / "report.json"
+    write_whole(path, '{"old": 1}')
+    fill(disk)
+    assert "No space left" in write_report(path, {"new": "x" * 100_000})
+    assert json.loads(path.read_text(encoding="utf-8")) == {"old": 1}
+    assert [file.name for file in disk.iterdir() if file.name.startswith(".")] == []
+
+
+def test_the_reader_of_the_output_may_leave(up: Up) -> None:
+    process = up.start(*MISSION, "--no-report")
+    assert process.stdout is not None
+    assert process.stdout.readline()
+    process.stdout.close()
+    assert process.stderr is not None
+    errors = process.stderr.read()
+    assert process.wait(60) == 0, errors
+    assert errors == ""
+    assert up.report()["goals"]["reached"] == 3
+
+
+def test_a_console_on_a_full_disk_goes_on(disk: Path) -> None:
+    fill(disk)
+    with (disk / "out").open("w", encoding="utf-8") as stream:
+        outlet = Outlet(stream)
+        console = Console(file=cast(IO[str], outlet))
+        for _ in range(1000):
+            console.print("x" * 60)
+        outlet.flush()
+    assert not outlet.is_open
+
+
+def test_two_runs_cannot_have_one_folder(up: Up) -> None:
+    process = up.start()
+    wait_for(lambda: len(up.left_running()) >= 4)
+    marks = sorted(path.name for path in up.run_dir.rglob("*"))
+    second = subprocess.run(
+        (sys.executable, "-m", "tests.standins.plain_up", "--run-dir", str(up.run_dir)),
+        env=os.environ | {"ROS_DOMAIN_ID": OTHER_DOMAIN, "PYTHONPATH": str(ROOT)},
+        cwd=up.folder,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert second.returncode == 2
+    assert second.stderr.startswith("swarm-up: another run writes to")
+    assert second.stderr.count("\n") == 1
+    assert set(marks) <= {path.name for path in up.run_dir.rglob("*")}
+    process.terminate()
+    process.communicate(timeout=60)
+    assert DOMAIN != OTHER_DOMAIN
+    assert up.report()["exit_code"] == 0
+
+
+def test_a_folder_is_free_when_its_run_has_ended(tmp_path: Path) -> None:
+    first, second = RunFolder(tmp_path / "run"), RunFolder(tmp_path / "run")
+    first.claim()
+    with pytest.raises(ConfigError, match="another run"):
+        second.claim()
+    first.release()
+    second.claim()
+    second.release()
+
+
+def test_a_folder_whose_name_is_no_text_is_refused(tmp_path: Path) -> None:
+    from datetime import datetime
+
+    path = Path(os.fsdecode(os.fsencode(tmp_path) + b"/run-\xff"))
+    with pytest.raises(ConfigError, match="not UTF-8") as caught:
+        create_run_folder(path, datetime(2026, 1, 2, 3, 4))
+    str(caught.value).encode()
+    assert not path.exists()
+
+
+def test_goals_that_were_never_sent_are_not_counted_as_sent() -> None:
+    tally = Tally.of(["Srobot1"], has_mission=True)
+    tally.apply({"event": "mission", "goals": 3})
+    tally.apply({"event": "sent", "robot": "Srobot1", "name": "a"})
+    for name in "abc":  # the robot died on its way to the first
+        tally.apply(
+            {
+                "event": "goal",
+                "robot": "Srobot1",
+                "outcome": "failed",
+                "name": name,
+                "sim_time": 5.0,
+                "duration": 0.0,
+                "reason": "",
+            }
+        )
+    assert (tally.sent, tally.reached, tally.failed, tally.pending) == (1, 0, 3, 0)
+    assert tally.unfinished == []
+
+
+def test_sigbus_is_explained() -> None:
+    assert "/dev/shm" in describe_exit(-signal.SIGBUS)
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.05, 0.1, 0.2, 0.3])
+def test_an_early_ctrl_c_ends_without_a_traceback(tmp_path: Path, delay: float) -> None:
+    code = (
+        "from swarm_commander.cli import swarm_up\n"
+        "import sys; sys.stdout.write('here'); sys.stdout.flush(); swarm_up()"
+    )
+    process = subprocess.Popen(
+        (sys.executable, "-c", code, "--swarm-size", "0"),
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    assert process.stdout.read(4) == "here"
+    time.sleep(0.02 + delay)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    assert "Traceback" not in errors
+    assert process.returncode in (-signal.SIGINT, 130, 2)
