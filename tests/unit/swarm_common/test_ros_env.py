@@ -143,7 +143,7 @@ def test_rclpy_starts_without_a_home_folder(home: str, tmp_path: Path) -> None:
         if name not in ("HOME", "XDG_CACHE_HOME", "ROS_LOG_DIR", "ROS_HOME", "TMPDIR")
     }
     environment |= {"HOME": home} if home else {}
-    environment |= {"TMPDIR": str(tmp_path), "ROS_DOMAIN_ID": os.environ["ROS_DOMAIN_ID"]}
+    environment |= {"TMPDIR": str(tmp_path), "ROS_DOMAIN_ID": "228"}
     done = subprocess.run(
         (sys.executable, "-c", code), env=environment, capture_output=True, text=True, check=False
     )
