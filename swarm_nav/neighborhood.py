@@ -122,6 +122,10 @@ class Neighborhood:
     def refresh(self, tick: int) -> None:
         """Store what was received, work out ages at `tick` and forget those who left."""
         inbox, self._inbox = self._inbox, []
+        if self._has_dead and tick % PASSED_EVERY == 0:
+            self.passed_by()
+        if len(self._absence):
+            self._ask_for_absent([reception for reception, _ in inbox], tick)
         most = self._count + sum([len(reception.rows) for reception, _ in inbox])
         if most > len(self._words):
             self._allocate(2 * most)
@@ -141,16 +145,12 @@ class Neighborhood:
         self._heard_tick = tick
         if count != self._count or self._is_new:
             self._show(count)
-        if len(self._absence):
-            self._ask_for_absent([reception for reception, _ in inbox], tick)
         if self._left_count[0]:
             if self._remembers_absent:
                 words, notes = self._left
                 count = self._left_count[0]
                 self._absence.add(words[:count], self._have_parted(notes[:count]))
             self._left_count[0] = 0
-        if self._has_dead and tick % PASSED_EVERY == 0:
-            self.passed_by()
 
     def _ask_for_absent(self, receptions: list[Reception], tick: int) -> None:
         """Take back those who seem not to have left, with the next batch, until they have."""

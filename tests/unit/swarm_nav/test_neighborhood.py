@@ -61,6 +61,7 @@ def listen(here: Neighborhood, ticks: range, x: float, *records: np.void) -> Non
             record["heard"] = np.where(record["heard"] > 0, record["heard"] + 1, 0)
         here.receive(np.array(list(records), BEACON_DTYPE), x, 0.0)
         here.refresh(tick)
+        assert all(len(here.tubes(row)) for row in range(len(here.ids)))  # each is somewhere
 
 
 def acquainted(robot: int, x: float, other: int, tick: int) -> np.void:
