@@ -9,6 +9,7 @@ import numpy as np
 
 from swarm_common.shapes import Box, Cylinder, FloatArray, Hull, Part, Shape, Sphere
 
+STRAIGHT = 1e-7  # [m²] cross product of two sides between which there is no corner
 RIM = 32  # corners that stand for a circle
 DENSITY = 300.0  # [kg/m³] of a link whose mass is not given: a light box full of electronics
 LEAST_MASS = 0.01  # [kg]
@@ -115,10 +116,18 @@ def _hull(points: FloatArray) -> FloatArray:
         hull = points[ConvexHull(points).vertices]
     except (QhullError, ValueError):
         raise ValueError("the points span no area") from None
-    before, after = np.roll(hull, 1, axis=0), np.roll(hull, -1, axis=0)
-    a, b = hull - before, after - hull
-    turn = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-    return np.asarray(hull[turn > 1e-7], np.float64)  # without corners on a straight side
+    kept: list[FloatArray] = list(hull)
+    index = 0
+    while (
+        index < len(kept) and len(kept) > 2
+    ):  # one at a time: two may mark the ends of a tiny side
+        a = kept[index] - kept[index - 1]
+        b = kept[(index + 1) % len(kept)] - kept[index]
+        if a[0] * b[1] - a[1] * b[0] > STRAIGHT:
+            index += 1
+        else:
+            del kept[index]
+    return np.array(kept, np.float64)
 
 
 def _meeting(hull: FloatArray, side: int) -> tuple[float, FloatArray]:

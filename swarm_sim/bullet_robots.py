@@ -30,12 +30,13 @@ from swarm_sim.robot_model import RigidGroup, RobotModel
 FloatArray = NDArray[np.float64]
 
 ROTOR_INERTIA = 1e-3  # [kg m²] of the motor's rotor, seen through its gear; steadies the solver
+ROTOR_SHARE = 1.0 / 40.0  # of what the robot's mass is to a wheel: those of heavy robots have more
 TRACTION = 0.6  # of a robot's weight that four wheels can push with
 PUSH_ARM = 0.1  # [m] from the centre at which they push when it turns
 GRAVITY = 9.81  # [m/s²]
 MOTOR_TORQUE = 1.4  # [N m] least stall torque of a wheel's motor
 CONTACT_LINK, CONTACT_FORCE = 3, 9  # fields of a contact point: of the first body, normal [N]
-STRENGTH = 0.8  # of acc_lim_x that the motors of a heavy robot reach
+STRENGTH = (0.8, 0.7)  # of acc_lim_x and acc_lim_theta that the motors of a heavy robot reach
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,11 +102,12 @@ def add_robot(client: int, model: RobotModel, spec: RobotSpec, pose: Pose) -> Ro
             **_links(client, spec, wheels, supports),
         )
     )
-    _set_dynamics(client, body, base, wheels, len(supports.balls), spec.drive)
+    _set_dynamics(client, body, base, wheels, len(supports.balls), spec)
     axes = np.array([wheel.parent_from_group[:3, :3] @ wheel.axis for wheel in wheels])
     axes = axes.reshape(-1, 3)
     mass = base.mass + sum(wheel.mass for wheel in wheels)
     arms = [np.hypot(*(w.parent_from_group[:2, 3] - center[:2])) for w in wheels]
+    inertia = base.inertia[2, 2] + sum(w.mass * a * a for w, a in zip(wheels, arms, strict=True))
     return RobotBody(
         body,
         tuple(range(len(wheels))),
@@ -113,15 +115,16 @@ def add_robot(client: int, model: RobotModel, spec: RobotSpec, pose: Pose) -> Ro
         np.where(axes[:, 1] < 0.0, -1.0, 1.0),
         center,
         mass,
-        base.inertia[2, 2] + sum(w.mass * a * a for w, a in zip(wheels, arms, strict=True)),
-        _torque(mass, len(wheels), spec),
+        inertia,
+        _torque(mass, inertia, len(wheels), spec),
     )
 
 
-def _torque(mass: float, wheels: int, spec: RobotSpec) -> float:
+def _torque(mass: float, inertia: float, wheels: int, spec: RobotSpec) -> float:
     """Return the stall torque [N m] of each of a robot's motors, as its weight asks for."""
-    force = STRENGTH * mass * spec.acc_lim_x
-    return max(MOTOR_TORQUE, force * spec.wheel_radius / max(1, wheels))
+    ahead = STRENGTH[0] * mass * spec.acc_lim_x
+    turning = STRENGTH[1] * inertia * spec.acc_lim_theta / (spec.wheel_separation / 2.0)
+    return max(MOTOR_TORQUE, max(ahead, turning) * spec.wheel_radius / max(1, wheels))
 
 
 def push(client: int, robot: RobotBody, speeds: FloatArray, period: float) -> None:
@@ -246,7 +249,7 @@ def _set_dynamics(
     base: RigidGroup,
     wheels: Sequence[RigidGroup],
     casters: int,
-    drive: str,
+    spec: RobotSpec,
 ) -> None:
     def change(link: int, **values: Any) -> None:
         pybullet.changeDynamics(body, link, physicsClientId=client, **values)
@@ -257,11 +260,14 @@ def _set_dynamics(
     pybullet.setCollisionFilterGroupMask(
         body, -1, ROBOT, ROBOT | OBSTACLE | LOOSE, physicsClientId=client
     )
-    driven = len(wheels)
+    driven, radius = len(wheels), spec.wheel_radius
     for link in range(driven + casters):
-        friction = 1.0 if link < driven and drive == "differential" else 0.0
+        friction = 1.0 if link < driven and spec.drive == "differential" else 0.0
         change(link, lateralFriction=friction, rollingFriction=0.0, spinningFriction=0.0)
         pybullet.setCollisionFilterGroupMask(body, link, WHEEL, GROUND, physicsClientId=client)
+    mass = base.mass + sum(wheel.mass for wheel in wheels)
+    least = ROTOR_SHARE * mass * radius**2 / max(1, driven)
     for link, wheel in enumerate(wheels):
-        inertia = np.diag(wheel.inertia) + ROTOR_INERTIA * np.abs(wheel.axis)
+        rotor = max(ROTOR_INERTIA, least - float(wheel.axis @ wheel.inertia @ wheel.axis))
+        inertia = np.diag(wheel.inertia) + rotor * np.abs(wheel.axis)
         change(link, localInertiaDiagonal=inertia.tolist(), jointDamping=0.0)

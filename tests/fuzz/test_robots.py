@@ -8,17 +8,23 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 
 from swarm_common.errors import SwarmError
 from swarm_common.fleet import load_fleet
-from swarm_common.records import Pose, Twist
+from swarm_common.outline import placed_corners
+from swarm_common.records import Pose, Twist, wrap_angle
 from swarm_common.resources import share_directory
 from swarm_common.robot_io import Robot, open_robot
+from swarm_common.shapes import Part
 from swarm_sim.scene import Scene
 from swarm_sim.world import World, WorldConfig
 from tests.fuzz.mutation import mutated
+from tests.fuzz.robot_generator import robots
+from tests.standins.own_robots import Own
+from tests.standins.posts import off_the_posts, points_by_tf, post
 from tests.standins.robots import LIMITS, SIZES, URDF, WHEEL, XACRO, write_packages
 
 EXAMPLES = int(os.environ.get("FUZZ_EXAMPLES", "0"))
@@ -132,6 +138,77 @@ def test_fleet(packages: tuple[Path, Path], text: str) -> None:
     except SwarmError:
         return
     assert all(member.limits_in_force for member in fleet.members)
+
+
+@of(MANY)
+@given(made=robots())
+def test_generated_robots_drive_and_see_or_are_refused(
+    packages: tuple[Path, Path], made: Own
+) -> None:
+    path = made.write(packages[0].parent / "generated")
+    try:
+        robot = open_robot(path)
+        world = stage(robot)
+    except SwarmError:
+        return
+    try:
+        body_is_in_the_footprint(robot)
+        sees_what_is_there(robot, world)
+        goes_where_it_is_told(robot, world)
+    finally:
+        world.close()
+
+
+def stage(robot: Robot) -> World:
+    """Put a robot among posts, in the physics engine."""
+    return World(
+        Scene("field", Path("."), POSTS),
+        [robot.spec],
+        [Pose(0.0, 0.0, 0.4)],
+        WorldConfig(engine="bullet"),
+        models={robot.spec.model: robot.model},
+    )
+
+
+def body_is_in_the_footprint(robot: Robot) -> None:
+    places = robot.model.root_from_groups()
+    parts = [
+        Part(part.shape, place @ part.body_from_part)
+        for group, place in zip(robot.model.groups, places, strict=True)
+        for part in group.parts
+    ]
+    points, corners = placed_corners(parts)[:, :2], robot.spec.footprint
+    for (ax, ay), (bx, by) in zip(corners, (*corners[1:], corners[0]), strict=True):
+        aside = (bx - ax) * (points[:, 1] - ay) - (by - ay) * (points[:, 0] - ax)
+        assert (aside / np.hypot(bx - ax, by - ay)).min() > -1e-3
+
+
+def sees_what_is_there(robot: Robot, world: World) -> None:
+    scan = world.observe()[0].scan
+    assert scan is not None
+    points = points_by_tf(scan, robot, world.ground_truth()[0][0])
+    if robot.spec.lidar.z < 1.0:  # the posts' height
+        assert not len(points) or off_the_posts(points, POSTS) < 0.1
+    else:
+        assert not len(points)
+
+
+def goes_where_it_is_told(robot: Robot, world: World) -> None:
+    """Two seconds of driving, compared with kinematics."""
+    spec = robot.spec
+    speed, rate = 0.5 * min(spec.max_vel_x, 0.8), 0.3 * min(spec.max_vel_theta, 1.0)
+    start, ticks = world.ground_truth()[0][0], 20
+    for _ in range(ticks):
+        world.step([Twist(speed, 0.0, rate)], [None])
+    for _ in range(15):
+        world.step([Twist()], [None])
+    pose = world.ground_truth()[0][0]
+    turned = wrap_angle(pose.yaw - start.yaw)
+    assert abs(turned - 0.1 * ticks * rate) < 0.1
+    assert abs(start.distance(pose) - 0.1 * ticks * speed) < 0.1 * speed + 0.03
+
+
+POSTS = (post(3.0, 0.9), post(-2.5, 1.9), post(0.7, -3.2))
 
 
 def settings_of_xacro(path: Path) -> None:

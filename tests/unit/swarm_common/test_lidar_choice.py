@@ -10,14 +10,13 @@ import pytest
 
 from swarm_common.errors import RobotModelError
 from swarm_common.grid import Grid
-from swarm_common.records import Pose, Scan, Twist
+from swarm_common.records import Pose, Twist
 from swarm_common.robot_io import Robot, open_robot
 from swarm_common.robot_model import parse_urdf
-from swarm_common.shapes import Box, Part
 from swarm_common.sites import Sites
 from swarm_nav.config import NavConfig
 from swarm_nav.navigator import Navigator
-from swarm_sim.scene import Body, Scene
+from swarm_sim.scene import Scene
 from swarm_sim.world import World, WorldConfig
 from tests.standins.own_robots import (
     CHASSIS,
@@ -31,6 +30,7 @@ from tests.standins.own_robots import (
     ray_sensor,
     robot,
 )  # fmt: skip
+from tests.standins.posts import off_the_posts, points_by_tf, post
 
 DOWN = f"0 {PI / 2} 0"
 CLIFF = lidar("cliff", (0.2, 0.0, 0.05), DOWN, rays=1, far=0.2, first=0.0, last=0.0)
@@ -102,12 +102,6 @@ MOUNTS = {
 }
 
 
-def post(x: float, y: float) -> Body:
-    place = np.eye(4)
-    place[:3, 3] = (x, y, 0.5)
-    return Body(f"post_{x}_{y}", place, (Part(Box((0.2, 0.2, 1.0)), np.eye(4)),))
-
-
 @pytest.mark.parametrize("mount", MOUNTS)
 @pytest.mark.parametrize(("first", "last"), [(-PI, PI), (-1.2, 2.0)])
 @pytest.mark.parametrize("ray_time", [False, True])
@@ -140,28 +134,6 @@ def test_a_scan_shows_where_things_are_however_the_lidar_hangs(
     ends = np.column_stack([np.cos(angles), np.sin(angles)])[hits] * seen.ranges[hits, None]
     ends += [mount_pose.x, mount_pose.y]
     np.testing.assert_allclose(np.sort(ends, axis=0), np.sort(through_tf, axis=0), atol=1e-4)
-
-
-def points_by_tf(scan: Scan, made: Robot, pose: Pose) -> np.ndarray:
-    """What RViz shows: the ranges in the scan's frame, through the description, in map."""
-    model = parse_urdf(made.urdf, "", (*made.spec.wheels_left, *made.spec.wheels_right))
-    angles = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
-    hits = np.isfinite(scan.ranges)
-    flat = np.column_stack([np.cos(angles), np.sin(angles)])[hits] * scan.ranges[hits, None]
-    points = np.column_stack([flat, np.zeros(len(flat)), np.ones(len(flat))])
-    base = (points @ model.fixed["base_scan"].T)[:, :2]
-    cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
-    return base @ np.array([[cos, sin], [-sin, cos]]) + [pose.x, pose.y]
-
-
-def off_the_posts(points: np.ndarray, posts: tuple[Body, ...]) -> float:
-    """How far [m] the point furthest from the outlines of the posts is away."""
-    gaps = []
-    for body in posts:
-        off = np.abs(points - body.world_from_body[:2, 3]) - 0.1
-        outside = np.hypot(*np.maximum(off, 0.0).T)
-        gaps.append(np.where((off < 0.0).all(axis=1), -off.max(axis=1), outside))
-    return float(np.min(gaps, axis=0).max())
 
 
 def test_scans_have_a_frame_in_every_description(tmp_path: Path) -> None:
