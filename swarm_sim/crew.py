@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import shapely
 
-from swarm_common.errors import WorldError
+from swarm_common.errors import SwarmError, WorldError
 from swarm_common.grid import FREE, Grid
 from swarm_common.records import Pose, RobotSpec
 from swarm_common.robot_io import Robot
@@ -205,7 +205,7 @@ class Crew:
         try:
             check_height(self._world, robot.spec)
             self._world.check_model(robot.spec, robot.model)
-        except WorldError as error:
+        except SwarmError as error:
             raise RefusedError(Reason.BAD_MODEL, str(error)) from error
         for known in self._world.specs:
             if known.model == robot.spec.model and known != robot.spec:

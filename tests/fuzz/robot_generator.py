@@ -11,14 +11,15 @@ from tests.standins import own_robots as own
 from tests.standins.own_robots import PI, Own
 
 SIZES = st.floats(0.1, 0.8)
-OFFS = st.sampled_from((0.0, 0.0, 0.0, 1e-4, -2e-4, 0.002, -0.002, 0.008, -0.015, 0.03, -0.05))
+OFFS = st.sampled_from((0.0,) * 8 + (1e-4, -2e-4, 0.002, -0.002) * 3 + (0.004, -0.015, 0.03, -0.05))
 LEANS = st.sampled_from(
-    ("0 0 0", "0 0 0", "0 0 1.2", f"{PI} 0 0", f"0 {PI} 0.3", "0.05 0 0", "0.7 0 0")
+    ("0 0 0", "0 0 1.2", f"{PI} 0 0", f"0 {PI} 0.3", "0.05 0 0") * 3 + ("0.7 0 0",)
 )
-WHEELS = st.sampled_from(("cylinder", "cylinder", "ball", "none"))
+WHEELS = st.sampled_from(("cylinder",) * 6 + ("ball", "ball", "none"))
 PLUGINS = (
-    "", "", "libgazebo_ros_diff_drive.so", "gz-sim-diff-drive-system",
-    "libgazebo_ros_planar_move.so", "libgazebo_ros_ackermann_drive.so",
+    "", "", "", "", "libgazebo_ros_diff_drive.so", "gz-sim-diff-drive-system",
+    "libgazebo_ros_planar_move.so", "gz-sim-velocity-control-system", "", "",
+    "libgazebo_ros_ackermann_drive.so",
 )  # fmt: skip
 
 
@@ -28,9 +29,9 @@ def robots(draw: DrawFn) -> Own:
     length, width, radius = draw(SIZES), draw(SIZES), draw(st.floats(0.02, 0.15))
     level = draw(st.sampled_from((0.0, radius, 0.3)))  # of base_link above the ground
     mass = 10.0 ** draw(st.floats(-1.0, 2.5))
-    spread = 10.0 ** draw(st.sampled_from((0.0, 0.0, 0.0, -3.0, 3.0)))
+    spread = 10.0 ** draw(st.sampled_from((0.0,) * 12 + (-3.0, 3.0)))
     inertia = spread * mass * (length**2 + width**2) / 12.0
-    shift = draw(st.sampled_from((0.0, 0.0, 0.0, 0.3, -0.45, 0.7))) * length
+    shift = draw(st.sampled_from((0.0, 0.0, 0.1, -0.1) * 4 + (0.3, -0.45, 0.7))) * length
     parts = [
         own.link(
             "base_link",
@@ -39,7 +40,7 @@ def robots(draw: DrawFn) -> Own:
             xyz=f"0 0 {radius + 0.05 - level:.9g}",
         )
     ]
-    track, axle = draw(st.floats(0.3, 1.2)) * width, draw(st.floats(-0.3, 0.3)) * length
+    track, axle = draw(st.floats(0.6, 1.2)) * width, draw(st.floats(-0.3, 0.3)) * length
     pairs = draw(st.sampled_from((1, 1, 1, 2, 2, 3)))
     shape = draw(WHEELS)
     for k in range(pairs):
@@ -50,8 +51,8 @@ def robots(draw: DrawFn) -> Own:
             body = {"cylinder": own.cylinder(radius, 0.03), "ball": own.ball(radius), "none": ""}
             weight = draw(st.sampled_from((own.inertial(0.3, 4e-4), "", own.inertial(1.0, 1e-3))))
             parts.append(own.link(f"{name}_wheel", body[shape], weight, rpy=f"{PI / 2:.9g} 0 0"))
-            kind = draw(st.sampled_from(("continuous",) * 12 + ("fixed", "revolute")))
-            axis = draw(st.sampled_from(("0 1 0",) * 10 + ("0 -1 0", "0 0 1", "1 0 0")))
+            kind = draw(st.sampled_from(("continuous",) * 60 + ("fixed", "revolute")))
+            axis = draw(st.sampled_from(("0 1 0",) * 50 + ("0 -1 0",) * 10 + ("0 0 1", "1 0 0")))
             parts.append(
                 own.joint(f"{name}_wheel_joint", "base_link", f"{name}_wheel", (x, y, z),
                           "0 0 0", kind, axis)
@@ -68,15 +69,15 @@ def robots(draw: DrawFn) -> Own:
         parts.append(
             own.joint("base_footprint_joint", "base_link", "base_footprint", (0.0, 0.0, low))
         )
-    for k in range(draw(st.sampled_from((0, 1, 1, 1, 2, 3)))):
-        half = draw(st.sampled_from((PI, PI, 2.0, 0.1)))
-        height = draw(st.sampled_from((0.25, 0.25, 0.25, 0.0, 1.5))) - level
+    for k in range(draw(st.sampled_from((1, 1, 1, 2, 3) * 3 + (0,)))):
+        half = draw(st.sampled_from((PI, PI, 2.0) * 3 + (0.1,)))
+        height = draw(st.sampled_from((0.25, 0.4, 0.25, 1.5) * 4 + (0.0,))) - level
         parts.append(
             own.lidar(
                 f"laser_{k}",
                 (draw(st.floats(-0.3, 0.3)) * length, 0.0, height),
                 draw(LEANS),
-                rays=draw(st.sampled_from((1, 5, 90, 360, 721))),
+                rays=draw(st.sampled_from((90, 360, 721) * 3 + (1, 5))),
                 far=draw(st.sampled_from((0.5, 4.0, 30.0))),
                 first=-half,
                 last=half,
