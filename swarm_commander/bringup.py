@@ -60,6 +60,7 @@ class Run(ProcessRun):
         self._plan = plan
         self._navigated = set(plan.alive)  # robots that have a navigator, or had one that died
         self._unmet = set(MEETING) if ros_env.is_large(plan.options.swarm_size) else set()
+        self.map_sha256 = ""  # of the map that the world will send
         self._robots: list[dict[str, Any]] = []  # what the nursery is to start
 
     def _check(self) -> None:
@@ -94,7 +95,8 @@ class Run(ProcessRun):
             if name not in self._plan.alive:
                 continue
             path = self._folder.params / f"{name}.yaml"
-            write_parameter_file(path, self._plan.parameter_file(number, home))
+            tree = self._plan.parameter_file(number, home, self.map_sha256)
+            write_parameter_file(path, tree)
             self._robots.append({"name": name, "params": str(path), "peers": []})
 
     def _release_navigators(self) -> None:
@@ -119,6 +121,7 @@ class Run(ProcessRun):
     def _on_spawn_event(self, event: dict[str, Any]) -> None:
         if not self._is_stopping:
             self._progress.phase("starting navigators")
+            self.map_sha256 = str(event.get("map_sha256", ""))
             self._start_robots(event["poses"])
 
     def _on_meeting_event(self, event: dict[str, Any]) -> None:
@@ -137,7 +140,7 @@ class Run(ProcessRun):
         self._navigated.add(name)
         path = self._folder.params / f"{name}.yaml"
         tree = self._plan.parameter_file_of_newcomer(
-            name, int(event["number"]), event["model"], home
+            name, int(event["number"]), event["model"], home, self.map_sha256
         )
         write_parameter_file(path, tree)
         present = sorted(self._navigated, key=lambda robot: (len(robot), robot))

@@ -92,14 +92,22 @@ class RunPlan:
             "verdict_path": str(verdict),
         }
 
-    def parameter_file(self, number: int, initial_pose_map: Pose) -> dict[str, Any]:
-        """Return the parameter file of robot `number`, from 1."""
+    def parameter_file(
+        self, number: int, initial_pose_map: Pose, map_sha256: str = ""
+    ) -> dict[str, Any]:
+        """Return the parameter file of robot `number`, from 1.
+
+        Args:
+            number: 3 for Srobot3.
+            initial_pose_map: Where it stands at the start.
+            map_sha256: Digest of the only map that it is to take from /map; empty for any.
+        """
         name, member = self.options.robot_names[number - 1], self.fleet.members[number - 1]
         waits = self.mission is not None and not self.options.free_run
-        return self._parameters(name, number, member, initial_pose_map, waits)
+        return self._parameters(name, number, member, initial_pose_map, waits, map_sha256)
 
     def parameter_file_of_newcomer(
-        self, name: str, number: int, model: str, initial_pose_map: Pose
+        self, name: str, number: int, model: str, initial_pose_map: Pose, map_sha256: str = ""
     ) -> dict[str, Any]:
         """Return the parameter file of a robot that was spawned while the run goes on.
 
@@ -107,10 +115,16 @@ class RunPlan:
             SwarmError: If there is no such model.
         """
         member = Member(model, load_robot(model))
-        return self._parameters(name, number, member, initial_pose_map, False)
+        return self._parameters(name, number, member, initial_pose_map, False, map_sha256)
 
     def _parameters(
-        self, name: str, number: int, member: Member, initial_pose_map: Pose, waits: bool
+        self,
+        name: str,
+        number: int,
+        member: Member,
+        initial_pose_map: Pose,
+        waits: bool,
+        map_sha256: str,
     ) -> dict[str, Any]:
         values = {
             "autostart": self.options.autostart,
@@ -122,6 +136,7 @@ class RunPlan:
             **self._without_lidar(),
             **member.limits_in_force,
             **self.overrides.for_robot(name),
+            **({"map_sha256": map_sha256} if map_sha256 else {}),
         }
         return robot_parameter_file(name, number, member.spec, initial_pose_map, values)
 

@@ -78,7 +78,7 @@ class WorldRun(Run):
             zip(self._plan.options.robot_names, homes, strict=True), 1
         ):
             if name in self._plan.alive:
-                self._trees[name] = self._plan.parameter_file(number, home)
+                self._trees[name] = self._plan.parameter_file(number, home, self.map_sha256)
                 write_parameter_file(self._folder.params / f"{name}.yaml", self._trees[name])
                 self._robots.append({"name": name, "peers": []})
 

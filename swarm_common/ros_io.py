@@ -7,8 +7,10 @@ The messages of the tick itself (odom, scan, cmd_vel, beacon, neighbors) travel 
 from __future__ import annotations
 
 import array
+import hashlib
 import math
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 from builtin_interfaces.msg import Time
@@ -22,12 +24,16 @@ from geometry_msgs.msg import Pose as PoseMsg
 from nav_msgs.msg import OccupancyGrid, Path
 from numpy.typing import NDArray
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.serialization import deserialize_message
 from std_msgs.msg import Header
 
 from swarm_common.grid import Grid
+from swarm_common.map_io import MAX_PLACE, MAX_RESOLUTION, MIN_RESOLUTION
 from swarm_common.records import FloatArray, Pose, stamp_from_tick, tick_from_stamp
+from swarm_common.rejections import RejectedError
 from swarm_common.wire import yaw_of
 
+MOST_CELLS = 100_000_000  # of a map
 RELIABLE = QoSProfile(depth=10)
 LATEST = QoSProfile(depth=1)
 # For whole states that are said again and again. A reliable topic would hold back what comes after
@@ -150,19 +156,56 @@ def grid_from_msg(message: OccupancyGrid) -> Grid:
     """Return the map in an OccupancyGrid.
 
     Raises:
-        ValueError: If the sizes disagree.
+        RejectedError: If the sizes disagree, or a number makes no sense.
     """
     info = message.info
-    if len(message.data) != info.width * info.height or not len(message.data):
-        raise ValueError(
-            f"map of {info.width} x {info.height} cells carries {len(message.data)} values"
-        )
-    origin = pose_from_msg(info.origin)
-    yaw = origin.yaw if abs(origin.yaw) > 1e-6 else 0.0
     # float32 on the wire: 0.05 arrives as 0.0500000007
     resolution = round(float(info.resolution), 6)
-    cells = np.array(message.data, np.int8).reshape(info.height, info.width)
-    return Grid(cells, resolution, origin.x, origin.y, yaw)
+    cells = np.frombuffer(message.data, np.int8)
+    if len(cells) != info.width * info.height or not 0 < len(cells) <= MOST_CELLS:
+        raise RejectedError(
+            f"the map of {info.width} x {info.height} cells carries {len(cells)} values; it may"
+            f" have {MOST_CELLS}"
+        )
+    if not MIN_RESOLUTION <= resolution <= MAX_RESOLUTION:
+        raise RejectedError(f"the map has a resolution of {resolution} m per cell")
+    try:
+        origin = pose_from_msg(info.origin)
+    except ValueError as error:
+        raise RejectedError(f"the map's origin: {error}") from None
+    if max(abs(origin.x), abs(origin.y)) > MAX_PLACE:
+        raise RejectedError(f"the map's origin is ({origin.x}, {origin.y})")
+    yaw = origin.yaw if abs(origin.yaw) > 1e-6 else 0.0
+    return Grid(cells.reshape(info.height, info.width).copy(), resolution, origin.x, origin.y, yaw)
+
+
+def unpacked(data: bytes, kind: Any) -> Any:
+    """Return the message of a type in CDR bytes.
+
+    Raises:
+        RejectedError: If it is none.
+    """
+    try:
+        return deserialize_message(data, kind)
+    except (RuntimeError, ValueError, MemoryError, SystemError) as error:
+        text = str(error) or type(error).__name__
+        raise RejectedError(f"{len(data)} bytes are no {kind.__name__}: {text}") from None
+
+
+def message_digest(message: OccupancyGrid) -> str:
+    """Return the SHA-256 of what a map says: its geometry and its cells."""
+    info, origin = message.info, message.info.origin
+    q = origin.orientation
+    resolution = float(np.float32(info.resolution))  # as on the wire
+    numbers = (resolution, origin.position.x, origin.position.y, q.x, q.y, q.z, q.w)
+    digest = hashlib.sha256(repr((info.width, info.height, *numbers)).encode())
+    digest.update(message.data)
+    return digest.hexdigest()
+
+
+def map_digest(grid: Grid) -> str:
+    """Return the digest of the message that brings a map to the robots."""
+    return message_digest(grid_msg(grid, 0))
 
 
 def _nav2_scale() -> NDArray[np.int8]:

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from swarm_common.errors import ConfigError, UnknownNameError
+from swarm_nav import limits
 from swarm_nav.checks import at_most as _at_most
 from swarm_nav.checks import not_negative as _not_negative
 from swarm_nav.checks import positive as _positive
@@ -227,6 +228,10 @@ class NavConfig:
     traffic: TrafficConfig = field(default_factory=TrafficConfig)
     holding: HoldingConfig = field(default_factory=HoldingConfig)
     localisation: LocalisationConfig = field(default_factory=LocalisationConfig)
+
+    def __post_init__(self) -> None:
+        """Refuse numbers beyond all limits."""
+        limits.check(self)
 
 
 def parameter_values(config: NavConfig) -> dict[str, Any]:

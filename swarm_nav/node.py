@@ -26,6 +26,7 @@ from swarm_nav.goals import GoalEnded, Output
 from swarm_nav.inputs import TickInput, TickInputs
 from swarm_nav.lifecycle import Lifecycle
 from swarm_nav.navigator import Navigator
+from swarm_nav.reach import Reach
 from swarm_nav.ros_answer import Answers
 from swarm_nav.ros_clock import TickClock
 from swarm_nav.ros_demand import OnDemand
@@ -80,7 +81,6 @@ class NavigatorNode:
         self._inputs = TickInputs(scan_rate)
         self._last_status = 0.0  # wall time
         self._status_writer = StatusWriter(settings.name)
-        self._odometry_reader = wire.OdometryReader()
         self.node = create_node(settings, context)
         self.rejections = Rejections(events, self.node.get_logger().warning)
         self._answers = Answers(
@@ -88,16 +88,26 @@ class NavigatorNode:
         )
         self._clock = TickClock(self.node) if settings.fixed["use_sim_time"] else None
         self._on_demand = OnDemand(self.node, is_eager=not settings.fixed["on_demand"])
-        self._parameters = Parameters(self.node, settings, self._reconfigure, self._on_demand)
+        self._parameters = Parameters(
+            self.node, settings, self._reconfigure, self._on_demand, self.rejections
+        )
         self._map_subscription = self.node.create_subscription(
-            OccupancyGrid, "/map", self._take_map_msg, ros_io.LATCHED
+            OccupancyGrid, "/map", self._take_map_msg, ros_io.LATCHED, raw=True
         )
 
-    def _take_map_msg(self, message: OccupancyGrid) -> None:
+    def _take_map_msg(self, data: bytes) -> None:
+        """Take the map of the robot's parameter file, whoever sends it, and no other."""
         try:
+            message = ros_io.unpacked(data, OccupancyGrid)
+            wanted = str(self._settings.fixed["map_sha256"])
+            if wanted and (found := ros_io.message_digest(message)) != wanted:
+                raise RejectedError(
+                    f"a map with the digest {found[:12]}; map_sha256 in the robot's parameters"
+                    f" begins with {wanted[:12]}"
+                )
             grid = ros_io.grid_from_msg(message).upright()
-        except ValueError as error:
-            self.node.get_logger().error(f"/map is not used: {error}")
+        except RejectedError as error:
+            self.rejections.reject("map", "a publisher of /map", error)
             return
         if self._brain is None:
             self._begin(grid)
@@ -116,6 +126,7 @@ class NavigatorNode:
             settings.initial_pose_map,
         )
         self._brain = brain
+        self._measure(grid)
         self._answers.announce()
         self._status = self.node.create_publisher(RobotStatus, "status", ros_io.RELIABLE)
         self._views = Views(self.node, brain)
@@ -123,6 +134,8 @@ class NavigatorNode:
             self.node,
             brain,
             self._to_map,
+            lambda: self._reach,
+            self.rejections,
             lambda: self.lifecycle.is_active,
             self._answers.send_withheld,
             self._on_demand,
@@ -142,8 +155,9 @@ class NavigatorNode:
             ("neighbors", self._neighbors, self._take_neighbors),  # which comes last
         )
         make = self.node.create_subscription
-        make(PoseWithCovarianceStamped, "initialpose", self._take_initial_pose, ros_io.RELIABLE)
-        make(Mission, "mission", self._answers.take_mission, ros_io.LATCHED)
+        kind, quality = PoseWithCovarianceStamped, ros_io.RELIABLE
+        make(kind, "initialpose", self._take_initial_pose, quality, raw=True)
+        make(Mission, "mission", self._take_mission, ros_io.LATCHED, raw=True)
 
     def _hear(self, kind: Any, name: str) -> SoleTopic:
         """Listen to the world, or to whoever publishes the robot's sensors without one."""
@@ -259,14 +273,23 @@ class NavigatorNode:
 
     # What the operator asks for
 
-    def _take_initial_pose(self, message: PoseWithCovarianceStamped) -> None:
+    def _take_mission(self, data: bytes) -> None:
+        try:
+            self._answers.take_mission(ros_io.unpacked(data, Mission))
+        except RejectedError as error:
+            self.rejections.reject("mission", "an operator", error)
+
+    def _take_initial_pose(self, data: bytes) -> None:
         brain = self._brain
         assert brain is not None
-        stamped = PoseStamped(header=message.header, pose=message.pose.pose)
         try:
+            message = ros_io.unpacked(data, PoseWithCovarianceStamped)
+            stamped = PoseStamped(header=message.header, pose=message.pose.pose)
             pose_map = self._to_map(stamped)
+            if not self._reach.has(pose_map):
+                raise RejectedError(f"({pose_map.x:g}, {pose_map.y:g}) is not on the map")
         except ValueError as error:
-            self.node.get_logger().warning(f"initialpose: ignored: {error}")
+            self.rejections.reject("initialpose", "a client", error)
             return
         if is_placeholder(stamped):
             self.node.get_logger().warning(
@@ -279,14 +302,20 @@ class NavigatorNode:
         self._views.publish_pose(self.tick)
 
     def _to_map(self, stamped: PoseStamped) -> Pose:
-        """Return a pose of one of the robot's frames in map."""
+        """Return a pose of one of the robot's frames in map, not far off it."""
         assert self._brain is not None
-        return pose_in_map(self._brain, stamped)
+        return self._reach.check(pose_in_map(self._brain, stamped))
 
     def take_map(self, grid: Grid) -> None:
         """Navigate on another map from now on."""
         if self._brain is not None:
             self._brain.load_map(grid)
+            self._measure(grid)
+
+    def _measure(self, grid: Grid) -> None:
+        """Learn how far anything can be away on a map."""
+        self._reach = Reach.of(grid)
+        self._odometry_reader = wire.OdometryReader(self._reach.most_odometry)
 
     def _reconfigure(self, config: NavConfig) -> None:
         self._config = config

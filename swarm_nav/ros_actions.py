@@ -9,8 +9,13 @@ from action_msgs.msg import GoalStatus
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.node import Node
+from rclpy.qos import QoSProfile
 
 from swarm_nav.goals import Outcome
+
+# Requests wait until the next look, and DDS forgets all but the newest `depth` of them without a
+# word: the usual ten are what one client sends at once.
+BURST = QoSProfile(depth=2000)
 
 Consider = Callable[[Any], bool]
 Begin = Callable[["TickActionServer", ServerGoalHandle], None]
@@ -61,6 +66,9 @@ class TickActionServer(ActionServer):  # type: ignore[misc]  # rclpy has no type
             execute_callback=lambda _: kind.Result(),
             goal_callback=on_goal,
             cancel_callback=on_cancel,
+            goal_service_qos_profile=BURST,
+            result_service_qos_profile=BURST,
+            cancel_service_qos_profile=BURST,
         )
 
     def notify_execute(self, goal_handle: ServerGoalHandle, execute_callback: Any) -> None:

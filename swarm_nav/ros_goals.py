@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -21,10 +21,12 @@ from nav2_msgs.action import (
 )
 from nav2_msgs.msg import MissedWaypoint
 
-from swarm_common.errors import SwarmError
 from swarm_common.records import CONTROL_PERIOD, Pose
+from swarm_common.rejections import RejectedError
 from swarm_common.ros_io import pose_stamped, tick_of
+from swarm_common.wire import MOST_SPEED
 from swarm_nav.goals import ErrorCode, Feedback, Goal, GoalEnded, GoalKind, PlanError
+from swarm_nav.reach import Reach
 
 ACTIONS: dict[GoalKind, Any] = {
     GoalKind.NAVIGATE: NavigateToPose,
@@ -38,10 +40,16 @@ ACTIONS: dict[GoalKind, Any] = {
 }
 
 ToMap = Callable[[PoseStamped], Pose]  # raises UnknownFrameError, ValueError for bad numbers
+MOST_POSES = 1000  # of one goal
+MOST_LOOPS = 10_000  # through them
+MOST_POINTS = 20_000  # of a path
+MOST_ANGLE = 1000.0  # [rad] of a turn
+MOST_SECONDS = 1e6  # [s] of a pause or a time allowance
+MOST_DELAY = 864_000  # ticks, a day, that a goal's stamp may be ahead
 THROUGH_OFFSET = 100  # ComputePathThroughPoses has 300 where ComputePathToPose has 200
 
 
-class UnknownFrameError(SwarmError, ValueError):
+class UnknownFrameError(RejectedError):
     """A pose lies in a frame that the navigator does not know."""
 
 
@@ -58,8 +66,17 @@ def duration_msg(value: float) -> Duration:
     return Duration(sec=sec, nanosec=int(1e9 * (value - sec)))
 
 
-def goal_from_request(kind: GoalKind, goal_id: int, request: Any, to_map: ToMap) -> Goal:
-    """Return the brain's goal.
+def goal_from_request(
+    kind: GoalKind, goal_id: int, request: Any, to_map: ToMap, reach: Reach
+) -> Goal:
+    """Return the brain's goal: the door of all navigation actions.
+
+    Args:
+        kind: Action.
+        goal_id: For the goal.
+        request: Goal message of that action.
+        to_map: Brings a pose of a known frame to map, near it.
+        reach: Of the map at hand.
 
     Raises:
         ValueError: If the request makes no sense; the message says why.
@@ -67,24 +84,37 @@ def goal_from_request(kind: GoalKind, goal_id: int, request: Any, to_map: ToMap)
     if kind is GoalKind.NAVIGATE:
         return pose_goal(goal_id, request.pose, to_map)
     if kind in (GoalKind.THROUGH, GoalKind.WAYPOINTS):
+        check_count(request.poses, MOST_POSES)
         poses = tuple(to_map(pose) for pose in request.poses)
         start = tick_of(request.poses[0].header.stamp) if poses else 0
         if kind is GoalKind.THROUGH:
             return Goal(kind=kind, goal_id=goal_id, poses_map=poses, start_tick=start)
-        first = int(request.goal_index)
+        first, loops = int(request.goal_index), int(request.number_of_loops)
         if poses and first >= len(poses):
-            raise ValueError(f"goal_index is {first}; there are {len(poses)} poses")
+            raise RejectedError(f"goal_index is {first}; there are {len(poses)} poses")
+        if loops > MOST_LOOPS:
+            raise RejectedError(f"number_of_loops is {loops}; at most {MOST_LOOPS} are driven")
         return Goal(
             kind=kind,
             goal_id=goal_id,
             poses_map=poses,
             first_index=first if poses else 0,
-            loops=int(request.number_of_loops),
+            loops=loops,
             start_tick=start,
         )
     if kind is GoalKind.FOLLOW_PATH:
-        return _path_goal(goal_id, request, to_map)
-    return _behavior_goal(kind, goal_id, request)
+        return _path_goal(goal_id, request, to_map, reach)
+    return _behavior_goal(kind, goal_id, request, reach)
+
+
+def check_count(poses: Sequence[Any], most: int) -> None:
+    """Refuse more poses than anybody means.
+
+    Raises:
+        RejectedError: Saying how many there are.
+    """
+    if len(poses) > most:
+        raise RejectedError(f"{len(poses)} poses; at most {most} are taken")
 
 
 def pose_goal(goal_id: int, pose: PoseStamped, to_map: ToMap) -> Goal:
@@ -97,33 +127,48 @@ def pose_goal(goal_id: int, pose: PoseStamped, to_map: ToMap) -> Goal:
     )
 
 
-def _path_goal(goal_id: int, request: Any, to_map: ToMap) -> Goal:
+def start_tick(goal: Goal, now: int) -> int:
+    """Return the tick at which a goal begins that came at tick `now`: the next, or its stamp's.
+
+    Clients of Nav2 stamp goals with the wall clock by default, which is decades ahead of simulated
+    time: such a stamp says nothing about when to begin.
+    """
+    is_of_our_clock = goal.start_tick <= now + MOST_DELAY
+    return max(goal.start_tick if is_of_our_clock else 0, now + 1)
+
+
+def _path_goal(goal_id: int, request: Any, to_map: ToMap, reach: Reach) -> Goal:
+    check_count(request.path.poses, MOST_POINTS)
     for stamped in request.path.poses:
         stamped.header.frame_id = stamped.header.frame_id or request.path.header.frame_id
     poses = tuple(to_map(stamped) for stamped in request.path.poses)
     points = np.array([(pose.x, pose.y) for pose in poses]).reshape(-1, 2)
+    length = float(np.hypot(*np.diff(points, axis=0).T).sum()) if len(points) > 1 else 0.0
+    if length > reach.longest_path:
+        raise RejectedError(f"the path is {length:g} m long; at most {reach.longest_path:.0f} m")
     return Goal(kind=GoalKind.FOLLOW_PATH, goal_id=goal_id, poses_map=poses[-1:], path_map=points)
 
 
-def _behavior_goal(kind: GoalKind, goal_id: int, request: Any) -> Goal:
+def _behavior_goal(kind: GoalKind, goal_id: int, request: Any, reach: Reach) -> Goal:
     if kind is GoalKind.WAIT:
-        return Goal(kind=kind, goal_id=goal_id, duration=seconds(request.time))
-    allowance = seconds(request.time_allowance)
+        duration = _at_most(seconds(request.time), MOST_SECONDS, "time")
+        return Goal(kind=kind, goal_id=goal_id, duration=duration)
+    allowance = _at_most(seconds(request.time_allowance), MOST_SECONDS, "time_allowance")
     if kind is GoalKind.SPIN:
-        angle = _finite(request.target_yaw, "target_yaw")
+        angle = _at_most(request.target_yaw, MOST_ANGLE, "target_yaw")
         return Goal(kind=kind, goal_id=goal_id, angle=angle, duration=allowance)
-    distance = abs(_finite(request.target.x, "target.x"))
+    distance = abs(_at_most(request.target.x, reach.diagonal, "target.x"))
     if request.target.y or request.target.z:
-        raise ValueError("target may have an x only; the robot drives straight")
-    speed = abs(_finite(request.speed, "speed"))
+        raise RejectedError("target may have an x only; the robot drives straight")
+    speed = abs(_at_most(request.speed, MOST_SPEED, "speed"))
     if speed == 0.0:
-        raise ValueError("speed is 0")
+        raise RejectedError("speed is 0")
     return Goal(kind=kind, goal_id=goal_id, distance=distance, speed=speed, duration=allowance)
 
 
-def _finite(value: float, name: str) -> float:
-    if not math.isfinite(value):
-        raise ValueError(f"{name} is {value}")
+def _at_most(value: float, most: float, name: str) -> float:
+    if not -most <= value <= most:  # also of NaN
+        raise RejectedError(f"{name} is {value:g}; expected at most {most:g} in size")
     return float(value)
 
 

@@ -11,6 +11,7 @@ from rclpy.parameter import Parameter
 
 from swarm_common.errors import SwarmError
 from swarm_common.parameter_services import CheckedParameterService
+from swarm_common.rejections import Rejections
 from swarm_common.robot_params import robot_parameters
 from swarm_nav.config import (
     FIXED_PARAMETERS,
@@ -45,6 +46,7 @@ class Parameters:
         settings: NodeSettings,
         on_change: Callable[[NavConfig], None],
         on_demand: OnDemand,
+        rejections: Rejections,
     ) -> None:
         """Declare everything.
 
@@ -53,10 +55,12 @@ class Parameters:
             settings: What to declare.
             on_change: Called with each accepted configuration.
             on_demand: Takes the services.
+            rejections: Counts what is refused.
         """
         self.config = settings.config
         self._spec = settings.spec
         self._on_change = on_change
+        self._rejections = rejections
         self._names = frozenset(parameter_values(settings.config))
         fixed = {name: value for name, value in settings.fixed.items() if name != USE_SIM_TIME}
         for name, value in robot_parameters(settings.spec).items():
@@ -83,6 +87,7 @@ class Parameters:
             config = config_from_parameters(values, self.config)
             check_limits(config, self._spec)
         except SwarmError as error:
+            self._rejections.reject("parameter", "a client", error)
             return SetParametersResult(successful=False, reason=str(error))
         if config != self.config:
             self.config = config

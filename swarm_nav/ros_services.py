@@ -20,6 +20,7 @@ from swarm_common.errors import SwarmError
 from swarm_common.grid import Grid
 from swarm_common.map_io import load_map
 from swarm_common.records import Pose
+from swarm_common.rejections import Rejections
 from swarm_nav.costmap import Costmap
 from swarm_nav.lifecycle import Lifecycle
 from swarm_nav.navigator import Navigator
@@ -38,6 +39,7 @@ class Body(Protocol):
     """What the services need of the node."""
 
     lifecycle: Lifecycle
+    rejections: Rejections
     tick: int
 
     def change_lifecycle(self, command: str) -> bool:
@@ -84,16 +86,18 @@ class Services:
         return response
 
     def _load_map(self, request: Any, response: Any) -> Any:
-        path = Path(urlparse(request.map_url).path or request.map_url)
-        if not path.is_file():
-            response.result = LoadMap.Response.RESULT_MAP_DOES_NOT_EXIST
-            return response
         try:
+            path = Path(urlparse(request.map_url).path or request.map_url)
+            if not path.is_file():
+                response.result = LoadMap.Response.RESULT_MAP_DOES_NOT_EXIST
+                return response
             grid = load_map(path)
-        except SwarmError:
+            upright = grid.upright()
+        except (SwarmError, OSError, ValueError, MemoryError) as error:
+            self._body.rejections.reject("load_map", "a client", error)
             response.result = LoadMap.Response.RESULT_INVALID_MAP_DATA
             return response
-        self._body.take_map(grid.upright())
+        self._body.take_map(upright)
         response.map = ros_io.grid_msg(grid, self._body.tick)
         response.result = LoadMap.Response.RESULT_SUCCESS
         return response

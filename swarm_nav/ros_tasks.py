@@ -16,23 +16,29 @@ from rclpy.action.server import ServerGoalHandle
 from rclpy.node import Node
 
 from swarm_common.records import Pose
-from swarm_common.ros_io import RELIABLE, path_msg
+from swarm_common.rejections import RejectedError, Rejections
+from swarm_common.ros_io import RELIABLE, path_msg, unpacked
 from swarm_nav.goals import ErrorCode, Goal, GoalEnded, GoalKind, Outcome, PlanError
 from swarm_nav.navigator import Navigator
+from swarm_nav.reach import Reach
 from swarm_nav.ros_actions import TickActionServer
 from swarm_nav.ros_demand import OnDemand
 from swarm_nav.ros_goals import (
     ACTIONS,
     ToMap,
+    check_count,
     duration_msg,
     feedback_msg,
     goal_from_request,
     plan_error_code,
     pose_goal,
     result_msg,
+    start_tick,
 )
 
+CLIENT = "a client"  # of an action or a service: DDS does not say which
 FEEDBACK_TICKS = 5
+MOST_PLANNED = 100  # poses of one plan, which is made between two ticks
 LISTENER_TICKS = 20  # between two looks for who wants feedback; the graph is slow to ask
 
 
@@ -55,6 +61,8 @@ class Tasks:
         node: Node,
         brain: Navigator,
         to_map: ToMap,
+        reach: Callable[[], Reach],
+        rejections: Rejections,
         is_open: Callable[[], bool],
         on_goal: Callable[[], None],
         on_demand: OnDemand,
@@ -65,6 +73,8 @@ class Tasks:
             node: To create them on.
             brain: Takes the goals.
             to_map: Brings a pose of any known frame to map.
+            reach: Returns that of the map at hand.
+            rejections: Counts what is refused.
             is_open: Whether goals are accepted now (lifecycle).
             on_goal: Called after the brain has got a goal.
             on_demand: Takes the servers that few clients ask for.
@@ -72,6 +82,8 @@ class Tasks:
         self._node = node
         self._brain = brain
         self._to_map = to_map
+        self._reach = reach
+        self._rejections = rejections
         self._is_open = is_open
         self._on_goal = on_goal
         self._running: dict[int, Running] = {}
@@ -86,7 +98,7 @@ class Tasks:
             (ComputePathThroughPoses, "compute_path_through_poses", "goals"),
         ):
             on_demand.offer_action(name, partial(self._serve_plans, action, name, field))
-        node.create_subscription(PoseStamped, "goal_pose", self._take_goal_pose, RELIABLE)
+        node.create_subscription(PoseStamped, "goal_pose", self._take_goal_pose, RELIABLE, raw=True)
 
     def _serve(self, kind: GoalKind, action: Any) -> None:
         def is_sensible(request: Any) -> bool:
@@ -103,22 +115,23 @@ class Tasks:
 
     def _parse(self, kind: GoalKind, request: Any) -> Goal | None:
         try:
-            return goal_from_request(kind, self._last_id + 1, request, self._to_map)
+            number, reach = self._last_id + 1, self._reach()
+            return goal_from_request(kind, number, request, self._to_map, reach)
         except ValueError as error:
-            self._node.get_logger().warning(f"{kind.value}: goal refused: {error}")
+            self._rejections.reject(kind.value, CLIENT, error)
             return None
 
     def _start(self, goal: Goal) -> None:
         # Also the first goal begins one tick later, whether it came before tick 0 or after it.
-        start_tick = max(goal.start_tick, self._tick + 1)
-        self._brain.set_goal(dataclasses.replace(goal, start_tick=start_tick))
+        begins = start_tick(goal, self._tick)
+        self._brain.set_goal(dataclasses.replace(goal, start_tick=begins))
         self._on_goal()
 
-    def _take_goal_pose(self, message: PoseStamped) -> None:
+    def _take_goal_pose(self, data: bytes) -> None:
         try:
-            goal = pose_goal(self._last_id + 1, message, self._to_map)
+            goal = pose_goal(self._last_id + 1, unpacked(data, PoseStamped), self._to_map)
         except ValueError as error:
-            self._node.get_logger().warning(f"goal_pose: ignored: {error}")
+            self._rejections.reject("goal_pose", CLIENT, error)
             return
         if self._is_open():
             self._last_id = goal.goal_id
@@ -161,6 +174,8 @@ class Tasks:
                 self._plan(request, goals, result)
                 outcome = Outcome.SUCCEEDED
             except (PlanError, ValueError) as error:
+                if isinstance(error, RejectedError):
+                    self._rejections.reject(name, CLIENT, error)
                 result.error_code, result.error_msg = plan_error_code(error, is_through), str(error)
                 outcome = Outcome.ABORTED
             result.planning_time = duration_msg(time.perf_counter() - started)
@@ -171,6 +186,7 @@ class Tasks:
     def _plan(self, request: Any, goals: Sequence[PoseStamped], result: Any) -> None:
         if not goals:
             raise PlanError(ErrorCode.NO_VIAPOINTS_GIVEN, "no goals given")
+        check_count(goals, MOST_PLANNED)
         start: Pose | None = self._to_map(request.start) if request.use_start else None
         poses = [self._to_map(goal) for goal in goals]
         result.path = path_msg(np.asarray(self._brain.make_plan(start, poses)), self._tick)

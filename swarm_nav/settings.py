@@ -26,6 +26,7 @@ FIXED: dict[str, Any] = {
     "initial_pose.y": 0.0,
     "initial_pose.yaw": 0.0,
     "sites": "",
+    "map_sha256": "",
     "autostart": True,
     "wait_for_mission": False,
     "on_demand": False,

@@ -20,6 +20,7 @@ from swarm_common.errors import SwarmError
 from swarm_common.participants import prepare
 from swarm_common.pipes import EventWriter
 from swarm_common.quick_start import load_numba, without_collector
+from swarm_common.ros_io import map_digest
 from swarm_sim.build import build
 from swarm_sim.settings import read_settings
 from swarm_sim.world_node import WorldNode
@@ -44,7 +45,8 @@ def main(arguments: list[str] | None = None) -> int:
         return 2
     for note in stage.scene.notes:
         events.write("note", message=note)
-    events.write("spawn", poses=[[pose.x, pose.y, pose.yaw] for pose in stage.poses_map])
+    poses = [[pose.x, pose.y, pose.yaw] for pose in stage.poses_map]
+    events.write("spawn", poses=poses, map_sha256=map_digest(stage.grid))
     ros_env.set_defaults()
     robots = len(settings.robots)
     profile = Path(options.config).resolve().with_suffix(".xml")

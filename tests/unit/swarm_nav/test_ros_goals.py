@@ -17,6 +17,7 @@ from nav2_msgs.action import (
 from swarm_common.records import Pose
 from swarm_common.ros_io import pose_from_msg, pose_stamped
 from swarm_nav.goals import ErrorCode, Goal, GoalEnded, GoalKind, Outcome, PlanError
+from swarm_nav.reach import Reach
 from swarm_nav.ros_goals import UnknownFrameError, goal_from_request, plan_error_code, result_msg
 
 CONTROL, PLAN, THROUGH = FollowPath.Result, ComputePathToPose.Result, ComputePathThroughPoses.Result
@@ -42,6 +43,7 @@ NAV2 = {
     ErrorCode.DRIVE_TIMEOUT: DriveOnHeading.Result.TIMEOUT,
     ErrorCode.DRIVE_COLLISION_AHEAD: DriveOnHeading.Result.COLLISION_AHEAD,
 }
+REACH = Reach((-10.0, -5.0), (10.0, 10.0))
 POSES = (Pose(1.0, 2.0, 0.0), Pose(3.0, 4.0, 0.5), Pose(5.0, 6.0, 1.0))
 
 
@@ -52,7 +54,7 @@ def to_map(stamped: PoseStamped) -> Pose:
 def waypoints(first: int, loops: int = 0, poses: tuple[Pose, ...] = POSES) -> Goal:
     request = FollowWaypoints.Goal(goal_index=first, number_of_loops=loops)
     request.poses = [pose_stamped(pose, 0) for pose in poses]
-    return goal_from_request(GoalKind.WAYPOINTS, 7, request, to_map)
+    return goal_from_request(GoalKind.WAYPOINTS, 7, request, to_map, REACH)
 
 
 @pytest.mark.parametrize("code", ErrorCode)
