@@ -40,8 +40,11 @@ from rclpy.node import Node
 from swarm_interfaces.msg import RobotStatus
 
 from swarm_commander.goal_client import GoalClient
+from swarm_commander.status_door import StatusDoor
 from swarm_commander.task import Task, TaskResult
 from swarm_common.errors import SwarmError
+from swarm_common.pipes import EventWriter
+from swarm_common.rejections import Rejections
 from swarm_common.ros_io import RELIABLE
 
 NANOSECONDS = 1_000_000_000
@@ -68,6 +71,7 @@ class RobotCommander:
         on_status: Callable[[RobotStatus], None] | None = None,
         *,
         with_feedback: bool = True,
+        door: StatusDoor | None = None,
     ) -> None:
         """Attach to a robot.
 
@@ -77,12 +81,16 @@ class RobotCommander:
             on_status: Called with every status.
             with_feedback: Whether tasks receive feedback; for many robots it costs more than
                 all the rest of a client.
+            door: Of the statuses of all robots that the caller attaches to; this robot's alone
+                if there is none.
         """
         self.name = namespace.strip("/")
         self.status: RobotStatus | None = None
         self.task: Task | None = None
         self._node = node
         self._on_status = on_status
+        events = EventWriter(None)
+        self._door = door or StatusDoor(Rejections(events, node.get_logger().warning))
         self._with_feedback = with_feedback
         self._clients: dict[str, GoalClient] = {}
         self._subscription = node.create_subscription(
@@ -264,6 +272,8 @@ class RobotCommander:
         return self._clients[action]
 
     def _take_status(self, message: RobotStatus) -> None:
+        if not self._door.admits(self.name, message):
+            return
         self.status = message
         if self._on_status is not None:
             self._on_status(message)

@@ -12,6 +12,7 @@ from swarm_interfaces.msg import RobotStatus
 
 from swarm_commander.client import RobotCommander
 from swarm_commander.itinerary import Itinerary, Order, Outcome, State
+from swarm_commander.status_door import StatusDoor
 from swarm_commander.task import Task, TaskResult
 from swarm_common.records import CONTROL_PERIOD
 from swarm_common.ros_io import LATCHED, pose_stamped, tick_of, time_msg
@@ -58,9 +59,10 @@ class RobotDriver:
         listener: Listener,
         *,
         announces: bool = True,
+        door: StatusDoor | None = None,
     ) -> None:
         """Attach to a robot; `announces` says whether it is told that more goals follow."""
-        self.robot = RobotCommander(node, name, self._take_status, with_feedback=False)
+        self.robot = RobotCommander(node, name, self._take_status, with_feedback=False, door=door)
         self.itinerary = itinerary
         self.order: Order | None = None
         self.tick = 0

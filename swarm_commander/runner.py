@@ -22,10 +22,12 @@ from swarm_commander.diary import FILE, Diary
 from swarm_commander.driver import RobotDriver, has_goal, sim_seconds
 from swarm_commander.itinerary import Itinerary, Order, Outcome
 from swarm_commander.mission import load_mission
+from swarm_commander.status_door import StatusDoor
 from swarm_common.journal import Journal
 from swarm_common.participants import Hubs, prepare
 from swarm_common.pipes import EventWriter, LineReader
 from swarm_common.records import Pose
+from swarm_common.rejections import Rejections
 from swarm_common.sites import Sites
 from swarm_common.sites_io import load_sites
 
@@ -54,8 +56,12 @@ class Runner:
         self._hubs = hubs
         self._events = events
         self._stands_still_at_end = bool(config["stand_still_at_end"])
+        self._rejections = Rejections(events, hubs.nodes[0].get_logger().warning)
+        self._door = StatusDoor(self._rejections)
         self._drivers = {
-            robot["name"]: RobotDriver(hubs.node_of(index), robot["name"], itinerary, self)
+            robot["name"]: RobotDriver(
+                hubs.node_of(index), robot["name"], itinerary, self, door=self._door
+            )
             for index, (robot, itinerary) in enumerate(
                 zip(config["robots"], itineraries(config), strict=True)
             )
@@ -81,6 +87,7 @@ class Runner:
             self._start_when_ready()
         self._notice_lost()
         self._flush()
+        self._rejections.tell(time.monotonic())
 
     def take_command(self, command: dict[str, Any]) -> None:
         """Obey a line from swarm-up."""
@@ -90,7 +97,7 @@ class Runner:
             self._removed.discard(name)
             if name not in self._drivers:
                 node = self._hubs.node_of(len(self._drivers))
-                self._drivers[name] = RobotDriver(node, name, None, self)
+                self._drivers[name] = RobotDriver(node, name, None, self, door=self._door)
         elif kind == "silent":
             self._excused.add(name)
         elif kind == "heard":
@@ -105,6 +112,7 @@ class Runner:
     def finish(self) -> None:
         """Pass on the last status."""
         self._flush()
+        self._rejections.flush()
 
     # What the drivers say
 
