@@ -132,11 +132,12 @@ class Swarm:
 
     def _start_host(self, changes: dict[str, Any]) -> Process:
         self.world.wait_for("spawn")
-        poses = self.world.named("spawn")[0]["poses"]
+        spawn = self.world.named("spawn")[0]
+        poses, digest = spawn["poses"], spawn["map_sha256"]
         robots = []
         for number, (name, pose) in enumerate(zip(self.names, poses, strict=True), 1):
             path = self.folder / f"{name}.yaml"
-            values = parameters(number, pose) | changes
+            values = parameters(number, pose) | {"map_sha256": digest} | changes
             tree = {f"/{name}/navigator": {"ros__parameters": values}}
             path.write_text(yaml.safe_dump(tree), encoding="utf-8")
             robots.append({"name": name, "params": str(path)})
