@@ -27,11 +27,9 @@ def cache_base() -> Path:
 
 
 def can_be_written(folder: Path) -> bool:
-    """Whether files can be put into a folder, made first if it is not there."""
-    for path in (folder, *folder.parents):
-        if os.path.lexists(path):
-            return os.path.isdir(path) and os.access(path, os.W_OK | os.X_OK)
-    return False
+    """Whether files can be put into a folder, or could if it was made in the one above it."""
+    place = folder if folder.is_dir() else folder.parent
+    return place.is_dir() and os.access(place, os.W_OK | os.X_OK)
 
 
 def temporary_base() -> Path:
@@ -50,7 +48,8 @@ def set_defaults(environment: MutableMapping[str, str]) -> None:
 
     Without that rclpy does not start: it wants a folder for logs.
     """
-    if can_be_written(home_folder()) and environment.get("HOME"):
+    home = Path(environment.get("HOME") or os.devnull)
+    if home.is_dir() and os.access(home, os.W_OK | os.X_OK):
         return
     base = temporary_base()
     if "ROS_HOME" not in environment:

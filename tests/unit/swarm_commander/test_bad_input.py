@@ -174,3 +174,9 @@ def test_a_run_folder_where_not_even_root_may_write(refusal: Refusal) -> None:
 def test_a_run_folder_that_is_a_file(refusal: Refusal, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("", encoding="utf-8")
     assert "cannot write the run folder" in refusal("--run-dir", "file")
+
+
+@pytest.mark.parametrize("flag", ["world", "robot", "map", "params", "mission", "fleet", "run-dir"])
+@pytest.mark.parametrize("name", ["x" * 300, "x" * 300 + ".yaml", "y/" * 3000 + "a.sdf"])
+def test_names_that_are_too_long_are_one_message(refusal: Refusal, flag: str, name: str) -> None:
+    refusal(f"--{flag}", name)
