@@ -60,8 +60,8 @@ class Grid:
 
     def contains(self, x: float, y: float) -> bool:
         """Whether the point lies on the grid."""
-        row, column = self.cell_of(x, y)
-        return 0 <= row < self.height and 0 <= column < self.width
+        row, column = (y - self.origin_y) / self.resolution, (x - self.origin_x) / self.resolution
+        return bool(0.0 <= row < self.height and 0.0 <= column < self.width)
 
     def upright(self) -> Grid:
         """Return the grid with axes parallel to the map frame: itself, or one drawn anew.

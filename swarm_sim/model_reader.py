@@ -7,6 +7,7 @@ it after a while, and starts another for the next request. See `model_loader`.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import pickle
 import resource
@@ -199,7 +200,8 @@ def main() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    serve(socket.socket(fileno=int(sys.argv[1])))
+    with contextlib.suppress(OSError):  # the world has ended
+        serve(socket.socket(fileno=int(sys.argv[1])))
     os._exit(0)
 
 
