@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
@@ -9,10 +10,13 @@ import numpy as np
 import pytest
 
 from swarm_common.beacon import BEACON_DTYPE, serialize_beacon
+from swarm_common.pipes import EventWriter
 from swarm_common.records import Twist
+from swarm_common.rejections import Rejections
 from swarm_common.robot_io import load_robot
 from swarm_common.wire import CommandWriter
 from swarm_sim import ros_links
+from swarm_sim.ros_foreign import Foreigners
 from swarm_sim.ros_links import RobotLink
 from swarm_sim.settings import parse_settings
 
@@ -31,8 +35,10 @@ class Node:
 class Topic:
     """Stands in for a polled subscription: holds the messages that wait."""
 
-    def __init__(self, _node: Any, _kind: Any, name: str, _quality: Any) -> None:
+    def __init__(self, _node: Any, _kind: Any, name: str, *rest: Any, is_shared: bool) -> None:
         self.name = name
+        self.is_rightful: Callable[[str], bool] = rest[1]
+        self.is_shared = is_shared
         self.waiting: list[bytes] = []
 
     def take(self) -> bytes | None:
@@ -44,6 +50,7 @@ class Robot:
 
     def __init__(self, free_run: bool) -> None:
         self.answers = 0
+        self.rejections = Rejections(EventWriter(None), lambda _: None)
         settings = parse_settings(
             {"world": "any", "robots": [{"name": "Srobot1", "model": MODEL}], "free_run": free_run},
             "test",
@@ -56,9 +63,11 @@ class Robot:
             spec,
             "<robot name='none'/>",
             settings,
+            1,
             self.count,
+            Foreigners(self.rejections, EventWriter(None)),
         )
-        self._topics: dict[str, Topic] = {
+        self.topics: dict[str, Topic] = {
             topic.name: topic for topic in vars(self.link).values() if isinstance(topic, Topic)
         }
 
@@ -68,19 +77,20 @@ class Robot:
     def command(self, tick: int, twist: Twist) -> None:
         self._send("/Srobot1/cmd_vel", WRITER.encode(tick, twist))
 
-    def beacon(self, tick: int) -> None:
+    def beacon(self, tick: int, robot_id: int = 1) -> None:
         record = np.zeros(1, BEACON_DTYPE)[0]
+        record["id"], record["tick"], record["held_size"] = robot_id, tick, 1
         record["sec"], record["nanosec"] = divmod(tick * 100_000_000, 1_000_000_000)
         self._send("/Srobot1/beacon", serialize_beacon(record))
 
     def _send(self, topic: str, message: bytes) -> None:
-        self._topics[topic].waiting.append(message)
+        self.topics[topic].waiting.append(message)
         self.link.take_answers()
 
 
 @pytest.fixture(autouse=True)
 def _no_graph(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ros_links, "PolledTopic", Topic)
+    monkeypatch.setattr(ros_links, "SoleTopic", Topic)
 
 
 @pytest.mark.parametrize("free_run", [False, True])
@@ -125,3 +135,28 @@ def test_a_command_that_is_no_number_is_none() -> None:
     robot.link.open(8)
     robot.command(8, Twist(float("nan"), 0.0, 0.0))
     assert robot.link.fresh_command() is None
+    assert robot.rejections.counts == {"cmd_vel": 1}
+
+
+def test_what_is_no_answer_of_the_robot_is_turned_away_and_counted() -> None:
+    """A future stamp kept a late robot from being waited for again."""
+    robot = Robot(free_run=False)
+    robot.link.open(8)
+    robot.command(2_000_000, FAST)
+    assert robot.link.newest_tick == -1
+    robot.command(8, SLOW)
+    robot.beacon(8, robot_id=2)
+    assert not robot.link.has_answered
+    robot.beacon(8)
+    assert robot.link.has_answered
+    assert robot.rejections.counts == {"cmd_vel": 1, "beacon": 1}
+
+
+@pytest.mark.parametrize("name", ["cmd_vel", "beacon"])
+def test_a_robots_navigator_commands_it_in_free_run_any_node_of_the_robot(name: str) -> None:
+    lockstep = Robot(free_run=False).topics[f"/Srobot1/{name}"]
+    free_run = Robot(free_run=True).topics[f"/Srobot1/{name}"]
+    who = ("/Srobot1/navigator", "/Srobot1/velocity_smoother", "/Srobot2/navigator", "/teleop")
+    assert [lockstep.is_rightful(node) for node in who] == [True, False, False, False]
+    assert [free_run.is_rightful(node) for node in who] == [True, True, False, False]
+    assert (lockstep.is_shared, free_run.is_shared) == (False, True)
