@@ -12,7 +12,6 @@ from swarm_common.grid import Grid
 from swarm_common.map_io import load_map, map_of_world
 from swarm_common.records import Pose, RobotSpec
 from swarm_common.robot_io import Robot, open_robot
-from swarm_common.sites_io import load_sites
 from swarm_sim.actors import load_actors
 from swarm_sim.changing_world import ChangingWorld
 from swarm_sim.check import check_map, check_sites, check_vehicles, check_walkers
@@ -57,10 +56,11 @@ def build(settings: Settings) -> Stage:
         SwarmError: If a file or a value is unusable.
     """
     scene = load_world(
-        settings.world, skip_missing=settings.skip_missing, skip_broken=settings.skip_broken
+        settings.world,
+        skip_missing=settings.skip_missing,
+        skip_broken=settings.skip_broken,
+        sites=settings.sites,
     )
-    if settings.sites is not None:
-        scene = dataclasses.replace(scene, sites=load_sites(settings.sites))
     if settings.actors is not None:
         actors = load_actors(settings.actors)
         scene = dataclasses.replace(scene, walkers=actors.walkers, vehicles=actors.vehicles)

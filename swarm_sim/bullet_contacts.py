@@ -11,6 +11,7 @@ from swarm_common.records import CONTROL_PERIOD, RobotSpec
 from swarm_sim.bullet_kernels import near_pairs
 from swarm_sim.engine import NEAR, NEAR_MISS, Approach, FloatArray, Touch
 from swarm_sim.planar import MAX_CORNERS, bounds_of, pack_like, pad_polygon
+from swarm_sim.section import GROUND_GAP
 
 EXACT_BELOW = 0.1  # [m] clearances below this come from the engine, larger ones from footprints
 REACH_SLACK = 0.02  # [m] added to how far a robot may move in a control period
@@ -163,6 +164,8 @@ class Contacts:
             self._robots[robot], body, -1, -1, physicsClientId=self._client
         )
         for point in points or ():
+            if obstacle is not None and point[TOUCH_POSITION][2] <= GROUND_GAP:
+                continue  # a floor
             if point[TOUCH_NORMAL_FORCE] > 0.0 or point[TOUCH_DISTANCE] <= 0.0:
                 x, y, _ = point[TOUCH_POSITION]
                 return Touch(robot, other, obstacle[1] if obstacle else "", x, y, step)

@@ -47,6 +47,12 @@ def add_obstacle(client: int, body: Body) -> int:
     return identifier
 
 
+def let_robots_pass(client: int, bodies: Sequence[int]) -> None:
+    """Let bodies meet only what can be pushed."""
+    for body in bodies:
+        pybullet.setCollisionFilterGroupMask(body, -1, OBSTACLE, LOOSE, physicsClientId=client)
+
+
 def add_walker(client: int, radius: float, height: float) -> int:
     """Add an upright cylinder that robots can touch and that is moved by hand; return its id."""
     shape = pybullet.createCollisionShape(

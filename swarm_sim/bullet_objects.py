@@ -22,6 +22,7 @@ from swarm_sim.bullet_shapes import compound, position_quaternion
 from swarm_sim.engine import FloatArray
 from swarm_sim.objects import Objects
 from swarm_sim.scene import Body, Mesh, Plane, Transform
+from swarm_sim.section import GROUND_GAP
 
 CHUNK = 20_000  # triangles of a mesh in one body
 OVERLAP = 0.01  # [m] by which something loose may reach into something else while it stands
@@ -48,9 +49,11 @@ def add_piece(client: int, piece: Body) -> list[int]:
     if not isinstance(shape, Mesh):
         return [add_obstacle(client, piece)]
     place = piece.world_from_body @ piece.parts[0].body_from_part
+    heights = shape.vertices @ place[2, :3] + place[2, 3]
+    faces = shape.faces[heights[shape.faces].max(axis=1) > GROUND_GAP]  # the rest is ground
     return [
-        _add_mesh(client, shape, shape.faces[first : first + CHUNK], place)
-        for first in range(0, len(shape.faces), CHUNK)
+        _add_mesh(client, shape, faces[first : first + CHUNK], place)
+        for first in range(0, len(faces), CHUNK)
     ]
 
 

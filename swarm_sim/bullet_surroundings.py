@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import pybullet
 
-from swarm_sim.bullet_fixed import add_walker, mesh_tiles, solid_bodies
+from swarm_sim.bullet_fixed import add_walker, let_robots_pass, mesh_tiles, solid_bodies
 from swarm_sim.bullet_objects import BulletObjects, add_piece, pieces_of
 from swarm_sim.engine import FloatArray
 from swarm_sim.objects import Objects
@@ -125,8 +125,11 @@ class Surroundings:
 
     def _add_obstacles(self, bodies: Sequence[Body]) -> None:
         for body in bodies:
+            is_low = bool(solid_bodies([body], *self._heights))
             for piece in pieces_of(body):
                 identifiers = add_piece(self._client, piece)
+                if not is_low:  # robots drive on it, or under it
+                    let_robots_pass(self._client, identifiers)
                 self._standing += [(identifier, body.name) for identifier in identifiers]
                 tiles = mesh_tiles(piece, *self._heights)
                 for identifier in identifiers:

@@ -16,6 +16,7 @@ from swarm_common.resources import find_resource, resource_names
 from swarm_common.sites import Sites
 from swarm_common.sites_io import load_sites
 from swarm_sim.actors import ACTORS_FILE, Actors, check_names, load_actors
+from swarm_sim.floor import on_floor
 from swarm_sim.model_paths import ModelPaths
 from swarm_sim.overlaps import overlaps
 from swarm_sim.scene import Body, Scene
@@ -51,7 +52,11 @@ def world_names() -> list[str]:
 
 
 def load_world(
-    name_or_path: str | Path, *, skip_missing: bool = False, skip_broken: bool = False
+    name_or_path: str | Path,
+    *,
+    skip_missing: bool = False,
+    skip_broken: bool = False,
+    sites: str | Path | None = None,
 ) -> Scene:
     """Return a world.
 
@@ -59,29 +64,32 @@ def load_world(
         name_or_path: Name of a folder in `worlds/`, or a path to a folder, `.sdf` or `.world`.
         skip_missing: Whether models and meshes that are nowhere are left out.
         skip_broken: Whether models that are unusable are.
+        sites: Path of a sites file; None for the one beside the world.
 
     Raises:
         UnknownNameError: If there is no such world.
         WorldError: If the file is unusable; the message names file and line or element.
     """
     path = find_resource("world", name_or_path, WORLD_FILE)
-    sites_path, actors_path = path.with_name(SITES_FILE), path.with_name(ACTORS_FILE)
+    sites_path = path.with_name(SITES_FILE) if sites is None else Path(sites)
+    actors_path = path.with_name(ACTORS_FILE)
     file = read_world(path, skip_missing=skip_missing, skip_broken=skip_broken)
     own = load_actors(actors_path) if actors_path.is_file() else Actors()
     walkers = (*file.actors.walkers, *own.walkers)
     vehicles = (*file.actors.vehicles, *own.vehicles)
     check_names([*walkers, *vehicles], str(path))
     solid = tuple(body for body in file.bodies if body.parts)
-    return Scene(
+    scene = Scene(
         name=path.absolute().parent.name if path.name == WORLD_FILE else path.stem,
         file=path,
         bodies=solid,
-        sites=load_sites(sites_path) if sites_path.is_file() else Sites(),
+        sites=load_sites(sites_path) if sites or sites_path.is_file() else Sites(),
         walkers=walkers,
         vehicles=vehicles,
         decor=tuple(body for body in file.bodies if not body.parts),
         notes=file.notes,
     )
+    return on_floor(scene)
 
 
 def read_bodies(path: Path) -> list[Body]:

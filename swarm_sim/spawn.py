@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from itertools import pairwise
 
@@ -25,6 +26,7 @@ STATION_CLEARANCE = 1.2  # [m] from centre to station
 CIRCUIT_CLEARANCE = 0.9  # [m] from centre to circuit
 MIN_PITCH = 0.7  # [m] between neighbours
 PITCH_STEPS = 40
+NAMED = 3  # bodies in the way that a message lists
 REACH_RESOLUTION = 0.1  # [m] of the grid on which reachability is checked
 Start = str | Spawn  # name of a spawn of `sites.yaml`, or one of the user's own
 
@@ -112,8 +114,25 @@ def _in_area(
     raise WorldError(
         f"the spawn area of world '{scene.name}', ({area.x_min:g}, {area.y_min:g}) to "
         f"({area.x_max:g}, {area.y_max:g}), has room for {most} robots of model {spec.model}; "
-        f"{count} are asked for"
+        f"{count} are asked for{_in_the_way(area, section, spec)}"
     )
+
+
+def _in_the_way(area: SpawnArea, section: Section, spec: RobotSpec) -> str:
+    """Return a remark on the bodies that take most of an area; empty if there are none."""
+    points = _points(area, _min_pitch(spec))
+    need = spec.circumscribed_radius + WALL_GAP
+    taken: Counter[str] = Counter()
+    for name in dict.fromkeys(section.names):
+        own = Section(
+            tuple(p for p, n in zip(section.polygons, section.names, strict=False) if n == name),
+            section.discs[[n == name for n in section.names[len(section.polygons) :]]],
+            (),
+        )
+        taken[name] = int((wall_distance(points, own) <= need).sum())
+    worst = [f"'{name}' ({count} of {len(points)} places)"
+             for name, count in taken.most_common(NAMED) if count]  # fmt: skip
+    return f"; in the way: {', '.join(worst)}" if worst else ""
 
 
 def _around_origin(section: Section, scene: Scene, spec: RobotSpec, count: int) -> list[Pose]:
@@ -169,13 +188,18 @@ def _places(
     area: SpawnArea, pitch: float, section: Section, scene: Scene, spec: RobotSpec
 ) -> FloatArray:
     """Return the usable points (n, 2) of the lattice, row by row."""
-    x = np.arange(area.x_min, area.x_max + 1e-6, pitch)
-    y = np.arange(area.y_min, area.y_max + 1e-6, pitch)
-    points = np.column_stack([np.tile(x, len(y)), np.repeat(y, len(x))])
+    points = _points(area, pitch)
     keep = wall_distance(points, section) > spec.circumscribed_radius + WALL_GAP
     keep &= _site_clearance(points, scene.sites)
     keep &= _reachable(points, section, scene)
     return points[keep]
+
+
+def _points(area: SpawnArea, pitch: float) -> FloatArray:
+    """Return the points (n, 2) of the lattice, row by row."""
+    x = np.arange(area.x_min, area.x_max + 1e-6, pitch)
+    y = np.arange(area.y_min, area.y_max + 1e-6, pitch)
+    return np.column_stack([np.tile(x, len(y)), np.repeat(y, len(x))])
 
 
 def wall_distance(points: FloatArray, section: Section) -> FloatArray:
