@@ -14,7 +14,7 @@ from swarm_common.sites import Sites, area_count
 HOME = "home"
 ORDERS = ("as_written", "random")
 SWAPS = ("opposite", "other_area")
-KINDS = "exactly one of 'stations', 'pose', 'home', 'swap' and 'roam'"
+KINDS = "exactly one of 'stations', 'pose', 'home', 'own_place', 'swap' and 'roam'"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,6 +27,7 @@ class Leg:
         order: Of the stations.
         pose_map: A pose.
         home: Where the robot started.
+        own_place: The place of the world that has the robot's number.
         swap: Where another robot started: `opposite` is half the swarm further on, `other_area`
             a random one of another spawn area.
         roam: Number of random places of the world, no two robots to the same one at a time.
@@ -39,13 +40,15 @@ class Leg:
     order: str = "as_written"
     pose_map: Pose | None = None
     home: bool = False
+    own_place: bool = False
     swap: str = ""
     roam: int = 0
     distance: float = 0.0
     pause: float = 0.0
 
     def __post_init__(self) -> None:
-        given = (self.stations, self.pose_map is not None, self.home, self.swap, self.roam)
+        pose = self.pose_map is not None
+        given = (self.stations, pose, self.home, self.own_place, self.swap, self.roam)
         if sum(map(bool, given)) != 1:
             raise ConfigError(f"a leg needs {KINDS}")
         if self.order not in ORDERS:
@@ -113,6 +116,8 @@ class Draw:
     def _goals(self, leg: Leg) -> list[tuple[str, Pose]]:
         if leg.home:
             return [(HOME, self.home_map)]
+        if leg.own_place:
+            return [self._own()]
         if leg.pose_map is not None:
             return [(f"({leg.pose_map.x:g}, {leg.pose_map.y:g})", leg.pose_map)]
         if leg.swap:
@@ -123,6 +128,14 @@ class Draw:
         if leg.order == "random":
             random.Random(f"{self.seed}/{self.robot_id}/{self.key}").shuffle(names)
         return [(name, self.sites.stations[name]) for name in names[: leg.take]]
+
+    def _own(self) -> tuple[str, Pose]:
+        places = self.sites.places
+        if self.robot_id > len(places):
+            raise ConfigError(
+                f"the world has {len(places)} places; Srobot{self.robot_id} has none of its own"
+            )
+        return f"place {self.robot_id}", places[self.robot_id - 1]
 
     def _swapped(self, swap: str) -> tuple[str, Pose]:
         count = len(self.homes_map)

@@ -61,8 +61,9 @@ class Mission:
         """
         sites.spawn_named(self.spawn)
         for leg in self.route:
-            if leg.roam and not sites.places:
-                raise ConfigError(f"a 'roam' leg needs 'places', which {where} does not have")
+            if (leg.roam or leg.own_place) and not sites.places:
+                kind = "roam" if leg.roam else "own_place"
+                raise ConfigError(f"a '{kind}' leg needs 'places', which {where} does not have")
             for name in leg.stations:
                 if name not in sites.stations:
                     raise UnknownNameError("station", name, sites.stations, where)
@@ -162,14 +163,18 @@ def load_mission(name_or_path: str) -> Mission:
 def _parse_leg(content: Any, where: str) -> Leg:
     if not isinstance(content, dict):
         raise ConfigError(f"{where} is {content!r}; expected {KINDS}")
-    known = ("stations", "take", "order", "pose", "home", "swap", "roam", "distance", "pause")
+    known = (
+        "stations", "take", "order", "pose", "home", "own_place", "swap", "roam", "distance",
+        "pause",
+    )  # fmt: skip
     check_keys(content, known, where)
     names = content.get("stations", [])
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
         raise ConfigError(f"{where}: stations must be a list of names, like [loader_1, shipping]")
-    home = content.get("home", False)
-    if not isinstance(home, bool):
-        raise ConfigError(f"{where}: home is {home!r}; expected true")
+    home, own_place = (content.get(key, False) for key in ("home", "own_place"))
+    for key, value in (("home", home), ("own_place", own_place)):
+        if not isinstance(value, bool):
+            raise ConfigError(f"{where}: {key} is {value!r}; expected true")
     pose = content.get("pose")
     try:
         return Leg(
@@ -178,6 +183,7 @@ def _parse_leg(content: Any, where: str) -> Leg:
             order=str(content.get("order", "as_written")),
             pose_map=None if pose is None else Pose(*numbers(pose, 3, "pose [x, y, yaw]")),
             home=home,
+            own_place=own_place,
             swap=_text(content.get("swap", ""), "swap"),
             roam=_integer(content.get("roam", 0), "roam"),
             distance=number(content.get("distance", 0.0), "distance"),

@@ -14,6 +14,7 @@ from swarm_common.map_io import load_map, save_map
 from swarm_common.records import RobotSpec
 from swarm_common.robot_io import load_robot
 from swarm_map.floor_plan import load_plan
+from swarm_map.grid_map import load_grid_map
 from swarm_map.plan_image import PlanScale, load_picture
 from swarm_map.world_writer import ROBOT, write_world
 from swarm_sim.draw_map import SCAN_HEIGHT, draw_world, reach_of
@@ -115,7 +116,9 @@ def check(
 
 @map_app.command()
 def new(
-    plan: Annotated[Path, typer.Argument(help="Floor plan: a YAML file, or a picture (.png).")],
+    plan: Annotated[
+        Path, typer.Argument(help="Floor plan: a YAML file, a picture (.png), or a .map grid.")
+    ],
     output: Annotated[
         Path, typer.Option("-o", "--output", help="Folder in which the world's folder is made.")
     ] = Path("."),
@@ -126,17 +129,27 @@ def new(
         typer.Option(help="x y [m] of a picture's lower left corner.  [default: centred]"),
     ] = None,
     wall_height: Annotated[float, typer.Option(help="Of the walls in a picture [m].")] = 2.5,
+    cell: Annotated[float, typer.Option(help="[m] of a cell of a .map grid.")] = 1.0,
+    scenario: Annotated[
+        Path | None,
+        typer.Option("--scen", help="MovingAI .scen file with the starts and goals of a .map."),
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite what is there.")] = False,
 ) -> None:
     """Make a world from a floor plan: world.sdf, sites.yaml, and its map.
 
     In a picture dark pixels are walls, each green spot is a station, and a blue area is where the
-    robots start. docs/creating.md describes the YAML.
+    robots start. docs/creating.md describes the YAML. A .map is a grid of the Moving AI Lab's
+    benchmarks; the mission own_place drives its .scen.
     """
     scale = PlanScale(resolution=resolution, origin=origin, wall_height=wall_height)
     _check(plan.is_file(), f"there is no floor plan {plan}")
-    is_text = plan.suffix.lower() in (".yaml", ".yml")
-    floor = load_plan(plan) if is_text else load_picture(plan, scale)
+    kind = plan.suffix.lower()
+    _check(scenario is None or kind == ".map", "--scen is for a .map grid")
+    if kind == ".map":
+        floor = load_grid_map(plan, cell, scenario, wall_height)
+    else:
+        floor = load_plan(plan) if kind in (".yaml", ".yml") else load_picture(plan, scale)
     if name is not None:
         _check(name.replace("_", "").replace("-", "").isalnum(), f"--name is '{name}'; letters")
         floor = dataclasses.replace(floor, name=name)

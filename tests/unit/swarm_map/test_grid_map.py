@@ -1,0 +1,113 @@
+"""Grid maps and scenarios in the Moving AI Lab's formats become worlds that their maps show."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from swarm_commander.mission import load_mission
+from swarm_common.errors import ConfigError
+from swarm_common.grid import OCCUPIED, UNKNOWN
+from swarm_common.map_io import load_map, map_path
+from swarm_common.resources import share_directory
+from swarm_common.sites import SpawnAreas
+from swarm_map.grid_map import load_grid_map
+from swarm_map.world_writer import sdf_text, sites_text, write_world
+from swarm_sim.sdf import load_world
+
+MAP = """type octile
+height 4
+width 5
+map
+..@.T
+.GG.S
+.OOWW
+.....
+"""
+SCEN = """version 1.0
+0\tx.map\t5\t4\t0\t0\t4\t1\t5.4
+0\tx.map\t5\t4\t0\t0\t4\t3\t7
+3\tx.map\t5\t4\t4\t3\t0\t2\t5.0
+"""
+OURS = ("mapf_game", "mapf_maze", "mapf_random", "mapf_room", "mapf_warehouse")
+CELLS = {"mapf_maze": 1.8}
+
+
+def written(folder: Path, text: str, scen: str = "") -> tuple[Path, Path | None]:
+    (folder / "x.map").write_text(text)
+    if not scen:
+        return folder / "x.map", None
+    (folder / "x.scen").write_text(scen)
+    return folder / "x.map", folder / "x.scen"
+
+
+def test_a_map_becomes_walls_where_nobody_can_be(tmp_path: Path) -> None:
+    path, scen = written(tmp_path, MAP, SCEN)
+    scene = write_world(load_grid_map(path, 2.0, scen), tmp_path / "x")
+    grid = load_map(tmp_path / "x" / "map.yaml")
+    assert grid.resolution == 0.05
+    for row, line in enumerate(MAP.splitlines()[4:]):
+        for column, letter in enumerate(line):
+            x, y = (column + 0.5 - 2.5) * 2.0, (2.0 - row - 0.5) * 2.0
+            value = grid.cells[grid.cell_of(x, y)]
+            assert (value in (OCCUPIED, UNKNOWN)) == (letter in "@OTW"), (row, column)
+    assert isinstance(scene.sites.spawn, SpawnAreas)
+    starts = [(area.x_min, area.y_min) for area in scene.sites.spawn.areas]
+    assert starts == [(-4.0, 3.0), (4.0, -3.0)]  # the second line starts where the first does
+    mission = load_mission("own_place")
+    mission.check_stations(scene.sites, "x")
+    ends = []
+    for robot in (1, 2):
+        (stop,) = mission.stops(
+            scene.sites, scene.sites.places[0], seed=0, robot_id=robot, homes_map=()
+        )
+        ends.append((stop.pose_map.x, stop.pose_map.y))
+    assert ends == [(4.0, 1.0), (-4.0, -1.0)]
+    with pytest.raises(ConfigError, match="Srobot3 has none of its own"):
+        mission.stops(scene.sites, scene.sites.places[0], seed=0, robot_id=3, homes_map=())
+
+
+@pytest.mark.parametrize(
+    ("text", "scen", "message"),
+    [
+        (MAP.replace("octile", "tile"), "", "expected 'type octile'"),
+        (MAP.replace("height 4", "height 5"), "", "4 rows; the header says 5"),
+        (MAP.replace("height 4", "height -4"), "", "height: '-4'"),
+        (MAP.replace("..@.T", "..@.X"), "", "line 5: unknown ['X']"),
+        (MAP.replace("..@.T", "..@."), "", "line 5: 4 cells, not 5"),
+        (MAP.replace(".", "@").replace("G", "@").replace("S", "@"), "", "no cell is free"),
+        ("", "", "the first lines are []"),
+        (MAP, "0 x.map", "expected 'version 1'"),
+        (MAP, SCEN.replace("\t5.4", ""), "line 2: 8 fields; expected 9"),
+        (MAP, SCEN.replace("\t5\t4\t", "\t6\t4\t"), "a map of 6 x 4 cells"),
+        (MAP, SCEN.replace("0\t0\t4\t1", "2\t0\t4\t1"), "nobody can be at x 2, y 0"),
+        (MAP, SCEN.replace("0\t0\t4\t1", "9\t0\t4\t1"), "nobody can be at x 9, y 0"),
+        (MAP, "version 1\n", "names no start and goal"),
+    ],
+)
+def test_malformed_files_are_refused(tmp_path: Path, text: str, scen: str, message: str) -> None:
+    path, scenario = written(tmp_path, text, scen)
+    with pytest.raises(ConfigError) as caught:
+        load_grid_map(path, 1.0, scenario)
+    assert message in str(caught.value)
+
+
+def test_a_cell_has_a_size(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="--cell is 0; expected"):
+        load_grid_map(written(tmp_path, MAP)[0], 0.0)
+
+
+@pytest.mark.parametrize("name", OURS)
+def test_the_worlds_that_ship_are_made_of_their_maps(name: str) -> None:
+    folder = share_directory("worlds") / "worlds" / name
+    plan = load_grid_map(folder / "plan.map", CELLS.get(name, 1.5), folder / "plan.scen")
+    assert (folder / "world.sdf").read_text().split(">", 3)[3] == sdf_text(plan).split(">", 3)[3]
+    assert (folder / "sites.yaml").read_text() == sites_text(plan.sites)
+    scene = load_world(name)
+    assert len(scene.sites.places) == 20
+    grid = load_map(map_path(name))
+    for pose in scene.sites.places:
+        assert grid.cells[grid.cell_of(pose.x, pose.y)] == 0
+    assert np.count_nonzero(grid.cells == OCCUPIED) > 1000
