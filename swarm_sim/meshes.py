@@ -18,6 +18,7 @@ from swarm_sim.scene import Hull, Mesh
 FloatArray = NDArray[np.float64]
 MIN_EXTENT = 0.001  # [m] of a mesh along its longest side
 MAX_EXTENT = 1000.0  # [m]
+MIN_AREA = 1e-9  # [m²] of a triangle of a mesh that a scale makes flat
 MAX_FACES = 500_000
 # Of a file that is to have faces: STL, OBJ, COLLADA.
 FACE = re.compile(rb"^\s*facet\b|^f\s|<(?:triangles|polylist|polygons|trifans|tristrips)\b", re.M)
@@ -46,6 +47,9 @@ def load_mesh(path: Path, scale: tuple[float, ...], submesh: str = "") -> Mesh:
             f"{path}: the mesh is {extent:g} m long with <scale> {factor}; "
             f"expected {MIN_EXTENT:g} to {MAX_EXTENT:g} m{_advice(extent)}"
         )
+    if 0.0 in scale:  # what was upright may be a line now
+        a, b, c = (scaled[faces[:, k]] for k in range(3))
+        faces = faces[np.linalg.norm(np.cross(b - a, c - a), axis=1) > MIN_AREA]
     if np.prod(scale) < 0.0:  # mirrored: turn the triangles round
         faces = faces[:, ::-1]
     return Mesh(scaled, faces, str(path))
