@@ -14,6 +14,7 @@ from std_msgs.msg import String
 
 from swarm_commander.envoy import Envoy
 from swarm_commander.host_link import LinkEnd, serve
+from swarm_commander.link_probe import NOTHING, Asker, ProbeSocket
 from swarm_commander.roll import CHARTER, HOSTS, REPORT_PERIOD, ROLL, HostReport
 from swarm_common.pipes import EventWriter
 from swarm_common.ros_io import LATCHED, NEWEST
@@ -36,6 +37,10 @@ class Agent(LinkEnd):
         self.envoy = Envoy(report, config["edition"], config["stated"], time.monotonic())
         self._charter_path = Path(config["charter_path"])
         self._due = 0.0
+        self._world_address = config["world_address"]
+        self._asker = Asker(secret, config["host"])
+        self._probe = ProbeSocket(config["own_address"], config["domain"], self._take_answer)
+        self._found = ""
         self._reports = node.create_publisher(String, HOSTS, NEWEST)
         node.create_subscription(String, CHARTER, self._take_charter, LATCHED)
         node.create_subscription(String, ROLL, self._take_roll, NEWEST)
@@ -53,7 +58,13 @@ class Agent(LinkEnd):
 
     def turn(self, now: float) -> None:
         """Do what is due at wall time `now`."""
-        self._pass_on(self.envoy.look(now))
+        events = self.envoy.look(now)
+        self._pass_on(events)
+        if any(event["event"] == "world_silent" for event in events):
+            self._asker.restart()
+        for question in self._asker.questions(now):
+            self._probe.send(question, self._world_address)
+        self._look_at_network(now)
         if now >= self._due:
             self._due = now + REPORT_PERIOD
             self._send(now)
@@ -78,6 +89,20 @@ class Agent(LinkEnd):
         for _ in range(FAREWELLS):
             self._send(time.monotonic())
             time.sleep(FAREWELL_PAUSE)
+
+        self._events.write("network", **self._asker.figures(time.monotonic()))
+
+    def _take_answer(self, data: bytes, _: str) -> None:
+        self._asker.take(data, time.monotonic())
+
+    def _look_at_network(self, now: float) -> None:
+        """Say once what is wrong; before the world is there, no answer means nothing."""
+        found, text = self._asker.finding(now)
+        if found == NOTHING and not self.envoy.is_silent:
+            return
+        if found and found != self._found:
+            self._events.write("network_fault", message=text)
+        self._found = found or self._found
 
     def _take_charter(self, message: String) -> None:
         letter = self._open(self._charters, message)

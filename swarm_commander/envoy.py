@@ -68,6 +68,11 @@ class Envoy:
             return None
         return {**self._report, "deaf_for": round(now - self._heard_at, 3)}
 
+    @property
+    def is_silent(self) -> bool:
+        """Whether the world's host was heard, and is not now."""
+        return self._is_silent
+
     def note_active(self, robot: str) -> None:
         """A navigator has become active."""
         self._report["active"].append(robot)

@@ -15,6 +15,7 @@ from std_msgs.msg import String
 
 from swarm_commander.host_door import HostDoor
 from swarm_commander.host_link import LinkEnd, serve
+from swarm_commander.link_probe import Answerer, ProbeSocket
 from swarm_commander.roll import CHARTER, HOSTS, REPORT_PERIOD, ROLL, Roll
 from swarm_common.pipes import EventWriter
 from swarm_common.rejections import Rejections
@@ -32,6 +33,8 @@ class Registry(LinkEnd):
         super().__init__(events)
         charter = config["charter"]
         self._run = charter["run"]
+        self._answerer = Answerer(secret)
+        self._probe = ProbeSocket(config["address"], config["domain"], self._answerer.answer)
         self._rejections = Rejections(events, lambda line: sys.stderr.write(line + "\n"))
         self._door = HostDoor(secret, self._run, self._rejections)
         self._sealer = Sealer(secret, ROLL, self._run)
@@ -72,6 +75,8 @@ class Registry(LinkEnd):
         """Do what is due at wall time `now`."""
         self._pass_on(self._roll.look(now))
         self._rejections.tell(now)
+        for address in self._answerer.deaf():
+            self._events.write("unhearing", address=address)
         if now >= self._due:
             self._due = now + REPORT_PERIOD
             self._publish()

@@ -24,7 +24,7 @@ from swarm_common.edition import edition
 from swarm_common.ros_env import PROFILES
 from swarm_common.secret import VARIABLE
 
-AGENT = "agent"
+AGENT, DISTRIBUTOR = "agent", "distributor"
 CHARTER_FILE = "charter.json"
 START_LIMIT = 600.0  # [s] for all to be active; the first start compiles the kernels
 
@@ -35,9 +35,10 @@ class RobotsRun(ProcessRun):
     Attributes:
         ending: Why the run ended, for the report.
         silences: [s] that each silence of the world's host lasted.
+        network: What probes found, see `link_probe`.
     """
 
-    stop_order = (AGENT, HOST)  # the world is told before the navigators end
+    stop_order = (AGENT, HOST, DISTRIBUTOR)  # the world is told before the navigators end
 
     def __init__(
         self,
@@ -48,16 +49,19 @@ class RobotsRun(ProcessRun):
         robots_profile: Path,
         modules: Mapping[str, str] = MODULES,
     ) -> None:
-        super().__init__(folder, progress, tally, {**modules, AGENT: "swarm_commander.agent"})
+        own = {name: f"swarm_commander.{name}" for name in (AGENT, DISTRIBUTOR)}
+        super().__init__(folder, progress, tally, {**modules, **own})
         self.ending = ""
         self.silences: list[float] = []
+        self.network: dict[str, float] = {}
         self._plan = plan
+        self._host = secrets.token_hex(8)  # name of this start
         self._robots_profile = robots_profile
         self._charter_path = folder.configs / CHARTER_FILE
         self._welcomed: float | None = None  # [s] from the start until the world's host answered
 
     def _environment(self, name: str) -> Mapping[str, str]:
-        if name == AGENT:
+        if name in (AGENT, DISTRIBUTOR):
             return {**os.environ, VARIABLE: self._plan.secret}
         return {**os.environ, PROFILES: str(self._robots_profile)}
 
@@ -66,8 +70,11 @@ class RobotsRun(ProcessRun):
         self._start(
             AGENT,
             {
-                "host": secrets.token_hex(8),
+                "host": self._host,
                 "label": plan.label,
+                "own_address": plan.own_address,
+                "world_address": plan.world_address,
+                "domain": plan.domain,
                 "robots": list(plan.robots),
                 "edition": edition(),
                 "stated": dict(plan.stated),
@@ -105,6 +112,8 @@ class RobotsRun(ProcessRun):
         self._progress.phase("starting navigators")
         charter = parse(self._charter_path.read_text(encoding="utf-8"))
         sites = self._sites_file(charter)
+        numbers = {int(name.removeprefix("Srobot")): name for name in self._plan.robots}
+        self._start(DISTRIBUTOR, {"host": self._host, "run": charter.run, "robots": numbers})
         robots = []
         for name in self._plan.robots:
             path = self._folder.params / f"{name}.yaml"
@@ -148,6 +157,15 @@ class RobotsRun(ProcessRun):
             f"the world at {self._plan.world_address} has another secret; take the command that it"
             f" shows, or set {VARIABLE} to what stands there"
         )
+
+    def _on_network_fault_event(self, event: dict[str, Any]) -> None:
+        if not self._is_stopping:
+            self._progress.note(
+                f"the network to {self._plan.world_address}: {event['message']}", "yellow"
+            )
+
+    def _on_network_event(self, event: dict[str, Any]) -> None:
+        self.network = {name: value for name, value in event.items() if name != "event"}
 
     def _on_unheard_event(self, _: dict[str, Any]) -> None:
         if not self._is_stopping:
@@ -222,6 +240,7 @@ def robots_report(run: RobotsRun, plan: RobotsPlan, code: int) -> dict[str, Any]
         "active": tally.active,
         "died": [name for name, robot in tally.robots.items() if robot.died],
         "silences": run.silences,
+        "network": run.network,
         "world": {
             "sim_time": round(tally.sim_time, 3),
             "collisions": {"robot_robot": tally.robot_robot, "robot_world": tally.robot_world},

@@ -209,4 +209,10 @@ class Roll:
 
 
 def _event(kind: str, report: HostReport, **values: Any) -> Event:
-    return {"event": kind, "host": report.label, "robots": list(report.robots), **values}
+    return {
+        "event": kind,
+        "id": report.host,
+        "host": report.label,
+        "robots": list(report.robots),
+        **values,
+    }

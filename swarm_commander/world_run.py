@@ -10,6 +10,7 @@ from typing import Any
 
 from swarm_commander.bringup import HOST, MODULES, RUNNER, STOP_ORDER, WORLD, Run
 from swarm_commander.charter import Charter, compose
+from swarm_commander.domain import domain_id
 from swarm_commander.envoy import names_of
 from swarm_commander.params import write_parameter_file
 from swarm_commander.plan import RunPlan
@@ -51,6 +52,7 @@ class WorldRun(Run):
         )
         self.hosts: list[dict[str, Any]] = []
         self._secret = secret
+        self._run = f"{folder.path.name}-{time.time_ns():x}"
         self._unserved = set(plan.alive)
         self._trees: dict[str, dict[str, Any]] = {}  # parameter files
 
@@ -84,14 +86,14 @@ class WorldRun(Run):
 
     def _charter(self) -> Charter:
         options = self._plan.options
-        run = f"{self._folder.path.name}-{time.time_ns():x}"
         facts = {name: getattr(options, name) for name in ("world", "seed", "robot", "swarm_size")}
         peers = {robot["name"]: robot["peers"] for robot in self._robots if robot["peers"]}
-        return compose(run, edition(), facts, self._trees, self._plan.sites_path, peers)
+        return compose(self._run, edition(), facts, self._trees, self._plan.sites_path, peers)
 
     def _release_navigators(self) -> None:
         """Say what the robots' hosts need to start them."""
-        self._start(REGISTRY, {"charter": asdict(self._charter())})
+        where = {"address": self._plan.options.bind, "domain": domain_id()}
+        self._start(REGISTRY, {"charter": asdict(self._charter()), **where})
         self._progress.phase("waiting for the robots' hosts")
         first, last = (self._plan.alive[i].removeprefix("Srobot") for i in (0, -1))
         self._progress.note(
@@ -108,6 +110,8 @@ class WorldRun(Run):
 
     def _on_enlisted_event(self, event: dict[str, Any]) -> None:
         self._unserved -= set(event["robots"])
+        where = {"host": event["id"], "run": self._run, "secret": self._secret}
+        self._tell(WORLD, {"cmd": "host", "robots": event["robots"], **where})
         self._progress.note(f"{event['host']} has {names_of(event['robots'])}")
         if not self._unserved:
             self._progress.phase("starting navigators")
@@ -123,6 +127,13 @@ class WorldRun(Run):
         self._tell_of(RUNNER, "silent", event["robots"])
         self._progress.note(
             f"nothing is heard of {event['host']}; {names_of(event['robots'])} must stand", "yellow"
+        )
+
+    def _on_unhearing_event(self, event: dict[str, Any]) -> None:
+        self._progress.note(
+            f"a robots' host at {event['address']} calls, but hears no answer: UDP from here to"
+            " there is blocked",
+            "yellow",
         )
 
     def _on_deaf_event(self, event: dict[str, Any]) -> None:

@@ -13,10 +13,17 @@ from swarm_common.ros_env import MOST_PARTICIPANTS, PROFILES, newcomer_ids, unic
 NAMESPACE = "http://www.eprosima.com"
 TEMPLATE = Path(__file__).resolve().parent / "fastdds.xml"
 FOREIGN = (PROFILES, "FASTDDS_DEFAULT_PROFILES_FILE", "ROS_DISCOVERY_SERVER")
-WORLD_IDS = 40  # ids on the world's host that robots announce themselves to: world, tools, ...
+WORLD_IDS = 40  # ids on the world's host that tools announce themselves to
+# The same for navigators, which are many: world, mission, registry, and tools. In a large swarm the
+# world's host tells each navigator whom to meet.
+WORLD_IDS_OF_ROBOTS = 16
+HELPERS = (0, 1)  # ids on a robots' host before its navigators': agent and distributor
 MOST_PROCESSES = 90  # navigators' on one host: Fast DDS gives out about 100 ids, tools need some
 # Longer than a host's silence is borne: what was sent during it is sent again by DDS itself.
 LEASE = 60  # [s]
+# Announcements go to every id that is possible, and the kernel of the other host answers those to
+# ports that nobody listens on. Each second they were half of what 20 robots sent at real time.
+ANNOUNCEMENT = 3  # [s]
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +56,7 @@ def profile(own_address: str, peers: Sequence[Peers], domain: int, lease: int = 
     root = ElementTree.parse(TEMPLATE).getroot()
     _only(root, "interfaceWhiteList/d:address").text = own_address
     _only(root, "leaseDuration/d:sec").text = str(lease)
+    _only(root, "leaseAnnouncement/d:sec").text = str(ANNOUNCEMENT)
     known = _only(root, "initialPeersList")
     known.clear()
     for each in peers:
@@ -89,8 +97,8 @@ def peers_of_robots(own_address: str, world_address: str, processes: int) -> lis
     """
     if world_address == own_address:
         return [Peers(own_address)]
-    newcomers = (0, *newcomer_ids(processes + 1))
-    return [Peers(own_address, newcomers), Peers(world_address, tuple(range(WORLD_IDS)))]
+    own = (*HELPERS, *newcomer_ids(len(HELPERS) + processes))
+    return [Peers(own_address, own), Peers(world_address, tuple(range(WORLD_IDS_OF_ROBOTS)))]
 
 
 def foreign_setting(environment: Mapping[str, str]) -> str:

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any
 
 from swarm_common import ros_env
+from swarm_common.dds_profile import HELPERS
 from swarm_common.errors import ConfigError
 from swarm_common.map_io import load_map
 from swarm_nav.common_ground import prepare
 from swarm_nav.settings import NodeSettings, read_node_settings
 
-AGENT = 0  # participant id of the first process on a host without the world
 PROFILES = "fastdds"  # folder of the processes' profiles, beside the configuration
 
 
@@ -111,7 +111,7 @@ class Grouping:
             return Group(tuple(robots))
         ports = dict.fromkeys(port for settings in robots for port in peers[settings.name])
         path = self._folder / f"{robots[0].name}.xml"
-        newest = AGENT if self._world else ros_env.participant_id(self._everybody[-1])
+        newest = HELPERS[-1] if self._world else ros_env.participant_id(self._everybody[-1])
         ros_env.write_profile(path, ports, newest + 1 + self._processes, self._world)
         return Group(tuple(robots), path)
 

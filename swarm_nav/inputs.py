@@ -38,6 +38,14 @@ class TickInputs:
         """Whether nothing has come of ticks after the newest complete one."""
         return self.last_tick >= 0 and not self._open
 
+    @property
+    def missing(self) -> str:
+        """What the newest tick lacks, of several what is sent last; of the next tick the same."""
+        newest = self._open[max(self._open)] if self._open else None
+        if newest is None or newest.neighbors is None:
+            return "neighbors"
+        return "scan" if self._lacks_scan(newest) else "odom"
+
     def add_odom(self, odom: Odometry) -> TickInput | None:
         """Take an odometry; return its tick if that is complete now."""
         return self._set(odom.tick, "odom", odom)

@@ -148,11 +148,15 @@ class NavigatorNode:
             self.change_lifecycle("startup")
 
     def _subscribe(self) -> None:
-        self._neighbors = self._hear(NeighborArray, "neighbors")
+        self._topics = {
+            "odom": self._hear(OdometryMsg, "odom"),
+            "scan": self._hear(LaserScan, "scan"),
+            "neighbors": self._hear(NeighborArray, "neighbors"),
+        }
         self._incoming = (
-            ("odom", self._hear(OdometryMsg, "odom"), self._take_odom),
-            ("scan", self._hear(LaserScan, "scan"), self._take_scan),
-            ("neighbors", self._neighbors, self._take_neighbors),  # which comes last
+            ("odom", self._topics["odom"], self._take_odom),
+            ("scan", self._topics["scan"], self._take_scan),
+            ("neighbors", self._topics["neighbors"], self._take_neighbors),  # which comes last
         )
         make = self.node.create_subscription
         kind, quality = PoseWithCovarianceStamped, ros_io.RELIABLE
@@ -179,13 +183,15 @@ class NavigatorNode:
 
     @property
     def awaited(self) -> PolledTopic | None:
-        """What the next tick's last message comes on; None while something else must come first.
+        """What is missing of the tick in hand; None while something else must come first.
 
-        The world publishes `neighbors` after `odom` and `scan`. Without a map, or while an answer
-        is withheld, it is the executor that must be waited for.
+        The world publishes `neighbors` after `odom` and `scan`, but a network may deliver them in
+        another order. Without a map, or while an answer is withheld, it is the executor that must
+        be waited for.
         """
-        is_waiting = self._brain is None or self._answers.is_withheld
-        return None if is_waiting else self._neighbors
+        if self._brain is None or self._answers.is_withheld:
+            return None
+        return self._topics[self._inputs.missing]
 
     def take_inputs(self) -> None:
         """Take the messages of the tick that have arrived; decide if it is complete.

@@ -11,6 +11,7 @@ from geometry_msgs.msg import Twist as TwistMsg
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry as OdometryMsg
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 from sensor_msgs.msg import Imu as ImuMsg
 from sensor_msgs.msg import JointState, LaserScan
 from std_msgs.msg import String
@@ -26,11 +27,13 @@ from swarm_common.ros_poll import PolledTopic, SoleTopic
 from swarm_sim.motion_sensors import Imu
 from swarm_sim.ros_foreign import NAVIGATOR, Foreigners
 from swarm_sim.ros_frames import Joint, fixed_transforms, moving_transforms, read_joints
+from swarm_sim.round_trip import LEAST, RoundTrip
 from swarm_sim.settings import Settings
 from swarm_sim.world import Observation
 
 BASE = "base_footprint"
 IMU_FRAME = "imu_link"
+LOCAL_LIMIT = 0.25  # [s] before an answer is asked for again on one host, where few are lost
 NEWCOMER_REPEATS = 4  # for one side of a topic may know the other earlier than the reverse
 
 
@@ -42,6 +45,7 @@ class RobotLink:
         beacon: Beacon of that answer.
         newest_tick: That a command of the robot has answered.
         is_gone: Whether the robot was taken out of the world.
+        trip: How long its answers take.
     """
 
     def __init__(
@@ -75,6 +79,7 @@ class RobotLink:
         self.command: Twist | None = None
         self.beacon: np.void | None = None
         self._robot_id = robot_id
+        self.trip = RoundTrip(LOCAL_LIMIT)
         self._on_answer = on_answer
         self._foreigners = foreigners
         self._listeners = 0
@@ -99,7 +104,9 @@ class RobotLink:
         make = node.create_publisher
         self._odom = make(OdometryMsg, f"{space}/odom", ros_io.RELIABLE)
         self._scan = make(LaserScan, f"{space}/scan", ros_io.SENSOR)
-        self._neighbors = make(NeighborArray, f"{space}/neighbors", ros_io.RELIABLE)
+        self._neighbors: Publisher | None = make(
+            NeighborArray, f"{space}/neighbors", ros_io.RELIABLE
+        )
         show = gallery.create_publisher
         self._truth = show(OdometryMsg, f"{space}/ground_truth", ros_io.RELIABLE)
         self._joint_states = show(JointState, f"{space}/joint_states", ros_io.RELIABLE)
@@ -111,7 +118,16 @@ class RobotLink:
             self._truth, self._joint_states, self._imu, self._tf, self._tf_static,
             self._description,
         )  # fmt: skip
-        self._publishers = ((node, (self._odom, self._scan, self._neighbors)), (gallery, shown))
+        self._publishers = [(node, [self._odom, self._scan, self._neighbors]), (gallery, [*shown])]
+
+    def move_out(self) -> None:
+        """Take note that the navigator is on another host: its beacons go there in a batch."""
+        self.trip = RoundTrip(LEAST)
+        if self._neighbors is not None and not self.is_gone:
+            node, publishers = self._publishers[0]
+            publishers.remove(self._neighbors)
+            node.destroy_publisher(self._neighbors)
+            self._neighbors = None
 
     def _subscribe(self, node: Node, kind: Any, name: str) -> SoleTopic:
         """Listen to the robot's navigator; in free run to any node of the robot, or any other.
@@ -169,12 +185,13 @@ class RobotLink:
         self._odom.publish(self._odom_writer.encode(odom.tick, odom.pose_odom, odom.twist))
         if scan is not None:
             self._scan.publish(self._scan_writer.encode(scan))
-        stamp = stamp_from_tick(odom.tick)
-        self._neighbors.publish(serialize_neighbors(*stamp, observation.neighbors))
+        if self._neighbors is not None:
+            stamp = stamp_from_tick(odom.tick)
+            self._neighbors.publish(serialize_neighbors(*stamp, observation.neighbors))
 
     def is_newcomer(self) -> bool:
         """Whether somebody listens since few calls ago: what it was sent first may be lost."""
-        listeners = 0 if self.is_gone else self._neighbors.get_subscription_count()
+        listeners = 0 if self.is_gone else self._odom.get_subscription_count()
         self._repeats_due = NEWCOMER_REPEATS if listeners > self._listeners else self._repeats_due
         self._listeners = listeners
         self._repeats_due -= 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 
 import numpy as np
@@ -14,10 +15,12 @@ from swarm_sim.barrier import Barrier
 from swarm_sim.build import Stage
 from swarm_sim.crew import number_of
 from swarm_sim.ros_foreign import Foreigners
+from swarm_sim.ros_hosts import Hosts
 from swarm_sim.ros_links import RobotLink
 from swarm_sim.settings import Settings
 from swarm_sim.world import Observation, World
 
+SHORTEST = 0.001  # [s] of a wait
 KEEPS_UP = 10  # ticks that a late robot may be behind to be waited for again
 
 
@@ -51,6 +54,7 @@ class Links:
         self._hubs = Hubs(node, robots, is_large=is_large, with_gallery=True)
         self._waiter = Waiter(node.context)
         self._links: list[RobotLink] = []
+        self._hosts = Hosts(node)
         for index, entry in enumerate(settings.robots):
             self.add(index, entry.name, stage.specs[index], stage.urdfs[index])
 
@@ -74,6 +78,7 @@ class Links:
 
         def note_answer() -> None:
             self._barrier.answer(robot)
+            link.trip.answer(time.monotonic())
 
         node = self._hubs.node_of(robot)
         link = RobotLink(
@@ -98,32 +103,76 @@ class Links:
         self._links[robot].destroy()
         return self._links[robot].name
 
-    def open(self, tick: int, observations: Sequence[Observation]) -> None:
-        """Begin a tick: forget the last answers, publish what the robots sense."""
+    def move_out(self, host: str, names: Sequence[str], run: str, secret: str) -> None:
+        """Take note that the navigators of some robots are on another host; see `Hosts.assign`."""
+        robots = {self.names.index(name): number_of(name) for name in names if name in self.names}
+        self._hosts.assign(host, robots, run, secret)
+        for robot in robots:
+            self._links[robot].move_out()
+
+    def open(self, tick: int, observations: Sequence[Observation], now: float) -> None:
+        """Begin a tick at wall time `now`: forget the last answers, publish what robots sense."""
         for link in self._links:
             link.open(tick)
-        for link, observation in zip(self._links, observations, strict=True):
-            link.publish(observation)
+            link.trip.send(now)
+        self._publish(range(len(self._links)), observations)
 
-    def repeat(self, observations: Sequence[Observation], *, to_newcomers: bool) -> None:
-        """Publish once more for robots that were not there or lost a message.
+    def repeat(self, observations: Sequence[Observation], now: float) -> bool:
+        """Publish once more for robots whose answer takes longer than usual.
 
         Args:
             observations: Of the tick in hand.
+            now: Wall time [s].
+
+        Returns:
+            Whether there are any.
+        """
+        late = [robot for robot in self._barrier.missing() if self._links[robot].trip.due_at <= now]
+        for robot in late:
+            self._links[robot].trip.repeat(now)
+        self._publish(late, observations)
+        return bool(late)
+
+    def repeat_at_start(
+        self, observations: Sequence[Observation], now: float, *, to_newcomers: bool
+    ) -> None:
+        """Publish once more for robots that were not there.
+
+        Args:
+            observations: Of the first tick.
+            now: Wall time [s].
             to_newcomers: Only for those that have been there for few repeats.
         """
+        newcomers = []
         for robot in self._barrier.missing():
             link = self._links[robot]
             if link.is_newcomer() or not to_newcomers:
-                link.publish(observations[robot])
+                newcomers.append(robot)
+                link.trip.repeat(now)
+        self._publish(newcomers, observations)
 
-    def wait(self, timeout: float) -> None:
-        """Wait for the middle one of the robots whose answers are missing, at most `timeout` [s].
+    def _publish(self, robots: Sequence[int], observations: Sequence[Observation]) -> None:
+        elsewhere = {}
+        for robot in robots:
+            self._links[robot].publish(observations[robot])
+            if self._hosts.has(robot) and not self._links[robot].is_gone:
+                elsewhere[robot] = observations[robot].reception
+        if elsewhere:
+            self._hosts.publish(observations[robots[0]].odom.tick, elsewhere)
+
+    def wait(self, timeout: float, now: float) -> None:
+        """Wait for the middle one of the robots whose answers are missing.
 
         When it has answered, so have about half of them: a tick takes few looks at all.
+
+        Args:
+            timeout: [s] at most; less if an answer is to be asked for again before.
+            now: Wall time [s].
         """
         missing = self._barrier.missing()
-        self._waiter.wait([self._links[missing[len(missing) // 2]].awaited], timeout)
+        due = min(self._links[robot].trip.due_at for robot in missing)
+        middle = self._links[missing[len(missing) // 2]]
+        self._waiter.wait([middle.awaited], min(timeout, max(due - now, SHORTEST)))
 
     def take_answers(self) -> None:
         """Take what has come from robots whose answer is not whole, also from the late."""

@@ -37,8 +37,8 @@ from swarm_sim.stock import Stock
 from swarm_sim.trace import Trace, begin_trace
 from swarm_sim.world import Observation
 
-REPEAT_PERIOD = 0.25  # [s] of wall time after which an unanswered tick is published again,
-START_PERIOD = 2.0  # [s] the same at the start for robots that have long been there
+REPEAT_PERIOD = 0.25  # [s] of wall time after which the first tick is published again,
+START_PERIOD = 2.0  # [s] the same for robots that have long been there
 CLOCK_PERIOD = 0.045  # [s] of wall time: at most ~20 Hz
 REQUEST_PERIOD = 0.05  # [s] of wall time between two looks for requests
 REPORT_PERIOD = 0.5  # [s] of wall time between verdicts
@@ -192,7 +192,7 @@ class WorldNode:
         self._repeat_rate.is_due(now)
         if self._clock_rate.is_due(now):
             self._publish_clock()
-        self._links.open(self._tick, self._observations)
+        self._links.open(self._tick, self._observations, now)
         self._links.publish_for_viewers(self._observations, self._world)
         self._scenery.publish(self._tick)
         self._look_around(now)
@@ -204,7 +204,7 @@ class WorldNode:
             self._links.take_answers()
             if self._barrier.is_complete(now):
                 break
-            self._links.wait(WAIT_SLICE)
+            self._links.wait(WAIT_SLICE, now)
             self._repeat(now)
             self._look_around(now)
         if not was_started:
@@ -214,11 +214,13 @@ class WorldNode:
 
     def _repeat(self, now: float) -> None:
         """Publish the tick once more for robots that were not there or lost a message."""
-        if not self._repeat_rate.is_due(now):
-            return
-        self._publish_clock()
-        is_starting = not self._barrier.has_started and not self._start_rate.is_due(now)
-        self._links.repeat(self._observations, to_newcomers=is_starting)
+        if self._barrier.has_started:
+            if self._links.repeat(self._observations, now) and self._clock_rate.is_due(now):
+                self._publish_clock()
+        elif self._repeat_rate.is_due(now):
+            self._publish_clock()
+            is_starting = not self._start_rate.is_due(now)
+            self._links.repeat_at_start(self._observations, now, to_newcomers=is_starting)
 
     def _set_speed(self, speed: float | None) -> None:
         self._throttle.set_speed(speed)
@@ -285,6 +287,11 @@ class WorldNode:
         self._rejections.reject("callback", "unknown", self._faults.note(error))
 
     def _obey(self, command: dict[str, Any]) -> None:
+        if command["cmd"] == "host":
+            self._links.move_out(
+                command["host"], command["robots"], command["run"], command["secret"]
+            )
+            return
         names = self._links.names
         if command.get("robot") not in names:
             return

@@ -26,8 +26,8 @@ TIME = re.compile(r"t = ([0-9.]+) s \|")
 class HostSwarm:
     """The world on host 1, robots on the others."""
 
-    def __init__(self, hosts: int, folder: Path) -> None:
-        self.net = NetHosts(hosts)
+    def __init__(self, hosts: int, folder: Path, *, with_relay: bool = False) -> None:
+        self.net = NetHosts(hosts, with_relay=with_relay)
         self.folder = folder
         self._processes: dict[int, subprocess.Popen[bytes]] = {}
 

@@ -42,9 +42,9 @@ def test_robots_look_for_the_world_and_not_for_each_other() -> None:
     ]
     at_world = [port for address, port in found if address == world]
     first = unicast_port(3, 0)
-    assert at_world == [first + 2 * i for i in range(dds_profile.WORLD_IDS)]
+    assert at_world == [first + 2 * i for i in range(dds_profile.WORLD_IDS_OF_ROBOTS)]
     ids = [(port - first) // 2 for address, port in found if address == own]
-    assert ids == [0, *range(51, 67)]
+    assert ids == [0, 1, *range(52, 68)]  # agent, distributor, newcomers
 
 
 def test_both_roles_on_one_host() -> None:

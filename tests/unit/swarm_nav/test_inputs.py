@@ -67,3 +67,26 @@ def test_lost_parts_do_not_pile_up():
         inputs.add_odom(odom(tick))
     assert feed(inputs, MAX_OPEN - 1, ["neighbors"]) == [None]
     assert feed(inputs, 3 * MAX_OPEN - 1, ["neighbors"])[0].tick == 3 * MAX_OPEN - 1
+
+
+@pytest.mark.parametrize("order", list(itertools.permutations(["odom", "scan", "neighbors"])))
+def test_what_is_waited_for_is_always_something_that_is_missing(order):
+    """Waiting for `neighbors` that were overtaken cost 0.2 s a tick."""
+    inputs = TickInputs(5.0)
+    for tick in (2, 4):
+        assert inputs.missing == "neighbors"  # which comes last
+        there = set()
+        for part in order:
+            assert inputs.missing not in there
+            feed(inputs, tick, [part])
+            there.add(part)
+
+
+def test_of_several_ticks_the_newest_counts():
+    inputs = TickInputs(5.0)
+    feed(inputs, 3, ["neighbors"])
+    assert inputs.missing == "odom"
+    feed(inputs, 4, ["odom", "neighbors"])
+    assert inputs.missing == "scan"
+    feed(inputs, 5, ["odom"])
+    assert inputs.missing == "neighbors"

@@ -1,0 +1,63 @@
+"""How long to wait for an answer before it is asked for again. No clock, no I/O.
+
+RFC 6298: a smoothed time and its mean deviation, Karn's rule (an answer to what was sent twice says
+nothing about the time), and a limit that doubles with each repeat and stays so until an answer came
+at the first time. A fixed period is too long where one datagram got lost, and floods a narrow link.
+"""
+
+from __future__ import annotations
+
+GAIN, DEVIATION_GAIN, DEVIATIONS = 1 / 8, 1 / 4, 4.0  # alpha, beta and K of RFC 6298
+FIRST = 0.25  # [s] before anything is known
+LEAST = 0.01  # [s] between hosts: what the operating system's waits are good for
+LONGEST = 1.0  # [s] so that a link that comes back is used soon
+
+
+class RoundTrip:
+    """Of one robot.
+
+    Attributes:
+        limit: [s] after which its answer is asked for again.
+    """
+
+    def __init__(self, least: float) -> None:
+        """Know nothing yet.
+
+        Args:
+            least: [s] that the limit never falls below.
+        """
+        self.limit = max(FIRST, least)
+        self._least = least
+        self._smooth: float | None = None
+        self._deviation = 0.0
+        self._sent_at = 0.0
+        self._is_repeated = False
+
+    def send(self, now: float) -> None:
+        """Something was sent for the first time, at wall time `now`."""
+        self._sent_at = now
+        self._is_repeated = False
+
+    def repeat(self, now: float) -> None:
+        """It was sent again."""
+        self._sent_at = now
+        self._is_repeated = True
+        self.limit = min(2.0 * self.limit, LONGEST)
+
+    @property
+    def due_at(self) -> float:
+        """Wall time at which the answer is to be asked for again."""
+        return self._sent_at + self.limit
+
+    def answer(self, now: float) -> None:
+        """The answer came."""
+        if self._is_repeated:
+            return
+        time = now - self._sent_at
+        if self._smooth is None:
+            self._smooth, self._deviation = time, 0.5 * time
+        else:
+            self._deviation += DEVIATION_GAIN * (abs(self._smooth - time) - self._deviation)
+            self._smooth += GAIN * (time - self._smooth)
+        limit = self._smooth + DEVIATIONS * self._deviation
+        self.limit = min(max(limit, self._least), LONGEST)
