@@ -21,6 +21,10 @@ HELPERS = (0, 1)  # ids on a robots' host before its navigators': agent and dist
 MOST_PROCESSES = 90  # navigators' on one host: Fast DDS gives out about 100 ids, tools need some
 # Longer than a host's silence is borne: what was sent during it is sent again by DDS itself.
 LEASE = 60  # [s]
+# Of DDS itself; what is larger DDS sends in parts, and repeats the parts that got lost. Datagrams
+# of up to 64 kB would be fragmented by IP: with one fragment the whole is lost, some firewalls drop
+# them all, and where the MTU is smaller than both ends believe, nothing large ever arrives.
+DATAGRAM = 1300  # bytes
 # Announcements go to every id that is possible, and the kernel of the other host answers those to
 # ports that nobody listens on. Each second they were half of what 20 robots sent at real time.
 ANNOUNCEMENT = 3  # [s]
@@ -55,6 +59,8 @@ def profile(own_address: str, peers: Sequence[Peers], domain: int, lease: int = 
     """
     root = ElementTree.parse(TEMPLATE).getroot()
     _only(root, "interfaceWhiteList/d:address").text = own_address
+    transport = _only(root, "transport_descriptor")
+    ElementTree.SubElement(transport, f"{{{NAMESPACE}}}maxMessageSize").text = str(DATAGRAM)
     _only(root, "leaseDuration/d:sec").text = str(lease)
     _only(root, "leaseAnnouncement/d:sec").text = str(ANNOUNCEMENT)
     known = _only(root, "initialPeersList")

@@ -20,6 +20,7 @@ from swarm_sim.ros_links import RobotLink
 from swarm_sim.settings import Settings
 from swarm_sim.world import Observation, World
 
+TOGETHER = 0.005  # [s] within which repeats that are due go into one batch
 SHORTEST = 0.001  # [s] of a wait
 KEEPS_UP = 10  # ticks that a late robot may be behind to be waited for again
 
@@ -127,11 +128,14 @@ class Links:
         Returns:
             Whether there are any.
         """
-        late = [robot for robot in self._barrier.missing() if self._links[robot].trip.due_at <= now]
+        missing = self._barrier.missing()
+        if all(self._links[robot].trip.due_at > now for robot in missing):
+            return False
+        late = [robot for robot in missing if self._links[robot].trip.due_at <= now + TOGETHER]
         for robot in late:
             self._links[robot].trip.repeat(now)
         self._publish(late, observations)
-        return bool(late)
+        return True
 
     def repeat_at_start(
         self, observations: Sequence[Observation], now: float, *, to_newcomers: bool

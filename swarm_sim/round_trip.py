@@ -1,14 +1,16 @@
 """How long to wait for an answer before it is asked for again. No clock, no I/O.
 
 RFC 6298: a smoothed time and its mean deviation, Karn's rule (an answer to what was sent twice says
-nothing about the time), and a limit that doubles with each repeat and stays so until an answer came
-at the first time. A fixed period is too long where one datagram got lost, and floods a narrow link.
+nothing about the time, unless it came so soon after the repeat that it must answer the first), and
+a limit that doubles with each repeat and stays so until an answer tells the time. A fixed period is
+too long where one datagram got lost, and floods a narrow link.
 """
 
 from __future__ import annotations
 
 GAIN, DEVIATION_GAIN, DEVIATIONS = 1 / 8, 1 / 4, 4.0  # alpha, beta and K of RFC 6298
 FIRST = 0.25  # [s] before anything is known
+FASTEST = 0.5  # share of the usual time in which no answer comes
 LEAST = 0.01  # [s] between hosts: what the operating system's waits are good for
 LONGEST = 1.0  # [s] so that a link that comes back is used soon
 
@@ -30,18 +32,15 @@ class RoundTrip:
         self._least = least
         self._smooth: float | None = None
         self._deviation = 0.0
-        self._sent_at = 0.0
-        self._is_repeated = False
+        self._first_at = self._sent_at = 0.0
 
     def send(self, now: float) -> None:
         """Something was sent for the first time, at wall time `now`."""
-        self._sent_at = now
-        self._is_repeated = False
+        self._first_at = self._sent_at = now
 
     def repeat(self, now: float) -> None:
         """It was sent again."""
         self._sent_at = now
-        self._is_repeated = True
         self.limit = min(2.0 * self.limit, LONGEST)
 
     @property
@@ -51,9 +50,10 @@ class RoundTrip:
 
     def answer(self, now: float) -> None:
         """The answer came."""
-        if self._is_repeated:
+        time = now - self._first_at
+        is_repeated = self._sent_at > self._first_at
+        if is_repeated and now - self._sent_at > FASTEST * (self._smooth or 0.0):
             return
-        time = now - self._sent_at
         if self._smooth is None:
             self._smooth, self._deviation = time, 0.5 * time
         else:
