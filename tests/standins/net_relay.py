@@ -23,6 +23,7 @@ from pathlib import Path
 TUNSETIFF, IFF_TAP, IFF_NO_PI = 0x400454CA, 0x0002, 0x1000
 CLONE_NEWNET = 0x40000000
 MOST = 65536
+HEAD, IP = 14, b"\x08\x00"  # bytes of an Ethernet head, and the type in it
 
 
 @dataclass(frozen=True)
@@ -105,7 +106,9 @@ class Relay:
         quality, now = self._quality[source, target], time.monotonic()
         self._sent += 1
         self._bytes += len(frame)
-        is_lost = self._random.random() < quality.loss or len(frame) - 14 > quality.largest
+        is_ip = frame[12:14] == IP  # who blocks a direction lets ARP pass
+        is_lost = is_ip and self._random.random() < quality.loss
+        is_lost = is_lost or len(frame) - HEAD > quality.largest
         if quality.rate and not is_lost:
             ports = self._ports[source].free_at
             free_at = max(now, ports.get(target, 0.0))
