@@ -164,7 +164,7 @@ def _result(
             "rss": rss["world"] + rss["navigators"],
         },
         late_ticks=report["late_ticks"],
-        collisions=sum(report["collisions"].values()),
+        collisions=sum(count or 0 for count in report["collisions"].values()),
         goals_reached=report["goals"]["reached"],
         others=watched["others"],
         code=code,

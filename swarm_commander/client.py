@@ -179,6 +179,11 @@ class RobotCommander:
             is_busy = self.status is not None and not math.isnan(self.status.goal.x)
             self.task.look(is_busy)
 
+    def ask(self) -> None:
+        """Ask at once how the task in hand stands: the robot was silent, or was started anew."""
+        if self.task is not None:
+            self.task.ask()
+
     def cancelTask(self) -> None:
         """Cancel the task in hand."""
         if self.task is not None:

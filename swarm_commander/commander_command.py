@@ -40,7 +40,7 @@ def command(
 ) -> None:
     """Drive robots of a running swarm through a mission, or to one goal.
 
-    Other commands: spawn, remove, move, list, reset; see swarm-commander spawn --help.
+    Other commands: spawn, remove, move, list, reset, restart; see swarm-commander spawn --help.
 
     Exit code: 0 all goals reached, 1 a goal missed, 2 bad input.
     """

@@ -89,16 +89,27 @@ class RobotDriver:
         """Whether a goal has ended but the status that says when is not here."""
         return self._ended is not None
 
-    def start(self) -> None:
-        """Send the first goal."""
+    def start(self, tick: int = 0) -> None:
+        """Send the first goal; `tick` is now for a mission that goes on after a break."""
         if self.itinerary is not None and self.itinerary.state is State.READY:
             self._announce(is_active=True)
-            self._follow(self.itinerary.start())
+            self._follow(self.itinerary.start(tick))
+
+    def find(self) -> int:
+        """The robot that was lost is there again: return how many goals it gets back."""
+        if self.itinerary is None or self.itinerary.state is not State.LOST:
+            return 0
+        count, order = self.itinerary.on_found(self.tick)
+        self._announce(is_active=True)
+        self._settled = self._settled_now
+        self._follow(order)
+        return count
 
     def lose(self) -> None:
-        """The robot is gone: its remaining goals count as failed."""
+        """The robot is gone: its remaining goals count as failed, unless it is found again."""
         if self.itinerary is None:
             return
+        self._ended = None
         self.robot.forgetTask()
         outcomes = self.itinerary.on_lost(self.tick)
         for outcome in outcomes:
@@ -138,8 +149,14 @@ class RobotDriver:
         goal = NavigateToPose.Goal(pose=pose_stamped(order.stop.pose_map, order.start_tick))
         self.robot.send("navigate_to_pose", NavigateToPose, goal, self._take_end)
 
+    @property
+    def _settled_now(self) -> int:
+        """How many goals the robot has ended since its navigator was started."""
+        return 0 if self.robot.status is None else _settled_goals(self.robot.status)
+
     def _take_status(self, status: RobotStatus) -> None:
         self.tick = tick_of(status.stamp)
+        self._settled = min(self._settled, _settled_goals(status))  # a new navigator begins at 0
         self._listener.on_status(self, status)
         if self._ended is not None:
             self._settle(status)
@@ -154,7 +171,11 @@ class RobotDriver:
         if self.itinerary is None or self.itinerary.is_over:
             return
         self._ended = task
-        if task.result is None:  # refused: no status will tell of it
+        if task.is_forgotten:
+            self._ended = None
+            self._settled = self._settled_now
+            self._follow(self.itinerary.on_forgotten(self.tick))
+        elif task.result is None:  # refused: no status will tell of it
             self._close()
         elif self.robot.status is not None:
             self._settle(self.robot.status)

@@ -1,4 +1,4 @@
-"""`swarm-commander spawn | remove | move | list | reset`: robots and things come and go."""
+"""`swarm-commander spawn | remove | move | list | reset | restart`: who comes and goes."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ from simulation_interfaces.srv import (
 )
 from swarm_interfaces.msg import RobotStatus
 
+from swarm_commander import domain
 from swarm_commander.domain import domain_id
 from swarm_commander.thing_request import thing_request
 from swarm_common import ros_io
@@ -122,6 +123,13 @@ def list_() -> None:
     width = max(map(len, states), default=0)
     for name, state in states.items():
         typer.echo(f"{name.ljust(width)}  {_place(state)}")
+
+
+@fleet_app.command("restart")
+def restart(robot: Annotated[str, typer.Argument(help="Like Srobot3.")]) -> None:
+    """Start a robot's navigator anew; its mission goes on with the goal in hand."""
+    wish = {"cmd": "restart", "robot": robot}
+    typer.echo(domain.ask(domain.domain_id(), wish, ACTIVE_LIMIT))
 
 
 @fleet_app.command("reset")

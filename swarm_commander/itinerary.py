@@ -31,7 +31,9 @@ class Event(Enum):
     FAILED = "failed"
     TAKEN_OVER = "taken over"
     FREE_AGAIN = "free again"
+    FORGOTTEN = "forgotten"  # by the robot, whose navigator was started anew
     LOST = "lost"
+    FOUND = "found"  # after it was lost
 
 
 # START, FAILED and so on may lead to DONE instead when no stop is left; see `_advance`.
@@ -41,11 +43,12 @@ TRANSITIONS: dict[State, dict[Event, State]] = {
         Event.REACHED: State.UNDER_WAY,
         Event.FAILED: State.UNDER_WAY,
         Event.TAKEN_OVER: State.GIVING_WAY,
+        Event.FORGOTTEN: State.UNDER_WAY,
         Event.LOST: State.LOST,
     },
     State.GIVING_WAY: {Event.FREE_AGAIN: State.UNDER_WAY, Event.LOST: State.LOST},
     State.DONE: {Event.LOST: State.DONE},
-    State.LOST: {event: State.LOST for event in Event},
+    State.LOST: {event: State.LOST for event in Event} | {Event.FOUND: State.UNDER_WAY},
 }
 
 
@@ -99,19 +102,27 @@ class Itinerary:
         retries_used: Times that a goal was tried again.
     """
 
-    def __init__(self, stops: Sequence[Stop], retries: int) -> None:
+    def __init__(self, stops: Sequence[Stop], retries: int, settled: int = 0) -> None:
+        """Begin.
+
+        Args:
+            stops: In order.
+            retries: Times that a goal is tried again.
+            settled: Stops at the beginning that are settled already.
+        """
         self.state = State.READY
         self.outcomes: list[Outcome] = []
         self.retries_used = 0
-        self._stops = tuple(stops)
+        self._stops = tuple(stops)[settled:]
+        self._settled_before = min(settled, len(stops))
         self._retries = retries
         self._attempt = 1
         self._first_tick = 0
 
     @property
     def total(self) -> int:
-        """Number of stops."""
-        return len(self._stops)
+        """Number of stops, with those settled before."""
+        return self._settled_before + len(self._stops)
 
     @property
     def next_stop(self) -> str:
@@ -124,10 +135,14 @@ class Itinerary:
         """Whether nothing more will be sent."""
         return self.state in (State.DONE, State.LOST)
 
-    def start(self) -> Order | None:
-        """Begin; return the first goal, or None if there is none at all."""
+    def start(self, tick: int = 0) -> Order | None:
+        """Begin; return the first goal, or None if there is none at all.
+
+        Args:
+            tick: Now, for a mission that goes on after a break; its first delays are over.
+        """
         self._enter(Event.START)
-        return self._advance(0)
+        return self._advance(tick)
 
     def on_end(self, reached: bool, tick: int, reason: str = "") -> Order | None:
         """Settle the goal under way, at the tick in which it ended; return the next one.
@@ -159,6 +174,23 @@ class Itinerary:
             return None
         return self._order(tick + RETRY_TICKS)
 
+    def on_forgotten(self, tick: int) -> Order | None:
+        """The robot does not know its goal any more: send it once more; no try has failed."""
+        if self._enter(Event.FORGOTTEN) is State.LOST:
+            return None
+        return self._order(max(tick, self._first_tick))
+
+    def on_found(self, tick: int) -> tuple[int, Order]:
+        """The lost robot is there again: return how many goals it gets back, and the first.
+
+        Only for a robot whose goals `on_lost` returned.
+        """
+        self._enter(Event.FOUND)
+        kept = [outcome for outcome in self.outcomes if outcome.reason != LOST_REASON]
+        count = len(self.outcomes) - len(kept)
+        self.outcomes = kept
+        return count, self._order(max(tick, self._first_tick))
+
     def on_lost(self, tick: int) -> list[Outcome]:
         """The robot is gone: return its remaining stops, which count as failed."""
         if self._enter(Event.LOST) is State.DONE:
@@ -179,7 +211,8 @@ class Itinerary:
 
     def _order(self, start_tick: int) -> Order:
         number = len(self.outcomes)
-        return Order(self._stops[number], start_tick, number + 1, self._attempt)
+        place = self._settled_before + number + 1
+        return Order(self._stops[number], start_tick, place, self._attempt)
 
     def _enter(self, event: Event) -> State:
         try:

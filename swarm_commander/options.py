@@ -51,6 +51,7 @@ class UpOptions:
     port: int = VIEWER_PORT  # of the viewer
     run_dir: Path | None = None
     over_limit: bool = False
+    restart: bool = True
     skip_missing: bool = False  # leave out what of a world is not found
     skip_broken: bool = False  # leave out models of a world that are unusable
     bind: str = ""  # address of this host with --role world; empty: all is on one host

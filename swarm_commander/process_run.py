@@ -14,9 +14,12 @@ from typing import Any
 
 import psutil
 
-from swarm_commander.laggards import Laggards
+from swarm_commander.domain import DomainLock, Request
+from swarm_commander.heartbeat import Heartbeats
+from swarm_commander.keeper import Keeper
 from swarm_commander.launch import ProcessChild
 from swarm_commander.progress import Progress
+from swarm_commander.restarts import MOST, Restarts
 from swarm_commander.rundir import RunFolder, last_line
 from swarm_commander.signals import SignalCounter
 from swarm_commander.supervisor import Exit, ProcessSpec, Supervisor, describe_exit
@@ -44,21 +47,31 @@ class ProcessRun:
         tally: Events added up.
         usage: CPU time and memory.
         failures: What broke, for the user; empty if nothing did.
+        incidents: What broke and was started anew, for the user.
         active_after_wall: [s] from the start until every navigator was active.
         wall_time: [s] from the start until everything was told to stop.
         is_stopped_by_user: Whether it was a signal that ended the run.
         verdict: What the world measured; empty until it has ended.
     """
 
+    _awaits_activity = True  # whether a navigator becomes active by itself
+    nursery = ""  # the process that starts navigators
     stop_order: Sequence[str] = ()  # who is ended first, then next; the others after them
     onlookers: Sequence[str] = ()  # the run goes on without them
 
     def __init__(
-        self, folder: RunFolder, progress: Progress, tally: Tally, modules: Mapping[str, str]
+        self,
+        folder: RunFolder,
+        progress: Progress,
+        tally: Tally,
+        modules: Mapping[str, str],
+        *,
+        restarts: bool = True,
     ) -> None:
         self.tally = tally
         self.usage = UsageMeter()
         self.failures: list[str] = []
+        self.incidents: list[str] = []
         self.active_after_wall: float | None = None
         self.wall_time = 0.0
         self.is_stopped_by_user = False
@@ -75,7 +88,11 @@ class ProcessRun:
         self._next_sample = 0.0
         self._usage_log = UsageLog(Journal(folder.trace / USAGE_FILE))
         self._is_stopping = False
-        self._laggards = Laggards()
+        self._restarts = Restarts(is_allowed=restarts)
+        self._keeper = Keeper(
+            self._restarts, lambda command: self._tell(self.nursery, command), time.monotonic
+        )
+        self._heartbeats = Heartbeats(time.monotonic)
         self._signals = SignalCounter()
         self._resigned: set[str] = set()  # onlookers that have said why they end
 
@@ -98,7 +115,16 @@ class ProcessRun:
     @property
     def restarts(self) -> int:
         """Number of processes that were started again."""
-        return self._supervisor.restarts
+        return self._restarts.total
+
+    def serve(self, lock: DomainLock) -> None:
+        """Take requests of other processes of the user until the run ends."""
+
+        def take() -> None:
+            if (request := lock.take()) is not None:
+                self._obey(request)
+
+        self._selector.register(lock, selectors.EVENT_READ, take)
 
     def complete(self, report: dict[str, Any]) -> None:
         """Add what only this kind of run knows to its report."""
@@ -130,6 +156,17 @@ class ProcessRun:
         """Whether a process may end like this."""
         return False
 
+    def _revives(self, exit_: Exit) -> bool:
+        """Whether a process that ended like this will be started anew."""
+        return False
+
+    def _revive(self, name: str) -> None:
+        """Start a process anew that `_revives` said so of."""
+
+    def _obey(self, request: Request) -> None:
+        """Do what the user asks for from another terminal."""
+        request.answer(f"swarm-up does not know {request.content.get('cmd')}", is_done=False)
+
     # Turns
 
     def _turn(self) -> None:
@@ -143,12 +180,17 @@ class ProcessRun:
             self._stop("stopping (press Ctrl-C again to kill)")
         if self._signals.count > 1:
             self._supervisor.kill()
+        self._heartbeats.look()
         self._check()
+        self._restart_due()
         self._sample()
         self._progress.update()
 
     def _read(self, name: str) -> None:
-        for event in self._children[name].read_events():
+        events = self._children[name].read_events()
+        if events:
+            self._heartbeats.hear(name)
+        for event in events:
             self.tally.apply(event)
             handler = getattr(self, f"_on_{event.get('event')}_event", None)
             if event.get("event") == "error" and name.split("_")[0] in self.onlookers:
@@ -185,6 +227,8 @@ class ProcessRun:
         return os.environ
 
     def _spawn(self, spec: ProcessSpec) -> ProcessChild:
+        if spec.name in self._children:
+            self._children[spec.name].close()
         child = ProcessChild(spec, self._folder.log(spec.name), self._environment(spec.name))
         self._children[spec.name] = child
         self._selector.register(child.event_fd, selectors.EVENT_READ, lambda: self._read(spec.name))
@@ -195,18 +239,57 @@ class ProcessRun:
         if name in self._children:
             self._children[name].tell(command)
 
-    def _renew_laggards(self, nursery: str, waited: float, missing: Sequence[str]) -> None:
-        """Start navigators anew that do not come up although others have.
+    # Navigators that die or hang
+
+    def _restart_due(self) -> None:
+        """Start anew what is due; notice a nursery that does not do so."""
+        if self._is_stopping:
+            return
+        due = self._restarts.take_due(time.monotonic())
+        self._keeper.turn(due)
+        for name in due:
+            if name in self.tally.robots:
+                self.tally.robots[name].restarts += 1
+            else:
+                self._revive(name)
+        for name in self._keeper.overdue() if self._awaits_activity else ():
+            self._note_incident(f"{name} did not become active again: it hangs and is killed")
+            self._keeper.kill(name)
+        if self._keeper.is_nursery_deaf() and self._supervisor.pid(self.nursery):
+            self._note_incident(f"the {self.nursery} process does not start anybody: it is killed")
+            self._keeper.on_nursery_end()
+            self._supervisor.kill_one(self.nursery)
+
+    def _kill_stragglers(self, missing: Sequence[str]) -> None:
+        """End navigators at the start that hang; they are started anew like any that die."""
+        if not self._restarts.is_allowed:
+            return
+        for name in self._keeper.stragglers(self.tally.active, list(missing)):
+            self._note_incident(f"{name} did not become active with the others: it hangs")
+            self._keeper.kill(name)
+
+    def _take_death(self, name: str, message: str) -> bool:
+        """Start a dead navigator anew if that may help; return whether it will be.
 
         Args:
-            nursery: The process that starts navigators.
-            waited: [s] of wall time since they were started.
-            missing: Robots that are not active.
+            name: Of the robot.
+            message: What happened.
         """
-        silent = [name for name in missing if not self.tally.robots[name].died]
-        for name in self._laggards.due(waited, silent, self.tally.active):
-            self._tell(nursery, {"cmd": "renew", "robot": name})
-            self._progress.note(f"{name} did not become active: its navigator is started anew")
+        pause = self._keeper.on_death(name)
+        where = f"its log is in {self._folder.logs}"
+        if pause is None:
+            often = f" more than {MOST} times; it stays down" if self._restarts.is_allowed else ""
+            self._fail(f"{message}{often}; {where}")
+            return False
+        self._note_incident(f"{message}; it is started anew in {pause:g} s; {where}")
+        return True
+
+    def _on_forked_event(self, event: dict[str, Any]) -> None:
+        self._keeper.on_fork(event["robot"])
+
+    def _note_incident(self, message: str) -> None:
+        self.incidents.append(f"t = {self.tally.sim_time:.1f} s: {message}")
+        self._progress.breach("incidents", message)
 
     # The end
 
@@ -233,10 +316,12 @@ class ProcessRun:
         self._stop("stopping")
 
     def _on_exit(self, exit_: Exit) -> None:
+        self._heartbeats.forget(exit_.name)
         self._selector.unregister(self._children[exit_.name].event_fd)
         if exit_.expected or self._is_stopping or self._refusal is not None:
             return
-        if self._is_fine(exit_) or exit_.name in self._resigned:
+        is_known = self._is_fine(exit_) or exit_.name in self._resigned
+        if is_known or self._revives(exit_):
             return
         log = self._folder.log(exit_.name)
         self._fail(

@@ -138,7 +138,7 @@ def summary_table(report: Mapping[str, Any], code: int) -> Table:
         "goals reached": f"{goals['reached']} of {goals['sent']}",
         "goals failed, pending": f"{goals['failed']}, {goals['pending']}",
         "collisions robot-robot, robot-world": (
-            f"{collisions['robot_robot']}, {collisions['robot_world']}"
+            ", ".join(_with_unit(collisions[kind], "") for kind in ("robot_robot", "robot_world"))
         ),
         "near misses": _with_unit(report["near_misses"], ""),
         "minimum clearance": _with_unit(report["min_clearance"], "m"),

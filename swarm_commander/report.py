@@ -58,6 +58,7 @@ def compose_report(
     makespan = tally.last_goal_time if math.isfinite(tally.last_goal_time) else None
     return {
         "schema": SCHEMA,
+        "has_verdict": bool(verdict),
         "swarm_size": options.swarm_size,
         "world": options.world,
         "robot": options.robot,
@@ -74,8 +75,9 @@ def compose_report(
             "pending": tally.pending,
         },
         "collisions": {
-            "robot_robot": verdict.get("robot_robot", tally.robot_robot),
-            "robot_world": verdict.get("robot_world", tally.robot_world),
+            # without a verdict nobody can vouch that there was none
+            "robot_robot": verdict.get("robot_robot", tally.robot_robot or None),
+            "robot_world": verdict.get("robot_world", tally.robot_world or None),
         },
         "near_misses": verdict.get("near_misses"),
         "min_clearance": _rounded(verdict.get("min_clearance"), 4),
@@ -130,6 +132,7 @@ def _robots(tally: Tally, measured: Mapping[str, Mapping[str, Any]]) -> dict[str
         name: {
             "goals_reached": robot.reached,
             "goals_failed": robot.failed,
+            "restarts": robot.restarts,
             "hold_time": _rounded(robot.hold_time),
             "wait_time": _rounded(robot.wait_time),
             "worst_goal_duration": _rounded(max(robot.durations, default=None)),

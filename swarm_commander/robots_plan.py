@@ -17,7 +17,8 @@ from swarm_common.errors import ConfigError
 from swarm_common.secret import FILE_VARIABLE, VARIABLE
 
 # On the robots' side: own options, and what may be stated of the world's side to be compared.
-OWN = frozenset({"role", "robots", "connect", "bind", "pack", "run_dir", "headless", "over_limit"})
+OWN = frozenset({"role", "robots", "connect", "bind", "pack", "run_dir", "headless"})
+OWN |= {"over_limit", "restart"}
 STATED = frozenset({"world", "seed", "robot", "swarm_size"})
 
 
@@ -35,6 +36,7 @@ class RobotsPlan:
         label: Name and address of this host, for people.
         secret: That this host shares with the world's.
         run_dir: --run-dir.
+        restart: Whether navigators that died are started anew.
     """
 
     robots: tuple[str, ...]
@@ -46,6 +48,7 @@ class RobotsPlan:
     secret: str = field(repr=False)
     stated: Mapping[str, Any] = field(default_factory=dict)
     run_dir: Path | None = None
+    restart: bool = True
 
     @property
     def processes(self) -> int:
@@ -100,6 +103,7 @@ def robots_plan(
         secret=secret,
         stated={name: value for name, value in typed.items() if name in STATED},
         run_dir=run_dir,
+        restart=bool(typed.get("restart", True)),
     )
     if plan.processes > MOST_PROCESSES:
         least = -(-len(plan.robots) // MOST_PROCESSES)

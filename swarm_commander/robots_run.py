@@ -38,6 +38,7 @@ class RobotsRun(ProcessRun):
         network: What probes found, see `link_probe`.
     """
 
+    nursery = HOST
     stop_order = (AGENT, HOST, DISTRIBUTOR)  # the world is told before the navigators end
 
     def __init__(
@@ -50,7 +51,7 @@ class RobotsRun(ProcessRun):
         modules: Mapping[str, str] = MODULES,
     ) -> None:
         own = {name: f"swarm_commander.{name}" for name in (AGENT, DISTRIBUTOR)}
-        super().__init__(folder, progress, tally, {**modules, **own})
+        super().__init__(folder, progress, tally, {**modules, **own}, restarts=plan.restart)
         self.ending = ""
         self.silences: list[float] = []
         self.network: dict[str, float] = {}
@@ -100,7 +101,7 @@ class RobotsRun(ProcessRun):
             self._fail(f"after {waited:.0f} s not active: {names_of(missing)}")
             self._stop("stopping")
         else:
-            self._renew_laggards(HOST, waited, missing)
+            self._kill_stragglers(missing)
 
     # What the world's host says
 
@@ -117,6 +118,7 @@ class RobotsRun(ProcessRun):
         robots = []
         for name in self._plan.robots:
             path = self._folder.params / f"{name}.yaml"
+            self._keeper.params[name] = str(path)
             write_parameter_file(path, charter.parameter_file(name, sites))
             robots.append({"name": name, "params": str(path), "peers": charter.peers.get(name, [])})
         log_dir = str(self._folder.logs)
@@ -202,6 +204,7 @@ class RobotsRun(ProcessRun):
 
     def _on_taken_out_event(self, event: dict[str, Any]) -> None:
         self.tally.robots[event["robot"]].left = True
+        self._keeper.remove(event["robot"])
         self._tell(HOST, {"cmd": "end", "robot": event["robot"]})
 
     def _refuse(self, message: str) -> None:
@@ -210,6 +213,8 @@ class RobotsRun(ProcessRun):
     # What the navigators say
 
     def _on_active_event(self, event: dict[str, Any]) -> None:
+        if self._keeper.on_active(event["robot"]):
+            self._progress.note(f"{event['robot']} is active again")
         self._tell(AGENT, {"cmd": "active", "robot": event["robot"]})
         if self.tally.active == len(self._plan.robots) and self.active_after_wall is None:
             self.active_after_wall = time.time() - self._started
@@ -221,8 +226,8 @@ class RobotsRun(ProcessRun):
         if self._is_stopping:
             return
         robot, code = event["robot"], int(event["returncode"])
-        self._tell(AGENT, {"cmd": "died", "robot": robot, "returncode": code})
-        self._fail(f"{robot} died: {describe_exit(code)}; its log is in {self._folder.logs}")
+        if not self._take_death(robot, f"{robot} died: {describe_exit(code)}"):
+            self._tell(AGENT, {"cmd": "died", "robot": robot, "returncode": code})
 
 
 def robots_report(run: RobotsRun, plan: RobotsPlan, code: int) -> dict[str, Any]:
@@ -238,6 +243,8 @@ def robots_report(run: RobotsRun, plan: RobotsPlan, code: int) -> dict[str, Any]
         "wall_time": round(run.wall_time, 3),
         "active_after_wall": _rounded(run.active_after_wall),
         "active": tally.active,
+        "restarts": run.restarts,
+        "incidents": list(run.incidents),
         "died": [name for name, robot in tally.robots.items() if robot.died],
         "silences": run.silences,
         "network": run.network,

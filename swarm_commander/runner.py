@@ -31,9 +31,13 @@ from swarm_common.rejections import Rejections
 from swarm_common.sites import Sites
 from swarm_common.sites_io import load_sites
 
+BEAT_PERIOD = 2.0  # [s] of wall time between two signs of life
 TURN_PERIOD = 0.25  # [s] of wall time between two looks at everything else
 LOST_TICKS = 100  # ticks without a status, while others go on, after which a robot is lost,
 LOST_TIME = 5.0  # [s] if the wall clock, too, has moved on by this much
+# [s] of wall time after which a silent robot's goals count as failed until it is heard again;
+# longer than swarm-up takes to notice a navigator that hangs and to start another.
+GIVE_UP_TIME = 60.0
 STATUS_FIGURES = (  # of a status that swarm-up sums up
     "hold_time",
     "wait_time",
@@ -68,13 +72,16 @@ class Runner:
         }
         folder = config.get("trace_dir")
         self._diary = Diary(Journal(Path(folder) / FILE)) if folder else None
-        self._dead: set[str] = set()
+        self._dead: set[str] = set()  # that nobody starts again
+        self._silent: set[str] = set()  # whose goal in hand may have been forgotten
         self._removed: set[str] = set()  # taken out by the operator: their goals do not count
         self._excused: set[str] = set()  # their host is silent: swarm-up decides about them
         self._fresh: set[str] = set()
         self._sent: dict[str, int] = {}  # number of the latest goal, by robot
         self._is_started = False
+        self._is_resumed = bool(config.get("settled"))
         self._is_done = False
+        self._beat_at = 0.0
         self._heard_at: dict[str, float] = {}
         self._ended_at: dict[str, float] = {}
         if config["mission"] is not None:
@@ -83,6 +90,9 @@ class Runner:
 
     def turn(self) -> None:
         """Do what is not an answer to a message: start, notice the lost, pass on the status."""
+        if time.monotonic() - self._beat_at > BEAT_PERIOD:
+            self._beat_at = time.monotonic()
+            self._events.write("alive")
         if not self._is_started:
             self._start_when_ready()
         self._notice_lost()
@@ -100,9 +110,12 @@ class Runner:
                 self._drivers[name] = RobotDriver(node, name, None, self, door=self._door)
         elif kind == "silent":
             self._excused.add(name)
+            self._silent.add(name)
         elif kind == "heard":
             self._excused.discard(name)
+            self._silent.add(name)
             self._heard_at[name] = time.monotonic()
+            self._hear_again(name)
         elif kind in ("dead", "removed") and name in self._drivers:
             self._dead.add(name)
             if kind == "removed":
@@ -159,28 +172,49 @@ class Runner:
             self._diary.note(driver.name, status)
         self._fresh.add(driver.name)
         self._heard_at[driver.name] = time.monotonic()
+        if driver.name not in self._excused:
+            self._hear_again(driver.name)
 
     # Own work
 
     def _start_when_ready(self) -> None:
         alive = [d for name, d in self._drivers.items() if name not in self._dead]
         has_mission = any(driver.itinerary is not None for driver in alive)
-        if has_mission and all(driver.robot.isReady() for driver in alive):
+        is_known = not self._is_resumed or all(driver.tick for driver in alive)
+        if has_mission and is_known and all(driver.robot.isReady() for driver in alive):
             self._is_started = True
             for driver in alive:
-                driver.start()
+                driver.start(driver.tick if self._is_resumed else 0)
+
+    def _hear_again(self, name: str) -> None:
+        """Ask a robot that was silent for its goal, and let it have back what it lost by that."""
+        if name not in self._silent or name not in self._drivers:
+            return
+        self._silent.discard(name)
+        driver = self._drivers[name]
+        driver.robot.ask()
+        if self._is_done or name in self._removed:
+            return
+        self._dead.discard(name)
+        count = driver.find()
+        if count and driver.order is not None:
+            goal = driver.order.stop.name
+            self._events.write("found", robot=name, goals=count, name=goal)
 
     def _notice_lost(self) -> None:
         now = time.monotonic()
         latest = max((driver.tick for driver in self._drivers.values()), default=0)
         for name, driver in self._drivers.items():
             is_behind = driver.tick and latest - driver.tick > LOST_TICKS
-            is_silent = now - self._heard_at.get(name, now) > LOST_TIME
-            if is_behind and is_silent and name not in self._dead | self._excused:
-                self._dead.add(name)
-                if not driver.is_over:
-                    self._events.write("note", message=f"{name} is silent; its goals count failed")
-                    driver.lose()
+            silence = now - self._heard_at.get(name, now)
+            if is_behind and silence > LOST_TIME and name not in self._dead | self._excused:
+                self._silent.add(name)
+                if silence > GIVE_UP_TIME:
+                    self._dead.add(name)
+                    if not driver.is_over:
+                        message = f"{name} is silent; its goals count as failed"
+                        self._events.write("note", message=message)
+                        driver.lose()
             self._hurry(driver)
             driver.robot.look()
 
@@ -219,6 +253,7 @@ def itineraries(config: dict[str, Any]) -> list[Itinerary | None]:
     missions = {name: load_mission(name) for name in sorted(names)}
     sites = load_sites(config["sites"]) if config["sites"] else Sites()
     homes = [Pose(*home) for home in config["homes"]]
+    settled = config.get("settled", {})  # goals, by robot, of a mission process that died
     return [
         Itinerary(
             missions[robot["mission"]].stops(
@@ -231,6 +266,7 @@ def itineraries(config: dict[str, Any]) -> list[Itinerary | None]:
                 homes_map=homes,
             ),
             missions[robot["mission"]].retries,
+            int(settled.get(robot["name"], 0)),
         )
         for robot in config["robots"]
     ]

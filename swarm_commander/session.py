@@ -53,6 +53,7 @@ def bring_up(plan: RunPlan) -> int:
         progress.phase("starting world")
         progress.start()
         run = _run_of(plan, folder, progress, tally)
+        run.serve(lock)
         try:
             run.run()
         finally:
@@ -68,6 +69,8 @@ def _conclude(plan: RunPlan, folder: RunFolder, run: Run, console: Console) -> i
     """Write the report, say how it went; return the exit code."""
     tally = run.tally
     verdict = run.verdict or load_verdict(folder.verdict)
+    if not verdict:  # whatever else is known, nobody can vouch for this run
+        run.failures.append("there is no verdict: the world process did not live to give one")
     times = RunTimes(run.wall_time, run.active_after_wall, run.restarts)
     report = compose_report(plan.options, tally, verdict, run.usage, times)
     run.complete(report)
@@ -75,6 +78,7 @@ def _conclude(plan: RunPlan, folder: RunFolder, run: Run, console: Console) -> i
     is_unfinished = must_finish and not tally.is_done
     code = exit_code(report, is_unfinished=is_unfinished, component_failed=bool(run.failures))
     report |= {"exit_code": code, "failures": list(run.failures)}
+    report["incidents"] = list(run.incidents)
     if problem := write_report(folder.report, report):
         code = COMPONENT_FAILED
         complain(problem)

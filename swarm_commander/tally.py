@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from swarm_commander.breach import Crash, Miss, Unfinished
+from swarm_commander.itinerary import LOST_REASON
 
 HOLDING = "holding"
 # What robots count themselves: of a status event -> of the report
@@ -21,19 +22,39 @@ COUNTS = {
 }
 
 
+class Meters:
+    """Figures that a navigator counts up from zero, and a new one of its robot once more."""
+
+    def __init__(self) -> None:
+        """Begin with zero."""
+        self._latest: dict[str, float] = {}
+        self._before: dict[str, float] = {}
+
+    def count(self, name: str, value: float) -> float:
+        """Take a reading; return the sum over all navigators that the robot has had."""
+        latest = self._latest.get(name, 0.0)
+        if value < latest:
+            self._before[name] = self._before.get(name, 0.0) + latest
+        self._latest[name] = value
+        return self._before.get(name, 0.0) + value
+
+
 @dataclass(slots=True)
 class RobotTally:
     """Of one robot.
 
     Attributes:
+        restarts: Times that its navigator was started anew.
         left: Whether it was taken out of the world.
         goal: Name of the goal under way; empty without one.
         durations: [s] that each goal took which was reached, by simulated time.
         counts: By the report's names, see `COUNTS`.
+        meters: What its navigators counted.
     """
 
     active: bool = False
     died: bool = False
+    restarts: int = 0
     left: bool = False
     state: str = ""
     detail: str = ""
@@ -45,6 +66,7 @@ class RobotTally:
     goal: str = ""
     durations: list[float] = field(default_factory=list)
     counts: dict[str, int] = field(default_factory=lambda: dict.fromkeys(COUNTS.values(), 0))
+    meters: Meters = field(default_factory=Meters)
 
 
 @dataclass(slots=True)
@@ -146,10 +168,29 @@ class Tally:
         ]
 
     def _on_active(self, event: Mapping[str, Any]) -> None:
-        self.robots[event["robot"]].active = True
+        robot = self.robots[event["robot"]]
+        robot.active, robot.died = True, False
+
+    def _on_found(self, event: Mapping[str, Any]) -> None:
+        """Take back the goals that a robot had lost, as it is there again."""
+        name = event["robot"]
+        robot = self.robots[name]
+        robot.failed -= int(event["goals"])
+        robot.sent = robot.reached + robot.failed + 1  # the one in hand
+        robot.goal = str(event["name"])
+        self.misses = [
+            miss for miss in self.misses if (miss.robot, miss.reason) != (name, LOST_REASON)
+        ]
 
     def _on_died(self, event: Mapping[str, Any]) -> None:
-        self.robots[event["robot"]].died = True
+        robot = self.robots[event["robot"]]
+        robot.died = True
+        robot.state = robot.detail = ""
+
+    def _on_mission_down(self, _: Mapping[str, Any]) -> None:
+        """Take back the goals in hand: the next mission process sends them again."""
+        for robot in self.robots.values():
+            robot.goal, robot.sent = "", robot.reached + robot.failed
 
     def _on_spawned(self, event: Mapping[str, Any]) -> None:
         robot = self.robots.setdefault(event["robot"], RobotTally())
@@ -211,13 +252,14 @@ class Tally:
             return
         robot.state = event["state"]
         robot.detail = event.get("detail", "")
-        robot.hold_time = float(event["hold_time"])
-        robot.wait_time = float(event["wait_time"])
-        robot.counts = {name: int(event[key]) for key, name in COUNTS.items()}
+        count = robot.meters.count
+        robot.hold_time = count("hold_time", float(event["hold_time"]))
+        robot.wait_time = count("wait_time", float(event["wait_time"]))
+        robot.counts = {name: int(count(key, event[key])) for key, name in COUNTS.items()}
         if not self.has_mission:
             settled = robot.reached + robot.failed
-            robot.reached = int(event["goals_reached"])
-            robot.failed = int(event["goals_failed"])
+            robot.reached = int(count("goals_reached", event["goals_reached"]))
+            robot.failed = int(count("goals_failed", event["goals_failed"]))
             robot.sent = robot.reached + robot.failed + bool(event["has_goal"])
             if robot.reached + robot.failed > settled:
                 self._settle(float(event["sim_time"]))

@@ -40,6 +40,7 @@ class Task:
     Attributes:
         feedback: Latest feedback message; None before the first.
         result: Result message; None until the end and for a goal that was refused or forgotten.
+        is_forgotten: Whether the robot took the goal and does not know it any more.
         outcome: How it ended; UNKNOWN until then.
         reason: Why there is no result at the end.
     """
@@ -52,6 +53,7 @@ class Task:
         self.result: Any = None
         self.outcome = TaskResult.UNKNOWN
         self.reason = ""
+        self.is_forgotten = False
         self._client = client
         self._goal = goal
         self._goal_id = new_goal_id()
@@ -75,6 +77,11 @@ class Task:
     def look(self, is_busy: bool) -> None:
         """Ask again for what is overdue; `is_busy` says whether the robot has a goal."""
         self._do(self._delivery.look(time.monotonic(), is_busy))
+
+    def ask(self) -> None:
+        """Ask at once how it stands: the robot was silent, or is another one now."""
+        if not self.is_complete:
+            self._do(self._delivery.hear(Event.OVERDUE, time.monotonic()))
 
     def _do(self, action: Action) -> None:
         if action is Action.SEND:
@@ -116,6 +123,7 @@ class Task:
         self._client.forget(self._goal_id)
         if self.result is None:
             self.outcome = TaskResult.FAILED
-            self.reason = FORGOTTEN if known is Phase.ACCEPTED else REFUSED
+            self.is_forgotten = known is Phase.ACCEPTED
+            self.reason = FORGOTTEN if self.is_forgotten else REFUSED
         if self._on_end is not None:
             self._on_end(self)

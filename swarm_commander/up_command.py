@@ -126,6 +126,10 @@ def up(
         Path | None,
         typer.Option(help="Folder of this run.  [default: a new one in runs/]", show_default=False),
     ] = None,
+    restart: Annotated[
+        bool,
+        typer.Option("--restart/--no-restart", help="Start processes anew that died or hang."),
+    ] = True,
     over_limit: Annotated[
         bool, typer.Option("--over-limit", help="Allow more than 100 robots.")
     ] = False,
@@ -207,6 +211,7 @@ def up(
         record_rate=record_rate,
         run_dir=run_dir,
         over_limit=over_limit,
+        restart=restart,
         skip_missing=skip_missing,
         skip_broken=skip_broken,
         bind=_address_to_bind(bind),

@@ -158,6 +158,11 @@ class WorldRun(Run):
         self._progress.note(f"{event['host']} left; {names_of(event['robots'])} stand")
         self._lose(event["robots"])
 
+    def _on_late_event(self, event: dict[str, Any]) -> None:
+        """Whether a navigator hangs or cannot be heard is for its own host to find out."""
+        if not self._is_stopping:
+            self._progress.note(f"{event['robot']} does not answer; nobody waits for it", "yellow")
+
     def _on_died_event(self, event: dict[str, Any]) -> None:
         if self._is_stopping:
             return
@@ -190,6 +195,7 @@ class WorldRun(Run):
     # What the world says
 
     def _on_progress_event(self, event: dict[str, Any]) -> None:
+        super()._on_progress_event(event)
         figures = {name: event[name] for name in FIGURES}
         self._tell(REGISTRY, {"cmd": "figures", "figures": figures})
 

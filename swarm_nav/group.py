@@ -73,6 +73,7 @@ class Grouping:
             ) from cause
         if pack < 1:
             raise ConfigError(f"{path}: pack is {pack}; it must be 1 or more")
+        self._peers = peers
         self._everybody = sorted({port for ports in peers.values() for port in ports})
         self._processes = -(-len(robots) // pack)
         settings = [read_node_settings(name, params) for name, params in robots]
@@ -87,14 +88,14 @@ class Grouping:
         self.log_dir = Path(log_dir) if log_dir else None
 
     def newcomer(self, name: str, params: str) -> Group:
-        """Return the group of a robot that comes while the swarm runs.
+        """Return the group of a robot that comes, or comes back, while the swarm runs.
 
         Raises:
             SwarmError: If its parameters are unusable.
         """
         settings = read_node_settings(name, params)
         _ = settings.sites
-        return self._group([settings], {name: self._everybody})
+        return self._group([settings], {name: self._peers.get(name, self._everybody)})
 
     def share_terrain(self) -> None:
         """Work out now, before the fork, what all robots of a model make of the map.

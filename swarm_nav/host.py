@@ -1,7 +1,8 @@
 """The nursery: `python -m swarm_nav.host CONFIG.json [--event-fd N] [--control-fd M]`.
 
 Imports everything and warms the kernels once, then forks one process per robot (or per pack of
-robots). A fork costs almost nothing; a fresh interpreter costs a CPU second and 60 MB.
+robots). A fork costs almost nothing; a fresh interpreter costs a CPU second and 60 MB. It has one
+thread, whatever it imports: see `single_thread`.
 """
 
 from __future__ import annotations
@@ -10,20 +11,24 @@ import argparse
 import os
 import signal
 import sys
+import traceback
 
 from swarm_common import ros_env
 from swarm_common.errors import SwarmError
 from swarm_common.pipes import EventWriter
 from swarm_common.quick_start import load_numba, without_collector
-from swarm_nav.group import Grouping
-from swarm_nav.nursery import Nursery
-from swarm_nav.ros_types import load_type_supports
-from swarm_nav.warm_up import warm_up
+from swarm_common.single_thread import without_threads
+
+with without_threads():  # which OpenBLAS and rclpy would start
+    from swarm_nav.group import Grouping
+    from swarm_nav.nursery import Nursery
+    from swarm_nav.ros_types import load_type_supports
+    from swarm_nav.warm_up import warm_up
 
 
 def _prepare() -> None:
     """Do once what every child would do."""
-    with without_collector():
+    with without_collector(), without_threads():
         load_numba()
         load_type_supports()
         warm_up()
@@ -48,6 +53,8 @@ def main(arguments: list[str] | None = None) -> int:
         _prepare()
         if not nursery.wait_for_go(options.control_fd):
             return 0
+    elif options.control_fd is not None:
+        nursery.listen(options.control_fd)
     try:
         grouping = Grouping(options.config)
     except SwarmError as error:
@@ -66,7 +73,13 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    code = main()
+    code = 1
+    try:
+        code = main()
+    except SystemExit as end:  # argparse's
+        code = end.code if isinstance(end.code, int) else 1
+    except BaseException:
+        traceback.print_exc()
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(code)  # the interpreter's own end takes seconds with numba in it

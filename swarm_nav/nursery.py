@@ -15,10 +15,12 @@ from typing import Any
 from swarm_common.errors import SwarmError
 from swarm_common.pipes import EventWriter, LineReader
 from swarm_common.process import die_with, interrupt_nobody
+from swarm_common.single_thread import thread_count
 from swarm_nav.group import Group, Grouping
 from swarm_nav.pack import run_navigators
 
 WAIT_SLICE = 0.25  # [s] of wall time between two looks at signals
+FORKED_BESIDE = "a navigator was forked beside"  # a fault of ours: it may hang
 GRACE = 5.0  # [s] for the children to end when asked to
 
 
@@ -28,17 +30,20 @@ class Nursery:
     def __init__(self, events: EventWriter) -> None:
         """Begin without children."""
         self._events = events
-        self._children: dict[int, Group] = {}
+        self._children: dict[int, set[str]] = {}  # names of the robots of each
         self._starts: dict[str, str] = {}  # parameter files of robots that are to get one
         self._leaving: set[str] = set()  # robots that are to have no navigator
-        self._hanging: set[int] = set()  # processes that are to be replaced
-        self._heirs: list[Group] = []  # that are to replace one
+        self._ending: set[int] = set()  # processes that have been told to end
         self._is_stopping = False
         self._commands: LineReader | None = None
 
     def stop(self) -> None:
         """Make `watch` end the children and return."""
         self._is_stopping = True
+
+    def listen(self, control_fd: int) -> None:
+        """Take commands from a pipe."""
+        self._commands = LineReader(control_fd)
 
     def wait_for_go(self, control_fd: int) -> bool:
         """Return True once the pipe says go, False if it ends before or `stop` was called."""
@@ -58,9 +63,13 @@ class Nursery:
         """Start one process for a group of robots; its output goes to a file in `log_dir`."""
         parent = os.getpid()
         self._leaving -= group.names
+        if (threads := thread_count()) > 1:
+            sys.stderr.write(f"{FORKED_BESIDE} {threads - 1} other threads\n")
         pid = os.fork()
         if pid:
-            self._children[pid] = group
+            self._children[pid] = group.names
+            for name in sorted(group.names):
+                self._events.write("forked", robot=name, pid=pid)
             return
         code = 1
         try:
@@ -97,22 +106,22 @@ class Nursery:
     def _obey(self, command: Mapping[str, Any]) -> None:
         """Start `{"cmd": "start", "robot": name, "params": file}`, end `{"cmd": "end", ...}`.
 
-        `{"cmd": "renew", "robot": name}` replaces its process, which hangs.
+        `{"cmd": "kill", "robot": name}` kills its process, which hangs; that it died is reported.
         """
         name = str(command.get("robot"))
         if command.get("cmd") == "start":
             self._starts[name] = str(command["params"])
-        elif command.get("cmd") == "renew":
-            self._replace(name)
+        elif command.get("cmd") == "kill":
+            self._kill(name)
         elif command.get("cmd") == "end" and self._starts.pop(name, None) is None:
             self._end(name)
 
     def _start_waiting(self, grouping: Grouping) -> None:
         """Start navigators whose predecessors of the same name have ended."""
-        while self._heirs:
-            self.fork(self._heirs.pop(), grouping.log_dir)
-        busy = {name for group in self._children.values() for name in group.names}
+        busy = {name for pid in self._ending for name in self._children.get(pid, ())}
         for name in [name for name in self._starts if name not in busy]:
+            for names in self._children.values():  # of a pack that it has left, see `pack`
+                names.discard(name)
             try:
                 group = grouping.newcomer(name, self._starts.pop(name))
             except SwarmError as error:
@@ -124,14 +133,15 @@ class Nursery:
     def _end(self, name: str) -> None:
         """End the process of a robot, unless others of its pack still need it."""
         self._leaving.add(name)
-        for pid, group in self._children.items():
-            if name in group.names and group.names <= self._leaving:
+        for pid, names in self._children.items():
+            if name in names and names <= self._leaving:
+                self._ending.add(pid)
                 os.kill(pid, signal.SIGTERM)
 
-    def _replace(self, name: str) -> None:
-        for pid, group in self._children.items():
-            if name in group.names and pid not in self._hanging:
-                self._hanging.add(pid)
+    def _kill(self, name: str) -> None:
+        for pid, names in self._children.items():
+            if name in names:
+                self._ending.add(pid)
                 os.kill(pid, signal.SIGKILL)
 
     def _reap(self) -> None:
@@ -139,15 +149,12 @@ class Nursery:
             pid, status = os.waitpid(-1, os.WNOHANG)
             if pid == 0:
                 return
-            group = self._children.pop(pid, Group(()))
+            names = self._children.pop(pid, set())
+            self._ending.discard(pid)
             code = os.waitstatus_to_exitcode(status)
             if self._is_stopping:
                 continue
-            if pid in self._hanging:
-                self._hanging.discard(pid)
-                self._heirs.append(group)
-                continue
-            for name in sorted(group.names):
+            for name in sorted(names):
                 if name in self._leaving:
                     self._leaving.discard(name)
                     continue

@@ -109,7 +109,7 @@ def merits(report: Mapping[str, Any]) -> dict[str, str]:
     return {
         "goals reached of sent": f"{goals['reached']} / {goals['sent']}",
         "collisions robot-robot, robot-world": (
-            f"{crashes['robot_robot']}, {crashes['robot_world']}"
+            f"{number(crashes['robot_robot'])}, {number(crashes['robot_world'])}"
         ),
         "near misses": number(report.get("near_misses")),
         "smallest clearance": number(report.get("min_clearance"), "m"),

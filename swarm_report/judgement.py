@@ -28,7 +28,7 @@ def judge(run: RunData) -> Judgement:
         return Judgement("open", "No verdict", (line, *_so_far(run)))
     lines = [*report.get("failures", []), *breach_lines(report)]
     goals, crashes = report["goals"], report["collisions"]
-    collided = crashes["robot_robot"] + crashes["robot_world"]
+    collided = (crashes["robot_robot"] or 0) + (crashes["robot_world"] or 0)
     head = f"{_goals(goals)}, {_count(collided, 'collision')}"
     code = report.get("exit_code")
     if collided or goals["failed"] or code in (1, 3) or report.get("failures"):

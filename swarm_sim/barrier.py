@@ -32,6 +32,7 @@ class Barrier:
         self._has_started = not expects
         self._expects = expects
         self._last_answers = 0
+        self._new_late: list[int] = []
         self.late_ticks = 0
 
     @property
@@ -110,7 +111,13 @@ class Barrier:
             limit = NEWCOMER_LIMIT if robot in self._newcomers else 0.0
             if waited > max(limit, self._wall_limit):
                 self._expected[robot] = False
+                self._new_late.append(robot)
         return not self.missing()
+
+    def take_late(self) -> list[int]:
+        """Return the robots that are not waited for any more since the last call."""
+        late, self._new_late = self._new_late, []
+        return late
 
     def close(self) -> None:
         """End a complete tick; unanswered ones of robots that are not dead count as late."""

@@ -32,6 +32,11 @@ def test_without_autostart_a_robot_answers_but_waits_for_startup(sleeping):
     sleeping.host.wait_for("active")
 
 
+def test_the_nursery_has_one_thread_so_that_no_fork_copies_a_lock_of_another(sleeping):
+    assert psutil.Process(sleeping.host.popen.pid).num_threads() == 1
+    assert "was forked beside" not in (sleeping.folder / "host.log").read_text(encoding="utf-8")
+
+
 def test_navigators_do_not_interrupt_each_other(sleeping):
     assert os.sched_getscheduler(sleeping.pid_of("Srobot1")) == os.SCHED_BATCH
 

@@ -34,7 +34,15 @@ for robot in config["robots"]:
             time.sleep(1.0)
     say("active", robot=robot["name"], pid=0)
 (Path(config_path).parent / "active").touch()
-if mood == "death":
+if mood in ("death", "deaths"):
     say("died", robot="Srobot2", returncode=-9)
+deaths = 0
 while True:
-    time.sleep(1.0)
+    command = os.read(int(flags["--control-fd"]), 1000)
+    if mood == "deaths" and json.loads(command)["cmd"] == "start":
+        say("forked", robot="Srobot2", pid=0)
+        say("active", robot="Srobot2", pid=0)
+        say("died", robot="Srobot2", returncode=-9)
+        deaths += 1
+        if deaths == 5:
+            (Path(config["log_dir"]) / "deaths").touch()

@@ -39,4 +39,5 @@ if config["mission"] is not None and mood != "mute":
     if mood != "slow":
         say("done")
 while True:
+    say("alive")
     time.sleep(1.0)

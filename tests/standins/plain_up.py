@@ -3,7 +3,7 @@
 import os
 import sys
 
-from swarm_commander import bringup, cli
+from swarm_commander import bringup, cli, restarts
 
 for name, module in (
     ("WORLD", "world"),
@@ -14,4 +14,6 @@ for name, module in (
     bringup.MODULES[getattr(bringup, name)] = f"tests.standins.plain_{module}"  # type: ignore[index]
 if os.environ.get("STANDIN_RUNNER") == "mute":
     bringup.MISSION_LIMIT = 1.0
+if os.environ.get("STANDIN_HOST") == "deaths":
+    restarts.FIRST_PAUSE = 0.05
 sys.exit(cli.swarm_up())

@@ -4,6 +4,7 @@ import json
 import os
 import signal
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -63,7 +64,11 @@ if config["duration"] is not None:
     while mood == "calm" and not (Path(sys.argv[1]).parent / "begun").exists():
         time.sleep(0.1)
     time.sleep(0.5 if mood == "calm" else 0.0)  # what the mission said has arrived by then
+    if mood != "early":
+        say("over")
     end()
+if mood == "stopped":
+    threading.Timer(1.0, os.kill, (os.getpid(), signal.SIGSTOP)).start()
 while True:
     collisions = {"robot_robot": 0, "robot_world": 0}
     say("progress", sim_time=11.0, real_time_factor=5.0, collisions=collisions)

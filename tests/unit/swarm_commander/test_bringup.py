@@ -112,10 +112,64 @@ def test_a_collision_makes_it_one(up: Up) -> None:
 
 
 def test_a_died_navigator_makes_it_three_but_the_others_go_on(up: Up) -> None:
-    code, output, _ = up.run(*MISSION, host="death")
+    code, output, _ = up.run(*MISSION, "--no-restart", host="death")
     assert code == 3
     assert "Srobot2 died: killed by SIGKILL" in output
     assert up.report()["goals"]["reached"] == 3
+
+
+def test_a_navigator_that_died_is_started_anew_and_the_run_may_still_be_good(up: Up) -> None:
+    flags = ("--mission", "loading_route", "--duration", "12")
+    code, output, _ = up.run(*flags, host="death", world="calm", runner="slow")
+    assert code == 0, output
+    assert "Srobot2 died: killed by SIGKILL; it is started anew in 1 s" in output
+    report = up.report()
+    assert report["failures"] == []
+    assert "Srobot2 died" in report["incidents"][0]
+
+
+def test_a_navigator_that_dies_again_and_again_stays_down(up: Up) -> None:
+    process = up.start("--mission", "loading_route", host="deaths", runner="slow")
+    wait_for(lambda: (up.run_dir / "logs" / "deaths").exists())
+    time.sleep(1.0)
+    process.send_signal(signal.SIGINT)
+    output, _ = process.communicate(timeout=60)
+    assert process.returncode == 3, output
+    report = up.report()
+    assert report["restarts"] == 5
+    assert "Srobot2 died: killed by SIGKILL more than 5 times; it stays down" in output
+    assert "Srobot2 died" in report["failures"][0]
+    assert up.report()["robots"]["Srobot2"]["restarts"] == 5
+
+
+@pytest.mark.parametrize("world", ["early", "silent"])
+def test_without_the_whole_run_or_a_verdict_the_exit_code_is_not_zero(up: Up, world: str) -> None:
+    """A world that ends by itself, with exit code 0, or gives no verdict."""
+    code, output, _ = up.run("--duration", "12", world=world)
+    assert code == 3, output
+    word = "the world process ended: exit code 0" if world == "early" else "there is no verdict"
+    assert word in " ".join(output.split())
+
+
+def test_a_world_that_hangs_is_found_out_within_30_s(up: Up) -> None:
+    begin = time.monotonic()
+    code, output, _ = up.run("--mission", "loading_route", world="stopped", runner="slow")
+    assert code == 3, output
+    assert 15.0 < time.monotonic() - begin < 60.0, "limit 20 s, start and end"
+    assert "the world process hangs: nothing was heard of it for 20 s" in " ".join(output.split())
+    report = up.report()
+    assert report["collisions"] == {"robot_robot": None, "robot_world": None}
+    assert report["trajectory_sha256"] is None
+    assert report["has_verdict"] is False
+
+
+def test_a_stopped_run_without_a_verdict_is_not_a_good_one(up: Up) -> None:
+    process = up.start("--mission", "loading_route", world="stopped", runner="slow")
+    children = psutil.Process(process.pid).children
+    wait_for(lambda: any(child.status() == psutil.STATUS_STOPPED for child in children()))
+    process.send_signal(signal.SIGINT)
+    output, _ = process.communicate(timeout=60)
+    assert process.returncode == 3, output
 
 
 def test_a_crash_of_the_world_makes_it_three_and_says_its_last_words(up: Up) -> None:

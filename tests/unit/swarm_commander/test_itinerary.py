@@ -76,6 +76,38 @@ def test_the_rest_of_a_lost_robots_goals_fail() -> None:
     assert len(itinerary.outcomes) == 2
 
 
+def test_a_robot_that_is_found_again_gets_back_what_it_lost_and_no_more() -> None:
+    itinerary = under_way(retries=0)
+    itinerary.on_end(False, 100, "closed")
+    itinerary.on_lost(120)
+    count, order = itinerary.on_found(200)
+    assert (count, order.stop, order.number, order.start_tick) == (1, B, 2, 200)
+    assert [outcome.reason for outcome in itinerary.outcomes] == ["closed"]
+    assert not itinerary.is_over
+    assert itinerary.on_end(True, 300) is None
+    assert itinerary.state is State.DONE
+
+
+def test_a_goal_that_a_new_navigator_does_not_know_is_sent_again_and_uses_no_try() -> None:
+    itinerary = under_way(retries=0)
+    for tick in (50, 60):
+        order = itinerary.on_forgotten(tick)
+        assert order is not None
+        assert (order.stop, order.attempt, order.start_tick) == (A, 1, tick)
+    assert not itinerary.outcomes
+
+
+def test_a_mission_process_that_is_started_anew_goes_on_where_the_last_one_was() -> None:
+    itinerary = Itinerary([A, B], 0, settled=1)
+    assert itinerary.total == 2
+    order = itinerary.start(500)
+    assert order is not None
+    assert (order.stop, order.number, order.start_tick) == (B, 2, 500)
+    itinerary.on_end(True, 600)
+    assert itinerary.outcomes[0].duration == 10.0
+    assert Itinerary([A, B], 0, settled=2).start() is None
+
+
 def test_a_robot_lost_after_its_mission_loses_nothing() -> None:
     itinerary = Itinerary([], 0)
     assert itinerary.start() is None
@@ -92,7 +124,9 @@ def test_every_pair_of_state_and_event_is_decided(state: State, event: Event) ->
         Event.FAILED: lambda i: i.on_end(False, 1),
         Event.TAKEN_OVER: lambda i: i.on_taken_over(),
         Event.FREE_AGAIN: lambda i: i.on_free_again(1),
+        Event.FORGOTTEN: lambda i: i.on_forgotten(1),
         Event.LOST: lambda i: i.on_lost(1),
+        Event.FOUND: lambda i: i.on_found(1),
     }
     itinerary = Itinerary([A, B], 0)
     itinerary.state = state

@@ -1,6 +1,22 @@
 from swarm_sim.barrier import NEWCOMER_LIMIT, Barrier
 
 
+def test_who_is_late_is_told_once():
+    barrier = Barrier(2, 5.0)
+    for robot in (0, 1):
+        barrier.answer(robot)
+    barrier.open(0.0)
+    barrier.answer(0)
+    assert not barrier.is_complete(4.0)
+    assert barrier.take_late() == []
+    barrier.close()
+    barrier.open(10.0)
+    barrier.answer(0)
+    assert barrier.is_complete(16.0)
+    assert barrier.take_late() == [1]
+    assert barrier.take_late() == []
+
+
 def started(count=3):
     barrier = Barrier(count, 5.0)
     barrier.open(0.0)

@@ -1,0 +1,68 @@
+"""When a process that died is started anew. No clock, no I/O."""
+
+from __future__ import annotations
+
+MOST = 5  # restarts of one process within
+WINDOW = 600.0  # [s] of wall time; after that it stays down
+FIRST_PAUSE = 1.0  # [s] before the first restart; doubles with each further one
+
+
+class Restarts:
+    """Decides about each process by its name.
+
+    Attributes:
+        total: Number of restarts so far.
+    """
+
+    def __init__(self, *, is_allowed: bool = True) -> None:
+        """Begin with no deaths; without `is_allowed` everything stays down."""
+        self.total = 0
+        self._is_allowed = is_allowed
+        self._starts: dict[str, list[float]] = {}
+        self._due: dict[str, float] = {}
+
+    @property
+    def is_allowed(self) -> bool:
+        """Whether anything is started anew at all."""
+        return self._is_allowed
+
+    def on_death(self, name: str, now: float) -> float | None:
+        """Take a death; return the pause [s] before the restart, None if it stays down.
+
+        Args:
+            name: Of the process.
+            now: Wall time [s].
+        """
+        starts = [start for start in self._starts.get(name, []) if now - start < WINDOW]
+        self._starts[name] = starts
+        if not self._is_allowed or len(starts) >= MOST:
+            return None
+        pause = FIRST_PAUSE * 2.0 ** len(starts)
+        self._due[name] = now + pause
+        return pause
+
+    def on_request(self, name: str, now: float) -> None:
+        """The user wants it: forget its deaths, and start it as soon as it is down."""
+        self._starts.pop(name, None)
+        self._due[name] = now
+
+    def take_due(self, now: float) -> list[str]:
+        """Return what is to be started at wall time `now` [s]; each is returned once."""
+        names = [name for name, due in self._due.items() if now >= due]
+        for name in names:
+            del self._due[name]
+            self._starts.setdefault(name, []).append(now)
+        self.total += len(names)
+        return names
+
+    def number_of(self, name: str) -> int:
+        """Return how many restarts of a process count at the moment."""
+        return len(self._starts.get(name, ()))
+
+    def is_waiting(self, name: str) -> bool:
+        """Whether a process will be started."""
+        return name in self._due
+
+    def forget(self, name: str) -> None:
+        """Start a process no more: nobody wants it any longer."""
+        self._due.pop(name, None)

@@ -1,0 +1,211 @@
+"""A real `swarm-up` with all its processes, to kill and stop them from outside."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import psutil
+
+from swarm_common.ros_env import DOMAIN_PORTS, FIRST_PORT
+from tests.standins import ros_domains
+
+UP = "from swarm_commander.cli import swarm_up; swarm_up()"
+MODULES = {
+    "world": "swarm_sim.node",
+    "mission": "swarm_commander.runner",
+    "nursery": "swarm_nav.host",
+    "recorder": "swarm_recording.recorder",
+    "viewer": "swarm_view.process",
+}
+START_LIMIT = 300.0  # [s] of wall time on a busy machine
+END_LIMIT = 120.0  # [s] likewise
+SETTLE_LIMIT = 20.0  # [s] of wall time until what was killed is gone
+SHARED = Path("/dev/shm")
+TRACER = "lttng-ust-wait"  # two pages of LTTng's, which every user of rclpy shares for ever
+
+
+@contextlib.contextmanager
+def reserved_domain() -> Iterator[int]:
+    """Yield a ROS domain that no other run of the tests uses."""
+    with ros_domains.unix_socket() as reservation:
+        domain = ros_domains.reserve(ros_domains.SWARMS, reservation)
+        assert domain is not None, "every ROS domain for tests is in use"
+        yield domain
+
+
+class RealSwarm:
+    """Starts `swarm-up`, finds its processes by what they are, and sees what is left of them."""
+
+    def __init__(self, folder: Path, domain: int, *flags: str) -> None:
+        """Start it; the run's folder is `folder`/run, the output goes to `folder`/up.log."""
+        self.run_dir = folder / "run"
+        self._log = folder / "up.log"
+        self._domain = domain
+        self._segments = segments()
+        self.environment = os.environ | {"ROS_DOMAIN_ID": str(domain)}
+        with self._log.open("wb") as output:
+            self.popen = subprocess.Popen(
+                (sys.executable, "-c", UP, "--run-dir", str(self.run_dir), *flags),
+                cwd=folder,
+                env=self.environment,
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+            )
+
+    # Processes
+
+    def pid_of(self, component: str) -> int | None:
+        """Return the process id of world, mission, nursery, recorder, viewer or swarm-up."""
+        if component == "swarm-up":
+            return self.popen.pid
+        for child in _children(self.popen.pid):
+            with contextlib.suppress(psutil.Error):
+                if MODULES[component] in child.cmdline():
+                    return int(child.pid)
+        return None
+
+    def navigators(self) -> dict[str, int]:
+        """Return the process ids of the navigators by robot: their output is in its log."""
+        nursery = self.pid_of("nursery")
+        found = {}
+        for child in _children(nursery) if nursery is not None else ():
+            with contextlib.suppress(OSError):
+                log = Path(os.readlink(f"/proc/{child.pid}/fd/1"))
+                if log.stem.startswith("Srobot"):
+                    found[log.stem] = int(child.pid)
+        return found
+
+    def processes(self) -> list[psutil.Process]:
+        """Return all processes of the run."""
+        with contextlib.suppress(psutil.Error):
+            top = psutil.Process(self.popen.pid)
+            return [top, *top.children(recursive=True)]
+        return []
+
+    def send(self, component: str, number: int) -> bool:
+        """Send a signal to a component or, by its name, to a robot's navigator."""
+        is_robot = component.startswith("Srobot")
+        pid = self.navigators().get(component) if is_robot else self.pid_of(component)
+        if pid is None:
+            return False
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(pid, number)
+            return True
+        return False
+
+    # Progress
+
+    @property
+    def output(self) -> str:
+        """What swarm-up has printed."""
+        return self._log.read_text(encoding="utf-8", errors="replace")
+
+    def is_running(self) -> bool:
+        """Whether swarm-up runs."""
+        return self.popen.poll() is None
+
+    def sim_time(self) -> float:
+        """Return the simulated time that is known to swarm-up [s]; 0 before the first."""
+        with contextlib.suppress(OSError, ValueError, IndexError, KeyError):
+            lines = (self.run_dir / "trace" / "usage.jsonl").read_text("utf-8").splitlines()
+            return float(json.loads(lines[-1])["t"])
+        return 0.0
+
+    def wait_until(self, condition: Callable[[], object], limit: float = START_LIMIT) -> None:
+        """Wait until something holds while swarm-up runs."""
+        end = time.monotonic() + limit
+        while not condition():
+            assert self.is_running(), f"swarm-up has ended:\n{self.output}"
+            assert time.monotonic() < end, f"waited in vain:\n{self.output}"
+            time.sleep(0.1)
+
+    def wait_for_end(self, limit: float = END_LIMIT) -> int:
+        """Return the exit code."""
+        return int(self.popen.wait(limit))
+
+    def report(self) -> dict[str, Any]:
+        """Return report.json."""
+        report = json.loads((self.run_dir / "report.json").read_text(encoding="utf-8"))
+        assert isinstance(report, dict)
+        return report
+
+    # The end
+
+    def left(self) -> list[str]:
+        """Return what is left: processes, sockets, segments of shared memory."""
+        mark = str(self.run_dir)
+        names = [
+            f"process {process.info['pid']} {process.info['cmdline']}"
+            for process in psutil.process_iter(["pid", "cmdline"])
+            if any(mark in part for part in process.info["cmdline"] or ())
+        ]
+        locks = Path("/proc/net/unix").read_text(encoding="utf-8")
+        if f"@swarm-up-domain-{self._domain}\n" in locks:
+            names.append("the lock of the ROS domain")
+        first = FIRST_PORT + DOMAIN_PORTS * self._domain
+        ports = range(first, first + DOMAIN_PORTS)
+        names += [
+            f"UDP port {item.laddr.port}"
+            for item in psutil.net_connections("udp4")
+            if item.laddr.port in ports
+        ]
+        return names + [f"segment {name}" for name in segments() - self._segments]
+
+    def check_nothing_left(self) -> None:
+        """Check it, after a while for the kernel to end what was killed."""
+        end = time.monotonic() + SETTLE_LIMIT
+        while (left := self.left()) and time.monotonic() < end:
+            time.sleep(0.2)
+        assert not left, left
+
+    def close(self) -> None:
+        """End it, whatever state it is in."""
+        for process in self.processes():
+            with contextlib.suppress(psutil.Error):
+                process.send_signal(signal.SIGCONT)
+        if self.is_running():
+            self.popen.terminate()
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                self.popen.wait(END_LIMIT / 2)
+        self.popen.kill()
+        self.popen.wait()
+
+
+def check_is_true(code: int, report: Mapping[str, Any]) -> None:
+    """Check that exit code and report say the same, and no more than is known."""
+    assert report["exit_code"] == code
+    goals = report["goals"]
+    robots = report["robots"].values()
+    assert goals["reached"] == sum(robot["goals_reached"] for robot in robots)
+    assert goals["failed"] == sum(robot["goals_failed"] for robot in robots)
+    assert goals["failed"] == len(report["breaches"]["missed_goals"])
+    assert min(goals.values()) >= 0
+    if not report["has_verdict"]:
+        assert code == 3
+    if code == 0:
+        assert report["failures"] == []
+        assert goals["failed"] == 0
+        assert report["collisions"] == {"robot_robot": 0, "robot_world": 0}
+    if code == 3:
+        assert report["failures"]
+
+
+def segments() -> set[str]:
+    """Return the segments of shared memory that there are on this machine."""
+    return {path.name for path in SHARED.iterdir() if not path.name.startswith(TRACER)}
+
+
+def _children(pid: int) -> list[psutil.Process]:
+    with contextlib.suppress(psutil.Error):
+        return list(psutil.Process(pid).children())
+    return []

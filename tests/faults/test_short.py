@@ -1,0 +1,108 @@
+"""The short version of the storms: one navigator killed or stopped, the world ended or stopped."""
+
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from tests.faults.real_swarm import check_is_true
+
+pytestmark = pytest.mark.timeout(600)
+
+TO_THE_END = ("--mission", "loading_route", "--until-done", "--speed", "4", "--drive", "planar")
+TO_THE_END += ("--headless", "--no-report", "--duration", "900")
+FEW = ("--swarm-size", "3", "--goals-per-robot", "2")
+STOPPED = 20.0  # [s] of wall time
+
+
+def test_a_killed_navigator_is_started_anew_and_all_goals_are_reached(start) -> None:
+    swarm = start(*FEW, *TO_THE_END)
+    swarm.wait_until(lambda: swarm.sim_time() > 5.0)
+    assert swarm.send("Srobot2", signal.SIGKILL)
+    code = swarm.wait_for_end(300.0)
+    report = swarm.report()
+    check_is_true(code, report)
+    assert code == 0, swarm.output
+    assert report["goals"] == {"sent": 6, "reached": 6, "failed": 0, "pending": 0}
+    assert report["restarts"] == report["robots"]["Srobot2"]["restarts"] == 1
+    assert "Srobot2 died: killed by SIGKILL" in report["incidents"][0]
+
+
+def test_a_navigator_that_hangs_is_replaced_and_all_goals_are_reached(start) -> None:
+    swarm = start(*FEW, *TO_THE_END)
+    swarm.wait_until(lambda: swarm.sim_time() > 5.0)
+    assert swarm.send("Srobot1", signal.SIGSTOP)
+    code = swarm.wait_for_end(300.0)
+    report = swarm.report()
+    check_is_true(code, report)
+    assert code == 0, swarm.output
+    assert report["goals"]["reached"] == 6
+    assert report["robots"]["Srobot1"]["restarts"] == 1
+
+
+def test_a_robot_that_comes_back_from_silence_gets_its_goals_again(start) -> None:
+    swarm = start(*FEW, *TO_THE_END, "--no-restart")
+    swarm.wait_until(lambda: swarm.sim_time() > 5.0)
+    assert swarm.send("Srobot1", signal.SIGSTOP)
+    time.sleep(STOPPED)
+    assert swarm.send("Srobot1", signal.SIGCONT)
+    code = swarm.wait_for_end(300.0)
+    report = swarm.report()
+    check_is_true(code, report)
+    assert code == 0, swarm.output
+    assert report["goals"] == {"sent": 6, "reached": 6, "failed": 0, "pending": 0}
+
+
+def test_the_user_restarts_a_navigator(start) -> None:
+    swarm = start(*FEW, *TO_THE_END)
+    swarm.wait_until(lambda: swarm.sim_time() > 5.0)
+    before = swarm.navigators()["Srobot3"]
+    done = _commander(swarm, "Srobot3")
+    assert done.returncode == 0, done.stderr
+    assert "Srobot3 is active again" in done.stdout
+    assert swarm.navigators()["Srobot3"] != before
+    refused = _commander(swarm, "Srobot9")
+    assert refused.returncode == 2
+    assert "no navigator of 'Srobot9'" in refused.stderr
+    code = swarm.wait_for_end(300.0)
+    assert code == 0, swarm.output
+    assert swarm.report()["goals"]["reached"] == 6
+
+
+@pytest.mark.parametrize("component", ["mission", "nursery"])
+def test_the_mission_goes_on_with_a_new_process(start, component: str) -> None:
+    swarm = start(*FEW, *TO_THE_END)
+    swarm.wait_until(lambda: swarm.sim_time() > 5.0)
+    assert swarm.send(component, signal.SIGKILL)
+    code = swarm.wait_for_end(300.0)
+    report = swarm.report()
+    check_is_true(code, report)
+    assert code == 0, swarm.output
+    assert report["goals"] == {"sent": 6, "reached": 6, "failed": 0, "pending": 0}
+    assert report["restarts"] >= 1
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGSTOP, signal.SIGKILL])
+def test_without_a_world_to_the_end_the_exit_code_is_three(start, number: int) -> None:
+    swarm = start("--swarm-size", "2", "--mission", "loading_route", "--headless", "--no-report")
+    swarm.wait_until(lambda: swarm.sim_time() > 1.0)
+    begin = time.monotonic()
+    assert swarm.send("world", number)
+    code = swarm.wait_for_end(60.0)
+    assert time.monotonic() - begin < 50.0, "30 s to find it out, 20 s to end it all"
+    report = swarm.report()
+    check_is_true(code, report)
+    assert code == 3
+    assert report["has_verdict"] == (number == signal.SIGTERM)
+    assert "the world process" in report["failures"][0]
+
+
+def _commander(swarm, robot: str):
+    code = "from swarm_commander.cli import commander; commander()"
+    environment = swarm.environment
+    command = (sys.executable, "-c", code, "restart", robot)
+    return subprocess.run(
+        command, env=environment, capture_output=True, text=True, timeout=120, check=False
+    )
