@@ -79,8 +79,8 @@ MISSION = ("--mission", "loading_route", "--until-done")
 
 
 def test_a_mission_ends_with_a_report(up: Up) -> None:
-    code, output, _ = up.run(*MISSION)
-    assert code == 0, output
+    code, output, errors = up.run(*MISSION)
+    assert code == 0, output + errors
     report = up.report()
     assert report["goals"] == {"sent": 3, "reached": 3, "failed": 0, "pending": 0}
     assert report["makespan"] == 10.0
