@@ -182,7 +182,7 @@ class ProcessRun:
             self._supervisor.kill()
         self._heartbeats.look()
         self._check()
-        self._restart_due()
+        self._guard(self._restart_due)
         self._sample()
         self._progress.update()
 

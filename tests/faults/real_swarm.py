@@ -50,7 +50,7 @@ class RealSwarm:
         self.run_dir = folder / "run"
         self._log = folder / "up.log"
         self._domain = domain
-        self._segments = segments()
+        self._segments: set[str] = set()  # that its processes have had
         self.environment = os.environ | {"ROS_DOMAIN_ID": str(domain)}
         with self._log.open("wb") as output:
             self.popen = subprocess.Popen(
@@ -96,12 +96,26 @@ class RealSwarm:
         """Send a signal to a component or, by its name, to a robot's navigator."""
         is_robot = component.startswith("Srobot")
         pid = self.navigators().get(component) if is_robot else self.pid_of(component)
+        self._note_segments()
         if pid is None:
             return False
         with contextlib.suppress(ProcessLookupError):
             os.kill(pid, number)
             return True
         return False
+
+    def _note_segments(self) -> None:
+        """Remember the segments of shared memory that the processes have now."""
+        for process in self.processes():
+            with contextlib.suppress(OSError):
+                text = Path(f"/proc/{process.pid}/maps").read_text(encoding="utf-8")
+                lines = (line.split() for line in text.splitlines())
+                paths = [Path(words[5]) for words in lines if len(words) > 5]
+                self._segments |= {
+                    path.name
+                    for path in paths
+                    if path.parent == SHARED and not path.name.startswith(TRACER)
+                }
 
     # Progress
 
@@ -159,7 +173,7 @@ class RealSwarm:
             for item in psutil.net_connections("udp4")
             if item.laddr.port in ports
         ]
-        return names + [f"segment {name}" for name in segments() - self._segments]
+        return names + [f"segment {name}" for name in self._segments if (SHARED / name).exists()]
 
     def check_nothing_left(self) -> None:
         """Check it, after a while for the kernel to end what was killed."""
@@ -198,11 +212,6 @@ def check_is_true(code: int, report: Mapping[str, Any]) -> None:
         assert report["collisions"] == {"robot_robot": 0, "robot_world": 0}
     if code == 3:
         assert report["failures"]
-
-
-def segments() -> set[str]:
-    """Return the segments of shared memory that there are on this machine."""
-    return {path.name for path in SHARED.iterdir() if not path.name.startswith(TRACER)}
 
 
 def _children(pid: int) -> list[psutil.Process]:
