@@ -11,7 +11,7 @@ from swarm_common.rejections import Rejections
 from swarm_common.ros_poll import UNKNOWN_NODE, full_name
 
 MOST_KNOWN = 1000  # that are named; a forger has as many names as he likes
-WORLD_NODE = "/sim/world"
+WORLD_SPACE = "/sim/"  # namespace of its nodes, on every host
 NAVIGATOR = "navigator"  # node in a robot's namespace that commands it
 AT_A_TIME = 5  # robots that are looked at in a turn, as each look costs
 OURS = ("odom", "scan", "neighbors")  # what only the world publishes of a robot
@@ -55,25 +55,21 @@ class Foreigners:
             seats: Of each robot that is there, the world's node for it and its name.
             is_free_run: Whether anybody may command robots.
         """
-        own = {_name_of(node) for node, _ in seats}
         for _ in range(min(AT_A_TIME, len(seats))):
             self._next = (self._next + 1) % len(seats)
             node, robot = seats[self._next]
-            self._look_at(node, f"/{robot}", OURS, own)
+            self._look_at(node, f"/{robot}", OURS, WORLD_SPACE)
             if not is_free_run:
-                self._look_at(node, f"/{robot}", ROBOTS, {f"/{robot}/{NAVIGATOR}"})
+                self._look_at(node, f"/{robot}", ROBOTS, f"/{robot}/{NAVIGATOR}")
         if seats:
-            self._look_at(seats[0][0], "", ("map",), own | {WORLD_NODE})
+            self._look_at(seats[0][0], "", ("map",), WORLD_SPACE)
 
-    def _look_at(self, node: Node, space: str, topics: Sequence[str], allowed: set[str]) -> None:
+    def _look_at(self, node: Node, space: str, topics: Sequence[str], rightful: str) -> None:
+        """Look at topics of nodes whose names begin like the rightful one's."""
         for name in topics:
             topic = f"{space}/{name}"
             if node.count_publishers(topic) > 1:
                 for info in node.get_publishers_info_by_topic(topic):
                     who = full_name(info)
-                    if who not in allowed and who != UNKNOWN_NODE:
+                    if not who.startswith(rightful) and who != UNKNOWN_NODE:
                         self.meet(topic, who)
-
-
-def _name_of(node: Node) -> str:
-    return f"{node.get_namespace().rstrip('/')}/{node.get_name()}"
