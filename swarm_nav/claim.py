@@ -129,7 +129,7 @@ class Claim:
         if is_moving or s.tube.stop <= s.tube.near:
             self._watch_pose = s.pose
             self._watch_tick = s.tick
-        elif s.tick - self._watch_tick > s.ticks(WATCHDOG_TIME) and abs(s.twist.vx) < 0.02:
+        elif s.tick - self._watch_tick > s.patience(WATCHDOG_TIME) and abs(s.twist.vx) < 0.02:
             self._watch_tick = s.tick
             s.tube.reset(s.pose)
             return True

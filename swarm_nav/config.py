@@ -199,7 +199,6 @@ class HoldingConfig:
     circuit_spacing: float = 6.0  # [m] of circuit per robot below which `auto` parks
     search_distance: float = 8.0  # [m] of driving to a parking place
     gate_density: float = 0.25  # [1/m²] of robots in a narrow region with stations; 0: no gate
-    gate_patience: float = 30.0  # [s] without progress of the queue for which one more is let in
     station_patience: float = 120.0  # [s] that a station may be blocked by a silent robot
 
     def __post_init__(self) -> None:
@@ -207,7 +206,7 @@ class HoldingConfig:
         if self.mode not in ("circuit", "park", "auto"):
             raise UnknownNameError("holding.mode", self.mode, ("circuit", "park", "auto"))
         _positive("holding.", self, "request_distance", "hold_distance", "circuit_spacing")
-        _positive("holding.", self, "search_distance", "station_patience", "gate_patience")
+        _positive("holding.", self, "search_distance", "station_patience")
         _not_negative("holding.", self, "gate_density")
         if self.approach_slots < 1:
             raise ConfigError(

@@ -3,10 +3,13 @@
 Beyond a density the flow through a narrow region falls as more robots enter it (the fundamental
 diagram of traffic; perimeter control: Daganzo 2007, Keyvan-Ekbatani et al. 2012). A robot in the
 open whose way leads into such a region counts those that it hears inside, those admitted and those
-that have waited for longer; it enters while that is less than the region's share within radio
-range allows, and otherwise waits in the open. Each robot decides alone. A queue that has not
-advanced for a while lets one more in, then another, so that the gate only delays: safety and
-liveness do not rest on it.
+that ask with a higher priority; it enters while that is less than the region's share within radio
+range allows, and otherwise waits in the open. Each robot decides alone.
+
+The gate stands below the priorities. Who ranks above all that are inside, admitted or ask, enters
+however many these are: so the highest robot never waits here, nor does the holder of a lease for
+which a higher one waits, from which it inherits. Who waits for a lease does not ask, and who is
+blocked on its way to the mouth takes nobody's place.
 
 Plain corridors are left alone: they have no station to wait for, and robots only pass.
 """
@@ -14,19 +17,20 @@ Plain corridors are left alone: they have no station to wait for, and robots onl
 from __future__ import annotations
 
 import functools
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.records import CONTROL_PERIOD, FloatArray
+from swarm_common.records import FloatArray
 from swarm_nav import distance_kernels, gate_kernels, search_kernels
+from swarm_nav.priority import SENIORITY
 from swarm_nav.search import SearchSpace
 from swarm_nav.situation import Situation
 from swarm_nav.terrain import HALL_DISTANCE, Lattice, Terrain
 
 NONE, ADMITTED = 0, 1  # values of a beacon's gate_tick that are not the tick of asking
+LEAST_AREA = 16.0  # [m²] of a region; fewer robots than that has room for are led by the lease
 WAY_POINTS = 60  # path points, 3 m, in which the region's border is looked for
 
 is_inside = gate_kernels.is_inside.py_func  # for one point cheaper than the call of a kernel
@@ -54,7 +58,9 @@ def narrow_region(
             continue
         row, column = divmod(node, narrow.shape[1])
         if narrow[row, column] and not region[row, column]:
-            region |= _component(lattice, narrow, row, column)
+            part = _component(lattice, narrow, row, column)
+            if part.sum() * lattice.step**2 >= LEAST_AREA:
+                region |= part
     return region if region.any() else None
 
 
@@ -79,8 +85,6 @@ class Gate:
     region: NDArray[np.bool_] | None
     asked_tick: int = 0
     is_admitted: bool = False
-    _advanced_tick: int = 0
-    _fewest_ahead: int = 0
     _cells: int = 0  # of the region in a disc (x, y, radius): robots that wait stand
     _counted_disc: tuple[float, float, float] | None = None
     _counted_region: NDArray[np.bool_] | None = None
@@ -104,34 +108,32 @@ class Gate:
         self.asked_tick = 0
         self.is_admitted = False
 
-    def update(self, situation: Situation, has_goal: bool, is_driving: bool) -> None:
+    def update(
+        self, situation: Situation, *, has_turn: bool, is_driving: bool, priority: int
+    ) -> None:
         """Ask, wait or be admitted.
 
         Args:
             situation: Of the robot.
-            has_goal: Whether the robot is on its way to a goal.
+            has_turn: Whether the robot is on its way to a goal, and waits for no station's lease.
             is_driving: Whether the path in hand is the one to the goal: only that one counts.
+            priority: Of the robot while it drives, with what it inherits as holder of a lease.
         """
         config = situation.config.holding
         if self.region is None or config.gate_density <= 0.0:
             return
         frame = situation.planner.lattice.frame
-        if not has_goal or is_inside(self.region, frame, situation.pose.x, situation.pose.y):
+        if not has_turn or is_inside(self.region, frame, situation.pose.x, situation.pose.y):
             self.leave()
             return
         if self.is_admitted:
             return
         if self.asked_tick == 0:
-            if not is_driving:
+            if not is_driving or not self._leads_in(situation):
                 return
-            if not self._leads_in(situation):
-                return
-            self.asked_tick = self._advanced_tick = situation.tick
-            self._fewest_ahead = 1 << 30
-        ahead = self._ahead(situation)
-        if ahead < self._fewest_ahead:
-            self._fewest_ahead, self._advanced_tick = ahead, situation.tick
-        self.is_admitted = ahead < self._capacity(situation)
+            self.asked_tick = situation.tick
+        ahead, is_highest = self._ahead(situation, priority)
+        self.is_admitted = is_highest or ahead < self._capacity(situation)
 
     def _leads_in(self, situation: Situation) -> bool:
         """Whether the way ahead leads into the region; each of its points is looked at once."""
@@ -153,18 +155,21 @@ class Gate:
         if self.region is not None and not gate_kernels.enters(self.region, frame, way):
             self.leave()
 
-    def _ahead(self, situation: Situation) -> int:
-        """Count who is inside, admitted, or has waited for longer."""
+    def _ahead(self, situation: Situation, priority: int) -> tuple[int, bool]:
+        """Count who is inside, admitted or asks with a higher priority, blocked ones aside.
+
+        Returns:
+            The number, and whether nobody who is inside, admitted or asks ranks higher.
+        """
         hood = situation.hood
-        return int(
-            gate_kernels.count_ahead(
-                self.region,
-                situation.planner.lattice.frame,
-                *hood.gate_columns,
-                hood.ids,
-                (self.asked_tick, situation.robot_id),
-            )
+        count, is_highest = gate_kernels.count_ahead(
+            self.region,
+            situation.planner.lattice.frame,
+            hood.gate_columns,
+            (hood.ids, hood.priorities, hood.gone),
+            (priority & SENIORITY, situation.robot_id),
         )
+        return int(count), bool(is_highest)
 
     def _capacity(self, situation: Situation) -> float:
         """Return how many robots the part of the region within radio range has room for."""
@@ -177,6 +182,4 @@ class Gate:
                 gate_kernels.cells_within(self.region, lattice.frame, disc[:2], disc[2])
             )
             self._counted_disc, self._counted_region = disc, self.region
-        waited = (situation.tick - self._advanced_tick) * CONTROL_PERIOD
-        share = config.holding.gate_density * self._cells * lattice.step**2
-        return max(1.0, share) + math.floor(waited / config.holding.gate_patience)
+        return max(1.0, config.holding.gate_density * self._cells * lattice.step**2)

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from numba import njit
 
+from swarm_nav.priority import SENIORITY
+
+BLOCKED = 30  # ticks for which a robot on its way to the mouth has been blocked that no more counts
+
 
 @njit(cache=True)
 def is_inside(region, frame, x, y):
@@ -24,19 +28,31 @@ def enters(region, frame, way):
 
 
 @njit(cache=True)
-def count_ahead(region, frame, poses, gate_ticks, ids, own):
-    """Robots inside, admitted (gate tick 1), or waiting since an earlier (tick, id) than `own`."""
-    tick, own_id = own
+def count_ahead(region, frame, columns, robots, own):
+    """Return (robots that count before `own` = (seniority, id), whether none ranks above it).
+
+    These are inside, admitted (gate tick 1) or ask (a later gate tick) with a higher rank; of the
+    last two only those that are not blocked on their way. columns = (poses, gate ticks, blocked
+    ticks), robots = (ids, priorities, gone).
+    """
+    poses, gate_ticks, blocked = columns
+    ids, priorities, gone = robots
+    seniority, own_id = own
     count = 0
+    is_highest = True
     for k in range(ids.shape[0]):
-        asked = gate_ticks[k]
-        if (
-            is_inside(region, frame, poses[k, 0], poses[k, 1])
-            or asked == 1
-            or (asked > 1 and (asked < tick or (asked == tick and ids[k] < own_id)))
-        ):
+        inside = is_inside(region, frame, poses[k, 0], poses[k, 1])
+        if not inside and gate_ticks[k] == 0:
+            continue
+        theirs = priorities[k] & SENIORITY
+        ranks_above = theirs > seniority or (theirs == seniority and ids[k] < own_id)
+        if ranks_above and not gone[k] and priorities[k] > SENIORITY:  # that has a goal
+            is_highest = False
+        if inside:
             count += 1
-    return count
+        elif blocked[k] <= BLOCKED and (gate_ticks[k] == 1 or ranks_above):
+            count += 1
+    return count, is_highest
 
 
 @njit(cache=True)

@@ -1,9 +1,10 @@
 """Single-lane passages: which direction goes first through a door that two robots cannot pass in.
 
 A robot does not enter such a passage, or the mouth before it, while a robot with a higher priority
-is about to come through it the other way, or while somebody is still coming out. Robots going the
-same way follow each other. The highest priority is never held up, so this only orders what the
-reservation would otherwise settle by pushing robots back out of the door.
+is about to come through it the other way. Robots going the same way follow each other. Only a
+higher priority bars, and nobody who makes way for another robot: so the highest is never held up,
+no two robots wait for each other here, and this only orders what the reservation would otherwise
+settle by pushing robots back out of the door.
 """
 
 from __future__ import annotations
@@ -63,7 +64,7 @@ class Narrows:
         if situation.terrain is not self._terrain:
             self._terrain = situation.terrain
             self._labels = single_lanes(situation.terrain, situation.radius)
-        if self._labels is None:
+        if self._labels is None or situation.yields_for:
             return last, -1
         tube, hood = situation.tube, situation.hood
         way = tube.points[tube.stop : tube.stop + WAY_POINTS]

@@ -11,7 +11,6 @@ from swarm_nav.tube_kernels import INTENT_SPACING
 
 CLIMB = 1.5  # [m] within which the wall on the other side of a passage is looked for
 FORESIGHT = 2.0  # [m] of a neighbour's path that counts
-PATIENCE = 20  # ticks that a blocked robot inside is waited for
 
 
 @njit(cache=True)
@@ -125,7 +124,8 @@ def barrier(labels, frame, way, wanted, own, claims):
     """Return (number of points of `way` that may be claimed, row that is waited for or -1).
 
     `way` starts at the end of the held tube; `wanted` points of it are wanted now. own =
-    (priority, id). claims = the neighbours' columns, see `Neighborhood.columns`.
+    (priority, id): lower robots bar nobody. claims = the neighbours' columns, see
+    `Neighborhood.columns`.
     """
     if wanted <= 0 or label_at(labels, frame, way[0, 0], way[0, 1]) > 0:
         return wanted, -1
@@ -139,18 +139,18 @@ def barrier(labels, frame, way, wanted, own, claims):
     if mine == 0:
         return wanted, -1
     _, dx, dy = ends_within(labels, frame, way[entry:], way.shape[0] - entry, mine)
-    ids, gone, priorities, blocked = claims[0], claims[2], claims[3], claims[5]
+    ids, gone, priorities = claims[0], claims[2], claims[3]
     held, held_size, intent, intent_size = claims[6], claims[7], claims[10], claims[11]
     for j in range(ids.shape[0]):
         if gone[j]:
+            continue
+        is_higher = priorities[j] > own[0] or (priorities[j] == own[0] and ids[j] < own[1])
+        if not is_higher:
             continue
         is_inside, hx, hy = ends_within(labels, frame, held[j], np.int64(held_size[j]), mine)
         ahead = min(np.int64(intent_size[j]), int(FORESIGHT / INTENT_SPACING))
         comes, ix, iy = ends_within(labels, frame, intent[j], ahead, mine)
         if not is_inside and not comes:
-            continue
-        is_higher = priorities[j] > own[0] or (priorities[j] == own[0] and ids[j] < own[1])
-        if not is_higher and (not is_inside or blocked[j] > PATIENCE):
             continue
         if (hx + ix) * dx + (hy + iy) * dy < 0.0:
             return entry - 1, j

@@ -25,6 +25,7 @@ from swarm_nav.goals import Feedback, Goal, Outcome, Output, Status
 from swarm_nav.holding import HoldingPattern, Lease
 from swarm_nav.localisation import START_DEVIATION, make_localiser
 from swarm_nav.omni import make_controller
+from swarm_nav.priority import CLASS_DRIVING, base_priority
 from swarm_nav.pursuit import Pursuit
 from swarm_nav.right_of_way import RightOfWay
 from swarm_nav.senses import Senses
@@ -197,10 +198,19 @@ class Navigator:
             self._return(tick)
         s.tick = tick
         s.hood.refresh(tick)
+        s.radio.note(s.hood.acks, tick)
         self._trust_pose()
         self._pursuit.begin_pending()
         self._lease.update(s)
-        self._gate.update(s, self._task is not None, self._state is State.DRIVING)
+        self._gate.update(
+            s,
+            has_turn=self._task is not None and self._lease.is_turn(self.config.holding),
+            is_driving=self._state is State.DRIVING,
+            priority=max(
+                base_priority(CLASS_DRIVING, self._pursuit.last_goal_tick, s.robot_id),
+                self._lease.inherited,
+            ),
+        )
         if self._senses.update() and self.is_active:
             twist = self._drive()
         else:

@@ -66,7 +66,7 @@ class Neighborhood:
         ids: (n,)
         ages: (n,) [ticks] since each was sent.
         gone: (n,)
-        gate_columns: Poses and gate ticks, of which the first n rows are in use.
+        gate_columns: Poses, gate and blocked ticks, of which the first n rows are in use.
         priorities: (n,) as published.
         acks: (n,) tick of the newest own beacon that each has; of who need not hear us, now.
         deaf_neighbor: Id of a near robot that does not hear this one, 0 if all do.
@@ -353,7 +353,8 @@ class Neighborhood:
         places = rows * (HELD_POINTS + WANTED_POINTS)
         self._masks = np.empty((places, 2)), np.empty(places), np.empty(places, np.bool_)
         # views of the whole table, see `columns`
-        self.gate_columns = self._records["pose"], self._records["gate_tick"]
+        names = ("pose", "gate_tick", "blocked_ticks")
+        self.gate_columns = tuple(self._records[name] for name in names)
         self._claims = tuple(self._records[name] for name in CLAIM_COLUMNS)
 
     def _show(self, count: int) -> None:

@@ -10,6 +10,7 @@ CLASS_DONE, CLASS_HOLDING, CLASS_DRIVING = 0, 1, 2
 DEPTH_BITS, ID_BITS, TICK_BITS = 6, 10, 32
 TOP_DEPTH = (1 << DEPTH_BITS) - 1  # also the mask of the depth
 ID_MASK = (1 << ID_BITS) - 1
+SENIORITY = (1 << (TICK_BITS + ID_BITS + DEPTH_BITS)) - 1  # mask of all but the class
 
 
 def base_priority(rank: int, last_goal_tick: int, robot_id: int) -> int:

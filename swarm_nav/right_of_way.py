@@ -60,7 +60,9 @@ class RightOfWay:
         traffic = situation.config.traffic
         # who is on its own way anyhow is not disturbed at once
         is_moving = not self.is_yielding and situation.twist.vx > MOVING_SPEED
-        patience = situation.ticks(traffic.moving_patience) if is_moving else traffic.push_ticks
+        patience = situation.radio.factor * traffic.push_ticks
+        if is_moving:
+            patience = situation.patience(traffic.moving_patience)
         return situation.hood.highest_pusher(situation.own_priority, patience, LEAST_DEPTH)
 
     def update(self, situation: Situation) -> bool:
@@ -69,7 +71,7 @@ class RightOfWay:
         row = self.pusher(situation)
         if row is not None:
             self._make_way(situation, row)
-        elif self.inherited and tick - self._last_pushed_tick > situation.ticks(
+        elif self.inherited and tick - self._last_pushed_tick > situation.patience(
             situation.config.traffic.release_time
         ):
             self._release(situation)
@@ -118,7 +120,7 @@ class RightOfWay:
         elif self._blocked_since < 0:
             self._blocked_since = situation.tick
         waited = situation.tick - self._blocked_since if self._blocked_since >= 0 else 0
-        patience = situation.ticks(situation.config.traffic.stuck_time)
+        patience = situation.patience(situation.config.traffic.stuck_time)
         if max(waited, situation.obstacle_ticks) > patience:
             situation.is_stuck = True
         if situation.tick < self._next_search_tick:
@@ -129,7 +131,7 @@ class RightOfWay:
     def _goes_on(self, situation: Situation, row: int) -> bool:
         """Whether the robot gets out of the pusher's way by going its own, with its priority."""
         if situation.blocked_ticks:
-            if situation.blocked_ticks > situation.ticks(GO_ON_PATIENCE):
+            if situation.blocked_ticks > situation.patience(GO_ON_PATIENCE):
                 return False
             blocker = situation.hood.row(situation.blocked_by)
             if blocker is None or situation.hood.priorities[blocker] >= self.inherited:
@@ -138,7 +140,7 @@ class RightOfWay:
 
     def _search(self, situation: Situation, row: int) -> None:
         """Adopt the way to the nearest refuge, or say that there is none."""
-        self._next_search_tick = situation.tick + situation.ticks(RETRY_TIME)
+        self._next_search_tick = situation.tick + situation.patience(RETRY_TIME)
         path = refuge_path(situation, row, self.inherited)
         if path is None:
             situation.is_stuck = True
@@ -149,7 +151,7 @@ class RightOfWay:
 
     def _consider_retreat(self, situation: Situation) -> None:
         """Step back from a robot that said that it cannot make way."""
-        if situation.blocked_ticks < situation.ticks(STUCK_PATIENCE) or self.is_retreating:
+        if situation.blocked_ticks < situation.patience(STUCK_PATIENCE) or self.is_retreating:
             return
         row = situation.hood.row(situation.blocked_by)
         if row is None or not situation.hood.stuck[row] or situation.hood.immovable[row]:
@@ -159,7 +161,7 @@ class RightOfWay:
             return
         situation.counters.retreats += 1
         situation.tube.adopt(path)
-        self._retreat_until = situation.tick + situation.ticks(
+        self._retreat_until = situation.tick + situation.patience(
             situation.config.traffic.retreat_time
         )
 
@@ -191,11 +193,18 @@ def refuge_path(situation: Situation, row: int, priority: int) -> FloatArray | N
     hood = situation.hood
     pusher = hood.beacons[row]
     taken = situation.planner.no_extra()
-    reach = situation.reach(row) + REFUGE_MARGIN
-    crowd.stamp(taken, situation, pusher["held"][: pusher["held_size"]], reach, 1.0)
-    crowd.stamp(taken, situation, pusher["wanted"][: pusher["wanted_size"]], reach, 1.0)
-    ahead = min(int(pusher["intent_size"]), INTENT_POINTS_CLEARED)
-    crowd.stamp(taken, situation, pusher["intent"][:ahead], reach, 1.0)
+    way = np.vstack(
+        (
+            pusher["held"][: pusher["held_size"]],
+            pusher["wanted"][: pusher["wanted_size"]],
+            pusher["intent"][: min(int(pusher["intent_size"]), INTENT_POINTS_CLEARED)],
+        )
+    )
+    crowd.stamp(taken, situation, way, situation.reach(row) + REFUGE_MARGIN, 1.0)
+    gaps = np.hypot(*(way - situation.stop_point).T)
+    if float(gaps.min()) < situation.reach(row) + REFUGE_MARGIN / 2:
+        # a node within half a step may be out of the way where the robot itself is not
+        crowd.stamp(taken, situation, situation.stop_point, situation.planner.lattice.step, 1.0)
     crowd.stamp_tubes(taken, situation, REFUGE_MARGIN, 1.0)
     for other in np.flatnonzero(hood.heads["mode"] == MODE_YIELD):
         target = hood.heads["target"][other]

@@ -41,11 +41,11 @@ class Route:
         since = s.tick - s.last_plan_tick
         if not task.is_planned or self._is_period_over(task, since):
             return True
-        if since < s.ticks(REPLAN_PAUSE):
+        if since < s.patience(REPLAN_PAUSE):
             return False
         gap = math.dist(s.stop_point, task.place)
         ends_short = s.tube.is_complete and gap > 0.6 * s.config.goal_checker.xy_goal_tolerance
-        is_blocked = s.blocked_ticks >= s.ticks(s.config.traffic.replan_blocked)
+        is_blocked = s.blocked_ticks >= s.patience(s.config.traffic.replan_blocked)
         is_barred = s.obstacle_ticks >= s.ticks(OBSTACLE_PATIENCE)
         return ends_short or is_blocked or is_barred
 

@@ -15,6 +15,7 @@ from swarm_nav.goals import Event
 from swarm_nav.neighborhood import Neighborhood
 from swarm_nav.oblong import Oblong
 from swarm_nav.obstacles import ObstacleLayer
+from swarm_nav.patience import Patience
 from swarm_nav.planner import SPACING, Planner
 from swarm_nav.terrain import Terrain, terrain_for
 from swarm_nav.tube import Tube
@@ -59,6 +60,7 @@ class Situation:
         priority: As published in the last beacon.
         own_priority: The same without what was inherited from robots that push.
         is_wary: Whether somebody may be near who walks into a robot that drives.
+        radio: How slow the radio is.
         stations: Places (x, y) in map that many robots go to, by `sites.yaml`.
         missing: What keeps the robot from driving (no scans, no radio), empty if nothing.
         is_lost: Whether the robot does not know well enough where it is.
@@ -98,6 +100,7 @@ class Situation:
     events: list[Event] = field(default_factory=list)
     stations: tuple[tuple[float, float], ...] = ()
     oblong: Oblong | None = None
+    radio: Patience = field(default_factory=Patience)
 
     def load_map(self, grid: Grid) -> None:
         """Take another map; the path on the old one ends at the stop point."""
@@ -136,6 +139,10 @@ class Situation:
         self.radius = least + MARGIN_STEP * math.ceil((wanted - least) / MARGIN_STEP - 1e-9)
 
     ticks = staticmethod(ticks_of)
+
+    def patience(self, seconds: float) -> int:
+        """Return for how many ticks robots wait for each other: more over a slow radio."""
+        return ticks_of(seconds) * self.radio.factor
 
     def reach(self, row: int) -> float:
         """Return the distance [m] that the own tube and a neighbour's keep."""

@@ -115,9 +115,9 @@ def _drive_sideways() -> None:
 def _pass_gate(situation: Situation) -> None:
     region = np.ones(situation.planner.lattice.base.shape, np.bool_)
     gate = Gate(region)
-    gate.update(situation, True, True)
+    gate.update(situation, has_turn=True, is_driving=True, priority=1)
     gate_kernels.enters(region, situation.planner.lattice.frame, situation.tube.points)
-    gate._ahead(situation)
+    gate._ahead(situation, 1)
     gate._capacity(situation)
 
 

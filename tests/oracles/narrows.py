@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,17 +27,31 @@ def is_inside(region: NDArray[np.bool_], frame: Frame, point: Point) -> bool:
     return 0 <= row < rows and 0 <= column < columns and bool(region[row, column])
 
 
+@dataclass(frozen=True)
+class Neighbor:
+    """What the gate sees of a robot; `has_goal` is false for one that is through."""
+
+    place: Point
+    gate_tick: int
+    blocked: int
+    rank: tuple[int, int]  # the seniority, and the id counted down
+    has_goal: bool
+    is_gone: bool
+
+
 def count_ahead(
-    region: NDArray[np.bool_],
-    frame: Frame,
-    robots: list[tuple[Point, int, int]],
-    own: tuple[int, int],
-) -> int:
-    """Return how many robots (place, gate tick, id) are inside, admitted, or asked before us."""
-    return sum(
-        is_inside(region, frame, place) or tick == 1 or (tick > 1 and (tick, robot) < own)
-        for place, tick, robot in robots
-    )
+    region: NDArray[np.bool_], frame: Frame, robots: list[Neighbor], own: tuple[int, int]
+) -> tuple[int, bool]:
+    """Return who is inside, or admitted or ranks above us and is not blocked; and if none does."""
+    count, is_highest = 0, True
+    for robot in robots:
+        inside = is_inside(region, frame, robot.place)
+        if not inside and robot.gate_tick == 0:
+            continue
+        above = robot.rank > own
+        count += inside or (robot.blocked <= 30 and (robot.gate_tick == 1 or above))
+        is_highest &= not (above and robot.has_goal and not robot.is_gone)
+    return count, is_highest
 
 
 def cells_within(region: NDArray[np.bool_], frame: Frame, centre: Point, reach: float) -> int:

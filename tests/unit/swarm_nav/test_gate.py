@@ -1,4 +1,4 @@
-"""Entry control: what a narrow region is, who counts, and that the gate only delays."""
+"""Entry control: what a narrow region is, who counts, and that it stands below the priorities."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import pytest
 from swarm_common.records import Pose
 from swarm_nav import gate_kernels as kernels
 from swarm_nav.gate import ADMITTED, NONE, Gate, narrow_region
+from swarm_nav.priority import SENIORITY
 from tests.oracles import narrows as oracle
 from tests.standins.navigation import beacon, hear, room, situation
 
@@ -26,14 +27,23 @@ def test_the_kernels_equal_their_slow_twins(seed: int) -> None:
     inside = [oracle.is_inside(region, FRAME, (x, y)) for x, y in places]
     assert kernels.enters(region, FRAME, places) == any(inside)
     ticks = rng.choice((0, 1, 50, 60, 70), 12).astype(np.uint32)
+    blocked = rng.choice((0, 30, 31), 12).astype(np.uint32)
+    gone = rng.random(12) < 0.2
+    seniority, rank = rng.integers(1, 4, 12), rng.integers(0, 3, 12)
+    ids = np.arange(1, 13, dtype=np.uint32)
     poses = np.column_stack((places, np.zeros(12))).astype(np.float32)
     robots = [
-        ((float(x), float(y)), int(tick), robot)
-        for robot, ((x, y, _), tick) in enumerate(zip(poses, ticks, strict=True), 1)
-    ]
-    ids = np.arange(1, 13, dtype=np.uint32)
-    counted = kernels.count_ahead(region, FRAME, poses, ticks, ids, (60, 6))
-    assert counted == oracle.count_ahead(region, FRAME, robots, (60, 6))
+        oracle.Neighbor(
+            (float(x), float(y)), int(ticks[k]), int(blocked[k]), (int(seniority[k]), -k - 1),
+            bool(rank[k]), bool(gone[k]),
+        )
+        for k, (x, y, _) in enumerate(poses)
+    ]  # fmt: skip
+    priorities = rank * (SENIORITY + 1) + seniority
+    counted = kernels.count_ahead(
+        region, FRAME, (poses, ticks, blocked), (ids, priorities, gone), (2, 6)
+    )
+    assert counted == oracle.count_ahead(region, FRAME, robots, (2, -6))
     cells = kernels.cells_within(region, FRAME, (1.0, 1.0), 0.83)
     assert cells == oracle.cells_within(region, FRAME, (1.0, 1.0), 0.83)
 
@@ -55,64 +65,95 @@ def gate_and_robot(*others: np.void) -> tuple[Gate, object]:
     return Gate(region), s
 
 
+def ask(
+    gate: Gate, s: object, *, has_turn: bool = True, is_driving: bool = True, priority: int = 5
+) -> None:
+    gate.update(s, has_turn=has_turn, is_driving=is_driving, priority=priority)
+
+
+def crowd(priority: int, count: int = 12) -> list[np.void]:
+    """Return robots that fill the region, on their way to goals with a priority."""
+    driving = priority + (SENIORITY + 1)
+    return [beacon(k, 5.2, 0.6 * k - 0.6, priority=driving) for k in range(2, 2 + count)]
+
+
 def test_a_robot_whose_way_leads_in_asks_and_is_admitted_where_there_is_room() -> None:
     gate, s = gate_and_robot()
-    gate.update(s, True, True)
+    ask(gate, s)
     assert gate.asked_tick == s.tick
     assert gate.is_admitted
     assert gate.announced == ADMITTED
-    gate.update(s, False, True)
+    ask(gate, s, has_turn=False)
     assert gate.announced == NONE
 
 
-def test_a_full_region_is_waited_for_but_not_for_ever() -> None:
-    crowd = [beacon(k, 5.2, 0.6 + 0.6 * k) for k in range(2, 14)]
-    gate, s = gate_and_robot(*crowd)
+def test_a_full_region_is_waited_for_until_room_or_rank_admits() -> None:
+    gate, s = gate_and_robot(*crowd(9))
     start = s.tick
-    gate.update(s, True, True)
+    ask(gate, s)
     assert gate.is_closed
     assert gate.announced == start
-    waited = 0
-    while gate.is_closed and waited < 20_000:
-        waited += 50
-        s.tick = start + waited
-        gate.update(s, True, True)
+    s.tick += 20_000
+    hear(s, *crowd(9))
+    ask(gate, s)
+    assert gate.is_closed, "those inside rank above it"
+    hear(s, *crowd(4))
+    ask(gate, s)
+    assert gate.is_admitted, "nobody ranks above it"
+
+
+def test_the_holder_of_a_lease_enters_with_the_rank_of_who_waits_for_it() -> None:
+    """Gate and lease waited for each other for ever."""
+    gate, s = gate_and_robot(*crowd(7))
+    ask(gate, s, priority=5)
+    assert gate.is_closed
+    ask(gate, s, priority=8)  # inherited
     assert gate.is_admitted
-    assert waited * 0.1 <= 12 * s.config.holding.gate_patience + 5.0
+
+
+def test_who_waits_for_a_lease_takes_no_place_at_the_gate() -> None:
+    gate, s = gate_and_robot(*crowd(9))
+    ask(gate, s)
+    ask(gate, s, has_turn=False)
+    assert gate.announced == NONE
+
+
+def test_who_is_blocked_before_the_mouth_takes_no_place() -> None:
+    for blocked, is_admitted in ((0, False), (31, True)):
+        others = [
+            beacon(k, 4.0, 0.6 * k - 0.6, priority=9 + SENIORITY + 1, gate_tick=ADMITTED,
+                   blocked_ticks=blocked)
+            for k in range(2, 14)
+        ]  # fmt: skip
+        gate, s = gate_and_robot(*others)
+        ask(gate, s)
+        assert gate.is_admitted is is_admitted
+
+
+def test_a_corner_is_no_region() -> None:
+    """Any corner within 2 m of two walls counted as narrow, and closed a free station in it."""
+    s = situation(HALL, Pose(4.5, 4.5, 0.0))
+    assert narrow_region(s.terrain, ((0.5, 0.5),)) is None
 
 
 def test_inside_nothing_is_asked() -> None:
     gate, s = gate_and_robot()
     s.pose = Pose(5.2, 4.5, 0.0)
-    gate.update(s, True, True)
+    ask(gate, s)
     assert gate.announced == NONE
 
 
 def test_a_way_to_a_refuge_does_not_ask() -> None:
     gate, s = gate_and_robot()
-    gate.update(s, True, False)
+    ask(gate, s, is_driving=False)
     assert gate.announced == NONE
 
 
 def test_who_need_not_go_in_any_more_stops_waiting() -> None:
-    crowd = [beacon(k, 5.2, 0.6 + 0.6 * k) for k in range(2, 14)]
-    gate, s = gate_and_robot(*crowd)
-    gate.update(s, True, True)
+    gate, s = gate_and_robot(*crowd(9))
+    ask(gate, s)
     assert gate.is_closed
     gate.recheck(s, np.array(((3.0, 4.5), (5.2, 4.5))))
     assert gate.is_closed
     gate.recheck(s, np.array(((3.0, 4.5), (3.0, 2.5))))
     assert gate.announced == NONE
-
-
-def test_a_queue_that_advances_earns_no_patience() -> None:
-    crowd = [beacon(k, 5.2, 0.6 + 0.6 * k) for k in range(2, 14)]
-    gate, s = gate_and_robot(*crowd)
-    start = s.tick
-    gate.update(s, True, True)
-    pause = s.ticks(0.9 * s.config.holding.gate_patience)
-    for left in range(1, 6):
-        s.tick = start + left * pause
-        hear(s, *(beacon(k, 5.2 if k > 1 + left else 2.0, 0.6 * k - 0.6) for k in range(2, 14)))
-        gate.update(s, True, True)
-        assert gate.is_closed

@@ -84,7 +84,7 @@ def eastward(priority: int) -> np.void:
     [
         (westward(9), True),  # it ranks above and comes the other way
         (westward(1), False),  # it ranks below and is not inside
-        (westward(1, 4.2), True),  # it is still coming out
+        (westward(1, 4.2), False),  # it ranks below: it makes way, wherever it is
         (eastward(9), False),  # it goes the same way
     ],
 )
@@ -94,6 +94,13 @@ def test_who_ranks_below_waits_before_the_mouth(other: np.void, is_waited_for: b
     last, row = Narrows().barrier(s, s.tube.stop + 7)
     assert (row == 0) == is_waited_for
     assert (last < s.tube.stop + 7) == is_waited_for
+
+
+def test_who_makes_way_may_go_anywhere() -> None:
+    s = approaching(5)
+    s.yields_for = 3
+    hear(s, westward(9))
+    assert Narrows().barrier(s, s.tube.stop + 7) == (s.tube.stop + 7, -1)
 
 
 def test_without_a_single_lane_nothing_is_in_the_way() -> None:

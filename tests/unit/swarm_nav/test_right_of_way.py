@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -81,6 +83,22 @@ def test_a_robot_in_the_way_inherits_says_so_and_drives_to_a_refuge() -> None:
     way = s.hood.beacons[0]["intent"][:16]
     assert np.hypot(*(way - refuge).T).min() >= REACH
     assert np.hypot(*(refuge - (3.2, 4.0))) >= REACH + REFUGE_MARGIN - 1e-6
+
+
+def test_where_it_stands_in_the_way_is_no_refuge_though_the_nearest_node_is() -> None:
+    """Crossing, seed 684: the node 3 cm away was free, the robot was not; both stood for 600 s."""
+    s, right = situation(HALL, MIDDLE), RightOfWay()
+    node = s.planner.lattice.point_of(s.planner.lattice.node_of(4.0, 4.0))
+    reach = REACH + REFUGE_MARGIN
+    # the way passes the node at a refuge's distance, the robot 2 cm nearer
+    way = [(node[0] - 1.0 + 0.1 * k, node[1] + reach + 1e-3) for k in range(16)]
+    s = situation(HALL, Pose(node[0], node[1] + 0.04, 0.0))
+    hear(s, pushing(*way[0], intent=way, wanted=way[:1]))
+    right.update(s)
+    assert right.is_yielding
+    gap = np.hypot(*(s.hood.beacons[0]["intent"][:16] - s.tube.points[-1]).T).min()
+    assert gap >= REACH
+    assert math.dist(s.tube.points[-1], (s.pose.x, s.pose.y)) > 0.05
 
 
 @pytest.mark.parametrize(
