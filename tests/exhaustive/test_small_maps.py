@@ -9,15 +9,30 @@ import itertools
 
 import pytest
 
-from tests.standins.cells import AISLE, EIGHT, MAPS, RING, CellMap, Placement, play
+from tests.standins.cells import (
+    AISLE,
+    ALCOVE,
+    CORNER,
+    DOOR,
+    EIGHT,
+    MAPS,
+    RING,
+    TREE,
+    TWIGS,
+    CellMap,
+    Placement,
+    play,
+)  # fmt: skip
 
 HELD_GAP = 0.5  # [m] that two held tubes keep at least, whatever happens
-CASES = [(cells, count) for cells in MAPS for count in (2, 3, 4)]
+ONE_LANE = (ALCOVE, TREE, TWIGS)  # where four robots may have no room to change places
+CASES = [(cells, count) for cells in MAPS for count in ((2, 3) if cells in ONE_LANE else (2, 3, 4))]
 SAMPLES = 6  # placements per case that run always
 COUNTS = {  # placements, one per symmetry
     (RING, 1): 10, (RING, 2): 210, (RING, 3): 2388,
     (AISLE, 1): 16, (AISLE, 2): 416, (AISLE, 3): 4704,
     (EIGHT, 1): 47, (EIGHT, 2): 3094,
+    (DOOR, 2): 3136, (ALCOVE, 2): 882, (CORNER, 2): 4382, (TREE, 2): 824, (TWIGS, 2): 2042,
 }  # fmt: skip
 
 
@@ -37,7 +52,7 @@ def test_all_placements_are_counted_once(cells: CellMap, count: int) -> None:
 @pytest.mark.timeout(300)
 @pytest.mark.parametrize(("cells", "count"), CASES, ids=lambda value: str(value)[:24])
 def test_all_arrive_from_a_sample_of_placements(cells: CellMap, count: int) -> None:
-    if cells is EIGHT and count > 2:
+    if len(cells.free) > 8 and count > 2:
         placements = list(itertools.islice(cells.placements(count), 20_000, 20_000 + SAMPLES))
     else:
         everything = list(cells.placements(count))

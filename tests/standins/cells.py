@@ -107,7 +107,12 @@ class CellMap:
 RING = CellMap("ring", ("...", ".#.", "..."))
 AISLE = CellMap("aisle", ("....", "...."))
 EIGHT = CellMap("eight", (".....", ".#.#.", "....."))
-MAPS = (RING, AISLE, EIGHT)
+DOOR = CellMap("door", ("..#..", ".....", "..#.."))
+ALCOVE = CellMap("alcove", ("......", "##.###"))
+CORNER = CellMap("corner", ("..##", "..##", "....", "...."))
+TREE = CellMap("tree", ("##.##", "##.##", ".....", "##.##"))
+TWIGS = CellMap("twigs", (".#.#.", ".....", "#.#.#"))
+MAPS = (RING, AISLE, EIGHT, DOOR, ALCOVE, CORNER, TREE, TWIGS)
 
 
 @dataclass(frozen=True)
