@@ -15,6 +15,8 @@ from swarm_common.records import Pose, Twist, wrap_angle
 from swarm_common.ros_poll import PolledTopic
 
 LIMIT = 5.0  # [s] of wall time in which a living navigator takes note
+# [s] of wall time between two times of telling: the navigator may not know our topic yet, or hear
+REPEAT_PERIOD = 0.3  # somebody else in between
 SLICE = 0.01  # [s] of wall time between two looks whether it has
 SAME_PLACE, SAME_TURN = 0.3, 0.3  # [m], [rad] within which a pose is taken for the new one
 DEVIATIONS = (0.05, 0.05)  # [m], [rad] of the pose that is told
@@ -38,6 +40,7 @@ class Relocation:
         self._pose = pose_map
         self._tick = tick
         self._is_told = False
+        self._due = 0.0  # wall time at which it is told, or told again
         space = f"/{name}"
         self._publisher = node.create_publisher(
             PoseWithCovarianceStamped, f"{space}/initialpose", ros_io.RELIABLE
@@ -48,8 +51,9 @@ class Relocation:
 
     def is_known(self) -> bool:
         """Tell it if somebody listens; return whether the navigator says that it is there."""
-        if not self._is_told and self._publisher.get_subscription_count() > 0:
-            self._is_told = True
+        now = time.monotonic()
+        if now >= self._due and self._publisher.get_subscription_count() > 0:
+            self._is_told, self._due = True, now + REPEAT_PERIOD
             self._publisher.publish(self._message())
         while (data := self._poses.take()) is not None:
             pose_map = _pose_in(data)
