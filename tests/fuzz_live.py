@@ -56,10 +56,12 @@ from swarm_common.ros_poll import PolledTopic, drain
 from tests.graph.conftest import Swarm, reserved_domain
 
 ROBOTS = 3
+SPEED = 4.0  # times real time
 BATCH = 20  # inputs between two looks at what comes back
 RATE = 300.0  # inputs per second of wall time, at most
 TICK_LIMIT = 1.0  # [s] of wall time
 MOST_PENDING = 300  # requests whose answers are waited for
+SETTLED = 4.0  # [s] of wall time without new topics and services
 GROWTH = 30.0  # [MB] of a process between the middle and the end
 GOAL_PERIOD = 3.0  # [s] of wall time between two real goals of a robot
 GOALS = ((-2.7, 0.0), (2.0, 2.0), (0.0, 7.0), (6.0, 3.0), (2.0, -3.5), (-2.7, 6.0))
@@ -207,14 +209,18 @@ class Outcome:
 class Fuzzer:
     """Throws inputs at a swarm."""
 
-    def __init__(self, swarm: Swarm, seed: int, only: str = "") -> None:
+    def __init__(
+        self, swarm: Swarm, seed: int, only: str = "", tick_limit: float = TICK_LIMIT
+    ) -> None:
         self.outcome = Outcome()
         self._swarm = swarm
+        self._tick_limit = tick_limit
         self._rng = random.Random(seed)
         self._inventor = Inventor(self._rng)
         self._patterns: dict[str, bytes] = {}  # by topic: what the swarm sent last
         self._pending: deque[tuple[Any, Any]] = deque()
-        self._recent: deque[str] = deque(maxlen=60)
+        self._recent: deque[str] = deque(maxlen=400)
+        self._slowest: list[str] = []  # inputs before the slowest tick was seen
         self._last_tick = 0
         self._goal_due = 0.0
         self._executor = EventsExecutor(context=swarm.context)
@@ -223,7 +229,7 @@ class Fuzzer:
         self._drivers = self._make_drivers()
         quality = QoSProfile(depth=2000)
         self._ticks = PolledTopic(swarm.node, Odometry, "/Srobot1/ground_truth", quality)
-        self._listen(2.0)
+        self._wait_for_graph()
         self._targets = [
             target
             for target in itertools.chain(self._topics(), self._services(), self._parameters())
@@ -241,6 +247,15 @@ class Fuzzer:
         while time.monotonic() < end:
             drain(self._executor)
             time.sleep(0.01)
+
+    def _wait_for_graph(self) -> None:
+        """Wait until nothing more appears, so that a seed means the same each time."""
+        node, known, since = self._swarm.node, 0, time.monotonic()
+        while time.monotonic() < since + SETTLED:
+            self._listen(0.2)
+            found = len(node.get_topic_names_and_types()) + len(node.get_service_names_and_types())
+            if found != known:
+                known, since = found, time.monotonic()
 
     # What there is to throw at
 
@@ -384,7 +399,9 @@ class Fuzzer:
             stamp = taken[1]["source_timestamp"]
             if self._last_tick and stamp > self._last_tick:
                 gap = 1e-9 * (stamp - self._last_tick)
-                self.outcome.worst_tick = max(self.outcome.worst_tick, gap)
+                if gap > self.outcome.worst_tick:
+                    self.outcome.worst_tick = gap
+                    self._slowest = list(self._recent)
             self.outcome.ticks += 1
             self._last_tick = stamp
 
@@ -427,7 +444,8 @@ class Fuzzer:
         for event in swarm.host.named("died"):
             self.outcome.problems.append(f"{event['robot']} died: {event}")
         if self.outcome.problems:
-            self.outcome.problems += [f"after {number} inputs, the last of which:", *self._recent]
+            self.outcome.problems += [f"after {number} inputs, the last of which:"]
+            self.outcome.problems += list(self._recent)[-60:]
         return not self.outcome.problems
 
     def _memory(self) -> dict[str, float]:
@@ -443,8 +461,9 @@ class Fuzzer:
         outcome, problems = self.outcome, self.outcome.problems
         if problems:
             return
-        if outcome.worst_tick > TICK_LIMIT:
-            problems.append(f"a tick took {outcome.worst_tick:.2f} s of wall time")
+        if outcome.worst_tick > self._tick_limit:
+            problems.append(f"a tick took {outcome.worst_tick:.2f} s of wall time; before it:")
+            problems += self._slowest
         if len(outcome.memory) >= 4:
             middle, end = outcome.memory[2], outcome.memory[-1]
             for name, size in end.items():
@@ -456,13 +475,23 @@ class Fuzzer:
             problems += [str(event) for event in self._swarm.world.named("collision")]
 
 
-def fuzz(folder: Path, count: int, seed: int, only: str = "", speed: float = 4.0) -> Outcome:
-    """Start a swarm, throw inputs at it, end it; return what came of it."""
+def fuzz(
+    folder: Path, count: int, seed: int, only: str = "", tick_limit: float = TICK_LIMIT
+) -> Outcome:
+    """Start a swarm, throw inputs at it, end it; return what came of it.
+
+    Args:
+        folder: For logs and configurations.
+        count: Inputs.
+        seed: Decides which.
+        only: Part of the names of what is fuzzed; empty for all.
+        tick_limit: [s] of wall time that no tick may take.
+    """
     with reserved_domain() as domain:
-        swarm = Swarm(folder, domain, ROBOTS, world={"speed": speed})
+        swarm = Swarm(folder, domain, ROBOTS, world={"speed": SPEED})
         try:
             swarm.wait_until_active()
-            fuzzer = Fuzzer(swarm, seed, only)
+            fuzzer = Fuzzer(swarm, seed, only, tick_limit)
             outcome = fuzzer.run(count)
         finally:
             swarm.close()
