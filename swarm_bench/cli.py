@@ -21,6 +21,7 @@ def _load() -> typer.Typer:
         halls_command,
         peers_command,
         scale_command,
+        storm_command,
     )
     from swarm_bench.bench_command import bench_app
 

@@ -26,6 +26,7 @@ from swarm_common.beacon import BEACON_DTYPE, BeaconArray, empty_beacons
 from swarm_common.records import CONTROL_PERIOD, Odometry, Pose, Twist
 from swarm_common.wire import yaw_of
 from swarm_nav.goals import Goal, GoalEnded, GoalKind, Outcome, Output
+from swarm_sim.verdict import Collision
 from swarm_sim.world import Observation, World
 
 Watcher = Callable[[World, Sequence[Driver], Sequence[Output | None]], None]
@@ -133,8 +134,11 @@ class Harness:
             self._on_tick(world, self.stage.drivers, self._outputs)
         if self.is_over or tick >= min(self._limit, self._last_success + self._stall_limit):
             return False
-        world.step(self._twists, self._sent)
+        self._watch(world.step(self._twists, self._sent))
         return True
+
+    def _watch(self, collisions: Sequence[Collision]) -> None:
+        """Look at the contact episodes that began in a tick; the verdict counts them anyhow."""
 
     def _die(self, tick: int) -> None:
         for index, death in self._faults.dead.items():

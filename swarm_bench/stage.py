@@ -11,6 +11,7 @@ from typing import Any
 from swarm_bench.methods import Driver, load_method
 from swarm_bench.scenario import Scenario
 from swarm_commander.itinerary import Itinerary
+from swarm_commander.leg import Stop
 from swarm_commander.mission import Mission, load_mission
 from swarm_commander.params import REALISTIC, default_parameters
 from swarm_common.errors import ConfigError
@@ -20,8 +21,9 @@ from swarm_common.map_io import load_map, map_of_world
 from swarm_common.records import Pose, RobotSpec
 from swarm_common.robot_io import load_robot, load_robot_model
 from swarm_common.robot_model import RobotModel
+from swarm_common.sites import Sites
 from swarm_nav.config import NavConfig, config_from_parameters
-from swarm_sim.actors import Actors, load_actors
+from swarm_sim.actors import Actors, WalkerSpec, load_actors
 from swarm_sim.draw_map import Reach, draw_world, reach_of, with_touchable
 from swarm_sim.radio import RadioConfig
 from swarm_sim.scene import Scene
@@ -65,6 +67,8 @@ class Stage:
         homes_map: Where each starts.
         dead: Indices of the robots that never do anything.
         grid: The map.
+        sites: Of the world.
+        stops: The goals of each robot.
     """
 
     world: World
@@ -73,6 +77,8 @@ class Stage:
     homes_map: list[Pose]
     dead: frozenset[int]
     grid: Grid
+    sites: Sites = field(default_factory=Sites)
+    stops: list[tuple[Stop, ...]] = field(default_factory=list)
 
 
 def check(options: RunOptions) -> None:
@@ -91,8 +97,20 @@ def check(options: RunOptions) -> None:
     nav_config(options, specs[0])
 
 
-def build(options: RunOptions) -> Stage:
+def build(
+    options: RunOptions,
+    *,
+    world_class: type[World] = World,
+    walkers: tuple[WalkerSpec, ...] = (),
+    most_goals: int | None = None,
+) -> Stage:
     """Return the stage of a run; starts, goals and parameters are those of `swarm-up`.
+
+    Args:
+        options: What to run.
+        world_class: What simulates.
+        walkers: People beside those of the scenario.
+        most_goals: Per robot; None for all of the mission.
 
     Raises:
         SwarmError: If a file or a value is unusable.
@@ -103,7 +121,9 @@ def build(options: RunOptions) -> Stage:
     dead = frozenset(range(count - len(scenario.dead), count))
     method = load_method(options.method)
     actors = _actors(scenario.world, scenario.actors)
-    world = World(
+    if walkers:
+        actors = Actors((*(actors.walkers if actors else ()), *walkers), scene.vehicles)
+    world = world_class(
         scene,
         specs,
         homes,
@@ -124,18 +144,29 @@ def build(options: RunOptions) -> Stage:
         method(configs[spec], spec, grid, scene.sites, number, home)
         for number, (spec, home) in enumerate(zip(specs, homes, strict=True), 1)
     ]
-    itineraries = [
-        Itinerary(
-            ()
-            if index in dead
-            else mission.stops(
-                scene.sites, home, seed=options.seed, robot_id=index + 1, homes_map=homes
-            ),
-            mission.retries,
+    stops = [
+        ()
+        if index in dead
+        else tuple(
+            mission.stops(
+                scene.sites, home, seed=options.seed, robot_id=index + 1, limit=most_goals,
+                homes_map=homes,
+            )
         )
         for index, home in enumerate(homes)
-    ]
-    return Stage(world, drivers, itineraries, homes, dead, grid)
+    ]  # fmt: skip
+    itineraries = [Itinerary(route, mission.retries) for route in stops]
+    return Stage(world, drivers, itineraries, homes, dead, grid, scene.sites, stops)
+
+
+def ground_of(options: RunOptions) -> tuple[Grid, list[Pose]]:
+    """Return the map of a run and where its robots start.
+
+    Raises:
+        SwarmError: If a file or a value is unusable.
+    """
+    _, _, homes, specs = _cast(options)
+    return _map_for(options.scenario.world, specs), homes
 
 
 def _cast(options: RunOptions) -> tuple[Scene, Mission, list[Pose], list[RobotSpec]]:

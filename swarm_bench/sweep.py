@@ -8,6 +8,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
+from typing import TypeVar
 
 from rich.console import Console
 
@@ -19,6 +20,8 @@ from swarm_bench.ros_run import run_on_graph
 from swarm_bench.stage import RunOptions, check
 from swarm_bench.table import run_line
 
+T = TypeVar("T")
+R = TypeVar("R")
 Runner = Callable[[RunOptions], RunResult]
 
 
@@ -80,6 +83,17 @@ def run_all(
 
     Args:
         options: The runs, in order.
+        jobs: Processes.
+        runner: Runs one.
+    """
+    yield from in_processes(options, jobs, runner)
+
+
+def in_processes(options: Sequence[T], jobs: int, runner: Callable[[T], R]) -> Iterator[R]:
+    """Yield the result of each job as it comes.
+
+    Args:
+        options: What to run, in order.
         jobs: Processes.
         runner: Runs one.
     """
