@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -101,3 +102,13 @@ def test_key_depends_on_content_only(tmp_path: Path) -> None:
     assert packages.content_key([second], "gcc 12") == key
     assert packages.content_key([changed], "gcc 12") != key
     assert packages.content_key([first], "gcc 13") != key
+
+
+def test_categories_have_the_numbers_of_the_published_standard() -> None:
+    """simulation_interfaces 1.x and 2.x; a client of another build filters by these."""
+    folder = share_directory("interfaces") / "interfaces" / "simulation_interfaces" / "msg"
+    text = (folder / "EntityCategory.msg").read_text(encoding="utf-8")
+    numbers = dict(re.findall(r"^uint8 CATEGORY_(\w+) *= *(\d+)", text, re.MULTILINE))
+    assert numbers == {
+        "OBJECT": "0", "ROBOT": "1", "HUMAN": "2", "DYNAMIC_OBJECT": "4", "STATIC_OBJECT": "5",
+    }  # fmt: skip
