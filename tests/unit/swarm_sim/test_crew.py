@@ -14,6 +14,7 @@ from swarm_sim.crew import Arrival, Crew
 from swarm_sim.model_reader import read_robot
 from swarm_sim.refusal import Reason, RefusedError
 from swarm_sim.settings import RobotEntry, Settings
+from tests.standins.own_robots import Own, box, caster, inertial, lidar, link, pair, robot
 
 WAFFLE, BURGER = "turtlebot3_waffle", "turtlebot3_burger"
 FREE = Pose(3.0, 3.0, 1.0)
@@ -60,6 +61,20 @@ def test_a_name_can_come_back_with_the_same_model_only(crew: Crew) -> None:
     again = spawn(crew, "Srobot2", False, WAFFLE, FREE)
     assert (again.index, again.pose_map) == (1, FREE)
     assert crew.robots == ["Srobot1", "Srobot2"]
+
+
+def test_a_robot_that_does_not_drive_does_not_come(tmp_path: Path) -> None:
+    robots = (RobotEntry("Srobot1", WAFFLE),)
+    stage = build(Settings(world="hall_12", robots=robots, engine="bullet"))
+    crew = Crew(stage.world, stage.grid, stage.poses_map, "")
+    heavy = link("base_link", box(0.4, 0.26, 0.1), inertial(6.0, 5000.0), xyz="0 0 0.1")
+    own = Own(robot("heavy", [heavy, *pair(), caster("caster", -0.15), lidar()]))
+    path = str(own.write(tmp_path))
+    error = refused(lambda: spawn(crew, "", False, path, FREE))
+    stage.world.close()
+    assert error.reason is Reason.BAD_MODEL
+    assert "Cause: inertia" in str(error)
+    assert crew.robots == ["Srobot1"]
 
 
 @pytest.mark.parametrize("name", ["Hans", "Srobot", "Srobot0", "Srobot99999", "robot1", "/Srobot5"])
