@@ -32,6 +32,7 @@ from swarm_nav.ros_clock import TickClock
 from swarm_nav.ros_demand import OnDemand
 from swarm_nav.ros_node import create_node
 from swarm_nav.ros_params import Parameters
+from swarm_nav.ros_plans import Plans
 from swarm_nav.ros_poses import deviation_in, is_placeholder, pose_in_map
 from swarm_nav.ros_services import Services
 from swarm_nav.ros_status import StatusWriter
@@ -138,6 +139,14 @@ class NavigatorNode:
             self.rejections,
             lambda: self.lifecycle.is_active,
             self._answers.send_withheld,
+            self._on_demand,
+        )
+        self._plans = Plans(
+            self.node,
+            brain,
+            self._to_map,
+            self.rejections,
+            lambda: self.lifecycle.is_active,
             self._on_demand,
         )
         Services(self.node, self, brain, self._on_demand)
@@ -275,6 +284,8 @@ class NavigatorNode:
         # The first tick was answered by all before there is a second one.
         self._on_demand.look(now, has_begun=self.tick > 0)
         self._answers.look(self.tick, now)
+        if self._brain is not None:
+            self._plans.look(self.tick)
         self.rejections.tell(now)
 
     # What the operator asks for

@@ -3,42 +3,34 @@
 from __future__ import annotations
 
 import dataclasses
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-import numpy as np
 from geometry_msgs.msg import PoseStamped
-from nav2_msgs.action import ComputePathThroughPoses, ComputePathToPose
 from rclpy.action.server import ServerGoalHandle
 from rclpy.node import Node
 
-from swarm_common.records import Pose
-from swarm_common.rejections import RejectedError, Rejections
-from swarm_common.ros_io import RELIABLE, path_msg, unpacked
-from swarm_nav.goals import ErrorCode, Goal, GoalEnded, GoalKind, Outcome, PlanError
+from swarm_common.rejections import Rejections
+from swarm_common.ros_io import RELIABLE, unpacked
+from swarm_nav.goals import Goal, GoalEnded, GoalKind
 from swarm_nav.navigator import Navigator
 from swarm_nav.reach import Reach
 from swarm_nav.ros_actions import TickActionServer
 from swarm_nav.ros_demand import OnDemand
 from swarm_nav.ros_goals import (
     ACTIONS,
+    CLIENT,
     ToMap,
-    check_count,
-    duration_msg,
     feedback_msg,
     goal_from_request,
-    plan_error_code,
     pose_goal,
     result_msg,
     start_tick,
 )
 
-CLIENT = "a client"  # of an action or a service: DDS does not say which
 FEEDBACK_TICKS = 5
-MOST_PLANNED = 100  # poses of one plan, which is made between two ticks
 LISTENER_TICKS = 20  # between two looks for who wants feedback; the graph is slow to ask
 
 
@@ -93,11 +85,6 @@ class Tasks:
         for kind, action in ACTIONS.items():
             if kind is not GoalKind.NAVIGATE:
                 on_demand.offer_action(kind.value, partial(self._serve, kind, action))
-        for action, name, field in (
-            (ComputePathToPose, "compute_path_to_pose", "goal"),
-            (ComputePathThroughPoses, "compute_path_through_poses", "goals"),
-        ):
-            on_demand.offer_action(name, partial(self._serve_plans, action, name, field))
         node.create_subscription(PoseStamped, "goal_pose", self._take_goal_pose, RELIABLE, raw=True)
 
     def _serve(self, kind: GoalKind, action: Any) -> None:
@@ -162,33 +149,3 @@ class Tasks:
             running.handle.publish_feedback(
                 feedback_msg(running.goal, feedback, running.started_tick, tick)
             )
-
-    def _serve_plans(self, action: Any, name: str, field: str) -> None:
-        def begin(server: TickActionServer, handle: ServerGoalHandle) -> None:
-            request = handle.request
-            is_through = field == "goals"
-            goals = request.goals if is_through else [request.goal]
-            result = action.Result()
-            started = time.perf_counter()
-            try:
-                self._plan(request, goals, result)
-                outcome = Outcome.SUCCEEDED
-            except (PlanError, ValueError) as error:
-                if isinstance(error, RejectedError):
-                    self._rejections.reject(name, CLIENT, error)
-                result.error_code, result.error_msg = plan_error_code(error, is_through), str(error)
-                outcome = Outcome.ABORTED
-            result.planning_time = duration_msg(time.perf_counter() - started)
-            server.finish(handle, outcome, result)
-
-        TickActionServer(self._node, action, name, lambda _: self._is_open(), begin, lambda _: None)
-
-    def _plan(self, request: Any, goals: Sequence[PoseStamped], result: Any) -> None:
-        if not goals:
-            raise PlanError(ErrorCode.NO_VIAPOINTS_GIVEN, "no goals given")
-        check_count(goals, MOST_PLANNED)
-        start: Pose | None = self._to_map(request.start) if request.use_start else None
-        poses = [self._to_map(goal) for goal in goals]
-        result.path = path_msg(np.asarray(self._brain.make_plan(start, poses)), self._tick)
-        if result.path.poses:
-            result.path.poses[-1].pose.orientation = goals[-1].pose.orientation

@@ -15,7 +15,7 @@ import rclpy.parameter_service
 import rclpy.time_source
 from rclpy.type_support import check_for_type_support
 
-from swarm_nav import node, ros_goals, ros_services, ros_tasks, ros_views
+from swarm_nav import node, ros_goals, ros_plans, ros_services, ros_tasks, ros_views
 
 USERS: tuple[ModuleType, ...] = (
     rclpy.node,
@@ -23,6 +23,7 @@ USERS: tuple[ModuleType, ...] = (
     rclpy.time_source.rosgraph_msgs.msg,
     node,
     ros_goals,
+    ros_plans,
     ros_services,
     ros_tasks,
     ros_views,

@@ -12,7 +12,14 @@ from typing import Any
 import numpy as np
 import pytest
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TwistStamped
-from nav2_msgs.action import BackUp, DriveOnHeading, FollowPath, NavigateToPose, Spin
+from nav2_msgs.action import (
+    BackUp,
+    ComputePathThroughPoses,
+    DriveOnHeading,
+    FollowPath,
+    NavigateToPose,
+    Spin,
+)
 from nav_msgs.msg import OccupancyGrid, Odometry
 from rcl_interfaces.srv import SetParameters
 from rclpy.action import ActionClient
@@ -211,4 +218,29 @@ def test_every_goal_of_a_burst_is_answered(swarm):
     assert sum(future.result().accepted for future in asked) == BURST // 2
     assert time.monotonic() - start < 60.0
     check_that_all_go_on(swarm)
+    client.destroy()
+
+
+def test_many_plans_at_once_are_made_between_the_ticks_or_refused(swarm):
+    """100 different legs took six seconds, for which all robots waited."""
+    client = ActionClient(
+        swarm.node, ComputePathThroughPoses, "/Srobot1/compute_path_through_poses"
+    )
+    swarm.spin_until(client.server_is_ready)
+    goals = [place(-2.0 + 0.08 * number, 3.0 + 0.04 * number) for number in range(60)]
+    handle = swarm.result_of(client.send_goal_async(ComputePathThroughPoses.Goal(goals=goals)))
+    assert handle.accepted
+    future = handle.get_result_async()
+    before = swarm.sim_time()
+    swarm.spin_until(future.done, 120.0)
+    result = future.result().result
+    assert result.error_code == 0, result.error_msg
+    assert len(result.path.poses) > len(goals)
+    assert swarm.sim_time() > before
+    handle = swarm.result_of(
+        client.send_goal_async(ComputePathThroughPoses.Goal(goals=[place(0.0)] * 5000))
+    )
+    refused = swarm.result_of(handle.get_result_async()).result
+    assert refused.error_code != 0
+    assert "5000 poses" in refused.error_msg
     client.destroy()
