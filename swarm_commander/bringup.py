@@ -300,7 +300,8 @@ class Run(ProcessRun):
         self.tally.apply({"event": "mission_down"})
         robots = self.tally.robots.items()
         settled = {name: robot.reached + robot.failed for name, robot in robots}
-        self._start(RUNNER, self._runner | {"settled": settled})
+        now = {"settled": settled, "resumed_at": self.tally.sim_time}
+        self._start(RUNNER, self._runner | now)
         known = {robot["name"] for robot in self._runner["robots"]}
         for name in self.tally.robots:
             if name not in known:

@@ -26,7 +26,7 @@ from swarm_commander.status_door import StatusDoor
 from swarm_common.journal import Journal
 from swarm_common.participants import Hubs, prepare
 from swarm_common.pipes import EventWriter, LineReader
-from swarm_common.records import Pose
+from swarm_common.records import CONTROL_PERIOD, Pose
 from swarm_common.rejections import Rejections
 from swarm_common.sites import Sites
 from swarm_common.sites_io import load_sites
@@ -79,7 +79,8 @@ class Runner:
         self._fresh: set[str] = set()
         self._sent: dict[str, int] = {}  # number of the latest goal, by robot
         self._is_started = False
-        self._is_resumed = bool(config.get("settled"))
+        # Of a mission process that goes on where another one died
+        self._resumed_at = round(float(config.get("resumed_at", 0.0)) / CONTROL_PERIOD)
         self._is_done = False
         self._beat_at = 0.0
         self._heard_at: dict[str, float] = {}
@@ -180,11 +181,10 @@ class Runner:
     def _start_when_ready(self) -> None:
         alive = [d for name, d in self._drivers.items() if name not in self._dead]
         has_mission = any(driver.itinerary is not None for driver in alive)
-        is_known = not self._is_resumed or all(driver.tick for driver in alive)
-        if has_mission and is_known and all(driver.robot.isReady() for driver in alive):
+        if has_mission and all(driver.robot.isReady() for driver in alive):
             self._is_started = True
             for driver in alive:
-                driver.start(driver.tick if self._is_resumed else 0)
+                driver.start(max(self._resumed_at, driver.tick) if self._resumed_at else 0)
 
     def _hear_again(self, name: str) -> None:
         """Ask a robot that was silent for its goal, and let it have back what it lost by that."""

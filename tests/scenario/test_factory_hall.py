@@ -147,7 +147,7 @@ def test_equal_seeds_give_equal_trajectories_on_a_busy_machine_too(swarm: Swarm)
 
 
 def test_the_others_finish_when_one_navigator_is_killed(swarm: Swarm) -> None:
-    swarm.start("--swarm-size", "3", "--goals-per-robot", "1", *MISSION)
+    swarm.start("--swarm-size", "3", "--goals-per-robot", "1", "--no-restart", *MISSION)
     swarm.wait_for("running")
     swarm.navigators()[1].kill()
     code, output = swarm.finish()
