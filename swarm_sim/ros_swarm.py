@@ -21,6 +21,7 @@ from swarm_sim.settings import Settings
 from swarm_sim.world import Observation, World
 
 TOGETHER = 0.005  # [s] within which repeats that are due go into one batch
+HURRY = 1.5  # times as long as the last answer took
 SHORTEST = 0.001  # [s] of a wait
 KEEPS_UP = 10  # ticks that a late robot may be behind to be waited for again
 
@@ -56,6 +57,7 @@ class Links:
         self._waiter = Waiter(node.context)
         self._links: list[RobotLink] = []
         self._hosts = Hosts(node)
+        self._opened_at = self._answer_at = 0.0  # wall time of the tick, and of its last answer
         for index, entry in enumerate(settings.robots):
             self.add(index, entry.name, stage.specs[index], stage.urdfs[index])
 
@@ -79,7 +81,8 @@ class Links:
 
         def note_answer() -> None:
             self._barrier.answer(robot)
-            link.trip.answer(time.monotonic())
+            self._answer_at = time.monotonic()
+            link.trip.answer(self._answer_at)
 
         node = self._hubs.node_of(robot)
         link = RobotLink(
@@ -113,6 +116,7 @@ class Links:
 
     def open(self, tick: int, observations: Sequence[Observation], now: float) -> None:
         """Begin a tick at wall time `now`: forget the last answers, publish what robots sense."""
+        self._opened_at = self._answer_at = now
         for link in self._links:
             link.open(tick)
             link.trip.send(now)
@@ -128,14 +132,35 @@ class Links:
         Returns:
             Whether there are any.
         """
-        missing = self._barrier.missing()
-        if all(self._links[robot].trip.due_at > now for robot in missing):
+        due = self._due_times()
+        if all(time > now for time in due.values()):
             return False
-        late = [robot for robot in missing if self._links[robot].trip.due_at <= now + TOGETHER]
+        late = [robot for robot, time in due.items() if time <= now + TOGETHER]
         for robot in late:
-            self._links[robot].trip.repeat(now)
+            trip = self._links[robot].trip
+            if trip.due_at <= now + TOGETHER:
+                trip.repeat(now)
+            else:
+                trip.hurry(now)
         self._publish(late, observations)
         return True
+
+    def _due_times(self) -> dict[int, float]:
+        """Return when each missing answer is to be asked for again.
+
+        How long answers take depends on how busy all hosts are, and so differs more from tick to
+        tick than from robot to robot. Once half of the robots have answered, one on another host
+        whose answer takes half as long again as the last one's has probably lost a message.
+        """
+        missing = self._barrier.missing()
+        hurry_at = self._opened_at + HURRY * (self._answer_at - self._opened_at)
+        has_most = 2 * len(missing) <= self._barrier.answering
+        due = {}
+        for robot in missing:
+            trip = self._links[robot].trip
+            may_hurry = has_most and self._hosts.has(robot) and not trip.is_hurried
+            due[robot] = min(trip.due_at, hurry_at) if may_hurry else trip.due_at
+        return due
 
     def repeat_at_start(
         self, observations: Sequence[Observation], now: float, *, to_newcomers: bool
@@ -173,8 +198,8 @@ class Links:
             timeout: [s] at most; less if an answer is to be asked for again before.
             now: Wall time [s].
         """
-        missing = self._barrier.missing()
-        due = min(self._links[robot].trip.due_at for robot in missing)
+        due_times = self._due_times()
+        due, missing = min(due_times.values()), list(due_times)
         middle = self._links[missing[len(missing) // 2]]
         self._waiter.wait([middle.awaited], min(timeout, max(due - now, SHORTEST)))
 

@@ -20,6 +20,7 @@ class RoundTrip:
 
     Attributes:
         limit: [s] after which its answer is asked for again.
+        is_hurried: Whether it was sent again before its time.
     """
 
     def __init__(self, least: float) -> None:
@@ -33,10 +34,17 @@ class RoundTrip:
         self._smooth: float | None = None
         self._deviation = 0.0
         self._first_at = self._sent_at = 0.0
+        self.is_hurried = False
 
     def send(self, now: float) -> None:
         """Something was sent for the first time, at wall time `now`."""
         self._first_at = self._sent_at = now
+        self.is_hurried = False
+
+    def hurry(self, now: float) -> None:
+        """It was sent again before its time, as most others have answered; once at most."""
+        self._sent_at = now
+        self.is_hurried = True
 
     def repeat(self, now: float) -> None:
         """It was sent again."""

@@ -84,6 +84,21 @@ def test_repeats_that_were_not_needed_lengthen_the_limit() -> None:
     assert repeats < 150  # of 900; 180 if only answers that came in time counted
 
 
+def test_hurrying_is_no_repeat() -> None:
+    trip = RoundTrip(LEAST)
+    now = answered(trip, 0.0, [0.02] * 50)
+    limit = trip.limit
+    trip.send(now)
+    trip.hurry(now + 0.015)
+    assert trip.is_hurried
+    assert trip.limit == limit
+    assert trip.due_at == pytest.approx(now + 0.015 + limit)
+    trip.answer(now + 0.04)  # to which of them?
+    assert trip.limit == limit
+    trip.send(now + 0.1)
+    assert not trip.is_hurried
+
+
 def test_on_one_host_nothing_is_repeated_earlier_than_ever() -> None:
     trip = RoundTrip(0.25)
     answered(trip, 0.0, [0.001] * 100)
