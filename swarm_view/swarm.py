@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Callable
 from typing import Any
 
@@ -15,6 +16,8 @@ from swarm_view.decode import Raster, RobotState
 from swarm_view.topics import Layer
 from swarm_view.track import Track, Trails
 
+# What bytes raise that are not the message they should be, in our readers and in rclpy's.
+UNREADABLE = (ValueError, IndexError, OverflowError, RuntimeError, struct.error)
 HISTORY = 40  # ticks for which poses are kept, to place scans
 DECODERS: dict[Layer, Callable[[Any], Any]] = {
     Layer.PLAN: decode.path,
@@ -60,6 +63,7 @@ class Swarm:
         self.state_revision = 0
         self._layers: dict[str, tuple[int, bytes]] = {}
         self._decoded: dict[str, tuple[int, Any]] = {}
+        self.unreadable = 0  # messages of which no sense could be made: they are not drawn
         self._history: dict[int, FloatArray] = {}
         self._places: dict[str, Pose] = {}  # of statuses, where there is no ground truth
         self._has_truth = False
@@ -108,7 +112,10 @@ class Swarm:
         for topic, data in taken:
             if topic == topics.TF and newest[topic] is not data:
                 continue  # at high speed there are more than can be drawn
-            self._apply(topic, data, now)
+            try:
+                self._apply(topic, data, now)
+            except UNREADABLE:
+                self.unreadable += 1
 
     def _apply(self, topic: str, data: bytes, now: float) -> None:
         if topic == topics.TF:
@@ -185,7 +192,11 @@ class Swarm:
         known = self._decoded.get(topic)
         if known is not None and known[0] == version:
             return known
-        self._decoded[topic] = version, _decode(topic, layer, data)
+        try:
+            self._decoded[topic] = version, _decode(topic, layer, data)
+        except UNREADABLE:
+            self.unreadable += 1
+            self._decoded[topic] = known or (0, None)
         return self._decoded[topic]
 
     def drop_layers(self, wanted: set[str]) -> None:

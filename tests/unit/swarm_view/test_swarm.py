@@ -1,5 +1,7 @@
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from swarm_view import topics
 from swarm_view.panel_text import robot_html, stations_html, verdict_html
@@ -112,3 +114,17 @@ def test_a_robot_without_visuals_is_drawn_all_the_same() -> None:
     mesh = robot_mesh("<robot name='r'><link name='base'/></robot>")
     assert mesh.radius > 0.1
     assert np.allclose(mesh.links["base"], np.eye(4))
+
+
+@settings(deadline=None)
+@given(data=st.binary(max_size=400))
+def test_what_cannot_be_read_is_not_drawn_and_ends_nothing(data: bytes) -> None:
+    known = Swarm()
+    names = ("status", "robot_description", "scan", "beacon", "plan", "particle_cloud")
+    topics = ["/map", "/sim/tf", "/sim/scene", "/sim/movers", "/sim/verdict"]
+    topics += [f"/Srobot1/{name}" for name in names]
+    for head in (b"", b"\x00\x01\x00\x00", b"\x00\x00\x00\x00"):
+        known.apply([(topic, head + data) for topic in topics], 0.0)
+        for layer in Layer:
+            known.layer("Srobot1", layer)
+    assert known.unreadable > 0
