@@ -26,6 +26,7 @@ class Claim:
         self._published_size = 1
         self._watch_pose = situation.pose
         self._watch_tick = situation.tick
+        self._retracted_tick = self._retracting_since = -1000
 
     def note_published(self, held: NDArray[np.float32], size: int) -> None:
         """Remember what the others are told to be held: their requests yield to that.
@@ -136,9 +137,22 @@ class Claim:
         return False
 
     def retract(self) -> None:
-        """Keep only what the robot needs to stop in, and ask for nothing."""
-        s = self._s
-        s.tube.release_ahead(s.brake_points)
-        s.tube.withdraw()
+        """Keep only what the robot needs to stop in, and ask for nothing.
+
+        Who merely is not heard for a moment keeps path and request: over a slow radio that happens
+        more often than a request can be acknowledged.
+        """
+        s, tube = self._s, self._s.tube
+        if s.tick - self._retracted_tick > 1:
+            self._retracting_since = s.tick
+        self._retracted_tick = s.tick
+        waited = s.tick - self._retracting_since
+        if s.hood.deaf_neighbor and waited < s.patience(WATCHDOG_TIME):
+            keep = 0 if s.is_standing else s.brake_points
+            if tube.stop > tube.near + keep:
+                tube.release_ahead(keep)
+            return
+        tube.release_ahead(s.brake_points)
+        tube.withdraw()
         if s.is_standing:
-            s.tube.reset(s.pose)
+            tube.reset(s.pose)

@@ -126,3 +126,23 @@ def test_a_retracted_claim_is_what_stopping_needs_and_asks_for_nothing() -> None
     s.twist = Twist()
     claim.retract()
     assert len(s.tube.points) == 1
+
+
+def test_who_is_not_heard_for_a_moment_keeps_path_and_request() -> None:
+    """A door over a radio with 0.3 s of delay and 30 % of loss: 2 of 12 arrived, now all do."""
+    s, claim = on_a_path(held=10)
+    s.hood.deaf_neighbor = 7
+    s.tube.publish(s.pose, s.tick)
+    claim.retract()
+    assert s.tube.stop == s.tube.near
+    path = len(s.tube.points)
+    for _ in range(10):
+        s.tick += 1
+        s.tube.publish(s.pose, s.tick)
+        claim.retract()
+    assert len(s.tube.points) == path > 10
+    assert len(s.tube.requests) == 10
+    for _ in range(40):
+        s.tick += 1
+        claim.retract()
+    assert len(s.tube.points) == 1
