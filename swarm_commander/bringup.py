@@ -40,7 +40,8 @@ STOP_ORDER = (WORLD, RUNNER, RECORDER, HOST)  # the world first, so that nobody 
 ONLOOKERS = (RECORDER, RVIZ, VIEWER)  # the run goes on without them
 WORLD_SILENCE = 20.0  # [s] of wall time without a word after which the world hangs,
 WORLD_START_SILENCE = 60.0  # [s] before its first step, when it may have to compile
-RUNNER_SILENCE = 20.0  # [s] the same of the mission process, which speaks every 2 s
+SUSPICION = 60.0  # [s] of wall time for robots to be heard again that were late with most others
+RUNNER_SILENCE = 30.0  # [s] the same of the mission process, which speaks every 2 s
 START_LIMIT = 600.0  # [s] for all to be active; the first start compiles the kernels
 MISSION_LIMIT = 60.0  # [s] from then to the mission's first goal,
 MISSION_LIMIT_PER_ROBOT = 1.0  # [s] and this much more for each robot to connect to
@@ -67,6 +68,7 @@ class Run(ProcessRun):
         self._runner: dict[str, Any] = {}  # what the mission process is started with
         self._is_released = False  # whether the nursery was told to start the navigators
         self._has_ticked = False
+        self._suspects: dict[str, float] = {}  # that may hang: until when they may be silent
         self._requests: dict[str, list[Request]] = {}  # answered when a robot is active again
         self._navigated = set(plan.alive)  # robots that have a navigator, or had one that died
         self._unmet = set(MEETING) if ros_env.is_large(plan.options.swarm_size) else set()
@@ -78,6 +80,7 @@ class Run(ProcessRun):
         self._check_mission()
         self._check_world()
         self._check_runner()
+        self._check_suspects()
 
     def _begin(self) -> None:
         trace = {"trace_dir": str(self._folder.trace)}
@@ -227,11 +230,26 @@ class Run(ProcessRun):
         name, silence = event["robot"], f"has not answered for {float(event['seconds']):.0f} s"
         if self._is_stopping or name in self._keeper.down | self._keeper.given_up:
             return
-        if self._restarts.is_allowed:
-            self._note_incident(f"{name} {silence}: it hangs and is killed")
-            self._keeper.kill(name)
-        else:
-            self._progress.note(f"{name} {silence}; nobody waits for it any longer", "yellow")
+        if self._restarts.is_allowed and event["is_alone"]:
+            self._kill_hanging(name, silence)
+            return
+        self._progress.note(f"{name} {silence}; nobody waits for it any longer", "yellow")
+        if self._restarts.is_allowed:  # most are late: is it the machine?
+            self._suspects[name] = time.monotonic() + SUSPICION
+
+    def _on_status_event(self, event: dict[str, Any]) -> None:
+        self._suspects.pop(event["robot"], None)
+
+    def _check_suspects(self) -> None:
+        now = time.monotonic()
+        for name in [name for name, due in self._suspects.items() if now > due]:
+            del self._suspects[name]
+            if not self._is_stopping and name not in self._keeper.down | self._keeper.given_up:
+                self._kill_hanging(name, "does not answer any more")
+
+    def _kill_hanging(self, name: str, silence: str) -> None:
+        self._note_incident(f"{name} {silence}: it hangs and is killed")
+        self._keeper.kill(name)
 
     def _on_found_event(self, event: dict[str, Any]) -> None:
         self._progress.note(f"{event['robot']} is heard again: its goals count again")

@@ -7,7 +7,7 @@ from typing import Any
 
 from swarm_commander.restarts import Restarts
 
-ANSWER_LIMIT = 15.0  # [s] of wall time for the nursery to do what it is told
+ANSWER_LIMIT = 60.0  # [s] of wall time for the nursery to do what it is told
 HANGING = 30.0  # [s] of wall time that a navigator may be behind the others at the start
 START_LIMIT = 60.0  # [s] of wall time for one that was started anew to be active
 

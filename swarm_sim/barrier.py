@@ -32,7 +32,7 @@ class Barrier:
         self._has_started = not expects
         self._expects = expects
         self._last_answers = 0
-        self._new_late: list[int] = []
+        self._new_late: list[tuple[int, bool]] = []
         self.late_ticks = 0
 
     @property
@@ -106,16 +106,21 @@ class Barrier:
         missing = self.missing()
         if not self._has_started:
             return not missing
+        is_alone = 2 * len(missing) <= sum(self._expected)
         for robot in missing:
             waited = now - min(self._opened_at, self._silent_since.get(robot, self._opened_at))
             limit = NEWCOMER_LIMIT if robot in self._newcomers else 0.0
             if waited > max(limit, self._wall_limit):
                 self._expected[robot] = False
-                self._new_late.append(robot)
+                self._new_late.append((robot, is_alone))
         return not self.missing()
 
-    def take_late(self) -> list[int]:
-        """Return the robots that are not waited for any more since the last call."""
+    def take_late(self) -> list[tuple[int, bool]]:
+        """Return the robots that are not waited for any more since the last call.
+
+        Returns:
+            Each with whether at least half of all had answered: if not, it may be the machine.
+        """
         late, self._new_late = self._new_late, []
         return late
 

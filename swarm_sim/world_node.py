@@ -253,9 +253,9 @@ class WorldNode:
 
     def _advance(self) -> None:
         self._barrier.close()
-        for robot in self._barrier.take_late():
+        for robot, is_alone in self._barrier.take_late():
             name, limit = self._links.names[robot], self._settings.wall_limit
-            self._events.write("late", robot=name, seconds=limit, sim_time=self._world.sim_time)
+            self._events.write("late", robot=name, seconds=limit, is_alone=is_alone)
         commands, beacons = self._links.answers()
         for robot in self._moves.hold(commands, beacons):
             self._crew.settle(robot)

@@ -93,10 +93,9 @@ def run(options: argparse.Namespace) -> int:
     rng = random.Random(options.seed)
     output = Path(options.output)
     result: dict[str, Any] = {"options": vars(options), "kills": [], "samples": []}
-    with (
-        reserved_domain() as domain,
-        tempfile.TemporaryDirectory(dir=options.folder) as folder,
-    ):
+    folder = tempfile.mkdtemp(prefix="soak_", dir=options.folder)  # kept: its logs say what broke
+    result["folder"] = folder
+    with reserved_domain() as domain:
         flags = ("--swarm-size", str(options.robots), "--seed", str(options.seed))
         flags += ("--mission", "loading_route", "--laps", str(LAPS), "--headless", "--no-report")
         flags += ("--speed", str(options.speed))
@@ -105,7 +104,7 @@ def run(options: argparse.Namespace) -> int:
             swarm.wait_until(lambda: swarm.sim_time() > 0.0)
             result["state"] = "running"
             began = time.monotonic()
-            due = began
+            due = began + PERIOD  # all have begun to drive by then
             while swarm.is_running() and time.monotonic() - began < 60.0 * options.minutes:
                 time.sleep(1.0)
                 if time.monotonic() < due:

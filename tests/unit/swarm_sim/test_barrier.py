@@ -13,8 +13,16 @@ def test_who_is_late_is_told_once():
     barrier.open(10.0)
     barrier.answer(0)
     assert barrier.is_complete(16.0)
-    assert barrier.take_late() == [1]
+    assert barrier.take_late() == [(1, True)]
     assert barrier.take_late() == []
+
+
+def test_where_most_are_late_it_may_be_the_machine():
+    barrier = started(3)
+    barrier.open(10.0)
+    barrier.answer(0)
+    assert barrier.is_complete(16.0)
+    assert barrier.take_late() == [(1, False), (2, False)]
 
 
 def started(count=3):
