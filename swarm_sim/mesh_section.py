@@ -69,7 +69,10 @@ def _polygons(
     inside = _inside(placed, (low + high) / 2.0 + NUDGE)
     shadows = _shadows(placed.in_slab(low - NUDGE, high + NUDGE), low - NUDGE, high + NUDGE)
     is_flat = shapely.area(shadows) <= LATTICE * shapely.length(shadows)
-    parts = np.asarray(shapely.get_parts(shapely.union_all([inside, *shadows[~is_flat]])))
+    # on a lattice, without which GEOS loses whole triangles among nearly equal edges
+    union = shapely.union_all([inside, *shadows[~is_flat]], grid_size=LATTICE)
+    parts = np.asarray(shapely.get_parts(union))
+    parts = parts[shapely.get_dimensions(parts) == 2]
     is_thin = shapely.area(parts) < SHEET * shapely.length(parts) / 4.0
     area = shapely.union_all(parts[~is_thin]).simplify(DETAIL)
     lines = np.concatenate([_outlines(shadows[is_flat]), _outlines(parts[is_thin])])

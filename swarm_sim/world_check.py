@@ -12,9 +12,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-import shapely
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from swarm_common.cache import kept
 from swarm_common.errors import WorldError
@@ -30,6 +28,7 @@ from swarm_sim.section import FloatArray, Section, section_between
 
 STEP = COARSEST / 2.0  # [m] between points that are looked at
 MOST_POINTS = 40_000  # of a body; of a larger one every so many
+LATTICE = 1e-6  # [m] to which corners are rounded where outlines are joined
 LEVELS = 3  # heights at which the bodies of the physics engine are felt
 NAMED = 8  # differences that a message lists
 CODE = (
@@ -116,13 +115,13 @@ def differences(
     for body in scene.fixed:
         triangles = triangles_of([body])
         for height in scan_heights:
-            points = _cut_points(triangles, height)
+            segments = cuts(triangles, height)
             section = section_between([body], height, height)
-            yield from _compared(body.name, "the LiDAR", points, section)
-        points = _touchable(triangles, reach)
+            yield from _compared(body.name, "the LiDAR", segments, section)
+        segments = triangles_between(triangles, *reach)
         section = section_between([body], *reach)
-        yield from _compared(body.name, "what robots can touch", points, section)
-        yield from _on_map(body.name, points, section)
+        yield from _compared(body.name, "what robots can touch", segments, section)
+        yield from _on_map(body.name, _few(points_along(segments, STEP)), section)
     if with_physics:
         yield from _felt(scene.fixed, reach)
 
@@ -130,7 +129,7 @@ def differences(
 def picture(scene: Scene, reach: Reach) -> MapDifference:
     """Return the map of a world compared with the triangles, on the map's cells."""
     section = section_between(scene.fixed, *reach)
-    points = _touchable(triangles_of(scene.fixed), reach)
+    points = _few(points_along(triangles_between(triangles_of(scene.fixed), *reach), STEP))
     grid = draw_grid(section, points[:: max(1, len(points) // MOST_POINTS)])
     grid = draw_on(
         (grid.height, grid.width), grid.resolution, grid.origin_x, grid.origin_y, section
@@ -147,11 +146,15 @@ def picture(scene: Scene, reach: Reach) -> MapDifference:
     )
 
 
-def _compared(name: str, what: str, points: FloatArray, section: Section) -> Iterator[Difference]:
-    """Compare points (n, 2) on the triangles of a body with its outlines."""
+def _compared(name: str, what: str, segments: FloatArray, section: Section) -> Iterator[Difference]:
+    """Compare segments (n, 2, 2) on the triangles of a body with its outlines."""
+    import shapely  # slow to import, and not needed for what is in the cache
+
+    points = _few(points_along(segments, STEP))
     missing = points[_distances(points, section) > COARSEST]
     yield from _difference(name, f"{what} lacks it", missing)
-    area = shapely.union_all([shapely.Polygon(outline) for outline in section.outlines()])
+    outlines = [shapely.Polygon(outline) for outline in section.outlines()]
+    area = shapely.union_all(outlines, grid_size=LATTICE)
     coordinates, ring = shapely.get_coordinates(
         shapely.get_parts(shapely.boundary(shapely.get_parts(area))), return_index=True
     )
@@ -159,8 +162,12 @@ def _compared(name: str, what: str, points: FloatArray, section: Section) -> Ite
     rim = points_along(np.stack([coordinates[follows], coordinates[follows + 1]], axis=1), STEP)
     rim = _few(rim)
     if len(rim):
-        gaps = cKDTree(points).query(rim)[0] if len(points) else np.full(len(rim), np.inf)
-        yield from _difference(name, f"{what} has more of it", rim[gaps > COARSEST + STEP])
+        gaps = np.full(len(rim), np.inf)
+        if len(segments):
+            tree = shapely.STRtree(shapely.linestrings(segments))
+            (which, _), found = tree.query_nearest(shapely.points(rim), return_distance=True)
+            gaps[which] = found
+        yield from _difference(name, f"{what} has more of it", rim[gaps > COARSEST])
 
 
 def _on_map(name: str, points: FloatArray, section: Section) -> Iterator[Difference]:
@@ -204,15 +211,6 @@ def _difference(name: str, what: str, points: FloatArray) -> Iterator[Difference
     if len(points):
         x, y = points[len(points) // 2]
         yield Difference(name, what, float(x), float(y), len(points))
-
-
-def _cut_points(triangles: FloatArray, height: float) -> FloatArray:
-    return _few(points_along(cuts(triangles, height), STEP))
-
-
-def _touchable(triangles: FloatArray, reach: Reach) -> FloatArray:
-    """Return points (n, 2) on the edges of what of triangles lies between two heights."""
-    return _few(points_along(triangles_between(triangles, *reach), STEP))
 
 
 def _few(points: FloatArray) -> FloatArray:
