@@ -50,6 +50,7 @@ from rclpy.experimental import EventsExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
 
+from swarm_common import ros_env
 from swarm_common.records import Pose
 from swarm_common.ros_io import pose_stamped
 from swarm_common.ros_poll import PolledTopic, drain
@@ -509,6 +510,7 @@ def main() -> int:
     parser.add_argument("--only", default="", help="targets with this in their name")
     parser.add_argument("--keep", type=Path, help="folder for the logs")
     options = parser.parse_args()
+    ros_env.set_defaults()  # no shared memory, as in the swarm
     warnings.filterwarnings("ignore", "overflow encountered", RuntimeWarning)  # of float32 fields
     folder = options.keep or Path(tempfile.mkdtemp(prefix="fuzz-"))
     folder.mkdir(parents=True, exist_ok=True)
