@@ -224,17 +224,19 @@ class Storm(Harness):
             self._send(robot, itinerary.on_free_again(tick))
 
     def _put(self, crate: Crate) -> bool:
-        """Put a crate where it bars nobody's way; return whether there was room."""
+        """Put a crate where nobody loses its way to a goal; return whether there was room."""
         world = self.stage.world
         assert isinstance(world, ChangingWorld)
         radius = crate.side / math.sqrt(2.0)
+        kept = [*self._crates, *self._stuck()]
+        led_to = self._led_to(kept)
         for _ in range(CRATE_TRIES):
             x, y = self.floor.draw(self._rng, radius + 0.05)
             gaps = np.hypot(world.poses[:, 0] - x, world.poses[:, 1] - y)
             if gaps.min() < radius + 1.0:
                 continue
             disc = (x, y, radius + self._body + BODY_ROOM)
-            if self._bars([*self._crates, disc, *self._stuck()]):
+            if not self._led_to([*kept, disc]) >= led_to:
                 continue
             box = Part(Box((crate.side, crate.side, CRATE_HEIGHT)), np.eye(4))
             place = transform_from_xyz_rpy(x, y, CRATE_HEIGHT / 2, 0.0, 0.0, crate.yaw)
@@ -253,14 +255,15 @@ class Storm(Harness):
     def _body(self) -> float:
         return max(spec.circumscribed_radius for spec in self.stage.world.specs)
 
-    def _bars(self, discs: Sequence[Disc]) -> bool:
-        """Whether somebody could not get to each of its goals any more."""
+    def _led_to(self, discs: Sequence[Disc]) -> set[tuple[int, int]]:
+        """Return (robot, goal), both as indices, of all goals that there is a way to."""
         labels = self._regions(discs)
-        return not all(
-            self._leads(labels, index, goal)
+        return {
+            (index, number)
             for index, goals in enumerate(self.stage.stops)
-            for goal in goals
-        )
+            for number, goal in enumerate(goals)
+            if self._leads(labels, index, goal)
+        }
 
     def _regions(self, discs: Sequence[Disc]) -> NDArray[np.int16]:
         """Return the regions in which one can get about without meeting the discs."""
