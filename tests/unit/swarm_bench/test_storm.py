@@ -12,7 +12,15 @@ import pytest
 from swarm_bench.harness import Harness
 from swarm_bench.reachable import Floor
 from swarm_bench.storm import ROWS, Storm, StormOptions, storm_from_json
-from swarm_bench.storm_plan import FIRST, FOR_EVER, Failure, Fault, StormPlan, draw_faults
+from swarm_bench.storm_plan import (
+    FIRST,
+    FOR_EVER,
+    Crate,
+    Failure,
+    Fault,
+    StormPlan,
+    draw_faults,
+)  # fmt: skip
 from swarm_sim.verdict import Collision
 from tests.standins.navigation import room
 
@@ -87,6 +95,22 @@ def test_a_goal_that_lies_on_a_dead_robot_is_barred_and_not_owed() -> None:
     assert storm._leads(storm._regions(storm._stuck()), 1, goal)
     storm.stage.world.place(0, goal.pose_map)
     assert not storm._leads(storm._regions(storm._stuck()), 1, goal)
+
+
+def test_crates_are_put_down_although_a_goal_is_barred_already_and_bar_no_other() -> None:
+    plan = dataclasses.replace(
+        CALM, faults=(Fault(0, Failure.KILLED, 10, FOR_EVER),),
+        crates=tuple(Crate(20, 0.4, 0.0) for _ in range(3)),
+    )  # fmt: skip
+    storm = Storm(StormOptions("pillars", 2), plan)
+    storm._die(11)
+    storm.stage.world.place(0, storm.stage.stops[1][0].pose_map)
+    before = storm._led_to(storm._stuck())
+    assert (1, 0) not in before
+    for tick in range(20, 80, 10):
+        storm._die(tick)
+    assert len(storm._crates) == 3
+    assert storm._led_to([*storm._crates, *storm._stuck()]) == before
 
 
 def test_a_storm_without_faults_is_a_run_like_any_other() -> None:
