@@ -142,7 +142,8 @@ class SoleTopic(PolledTopic):
             return True
         if is_rightful and self._is_shared:
             return True
-        if name == UNKNOWN_NODE and (not since or now - since < LOOK_AGAIN):
+        is_early = name == UNKNOWN_NODE or is_rightful  # the owner may have just been killed
+        if is_early and (not since or now - since < LOOK_AGAIN):
             self._remember(sender, since or now, "")
             return False
         self._remember(sender, now, name)

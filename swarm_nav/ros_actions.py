@@ -16,6 +16,9 @@ from swarm_nav.goals import Outcome
 # Requests wait until the next look, and DDS forgets all but the newest `depth` of them without a
 # word: the usual ten are what one client sends at once.
 BURST = QoSProfile(depth=2000)
+# [s] of the node's clock. Each status message lists all goals whose results are kept; rclpy's own
+# 15 min are for clients that ask long after the end.
+RESULT_TIMEOUT = 60
 
 Consider = Callable[[Any], bool]
 Begin = Callable[["TickActionServer", ServerGoalHandle], None]
@@ -69,6 +72,7 @@ class TickActionServer(ActionServer):  # type: ignore[misc]  # rclpy has no type
             goal_service_qos_profile=BURST,
             result_service_qos_profile=BURST,
             cancel_service_qos_profile=BURST,
+            result_timeout=RESULT_TIMEOUT,
         )
 
     def notify_execute(self, goal_handle: ServerGoalHandle, execute_callback: Any) -> None:

@@ -14,7 +14,9 @@ from swarm_common import ros_io
 from swarm_common.records import Pose, Twist, wrap_angle
 from swarm_common.ros_poll import PolledTopic
 
-LIMIT = 5.0  # [s] of wall time in which a living navigator takes note
+# [s] of wall time for which the tick waits; then the robot is told between the ticks, and stands
+# until its beacon says that it knows.
+LIMIT = 0.8
 # [s] of wall time between two times of telling: the navigator may not know our topic yet, or hear
 REPEAT_PERIOD = 0.3  # somebody else in between
 SLICE = 0.01  # [s] of wall time between two looks whether it has

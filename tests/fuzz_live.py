@@ -201,6 +201,7 @@ class Outcome:
     answered: int = 0
     unanswered: int = 0
     worst_tick: float = 0.0  # [s] of wall time between two ticks
+    slow_ticks: int = 0  # above the limit
     ticks: int = 0
     memory: list[dict[str, float]] = field(default_factory=list)  # [MB] by process
     problems: list[str] = field(default_factory=list)
@@ -220,9 +221,9 @@ class Fuzzer:
         self._inventor = Inventor(self._rng)
         self._patterns: dict[str, bytes] = {}  # by topic: what the swarm sent last
         self._pending: deque[tuple[Any, Any]] = deque()
-        self._recent: deque[str] = deque(maxlen=400)
+        self._recent: deque[tuple[float, str]] = deque(maxlen=2000)  # when, what
         self._slowest: list[str] = []  # inputs before the slowest tick was seen
-        self._last_tick = 0
+        self._last_tick = 0  # [ns] of wall time
         self._goal_due = 0.0
         self._executor = EventsExecutor(context=swarm.context)
         swarm.executor.remove_node(swarm.node)
@@ -399,12 +400,17 @@ class Fuzzer:
         while (taken := self._ticks.handle.take_message(Odometry, True)) is not None:
             stamp = taken[1]["source_timestamp"]
             if self._last_tick and stamp > self._last_tick:
-                gap = 1e-9 * (stamp - self._last_tick)
-                if gap > self.outcome.worst_tick:
-                    self.outcome.worst_tick = gap
-                    self._slowest = list(self._recent)
+                self._note_gap(1e-9 * (stamp - self._last_tick))
             self.outcome.ticks += 1
             self._last_tick = stamp
+
+    def _note_gap(self, gap: float) -> None:
+        outcome = self.outcome
+        outcome.slow_ticks += gap > self._tick_limit
+        if gap > outcome.worst_tick:
+            outcome.worst_tick = gap
+            since = time.monotonic() - gap - 1.0  # what is slow may have waited before it began
+            self._slowest = [text for at, text in self._recent if at > since]
 
     # The run
 
@@ -412,12 +418,12 @@ class Fuzzer:
         """Throw a number of inputs; return what came of it."""
         outcome, started = self.outcome, time.monotonic()
         self._watch_ticks()
-        outcome.worst_tick, outcome.ticks = 0.0, 0
+        outcome.worst_tick, outcome.slow_ticks, outcome.ticks = 0.0, 0, 0
         outcome.memory.append(self._memory())
         marks = {count // 10, count // 2}
         for number in range(count):
             target = self._rng.choice(self._targets)
-            self._recent.append(target.throw())
+            self._recent.append((time.monotonic(), target.throw()))
             outcome.sent[target.name.replace("Srobot1", "K")] += 1
             if number in marks:
                 outcome.memory.append(self._memory())
@@ -425,6 +431,9 @@ class Fuzzer:
                 break
         while self._pending:
             self._settle_oldest()
+        self._listen(1.0)
+        self._watch_ticks()
+        self._note_gap(time.time() - 1e-9 * self._last_tick)
         outcome.memory.append(self._memory())
         outcome.wall_time = time.monotonic() - started
         self._judge()
@@ -439,6 +448,7 @@ class Fuzzer:
         if ahead > 0.0:
             time.sleep(ahead)
         swarm = self._swarm
+        swarm.world.read()  # or it waits for us, as its pipe is full
         for process, name in ((swarm.world, "world"), (swarm.host, "nursery")):
             if process.popen.poll() is not None:
                 self.outcome.problems.append(f"the {name} ended: {process.popen.returncode}")
@@ -446,7 +456,7 @@ class Fuzzer:
             self.outcome.problems.append(f"{event['robot']} died: {event}")
         if self.outcome.problems:
             self.outcome.problems += [f"after {number} inputs, the last of which:"]
-            self.outcome.problems += list(self._recent)[-60:]
+            self.outcome.problems += [text for _, text in list(self._recent)[-60:]]
         return not self.outcome.problems
 
     def _memory(self) -> dict[str, float]:
@@ -521,6 +531,7 @@ def main() -> int:
         "answered": outcome.answered,
         "unanswered": outcome.unanswered,
         "worst_tick_s": round(outcome.worst_tick, 3),
+        "ticks_above_limit": outcome.slow_ticks,
         "ticks": outcome.ticks,
         "memory_mb": outcome.memory,
         "wall_time_s": round(outcome.wall_time, 1),

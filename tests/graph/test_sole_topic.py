@@ -121,6 +121,15 @@ def test_a_navigator_started_anew_takes_the_place_of_one_that_is_silent(place):
     time.sleep(2.5)
     assert place.heard(new, "three")
     assert not place.heard(old, "four")
+    assert not place.ignored, "a restart is nobody's forgery"
+
+
+def test_two_navigators_of_a_robot_that_both_go_on_are_reported(place):
+    first, second = place.publisher(RIGHTFUL), place.publisher(RIGHTFUL)
+    for number in range(4):
+        assert place.heard(first, f"a{number}")
+        assert not place.heard(second, f"b{number}")
+    assert place.ignored[RIGHTFUL] > 0
 
 
 def test_in_free_run_all_nodes_of_the_robot_count_and_no_others(domain):
