@@ -27,6 +27,8 @@ SHEET = 0.002  # [m] on either side of a surface without thickness
 DETAIL = 0.001  # [m] by which outlines are simplified
 LATTICE = 1e-6  # [m] to which the corners of a cut are rounded, so that equal ones are found
 NUDGE = 1.37e-7  # [m] off a height, so that no vertex lies exactly on it
+DOT = 10.0 * LATTICE  # [m] of a line, there and back, that is no longer than a point
+TINY = float(np.finfo(np.float64).tiny)
 MIN_AREA = 1e-6  # [m²] of a polygon
 
 
@@ -74,9 +76,11 @@ def _polygons(
     parts = np.asarray(shapely.get_parts(union))
     parts = parts[shapely.get_dimensions(parts) == 2]
     is_thin = shapely.area(parts) < SHEET * shapely.length(parts) / 4.0
-    area = shapely.union_all(parts[~is_thin]).simplify(DETAIL)
-    lines = np.concatenate([_outlines(shadows[is_flat]), _outlines(parts[is_thin])])
-    return (*_pieces(area), *_bars(_uncovered(lines, area)))
+    polygons = _polygons_in(shapely.union_all(parts[~is_thin]).simplify(DETAIL))
+    # whatever has been left out so far, for whatever reason, is not covered: a thin wall
+    lines = np.concatenate([_outlines(shadows[is_flat]), _outlines(parts)])
+    bars = _bars(_uncovered(lines, shapely.union_all(polygons)))
+    return (*(piece for polygon in polygons for piece in convex_pieces(polygon)), *bars)
 
 
 @functools.lru_cache(maxsize=128)
@@ -87,7 +91,7 @@ def _placed(mesh: Mesh, place: tuple[float, ...]) -> Placed:
 
 
 def _shadows(corners: FloatArray, low: float, high: float) -> NDArray[Any]:
-    """Return what the parts of triangles (n, 3, 3) inside a slab cover: polygons and lines.
+    """Return what the parts of triangles (n, 3, 3) inside a slab cover: polygons, lines, points.
 
     The part of a triangle between two planes is the hull of its corners there and of where its
     edges meet the planes.
@@ -108,13 +112,12 @@ def _shadows(corners: FloatArray, low: float, high: float) -> NDArray[Any]:
     order = np.argsort(index, kind="stable")
     _, groups = np.unique(index[order], return_inverse=True)
     points_of_each = shapely.multipoints(np.vstack(points)[order], indices=groups)
-    hulls = np.asarray(shapely.convex_hull(points_of_each))
-    shadows: NDArray[Any] = hulls[shapely.length(hulls) > 0.0]
+    shadows: NDArray[Any] = np.asarray(shapely.convex_hull(points_of_each))
     return shadows
 
 
 def _outlines(shapes: NDArray[Any]) -> NDArray[Any]:
-    """Return the outlines of polygons, and lines as they are."""
+    """Return the outlines of polygons, and lines and points as they are."""
     is_area = shapely.get_dimensions(shapes) == 2
     outlines = shapes.copy()
     outlines[is_area] = shapely.boundary(shapes[is_area])
@@ -122,17 +125,24 @@ def _outlines(shapes: NDArray[Any]) -> NDArray[Any]:
 
 
 def _uncovered(lines: NDArray[Any], area: Any) -> FloatArray:
-    """Return the segments (n, 2, 2) of lines that do not lie in an area, or on its rim."""
+    """Return the segments (n, 2, 2) of lines and points that are not in an area, or on its rim.
+
+    What is so short that it might vanish on the lattice is a segment without length.
+    """
     if not area.is_empty and len(lines):
         grown = area.buffer(DETAIL + SHEET / 2.0)
         shapely.prepare(grown)
         lines = lines[~shapely.covers(grown, lines)]
         lines = np.asarray(shapely.difference(lines, grown))
+        lines = lines[~shapely.is_empty(lines)]
     if not len(lines):
         return np.zeros((0, 2, 2))
-    noded = shapely.union_all(lines, grid_size=LATTICE)
-    merged = shapely.get_parts(shapely.line_merge(noded))
-    return _segments(shapely.simplify(merged, DETAIL))
+    is_dot = shapely.length(lines) <= DOT
+    noded = shapely.union_all(lines[~is_dot], grid_size=LATTICE)
+    merged = shapely.simplify(shapely.get_parts(shapely.line_merge(noded)), DETAIL)
+    dots = shapely.get_coordinates(shapely.centroid(lines[is_dot]))
+    dots = np.unique(np.round(dots / DETAIL) * DETAIL, axis=0)
+    return np.concatenate([_segments(merged), np.stack([dots, dots], axis=1)])
 
 
 def _segments(lines: NDArray[Any]) -> FloatArray:
@@ -144,18 +154,13 @@ def _segments(lines: NDArray[Any]) -> FloatArray:
 
 
 def _bars(segments: FloatArray) -> list[FloatArray]:
-    """Return a rectangle, counter-clockwise, around each segment (n, 2, 2)."""
+    """Return a rectangle, counter-clockwise, around each segment (n, 2, 2); a square if a point."""
     along = segments[:, 1] - segments[:, 0]
-    length = np.hypot(*along.T)
-    segments, along = segments[length > 0.0], along[length > 0.0] / length[length > 0.0, None]
-    ahead = SHEET * along
-    left = SHEET * np.column_stack([-along[:, 1], along[:, 0]])
+    length = np.hypot(*along.T)[:, None]
+    ahead = SHEET * np.where(length > 0.0, along / np.maximum(length, TINY), (1.0, 0.0))
+    left = np.column_stack([-ahead[:, 1], ahead[:, 0]])
     a, b = segments[:, 0] - ahead, segments[:, 1] + ahead
     return list(np.stack([a - left, b - left, b + left, a + left], axis=1))
-
-
-def _pieces(area: Any) -> tuple[FloatArray, ...]:
-    return tuple(piece for polygon in _polygons_in(area) for piece in convex_pieces(polygon))
 
 
 def _inside(placed: Placed, level: float) -> Any:

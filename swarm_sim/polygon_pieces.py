@@ -13,6 +13,7 @@ Point = tuple[float, float]
 DETAIL = 0.001  # [m] by which a piece with too many corners is simplified at first
 MAX_CORNERS = 32  # of a piece
 DENT = 0.0005  # [m] mean depth of dents in a polygon that counts as convex
+DEPTH = 0.005  # [m] of the deepest of them, and of what is cut off a piece's corners
 
 
 def convex_pieces(polygon: Any) -> list[FloatArray]:
@@ -22,7 +23,7 @@ def convex_pieces(polygon: Any) -> list[FloatArray]:
     Mehlhorn).
     """
     if _is_convex(polygon):
-        return [_ring(shapely.convex_hull(polygon))]
+        return _rings(shapely.convex_hull(polygon))
     triangles = shapely.get_parts(shapely.constrained_delaunay_triangles(polygon))
     triangles = shapely.orient_polygons(triangles[shapely.area(triangles) > 0.0])
     corners = shapely.get_coordinates(triangles).reshape(-1, 4, 2)[:, :3]
@@ -33,7 +34,8 @@ def convex_pieces(polygon: Any) -> list[FloatArray]:
     for index in list(rings):
         if index in rings:
             _grow(index, rings, owners)
-    return [_ring(shapely.convex_hull(shapely.Polygon(ring))) for ring in rings.values()]
+    hulls = [shapely.convex_hull(shapely.Polygon(ring)) for ring in rings.values()]
+    return [piece for hull in hulls for piece in _rings(hull)]
 
 
 def _grow(
@@ -88,13 +90,21 @@ def _is_nearly_convex(ring: list[Point]) -> bool:
 
 def _is_convex(polygon: Any) -> bool:
     hull = shapely.convex_hull(polygon)
-    return bool(hull.area - polygon.area < DENT * hull.length)
+    if hull.area - polygon.area >= DENT * hull.length:
+        return False
+    corners = shapely.points(shapely.get_coordinates(polygon))  # a dent is deepest at a corner
+    return bool((shapely.distance(corners, shapely.boundary(hull)) <= DEPTH).all())
 
 
-def _ring(polygon: Any) -> FloatArray:
-    tolerance = DETAIL
-    while shapely.get_num_coordinates(polygon) > MAX_CORNERS + 1:
+def _rings(polygon: Any) -> list[FloatArray]:
+    """Return the corners of a convex polygon; of one with too many, of several pieces of it."""
+    simple, tolerance = polygon, 1.5 * DETAIL
+    while shapely.get_num_coordinates(simple) > MAX_CORNERS + 1 and tolerance <= DEPTH:
+        simple = shapely.simplify(polygon, tolerance)
         tolerance *= 1.5
-        polygon = shapely.simplify(polygon, tolerance)
-    corners: FloatArray = np.array(shapely.orient_polygons(polygon).exterior.coords)[:-1, :2]
-    return corners
+    corners = np.array(shapely.orient_polygons(simple).exterior.coords)[:-1, :2]
+    if len(corners) <= MAX_CORNERS:
+        return [corners]
+    step = MAX_CORNERS - 2
+    starts = range(1, len(corners) - 1, step)  # a fan around the first corner
+    return [np.vstack([corners[:1], corners[k : k + step + 1]]) for k in starts]

@@ -6,12 +6,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import shapely
 import trimesh
 
 from swarm_common.errors import WorldError
 from swarm_sim import mesh_section, world_check
 from swarm_sim.scene import Body, Box, Cylinder, Part, Scene, Sphere, transform_from_xyz_rpy
 from swarm_sim.sdf import load_world, world_names
+from swarm_sim.section import section_between
+from swarm_sim.spawn import wall_distance
 from swarm_sim.world_check import checked, differences, picture
 from tests.oracles.triangles import body_of
 from tests.unit.swarm_sim.gazebo_package import write_package
@@ -57,6 +60,52 @@ def test_soups(seed: int) -> None:
     mesh = soup(rng, int(rng.integers(1, 60)))
     bodies = [body_of(double_faced(mesh), "soup::link"), body_of(room(4.0), "room::link")]
     assert found(scene_of(*bodies)) == []
+
+
+def of_corners(*triangles: list[tuple[float, float, float]]) -> trimesh.Trimesh:
+    faces = np.arange(3 * len(triangles)).reshape(-1, 3)
+    return trimesh.Trimesh(np.reshape(triangles, (-1, 3)), faces, process=False)
+
+
+@pytest.mark.parametrize("width", [0.0, 1e-9, 1e-7, 1e-6, 5e-6, 2e-5, 1e-3])
+@pytest.mark.parametrize("slope", [0.0, 0.5, 20.0])
+def test_a_needle_that_pierces_the_plane_is_a_dot(width: float, slope: float) -> None:
+    needle = of_corners([(0.0, 0.0, -1.0), (2.0 * slope, 0.0, 1.0), (2.0 * slope, width, 1.0)])
+    assert found(scene_of(body_of(needle))) == []
+    outlines = section_between([body_of(needle)], 0.132, 0.132).outlines()
+    middle = np.vstack(outlines).mean(axis=0)
+    np.testing.assert_allclose(middle, (1.132 * slope, 0.566 * width), atol=0.002)
+
+
+@pytest.mark.parametrize("size", [2e-6, 1e-4, 5e-4, 1e-3, 3e-3])
+def test_a_tiny_solid_is_there(size: float) -> None:
+    post = trimesh.creation.box((size, size, 1.0))
+    flat = trimesh.creation.box((size, 10.0 * size, 1.0))
+    for mesh in (post, flat):
+        assert section_between([body_of(mesh)], *REACH).names
+        assert found(scene_of(body_of(mesh))) == []
+
+
+@pytest.mark.parametrize("length", [2.0, 40.0, 400.0])
+@pytest.mark.parametrize("depth", [0.1, 0.3])
+def test_a_long_wall_with_a_notch_keeps_it(length: float, depth: float) -> None:
+    """Its mean depth over the whole outline is less than a millimetre."""
+    half = length / 2.0
+    outline = [(-half, 0.0), (half, 0.0), (half, 1.0), (depth, 1.0), (0.0, 1.0 - depth)]
+    wall = shapely.Polygon([*outline, (-depth, 1.0), (-half, 1.0)])
+    mesh = trimesh.creation.extrude_polygon(wall, 1.0)
+    assert found(scene_of(body_of(mesh))) == []
+    cut = section_between([body_of(mesh)], 0.132, 0.132)
+    assert wall_distance(np.array([[0.0, 1.0 - depth / 2.0]]), cut)[0] > 0.3 * depth
+
+
+@pytest.mark.parametrize("radius", [0.2, 5.0, 100.0])
+@pytest.mark.parametrize("sections", [31, 33, 300])
+def test_a_round_solid_of_any_size_is_round(radius: float, sections: int) -> None:
+    mesh = trimesh.creation.cylinder(radius, 1.0, sections=sections)
+    assert found(scene_of(body_of(mesh))) == []
+    cut = section_between([body_of(mesh)], 0.132, 0.132)
+    assert wall_distance(np.array(mesh.vertices[:, :2]), cut).max() < 0.006
 
 
 def test_who_is_left_out_or_invented_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
