@@ -34,7 +34,10 @@ from tests.oracles.triangles import hits, raw
 SPEC = load_robot("turtlebot3_burger")
 SCAN = SPEC.lidar.z
 RAYS = 36
-KINDS = ("box", "cylinder", "sphere", "torus", "sheet", "room", "soup", "terrain", "needle")
+KINDS = (
+    "box", "cylinder", "sphere", "torus", "sheet", "room", "soup", "terrain", "needle", "needles",
+    "scraps",
+)  # fmt: skip
 WOUNDS = ("none", "double", "turned", "some turned", "holes", "torn", "jitter", "rounded", "again")
 FORMATS = ("stl", "obj", "ply", "dae", "off")
 
@@ -63,6 +66,16 @@ def made(kind: str, rng: np.random.Generator) -> trimesh.Trimesh:
         return of_triangles(corners)
     if kind == "needle":
         return of_triangles(np.array([[[0, 0, 0], [2, 1e-4, 0], [2, 0, 1e-3]]]) * rng.uniform(1, 2))
+    if kind == "needles":
+        roots, tips = rng.uniform(-1, 1, (2, int(rng.integers(1, 6)), 3))
+        spread = rng.normal(0, 10.0 ** rng.uniform(-8, -2), (2, *tips.shape))
+        return of_triangles(np.stack([roots, tips + spread[0], tips + spread[1]], axis=1))
+    if kind == "scraps":
+        count = int(rng.integers(1, 12))
+        corners = rng.normal(0, 1, (count, 1, 3)) + rng.normal(0, 1, (count, 3, 3)) * (
+            10.0 ** rng.uniform(-7, 0, (count, 3, 3))
+        )
+        return of_triangles(corners)
     half = size[0]
     points = [(-half, -half), (half, -half), (half, half), (-half, half)]
     sides = list(zip(points, [*points[1:], points[0]], strict=True))
@@ -116,7 +129,7 @@ def write(folder: Path, seed: int, kinds: list[tuple[str, str, str]]) -> Path:
         file.write_bytes(data)
         x, y, z = rng.uniform((-3, -3, -0.5), (3, 3, 1.0)).round(int(rng.integers(0, 3)))
         roll, pitch, yaw = rng.uniform(-3.2, 3.2, 3) * (rng.random(3) < 0.4)
-        scale = rng.choice([1.0, 1.0, 1.0, -1.0, 0.5, 39.37, 0.0], 3)
+        scale = rng.choice([1.0, 1.0, 1.0, -1.0, 0.5, 39.37, 0.001, 0.0], 3)
         models.append(
             f"<model name='m{index}'><static>1</static>"
             f"<pose>{x} {y} {z} {roll} {pitch} {yaw}</pose>"
