@@ -154,8 +154,7 @@ class Conduct:
         traffic = s.config.traffic
         is_listening = s.tick - s.listening_since < 2 * traffic.listen_ticks
         is_waiting = s.blocked_ticks > 0 or s.is_unconfirmed
-        is_excused = is_listening or is_waiting or s.is_wary
-        task.note_progress(s, is_excused)
+        task.note_progress(s, is_listening or is_waiting)
         code = ErrorCode.FAILED_TO_MAKE_PROGRESS
         if s.tick - task.moved_tick > s.ticks(traffic.patience):
             message = f"blocked by Srobot{s.blocked_by} for {traffic.patience:.0f} s"

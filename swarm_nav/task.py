@@ -120,13 +120,19 @@ class Task:
         return abs(wrap_angle(target.yaw - situation.pose.yaw)) <= checker.yaw_goal_tolerance
 
     def note_progress(self, situation: Situation, is_excused: bool) -> None:
-        """Restart the progress checker's clock when the robot moved or could not be expected to."""
+        """Restart the progress checker's clock when the robot moved or could not be expected to.
+
+        While it goes slowly for somebody who walks the clock stands still and does not start again:
+        else one who comes by again and again would excuse a robot that something else keeps.
+        """
         radius = situation.config.progress_checker.required_movement_radius
         if situation.pose.distance(self.progress_pose) >= radius:
             self.progress_pose = situation.pose
             self.progress_tick = self.moved_tick = situation.tick
         elif is_excused:
             self.progress_tick = situation.tick
+        elif situation.is_wary:
+            self.progress_tick = min(self.progress_tick + 1, situation.tick)
 
     def note_holding(self, situation: Situation) -> None:
         """Restart all clocks: a robot in a queue is not expected to move, however long that is."""

@@ -14,7 +14,7 @@ from swarm_nav.config import CostmapConfig
 from swarm_nav.movers import CAME_TICKS, MOVER_TICKS, STILL_TICKS
 from swarm_nav.obstacles import ObstacleLayer
 from swarm_nav.situation import Situation
-from tests.standins.navigation import room, situation
+from tests.standins.navigation import Squad, room, situation
 
 HALL = room(8.0, 8.0)
 MIDDLE = Pose(4.0, 4.0, 0.0)
@@ -161,3 +161,26 @@ def test_near_somebody_the_robot_creeps_and_turns_or_does_nothing() -> None:
         assert s.is_wary == (gap < 1.0)
         turn = Twist(0.0, 0.0, 1.0)
         assert limited(s, turn) == (turn if gap > 0.1 else Twist())
+
+
+def test_who_walks_by_again_and_again_excuses_a_stuck_robot_only_while_it_is_near() -> None:
+    """A robot before a crate never tried a recovery while a person paced beside it."""
+    one = Squad(HALL, [MIDDLE])
+    one.send(0, Pose(7.4, 4.0, 0.0))
+    one.run(60)
+    robot = one.robots[0]
+    s, task = robot._s, robot._pursuit.task
+    assert task is not None
+    s.blocked_ticks, s.is_unconfirmed = 0, False
+    allowance = s.ticks(s.config.progress_checker.movement_time_allowance)
+    task.note_progress(s, True)
+    alone = 0
+    for _ in range(4 * allowance):
+        s.tick += 1
+        s.is_wary = s.tick % 50 < 30
+        alone += not s.is_wary
+        robot._conduct._check_progress(task)
+        assert task.recoveries == (alone > allowance)
+        if task.recoveries:
+            return
+    pytest.fail("it never tried anything else")
