@@ -14,10 +14,10 @@ from pathlib import Path
 from typing import Any
 
 import rclpy
-from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 
 from swarm_common.pipes import EventWriter, LineReader
+from swarm_common.ros_executor import SafeExecutor
 from swarm_common.secret import VARIABLE
 
 FAREWELL = 4.0  # [s] of wall time for the hosts to say that they know of the end
@@ -79,7 +79,7 @@ def serve(
     node = rclpy.create_node(
         name_of(config), namespace="sim", enable_rosout=False, start_parameter_services=False
     )
-    executor = EventsExecutor()
+    executor = SafeExecutor()
     executor.add_node(node)
     end = make(node, config, events, secret)
     deadline = float("inf")

@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any
 
 import rclpy
-from rclpy.experimental import EventsExecutor
 from swarm_interfaces.msg import RobotStatus
 
 from swarm_commander.diary import FILE, Diary
@@ -28,6 +27,7 @@ from swarm_common.participants import Hubs, prepare
 from swarm_common.pipes import EventWriter, LineReader
 from swarm_common.records import CONTROL_PERIOD, Pose
 from swarm_common.rejections import Rejections
+from swarm_common.ros_executor import SafeExecutor
 from swarm_common.sites import Sites
 from swarm_common.sites_io import load_sites
 
@@ -285,7 +285,7 @@ def main() -> None:
     node = rclpy.create_node("mission", enable_rosout=False, start_parameter_services=False)
     stopping: list[int] = []
     signal.signal(signal.SIGTERM, lambda number, _: stopping.append(number))
-    executor = EventsExecutor()
+    executor = SafeExecutor()
     hubs = Hubs(node, count, is_large=is_large)
     for each in hubs.nodes:
         executor.add_node(each)

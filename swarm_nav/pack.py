@@ -11,10 +11,10 @@ from collections.abc import Sequence
 import rclpy
 from rclpy.context import Context
 from rclpy.executors import ExternalShutdownException
-from rclpy.experimental import EventsExecutor
 from rclpy.signals import SignalHandlerOptions
 
 from swarm_common.pipes import EventWriter
+from swarm_common.ros_executor import SafeExecutor
 from swarm_nav.node import NavigatorNode
 from swarm_nav.ros_loop import Seat, TickLoop
 from swarm_nav.settings import NodeSettings
@@ -50,4 +50,4 @@ def _seat(settings: NodeSettings, context: Context, events: EventWriter) -> Seat
         events.write("active", robot=settings.name, pid=os.getpid())
 
     node = NavigatorNode(settings, context, tell, events)
-    return Seat(settings.name, node, EventsExecutor(context=context))
+    return Seat(settings.name, node, SafeExecutor(context=context))

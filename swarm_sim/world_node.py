@@ -8,7 +8,6 @@ from typing import Any
 
 import rclpy
 from nav_msgs.msg import OccupancyGrid
-from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
@@ -18,6 +17,7 @@ from swarm_common.last_resort import FaultLog
 from swarm_common.pipes import EventWriter, LineReader
 from swarm_common.records import CONTROL_PERIOD, Pose
 from swarm_common.rejections import Rejections
+from swarm_common.ros_executor import SafeExecutor
 from swarm_common.ros_poll import drain
 from swarm_sim.barrier import Barrier
 from swarm_sim.build import Stage
@@ -89,7 +89,7 @@ class WorldNode:
         self._node = _create_node()
         self._faults = FaultLog("message")
         self._rejections = Rejections(events, self._node.get_logger().warning)
-        self._executor = EventsExecutor()
+        self._executor = SafeExecutor()
         self._executor.add_node(self._node)
         make = self._node.create_publisher
         self._clock = make(Clock, "/clock", ros_io.RELIABLE)

@@ -12,7 +12,6 @@ from nav2_msgs.action import NavigateToPose
 from rcl_interfaces.msg import Parameter as ParameterMsg
 from rcl_interfaces.msg import ParameterType, ParameterValue
 from rcl_interfaces.srv import GetParameters, SetParameters
-from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from simulation_interfaces.msg import Result, SimulationState
 from simulation_interfaces.srv import (
@@ -26,6 +25,7 @@ from unique_identifier_msgs.msg import UUID
 
 from swarm_common import ros_io
 from swarm_common.records import Pose
+from swarm_common.ros_executor import SafeExecutor
 from swarm_common.ros_poll import drain
 
 POSITION_VARIANCE, YAW_VARIANCE = 0.25, 0.0685  # what RViz's tool sends
@@ -47,7 +47,7 @@ class OperatorLink:
         self.is_paused: bool | None = None
         self.speed: float | None = None
         self._node = node
-        self._executor = EventsExecutor()
+        self._executor = SafeExecutor()
         self._executor.add_node(node)
         self._publishers: dict[str, Any] = {}
         self._clients: dict[str, Any] = {}

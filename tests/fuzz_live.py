@@ -46,12 +46,12 @@ from nav2_msgs.action import (
     Wait,
 )
 from nav_msgs.msg import Odometry
-from rclpy.experimental import EventsExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
 
 from swarm_common import ros_env
 from swarm_common.records import Pose
+from swarm_common.ros_executor import SafeExecutor
 from swarm_common.ros_io import pose_stamped
 from swarm_common.ros_poll import PolledTopic, drain
 from tests.graph.conftest import Swarm, reserved_domain
@@ -225,7 +225,7 @@ class Fuzzer:
         self._slowest: list[str] = []  # inputs before the slowest tick was seen
         self._last_tick = 0  # [ns] of wall time
         self._goal_due = 0.0
-        self._executor = EventsExecutor(context=swarm.context)
+        self._executor = SafeExecutor(context=swarm.context)
         swarm.executor.remove_node(swarm.node)
         self._executor.add_node(swarm.node)
         self._drivers = self._make_drivers()

@@ -111,7 +111,9 @@ def run(options: argparse.Namespace) -> int:
                     continue
                 due += PERIOD
                 result["samples"].append(sample(swarm, began))
-                robot, pid = rng.choice(sorted(swarm.navigators().items()))
+                if not (alive := sorted(swarm.navigators().items())):
+                    continue
+                robot, pid = rng.choice(alive)
                 number = signal.SIGSTOP if len(result["kills"]) % 5 == 4 else signal.SIGKILL
                 if swarm.send(robot, number):
                     kill = {"robot": robot, "pid": pid, "signal": signal.Signals(number).name}

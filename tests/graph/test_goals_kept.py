@@ -6,13 +6,13 @@ import time
 
 import pytest
 import rclpy
-from action_msgs.msg import GoalStatusArray
+from action_msgs.msg import GoalStatus, GoalStatusArray
 from nav2_msgs.action import Wait
 from rclpy.context import Context
-from rclpy.experimental import EventsExecutor
 from rclpy.qos import qos_profile_action_status_default
 
 from swarm_common.records import CONTROL_PERIOD
+from swarm_common.ros_executor import SafeExecutor
 from swarm_common.ros_poll import drain
 from swarm_nav.goals import Outcome
 from swarm_nav.ros_actions import RESULT_TIMEOUT, TickActionServer
@@ -20,6 +20,7 @@ from swarm_nav.ros_clock import TickClock
 from tests.graph.conftest import reserved_domain
 
 GOALS = 20
+DONE = Outcome.SUCCEEDED
 
 
 @pytest.fixture
@@ -33,16 +34,51 @@ def node():
         context.try_shutdown()
 
 
+class Server:
+    """The server of an action in this process, and a client of it."""
+
+    def __init__(self, node, begin):
+        self.executor = SafeExecutor(context=node.context)
+        self.executor.add_node(node)
+        self.clock = TickClock(node)
+        self.clock.set(1)
+        TickActionServer(node, Wait, "wait", lambda _: True, begin, lambda _: None)
+        self._goals = node.create_client(Wait.Impl.SendGoalService, "wait/_action/send_goal")
+        self._results = node.create_client(Wait.Impl.GetResultService, "wait/_action/get_result")
+        assert self._goals.wait_for_service(20.0)
+        assert self._results.wait_for_service(20.0)
+
+    def send(self, number: int) -> None:
+        request = Wait.Impl.SendGoalService.Request()
+        request.goal_id.uuid = [number] * 16
+        assert self.wait_for(self._goals.call_async(request)).accepted
+        self.settle(0.05)
+
+    def ask(self, number: int):
+        request = Wait.Impl.GetResultService.Request()
+        request.goal_id.uuid = [number] * 16
+        return self._results.call_async(request)
+
+    def wait_for(self, future):
+        end = time.monotonic() + 20.0
+        while not future.done():
+            assert time.monotonic() < end
+            drain(self.executor)
+        return future.result()
+
+    def settle(self, period: float) -> None:
+        end = time.monotonic() + period
+        while time.monotonic() < end:
+            drain(self.executor)
+            time.sleep(0.005)
+
+
+def after(seconds: float) -> int:
+    return round(seconds / CONTROL_PERIOD)
+
+
 def test_goals_that_have_ended_are_forgotten(node):
-    executor = EventsExecutor(context=node.context)
-    executor.add_node(node)
-    clock = TickClock(node)
-    clock.set(1)
-
-    def begin(server, handle):
-        server.finish(handle, Outcome.SUCCEEDED, Wait.Result())
-
-    TickActionServer(node, Wait, "wait", lambda _: True, begin, lambda _: None)
+    server = Server(node, lambda server, handle: server.finish(handle, DONE, Wait.Result()))
     listed = []
     node.create_subscription(
         GoalStatusArray,
@@ -50,34 +86,49 @@ def test_goals_that_have_ended_are_forgotten(node):
         lambda message: listed.append(len(message.status_list)),
         qos_profile_action_status_default,
     )
-    client = node.create_client(Wait.Impl.SendGoalService, "wait/_action/send_goal")
-    assert client.wait_for_service(20.0)
-
-    def send(number: int) -> None:
-        request = Wait.Impl.SendGoalService.Request()
-        request.goal_id.uuid = [number] * 16
-        future = client.call_async(request)
-        end = time.monotonic() + 20.0
-        while not future.done():
-            assert time.monotonic() < end
-            drain(executor)
-        assert future.result().accepted
-        settle(0.05)
-
-    def settle(period: float) -> None:
-        end = time.monotonic() + period
-        while time.monotonic() < end:
-            drain(executor)
-            time.sleep(0.005)
-
+    server.settle(0.5)
     for number in range(GOALS):
-        send(number)
+        server.send(number)
     assert max(listed) == GOALS
-    ticks = round((RESULT_TIMEOUT + 5.0) / CONTROL_PERIOD)
-    clock.set(ticks)
-    settle(1.0)
+    server.clock.set(after(RESULT_TIMEOUT + 5.0))
+    server.settle(1.0)
     listed.clear()
-    send(GOALS)
+    server.send(GOALS)
     assert listed, "the status of the new goal"
     assert max(listed) == 1
+    server.executor.shutdown()
+
+
+@pytest.mark.parametrize("duration", [1.0, 100.0, 1000.0])
+def test_who_waits_for_the_result_of_a_goal_gets_it_however_long_it_takes(node, duration: float):
+    begun = []
+    server = Server(node, lambda *goal: begun.append(goal))
+    server.send(0)
+    result = server.ask(0)
+    server.settle(0.2)
+    server.clock.set(after(duration))
+    server.settle(0.2)
+    actions, handle = begun[0]
+    actions.finish(handle, DONE, Wait.Result())
+    assert server.wait_for(result).status == GoalStatus.STATUS_SUCCEEDED
+    server.executor.shutdown()
+
+
+def test_a_task_that_fails_does_not_end_the_process(node, capfd):
+    executor = SafeExecutor(context=node.context)
+    executor.add_node(node)
+
+    async def fail_later():
+        raise KeyError("later")
+
+    def fail():
+        raise KeyError("at once")
+
+    for task in (fail, fail_later):
+        executor.create_task(task)
+        drain(executor)
+        drain(executor)
+    errors = capfd.readouterr().err
+    assert "KeyError: 'at once'" in errors
+    assert "KeyError: 'later'" in errors
     executor.shutdown()
