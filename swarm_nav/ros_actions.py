@@ -11,6 +11,7 @@ from rclpy.action.server import ServerGoalHandle
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
+from swarm_common.last_resort import FaultLog
 from swarm_nav.goals import Outcome
 
 # Requests wait until the next look, and DDS forgets all but the newest `depth` of them without a
@@ -19,6 +20,7 @@ BURST = QoSProfile(depth=2000)
 # [s] of the node's clock. Each status message lists all goals whose results are kept; rclpy's own
 # 15 min are for clients that ask long after the end.
 RESULT_TIMEOUT = 60
+FAULTS = FaultLog("request of an action")
 
 Consider = Callable[[Any], bool]
 Begin = Callable[["TickActionServer", ServerGoalHandle], None]
@@ -91,6 +93,27 @@ class TickActionServer(ActionServer):  # type: ignore[misc]  # rclpy has no type
         if handle is not None and handle.status == GoalStatus.STATUS_ACCEPTED:
             handle.execute()
 
+    async def _execute_expire_goals(self, expired_goals: Any) -> None:
+        """Forget goals that rcl has forgotten, but not one that has got the same id since.
+
+        rclpy would free that one, which rcl still has: from then on it reads freed memory.
+        """
+        for goal in expired_goals:
+            if self._handle.goal_exists(goal):
+                continue
+            goal_id = bytes(goal.goal_id.uuid)
+            if (handle := self._goal_handles.pop(goal_id, None)) is not None:
+                handle.destroy()
+            if (future := self._result_futures.pop(goal_id, None)) is not None:
+                self.remove_future(future)
+
+    async def execute(self, taken_data: Any) -> None:
+        """Do what was asked for; rclpy's executor ends the process if this raises."""
+        try:
+            await super().execute(taken_data)
+        except Exception as error:
+            FAULTS.note(error)
+
     @property
     def has_listeners(self) -> bool:
         """Whether somebody wants feedback."""
@@ -106,8 +129,7 @@ class TickActionServer(ActionServer):  # type: ignore[misc]  # rclpy has no type
             handle.canceled()
         else:
             handle.abort()
-        # Not in a task, as rclpy does: it raises if the goal is forgotten before it has its turn,
-        # as has been seen with goals of one id.
+        # Not in a task, as rclpy does: it raises if the goal is forgotten before its turn comes.
         future = self._result_futures.get(bytes(handle.goal_id.uuid))
         if future is not None:
             response = self.kind.Impl.GetResultService.Response()

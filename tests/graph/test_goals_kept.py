@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import time
 
 import pytest
@@ -110,6 +111,25 @@ def test_who_waits_for_the_result_of_a_goal_gets_it_however_long_it_takes(node, 
     server.settle(0.2)
     actions, handle = begun[0]
     actions.finish(handle, DONE, Wait.Result())
+    assert server.wait_for(result).status == GoalStatus.STATUS_SUCCEEDED
+    server.executor.shutdown()
+
+
+def test_a_goal_with_the_id_of_one_that_is_being_forgotten_is_not_freed_with_it(node):
+    begun = []
+    server = Server(node, lambda *goal: begun.append(goal))
+    server.send(0)
+    actions, old = begun[0]
+    actions.finish(old, DONE, Wait.Result())
+    server.settle(0.2)
+    server.clock.set(after(RESULT_TIMEOUT + 5.0))
+    expired = actions._handle.expire_goals(1)  # as rclpy does, some callbacks before the rest
+    assert len(expired) == 1
+    server.send(0)
+    asyncio.run(actions._execute_expire_goals(expired))
+    result = server.ask(0)
+    server.settle(0.2)
+    actions.finish(begun[1][1], DONE, Wait.Result())
     assert server.wait_for(result).status == GoalStatus.STATUS_SUCCEEDED
     server.executor.shutdown()
 
