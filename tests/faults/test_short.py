@@ -1,4 +1,7 @@
-"""The short version of the storms: one navigator killed or stopped, the world ended or stopped."""
+"""The short version of the storms: one navigator killed or stopped, the world ended or stopped.
+
+What takes longest runs with `-m long`.
+"""
 
 import signal
 import subprocess
@@ -30,6 +33,7 @@ def test_a_killed_navigator_is_started_anew_and_all_goals_are_reached(start) -> 
     assert "Srobot2 died: killed by SIGKILL" in report["incidents"][0]
 
 
+@pytest.mark.long
 def test_a_navigator_that_hangs_is_replaced_and_all_goals_are_reached(start) -> None:
     swarm = start(*FEW, *TO_THE_END)
     swarm.wait_until(lambda: swarm.sim_time() > 5.0)
@@ -42,6 +46,7 @@ def test_a_navigator_that_hangs_is_replaced_and_all_goals_are_reached(start) -> 
     assert report["robots"]["Srobot1"]["restarts"] == 1
 
 
+@pytest.mark.long
 def test_a_robot_that_comes_back_from_silence_gets_its_goals_again(start) -> None:
     swarm = start(*FEW, *TO_THE_END, "--no-restart")
     swarm.wait_until(lambda: swarm.sim_time() > 5.0)
@@ -71,6 +76,7 @@ def test_the_user_restarts_a_navigator(start) -> None:
     assert swarm.report()["goals"]["reached"] == 6
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("component", ["mission", "nursery"])
 def test_the_mission_goes_on_with_a_new_process(start, component: str) -> None:
     swarm = start(*FEW, *TO_THE_END)
@@ -84,7 +90,10 @@ def test_the_mission_goes_on_with_a_new_process(start, component: str) -> None:
     assert report["restarts"] >= 1
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGSTOP, signal.SIGKILL])
+@pytest.mark.parametrize(
+    "number",
+    [signal.SIGTERM, signal.SIGSTOP, pytest.param(signal.SIGKILL, marks=pytest.mark.long)],
+)
 def test_without_a_world_to_the_end_the_exit_code_is_three(start, number: int) -> None:
     swarm = start("--swarm-size", "2", "--mission", "loading_route", "--headless", "--no-report")
     swarm.wait_until(lambda: swarm.sim_time() > 1.0)
