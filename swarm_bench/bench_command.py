@@ -16,7 +16,7 @@ from swarm_bench.result import RunResult
 from swarm_bench.selection import SUITE, check_jobs, parse_seeds, parse_sizes, select, suite_sweeps
 from swarm_bench.sweep import Sweep
 from swarm_bench.table import summary_table
-from swarm_common.errors import ConfigError
+from swarm_common.model.errors import ConfigError
 
 MISSED = 1
 PIPE_WIDTH = 170  # columns of tables that nobody looks at on a terminal

@@ -6,7 +6,7 @@ import sys
 
 import typer
 
-from swarm_commander.cli import run_app
+from swarm_commander.cli.main import run_app
 
 
 def main() -> None:

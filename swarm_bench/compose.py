@@ -11,13 +11,13 @@ import numpy as np
 from swarm_bench.invariant import Invariant
 from swarm_bench.result import RobotResult, RunResult, finite
 from swarm_bench.stage import RunOptions, Stage
-from swarm_commander.breach import Crash, Miss, Unfinished
-from swarm_commander.fairness import fairness
-from swarm_commander.itinerary import Itinerary
-from swarm_common.records import CONTROL_PERIOD
-from swarm_nav.goals import Status
-from swarm_sim.verdict import RobotVerdict, Verdict
-from swarm_sim.world import World
+from swarm_commander.mission.itinerary import Itinerary
+from swarm_commander.run.breach import Crash, Miss, Unfinished
+from swarm_commander.run.fairness import fairness
+from swarm_common.model.records import CONTROL_PERIOD
+from swarm_nav.core.goals import Status
+from swarm_sim.world.verdict import RobotVerdict, Verdict
+from swarm_sim.world.world import World
 
 COUNTERS = ("pushes", "retreats", "deadlocks_resolved", "replans")
 

@@ -16,9 +16,9 @@ import numpy as np
 from swarm_bench.harness import Harness
 from swarm_bench.methods import Driver
 from swarm_bench.stage import RunOptions, build
-from swarm_common.beacon import Reception
-from swarm_common.records import Odometry, Scan
-from swarm_nav.goals import Goal, Output, Status
+from swarm_common.model.beacon import Reception
+from swarm_common.model.records import Odometry, Scan
+from swarm_nav.core.goals import Goal, Output, Status
 
 WARM_TICKS = 30  # first ones, in which kernels are loaded and everybody plans
 CLASS_WIDTH = 10  # neighbours

@@ -14,7 +14,7 @@ from swarm_bench.document import replace_part
 from swarm_bench.machine import machine_line
 from swarm_bench.scenario import check_size
 from swarm_bench.selection import select
-from swarm_common.errors import ConfigError
+from swarm_common.model.errors import ConfigError
 
 
 @bench_app.command()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from swarm_common.errors import ConfigError
+from swarm_common.model.errors import ConfigError
 
 
 def replace_part(path: Path, name: str, text: str) -> None:

@@ -17,7 +17,7 @@ from swarm_bench.scale_row import ScaleRow
 from swarm_bench.scenario import Scenario
 from swarm_bench.stage import RunOptions
 from swarm_bench.table import number
-from swarm_sim.lidar import Lidars
+from swarm_sim.sensing.lidar import Lidars
 
 TICKS_PER_SECOND = 10
 STEPS_PER_SECOND = 100  # of physics

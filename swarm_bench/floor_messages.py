@@ -24,9 +24,9 @@ from rclpy.serialization import serialize_message
 from sensor_msgs.msg import LaserScan
 from swarm_interfaces.msg import Beacon, NeighborArray
 
-from swarm_common import ros_env, ros_io
-from swarm_common.process import die_with
-from swarm_common.ros_poll import PolledTopic, Waiter
+from swarm_common.middleware import ros_env, ros_io
+from swarm_common.middleware.ros_poll import PolledTopic, Waiter
+from swarm_common.process.lifetime import die_with
 
 TICKS = 400
 WARM_TICKS = 20

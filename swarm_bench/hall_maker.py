@@ -9,16 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_bench.hall import FLOOR, Hall, draw_walls
-from swarm_common.errors import ConfigError
-from swarm_common.grid import Grid
-from swarm_common.records import FloatArray, Pose
-from swarm_nav.config import CostmapConfig, PlannerConfig
-from swarm_nav.distance_kernels import stamp_discs
-from swarm_nav.search import SearchSpace
-from swarm_nav.search_kernels import WALL
-from swarm_nav.terrain import Terrain, terrain_for
-from swarm_sim.actors import WalkerSpec
-from swarm_sim.draw_map import draw_world
+from swarm_common.model.errors import ConfigError
+from swarm_common.model.grid import Grid
+from swarm_common.model.records import FloatArray, Pose
+from swarm_nav.core.config import CostmapConfig, PlannerConfig
+from swarm_nav.planning.distance_kernels import stamp_discs
+from swarm_nav.planning.search import SearchSpace
+from swarm_nav.planning.search_kernels import WALL
+from swarm_nav.planning.terrain import Terrain, terrain_for
+from swarm_sim.maps.draw_map import draw_world
+from swarm_sim.scene.actors import WalkerSpec
 
 MISSIONS = ("random order", "pipeline", "roam", "swap")
 TRIES = 60  # of halls, before a seed is given up

@@ -13,14 +13,14 @@ from swarm_bench.methods import load_method
 from swarm_bench.result import RunResult
 from swarm_bench.scenario import Scenario
 from swarm_bench.stage import RunOptions, Stage, nav_config
-from swarm_commander.itinerary import Itinerary
-from swarm_commander.leg import Stop
-from swarm_common.errors import ConfigError, UnknownNameError
-from swarm_common.grid import Grid
-from swarm_common.records import Pose
-from swarm_common.robot_io import load_robot, load_robot_model
-from swarm_sim.radio import RadioConfig
-from swarm_sim.world import World, WorldConfig
+from swarm_commander.mission.itinerary import Itinerary
+from swarm_commander.mission.leg import Stop
+from swarm_common.model.errors import ConfigError, UnknownNameError
+from swarm_common.model.grid import Grid
+from swarm_common.model.records import Pose
+from swarm_common.robots.loading import load_robot, load_robot_model
+from swarm_sim.sensing.radio import RadioConfig
+from swarm_sim.world.world import World, WorldConfig
 
 SIZES = (5, 12, 20, 35, 50)
 NONE, DEAD, RADIO, PEOPLE, MIXED = TROUBLES = ("none", "dead", "radio", "people", "mixed")

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from swarm_bench.invariant_kernels import smallest_gap
-from swarm_common.beacon import BeaconArray
+from swarm_common.model.beacon import BeaconArray
 
 FAR = 1.2  # [m] gaps from here on are not looked at
 TOLERANCE = 1e-3  # [m] of the single-precision points in beacons

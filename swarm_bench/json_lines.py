@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TextIO, TypeVar
 
-from swarm_common.errors import ConfigError
+from swarm_common.model.errors import ConfigError
 
 T = TypeVar("T")
 

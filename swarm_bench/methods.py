@@ -5,17 +5,17 @@ from __future__ import annotations
 import importlib
 from typing import Protocol
 
-from swarm_common.beacon import Reception
-from swarm_common.errors import UnknownNameError
-from swarm_common.grid import Grid
-from swarm_common.records import Odometry, Pose, RobotSpec, Scan
-from swarm_common.sites import Sites
-from swarm_nav.config import NavConfig
-from swarm_nav.goals import Goal, Output, Status
+from swarm_common.model.beacon import Reception
+from swarm_common.model.errors import UnknownNameError
+from swarm_common.model.grid import Grid
+from swarm_common.model.records import Odometry, Pose, RobotSpec, Scan
+from swarm_common.model.sites import Sites
+from swarm_nav.core.config import NavConfig
+from swarm_nav.core.goals import Goal, Output, Status
 
 
 class Driver(Protocol):
-    """One robot's decisions; `swarm_nav.navigator.Navigator` is one.
+    """One robot's decisions; `swarm_nav.behaviour.navigator.Navigator` is one.
 
     In each tick `on_odom` and `on_reception` come first, `on_scan` when a scan is due, then
     `tick`. The output's beacon must be filled in: at least id, tick, radius, pose, twist and
@@ -58,7 +58,7 @@ class Method(Protocol):
 
 
 METHODS = {
-    "ours": "swarm_nav.navigator:Navigator",
+    "ours": "swarm_nav.behaviour.navigator:Navigator",
     "dwa": "swarm_bench.baselines.dwa:DwaDriver",
     "orca": "swarm_bench.baselines.orca:OrcaDriver",
 }

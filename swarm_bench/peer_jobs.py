@@ -18,10 +18,10 @@ from swarm_bench.scale_plan import ScaleJob
 from swarm_bench.scale_process import result_of, run_program
 from swarm_bench.scale_result import ScaleResult
 from swarm_bench.stage import RunOptions, build
-from swarm_commander.itinerary import Itinerary
-from swarm_common.errors import ConfigError
-from swarm_sim.sdf import load_world
-from swarm_sim.section import GROUND_GAP, FloatArray, section_between
+from swarm_commander.mission.itinerary import Itinerary
+from swarm_common.model.errors import ConfigError
+from swarm_sim.scene.section import GROUND_GAP, FloatArray, section_between
+from swarm_sim.sdf.reader import load_world
 
 WALL_LIMIT = 60.0  # [s] after which a slow peer's run ends
 ROUND_CORNERS = 8  # from which an outline may be a round one

@@ -18,7 +18,7 @@ from swarm_bench.scale_row import COMMON, ENDS, Column, ScaleRow, markdown, rows
 from swarm_bench.scale_sweep import run_scale
 from swarm_bench.selection import parse_sizes
 from swarm_bench.stage import RunOptions, build
-from swarm_common.errors import UnknownNameError
+from swarm_common.model.errors import UnknownNameError
 
 WORKLOAD = "pillars"
 ALL = "all"

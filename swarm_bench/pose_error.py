@@ -8,8 +8,8 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from swarm_bench.methods import Driver
-from swarm_common.records import FloatArray
-from swarm_nav.navigator import Navigator
+from swarm_common.model.records import FloatArray
+from swarm_nav.behaviour.navigator import Navigator
 
 
 class PoseErrors:

@@ -7,9 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.grid import OCCUPIED, Grid
-from swarm_common.records import FloatArray
-from swarm_nav import distance_kernels, narrows_kernels
+from swarm_common.model.grid import OCCUPIED, Grid
+from swarm_common.model.records import FloatArray
+from swarm_nav.planning import distance_kernels
+from swarm_nav.traffic import narrows_kernels
 
 Disc = tuple[float, float, float]  # x, y, radius [m] that the robot's centre keeps
 

@@ -15,11 +15,11 @@ import yaml
 from swarm_bench.compose import COUNTERS, identity
 from swarm_bench.result import RobotResult, RunResult
 from swarm_bench.stage import RunOptions
-from swarm_commander.breach import Crash, Miss, Unfinished
-from swarm_common.errors import SwarmError
-from swarm_common.resources import find_resource
+from swarm_commander.run.breach import Crash, Miss, Unfinished
+from swarm_common.files.resources import find_resource
+from swarm_common.model.errors import SwarmError
 
-SWARM_UP = (sys.executable, "-c", "from swarm_commander.cli import swarm_up; swarm_up()")
+SWARM_UP = (sys.executable, "-c", "from swarm_commander.cli.main import swarm_up; swarm_up()")
 ENGINE = "ros"  # what a result's engine is called: rigid bodies behind the ROS graph
 LAST_LINES = 5  # of what swarm-up said, in an error
 

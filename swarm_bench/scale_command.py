@@ -25,7 +25,7 @@ from swarm_bench.scale_row import (
 )
 from swarm_bench.scale_sweep import run_scale
 from swarm_bench.selection import parse_sizes
-from swarm_common.errors import ConfigError
+from swarm_common.model.errors import ConfigError
 
 SIZES = "1,5,20,50,100,200"
 

@@ -19,7 +19,7 @@ from swarm_bench.scale_result import ScaleResult, read_scale_results
 from swarm_bench.scale_row import ScaleRow, rows_of
 from swarm_bench.scale_sweep import run_jobs, scale_line
 from swarm_bench.table import number
-from swarm_common.errors import ConfigError
+from swarm_common.model.errors import ConfigError
 
 FIGURES: dict[str, Callable[[ScaleRow], float | None]] = {
     "real-time factor": lambda row: row.factor,

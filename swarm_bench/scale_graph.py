@@ -15,8 +15,8 @@ from swarm_bench.ros_run import SWARM_UP, SwarmUpError, last_lines
 from swarm_bench.scale_plan import WORKLOADS, ScaleJob
 from swarm_bench.scale_result import ScaleResult
 from swarm_bench.scale_watch import Neighbours, ThreadTimes, dds_share, proportional_mb
-from swarm_commander.usage import process_tree
-from swarm_common.process import die_with
+from swarm_commander.run.usage import process_tree
+from swarm_common.process.lifetime import die_with
 
 POLL_PERIOD = 0.5  # [s] of wall time
 SAMPLE_PERIOD = 5.0  # [s] between two looks at MANY processes; fewer are looked at more often

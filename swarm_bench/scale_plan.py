@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from swarm_bench.scenario import MOST_ROBOTS, Scenario, check_size
-from swarm_common.errors import ConfigError, UnknownNameError
+from swarm_common.model.errors import ConfigError, UnknownNameError
 
 GRAPH, HARNESS = "graph", "harness"
 AUTO = "auto"

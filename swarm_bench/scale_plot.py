@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from swarm_bench.scale_row import ScaleRow
-from swarm_common.errors import ConfigError
+from swarm_common.model.errors import ConfigError
 
 PARTS = {"world": "#4477aa", "navigators": "#ee6677", "other": "#bbbbbb"}
 LINE = "#222222"

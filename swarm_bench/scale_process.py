@@ -17,8 +17,8 @@ from swarm_bench.scale_graph import environment
 from swarm_bench.scale_plan import ScaleJob
 from swarm_bench.scale_result import ScaleResult
 from swarm_bench.scale_watch import Neighbours
-from swarm_common.errors import SwarmError
-from swarm_common.process import die_with
+from swarm_common.model.errors import SwarmError
+from swarm_common.process.lifetime import die_with
 
 PROGRAM = Path(__file__).with_name("scale_harness.py")
 OF_SCENARIO = ("name", "world", "mission", "with_lidar", "noise", "stall_limit")

@@ -12,7 +12,8 @@ import psutil
 MEGABYTE = 1e6
 NANOSECOND = 1e-9
 DDS = "dds."  # with what Fast DDS begins the names of its threads
-MODULES = {"swarm_sim.node": "world", "swarm_nav.host": "navigators"}  # everything else: other
+# everything else: other
+MODULES = {"swarm_sim.ros.node": "world", "swarm_nav.launch.host": "navigators"}
 
 
 class ThreadTimes:

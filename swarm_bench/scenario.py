@@ -7,10 +7,10 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
-from swarm_common.errors import ConfigError, UnknownNameError
-from swarm_common.records import Pose
-from swarm_common.resources import share_directory
-from swarm_common.yaml_io import check_keys, number, numbers, read_yaml
+from swarm_common.files.resources import share_directory
+from swarm_common.files.yaml_io import check_keys, number, numbers, read_yaml
+from swarm_common.model.errors import ConfigError, UnknownNameError
+from swarm_common.model.records import Pose
 
 MOST_ROBOTS = 200
 SUITE_SEEDS = 20

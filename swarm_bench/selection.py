@@ -10,8 +10,8 @@ from swarm_bench.methods import METHODS
 from swarm_bench.scenario import Scenario, check_size, load_scenario, scenario_names
 from swarm_bench.stage import RunOptions, parse_parameters
 from swarm_bench.sweep import Sweep
-from swarm_common.errors import ConfigError, UnknownNameError
-from swarm_sim.world import ENGINES
+from swarm_common.model.errors import ConfigError, UnknownNameError
+from swarm_sim.world.world import ENGINES
 
 MOST_SEEDS = 100_000
 MOST_JOBS = 256

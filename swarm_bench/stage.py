@@ -10,27 +10,27 @@ from typing import Any
 
 from swarm_bench.methods import Driver, load_method
 from swarm_bench.scenario import Scenario
-from swarm_commander.itinerary import Itinerary
-from swarm_commander.leg import Stop
-from swarm_commander.mission import Mission, load_mission
-from swarm_commander.params import REALISTIC, default_parameters
-from swarm_common.errors import ConfigError
-from swarm_common.fleet import limits_of
-from swarm_common.grid import Grid
-from swarm_common.map_io import load_map, map_of_world
-from swarm_common.records import Pose, RobotSpec
-from swarm_common.robot_io import load_robot, load_robot_model
-from swarm_common.robot_model import RobotModel
-from swarm_common.sites import Sites
-from swarm_nav.config import NavConfig, config_from_parameters
-from swarm_sim.actors import Actors, WalkerSpec, load_actors
-from swarm_sim.draw_map import Reach, draw_world, reach_of, with_touchable
-from swarm_sim.radio import RadioConfig
-from swarm_sim.scene import Scene
-from swarm_sim.sdf import load_world
-from swarm_sim.spawn import spawn_poses
-from swarm_sim.world import World, WorldConfig
-from swarm_sim.world_check import checked
+from swarm_commander.mission.itinerary import Itinerary
+from swarm_commander.mission.leg import Stop
+from swarm_commander.mission.mission import Mission, load_mission
+from swarm_commander.run.params import REALISTIC, default_parameters
+from swarm_common.files.map_io import load_map, map_of_world
+from swarm_common.model.errors import ConfigError
+from swarm_common.model.grid import Grid
+from swarm_common.model.records import Pose, RobotSpec
+from swarm_common.model.sites import Sites
+from swarm_common.robots.description import RobotModel
+from swarm_common.robots.fleet import limits_of
+from swarm_common.robots.loading import load_robot, load_robot_model
+from swarm_nav.core.config import NavConfig, config_from_parameters
+from swarm_sim.maps.draw_map import Reach, draw_world, reach_of, with_touchable
+from swarm_sim.maps.spawn import spawn_poses
+from swarm_sim.maps.world_check import checked
+from swarm_sim.scene.actors import Actors, WalkerSpec, load_actors
+from swarm_sim.scene.scene import Scene
+from swarm_sim.sdf.reader import load_world
+from swarm_sim.sensing.radio import RadioConfig
+from swarm_sim.world.world import World, WorldConfig
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -22,11 +22,11 @@ from swarm_bench.reachable import Disc, Floor
 from swarm_bench.scenario import Scenario
 from swarm_bench.stage import RunOptions, build, ground_of, nav_config
 from swarm_bench.storm_plan import FOR_EVER, Crate, Failure, Fault, StormPlan, draw_plan
-from swarm_commander.breach import Crash
-from swarm_commander.leg import Stop
-from swarm_sim.changing_world import ChangingWorld
-from swarm_sim.scene import Body, Box, Part, transform_from_xyz_rpy
-from swarm_sim.verdict import Collision
+from swarm_commander.mission.leg import Stop
+from swarm_commander.run.breach import Crash
+from swarm_sim.scene.scene import Body, Box, Part, transform_from_xyz_rpy
+from swarm_sim.world.changing_world import ChangingWorld
+from swarm_sim.world.verdict import Collision
 
 MOST_GOALS = 3  # of each robot's mission
 TIME_LIMIT = 900.0  # [s]

@@ -14,7 +14,7 @@ from swarm_bench.json_lines import append_json_line, open_to_append, read_json_l
 from swarm_bench.selection import check_jobs, parse_seeds
 from swarm_bench.storm import ROWS, StormOptions, StormResult, run_storm, storm_from_json
 from swarm_bench.sweep import in_processes
-from swarm_common.errors import ConfigError, UnknownNameError
+from swarm_common.model.errors import ConfigError, UnknownNameError
 
 COLUMNS = (
     "world", "robots", "storms", "killed", "for good", "hung", "mute", "deaf",

@@ -10,8 +10,8 @@ from enum import Enum
 import numpy as np
 
 from swarm_bench.reachable import Floor
-from swarm_common.records import Pose
-from swarm_sim.actors import WalkerSpec
+from swarm_common.model.records import Pose
+from swarm_sim.scene.actors import WalkerSpec
 
 FOR_EVER = 1 << 40  # [ticks]
 FIRST, LAST = 100, 1200  # ticks between which things begin

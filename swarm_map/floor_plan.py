@@ -9,9 +9,9 @@ from itertools import pairwise, product
 from pathlib import Path
 from typing import Any
 
-from swarm_common.errors import ConfigError
-from swarm_common.yaml_io import check_keys, number, numbers, read_yaml
-from swarm_sim.scene import Box, Color, Cylinder
+from swarm_common.files.yaml_io import check_keys, number, numbers, read_yaml
+from swarm_common.model.errors import ConfigError
+from swarm_sim.scene.scene import Box, Color, Cylinder
 
 KEYS = ("name", "wall_thickness", "wall_height", "wall_color", "walls", "boxes", "posts")
 SITE_KEYS = ("stations", "circuits", "spawn", "spawns", "places")

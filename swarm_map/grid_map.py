@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.errors import ConfigError
+from swarm_common.model.errors import ConfigError
 from swarm_map.floor_plan import WALL_COLOR, FloorPlan, Thing
 from swarm_map.plan_image import rectangles
-from swarm_sim.scene import Box
+from swarm_sim.scene.scene import Box
 
 Mask = NDArray[np.bool_]
 Cell = tuple[int, int]  # row from the north, column

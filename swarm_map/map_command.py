@@ -9,19 +9,19 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from swarm_common.errors import ConfigError, MapError
-from swarm_common.map_io import load_map, save_map
-from swarm_common.records import RobotSpec
-from swarm_common.robot_io import load_robot
+from swarm_common.files.map_io import load_map, save_map
+from swarm_common.model.errors import ConfigError, MapError
+from swarm_common.model.records import RobotSpec
+from swarm_common.robots.loading import load_robot
 from swarm_map.floor_plan import load_plan
 from swarm_map.grid_map import load_grid_map
 from swarm_map.plan_image import PlanScale, load_picture
 from swarm_map.world_writer import ROBOT, write_world
-from swarm_sim.draw_map import SCAN_HEIGHT, draw_world, reach_of
-from swarm_sim.map_difference import MAX_SHARE, compare
-from swarm_sim.scene import Scene
-from swarm_sim.sdf import load_world
-from swarm_sim.world_check import differences, picture
+from swarm_sim.maps.draw_map import SCAN_HEIGHT, draw_world, reach_of
+from swarm_sim.maps.map_difference import MAX_SHARE, compare
+from swarm_sim.maps.world_check import differences, picture
+from swarm_sim.scene.scene import Scene
+from swarm_sim.sdf.reader import load_world
 
 map_app = typer.Typer(
     add_completion=False, no_args_is_help=True, help="Maps and worlds.", rich_markup_mode=None

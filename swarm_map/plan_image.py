@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.errors import ConfigError
+from swarm_common.model.errors import ConfigError
 from swarm_map.floor_plan import WALL_COLOR, FloorPlan, Thing
-from swarm_sim.scene import Box
+from swarm_sim.scene.scene import Box
 
 Mask = NDArray[np.bool_]
 MAX_PIXELS = 4_000_000

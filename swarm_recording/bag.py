@@ -14,8 +14,8 @@ from mcap.records import Channel, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader
 from mcap.writer import Writer
 
-from swarm_common.errors import ConfigError
-from swarm_common.topic_table import Topic
+from swarm_common.middleware.topic_table import Topic
+from swarm_common.model.errors import ConfigError
 
 NANOSECONDS = 1_000_000_000
 LOOK_BACK = 20 * NANOSECONDS  # how far a message that does not stay is looked for

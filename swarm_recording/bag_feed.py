@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
 
-from swarm_common.errors import ConfigError
+from swarm_common.model.errors import ConfigError
 from swarm_recording.bag import NANOSECONDS, Bag, Item
 from swarm_recording.filter import FRAME_AT
 

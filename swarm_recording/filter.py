@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import struct
 
-from swarm_common.topic_table import Topic
+from swarm_common.middleware.topic_table import Topic
 
 NANOSECONDS = 1_000_000_000
 TOLERANCE = 0.01  # of a period: 10 Hz of a 10 Hz topic keeps all of them

@@ -10,7 +10,7 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 
-from swarm_common.topic_table import Topic
+from swarm_common.middleware.topic_table import Topic
 from swarm_recording.bag import NANOSECONDS, Bag
 from swarm_recording.ros_types import message_class, quality
 

@@ -17,11 +17,11 @@ from typing import Any
 import rclpy
 from rclpy.node import Node
 
-from swarm_common.errors import SwarmError
-from swarm_common.pipes import EventWriter
-from swarm_common.ros_poll import PolledTopic
-from swarm_common.topic_table import Topic
-from swarm_common.wire import TransformsReader
+from swarm_common.middleware.ros_poll import PolledTopic
+from swarm_common.middleware.topic_table import Topic
+from swarm_common.middleware.wire import TransformsReader
+from swarm_common.model.errors import SwarmError
+from swarm_common.process.pipes import EventWriter
 from swarm_recording.filter import RateFilter
 from swarm_recording.ros_types import message_class, quality
 from swarm_recording.selection import select, select_of

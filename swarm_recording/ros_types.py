@@ -7,7 +7,7 @@ from typing import Any
 
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from swarm_common.topic_table import Topic
+from swarm_common.middleware.topic_table import Topic
 
 
 def message_class(name: str) -> Any:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from ament_index_python.packages import PackageNotFoundError, get_package_share_directory
 
-from swarm_common.errors import ConfigError
+from swarm_common.model.errors import ConfigError
 
 SEPARATOR = "=" * 80
 TYPE = r"(?P<type>[A-Za-z]\w*(?:/\w+)*)(?:<=\d+)?(?:\[[^\]]*\])?"

@@ -5,8 +5,8 @@ from __future__ import annotations
 import fnmatch
 from collections.abc import Sequence
 
-from swarm_common.errors import ConfigError
-from swarm_common.topic_table import ROBOT_TOPICS, WORLD_TOPICS, Topic, all_topics
+from swarm_common.middleware.topic_table import ROBOT_TOPICS, WORLD_TOPICS, Topic, all_topics
+from swarm_common.model.errors import ConfigError
 
 ALL = "all"
 ALWAYS = ("/clock", "/map", "/sim/scene", "/sim/tf", "/sim/movers", "/sim/verdict")

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from mcap.writer import CompressionType, Writer
 
-from swarm_common.topic_table import Topic
+from swarm_common.middleware.topic_table import Topic
 from swarm_recording.schema import schema_text
 
 LIBRARY = "swarm-workbench"

@@ -10,7 +10,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from swarm_common.errors import ConfigError
+from swarm_common.model.errors import ConfigError
 from swarm_report import curves, maps, style, timeline
 from swarm_report.judgement import breach_lines, judge
 from swarm_report.page import Plot, cards_html, page_html, plot_html, table_html, verdict_html

@@ -9,7 +9,7 @@ from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from swarm_common.records import FloatArray
+from swarm_common.model.records import FloatArray
 from swarm_report.run import RunData, Series
 from swarm_report.style import (
     BLACK,

@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.errors import ConfigError, SwarmError
-from swarm_common.grid import Grid
-from swarm_common.journal import read_journal
-from swarm_common.map_io import load_map
-from swarm_common.records import FloatArray
-from swarm_common.sites import Sites
-from swarm_common.sites_io import load_sites
+from swarm_common.files.journal import read_journal
+from swarm_common.files.map_io import load_map
+from swarm_common.files.sites_io import load_sites
+from swarm_common.model.errors import ConfigError, SwarmError
+from swarm_common.model.grid import Grid
+from swarm_common.model.records import FloatArray
+from swarm_common.model.sites import Sites
 
 SHORTEST_GAP = 0.2  # [s] of wall time over which a CPU share means something
 FACTOR_SAMPLES = 3  # over which the real-time factor is taken

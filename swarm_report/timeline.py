@@ -11,7 +11,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from swarm_common.records import FloatArray
+from swarm_common.model.records import FloatArray
 from swarm_report.run import RunData, Series, Span
 from swarm_report.style import BLACK, BLUE, LABELS, ORANGE, STATES, WIDE_WIDTH, figure
 

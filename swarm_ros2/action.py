@@ -15,7 +15,7 @@ from rclpy.action import (
 )
 from rclpy.node import Node, NodeNameNonExistentError
 
-from swarm_common.errors import SwarmError
+from swarm_common.model.errors import SwarmError
 from swarm_ros2 import graph, interfaces, text
 
 STATUS_NAMES = {

@@ -9,8 +9,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from swarm_common import ros_env
-from swarm_common.errors import SwarmError
+from swarm_common.middleware import ros_env
+from swarm_common.model.errors import SwarmError
 from swarm_ros2.handover import clean_environment, find_real_ros2
 
 COMMANDS = {

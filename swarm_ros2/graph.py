@@ -15,7 +15,7 @@ import rclpy.executors
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
-from swarm_common.errors import SwarmError
+from swarm_common.model.errors import SwarmError
 
 NamesAndTypes = list[tuple[str, list[str]]]
 Facts = TypeVar("Facts")

@@ -12,7 +12,7 @@ from typing import Any
 from ament_index_python import get_package_share_directory, get_resource, get_resources
 from ament_index_python.packages import PackageNotFoundError
 
-from swarm_common.errors import SwarmError
+from swarm_common.model.errors import SwarmError
 
 KINDS = {"msg": "Messages", "srv": "Services", "action": "Actions"}
 FIELD = re.compile(

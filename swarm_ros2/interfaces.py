@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
-from swarm_common.errors import SwarmError
+from swarm_common.model.errors import SwarmError
 
 
 def load(kind: str, name: str) -> Any:

@@ -11,7 +11,7 @@ from rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
 from rclpy.node import Node
 from rclpy.parameter import get_parameter_value, parameter_value_to_python
 
-from swarm_common.errors import SwarmError
+from swarm_common.model.errors import SwarmError
 from swarm_ros2 import graph
 
 LABELS = {

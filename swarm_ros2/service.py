@@ -6,7 +6,7 @@ import argparse
 import time
 from typing import Any
 
-from swarm_common.errors import SwarmError
+from swarm_common.model.errors import SwarmError
 from swarm_ros2 import graph, interfaces, text
 
 

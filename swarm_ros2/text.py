@@ -17,7 +17,7 @@ from rosidl_parser.definition import (
     NamespacedType,
 )
 
-from swarm_common.errors import SwarmError
+from swarm_common.model.errors import SwarmError
 from swarm_ros2 import interfaces
 
 SEQUENCES = (list, tuple, array.array, np.ndarray)

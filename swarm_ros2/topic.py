@@ -7,7 +7,7 @@ from typing import Any
 
 from rclpy.node import Node
 
-from swarm_common.errors import SwarmError
+from swarm_common.model.errors import SwarmError
 from swarm_ros2 import graph, topic_echo, topic_hz, topic_pub
 
 

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-from swarm_common.errors import SwarmError
+from swarm_common.model.errors import SwarmError
 from swarm_ros2 import graph, interfaces, quality, text
 
 LONGEST = 128  # elements of arrays and strings that are printed

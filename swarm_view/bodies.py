@@ -8,7 +8,7 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from swarm_common.records import FloatArray
+from swarm_common.model.records import FloatArray
 from swarm_view.robot_mesh import RobotMesh
 from swarm_view.shapes import lifted, quaternions
 from swarm_view.wheels import Hubs, rolled

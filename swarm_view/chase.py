@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from swarm_common.records import FloatArray
+from swarm_common.model.records import FloatArray
 
 CLOSE_UP = np.array([-1.2, -2.4, 3.2])  # [m] of the camera from its robot
 FOLLOWED = 1.0  # [m] within which a camera looks at the robot that it follows

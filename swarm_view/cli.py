@@ -6,9 +6,9 @@ import sys
 
 import typer
 
-from swarm_commander.cli import run_app
-from swarm_common import ros_env
-from swarm_common.interfaces_build import ensure_interfaces
+from swarm_commander.cli.main import run_app
+from swarm_common.middleware import ros_env
+from swarm_setup.build import ensure_interfaces
 
 
 def main() -> None:

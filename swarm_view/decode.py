@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from rclpy.serialization import deserialize_message
 
-from swarm_common import layout, wire
-from swarm_common.beacon import deserialize_beacon
-from swarm_common.records import Pose, Scan
+from swarm_common.middleware import layout, wire
+from swarm_common.model.beacon import deserialize_beacon
+from swarm_common.model.records import Pose, Scan
 from swarm_view.topics import type_of
 
 FloatArray = NDArray[np.float64]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import viser
 
-from swarm_common.records import FloatArray
+from swarm_common.model.records import FloatArray
 from swarm_view.bodies import AWAY, Bodies
 from swarm_view.decode import RobotState
 from swarm_view.palette import UNKNOWN, linear, state_color

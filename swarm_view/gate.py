@@ -22,7 +22,7 @@ from urllib.parse import parse_qs, urlsplit
 
 import viser
 
-from swarm_common.errors import SwarmError
+from swarm_common.model.errors import SwarmError
 
 PAGE = Path(viser.__file__).parent / "client" / "build" / "index.html"
 HEAD_LIMIT = 32768  # bytes of a request's head

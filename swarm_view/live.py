@@ -6,7 +6,7 @@ import rclpy
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
-from swarm_common import ros_env
+from swarm_common.middleware import ros_env
 from swarm_view.live_feed import LiveFeed
 from swarm_view.operator_link import OperatorLink
 from swarm_view.server import Server

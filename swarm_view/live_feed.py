@@ -7,7 +7,7 @@ from collections.abc import Collection
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from swarm_common.ros_poll import PolledTopic
+from swarm_common.middleware.ros_poll import PolledTopic
 from swarm_view.decode import message_class
 from swarm_view.topics import STATUS, VERDICT, is_latched, type_of
 

@@ -23,10 +23,10 @@ from simulation_interfaces.srv import (
 )
 from unique_identifier_msgs.msg import UUID
 
-from swarm_common import ros_io
-from swarm_common.records import Pose
-from swarm_common.ros_executor import SafeExecutor
-from swarm_common.ros_poll import drain
+from swarm_common.middleware import ros_io
+from swarm_common.middleware.ros_executor import SafeExecutor
+from swarm_common.middleware.ros_poll import drain
+from swarm_common.model.records import Pose
 
 POSITION_VARIANCE, YAW_VARIANCE = 0.25, 0.0685  # what RViz's tool sends
 PATIENCE = 5.0  # [s] of wall time for somebody to listen

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from swarm_common.records import FloatArray, Pose
+from swarm_common.model.records import FloatArray, Pose
 from swarm_view import topics
 from swarm_view.chase import Chase
 from swarm_view.fleet import Fleet

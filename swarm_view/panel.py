@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
-from swarm_common.robot_source import robot_names
+from swarm_common.robots.source import robot_names
 from swarm_view.tool import Tool
 from swarm_view.topics import LABELS, SHOWN_AT_FIRST, Layer
 

@@ -7,7 +7,7 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
-from swarm_common.records import FloatArray
+from swarm_common.model.records import FloatArray
 from swarm_view.decode import RobotState
 from swarm_view.palette import STATES, css, state_color
 from swarm_view.swarm import Swarm

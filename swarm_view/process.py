@@ -9,8 +9,8 @@ import os
 import sys
 from pathlib import Path
 
-from swarm_common.errors import SwarmError
-from swarm_common.pipes import EventWriter
+from swarm_common.model.errors import SwarmError
+from swarm_common.process.pipes import EventWriter
 from swarm_view.live import open_node, serve_live
 from swarm_view.server import Server
 

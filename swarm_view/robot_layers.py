@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from swarm_common.records import FloatArray, Scan
+from swarm_common.model.records import FloatArray, Scan
 from swarm_view import palette
 from swarm_view.decode import Motion, Raster, scan_points
 from swarm_view.images import cost_image

@@ -11,7 +11,7 @@ import numpy as np
 import trimesh
 import yourdfpy
 
-from swarm_common.records import FloatArray
+from swarm_common.model.records import FloatArray
 from swarm_view.visuals import GREY, Visual, painted, spokes, visuals
 from swarm_view.wheels import Axle, axles
 

@@ -13,8 +13,8 @@ from typing import Any
 import viser
 from viser import _messages
 
-from swarm_common.addresses import own_addresses
-from swarm_common.records import FloatArray
+from swarm_common.middleware.addresses import own_addresses
+from swarm_common.model.records import FloatArray
 from swarm_view.gate import KEY_HEADER, Gate, query_of
 from swarm_view.inner import admitting
 

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from swarm_common import wire
-from swarm_common.records import CONTROL_PERIOD, FloatArray, Pose
-from swarm_common.ros_io import tick_of
+from swarm_common.middleware import wire
+from swarm_common.middleware.ros_io import tick_of
+from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose
 from swarm_view import decode, topics
 from swarm_view.decode import Raster, RobotState
 from swarm_view.topics import Layer

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from swarm_common.records import FloatArray
+from swarm_common.model.records import FloatArray
 from swarm_view.decode import Raster
 from swarm_view.palette import GOAL
 from swarm_view.shapes import floor, lifted, on_floor

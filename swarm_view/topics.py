@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from enum import Enum
 
-from swarm_common.topic_table import WORLD_TOPICS, Topic, robot_topic
+from swarm_common.middleware.topic_table import WORLD_TOPICS, Topic, robot_topic
 
 SCENE, TF, MOVERS, MAP = "/sim/scene", "/sim/tf", "/sim/movers", "/map"
 VERDICT = "/sim/verdict"

@@ -10,10 +10,10 @@ from typing import Annotated
 import rclpy
 import typer
 
-from swarm_commander.discovery import find_robots
-from swarm_commander.domain import domain_id
-from swarm_commander.options import LOOPBACK, VIEWER_PORT
-from swarm_common.addresses import check_address
+from swarm_commander.mission.discovery import find_robots
+from swarm_commander.run.domain import domain_id
+from swarm_commander.run.options import LOOPBACK, VIEWER_PORT
+from swarm_common.middleware.addresses import check_address
 from swarm_view.feed import Recording
 from swarm_view.live import open_node, serve_live
 from swarm_view.server import Server

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from swarm_common.records import FloatArray
+from swarm_common.model.records import FloatArray
 from swarm_view import topics
 from swarm_view.feed import Feed, Recording
 from swarm_view.fleet import Fleet

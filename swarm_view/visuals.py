@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import trimesh
 
-from swarm_common.errors import SwarmError
-from swarm_common.packages import PackageFinder
-from swarm_common.records import FloatArray
+from swarm_common.model.errors import SwarmError
+from swarm_common.model.records import FloatArray
+from swarm_common.robots.packages import PackageFinder
 from swarm_view.wheels import Axle
 
 GREY = (0.6, 0.6, 0.6, 1.0)

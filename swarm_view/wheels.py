@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from viser.transforms import SO3
 
-from swarm_common.drive_train import GROUND, OMNI
-from swarm_common.records import FloatArray
+from swarm_common.model.records import FloatArray
+from swarm_common.robots.drive_train import GROUND, OMNI
 
 UPRIGHT = 0.1  # sine of the most that an axle may lean
 LEAST_RADIUS = 0.005  # [m]

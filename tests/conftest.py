@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-from swarm_common import ros_env
+from swarm_common.middleware import ros_env
 from tests.standins import ros_domains
 
 ros_env.set_defaults()

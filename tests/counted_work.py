@@ -19,7 +19,7 @@ from typing import Any
 from swarm_bench.harness import Harness
 from swarm_bench.scenario import Scenario
 from swarm_bench.stage import RunOptions
-from swarm_nav.search import SearchSpace
+from swarm_nav.planning.search import SearchSpace
 from tests.standins.counting.sitecustomize import NAMES, SIZE
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -101,7 +101,7 @@ def count_graph(folder: Path) -> dict[str, float]:
     )
     path = os.pathsep.join([str(COUNTING), str(ROOT)])
     ended = subprocess.run(
-        (sys.executable, "-c", "from swarm_commander.cli import swarm_up; swarm_up()", *flags),
+        (sys.executable, "-c", "from swarm_commander.cli.main import swarm_up; swarm_up()", *flags),
         env=os.environ | {"PYTHONPATH": path, "SWARM_COUNTS": str(folder)},
         cwd=folder, capture_output=True, text=True, timeout=240, check=False,
     )  # fmt: skip

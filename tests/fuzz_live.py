@@ -49,11 +49,11 @@ from nav_msgs.msg import Odometry
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
 
-from swarm_common import ros_env
-from swarm_common.records import Pose
-from swarm_common.ros_executor import SafeExecutor
-from swarm_common.ros_io import pose_stamped
-from swarm_common.ros_poll import PolledTopic, drain
+from swarm_common.middleware import ros_env
+from swarm_common.middleware.ros_executor import SafeExecutor
+from swarm_common.middleware.ros_io import pose_stamped
+from swarm_common.middleware.ros_poll import PolledTopic, drain
+from swarm_common.model.records import Pose
 from tests.graph.conftest import Swarm, reserved_domain
 
 ROBOTS = 3

@@ -12,16 +12,16 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from swarm_common.grid import OCCUPIED, UNKNOWN, Grid
-from swarm_common.map_io import load_map, map_path
-from swarm_common.records import Pose
-from swarm_common.robot_io import load_robot
-from swarm_nav.config import NavConfig
-from swarm_nav.goals import Goal, GoalEnded, GoalKind
-from swarm_nav.navigator import Navigator
-from swarm_sim.sdf import load_world
-from swarm_sim.spawn import spawn_poses
-from swarm_sim.world import World, WorldConfig
+from swarm_common.files.map_io import load_map, map_path
+from swarm_common.model.grid import OCCUPIED, UNKNOWN, Grid
+from swarm_common.model.records import Pose
+from swarm_common.robots.loading import load_robot
+from swarm_nav.behaviour.navigator import Navigator
+from swarm_nav.core.config import NavConfig
+from swarm_nav.core.goals import Goal, GoalEnded, GoalKind
+from swarm_sim.maps.spawn import spawn_poses
+from swarm_sim.sdf.reader import load_world
+from swarm_sim.world.world import World, WorldConfig
 
 ROBOTS = 20
 SCALE = 120  # [px/m] before the picture is halved

@@ -99,7 +99,7 @@ class Run:
         )
         self._robots = robots
         self._wait_until_active()
-        kinds = {"world": "swarm_sim.node", "viewer": "swarm_view.process"}
+        kinds = {"world": "swarm_sim.ros.node", "viewer": "swarm_view.process"}
         children = psutil.Process(self._process.pid).children(recursive=True)
         self._groups: dict[str, list[psutil.Process]] = {name: [] for name in (*kinds, "robots")}
         for child in children:

@@ -26,7 +26,7 @@ from selenium.webdriver.chrome.service import Service
 from simulation_interfaces.msg import SimulationState
 from simulation_interfaces.srv import SetSimulationState, StepSimulation
 
-from swarm_common import ros_env
+from swarm_common.middleware import ros_env
 from swarm_view.palette import STATES
 
 UP = "swarm-up --mission loading_route --viewer --port 0 --no-report --speed max"

@@ -1,4 +1,4 @@
-"""Writes params/navigator.yaml from the defaults in swarm_nav/config.py, with their comments.
+"""Writes params/navigator.yaml from the defaults in swarm_nav/core/config.py, with their comments.
 
 A default has one home, the configuration class; the file is what users read and copy from, and
 what `swarm-up` checks their parameters against. A test compares the two.
@@ -13,7 +13,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-from swarm_nav.config import NavConfig
+from swarm_nav.core.config import NavConfig
 
 TARGET = Path(__file__).resolve().parent.parent / "params" / "navigator.yaml"
 HEAD = """\

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from swarm_bench.baselines.planning import Track, plain_planner
-from swarm_common.beacon import (
+from swarm_common.model.beacon import (
     BEACON_DTYPE,
     FLAG_ACTIVE,
     FOOTPRINT_POINTS,
@@ -17,8 +17,8 @@ from swarm_common.beacon import (
     MODE_DRIVE,
     Reception,
 )
-from swarm_common.grid import Grid
-from swarm_common.records import (
+from swarm_common.model.grid import Grid
+from swarm_common.model.records import (
     CONTROL_PERIOD,
     FloatArray,
     Odometry,
@@ -29,14 +29,14 @@ from swarm_common.records import (
     stamp_from_tick,
     wrap_angle,
 )
-from swarm_common.sites import Sites
-from swarm_nav.config import NavConfig
-from swarm_nav.controller import Controller
-from swarm_nav.goals import ErrorCode, Event, Goal, GoalEnded, Outcome, Output, Status
-from swarm_nav.localisation import OdometryLocaliser
-from swarm_nav.neighborhood import Neighborhood
-from swarm_nav.obstacles import ObstacleLayer
-from swarm_nav.tube import padded
+from swarm_common.model.sites import Sites
+from swarm_nav.control.controller import Controller
+from swarm_nav.control.tube import padded
+from swarm_nav.core.config import NavConfig
+from swarm_nav.core.goals import ErrorCode, Event, Goal, GoalEnded, Outcome, Output, Status
+from swarm_nav.localisation.localiser import OdometryLocaliser
+from swarm_nav.perception.neighborhood import Neighborhood
+from swarm_nav.perception.obstacles import ObstacleLayer
 
 STOP_SHARE = 0.8  # of the goal tolerance at which a robot stops, as our navigator does
 STANDING_SPEED = 0.02  # [m/s]

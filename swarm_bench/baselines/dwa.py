@@ -15,13 +15,13 @@ import numpy as np
 from swarm_bench.baselines import dwa_kernels as kernels
 from swarm_bench.baselines.base import Baseline
 from swarm_bench.baselines.planning import Track, robot_costs, waypoint
-from swarm_common.records import (
+from swarm_common.model.records import (
     CONTROL_PERIOD,
     Pose,
     Twist,
     wrap_angle,
 )
-from swarm_nav.goals import PlanError
+from swarm_nav.core.goals import PlanError
 
 PADDING = 0.03  # [m] around the robot's circle: half a map cell, and 2 % of slip
 LATENCY = 0.2  # [s] of a moving robot's way that is added to its circle: beacon and reaction

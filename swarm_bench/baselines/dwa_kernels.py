@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numba import njit
 
-from swarm_common.records import FloatArray
-from swarm_nav.distance_kernels import sample
+from swarm_common.model.records import FloatArray
+from swarm_nav.planning.distance_kernels import sample
 
 # What may be touched: distances of the map and their frame, discs (k, 3): x, y, radius, points
 # (m, 2), and how far a body may extend around each of these.

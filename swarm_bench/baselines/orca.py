@@ -20,10 +20,10 @@ from swarm_bench.baselines import dwa_kernels as kernels
 from swarm_bench.baselines.base import Baseline
 from swarm_bench.baselines.outlines import wall_outlines
 from swarm_bench.baselines.planning import Track, robot_costs, waypoint
-from swarm_common.errors import ConfigError
-from swarm_common.grid import Grid
-from swarm_common.records import CONTROL_PERIOD, Pose, Twist
-from swarm_nav.goals import PlanError
+from swarm_common.model.errors import ConfigError
+from swarm_common.model.grid import Grid
+from swarm_common.model.records import CONTROL_PERIOD, Pose, Twist
+from swarm_nav.core.goals import PlanError
 
 OFFSET = 0.1  # [m] of the steered point ahead of the axle
 HORIZON = 3.0  # [s] for which robots keep clear of each other (tau)

@@ -9,8 +9,8 @@ from collections import defaultdict
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.grid import OCCUPIED, Grid
-from swarm_common.records import FloatArray
+from swarm_common.model.grid import OCCUPIED, Grid
+from swarm_common.model.records import FloatArray
 
 TOLERANCE = 0.75  # [cells] that a polygon may be off the cells' edges: stairs become slopes
 

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_bench.baselines import sight_kernels
-from swarm_common.grid import Grid
-from swarm_common.records import FloatArray, Pose
-from swarm_nav import distance_kernels, search_kernels
-from swarm_nav.config import CostmapConfig, NavConfig, PlannerConfig
-from swarm_nav.planner import SPACING, Planner
-from swarm_nav.terrain import Terrain
+from swarm_common.model.grid import Grid
+from swarm_common.model.records import FloatArray, Pose
+from swarm_nav.core.config import CostmapConfig, NavConfig, PlannerConfig
+from swarm_nav.planning import distance_kernels, search_kernels
+from swarm_nav.planning.planner import SPACING, Planner
+from swarm_nav.planning.terrain import Terrain
 
 INFLATION_WEIGHT = 4.0  # cost per metre right beside a wall: Nav2's NavFn, 0.8 * 252 / 50
 ROBOT_GAP = 0.03  # [m] between the circles of two robots that a path leaves

@@ -6,7 +6,7 @@ import math
 
 from numba import njit
 
-from swarm_nav.distance_kernels import sample
+from swarm_nav.planning.distance_kernels import sample
 
 STEP = 0.05  # [m] between the samples of a line
 STRIDE = 3  # path points between two candidates

@@ -31,7 +31,7 @@ from tests.graph.conftest import reserved_domain
 
 pytestmark = [pytest.mark.long, pytest.mark.timeout(900)]
 ROOT = Path(__file__).resolve().parents[2]
-UP = "from swarm_commander.cli import swarm_up; swarm_up()"
+UP = "from swarm_commander.cli.main import swarm_up; swarm_up()"
 VIEW = "from swarm_view.cli import main; main()"
 ARGUMENTS = "--swarm-size 2 --world hall_12 --speed 2 --viewer --port 0 --no-report"
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from selenium.webdriver.remote.webdriver import WebDriver
 
-from swarm_common.topic_table import WORLD_TOPICS, Topic, robot_topic
+from swarm_common.middleware.topic_table import WORLD_TOPICS, Topic, robot_topic
 from swarm_recording.selection import ALWAYS
 from swarm_recording.tape import Tape
 from swarm_view import topics
@@ -22,7 +22,7 @@ from tests.standins.moving_feed import PERIOD, MovingFeed
 
 pytestmark = [pytest.mark.long, pytest.mark.timeout(600)]
 ROOT = Path(__file__).resolve().parents[2]
-REPLAY = "from swarm_commander.cli import replay; replay()"
+REPLAY = "from swarm_commander.cli.main import replay; replay()"
 KINDS = ("status", "scan", "robot_description")
 LENGTH = 400.0  # [s] of the recording
 

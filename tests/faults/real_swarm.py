@@ -15,14 +15,14 @@ from typing import Any
 
 import psutil
 
-from swarm_common.ros_env import DOMAIN_PORTS, FIRST_PORT
+from swarm_common.middleware.ros_env import DOMAIN_PORTS, FIRST_PORT
 from tests.standins import ros_domains
 
-UP = "from swarm_commander.cli import swarm_up; swarm_up()"
+UP = "from swarm_commander.cli.main import swarm_up; swarm_up()"
 MODULES = {
-    "world": "swarm_sim.node",
-    "mission": "swarm_commander.runner",
-    "nursery": "swarm_nav.host",
+    "world": "swarm_sim.ros.node",
+    "mission": "swarm_commander.mission.runner",
+    "nursery": "swarm_nav.launch.host",
     "recorder": "swarm_recording.recorder",
     "viewer": "swarm_view.process",
 }

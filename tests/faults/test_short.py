@@ -109,7 +109,7 @@ def test_without_a_world_to_the_end_the_exit_code_is_three(start, number: int) -
 
 
 def _commander(swarm, robot: str):
-    code = "from swarm_commander.cli import commander; commander()"
+    code = "from swarm_commander.cli.main import commander; commander()"
     environment = swarm.environment
     command = (sys.executable, "-c", code, "restart", robot)
     return subprocess.run(

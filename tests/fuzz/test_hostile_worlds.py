@@ -2,7 +2,7 @@
 
 Each world has meshes in files as exporters really leave them: faces given twice, turned round,
 missing, torn apart, crossing, flat, far too small, in inches; on floors, under tilted poses and
-mirrored scales. Its triangles, as the file has them, are the oracle (`swarm_sim.world_check`,
+mirrored scales. Its triangles, as the file has them, are the oracle (`swarm_sim.maps.world_check`,
 compared with rays of trimesh in tests/unit/swarm_sim/test_mesh_soups.py).
 
 A few always; 20,000 with `FUZZ_EXAMPLES=20000 pytest tests/fuzz/test_hostile_worlds.py
@@ -19,15 +19,15 @@ import trimesh
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarm_common.errors import SwarmError
-from swarm_common.grid import OCCUPIED
-from swarm_common.robot_io import load_robot
-from swarm_sim.draw_map import draw_world, reach_of
-from swarm_sim.scene import Scene
-from swarm_sim.sdf import load_world
-from swarm_sim.section import section_between
-from swarm_sim.spawn import spawn_poses
-from swarm_sim.world_check import differences
+from swarm_common.model.errors import SwarmError
+from swarm_common.model.grid import OCCUPIED
+from swarm_common.robots.loading import load_robot
+from swarm_sim.maps.draw_map import draw_world, reach_of
+from swarm_sim.maps.spawn import spawn_poses
+from swarm_sim.maps.world_check import differences
+from swarm_sim.scene.scene import Scene
+from swarm_sim.scene.section import section_between
+from swarm_sim.sdf.reader import load_world
 from tests.fuzz.byte_mutation import FUZZ
 from tests.oracles.triangles import hits, raw
 

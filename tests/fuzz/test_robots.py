@@ -12,15 +12,15 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 
-from swarm_common.errors import SwarmError
-from swarm_common.fleet import load_fleet
-from swarm_common.outline import placed_corners
-from swarm_common.records import Pose, Twist, wrap_angle
-from swarm_common.resources import share_directory
-from swarm_common.robot_io import Robot, open_robot
-from swarm_common.shapes import Part
-from swarm_sim.scene import Scene
-from swarm_sim.world import World, WorldConfig
+from swarm_common.files.resources import share_directory
+from swarm_common.model.errors import SwarmError
+from swarm_common.model.outline import placed_corners
+from swarm_common.model.records import Pose, Twist, wrap_angle
+from swarm_common.model.shapes import Part
+from swarm_common.robots.fleet import load_fleet
+from swarm_common.robots.loading import Robot, open_robot
+from swarm_sim.scene.scene import Scene
+from swarm_sim.world.world import World, WorldConfig
 from tests.fuzz.mutation import mutated
 from tests.fuzz.robot_generator import robots
 from tests.standins.own_robots import Own

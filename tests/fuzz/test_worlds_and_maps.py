@@ -14,16 +14,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarm_common.errors import SwarmError
-from swarm_common.map_io import load_map, save_map
-from swarm_common.resources import share_directory
-from swarm_common.sites_io import load_sites
+from swarm_common.files.map_io import load_map, save_map
+from swarm_common.files.resources import share_directory
+from swarm_common.files.sites_io import load_sites
+from swarm_common.model.errors import SwarmError
 from swarm_map.floor_plan import load_plan
 from swarm_map.world_writer import sdf_text, sites_text
-from swarm_sim.actors import load_actors
-from swarm_sim.check import check_vehicles, check_walkers
-from swarm_sim.sdf import load_world
-from swarm_sim.section import section_at
+from swarm_sim.maps.check import check_vehicles, check_walkers
+from swarm_sim.scene.actors import load_actors
+from swarm_sim.scene.section import section_at
+from swarm_sim.sdf.reader import load_world
 from tests.fuzz.byte_mutation import EDITS, FUZZ, Edit, mutated
 from tests.unit.swarm_sim.gazebo_package import write_package
 

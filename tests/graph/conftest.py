@@ -21,12 +21,12 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
-from swarm_common.pipes import LineReader
-from swarm_common.process import die_with
-from swarm_common.resources import find_resource, share_directory
-from swarm_common.robot_io import load_robot
-from swarm_common.robot_params import robot_parameters
-from swarm_nav.config import NavConfig, parameter_values
+from swarm_common.files.resources import find_resource, share_directory
+from swarm_common.process.lifetime import die_with
+from swarm_common.process.pipes import LineReader
+from swarm_common.robots.loading import load_robot
+from swarm_common.robots.params import robot_parameters
+from swarm_nav.core.config import NavConfig, parameter_values
 from tests.standins import ros_domains
 
 ROBOT = "turtlebot3_waffle"
@@ -115,7 +115,7 @@ class Swarm:
         self.executor = SingleThreadedExecutor(context=self.context)
         self.executor.add_node(self.node)
         self.pack = options.pop("pack", 1)
-        self.nursery = options.pop("nursery", "swarm_nav.host")
+        self.nursery = options.pop("nursery", "swarm_nav.launch.host")
         self.world = self._start_world(options.pop("world", {}))
         self.host = self._start_host(options)
 
@@ -128,7 +128,7 @@ class Swarm:
         }
         path = self.folder / "world.json"
         path.write_text(json.dumps(config | changes), encoding="utf-8")
-        return Process("swarm_sim.node", path, self.domain, self.folder / "world.log")
+        return Process("swarm_sim.ros.node", path, self.domain, self.folder / "world.log")
 
     def _start_host(self, changes: dict[str, Any]) -> Process:
         self.world.wait_for("spawn")

@@ -6,7 +6,7 @@ import numpy as np
 from rclpy.serialization import deserialize_message, serialize_message
 from swarm_interfaces.msg import Beacon, NeighborArray
 
-from swarm_common import beacon as codec
+from swarm_common.model import beacon as codec
 
 ARRAYS = (
     "pose",

@@ -28,10 +28,10 @@ from rclpy.qos import QoSProfile
 from sensor_msgs.msg import LaserScan
 from swarm_interfaces.msg import Beacon, Mission, NeighborArray
 
-from swarm_common import ros_io
-from swarm_common.beacon import empty_beacons, serialize_beacon, serialize_neighbors
-from swarm_common.grid import Grid
-from swarm_common.map_io import load_map, map_path
+from swarm_common.files.map_io import load_map, map_path
+from swarm_common.middleware import ros_io
+from swarm_common.model.beacon import empty_beacons, serialize_beacon, serialize_neighbors
+from swarm_common.model.grid import Grid
 
 BURST = 1000
 FORGED = empty_beacons(1)

@@ -16,8 +16,8 @@ from simulation_interfaces.srv import (
     SpawnEntity,
 )
 
-from swarm_common.records import Pose
-from swarm_common.ros_io import pose_from_msg, pose_msg, pose_stamped
+from swarm_common.middleware.ros_io import pose_from_msg, pose_msg, pose_stamped
+from swarm_common.model.records import Pose
 from tests.graph.conftest import ROBOT, START_LIMIT, Process, parameters
 
 OK = Result.RESULT_OK
@@ -80,7 +80,7 @@ def start_navigator(swarm, event):
     path.write_text(yaml.safe_dump({f"/{name}/navigator": {"ros__parameters": values}}))
     config = swarm.folder / "newcomer.json"
     config.write_text(json.dumps({"robots": [{"name": name, "params": str(path)}]}))
-    return Process("swarm_nav.host", config, swarm.domain, swarm.folder / "newcomer.log")
+    return Process("swarm_nav.launch.host", config, swarm.domain, swarm.folder / "newcomer.log")
 
 
 def answering(swarm):

@@ -12,12 +12,12 @@ from nav2_msgs.action import Wait
 from rclpy.context import Context
 from rclpy.qos import qos_profile_action_status_default
 
-from swarm_common.records import CONTROL_PERIOD
-from swarm_common.ros_executor import SafeExecutor
-from swarm_common.ros_poll import drain
-from swarm_nav.goals import Outcome
-from swarm_nav.ros_actions import RESULT_TIMEOUT, TickActionServer
-from swarm_nav.ros_clock import TickClock
+from swarm_common.middleware.ros_executor import SafeExecutor
+from swarm_common.middleware.ros_poll import drain
+from swarm_common.model.records import CONTROL_PERIOD
+from swarm_nav.core.goals import Outcome
+from swarm_nav.ros.actions import RESULT_TIMEOUT, TickActionServer
+from swarm_nav.ros.clock import TickClock
 from tests.graph.conftest import reserved_domain
 
 GOALS = 20

@@ -16,11 +16,11 @@ import rclpy
 from rclpy.node import Node
 from swarm_interfaces.msg import Mission, RobotStatus
 
-from swarm_commander.client import RobotCommander
-from swarm_commander.discovery import robot_on_mission
-from swarm_commander.task import TaskResult
-from swarm_common.records import Pose
-from swarm_common.ros_io import LATCHED, RELIABLE, pose_stamped
+from swarm_commander.mission.client import RobotCommander
+from swarm_commander.mission.discovery import robot_on_mission
+from swarm_commander.mission.task import TaskResult
+from swarm_common.middleware.ros_io import LATCHED, RELIABLE, pose_stamped
+from swarm_common.model.records import Pose
 
 ROOT = Path(__file__).resolve().parents[2]
 SITES = ROOT / "worlds" / "slim_blockage" / "sites.yaml"
@@ -73,7 +73,7 @@ class Runner:
     """The mission process and what it says."""
 
     def __init__(self, config: Path) -> None:
-        module = ("-m", "swarm_commander.runner", str(config))
+        module = ("-m", "swarm_commander.mission.runner", str(config))
         self.process = subprocess.Popen(
             (sys.executable, *module, "--event-fd", "1", "--control-fd", "0"),
             env=ENVIRONMENT,
@@ -166,7 +166,7 @@ def test_without_a_mission_the_robots_are_only_watched(robots: Robots, runner: A
 
 
 def start_commander(*flags: str) -> subprocess.Popen[str]:
-    code = "from swarm_commander.cli import commander; commander()"
+    code = "from swarm_commander.cli.main import commander; commander()"
     return subprocess.Popen(
         (sys.executable, "-c", code, *flags),
         env=ENVIRONMENT,

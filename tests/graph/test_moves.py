@@ -7,8 +7,8 @@ import time
 import rclpy
 from rclpy.context import Context
 
-from swarm_common.records import Pose
-from swarm_sim.ros_moves import LIMIT, Moves
+from swarm_common.model.records import Pose
+from swarm_sim.ros.moves import LIMIT, Moves
 from tests.graph.conftest import reserved_domain
 
 TICK_LIMIT = 1.0  # [s] of wall time that no request may cost a tick

@@ -15,8 +15,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import LaserScan
 from swarm_interfaces.msg import RobotStatus, Verdict
 
-from swarm_common.ros_io import tick_of
-from swarm_nav.config import NavConfig, parameter_values
+from swarm_common.middleware.ros_io import tick_of
+from swarm_nav.core.config import NavConfig, parameter_values
 from tests.graph.conftest import START_LIMIT
 
 SCRIPT = Path(__file__).with_name("plain_navigator.py")

@@ -16,8 +16,8 @@ from simulation_interfaces.srv import (
 )
 from visualization_msgs.msg import Marker, MarkerArray
 
-from swarm_common.records import Pose
-from swarm_common.ros_io import pose_from_msg, pose_msg
+from swarm_common.middleware.ros_io import pose_from_msg, pose_msg
+from swarm_common.model.records import Pose
 
 OK = Result.RESULT_OK
 POST = (

@@ -25,8 +25,8 @@ from rclpy.serialization import deserialize_message
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
-from swarm_commander.rviz_config import named_topics, robot_config, swarm_config
-from swarm_common.topic_table import ORDERS, all_topics, robot_topic
+from swarm_commander.viewers.rviz_config import named_topics, robot_config, swarm_config
+from swarm_common.middleware.topic_table import ORDERS, all_topics, robot_topic
 from swarm_recording.bag import Bag
 from swarm_recording.ros_types import message_class, quality
 from swarm_recording.selection import select
@@ -167,7 +167,7 @@ def test_a_bag_is_played_on_the_graph(swarm: Swarm, recorder: Process, tmp_path:
     expected = read_with_mcap(path)
     with reserved_domain() as domain, listener(domain) as (node, executor):
         heard, _ = listen(node, swarm.names)
-        replay = "from swarm_commander.cli import replay; replay()"
+        replay = "from swarm_commander.cli.main import replay; replay()"
         process = subprocess.Popen(
             [sys.executable, "-c", replay, str(path), "--ros", "--speed", "2"],
             env=os.environ | {"ROS_DOMAIN_ID": str(domain)},

@@ -9,10 +9,10 @@ from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
-from swarm_commander.client import RobotCommander
-from swarm_commander.task import TaskResult
-from swarm_common.records import Pose
-from swarm_common.ros_io import pose_from_msg, pose_stamped
+from swarm_commander.mission.client import RobotCommander
+from swarm_commander.mission.task import TaskResult
+from swarm_common.middleware.ros_io import pose_from_msg, pose_stamped
+from swarm_common.model.records import Pose
 from tests.graph.conftest import START_LIMIT, Process
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -61,7 +61,7 @@ def restart(swarm, name):
     config = swarm.folder / "again.json"
     robots = [{"name": name, "params": str(swarm.folder / f"{name}.yaml")}]
     config.write_text(json.dumps({"robots": robots}), encoding="utf-8")
-    return Process("swarm_nav.host", config, swarm.domain, swarm.folder / "again.log")
+    return Process("swarm_nav.launch.host", config, swarm.domain, swarm.folder / "again.log")
 
 
 @pytest.mark.timeout(400)

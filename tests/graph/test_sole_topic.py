@@ -10,8 +10,8 @@ import rclpy
 from rclpy.context import Context
 from std_msgs.msg import String
 
-from swarm_common.ros_io import RELIABLE
-from swarm_common.ros_poll import SoleTopic
+from swarm_common.middleware.ros_io import RELIABLE
+from swarm_common.middleware.ros_poll import SoleTopic
 from tests.graph.conftest import reserved_domain
 
 TOPIC = "/Srobot1/cmd_vel"

@@ -61,7 +61,8 @@ def test_the_nursery_refuses_bad_parameters(tmp_path):
     config = tmp_path / "host.json"
     robots = [{"name": "Srobot1", "params": str(path)}]
     config.write_text(json.dumps({"robots": robots}), encoding="utf-8")
-    host = Process("swarm_nav.host", config, int(os.environ["ROS_DOMAIN_ID"]), tmp_path / "log")
+    domain = int(os.environ["ROS_DOMAIN_ID"])
+    host = Process("swarm_nav.launch.host", config, domain, tmp_path / "log")
     assert host.popen.wait(START_LIMIT) == 2
     assert "did you mean 'max_vel_x'" in host.named("error")[0]["message"]
     host.end()
@@ -71,7 +72,8 @@ def test_the_world_refuses_an_unknown_world(tmp_path):
     config = tmp_path / "world.json"
     robots = [{"name": "Srobot1", "model": "turtlebot3_waffle"}]
     config.write_text(json.dumps({"world": "slim_blokage", "robots": robots}), encoding="utf-8")
-    world = Process("swarm_sim.node", config, int(os.environ["ROS_DOMAIN_ID"]), tmp_path / "log")
+    domain = int(os.environ["ROS_DOMAIN_ID"])
+    world = Process("swarm_sim.ros.node", config, domain, tmp_path / "log")
     assert world.popen.wait(START_LIMIT) == 2
     assert "did you mean 'slim_blockage'?" in world.named("error")[0]["message"]
     world.end()

@@ -7,9 +7,9 @@ import pytest
 from rclpy.serialization import deserialize_message
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_common.records import Pose
-from swarm_nav.goals import Status
-from swarm_nav.ros_status import StatusWriter
+from swarm_common.model.records import Pose
+from swarm_nav.core.goals import Status
+from swarm_nav.ros.status import StatusWriter
 
 STATUS = Status(
     state="holding", detail="waits for Srobot2", pose_map=Pose(1.5, -2.25, 0.5),

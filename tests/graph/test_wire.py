@@ -12,9 +12,9 @@ from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
-from swarm_common import wire
-from swarm_common.records import Pose, Scan, Twist
-from swarm_common.ros_io import pose_from_msg
+from swarm_common.middleware import wire
+from swarm_common.middleware.ros_io import pose_from_msg
+from swarm_common.model.records import Pose, Scan, Twist
 
 POSE, TWIST = Pose(1.25, -2.5, 0.75), Twist(0.25, 0.0, -0.5)
 

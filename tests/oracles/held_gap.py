@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from swarm_common.beacon import BeaconArray
+from swarm_common.model.beacon import BeaconArray
 
 
 def smallest(beacons: BeaconArray) -> tuple[float, float]:

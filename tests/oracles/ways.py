@@ -10,8 +10,8 @@ from scipy import ndimage
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from swarm_common.grid import OCCUPIED, Grid
-from swarm_common.records import Pose, wrap_angle
+from swarm_common.model.grid import OCCUPIED, Grid
+from swarm_common.model.records import Pose, wrap_angle
 
 STEP = 0.1  # [m] between nodes
 REACH = 3  # nodes of the longest move: 32 directions, ways at most 1.4 % too long

@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 from shapely.geometry import MultiPolygon, Polygon, box
 from shapely.ops import unary_union
 
-from swarm_common.grid import OCCUPIED, Grid
-from swarm_common.records import Pose, RobotSpec
-from swarm_common.robot_io import load_robot
-from swarm_nav.goals import Outcome
+from swarm_common.model.grid import OCCUPIED, Grid
+from swarm_common.model.records import Pose, RobotSpec
+from swarm_common.robots.loading import load_robot
+from swarm_nav.core.goals import Outcome
 from tests.standins.navigation import Squad, room, without_lidar
 
 WIDTH, DEPTH = 9.0, 5.0  # [m] of the hall that a wall with a gap divides

@@ -7,14 +7,14 @@ import math
 import numpy as np
 import pytest
 
-from swarm_common.beacon import HEARD_ENTRIES
-from swarm_common.records import Pose
-from swarm_nav.claim import Claim
-from swarm_nav.config import TrafficConfig
-from swarm_nav.goals import Goal, GoalKind
-from swarm_nav.neighborhood import UNHEARD_PATIENCE, Neighborhood
-from swarm_nav.situation import Situation
-from swarm_nav.task import Task
+from swarm_common.model.beacon import HEARD_ENTRIES
+from swarm_common.model.records import Pose
+from swarm_nav.behaviour.task import Task
+from swarm_nav.core.config import TrafficConfig
+from swarm_nav.core.goals import Goal, GoalKind
+from swarm_nav.perception.neighborhood import UNHEARD_PATIENCE, Neighborhood
+from swarm_nav.traffic.claim import Claim
+from swarm_nav.traffic.situation import Situation
 from tests.standins.navigation import beacon, hear, room, situation
 
 HALL = room(9.0, 9.0)

@@ -6,9 +6,9 @@ import math
 
 import pytest
 
-from swarm_common.records import CONTROL_PERIOD, Pose
-from swarm_common.sites import Sites
-from swarm_nav.goals import ErrorCode, Outcome
+from swarm_common.model.records import CONTROL_PERIOD, Pose
+from swarm_common.model.sites import Sites
+from swarm_nav.core.goals import ErrorCode, Outcome
 from tests.standins.navigation import Squad, config, room
 
 HALL = room(7.0, 7.0)

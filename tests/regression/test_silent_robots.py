@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 import pytest
 
-from swarm_common.records import Pose
-from swarm_common.sites import Sites
-from swarm_nav.config import NavConfig
-from swarm_nav.goals import Goal, GoalEnded, GoalKind, Outcome
-from swarm_nav.navigator import Navigator
-from swarm_sim.world import World, WorldConfig
+from swarm_common.model.records import Pose
+from swarm_common.model.sites import Sites
+from swarm_nav.behaviour.navigator import Navigator
+from swarm_nav.core.config import NavConfig
+from swarm_nav.core.goals import Goal, GoalEnded, GoalKind, Outcome
+from swarm_sim.world.world import World, WorldConfig
 from tests.standins.navigation import room, waffle, without_lidar
 from tests.standins.traffic import Rectangle, hall_scene
 

@@ -10,18 +10,18 @@ import math
 import numpy as np
 import pytest
 
-from swarm_common.beacon import FLAG_ACTIVE, FLAG_STUCK
-from swarm_common.records import Pose, Twist
-from swarm_nav import tube_kernels
-from swarm_nav.claim import WATCHDOG_TIME, Claim
-from swarm_nav.goals import GoalKind, Outcome
-from swarm_nav.holding import Lease
-from swarm_nav.neighborhood_kernels import HELD
-from swarm_nav.planner import SPACING
-from swarm_nav.priority import CLASS_DRIVING, above, base_priority
-from swarm_nav.right_of_way import RightOfWay, refuge_path
-from swarm_nav.route import REPLAN_PAUSE
-from swarm_nav.situation import Situation
+from swarm_common.model.beacon import FLAG_ACTIVE, FLAG_STUCK
+from swarm_common.model.records import Pose, Twist
+from swarm_nav.behaviour.route import REPLAN_PAUSE
+from swarm_nav.control import tube_kernels
+from swarm_nav.core.goals import GoalKind, Outcome
+from swarm_nav.core.priority import CLASS_DRIVING, above, base_priority
+from swarm_nav.perception.neighborhood_kernels import HELD
+from swarm_nav.planning.planner import SPACING
+from swarm_nav.traffic.claim import WATCHDOG_TIME, Claim
+from swarm_nav.traffic.holding import Lease
+from swarm_nav.traffic.right_of_way import RightOfWay, refuge_path
+from swarm_nav.traffic.situation import Situation
 from tests.standins import aisle, doorway
 from tests.standins.navigation import RADIUS, Squad, beacon, config, hear, room, situation
 from tests.standins.protocol import Crowd, Schedule

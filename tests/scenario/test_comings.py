@@ -16,7 +16,7 @@ LIMIT = 120.0  # [s] of wall time
 
 
 def command(name: str) -> tuple[str, ...]:
-    return (sys.executable, "-c", f"from swarm_commander.cli import {name}; {name}()")
+    return (sys.executable, "-c", f"from swarm_commander.cli.main import {name}; {name}()")
 
 
 @pytest.mark.slow

@@ -28,7 +28,7 @@ class Swarm:
         self.process: subprocess.Popen[str] | None = None
 
     def start(self, *flags: str, name: str = "run") -> None:
-        code = "from swarm_commander.cli import swarm_up; swarm_up()"
+        code = "from swarm_commander.cli.main import swarm_up; swarm_up()"
         self.process = subprocess.Popen(
             (sys.executable, "-c", code, *flags, "--run-dir", str(self.folder / name)),
             env=os.environ | {"PYTHONPATH": str(ROOT)},
@@ -77,7 +77,7 @@ class Swarm:
         """Return the processes of the robots, in order."""
         assert self.process is not None
         everything = psutil.Process(self.process.pid).children(recursive=True)
-        hosts = [p for p in everything if "swarm_nav.host" in " ".join(p.cmdline())]
+        hosts = [p for p in everything if "swarm_nav.launch.host" in " ".join(p.cmdline())]
         return sorted((p for p in hosts if p.ppid() in {h.pid for h in hosts}), key=lambda p: p.pid)
 
 
@@ -163,7 +163,7 @@ def test_without_a_mission_the_swarm_waits_for_its_operator(swarm: Swarm, number
     swarm.start("--swarm-size", "2")
     swarm.wait_for("running")
     assert swarm.addresses() == {"127.0.0.1"}
-    code = "from swarm_commander.cli import commander; commander()"
+    code = "from swarm_commander.cli.main import commander; commander()"
     result = subprocess.run(
         (sys.executable, "-c", code, "Srobot2", "--goal", "3.0", "3.0", "0.0"),
         env=os.environ | {"PYTHONPATH": str(ROOT)},

@@ -21,7 +21,7 @@ def run(folder: Path) -> dict[str, object]:
         *("--run-dir", str(folder)),
     )
     ended = subprocess.run(
-        (sys.executable, "-c", "from swarm_commander.cli import swarm_up; swarm_up()", *flags),
+        (sys.executable, "-c", "from swarm_commander.cli.main import swarm_up; swarm_up()", *flags),
         cwd=folder.parent,
         capture_output=True,
         text=True,

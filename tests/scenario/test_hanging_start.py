@@ -18,7 +18,7 @@ START = 240.0  # [s] of wall time, on a busy machine that compiles the kernels, 
 def test_a_navigator_that_hangs_at_the_start_is_started_anew(tmp_path: Path, pack: int) -> None:
     flags = ("--swarm-size", "4", "--duration", "10", "--speed", "max", "--headless", "--no-report")
     flags += ("--pack", str(pack))
-    code = "from swarm_commander.cli import swarm_up; swarm_up()"
+    code = "from swarm_commander.cli.main import swarm_up; swarm_up()"
     swarm = subprocess.Popen(
         (sys.executable, "-c", code, *flags, "--run-dir", str(tmp_path / "run")),
         cwd=tmp_path,

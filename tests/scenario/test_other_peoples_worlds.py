@@ -13,9 +13,9 @@ from swarm_bench.harness import run
 from swarm_bench.result import RunResult
 from swarm_bench.scenario import Scenario, load_scenario
 from swarm_bench.stage import RunOptions
-from swarm_commander.cli import run_app
-from swarm_common.grid import Grid
-from swarm_common.map_io import load_map, map_path, save_map
+from swarm_commander.cli.main import run_app
+from swarm_common.files.map_io import load_map, map_path, save_map
+from swarm_common.model.grid import Grid
 from swarm_map.map_command import map_app
 from tests.unit.swarm_sim.test_mesh_soups import double_faced, room
 

@@ -42,7 +42,7 @@ def run_on_the_graph(folder: Path, seed: int) -> dict[str, Any]:
         *("--until-done", "--headless", "--speed", "max"),
     )
     result = subprocess.run(
-        (sys.executable, "-c", "from swarm_commander.cli import swarm_up; swarm_up()", *flags),
+        (sys.executable, "-c", "from swarm_commander.cli.main import swarm_up; swarm_up()", *flags),
         env=os.environ | {"PYTHONPATH": str(ROOT)},
         cwd=folder,
         capture_output=True,

@@ -6,10 +6,10 @@ import itertools
 import math
 
 from swarm_bench.harness import Watcher
-from swarm_common.records import Pose
-from swarm_common.sites import Sites
-from swarm_nav import gate_kernels
-from swarm_nav.navigator import Navigator
+from swarm_common.model.records import Pose
+from swarm_common.model.sites import Sites
+from swarm_nav.behaviour.navigator import Navigator
+from swarm_nav.traffic import gate_kernels
 from tests.standins.party import Bar, Party, bars_of_room
 
 WIDTH, DEPTH = 14.0, 7.0

@@ -9,9 +9,9 @@ import os
 import signal
 import sys
 
-from swarm_nav import host, pack
-from swarm_nav.inputs import TickInput
-from swarm_nav.node import NavigatorNode
+from swarm_nav.launch import host, pack
+from swarm_nav.ros.inputs import TickInput
+from swarm_nav.ros.node import NavigatorNode
 
 ROBOT = "Srobot2"
 signals: list[int] = []

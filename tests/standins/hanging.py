@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 
 import psutil
 
-NURSERY = "swarm_nav.host"
+NURSERY = "swarm_nav.launch.host"
 
 
 def hang_one(processes: Callable[[], Iterable[int]], limit: float) -> int:

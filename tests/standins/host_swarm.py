@@ -19,7 +19,7 @@ from tests.standins.net_hosts import NetHosts
 ROOT = Path(__file__).resolve().parents[2]
 SECRET = "between-hosts-of-a-test"
 DOMAIN = "7"  # each host has a network of its own, and so all domains
-SWARM_UP = "import sys; from swarm_commander.cli import swarm_up; sys.exit(swarm_up())"
+SWARM_UP = "import sys; from swarm_commander.cli.main import swarm_up; sys.exit(swarm_up())"
 TIME = re.compile(r"t = ([0-9.]+) s \|")
 
 

@@ -13,14 +13,14 @@ from std_msgs.msg import String
 from swarm_interfaces.msg import RobotStatus, Verdict
 from visualization_msgs.msg import MarkerArray
 
-from swarm_common import ros_io
-from swarm_common.map_io import load_map, map_path
-from swarm_common.records import Scan
-from swarm_common.robot_io import description
-from swarm_common.topic_table import ROBOT_TOPICS, WORLD_TOPICS
-from swarm_common.wire import ScanWriter, TransformsWriter
-from swarm_sim.ros_scenery import scene_markers
-from swarm_sim.sdf import load_world
+from swarm_common.files.map_io import load_map, map_path
+from swarm_common.middleware import ros_io
+from swarm_common.middleware.topic_table import ROBOT_TOPICS, WORLD_TOPICS
+from swarm_common.middleware.wire import ScanWriter, TransformsWriter
+from swarm_common.model.records import Scan
+from swarm_common.robots.loading import description
+from swarm_sim.ros.scenery import scene_markers
+from swarm_sim.sdf.reader import load_world
 from swarm_view import topics
 from swarm_view.topics import Layer
 

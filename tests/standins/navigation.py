@@ -10,16 +10,24 @@ from typing import Any
 
 import numpy as np
 
-from swarm_common.beacon import BEACON_DTYPE, FLAG_ACTIVE, BeaconArray
-from swarm_common.grid import OCCUPIED, Grid
-from swarm_common.records import CONTROL_PERIOD, Odometry, Pose, RobotSpec, Scan, Twist, wrap_angle
-from swarm_common.robot_io import load_robot
-from swarm_common.sites import Sites
-from swarm_nav.config import NavConfig, config_from_parameters
-from swarm_nav.goals import Event, Goal, GoalEnded, GoalKind
-from swarm_nav.navigator import Navigator
-from swarm_nav.situation import Situation, begin
-from swarm_nav.tube import padded
+from swarm_common.model.beacon import BEACON_DTYPE, FLAG_ACTIVE, BeaconArray
+from swarm_common.model.grid import OCCUPIED, Grid
+from swarm_common.model.records import (
+    CONTROL_PERIOD,
+    Odometry,
+    Pose,
+    RobotSpec,
+    Scan,
+    Twist,
+    wrap_angle,
+)
+from swarm_common.model.sites import Sites
+from swarm_common.robots.loading import load_robot
+from swarm_nav.behaviour.navigator import Navigator
+from swarm_nav.control.tube import padded
+from swarm_nav.core.config import NavConfig, config_from_parameters
+from swarm_nav.core.goals import Event, Goal, GoalEnded, GoalKind
+from swarm_nav.traffic.situation import Situation, begin
 
 RADIUS = 0.285  # [m] safety radius of a waffle with the default margin
 SUBSTEPS = 10

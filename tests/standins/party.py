@@ -17,15 +17,15 @@ from swarm_bench.methods import load_method
 from swarm_bench.result import RunResult
 from swarm_bench.scenario import Scenario
 from swarm_bench.stage import RunOptions, Stage
-from swarm_commander.itinerary import Itinerary
-from swarm_commander.leg import Stop
-from swarm_common.grid import OCCUPIED, Grid
-from swarm_common.records import Pose
-from swarm_common.sites import Sites
-from swarm_sim.draw_map import draw_world
-from swarm_sim.radio import RadioConfig
-from swarm_sim.scene import Body, Box, Part, Scene, transform_from_xyz_rpy
-from swarm_sim.world import World, WorldConfig
+from swarm_commander.mission.itinerary import Itinerary
+from swarm_commander.mission.leg import Stop
+from swarm_common.model.grid import OCCUPIED, Grid
+from swarm_common.model.records import Pose
+from swarm_common.model.sites import Sites
+from swarm_sim.maps.draw_map import draw_world
+from swarm_sim.scene.scene import Body, Box, Part, Scene, transform_from_xyz_rpy
+from swarm_sim.sensing.radio import RadioConfig
+from swarm_sim.world.world import World, WorldConfig
 from tests.standins.navigation import config, waffle, without_lidar
 
 THICKNESS = 0.1  # [m] of walls

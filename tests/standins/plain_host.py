@@ -6,7 +6,7 @@ import sys
 import time
 from pathlib import Path
 
-from swarm_common.process import die_with
+from swarm_common.process.lifetime import die_with
 
 _, config_path, wait, *rest = sys.argv
 assert wait == "--wait"

@@ -3,7 +3,8 @@
 import os
 import sys
 
-from swarm_commander import bringup, cli, restarts
+from swarm_commander.cli import main as cli
+from swarm_commander.run import bringup, restarts
 
 for name, module in (
     ("WORLD", "world"),

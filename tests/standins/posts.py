@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
-from swarm_common.records import FloatArray, Pose, Scan
-from swarm_common.robot_io import Robot
-from swarm_common.robot_model import parse_urdf
-from swarm_common.shapes import Box, Part
-from swarm_sim.scene import Body
+from swarm_common.model.records import FloatArray, Pose, Scan
+from swarm_common.model.shapes import Box, Part
+from swarm_common.robots.description import parse_urdf
+from swarm_common.robots.loading import Robot
+from swarm_sim.scene.scene import Body
 
 
 def post(x: float, y: float) -> Body:

@@ -17,14 +17,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from swarm_common.beacon import BEACON_DTYPE, FLAG_ACTIVE, FLAG_DEAF, NO_ROBOT, BeaconArray
-from swarm_common.records import Pose, RobotSpec, Twist
-from swarm_nav.claim import Claim
-from swarm_nav.config import NavConfig
-from swarm_nav.planner import SPACING
-from swarm_nav.senses import Senses
-from swarm_nav.situation import Situation, begin
-from swarm_nav.tube import padded
+from swarm_common.model.beacon import BEACON_DTYPE, FLAG_ACTIVE, FLAG_DEAF, NO_ROBOT, BeaconArray
+from swarm_common.model.records import Pose, RobotSpec, Twist
+from swarm_nav.control.tube import padded
+from swarm_nav.core.config import NavConfig
+from swarm_nav.planning.planner import SPACING
+from swarm_nav.traffic.claim import Claim
+from swarm_nav.traffic.senses import Senses
+from swarm_nav.traffic.situation import Situation, begin
 from tests.standins.navigation import room, waffle, without_lidar
 
 SIDE = 3.2  # [m] of the square in which targets lie

@@ -26,8 +26,8 @@ from rclpy.node import Node
 from rclpy.task import Future
 from swarm_interfaces.msg import Mission, RobotStatus
 
-from swarm_common.resources import find_resource
-from swarm_common.ros_io import LATCHED, RELIABLE, tick_of, time_msg
+from swarm_common.files.resources import find_resource
+from swarm_common.middleware.ros_io import LATCHED, RELIABLE, tick_of, time_msg
 
 DRIVE_TICKS = 20
 MUTE_AFTER = 30  # ticks

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from swarm_common.grid import Grid
-from swarm_common.journal import Journal
-from swarm_common.map_io import save_map
+from swarm_common.files.journal import Journal
+from swarm_common.files.map_io import save_map
+from swarm_common.model.grid import Grid
 
 SITES = "stations:\n  dock: [2.0, 2.0, 0.0]\n  shop: [4.0, 4.0, 0.0]\n"
 

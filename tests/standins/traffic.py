@@ -10,15 +10,15 @@ from pathlib import Path
 
 import numpy as np
 
-from swarm_common.grid import Grid
-from swarm_common.records import Pose
-from swarm_common.sites import Sites
-from swarm_nav.config import NavConfig
-from swarm_nav.goals import Goal, GoalEnded, GoalKind, Outcome, Output
-from swarm_nav.navigator import Navigator
-from swarm_sim.radio import RadioConfig
-from swarm_sim.scene import Body, Box, Part, Scene, transform_from_xyz_rpy
-from swarm_sim.world import World, WorldConfig
+from swarm_common.model.grid import Grid
+from swarm_common.model.records import Pose
+from swarm_common.model.sites import Sites
+from swarm_nav.behaviour.navigator import Navigator
+from swarm_nav.core.config import NavConfig
+from swarm_nav.core.goals import Goal, GoalEnded, GoalKind, Outcome, Output
+from swarm_sim.scene.scene import Body, Box, Part, Scene, transform_from_xyz_rpy
+from swarm_sim.sensing.radio import RadioConfig
+from swarm_sim.world.world import World, WorldConfig
 from tests.standins.navigation import room, waffle, without_lidar
 
 WALL = 0.05  # [m] thick, one cell of the map

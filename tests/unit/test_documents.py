@@ -11,9 +11,9 @@ import pytest
 import typer
 
 from swarm_bench import cli as bench_cli
-from swarm_commander import cli as commander_cli
+from swarm_commander.cli import main as commander_cli
 from swarm_map import cli as map_cli
-from swarm_nav.states import diagram
+from swarm_nav.core.states import diagram
 from swarm_view import cli as view_cli
 
 ROOT = Path(__file__).parents[2]
@@ -73,8 +73,8 @@ def options_of(words: list[str]) -> set[str]:
 
 
 def commander_app(words: list[str]) -> typer.Typer:
-    from swarm_commander.commander_command import commander_app
-    from swarm_commander.fleet_command import fleet_app
+    from swarm_commander.cli.commander_command import commander_app
+    from swarm_commander.cli.fleet_command import fleet_app
 
     return fleet_app if words[1:2] and words[1] in commander_cli.FLEET_COMMANDS else commander_app
 

@@ -84,7 +84,7 @@ def patch_node(module):
 
 
 PATCHES = {
-    "swarm_common.ros_poll": patch_poll,
+    "swarm_common.middleware.ros_poll": patch_poll,
     "rclpy.node": patch_node,
     "rclpy.publisher": lambda module: counted(module.Publisher, "publish", "published"),
     "rclpy.executors": lambda module: counted(

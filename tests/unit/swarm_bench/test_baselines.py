@@ -15,13 +15,13 @@ from swarm_bench.baselines.planning import Track, plain_planner, robot_costs
 from swarm_bench.harness import run
 from swarm_bench.scenario import Scenario, load_scenario
 from swarm_bench.stage import RunOptions
-from swarm_common.errors import ConfigError
-from swarm_common.grid import Grid
-from swarm_common.records import Odometry, Pose, Twist
-from swarm_common.robot_io import load_robot
-from swarm_common.sites import Sites
-from swarm_nav.config import NavConfig
-from swarm_nav.search_kernels import WALL
+from swarm_common.model.errors import ConfigError
+from swarm_common.model.grid import Grid
+from swarm_common.model.records import Odometry, Pose, Twist
+from swarm_common.model.sites import Sites
+from swarm_common.robots.loading import load_robot
+from swarm_nav.core.config import NavConfig
+from swarm_nav.planning.search_kernels import WALL
 
 METHODS = ("dwa", "orca")
 HALL = Grid(np.zeros((160, 160), np.int8), 0.05, -4.0, -4.0)

@@ -9,12 +9,12 @@ import pytest
 
 from swarm_bench.hall_maker import DEAD_GAP, MISSIONS, Wish, make_hall
 from swarm_bench.halls import DRAWN, SIZES, TROUBLES, build_hall, hall_of, hall_runs, run_hall
-from swarm_common.errors import ConfigError, UnknownNameError
-from swarm_common.records import Pose
-from swarm_nav.config import CostmapConfig, PlannerConfig
-from swarm_nav.goals import PlanError
-from swarm_nav.planner import Planner
-from swarm_nav.terrain import terrain_for
+from swarm_common.model.errors import ConfigError, UnknownNameError
+from swarm_common.model.records import Pose
+from swarm_nav.core.config import CostmapConfig, PlannerConfig
+from swarm_nav.core.goals import PlanError
+from swarm_nav.planning.planner import Planner
+from swarm_nav.planning.terrain import terrain_for
 
 WISH = Wish(robots=12, radius=0.24, reach=0.57)
 

@@ -16,8 +16,8 @@ from swarm_bench.scenario import load_scenario
 from swarm_bench.stage import RunOptions
 from swarm_bench.sweep import run_all
 from swarm_bench.table import run_line
-from swarm_nav.goals import Output
-from swarm_sim.world import World
+from swarm_nav.core.goals import Output
+from swarm_sim.world.world import World
 
 SCENARIO = """
 world: doorway

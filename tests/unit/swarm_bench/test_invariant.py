@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from swarm_bench.invariant import FAR, Invariant
-from swarm_common.beacon import BeaconArray, empty_beacons
+from swarm_common.model.beacon import BeaconArray, empty_beacons
 from tests.oracles.held_gap import smallest
 
 

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from swarm_bench.baselines.outlines import loops, simplified, wall_outlines
-from swarm_common.grid import Grid
-from swarm_common.map_io import load_map, map_path
-from swarm_common.records import FloatArray
+from swarm_common.files.map_io import load_map, map_path
+from swarm_common.model.grid import Grid
+from swarm_common.model.records import FloatArray
 
 
 def area(polygon: FloatArray) -> float:

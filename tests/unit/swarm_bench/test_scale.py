@@ -15,7 +15,7 @@ from swarm_bench.scale_result import ScaleResult, median_of, read_scale_results
 from swarm_bench.scale_row import GRAPH_COLUMNS, growth, markdown, rows_of, scale_table
 from swarm_bench.scale_sweep import run_scale
 from swarm_bench.scale_watch import dds_share
-from swarm_common.errors import ConfigError, UnknownNameError
+from swarm_common.model.errors import ConfigError, UnknownNameError
 
 
 def result_of(job, code="", machine="", cost=1.0):

@@ -8,7 +8,7 @@ import pytest
 
 from swarm_bench.scenario import Scenario, load_scenario, scenario_names
 from swarm_bench.stage import RunOptions, check
-from swarm_common.errors import ConfigError, UnknownNameError
+from swarm_common.model.errors import ConfigError, UnknownNameError
 
 SUITE = {
     "circle": (8, 20, 40),

@@ -16,7 +16,7 @@ from swarm_bench.ros_run import result_of_report, up_flags
 from swarm_bench.selection import select, suite_sweeps
 from swarm_bench.stage import RunOptions
 from swarm_bench.sweep import Sweep
-from swarm_common.errors import ConfigError
+from swarm_common.model.errors import ConfigError
 from tests.standins.results import result
 
 

@@ -21,7 +21,7 @@ from swarm_bench.storm_plan import (
     StormPlan,
     draw_faults,
 )  # fmt: skip
-from swarm_sim.verdict import Collision
+from swarm_sim.world.verdict import Collision
 from tests.standins.navigation import room
 
 CALM = StormPlan((), (), ())

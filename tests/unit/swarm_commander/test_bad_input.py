@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from swarm_commander import bringup, cli
-from swarm_commander.domain import DomainLock
-from swarm_commander.supervisor import ProcessSpec
+from swarm_commander.cli import main as cli
+from swarm_commander.run import bringup
+from swarm_commander.run.domain import DomainLock
+from swarm_commander.run.supervisor import ProcessSpec
 
 DOMAIN = 230
 Refusal = Callable[..., str]

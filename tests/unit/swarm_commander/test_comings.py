@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from swarm_commander.options import UpOptions
-from swarm_commander.plan import check_plan
-from swarm_commander.roster import shown_state
-from swarm_commander.tally import Tally
-from swarm_common.records import Pose
+from swarm_commander.run.options import UpOptions
+from swarm_commander.run.plan import check_plan
+from swarm_commander.run.roster import shown_state
+from swarm_commander.run.tally import Tally
+from swarm_common.model.records import Pose
 
 
 def test_a_newcomer_counts_once_it_is_active() -> None:

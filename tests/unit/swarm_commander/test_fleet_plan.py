@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from swarm_commander.flat import flatten
-from swarm_commander.options import UpOptions, robot_of, swarm_size_of
-from swarm_commander.plan import RunPlan, check_plan
-from swarm_commander.runner import itineraries
-from swarm_common.errors import ConfigError
-from swarm_common.fleet import load_fleet
-from swarm_common.records import Pose
+from swarm_commander.mission.runner import itineraries
+from swarm_commander.run.flat import flatten
+from swarm_commander.run.options import UpOptions, robot_of, swarm_size_of
+from swarm_commander.run.plan import RunPlan, check_plan
+from swarm_common.model.errors import ConfigError
+from swarm_common.model.records import Pose
+from swarm_common.robots.fleet import load_fleet
 
 FLEET = """order: mixed
 groups:

@@ -15,15 +15,15 @@ from typing import IO, cast
 import pytest
 from rich.console import Console
 
-from swarm_commander.report import write_report
-from swarm_commander.rundir import RunFolder, create_run_folder
-from swarm_commander.supervisor import describe_exit
-from swarm_commander.tally import Tally
-from swarm_commander.terminal import Outlet
-from swarm_common.errors import ConfigError
-from swarm_common.whole_file import write_whole
+from swarm_commander.run.report import write_report
+from swarm_commander.run.rundir import RunFolder, create_run_folder
+from swarm_commander.run.supervisor import describe_exit
+from swarm_commander.run.tally import Tally
+from swarm_commander.run.terminal import Outlet
+from swarm_common.files.whole_file import write_whole
+from swarm_common.model.errors import ConfigError
 from tests.standins.small_disk import fill, small_disk
-from tests.unit.swarm_commander.test_bringup import DOMAIN, MISSION, ROOT, Up, wait_for
+from tests.unit.swarm_commander.run.test_bringup import DOMAIN, MISSION, ROOT, Up, wait_for
 
 OTHER_DOMAIN = "229"
 
@@ -194,7 +194,7 @@ def test_sigbus_is_explained() -> None:
 @pytest.mark.parametrize("delay", [0.0, 0.05, 0.1, 0.2, 0.3])
 def test_an_early_ctrl_c_ends_without_a_traceback(tmp_path: Path, delay: float) -> None:
     code = (
-        "from swarm_commander.cli import swarm_up\n"
+        "from swarm_commander.cli.main import swarm_up\n"
         "import sys; sys.stdout.write('here'); sys.stdout.flush(); swarm_up()"
     )
     process = subprocess.Popen(

@@ -6,22 +6,22 @@ from typing import Any
 import pytest
 import yaml
 
-from swarm_commander.flat import flatten, nest
-from swarm_commander.params import (
+from swarm_commander.run.flat import flatten, nest
+from swarm_commander.run.params import (
     default_parameters,
     load_overrides,
     robot_parameter_file,
     write_parameter_file,
 )
-from swarm_commander.world_params import WorldParams, default_world_parameters
-from swarm_common.errors import ConfigError
-from swarm_common.fleet import limits_of
-from swarm_common.records import Pose
-from swarm_common.robot_io import load_robot
-from swarm_common.robot_params import robot_from_parameters, robot_parameters
-from swarm_common.sensors import IDEAL
-from swarm_sim.radio import RadioConfig
-from swarm_sim.settings import Settings, parse_settings
+from swarm_commander.run.world_params import WorldParams, default_world_parameters
+from swarm_common.model.errors import ConfigError
+from swarm_common.model.records import Pose
+from swarm_common.model.sensors import IDEAL
+from swarm_common.robots.fleet import limits_of
+from swarm_common.robots.loading import load_robot
+from swarm_common.robots.params import robot_from_parameters, robot_parameters
+from swarm_sim.ros.settings import Settings, parse_settings
+from swarm_sim.sensing.radio import RadioConfig
 
 ROOT = Path(__file__).resolve().parents[3]
 ROBOTS = ["Srobot1", "Srobot2", "Srobot12"]
@@ -38,7 +38,7 @@ def test_the_parameter_file_is_what_the_configuration_says() -> None:
     tool = runpy.run_path(str(ROOT / "tools" / "write_params.py"))
     text = (ROOT / "params" / "navigator.yaml").read_text(encoding="utf-8")
     assert text == tool["parameter_file"](), "run python tools/write_params.py"
-    from swarm_nav.config import NavConfig, parameter_values
+    from swarm_nav.core.config import NavConfig, parameter_values
 
     assert default_parameters() == parameter_values(NavConfig())
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from swarm_common.errors import RobotModelError
-from swarm_common.outline import outline_around
-from swarm_common.robot_io import load_robot, open_robot
-from swarm_common.robot_spec import _footprint
+from swarm_common.model.errors import RobotModelError
+from swarm_common.model.outline import outline_around
+from swarm_common.robots.loading import load_robot, open_robot
+from swarm_common.robots.spec import _footprint
 from tests.standins.own_robots import (
     CHASSIS,
     LIMITS,

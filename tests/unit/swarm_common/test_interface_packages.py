@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from swarm_common.errors import ConfigError
-from swarm_common.resources import share_directory
-from swarm_common.rosidl import packages
+from swarm_common.files.resources import share_directory
+from swarm_common.model.errors import ConfigError
+from swarm_setup.rosidl import packages
 
 MANIFEST = """<?xml version="1.0"?>
 <package format="3"><name>{name}</name>{depends}</package>

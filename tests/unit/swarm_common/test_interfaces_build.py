@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from swarm_common import interfaces_build
-from swarm_common.rosidl import install, toolchain
-from swarm_common.rosidl.compile import BuildError, Library, Toolchain, build_all
-from swarm_common.rosidl.packages import InterfacePackage, load_package
+from swarm_setup import build as interfaces_build
+from swarm_setup.rosidl import install, toolchain
+from swarm_setup.rosidl.compile import BuildError, Library, Toolchain, build_all
+from swarm_setup.rosidl.packages import InterfacePackage, load_package
 from tests.unit.swarm_common.test_interface_packages import write_package
 
 

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from swarm_common.errors import RobotModelError, SwarmError, UnknownNameError
-from swarm_common.records import Pose, Twist
-from swarm_common.robot_io import load_robot, open_robot, robot_names
-from swarm_common.shapes import Hull
-from swarm_sim.scene import Scene
-from swarm_sim.world import World, WorldConfig
+from swarm_common.model.errors import RobotModelError, SwarmError, UnknownNameError
+from swarm_common.model.records import Pose, Twist
+from swarm_common.model.shapes import Hull
+from swarm_common.robots.loading import load_robot, open_robot, robot_names
+from swarm_sim.scene.scene import Scene
+from swarm_sim.world.world import World, WorldConfig
 from tests.standins.robots import LIMITS, URDF, write_packages
 
 LASER = "lidar: {frame: laser, rays: 90, range_max: 5.0, rate: 5.0}\n"

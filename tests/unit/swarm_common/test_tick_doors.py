@@ -11,8 +11,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from swarm_common import wire
-from swarm_common.beacon import (
+from swarm_common.middleware import wire
+from swarm_common.middleware.radio_door import read_beacon, read_neighbors
+from swarm_common.middleware.rejections import RejectedError
+from swarm_common.model.beacon import (
     BEACON_DTYPE,
     BEACON_SIZE,
     FLAG_LEFT,
@@ -21,9 +23,7 @@ from swarm_common.beacon import (
     serialize_beacon,
     serialize_neighbors,
 )
-from swarm_common.radio_door import read_beacon, read_neighbors
-from swarm_common.records import Pose, Scan, Twist, stamp_from_tick
-from swarm_common.rejections import RejectedError
+from swarm_common.model.records import Pose, Scan, Twist, stamp_from_tick
 
 NOW = 1234
 OWN_ID = 3

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from swarm_common.records import Pose
-from swarm_nav import distance_kernels as kernels
-from swarm_nav import path_kernels
-from swarm_nav.planner import SPACING, path_length, straight_path
+from swarm_common.model.records import Pose
+from swarm_nav.planning import distance_kernels as kernels
+from swarm_nav.planning import path_kernels
+from swarm_nav.planning.planner import SPACING, path_length, straight_path
 from tests.oracles import fields as oracle
 
 FRAME = (-1.0, 2.0, 0.05)

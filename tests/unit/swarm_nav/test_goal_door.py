@@ -13,10 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from nav_msgs.msg import OccupancyGrid
 
-from swarm_common.grid import Grid
-from swarm_common.records import Pose
-from swarm_common.rejections import RejectedError
-from swarm_common.ros_io import (
+from swarm_common.middleware.rejections import RejectedError
+from swarm_common.middleware.ros_io import (
     grid_from_msg,
     grid_msg,
     map_digest,
@@ -24,9 +22,10 @@ from swarm_common.ros_io import (
     pose_from_msg,
     unpacked,
 )
-from swarm_nav.goals import Goal, GoalKind
-from swarm_nav.reach import AROUND, Reach
-from swarm_nav.ros_goals import (
+from swarm_common.model.grid import Grid
+from swarm_common.model.records import Pose
+from swarm_nav.core.goals import Goal, GoalKind
+from swarm_nav.ros.goals import (
     ACTIONS,
     MOST_DELAY,
     MOST_POINTS,
@@ -34,6 +33,7 @@ from swarm_nav.ros_goals import (
     goal_from_request,
     start_tick,
 )
+from swarm_nav.ros.reach import AROUND, Reach
 
 GRID = Grid(np.zeros((300, 400), np.int8), 0.05, -10.0, -5.0)
 REACH = Reach.of(GRID)

@@ -8,9 +8,9 @@ import numpy as np
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from swarm_common.records import Pose
-from swarm_common.sites import Sites
-from swarm_nav.goals import Goal, GoalEnded, GoalKind
+from swarm_common.model.records import Pose
+from swarm_common.model.sites import Sites
+from swarm_nav.core.goals import Goal, GoalEnded, GoalKind
 from tests.standins.navigation import Squad, config, room
 from tests.standins.traffic import smallest_gap
 

@@ -8,9 +8,9 @@ import math
 import numpy as np
 import pytest
 
-from swarm_common.records import Pose
-from swarm_common.sites import Sites
-from swarm_nav.goals import ErrorCode, GoalKind, Outcome
+from swarm_common.model.records import Pose
+from swarm_common.model.sites import Sites
+from swarm_nav.core.goals import ErrorCode, GoalKind, Outcome
 from tests.standins.navigation import Squad, beacon, config, room, waffle
 
 HALL = room(8.0, 8.0)

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from swarm_common.beacon import BEACON_DTYPE
-from swarm_nav import tube_kernels as kernels
-from swarm_nav.config import TrafficConfig
-from swarm_nav.neighborhood import Neighborhood
+from swarm_common.model.beacon import BEACON_DTYPE
+from swarm_nav.control import tube_kernels as kernels
+from swarm_nav.core.config import TrafficConfig
+from swarm_nav.perception.neighborhood import Neighborhood
 from tests.oracles import tube as oracle
 from tests.standins.navigation import RADIUS, beacon
 

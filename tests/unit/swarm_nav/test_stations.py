@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from swarm_common.records import Pose
-from swarm_common.sites import Sites
-from swarm_nav.goals import Outcome
+from swarm_common.model.records import Pose
+from swarm_common.model.sites import Sites
+from swarm_nav.core.goals import Outcome
 from tests.standins.navigation import Squad, config, room
 
 DOCK = Pose(4.5, 0.6, 0.0)

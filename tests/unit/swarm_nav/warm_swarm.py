@@ -8,16 +8,16 @@ import random
 import sys
 
 import swarm_nav
-from swarm_common.beacon import deserialize_neighbors, serialize_neighbors
-from swarm_common.map_io import load_map, map_path
-from swarm_common.robot_io import load_robot
-from swarm_nav.config import NavConfig
-from swarm_nav.goals import Goal, GoalKind
-from swarm_nav.navigator import Navigator
-from swarm_nav.warm_up import warm_up
-from swarm_sim.sdf import load_world
-from swarm_sim.spawn import spawn_poses
-from swarm_sim.world import World, WorldConfig
+from swarm_common.files.map_io import load_map, map_path
+from swarm_common.model.beacon import deserialize_neighbors, serialize_neighbors
+from swarm_common.robots.loading import load_robot
+from swarm_nav.behaviour.navigator import Navigator
+from swarm_nav.core.config import NavConfig
+from swarm_nav.core.goals import Goal, GoalKind
+from swarm_nav.launch.warm_up import warm_up
+from swarm_sim.maps.spawn import spawn_poses
+from swarm_sim.sdf.reader import load_world
+from swarm_sim.world.world import World, WorldConfig
 
 WORLD = "slim_blockage"
 MUTE_AFTER = 150  # ticks, then the last robot falls silent

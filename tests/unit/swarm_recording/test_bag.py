@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from swarm_common.errors import ConfigError
-from swarm_common.topic_table import WORLD_TOPICS, robot_topic
+from swarm_common.middleware.topic_table import WORLD_TOPICS, robot_topic
+from swarm_common.model.errors import ConfigError
 from swarm_recording.bag import NANOSECONDS, Bag
 from swarm_recording.bag_feed import BagFeed
 from swarm_recording.tape import Tape

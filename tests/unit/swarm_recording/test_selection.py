@@ -4,8 +4,8 @@ import struct
 
 import pytest
 
-from swarm_common.errors import ConfigError
-from swarm_common.topic_table import WORLD_TOPICS, Topic, robot_topic
+from swarm_common.middleware.topic_table import WORLD_TOPICS, Topic, robot_topic
+from swarm_common.model.errors import ConfigError
 from swarm_recording.filter import RateFilter
 from swarm_recording.selection import ALWAYS, DEFAULT, select
 

@@ -14,7 +14,7 @@ from mcap_ros2.decoder import DecoderFactory
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
-from swarm_common.topic_table import WORLD_TOPICS, Topic, robot_topic
+from swarm_common.middleware.topic_table import WORLD_TOPICS, Topic, robot_topic
 from swarm_recording.tape import Tape, quality_text
 from tests.standins.small_disk import small_disk
 
@@ -96,7 +96,7 @@ def test_the_quality_of_the_publisher_is_kept(tmp_path: Path, topic: Topic) -> N
 WRITER = """
 import sys
 from pathlib import Path
-from swarm_common.topic_table import WORLD_TOPICS
+from swarm_common.middleware.topic_table import WORLD_TOPICS
 from swarm_recording.tape import Tape
 tape = Tape(Path(sys.argv[1]), {})
 tape.add_topic(WORLD_TOPICS[0])

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from typer.testing import CliRunner
 
-from swarm_common.errors import ConfigError
+from swarm_common.model.errors import ConfigError
 from swarm_report.document import DRAWINGS, makespan, number, write_document
 from swarm_report.report_command import report_app
 from tests.standins.run_folder import make_run

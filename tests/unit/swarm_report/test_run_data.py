@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from swarm_common.errors import ConfigError
-from swarm_common.journal import Journal
+from swarm_common.files.journal import Journal
+from swarm_common.model.errors import ConfigError
 from swarm_report.judgement import judge
 from swarm_report.run import RunData
 

@@ -8,7 +8,7 @@ from nav2_msgs.action import FollowWaypoints
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 
-from swarm_common.errors import SwarmError
+from swarm_common.model.errors import SwarmError
 from swarm_ros2 import interfaces, text
 from swarm_ros2.rate import RateMeter
 

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from swarm_common.records import Pose, RobotSpec, Twist, wrap_angle
-from swarm_common.robot_io import load_robot
-from swarm_sim.drive import Wheels
-from swarm_sim.scene import Scene
-from swarm_sim.sdf import load_world
-from swarm_sim.world import World, WorldConfig
+from swarm_common.model.records import Pose, RobotSpec, Twist, wrap_angle
+from swarm_common.robots.loading import load_robot
+from swarm_sim.physics.drive import Wheels
+from swarm_sim.scene.scene import Scene
+from swarm_sim.sdf.reader import load_world
+from swarm_sim.world.world import World, WorldConfig
 
 TWO, FOUR, MECANUM = (load_robot(f"linorobot2_{name}") for name in ("2wd", "4wd", "mecanum"))
 FIELD = Scene("field", Path("."), ())

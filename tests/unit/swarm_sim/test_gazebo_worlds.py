@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 import trimesh
 
-from swarm_common.errors import WorldError
-from swarm_common.grid import OCCUPIED
-from swarm_sim.draw_map import draw_world
-from swarm_sim.scene import Body, Hull, Mesh, MeshFile, Scene
-from swarm_sim.sdf import load_world, read_bodies
-from swarm_sim.section import section_at, section_between
+from swarm_common.model.errors import WorldError
+from swarm_common.model.grid import OCCUPIED
+from swarm_sim.maps.draw_map import draw_world
+from swarm_sim.scene.scene import Body, Hull, Mesh, MeshFile, Scene
+from swarm_sim.scene.section import section_at, section_between
+from swarm_sim.sdf.reader import load_world, read_bodies
 from tests.unit.swarm_sim.gazebo_package import write_package
 
 BOX = "<collision name='c'><geometry><box><size>1 1 1</size></box></geometry></collision>"

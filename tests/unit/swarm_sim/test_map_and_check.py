@@ -7,20 +7,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from swarm_common.errors import ConfigError, MapError
-from swarm_common.grid import FREE, OCCUPIED, UNKNOWN, Grid
-from swarm_common.map_io import load_map, map_path
-from swarm_common.records import Pose
-from swarm_common.robot_io import load_robot, open_robot
-from swarm_common.sites import Sites
-from swarm_sim import build
-from swarm_sim.check import check_map, check_sites
-from swarm_sim.draw_map import draw_world
-from swarm_sim.raster import draw_on
-from swarm_sim.sdf import load_world, world_names
-from swarm_sim.section import Section, section_at
-from swarm_sim.settings import RobotEntry, Settings
-from tests.unit.swarm_sim.test_lidar import make_section
+from swarm_common.files.map_io import load_map, map_path
+from swarm_common.model.errors import ConfigError, MapError
+from swarm_common.model.grid import FREE, OCCUPIED, UNKNOWN, Grid
+from swarm_common.model.records import Pose
+from swarm_common.model.sites import Sites
+from swarm_common.robots.loading import load_robot, open_robot
+from swarm_sim.maps.check import check_map, check_sites
+from swarm_sim.maps.draw_map import draw_world
+from swarm_sim.maps.raster import draw_on
+from swarm_sim.ros import build
+from swarm_sim.ros.settings import RobotEntry, Settings
+from swarm_sim.scene.section import Section, section_at
+from swarm_sim.sdf.reader import load_world, world_names
+from tests.unit.swarm_sim.sensing.test_lidar import make_section
 
 
 def value_at(grid: Grid, x: float, y: float) -> int:

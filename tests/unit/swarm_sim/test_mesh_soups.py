@@ -11,15 +11,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from swarm_common.grid import OCCUPIED, Grid
-from swarm_common.records import LidarSpec, Pose, Twist
-from swarm_common.robot_io import load_robot
-from swarm_sim.lidar import LidarGroup
-from swarm_sim.raster import draw_grid
-from swarm_sim.scene import Body, Scene
-from swarm_sim.section import Section, section_between
-from swarm_sim.spawn import wall_distance
-from swarm_sim.world import World, WorldConfig
+from swarm_common.model.grid import OCCUPIED, Grid
+from swarm_common.model.records import LidarSpec, Pose, Twist
+from swarm_common.robots.loading import load_robot
+from swarm_sim.maps.raster import draw_grid
+from swarm_sim.maps.spawn import wall_distance
+from swarm_sim.scene.scene import Body, Scene
+from swarm_sim.scene.section import Section, section_between
+from swarm_sim.sensing.lidar import LidarGroup
+from swarm_sim.world.world import World, WorldConfig
 from tests.oracles.triangles import body_of, hits, raw
 
 FloatArray = NDArray[np.float64]

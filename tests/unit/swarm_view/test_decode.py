@@ -4,7 +4,7 @@ import pytest
 from rclpy.serialization import serialize_message
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_common.records import Pose
+from swarm_common.model.records import Pose
 from swarm_view import decode
 
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from viser.transforms import SO3
 
-from swarm_common.robot_io import description, load_robot, robot_names
-from swarm_sim.drive import Wheels
+from swarm_common.robots.loading import description, load_robot, robot_names
+from swarm_sim.physics.drive import Wheels
 from swarm_view.bodies import AWAY, Bodies
 from swarm_view.fleet import NEAR_ROBOTS, Fleet
 from swarm_view.robot_mesh import RobotMesh, robot_mesh

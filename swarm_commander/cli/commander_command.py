@@ -1,0 +1,197 @@
+"""The command `swarm-commander`: drives robots of a running swarm from another terminal."""
+
+from __future__ import annotations
+
+import signal
+import time
+from typing import Annotated
+
+import rclpy
+import typer
+from rclpy.node import Node
+from swarm_interfaces.msg import RobotStatus
+
+from swarm_commander.cli.narrator import Moment, Narrator
+from swarm_commander.mission.discovery import find_robots, read_home, read_sites, robot_on_mission
+from swarm_commander.mission.driver import RobotDriver, has_goal, sim_seconds
+from swarm_commander.mission.itinerary import Itinerary, Order, Outcome
+from swarm_commander.mission.mission import Mission, load_mission, single_goal
+from swarm_commander.run.domain import domain_id
+from swarm_common.middleware.ros_io import tick_of
+from swarm_common.model.errors import ConfigError
+from swarm_common.model.records import Pose
+
+READY_LIMIT = 20.0  # [s] of wall time for a robot to say where it is and to take goals
+CALM_PERIOD = 10.0  # [s] of simulated time between two lines of one robot among several
+
+commander_app = typer.Typer(add_completion=False, rich_markup_mode=None)
+
+
+@commander_app.command()
+def command(
+    robots: Annotated[list[str] | None, typer.Argument(help="Like Srobot3.")] = None,
+    mission: Annotated[str, typer.Option(help="Name or file of a mission.")] = "loading_route",
+    goal: Annotated[
+        tuple[float, float, float] | None,
+        typer.Option(help="X Y YAW in the map, instead of a mission."),
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Of the order of the stations.")] = 0,
+    all_: Annotated[bool, typer.Option("--all", help="Drive every robot.")] = False,
+) -> None:
+    """Drive robots of a running swarm through a mission, or to one goal.
+
+    Other commands: spawn, remove, move, list, reset, restart; see swarm-commander spawn --help.
+
+    Exit code: 0 all goals reached, 1 a goal missed, 2 bad input.
+    """
+    if bool(robots) == all_:
+        raise ConfigError("name a robot, like Srobot3, or give --all")
+    plan = single_goal(Pose(*goal)) if goal is not None else load_mission(mission)
+    domain = domain_id()
+    rclpy.init()
+    node = rclpy.create_node("swarm_commander", enable_rosout=False, start_parameter_services=False)
+    try:
+        running = find_robots(node, domain, robots or [])
+        names = running if all_ else list(dict.fromkeys(robots or []))
+        for name in names:
+            if name not in running:
+                raise ConfigError(f"no robot '{name}' is running; there are {', '.join(running)}")
+        raise typer.Exit(Commander(node, names, calm=len(names) > 1).drive(plan, seed))
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
+
+
+class Commander:
+    """Drives some robots and prints how it goes; a `Listener` of their drivers."""
+
+    def __init__(self, node: Node, names: list[str], *, calm: bool) -> None:
+        """Attach to the robots `names`; `calm` prints less about each."""
+        self._node = node
+        self._names = names
+        self._drivers: dict[str, RobotDriver] = {}
+        period = CALM_PERIOD if calm else 2.0
+        self._narrators = {name: Narrator(name, period) for name in names}
+        self._failed = 0
+
+    def drive(self, mission: Mission, seed: int) -> int:
+        """Drive all robots through a mission; return the exit code."""
+        if not mission.is_single_goal:
+            self._refuse_if_busy()
+        sites, where = read_sites(self._node, self._names[0])
+        mission.check_stations(sites, where)
+        homes = {n: read_home(self._node, n) or self._pose_of(n) for n in self._names}
+        for name, home in homes.items():
+            stops = mission.stops(sites, home, seed=seed, robot_id=robot_id(name))
+            itinerary = Itinerary(stops, mission.retries)
+            self._drivers[name] = RobotDriver(
+                self._node, name, itinerary, self, announces=not mission.is_single_goal
+            )
+        self._wait_until_ready()
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
+        try:
+            for driver in self._drivers.values():
+                driver.start()
+            while not all(driver.is_over for driver in self._drivers.values()):
+                rclpy.spin_once(self._node, timeout_sec=0.2)
+                for driver in self._drivers.values():
+                    driver.robot.look()
+        except KeyboardInterrupt:
+            self._abandon()
+            raise
+        return 1 if self._failed else 0
+
+    # Listener
+
+    def on_sent(self, driver: RobotDriver, order: Order) -> None:
+        """Say where the robot is off to."""
+        again = f", try {order.attempt}" if order.attempt > 1 else ""
+        typer.echo(f"{driver.name}  {_goal_label(driver)}: sent{again}")
+
+    def on_settled(self, driver: RobotDriver, outcome: Outcome) -> None:
+        """Say how it went."""
+        self._failed += not outcome.reached
+        word = "reached" if outcome.reached else "FAILED"
+        at = sim_seconds(outcome.tick)
+        why = f": {outcome.reason}" if outcome.reason else ""
+        typer.echo(f"{driver.name}  {outcome.stop.name}: {word} at t = {at:.1f} s{why}")
+
+    def on_over(self, driver: RobotDriver) -> bool:
+        """Say so; the robot is free."""
+        typer.echo(f"{driver.name}  mission over")
+        return True
+
+    def on_status(self, driver: RobotDriver, status: RobotStatus) -> None:
+        """Print the waypoint, distance and time remaining now and then."""
+        if driver.is_over or not has_goal(status):
+            return
+        line = self._narrators[driver.name].line(_goal_label(driver), _moment(status))
+        if line is not None:
+            typer.echo(line)
+
+    # Own work
+
+    def _pose_of(self, name: str) -> Pose:
+        poses: list[Pose] = []
+        subscription = self._node.create_subscription(
+            RobotStatus,
+            f"/{name}/status",
+            lambda status: poses.append(Pose(status.pose.x, status.pose.y, status.pose.theta)),
+            10,
+        )
+        deadline = time.monotonic() + READY_LIMIT
+        while not poses:
+            if time.monotonic() > deadline:
+                raise ConfigError(f"{name} does not say where it is; is its navigator alive?")
+            rclpy.spin_once(self._node, timeout_sec=0.2)
+        self._node.destroy_subscription(subscription)
+        return poses[-1]
+
+    def _refuse_if_busy(self) -> None:
+        name = robot_on_mission(self._node, self._names)
+        if name is not None:
+            raise ConfigError(
+                f"{name} is on a mission already;"
+                " wait for its end, or start swarm-up without --mission"
+            )
+
+    def _wait_until_ready(self) -> None:
+        deadline = time.monotonic() + READY_LIMIT
+        for driver in self._drivers.values():
+            while not driver.robot.isReady():
+                if time.monotonic() > deadline:
+                    raise ConfigError(f"{driver.name} takes no goals; is its navigator active?")
+                rclpy.spin_once(self._node, timeout_sec=0.1)
+
+    def _abandon(self) -> None:
+        typer.echo("stopping: goals are cancelled")
+        for driver in self._drivers.values():
+            driver.abandon()
+        end = time.monotonic() + 0.5  # for the requests to leave
+        while time.monotonic() < end:
+            rclpy.spin_once(self._node, timeout_sec=0.1)
+
+
+def robot_id(name: str) -> int:
+    """Return 3 for ``Srobot3``; 0 for a name without a number."""
+    digits = name[len(name.rstrip("0123456789")) :]
+    return int(digits or 0)
+
+
+def _goal_label(driver: RobotDriver) -> str:
+    order, itinerary = driver.order, driver.itinerary
+    if order is None or itinerary is None:
+        return ""
+    return f"{order.number}/{itinerary.total} {order.stop.name}"
+
+
+def _moment(status: RobotStatus) -> Moment:
+    return Moment(
+        sim_time=sim_seconds(tick_of(status.stamp)),
+        state=status.state,
+        detail=status.detail,
+        station=status.station,
+        place=status.queue_place,
+        distance=status.distance_remaining,
+        time_left=status.estimated_time_remaining,
+    )

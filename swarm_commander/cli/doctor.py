@@ -1,0 +1,278 @@
+"""Is this machine fit for a swarm of some size? What would be in the way, and what to change.
+
+`look` gathers the facts, `examine` judges them: a pure function of facts, size and domain.
+"""
+
+from __future__ import annotations
+
+import os
+import resource
+import shutil
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+
+import psutil
+
+from swarm_common.middleware.dds_profile import foreign_setting
+from swarm_common.middleware.ros_env import (
+    DISCOVERY_RANGE,
+    DOMAIN_PORTS,
+    FIRST_PORT,
+    MOST_PARTICIPANTS,
+    TERMINALS,
+    participants_of,
+)
+from swarm_setup.build import stale_interfaces
+
+CPU_PER_ROBOT = 0.02  # [s] of CPU per simulated second; 0.019 measured with 20 robots
+WORLD_MEMORY = 350  # [MiB] of world, mission and the process that navigators are forked from
+ROBOT_MEMORY = 40  # [MiB] of private memory per navigator
+THREADS = 12  # of a navigator, middleware included
+SHARED_MEMORY = 1.0  # [MiB] of /dev/shm per participant, where Fast DDS uses it
+SHM = Path("/dev/shm")
+PROCESS_FILES = 1024  # descriptors that a process may need
+RECEIVE_BUFFER = 212_992  # [bytes] that a UDP socket may ask for, Linux's default
+ROBOT_BUFFER = 20_000  # [bytes] of it for what one robot of a process is sent in a tick
+OUR_RMW = "rmw_fastrtps_cpp"
+
+
+class Level(Enum):
+    """How bad a finding is."""
+
+    GOOD = "ok"
+    WARNING = "warning"
+    ERROR = "error"
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One thing that was looked at: what was found, and what to do if it is not good."""
+
+    level: Level
+    subject: str
+    found: str
+    advice: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Facts:
+    """What was found on the machine.
+
+    Attributes:
+        load: Processes that wanted to run in the last minute, on average.
+        memory: [MiB] that are available.
+        files: Limit of open files per process.
+        threads: How many more threads the user may have.
+        receive_buffer: [bytes] that a UDP socket may ask for.
+        ephemeral: First port that the kernel gives to anybody.
+        ports: UDP ports in use on this host.
+        rmw: RMW_IMPLEMENTATION, empty if not set.
+        stale_interfaces: Interface packages that have to be built first.
+        has_compiler: Whether a C++ compiler was found.
+        cache: Folder in which compiled kernels are kept; None if it is not writable.
+        shm: [MiB] free in /dev/shm, 0 without it.
+        own_dds: Setting of the user's that replaces our DDS profile, which uses no /dev/shm;
+            empty without one.
+    """
+
+    cpus: int
+    load: float
+    memory: float
+    files: int
+    threads: int
+    receive_buffer: int
+    ephemeral: int
+    ports: frozenset[int]
+    rmw: str
+    stale_interfaces: tuple[str, ...]
+    has_compiler: bool
+    cache: Path | None
+    shm: float = 0.0
+    own_dds: str = ""
+
+
+def look(environment: Mapping[str, str] = os.environ) -> Facts:
+    """Gather the facts."""
+    processes = resource.getrlimit(resource.RLIMIT_NPROC)[0]
+    most = min(
+        processes if processes >= 0 else 1 << 30, int(_kernel("kernel/threads-max", "1073741824"))
+    )
+    running = sum(p.info["num_threads"] or 0 for p in psutil.process_iter(["num_threads"]))
+    return Facts(
+        cpus=len(os.sched_getaffinity(0)),
+        load=os.getloadavg()[0],
+        memory=psutil.virtual_memory().available / 2**20,
+        files=resource.getrlimit(resource.RLIMIT_NOFILE)[0],
+        threads=most - running,
+        receive_buffer=int(_kernel("net/core/rmem_max", str(RECEIVE_BUFFER))),
+        ephemeral=int(_kernel("net/ipv4/ip_local_port_range", "32768 60999").split()[0]),
+        ports=frozenset(c.laddr.port for c in psutil.net_connections("udp4") if c.laddr),
+        rmw=environment.get("RMW_IMPLEMENTATION", ""),
+        stale_interfaces=tuple(stale_interfaces()),
+        has_compiler=any(shutil.which(name) for name in ("g++", "c++", "clang++")),
+        cache=_kernel_cache(environment),
+        shm=shutil.disk_usage(SHM).free / 2**20 if SHM.is_dir() else 0.0,
+        own_dds=_own_dds(environment),
+    )
+
+
+def examine(facts: Facts, robots: int, domain: int, pack: int = 1) -> list[Finding]:
+    """Judge facts for a swarm of `robots`, `pack` in a process, in a ROS domain."""
+    processes = -(-robots // pack)
+    participants = participants_of(robots, processes)
+    return [
+        _cpus(facts, robots),
+        _memory(facts, robots),
+        _at_least("open files", facts.files, PROCESS_FILES, "ulimit -n 4096"),
+        _at_least(
+            "threads",
+            facts.threads,
+            THREADS * processes + 100,
+            "raise `ulimit -u`, or put several robots in a process: --pack 10",
+        ),
+        _participants(participants),
+        _ports(facts, participants, domain),
+        _buffer(facts, pack),
+        _shm(facts, participants),
+        _rmw(facts),
+        _interfaces(facts),
+        _cache(facts),
+    ]
+
+
+def _cpus(facts: Facts, robots: int) -> Finding:
+    factor = facts.cpus / (CPU_PER_ROBOT * robots)
+    found = f"{facts.cpus}, load {facts.load:.1f}: about {factor:.1f} x real time at most"
+    if factor < 1.0:
+        return Finding(Level.WARNING, "CPUs", found, "it will run slower than real time")
+    if facts.load > 0.5 * facts.cpus:
+        return Finding(Level.WARNING, "CPUs", found, "other programs want them, too")
+    return Finding(Level.GOOD, "CPUs", found)
+
+
+def _memory(facts: Facts, robots: int) -> Finding:
+    need = WORLD_MEMORY + ROBOT_MEMORY * robots
+    found = f"{facts.memory:.0f} MiB available, about {need} MiB needed"
+    if facts.memory >= need:
+        return Finding(Level.GOOD, "memory", found)
+    most = max(0, int((facts.memory - WORLD_MEMORY) / ROBOT_MEMORY))
+    return Finding(Level.ERROR, "memory", found, f"close programs, or start at most {most} robots")
+
+
+def _at_least(subject: str, found: int, need: int, advice: str) -> Finding:
+    text = f"{found} possible, {need} needed"
+    if found >= need:
+        return Finding(Level.GOOD, subject, text)
+    return Finding(Level.ERROR, subject, text, advice)
+
+
+def _participants(participants: int) -> Finding:
+    found = f"{participants} needed of {MOST_PARTICIPANTS} that a host can have here"
+    if participants + TERMINALS <= MOST_PARTICIPANTS:
+        return Finding(Level.GOOD, "DDS participants", found)
+    return Finding(
+        Level.ERROR, "DDS participants", found, "put several robots in a process: --pack 10"
+    )
+
+
+def _ports(facts: Facts, participants: int, domain: int) -> Finding:
+    first = FIRST_PORT + DOMAIN_PORTS * domain
+    last = first + 10 + 2 * min(MOST_PARTICIPANTS, participants + TERMINALS) - 1
+    found = f"{first} to {last} for ROS domain {domain}"
+    if last >= facts.ephemeral:
+        lower = (facts.ephemeral - FIRST_PORT) // DOMAIN_PORTS - 1
+        return Finding(
+            Level.WARNING, "UDP ports", f"{found}; the kernel gives those from {facts.ephemeral} "
+            "on to anybody", f"choose a lower domain: ROS_DOMAIN_ID={max(0, lower)}"
+        )  # fmt: skip
+    taken = sorted(port for port in facts.ports if first <= port <= last)
+    if taken:
+        return Finding(
+            Level.WARNING, "UDP ports", f"{found}; {len(taken)} in use, {taken[0]} is the first",
+            "another ROS graph is in this domain: stop it, or choose another ROS_DOMAIN_ID",
+        )  # fmt: skip
+    return Finding(Level.GOOD, "UDP ports", f"{found}, all free")
+
+
+def _buffer(facts: Facts, pack: int) -> Finding:
+    needed = max(RECEIVE_BUFFER, ROBOT_BUFFER * pack)
+    found = f"{facts.receive_buffer} bytes per socket"
+    if facts.receive_buffer >= needed:
+        return Finding(Level.GOOD, "UDP buffer", found)
+    return Finding(
+        Level.WARNING,
+        "UDP buffer",
+        found,
+        f"messages may get lost: sudo sysctl -w net.core.rmem_max={needed}",
+    )
+
+
+def _shm(facts: Facts, participants: int) -> Finding:
+    if not facts.own_dds:
+        return Finding(Level.GOOD, str(SHM), "not used")
+    need = SHARED_MEMORY * participants
+    found = f"{facts.shm:.0f} MiB free; {facts.own_dds} may let Fast DDS use {need:.0f} MiB"
+    if facts.shm >= need:
+        return Finding(Level.GOOD, str(SHM), found)
+    return Finding(
+        Level.WARNING, str(SHM), found,
+        f"unset {facts.own_dds}, or sudo mount -o remount,size={2 * need:.0f}M {SHM};"
+        " with no ROS program running, rm /dev/shm/fast* removes what killed ones left",
+    )  # fmt: skip
+
+
+def _rmw(facts: Facts) -> Finding:
+    found = facts.rmw or f"{OUR_RMW} (the default)"
+    if facts.rmw in ("", OUR_RMW):
+        return Finding(Level.GOOD, "RMW", found)
+    advice = f"tested with {OUR_RMW} only: unset RMW_IMPLEMENTATION"
+    return Finding(Level.WARNING, "RMW", found, advice)
+
+
+def _interfaces(facts: Facts) -> Finding:
+    if not facts.stale_interfaces:
+        return Finding(Level.GOOD, "ROS interfaces", "built")
+    found = f"not built yet: {', '.join(facts.stale_interfaces)}"
+    if facts.has_compiler:
+        return Finding(Level.WARNING, "ROS interfaces", found, "swarm-setup builds them")
+    return Finding(
+        Level.ERROR, "ROS interfaces", f"{found}; no C++ compiler", "install g++, then swarm-setup"
+    )
+
+
+def _cache(facts: Facts) -> Finding:
+    if facts.cache is not None:
+        return Finding(Level.GOOD, "compiled kernels", f"kept in {facts.cache}")
+    return Finding(
+        Level.WARNING, "compiled kernels", "nowhere to keep them: each start compiles for a minute",
+        "set NUMBA_CACHE_DIR to a folder that you may write",
+    )  # fmt: skip
+
+
+def _kernel(name: str, default: str) -> str:
+    """Return a setting of the kernel, below /proc/sys."""
+    try:
+        return (Path("/proc/sys") / name).read_text(encoding="ascii").strip()
+    except OSError:
+        return default
+
+
+def _own_dds(environment: Mapping[str, str]) -> str:
+    """Return the name of a variable by which the user replaces our DDS profile; empty if none."""
+    name = foreign_setting(environment)
+    if name:
+        return name
+    scope = environment.get(DISCOVERY_RANGE, "LOCALHOST")
+    return "" if scope in ("LOCALHOST", "SYSTEM_DEFAULT") else DISCOVERY_RANGE
+
+
+def _kernel_cache(environment: Mapping[str, str]) -> Path | None:
+    """Return the folder where numba keeps what it compiled, None without one."""
+    own = Path(__file__).resolve().parents[2] / "swarm_nav" / "__pycache__"
+    for folder in (Path(environment.get("NUMBA_CACHE_DIR") or own), Path.home() / ".cache"):
+        place = next((p for p in (folder, *folder.parents) if p.exists()), None)
+        if place is not None and os.access(place, os.W_OK):
+            return folder
+    return None

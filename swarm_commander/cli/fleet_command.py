@@ -1,0 +1,211 @@
+"""`swarm-commander spawn | remove | move | list | reset | restart`: who comes and goes."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Annotated, Any
+
+import rclpy
+import typer
+from rclpy.node import Node
+from simulation_interfaces.msg import Result
+from simulation_interfaces.srv import (
+    DeleteEntity,
+    GetEntitiesStates,
+    ResetSimulation,
+    SetEntityState,
+    SpawnEntity,
+)
+from swarm_interfaces.msg import RobotStatus
+
+from swarm_commander.cli.thing_request import thing_request
+from swarm_commander.run import domain
+from swarm_commander.run.domain import domain_id
+from swarm_common.middleware import ros_io
+from swarm_common.model.errors import ConfigError
+from swarm_common.model.records import Pose
+from swarm_common.robots.source import find_robot
+
+DEFAULT_ROBOT = "turtlebot3_waffle"
+LOOK_LIMIT = 20.0  # [s] of wall time to find the world
+ANSWER_LIMIT = 60.0  # [s] of wall time for it to answer; it does between two ticks
+ACTIVE_LIMIT = 60.0  # [s] of wall time for a new navigator to be there
+
+fleet_app = typer.Typer(
+    add_completion=False,
+    rich_markup_mode=None,
+    help="Robots and things come to a running swarm, go, and are put elsewhere.",
+)
+
+
+@fleet_app.command("spawn")
+def spawn(
+    name: Annotated[
+        str, typer.Argument(help="Like Srobot7, or a thing's.  [default: the next free]")
+    ] = "",
+    robot: Annotated[str, typer.Option(help="Name or path of a robot model.")] = DEFAULT_ROBOT,
+    pose: Annotated[
+        tuple[float, float, float] | None,
+        typer.Option(
+            help="X Y YAW in the map; things need one.  [default: a free place of the start area]"
+        ),
+    ] = None,
+    thing: Annotated[
+        str, typer.Option("--object", help="A thing instead: .sdf, .urdf, or model://NAME.")
+    ] = "",
+    box: Annotated[
+        tuple[float, float, float] | None, typer.Option(help="A box instead: X Y Z edges [m].")
+    ] = None,
+    cylinder: Annotated[
+        tuple[float, float] | None, typer.Option(help="A cylinder instead: RADIUS HEIGHT [m].")
+    ] = None,
+    mass: Annotated[
+        float | None,
+        typer.Option(help="Of box or cylinder [kg], which can be pushed then; else it stands."),
+    ] = None,
+) -> None:
+    """Add a robot to a running swarm, with its navigator, or a thing."""
+    if thing or box is not None or cylinder is not None:
+        request = thing_request(name, thing, box, cylinder, mass, pose)
+        with _node() as node:
+            new = _ask(node, SpawnEntity, "spawn_entity", request).entity_name
+            typer.echo(f"{new} is there, at {_place(_states(node, f'^{re.escape(new)}$')[new])}")
+        return
+    find_robot(robot)
+    request = SpawnEntity.Request(name=name)
+    request.entity_resource.uri = robot
+    request.initial_pose.header.frame_id = "spawn" if pose is None else "map"
+    if pose is not None:
+        request.initial_pose.pose = ros_io.pose_msg(Pose(*pose))
+    with _node() as node:
+        new = _ask(node, SpawnEntity, "spawn_entity", request).entity_name
+        state = _states(node, f"^{new}$")[new]
+        _wait_for_status(node, new)
+    typer.echo(f"{new} is there: {robot} at {_place(state)}")
+
+
+@fleet_app.command("remove")
+def remove(
+    names: Annotated[list[str], typer.Argument(help="Like Srobot7, or a thing.")],
+) -> None:
+    """Take robots, whose navigators end, or things out of a running swarm."""
+    with _node() as node:
+        for name in names:
+            _ask(node, DeleteEntity, "delete_entity", DeleteEntity.Request(entity=name))
+            typer.echo(f"{name} was taken out")
+
+
+@fleet_app.command("move")
+def move(
+    name: Annotated[str, typer.Argument(help="A robot or a thing, see list.")],
+    pose: Annotated[tuple[float, float, float], typer.Option(help="X Y YAW in the map.")],
+) -> None:
+    """Put a robot or a thing elsewhere; a robot's navigator is told."""
+    request = SetEntityState.Request(entity=name)
+    with _node() as node:
+        states = _states(node, "")
+        if name not in states:
+            raise ConfigError(f"there is no '{name}'; there are {', '.join(states)}")
+        request.state.pose = ros_io.pose_msg(Pose(*pose))
+        request.state.pose.position.z = states[name].pose.position.z
+        _ask(node, SetEntityState, "set_entity_state", request)
+    typer.echo(f"{name} is at {_place(request.state)} now")
+
+
+@fleet_app.command("list")
+def list_() -> None:
+    """List robots, things that can be pushed, and things that came, with their true poses."""
+    with _node() as node:
+        states = _states(node, "")
+    width = max(map(len, states), default=0)
+    for name, state in states.items():
+        typer.echo(f"{name.ljust(width)}  {_place(state)}")
+
+
+@fleet_app.command("restart")
+def restart(robot: Annotated[str, typer.Argument(help="Like Srobot3.")]) -> None:
+    """Start a robot's navigator anew; its mission goes on with the goal in hand."""
+    wish = {"cmd": "restart", "robot": robot}
+    typer.echo(domain.ask(domain.domain_id(), wish, ACTIVE_LIMIT))
+
+
+@fleet_app.command("reset")
+def reset() -> None:
+    """Take out what was spawned, and put all others where they were at first."""
+    with _node() as node:
+        _ask(node, ResetSimulation, "reset_simulation", ResetSimulation.Request())
+    typer.echo("all are where they were at first; simulated time and goals go on")
+
+
+@contextmanager
+def _node() -> Iterator[Node]:
+    rclpy.init()
+    node = rclpy.create_node("swarm_fleet", enable_rosout=False, start_parameter_services=False)
+    try:
+        yield node
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
+
+
+def _ask(node: Node, kind: Any, name: str, request: Any) -> Any:
+    """Return the world's answer.
+
+    Raises:
+        ConfigError: If there is no world, or it refuses.
+    """
+    client = node.create_client(kind, f"/sim/{name}")
+    try:
+        _wait(node, client.service_is_ready, LOOK_LIMIT, _nobody())
+        future = client.call_async(request)
+        _wait(
+            node, future.done, ANSWER_LIMIT, "the world does not answer; do its robots all answer?"
+        )
+        response = future.result()
+        if response.result.result != Result.RESULT_OK:
+            raise ConfigError(response.result.error_message or f"{name} was refused")
+        return response
+    finally:
+        node.destroy_client(client)
+
+
+def _states(node: Node, pattern: str) -> dict[str, Any]:
+    request = GetEntitiesStates.Request()
+    request.filters.filter = pattern
+    answer = _ask(node, GetEntitiesStates, "get_entities_states", request)
+    return dict(zip(answer.entities, answer.states, strict=True))
+
+
+def _wait_for_status(node: Node, name: str) -> None:
+    said: list[RobotStatus] = []
+    subscription = node.create_subscription(RobotStatus, f"/{name}/status", said.append, 10)
+    _wait(
+        node,
+        lambda: bool(said),
+        ACTIVE_LIMIT,
+        f"{name} is in the world, but its navigator says nothing; see its log in the run folder",
+    )
+    node.destroy_subscription(subscription)
+
+
+def _wait(node: Node, condition: Callable[[], bool], limit: float, complaint: str) -> None:
+    end = time.monotonic() + limit
+    while not condition():
+        if time.monotonic() > end:
+            raise ConfigError(complaint)
+        rclpy.spin_once(node, timeout_sec=0.1)
+
+
+def _nobody() -> str:
+    return (
+        f"no swarm is running in ROS domain {domain_id()} on this machine;"
+        " start one with swarm-up, or source the env.sh in its run folder"
+    )
+
+
+def _place(state: Any) -> str:
+    pose = ros_io.pose_from_msg(state.pose)
+    return f"x {pose.x:.2f}  y {pose.y:.2f}  yaw {pose.yaw:.2f}"

@@ -1,0 +1,147 @@
+"""Entry points of the commands `swarm-up`, `swarm-commander` and `swarm-report`."""
+
+from __future__ import annotations
+
+import errno
+import os
+import signal
+import sys
+import traceback
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+# What takes long to import is imported when Ctrl-C does not end in a traceback any more.
+if TYPE_CHECKING:
+    import typer
+
+INTERRUPTED = 130
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EIO)  # not the user's input
+LONGEST_NAME = 200  # letters of a file's name that are shown
+FLEET_COMMANDS = ("spawn", "remove", "move", "list", "reset", "restart")  # of swarm-commander
+
+
+def swarm_up() -> None:
+    """Run `swarm-up`."""
+    sys.argv[1:] = with_value(sys.argv[1:], "--rviz", "swarm")
+    sys.exit(run_app("swarm-up", _load_up))
+
+
+def commander() -> None:
+    """Run `swarm-commander`."""
+    sys.exit(run_app("swarm-commander", _load_commander))
+
+
+def report() -> None:
+    """Run `swarm-report`."""
+    sys.exit(run_app("swarm-report", _load_report))
+
+
+def replay() -> None:
+    """Run `swarm-replay`."""
+    sys.exit(run_app("swarm-replay", _load_replay))
+
+
+def doctor() -> None:
+    """Run `swarm-doctor`."""
+    sys.exit(run_app("swarm-doctor", _load_doctor))
+
+
+def _load_doctor() -> typer.Typer:
+    from swarm_commander.cli.doctor_command import doctor_app
+
+    return doctor_app
+
+
+def _load_replay() -> typer.Typer:
+    from swarm_commander.cli.replay_command import replay_app
+
+    return replay_app
+
+
+def _load_report() -> typer.Typer:
+    from swarm_report.report_command import report_app
+
+    return report_app
+
+
+def _load_commander() -> typer.Typer:
+    from swarm_common.middleware import ros_env
+    from swarm_setup.build import ensure_interfaces
+
+    ros_env.set_defaults()  # before rclpy is imported
+    ensure_interfaces()  # before our messages are imported
+    if sys.argv[1:2] and sys.argv[1] in FLEET_COMMANDS:
+        from swarm_commander.cli.fleet_command import fleet_app
+
+        return fleet_app
+    from swarm_commander.cli.commander_command import commander_app
+
+    return commander_app
+
+
+def _load_up() -> typer.Typer:
+    from swarm_commander.cli.up_command import up_app
+
+    return up_app
+
+
+def with_value(words: Sequence[str], flag: str, default: str) -> list[str]:
+    """Return a command line in which a flag whose value may be left out has one."""
+    result: list[str] = []
+    for number, word in enumerate(words, 1):
+        result.append(word)
+        if word == flag and (number == len(words) or words[number].startswith("-")):
+            result.append(default)
+    return result
+
+
+def run_app(name: str, load: Callable[[], typer.Typer]) -> int:
+    """Run a command line; any mistake in it becomes one message on stderr and exit code 2."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # quietly, while modules are imported
+    import typer
+
+    from swarm_commander.run.report import BAD_INPUT, COMPONENT_FAILED
+    from swarm_common.model.errors import SwarmError
+
+    # Some versions of typer bring a click of their own, so the base is reached through typer.
+    usage_error: type[Exception] = typer.BadParameter.__bases__[0]
+    try:
+        app = load()
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        command: Callable[..., object] = typer.main.get_command(app)
+        code = command(prog_name=name, standalone_mode=False)
+    except usage_error as error:
+        message = _usage_message(error)
+    except SwarmError as error:
+        message = str(error)
+    except (typer.Abort, KeyboardInterrupt):
+        return INTERRUPTED
+    except OSError as error:  # of a file that the user names: too long a name, no permission, ...
+        if error.errno not in FULL and error.filename is None:
+            traceback.print_exc()
+            return COMPONENT_FAILED
+        message = f"cannot use {_shown(error.filename or 'a file')}: {error.strerror}"
+        if error.errno in FULL:
+            sys.stderr.write(f"{name}: {message}\n")
+            return COMPONENT_FAILED
+    except Exception:  # a fault of ours must not look like a missed goal
+        traceback.print_exc()
+        return COMPONENT_FAILED
+    else:
+        return code if isinstance(code, int) else 0
+    sys.stderr.write(f"{name}: {message}\n")
+    return BAD_INPUT
+
+
+def _usage_message(error: Exception) -> str:
+    """Return the message of a usage error, with the value that was found."""
+    message = str(error.format_message())  # type: ignore[attr-defined]
+    details = getattr(error.__cause__, "errors", None)  # pydantic's, behind newer versions of typer
+    found = details()[0].get("input") if details is not None else None
+    return f"{message} (found '{found}')" if found is not None else message
+
+
+def _shown(name: object) -> str:
+    """Return the name of a file in letters that can be printed, and not too many."""
+    text = os.fsencode(str(name)).decode(errors="replace")
+    return text if len(text) <= LONGEST_NAME else f"{text[:LONGEST_NAME]}..."

@@ -1,0 +1,119 @@
+"""The command `swarm-replay`: a recorded run in the viewer, or on the ROS graph."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from swarm_commander.run.domain import DomainLock, domain_id
+from swarm_commander.run.options import parse_speed
+from swarm_commander.run.signals import SignalCounter
+from swarm_common.middleware import ros_env
+from swarm_common.model.errors import ConfigError
+from swarm_recording.bag import Bag
+from swarm_setup.build import ensure_interfaces
+
+TELL_PERIOD = 2.0  # [s] of wall time between two lines about the progress
+
+replay_app = typer.Typer(add_completion=False, rich_markup_mode=None)
+
+
+@replay_app.command()
+def replay(
+    bag: Annotated[
+        Path,
+        typer.Argument(metavar="[BAG]", help="File, or folder of a run.  [default: runs/latest]"),
+    ] = Path("runs/latest"),
+    info: Annotated[bool, typer.Option("--info", help="Only list what is in it.")] = False,
+    ros: Annotated[
+        bool, typer.Option("--ros", help="Play on the ROS graph, for RViz and any node.")
+    ] = False,
+    speed: Annotated[
+        str, typer.Option(help="Times real time; with --ros also max.", show_default=True)
+    ] = "1",
+    start: Annotated[
+        float | None, typer.Option(help="Where to begin [s].", show_default=False)
+    ] = None,
+    loop: Annotated[bool, typer.Option("--loop", help="Begin anew at the end.")] = False,
+    port: Annotated[int, typer.Option(help="Of the viewer.")] = 8080,
+) -> None:
+    """Play a run that was recorded with `swarm-up --record`.
+
+    Without --ros it opens in the browser, where it can be paused and moved through.
+    """
+    factor = parse_speed(speed, in_real_time=False)
+    recording = Bag(bag)
+    console = Console()
+    if recording.was_cut:
+        console.print("this recording has no end: what can be read of it is shown")
+    begin = recording.start if start is None else start
+    if not recording.start - 1e-9 <= begin <= recording.end:
+        raise ConfigError(f"--start is {begin} s; the recording goes from {_span(recording)}")
+    if info:
+        console.print(_contents(recording))
+    elif ros:
+        _play(recording, begin, factor, loop, console)
+    else:
+        if loop:
+            raise ConfigError("--loop needs --ros; in the viewer Play begins anew at the end")
+        _view(bag, begin, factor, port)
+
+
+def _contents(bag: Bag) -> Table:
+    """Return what is in a bag as a table."""
+    table = Table(title=f"{bag.path}: {_span(bag)}", title_justify="left")
+    for name in ("topic", "type", "quality", "messages"):
+        table.add_column(name, justify="right" if name == "messages" else "left", overflow="fold")
+    for name, topic in sorted(bag.topics.items()):
+        quality = "reliable" if topic.is_reliable else "best effort"
+        stays = ", stays" if topic.is_latched else ""
+        table.add_row(name, topic.type, quality + stays, str(bag.counts[name]))
+    return table
+
+
+def _span(bag: Bag) -> str:
+    return f"{bag.start:.1f} to {bag.end:.1f} s"
+
+
+def _play(bag: Bag, start: float, speed: float | None, loop: bool, console: Console) -> None:
+    """Play on the ROS graph of this terminal's domain."""
+    ros_env.set_defaults()  # before rclpy is imported
+    ensure_interfaces()  # before our messages are imported
+    from swarm_recording.player import play_on_graph
+
+    lock = DomainLock(domain_id())
+    due = [0.0]
+
+    def tell(t: float) -> None:
+        if time.monotonic() >= due[0]:
+            due[0] = time.monotonic() + TELL_PERIOD
+            console.print(f"t = {t:.1f} of {bag.end:.1f} s", highlight=False)
+
+    try:
+        with SignalCounter() as signals:
+            count = play_on_graph(
+                bag, start, speed, loops=loop, tell=tell, is_stopped=lambda: signals.count > 0
+            )
+    finally:
+        lock.release()
+    console.print(f"{count} messages played")
+
+
+def _view(bag: Path, start: float, speed: float | None, port: int) -> None:
+    """Open the viewer on a bag."""
+    if speed is None:
+        raise ConfigError("--speed max needs --ros; in the viewer give a number like 10")
+    ensure_interfaces()  # before our messages are imported
+    from swarm_recording.bag_feed import BagFeed
+    from swarm_view.view_command import show_recording
+
+    feed = BagFeed(bag)
+    feed.seek(start)
+    feed.speed = speed
+    feed.play()
+    show_recording(feed, port=port)

@@ -1,0 +1,111 @@
+"""A session of `swarm-up`: a checked plan from the run's folder to the report and the exit code."""
+
+from __future__ import annotations
+
+import os
+import time
+from datetime import datetime
+from pathlib import Path
+
+from rich.console import Console
+from rich.text import Text
+
+from swarm_commander.run import terminal
+from swarm_commander.run.breach import breach_lines, shortened
+from swarm_commander.run.bringup import Run
+from swarm_commander.run.domain import DomainLock, domain_id
+from swarm_commander.run.plan import RunPlan
+from swarm_commander.run.progress import Progress, summary_table
+from swarm_commander.run.report import (
+    COMPONENT_FAILED,
+    RunTimes,
+    compose_report,
+    exit_code,
+    load_verdict,
+    write_report,
+)
+from swarm_commander.run.rundir import RunFolder, create_run_folder, write_env_sh
+from swarm_commander.run.tally import Tally
+from swarm_commander.run.terminal import complain
+from swarm_commander.viewers.foxglove import write_foxglove
+from swarm_commander.viewers.rviz import write_rviz
+from swarm_common.middleware import ros_env
+from swarm_common.middleware.secret import own_secret
+
+
+def bring_up(plan: RunPlan) -> int:
+    """Run a checked plan; return the exit code."""
+    ros_env.set_defaults()
+    lock = DomainLock(domain_id())
+    try:
+        folder = create_run_folder(plan.options.run_dir, datetime.now())
+        os.environ.setdefault("ROS_LOG_DIR", str(folder.logs / "ros"))
+        if plan.options.bind:
+            from swarm_commander.hosts.hosts_command import use_profile
+
+            use_profile(folder, plan.options.bind, plan.options.bind)
+        write_env_sh(folder, os.environ)
+        console = terminal.console()
+        tally = Tally.of(plan.options.robot_names, plan.mission is not None)
+        progress = Progress(console, tally, time.monotonic)
+        write_rviz(folder.rviz, plan.options.robot_names)
+        write_foxglove(folder.foxglove, plan.options.robot_names)
+        progress.phase("starting world")
+        progress.start()
+        run = _run_of(plan, folder, progress, tally)
+        run.serve(lock)
+        try:
+            run.run()
+        finally:
+            progress.stop()
+    finally:
+        lock.release()
+    code = _conclude(plan, folder, run, console)
+    folder.release()
+    return code
+
+
+def _conclude(plan: RunPlan, folder: RunFolder, run: Run, console: Console) -> int:
+    """Write the report, say how it went; return the exit code."""
+    tally = run.tally
+    verdict = run.verdict or load_verdict(folder.verdict)
+    if not verdict:  # whatever else is known, nobody can vouch for this run
+        run.failures.append("there is no verdict: the world process did not live to give one")
+    times = RunTimes(run.wall_time, run.active_after_wall, run.restarts)
+    report = compose_report(plan.options, tally, verdict, run.usage, times)
+    run.complete(report)
+    must_finish = plan.options.until_done and not run.is_stopped_by_user
+    is_unfinished = must_finish and not tally.is_done
+    code = exit_code(report, is_unfinished=is_unfinished, component_failed=bool(run.failures))
+    report |= {"exit_code": code, "failures": list(run.failures)}
+    report["incidents"] = list(run.incidents)
+    if problem := write_report(folder.report, report):
+        code = COMPONENT_FAILED
+        complain(problem)
+    console.print(summary_table(report, code))
+    breaches = breach_lines(report["breaches"], had_to_finish=is_unfinished)
+    for line in (*shortened(run.failures, "failures"), *breaches):
+        console.print(Text(line, style="red"), soft_wrap=True)
+    written = _draw_page(folder, console) if plan.options.page else folder.report
+    console.print(f"report: {written}", highlight=False, soft_wrap=True)
+    return code
+
+
+def _run_of(plan: RunPlan, folder: RunFolder, progress: Progress, tally: Tally) -> Run:
+    """Return the run of a plan: all of it, or the world's side of one on several hosts."""
+    if not plan.options.bind:
+        return Run(plan, folder, progress, tally)
+    from swarm_commander.hosts.world_run import WorldRun
+
+    return WorldRun(plan, folder, progress, tally, own_secret(os.environ))
+
+
+def _draw_page(folder: RunFolder, console: Console) -> Path:
+    """Draw report.html; return it, or report.json if that fails."""
+    try:
+        from swarm_report.document import write_document  # matplotlib is slow to import
+
+        return write_document(folder.path)
+    except Exception as error:  # a plot must not cost a run its verdict
+        console.print(Text(f"report.html could not be drawn: {error!r}", style="red"))
+        return folder.report

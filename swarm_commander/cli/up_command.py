@@ -1,0 +1,251 @@
+"""The command `swarm-up`: its options."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from swarm_commander.cli.session import bring_up
+from swarm_commander.hosts.host_options import Role, check_combination
+from swarm_commander.run.options import (
+    DEFAULT_ROBOT,
+    LOOPBACK,
+    VIEWER_PORT,
+    UpOptions,
+    parse_speed,
+    robot_names,
+    robot_of,
+    swarm_size_of,
+)
+from swarm_commander.run.plan import check_plan
+from swarm_commander.viewers.rviz import windows
+from swarm_common.files.bytecode import ensure_bytecode, own_packages
+from swarm_common.middleware.addresses import check_address, own_address
+from swarm_common.middleware.secret import given_secret
+from swarm_common.model.errors import ConfigError
+from swarm_common.robots.fleet import load_fleet
+from swarm_common.robots.packages import add_package_paths
+from swarm_setup.build import ensure_interfaces, interface_packages
+
+up_app = typer.Typer(add_completion=False, rich_markup_mode=None)
+
+
+@up_app.command()
+def up(
+    context: typer.Context,
+    swarm_size: Annotated[
+        int | None, typer.Option(help="Number of robots.  [default: 5]", show_default=False)
+    ] = None,
+    world: Annotated[str, typer.Option(help="Name or path of a world.")] = "slim_blockage",
+    robot: Annotated[
+        str | None,
+        typer.Option(help=f"Robot model.  [default: {DEFAULT_ROBOT}]", show_default=False),
+    ] = None,
+    fleet: Annotated[
+        str | None, typer.Option(help="Name or file of a fleet of several robot models.")
+    ] = None,
+    package_path: Annotated[
+        list[Path] | None,
+        typer.Option("--package-path", help="Folder in which a robot's ROS packages are."),
+    ] = None,
+    map_: Annotated[Path | None, typer.Option("--map", help="Map yaml of your own.")] = None,
+    skip_missing: Annotated[
+        bool,
+        typer.Option("--skip-missing", help="Leave out models and meshes of a world not found."),
+    ] = False,
+    skip_broken: Annotated[
+        bool,
+        typer.Option("--skip-broken", help="Leave out models of a world that are unusable."),
+    ] = False,
+    params: Annotated[Path | None, typer.Option(help="ROS 2 parameter file.")] = None,
+    mission: Annotated[str | None, typer.Option(help="Name or file of a mission.")] = None,
+    laps: Annotated[int, typer.Option(help="Times that the mission is driven.")] = 1,
+    goals_per_robot: Annotated[int | None, typer.Option(help="Cut the mission.")] = None,
+    seed: Annotated[int, typer.Option(help="Of everything random.")] = 0,
+    realistic: Annotated[
+        bool,
+        typer.Option("--realistic/--ideal", help="Sensors that err, and localisation by AMCL."),
+    ] = False,
+    drive: Annotated[
+        str | None,
+        typer.Option(
+            help="wheels: rigid bodies; planar: kinematic, for large swarms.  [default: wheels]",
+            show_default=False,
+        ),
+    ] = None,
+    speed: Annotated[
+        str | None,
+        typer.Option(
+            help="Times real time, or max.  [default: 1.0 with a viewer or without a mission]",
+            show_default=False,
+        ),
+    ] = None,
+    free_run: Annotated[bool, typer.Option("--free-run", help="Without lockstep.")] = False,
+    pack: Annotated[int, typer.Option(help="Navigators per process.")] = 1,
+    until_done: Annotated[
+        bool, typer.Option("--until-done", help="Stop when the mission is done.")
+    ] = False,
+    duration: Annotated[
+        float | None, typer.Option(help="Stop after this many simulated seconds.")
+    ] = None,
+    headless: Annotated[bool, typer.Option("--headless", help="Without any window.")] = False,
+    viewer: Annotated[bool, typer.Option(help="3D view in the browser.")] = False,
+    port: Annotated[int, typer.Option(help="Of the viewer.")] = VIEWER_PORT,
+    viewer_host: Annotated[
+        str, typer.Option(help="Address of the viewer, on which other hosts reach it.")
+    ] = LOOPBACK,
+    rviz: Annotated[
+        str | None,
+        typer.Option(
+            help="Open RViz: for the swarm, or for Srobot3,Srobot4, or for all robots.",
+            metavar="[NAMES]",
+        ),
+    ] = None,
+    autostart: Annotated[bool, typer.Option(help="Activate the navigators.")] = True,
+    record: Annotated[
+        bool, typer.Option("--record", help="Record the topics to recording/ (MCAP).")
+    ] = False,
+    record_topics: Annotated[
+        str,
+        typer.Option(
+            help="Names or patterns, separated by commas, like scan,*costmap,/Srobot1/*; or all.",
+            show_default=False,
+        ),
+    ] = "",
+    record_rate: Annotated[
+        float | None,
+        typer.Option(help="Messages of a topic per simulated second.  [default: all]"),
+    ] = None,
+    page: Annotated[
+        bool, typer.Option("--report/--no-report", help="Draw report.html at the end.")
+    ] = True,
+    run_dir: Annotated[
+        Path | None,
+        typer.Option(help="Folder of this run.  [default: a new one in runs/]", show_default=False),
+    ] = None,
+    restart: Annotated[
+        bool,
+        typer.Option("--restart/--no-restart", help="Start processes anew that died or hang."),
+    ] = True,
+    over_limit: Annotated[
+        bool, typer.Option("--over-limit", help="Allow more than 100 robots.")
+    ] = False,
+    role: Annotated[
+        Role | None,
+        typer.Option(
+            help="On several hosts: what this one is for.  [default: all of it]",
+            show_default=False,
+        ),
+    ] = None,
+    robots: Annotated[
+        str | None,
+        typer.Option(help="With --role robots: which, like 1-50.", show_default=False),
+    ] = None,
+    connect: Annotated[
+        str | None,
+        typer.Option(help="With --role robots: the world's host.", show_default=False),
+    ] = None,
+    bind: Annotated[
+        str | None,
+        typer.Option(
+            help="Own address or interface; nothing else is used.  [robots: the way to --connect]",
+            show_default=False,
+        ),
+    ] = None,
+) -> None:
+    """Start a swarm of robots: world, navigators and, if wanted, their mission.
+
+    Exit code: 0 all goals reached without collision, or stopped by you or at --duration without
+    a miss or a collision; 1 a goal missed (also by --duration, if --until-done is given) or a
+    collision; 2 bad input; 3 a component failed.
+    """
+    check_combination(role, robots, connect, bind)
+    if role is Role.ROBOTS:
+        from swarm_commander.hosts import hosts_command, robots_plan
+
+        plan = robots_plan.robots_plan(
+            robots or "",
+            connect or "",
+            bind,
+            pack,
+            run_dir,
+            _typed(context),
+            given_secret(os.environ),
+        )
+        raise typer.Exit(hosts_command.bring_up_robots(plan))
+    if viewer and headless:
+        raise ConfigError("--viewer and --headless exclude each other")
+    if viewer:
+        check_address(viewer_host, port)
+    add_package_paths(package_path or [])
+    crew = load_fleet(fleet) if fleet is not None else None
+    options = UpOptions(
+        swarm_size=swarm_size_of(swarm_size, crew),
+        world=world,
+        robot=robot_of(robot, crew),
+        fleet=crew,
+        map=map_,
+        params=params,
+        mission=mission,
+        laps=laps,
+        goals_per_robot=goals_per_robot,
+        seed=seed,
+        realistic=realistic,
+        drive=drive,
+        speed=parse_speed(speed, viewer or mission is None),
+        free_run=free_run,
+        pack=pack,
+        until_done=until_done,
+        duration=duration,
+        autostart=autostart,
+        page=page,
+        rviz=_windows(rviz, headless, swarm_size_of(swarm_size, crew)),
+        viewer=viewer,
+        viewer_host=viewer_host,
+        port=port,
+        record=record,
+        record_topics=record_topics,
+        record_rate=record_rate,
+        run_dir=run_dir,
+        over_limit=over_limit,
+        restart=restart,
+        skip_missing=skip_missing,
+        skip_broken=skip_broken,
+        bind=_address_to_bind(bind),
+    )
+    run_plan = check_plan(options)
+    ensure_interfaces()
+    code = bring_up(run_plan)
+    ensure_bytecode([*own_packages(), *interface_packages()])  # for the next start
+    raise typer.Exit(code)
+
+
+def _typed(context: typer.Context) -> dict[str, object]:
+    """Return the options that stood on the command line."""
+    return {
+        name: value
+        for name, value in context.params.items()
+        if getattr(context.get_parameter_source(name), "name", "") == "COMMANDLINE"
+    }
+
+
+def _address_to_bind(bind: str | None) -> str:
+    """Return the own address of --bind, empty without one."""
+    if bind is None:
+        return ""
+    from swarm_common.middleware.dds_profile import check_environment
+
+    check_environment(os.environ)
+    return own_address(bind)
+
+
+def _windows(text: str | None, headless: bool, swarm_size: int) -> tuple[str, ...]:
+    """Return which windows of RViz to open."""
+    if text is None:
+        return ()
+    if headless:
+        raise ConfigError("--rviz and --headless exclude each other")
+    return tuple(windows(text, robot_names(swarm_size)))

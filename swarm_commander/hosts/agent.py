@@ -1,0 +1,140 @@
+"""A robots' host towards the world's: a process of `swarm-up --role robots`.
+
+python -m swarm_commander.hosts.agent CONFIG.json --event-fd N --control-fd M
+"""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Any
+
+from rclpy.node import Node
+from std_msgs.msg import String
+
+from swarm_commander.hosts.envoy import Envoy
+from swarm_commander.hosts.host_link import LinkEnd, serve
+from swarm_commander.hosts.link_probe import NOTHING, Asker, ProbeSocket
+from swarm_commander.hosts.roll import CHARTER, HOSTS, REPORT_PERIOD, ROLL, HostReport
+from swarm_common.middleware.ros_io import LATCHED, NEWEST
+from swarm_common.middleware.sealed import ForgedError, Letter, Opener, Sealer
+from swarm_common.process.pipes import EventWriter
+
+FAREWELLS, FAREWELL_PAUSE = 3, 0.05  # times the last report is sent, as one may get lost; [s]
+
+
+class Agent(LinkEnd):
+    """Hears charter and roll, and says how this host is."""
+
+    def __init__(
+        self, node: Node, config: dict[str, Any], events: EventWriter, secret: str
+    ) -> None:
+        """Begin to look for the world's host; see `RobotsRun`."""
+        super().__init__(events)
+        self._charters, self._rolls = Opener(secret, CHARTER), Opener(secret, ROLL)
+        self._sealer = Sealer(secret, HOSTS, config["host"])
+        report = HostReport(config["host"], config["label"], tuple(config["robots"]))
+        self.envoy = Envoy(report, config["edition"], config["stated"], time.monotonic())
+        self._charter_path = Path(config["charter_path"])
+        self._due = 0.0
+        self._world_address = config["world_address"]
+        self._asker = Asker(secret, config["host"])
+        self._probe = ProbeSocket(config["own_address"], config["domain"], self._take_answer)
+        self._found = ""
+        self._reports = node.create_publisher(String, HOSTS, NEWEST)
+        node.create_subscription(String, CHARTER, self._take_charter, LATCHED)
+        node.create_subscription(String, ROLL, self._take_roll, NEWEST)
+
+    def take_command(self, command: dict[str, Any]) -> None:
+        """Obey a line from swarm-up."""
+        if command["cmd"] == "active":
+            self.envoy.note_active(command["robot"])
+        elif command["cmd"] == "died":
+            self.envoy.note_death(command["robot"], int(command["returncode"]))
+        elif command["cmd"] == "usage":
+            self.envoy.note_usage(command["cpu"], command["rss_mb"])
+            return
+        self._due = 0.0
+
+    def turn(self, now: float) -> None:
+        """Do what is due at wall time `now`."""
+        events = self.envoy.look(now)
+        self._pass_on(events)
+        if any(event["event"] == "world_silent" for event in events):
+            self._asker.restart()
+        for question in self._asker.questions(now):
+            self._probe.send(question, self._world_address)
+        self._look_at_network(now)
+        if now >= self._due:
+            self._due = now + REPORT_PERIOD
+            self._send(now)
+
+    def _send(self, now: float) -> None:
+        charter, report = self.envoy.charter, self.envoy.report(now)
+        if charter is not None and report is not None:
+            self._reports.publish(String(data=self._sealer.seal(charter.run, report)))
+
+    def leave(self) -> None:
+        """Say that this host leaves."""
+        self.envoy.leave()
+        self._due = 0.0
+
+    @property
+    def is_through(self) -> bool:
+        """Whether the world's host knows, or there is none to tell."""
+        return self.envoy.is_over or self.envoy.charter is None
+
+    def close(self) -> None:
+        """Send the last report."""
+        for _ in range(FAREWELLS):
+            self._send(time.monotonic())
+            time.sleep(FAREWELL_PAUSE)
+
+        self._events.write("network", **self._asker.figures(time.monotonic()))
+
+    def _take_answer(self, data: bytes, _: str) -> None:
+        self._asker.take(data, time.monotonic())
+
+    def _look_at_network(self, now: float) -> None:
+        """Say once what is wrong; before the world is there, no answer means nothing."""
+        found, text = self._asker.finding(now)
+        if found == NOTHING and not self.envoy.is_silent:
+            return
+        if found and found != self._found:
+            self._events.write("network_fault", message=text)
+        self._found = found or self._found
+
+    def _take_charter(self, message: String) -> None:
+        letter = self._open(self._charters, message)
+        if letter is None:
+            return
+        text = str(letter.content["charter"])
+        events = self.envoy.take_charter(text, time.monotonic())
+        if self.envoy.charter is not None and self.envoy.charter.run == letter.run:
+            self._charter_path.write_text(text, encoding="utf-8")
+        self._pass_on(events)
+
+    def _take_roll(self, message: String) -> None:
+        letter = self._open(self._rolls, message)
+        if letter is None:
+            return
+        self._pass_on(self.envoy.take_roll(letter.run, letter.content, time.monotonic()))
+        if self.envoy.is_over:
+            self._due = 0.0
+
+    def _open(self, opener: Opener, message: String) -> Letter | None:
+        """Return what the world's host says; None if it is not he who says it."""
+        try:
+            return opener.open(message.data)
+        except ForgedError:
+            self._pass_on(self.envoy.note_forgery(time.monotonic()))
+            return None
+
+
+def main() -> None:
+    """Run until SIGTERM, then say farewell."""
+    serve(lambda config: f"agent_{config['host']}", Agent)
+
+
+if __name__ == "__main__":
+    main()

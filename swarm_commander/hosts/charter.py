@@ -1,0 +1,127 @@
+"""What the world's host tells the robots' hosts: who the robots are, and all of their parameters.
+
+One side owns every fact, so that the two cannot disagree: a robots' host needs no world, no map
+file, no fleet and no parameters of its own. What its user nevertheless states is compared.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from swarm_commander.run.flat import Flat, flatten, nest
+from swarm_commander.run.params import NODE
+from swarm_commander.run.world_params import SECTION
+from swarm_common.model.errors import ConfigError
+
+SITES = "sites"  # the one parameter that is a path on the world's host
+
+
+@dataclass(frozen=True, slots=True)
+class Charter:
+    """Of a run on several hosts.
+
+    Attributes:
+        run: Name of the run, different for each.
+        edition: Of the software on the world's host.
+        facts: What a robots' host may state as well: world, seed, robot, swarm_size.
+        robots: Every robot that needs a navigator, and the parameters that are its own.
+        common: Parameters that all share.
+        sites: Text of the sites file; empty without one.
+        peers: In a large swarm, the ports of the world's host that each robot announces itself
+            to, see `participants`; else empty.
+    """
+
+    run: str
+    edition: str
+    facts: Mapping[str, Any]
+    robots: Mapping[str, Flat]
+    common: Flat
+    sites: str = ""
+    peers: Mapping[str, Sequence[int]] = field(default_factory=dict)
+
+    def to_text(self) -> str:
+        """Return it as the text of a message."""
+        return json.dumps(asdict(self))
+
+    def parameter_file(self, robot: str, sites_path: str) -> dict[str, Any]:
+        """Return the parameter file of a robot, with the sites file of this host."""
+        flat = {**self.common, **self.robots[robot]}
+        if SITES in flat:
+            flat[SITES] = sites_path
+        return {f"/{robot}/{NODE}": {SECTION: nest(flat)}}
+
+    def check(self, own_edition: str, stated: Mapping[str, Any], robots: Sequence[str]) -> None:
+        """Compare what a robots' host is and was told with what the world's host says.
+
+        Raises:
+            ConfigError: For the first difference.
+        """
+        if own_edition != self.edition:
+            raise ConfigError(
+                f"the world's host runs edition {self.edition} of the software, this one"
+                f" {own_edition}; install the same on both"
+            )
+        for name, value in stated.items():
+            if value != self.facts[name]:
+                raise ConfigError(
+                    f"--{name.replace('_', '-')} is {value} here, but {self.facts[name]} on the"
+                    " world's host; leave it out, or start both sides with the same"
+                )
+        for robot in robots:
+            if robot not in self.robots:
+                known = f"{self.facts['swarm_size']} robots, {len(self.robots)} with a navigator"
+                raise ConfigError(
+                    f"--robots asks for {robot}, but the world has {known}; choose among them"
+                )
+
+
+def compose(
+    run: str,
+    edition: str,
+    facts: Mapping[str, Any],
+    trees: Mapping[str, Mapping[str, Any]],
+    sites_path: Path | None,
+    peers: Mapping[str, Sequence[int]],
+) -> Charter:
+    """Return the charter of a run.
+
+    Args:
+        run: Name of the run.
+        edition: Of the software.
+        facts: World, seed, robot and swarm size.
+        trees: Parameter file of each robot.
+        sites_path: Sites file, if there is one.
+        peers: See `Charter`.
+    """
+    flats = {robot: flatten(tree[f"/{robot}/{NODE}"][SECTION]) for robot, tree in trees.items()}
+    first = next(iter(flats.values()))
+    common = {
+        name: value
+        for name, value in first.items()
+        if all(name in flat and flat[name] == value for flat in flats.values())
+    }
+    robots = {
+        robot: {name: value for name, value in flat.items() if name not in common}
+        for robot, flat in flats.items()
+    }
+    sites = sites_path.read_text(encoding="utf-8") if sites_path is not None else ""
+    return Charter(run, edition, dict(facts), robots, common, sites, dict(peers))
+
+
+def parse(text: str) -> Charter:
+    """Return the charter in a message.
+
+    Raises:
+        ConfigError: If it is none.
+    """
+    try:
+        return Charter(**json.loads(text))
+    except (ValueError, TypeError) as cause:
+        raise ConfigError(
+            f"the world's host sent something else than a charter ({cause});"
+            " install the same edition of the software on both"
+        ) from cause

@@ -1,0 +1,202 @@
+"""A robots' host towards the world's: what it says of itself, and what it makes of the answers.
+
+No clock, no I/O; the counterpart of `roll`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from typing import Any
+
+from swarm_commander.hosts.charter import Charter, parse
+from swarm_commander.hosts.roll import LOST_AFTER, NOTICE_AFTER, Event, HostReport, Standing
+from swarm_common.model.errors import SwarmError
+
+FIND_LIMIT = 600.0  # [s] of wall time for the world to answer first: hosts start in any order
+HINT_AFTER = 20.0  # [s] of it after which the user is told what may be wrong
+SECRET_LIMIT = 5.0  # [s] for the right world to answer, once one with another secret was heard
+
+
+class Envoy:
+    """Speaks for the robots of one host.
+
+    Attributes:
+        charter: Of the run; None until the world's host has sent one that fits.
+        is_over: Whether there is nothing more to be said: the run has ended, or was given up.
+        silences: [s] that each silence of the world's host lasted.
+    """
+
+    def __init__(
+        self,
+        report: HostReport,
+        own_edition: str,
+        stated: Mapping[str, Any],
+        now: float,
+        find_limit: float = FIND_LIMIT,
+        lost_after: float = LOST_AFTER,
+    ) -> None:
+        """Begin to look for the world's host.
+
+        Args:
+            report: With the robots to serve; none active yet.
+            own_edition: Of the software on this host.
+            stated: What the user says of the run, see `Charter.facts`.
+            now: Wall time [s].
+            find_limit: [s] to find it in.
+            lost_after: [s] of silence after which it is given up.
+        """
+        self.charter: Charter | None = None
+        self.is_over = False
+        self.silences: list[float] = []
+        self._report = asdict(report) | {"active": [], "died": {}}
+        self._own_edition = own_edition
+        self._stated = dict(stated)
+        self._find_limit = find_limit
+        self._lost_after = lost_after
+        self._heard_at = now
+        self._is_welcome = False
+        self._is_silent = False
+        self._has_hinted = False
+        self._removed: set[str] = set()
+        self._forged_at: float | None = None  # since when another secret is heard
+        self._is_unheard = False
+
+    def report(self, now: float) -> dict[str, Any] | None:
+        """Return what is to be said now; None before there is anything to say."""
+        if self.charter is None:
+            return None
+        return {**self._report, "deaf_for": round(now - self._heard_at, 3)}
+
+    @property
+    def is_silent(self) -> bool:
+        """Whether the world's host was heard, and is not now."""
+        return self._is_silent
+
+    def note_active(self, robot: str) -> None:
+        """A navigator has become active."""
+        self._report["active"].append(robot)
+
+    def note_death(self, robot: str, code: int) -> None:
+        """A navigator has died."""
+        self._report["died"][robot] = code
+
+    def note_usage(self, cpu: float, rss_mb: float) -> None:
+        """The navigators have used this much."""
+        self._report |= {"cpu": cpu, "rss_mb": rss_mb}
+
+    def leave(self) -> None:
+        """The user wants this host to stop."""
+        self._report["is_leaving"] = True
+
+    def take_charter(self, text: str, now: float) -> list[Event]:
+        """Take what the world's host says of the run."""
+        if self._is_welcome or self.is_over:
+            return []
+        self._heard_at = now
+        try:
+            charter = parse(text)
+            charter.check(self._own_edition, self._stated, self._report["robots"])
+        except SwarmError as error:
+            return self._end("error", message=str(error))
+        self.charter = charter
+        return []
+
+    def note_forgery(self, now: float) -> list[Event]:
+        """Somebody who does not know this host's secret speaks as a world's host.
+
+        He is not obeyed. But where no other world is heard, its secret is another.
+        """
+        if self._forged_at is None:
+            self._forged_at = now
+        is_alone = now - max(self._heard_at, self._forged_at) > SECRET_LIMIT
+        if self.is_over or not is_alone:
+            return []
+        if self._is_welcome:
+            message = "the world's host is silent, and another with another secret is there"
+            return self._end("world_lost", message=message)
+        return self._end("other_secret")
+
+    def take_roll(self, run: str, answer: Mapping[str, Any], now: float) -> list[Event]:
+        """Take how the world's host sees the hosts, and how run `run` goes."""
+        if self.charter is None or self.is_over:
+            return []
+        if run != self.charter.run:
+            if not self._is_welcome:  # its charter comes
+                return []
+            return self._end("world_lost", message="another run has begun on the world's host")
+        events: list[Event] = []
+        if self._is_silent:
+            self._is_silent = False
+            self.silences.append(round(now - self._heard_at, 3))
+            events.append({"event": "world_heard", "seconds": self.silences[-1]})
+        self._heard_at = now
+        own = self._report["host"]
+        standing = answer["hosts"].get(own)
+        if own in answer["refused"]:
+            return self._end("error", message=answer["refused"][own])
+        if standing == Standing.LOST.value:
+            message = "the world's host has given this one up after its silence"
+            return self._end("world_lost", message=message)
+        if standing == Standing.LEFT.value:
+            return self._end("left")
+        events += self._news(answer, standing)
+        is_unheard = standing == Standing.SILENT.value
+        if is_unheard and not self._is_unheard:
+            events.append({"event": "unheard"})
+        self._is_unheard = is_unheard
+        if answer["is_over"]:
+            self.leave()
+            events += self._end("world_over", reason=answer.get("reason", ""))
+        return events
+
+    def _news(self, answer: Mapping[str, Any], standing: str | None) -> list[Event]:
+        events: list[Event] = []
+        if standing is not None and not self._is_welcome:
+            self._is_welcome = True
+            events.append({"event": "welcome"})
+        if answer["figures"]:
+            events.append({"event": "progress", **answer["figures"]})
+        for robot in answer["removed"]:
+            if robot in self._report["robots"] and robot not in self._removed:
+                self._removed.add(robot)
+                events.append({"event": "taken_out", "robot": robot})
+        return events
+
+    def look(self, now: float) -> list[Event]:
+        """Notice that the world's host is silent."""
+        waited = now - self._heard_at
+        if self.is_over:
+            return []
+        if not self._is_welcome:
+            return self._look_for_world(waited)
+        events: list[Event] = []
+        if waited > NOTICE_AFTER and not self._is_silent:
+            self._is_silent = True
+            events.append({"event": "world_silent"})
+        if waited > self._lost_after:
+            message = f"nothing was heard of the world's host for {waited:.0f} s"
+            events += self._end("world_lost", message=message)
+        return events
+
+    def _look_for_world(self, waited: float) -> list[Event]:
+        if waited > self._find_limit:
+            return self._end("unanswered", seconds=waited)
+        if waited > HINT_AFTER and not self._has_hinted:
+            self._has_hinted = True
+            return [{"event": "unanswered_yet", "seconds": waited}]
+        return []
+
+    def _end(self, kind: str, **values: Any) -> list[Event]:
+        self.is_over = True
+        return [{"event": kind, **values}]
+
+
+def names_of(robots: Sequence[str]) -> str:
+    """Return robots in few words: Srobot1 to Srobot50, or each."""
+    if len(robots) < 3:
+        return " and ".join(robots)
+    numbers = [int(robot.removeprefix("Srobot")) for robot in robots]
+    if numbers == list(range(numbers[0], numbers[-1] + 1)):
+        return f"{robots[0]} to {robots[-1]}"
+    return ", ".join(robots)

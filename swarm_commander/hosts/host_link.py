@@ -1,0 +1,98 @@
+"""What both ends of the line between the world's host and a robots' host have in common."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import signal
+import sys
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import rclpy
+from rclpy.node import Node
+
+from swarm_common.middleware.ros_executor import SafeExecutor
+from swarm_common.middleware.secret import VARIABLE
+from swarm_common.process.pipes import EventWriter, LineReader
+
+FAREWELL = 4.0  # [s] of wall time for the hosts to say that they know of the end
+TURN = 0.1  # [s]
+
+
+class LinkEnd(ABC):
+    """One end of the line: hears swarm-up of its host, and the other end."""
+
+    def __init__(self, events: EventWriter) -> None:
+        """Say what happens to `events`."""
+        self._events = events
+
+    @property
+    @abstractmethod
+    def is_through(self) -> bool:
+        """Whether the other end knows that this one leaves."""
+
+    @abstractmethod
+    def take_command(self, command: dict[str, Any]) -> None:
+        """Obey a line from swarm-up."""
+
+    @abstractmethod
+    def turn(self, now: float) -> None:
+        """Do what is due at wall time `now`."""
+
+    @abstractmethod
+    def leave(self) -> None:
+        """Begin to say farewell."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Say the last words, after the farewell or without an answer to it."""
+
+    def _pass_on(self, events: list[dict[str, Any]]) -> None:
+        for event in events:
+            values = {key: value for key, value in event.items() if key != "event"}
+            self._events.write(event["event"], **values)
+
+
+def serve(
+    name_of: Callable[[dict[str, Any]], str],
+    make: Callable[[Node, dict[str, Any], EventWriter, str], LinkEnd],
+) -> None:
+    """Be a process with one end of the line until SIGTERM, then say farewell.
+
+    Args:
+        name_of: Gives the node's name, from the process's configuration.
+        make: Makes the end, with the secret that the hosts share.
+    """
+    secret = os.environ.pop(VARIABLE)
+    config = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
+    flags = dict(zip(sys.argv[2::2], sys.argv[3::2], strict=True))
+    events = EventWriter(int(flags["--event-fd"]))
+    commands = LineReader(int(flags["--control-fd"]))
+    stopping: list[int] = []
+    signal.signal(signal.SIGTERM, lambda number, _: stopping.append(number))
+    rclpy.init(signal_handler_options=rclpy.SignalHandlerOptions.NO)
+    node = rclpy.create_node(
+        name_of(config), namespace="sim", enable_rosout=False, start_parameter_services=False
+    )
+    executor = SafeExecutor()
+    executor.add_node(node)
+    end = make(node, config, events, secret)
+    deadline = float("inf")
+    with contextlib.suppress(BrokenPipeError):
+        while time.monotonic() < deadline:
+            executor.spin_once(timeout_sec=TURN)
+            for command in commands.read():
+                end.take_command(command)
+            if stopping and deadline == float("inf"):
+                deadline = time.monotonic() + FAREWELL
+                end.leave()
+            end.turn(time.monotonic())
+            if stopping and end.is_through:
+                break
+        end.close()
+    os._exit(0)  # everything of this process ends with it

@@ -1,0 +1,232 @@
+"""What the network between two hosts lets through: sizes, directions, losses, round trips.
+
+A robots' host sends datagrams of a few sizes to the world's, which sends each back. This needs none
+of what DDS needs first (which goes silent, without a word, when large packets or one direction get
+lost), so it can say why nothing is heard. Sealed; an answer is as long as its question, so nobody
+is flooded by means of it. `Asker` and `Answerer` have no clock and no I/O.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hmac
+import socket
+import struct
+import threading
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from swarm_common.middleware.sealed import TAG, tag
+
+PORT = 7402  # of domain 0: within the range of DDS, by which it is unused without multicast
+SMALL, WHOLE, LARGE = 200, 1472, 8000  # bytes: passes nearly everywhere; fills 1,500; fragments
+SIZES = (SMALL, WHOLE, LARGE)
+PERIOD, REST_PERIOD = 1.0, 5.0  # [s] between two rounds, at first and later
+FIRST_ROUNDS = 30
+MOST = 65536  # bytes of a datagram
+LEAST = 5  # rounds before something is concluded
+REMEMBERED = 200  # questions of each size that the figures are about
+LOSSY = 0.04  # share of lost packets that is worth a word
+NOTHING = "nothing"
+PATIENCE = 2.0  # [s] for an answer
+_HEAD = struct.Struct("<IIH")  # number, answers of the smallest size heard so far, size
+QUESTION, ANSWER = b"probe", b"probe answer"
+
+
+def probe_port(domain: int) -> int:
+    """Return the UDP port that the world's host listens on for probes."""
+    return PORT + 250 * domain
+
+
+@dataclass(slots=True)
+class _Size:
+    asked: deque[tuple[int, float, float | None]] = field(  # number, sent at, answered after [s]
+        default_factory=lambda: deque(maxlen=REMEMBERED)
+    )
+
+
+class Asker:
+    """The side of a robots' host."""
+
+    def __init__(self, secret: str, host: str) -> None:
+        """Take the secret and the name of this start."""
+        self._secret = secret
+        self._host = host.encode()
+        self._number = 0
+        self._answers = 0
+        self._rounds = 0
+        self._due = 0.0
+        self._sizes = {size: _Size() for size in SIZES}
+
+    def questions(self, now: float) -> list[bytes]:
+        """Return the datagrams to be sent at wall time `now`, if it is time."""
+        if now < self._due:
+            return []
+        self._rounds += 1
+        self._due = now + (PERIOD if self._rounds < FIRST_ROUNDS else REST_PERIOD)
+        made = []
+        for size in SIZES:
+            self._number += 1
+            self._sizes[size].asked.append((self._number, now, None))
+            head = _HEAD.pack(self._number, self._answers, size)
+            made.append(_datagram(self._secret, QUESTION, self._host, head, size))
+        return made
+
+    def take(self, data: bytes, now: float) -> None:
+        """Take what came back; what is not ours counts for nothing."""
+        found = _open(self._secret, ANSWER, data)
+        if found is None or found[0] != self._host:
+            return
+        number, _, size = _HEAD.unpack(found[1])
+        asked = self._sizes[size].asked if size in SIZES else deque()
+        for index, (known, sent_at, after) in enumerate(asked):
+            if known == number and after is None:
+                asked[index] = (known, sent_at, now - sent_at)
+                self._answers += size == SMALL
+
+    def restart(self) -> None:
+        """Forget what was so far: something has changed."""
+        self._rounds, self._due = 0, 0.0
+        for each in self._sizes.values():
+            each.asked.clear()
+
+    def finding(self, now: float) -> tuple[str, str]:
+        """Return what is wrong with the network, as far as it can be said: in a word, and fully.
+
+        Both are empty if nothing is.
+        """
+        small, whole, large = (self._share(size, now) for size in SIZES)
+        if small is None or whole is None or large is None:
+            return "", ""
+        if small == 0.0:
+            return NOTHING, (
+                "not even small packets come back: UDP is blocked, here or there, in one direction"
+                " or both, or that host is gone"
+            )
+        if whole == 0.0:
+            return "mtu", (
+                f"packets of {SMALL} bytes come back, those of 1,500 never do: the MTU on the way"
+                " is smaller; set it on both hosts (ip link set DEVICE mtu 1400)"
+            )
+        if large == 0.0:
+            return "fragments", (
+                "packets of 1,500 bytes come back, but no fragments of larger ones: a firewall on"
+                " the way drops them; let IP fragments of UDP pass"
+            )
+        lost = 1.0 - small
+        if lost < LOSSY:
+            return "", ""
+        return "loss", f"{lost:.0%} of the packets get lost, to there or back; the swarm is slow"
+
+    def figures(self, now: float) -> dict[str, float]:
+        """Return what was measured, for the report: shares that came back, and round trips [ms]."""
+        found: dict[str, float] = {}
+        for size in SIZES:
+            share = self._share(size, now)
+            if share is not None:
+                found[f"share_{size}_bytes"] = round(share, 4)
+        times = sorted(after for _, _, after in self._sizes[SMALL].asked if after is not None)
+        if times:
+            found["round_trip_ms"] = round(1000.0 * times[len(times) // 2], 3)
+        return found
+
+    def _share(self, size: int, now: float) -> float | None:
+        """Return the share of a size's questions that were answered; None if they are too few."""
+        ripe = [
+            after
+            for _, sent_at, after in self._sizes[size].asked
+            if after is not None or now - sent_at > PATIENCE
+        ]
+        if len(ripe) < LEAST:
+            return None
+        return sum(after is not None for after in ripe) / len(ripe)
+
+
+class Answerer:
+    """The side of the world's host."""
+
+    def __init__(self, secret: str) -> None:
+        """Know no other host."""
+        self._secret = secret
+        self._unheard: dict[bytes, tuple[int, str]] = {}  # small questions, and from where
+        self._told: set[bytes] = set()
+
+    def answer(self, data: bytes, address: str) -> bytes | None:
+        """Return the datagram that answers one from an address; None if it is none of ours."""
+        found = _open(self._secret, QUESTION, data)
+        if found is None:
+            return None
+        host, head = found
+        _, answers, size = _HEAD.unpack(head)
+        if answers:
+            self._unheard.pop(host, None)
+        elif size == SMALL:
+            self._unheard[host] = (self._unheard.get(host, (0, ""))[0] + 1, address)
+        return _datagram(self._secret, ANSWER, host, head, size)
+
+    def deaf(self) -> list[str]:
+        """Return the addresses from which is asked and asked and no answer heard, each once."""
+        found = {
+            host: address
+            for host, (count, address) in list(self._unheard.items())
+            if count > LEAST and host not in self._told
+        }
+        self._told |= found.keys()
+        return list(found.values())
+
+
+def _datagram(secret: str, kind: bytes, host: bytes, head: bytes, size: int) -> bytes:
+    body = bytes([len(host)]) + host + head
+    body += bytes(max(0, size - TAG - len(body)))
+    return tag(secret, kind, body) + body
+
+
+def _open(secret: str, kind: bytes, data: bytes) -> tuple[bytes, bytes] | None:
+    """Return host and head of a datagram of a kind; None if it is none."""
+    seal, body = data[:TAG], data[TAG:]
+    if not body or len(body) < 1 + body[0] + _HEAD.size or not hmac.compare_digest(
+        tag(secret, kind, body), seal
+    ):  # fmt: skip
+        return None
+    at = 1 + body[0]
+    head = body[at : at + _HEAD.size]
+    return (body[1:at], head) if _HEAD.unpack(head)[2] == len(data) else None
+
+
+class ProbeSocket:
+    """The UDP socket of either side, and a thread that hands on what comes as soon as it comes."""
+
+    def __init__(
+        self, address: str, domain: int, take: Callable[[bytes, str], bytes | None]
+    ) -> None:
+        """Listen; where the port is taken, nothing ever comes.
+
+        Args:
+            address: Own one.
+            domain: ROS domain.
+            take: Called in the thread with datagram and sender; what it returns is sent back.
+        """
+        self._port = probe_port(domain)
+        self._take = take
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            self._socket.bind((address, self._port))
+        except OSError:
+            return
+        threading.Thread(target=self._listen, daemon=True).start()
+
+    def send(self, data: bytes, address: str) -> None:
+        """Send a datagram; a network that is down takes none."""
+        with contextlib.suppress(OSError):
+            self._socket.sendto(data, (address, self._port))
+
+    def _listen(self) -> None:
+        while True:
+            try:
+                data, (address, port) = self._socket.recvfrom(MOST)
+            except OSError:  # an answer of the kernel that nobody listens there
+                continue
+            answer = self._take(data, address)
+            if answer is not None and port == self._port:
+                self.send(answer, address)

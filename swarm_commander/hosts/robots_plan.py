@@ -1,0 +1,115 @@
+"""The checked input of `swarm-up --role robots`."""
+
+from __future__ import annotations
+
+import os
+import socket
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from swarm_commander.hosts.host_options import parse_robots
+from swarm_commander.run.domain import domain_id
+from swarm_common.middleware.addresses import address_of, address_towards, own_address
+from swarm_common.middleware.dds_profile import MOST_PROCESSES, check_environment
+from swarm_common.middleware.secret import FILE_VARIABLE, VARIABLE
+from swarm_common.model.errors import ConfigError
+
+# On the robots' side: own options, and what may be stated of the world's side to be compared.
+OWN = frozenset({"role", "robots", "connect", "bind", "pack", "run_dir", "headless"})
+OWN |= {"over_limit", "restart"}
+STATED = frozenset({"world", "seed", "robot", "swarm_size"})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotsPlan:
+    """The checked input of a robots' host.
+
+    Attributes:
+        robots: Names of those that it is to serve.
+        pack: Navigators per process.
+        own_address: That is bound to.
+        world_address: Of the world's host.
+        domain: ROS domain.
+        stated: What the user says of the run, to be compared; see `Charter.facts`.
+        label: Name and address of this host, for people.
+        secret: That this host shares with the world's.
+        run_dir: --run-dir.
+        restart: Whether navigators that died are started anew.
+    """
+
+    robots: tuple[str, ...]
+    pack: int
+    own_address: str
+    world_address: str
+    domain: int
+    label: str
+    secret: str = field(repr=False)
+    stated: Mapping[str, Any] = field(default_factory=dict)
+    run_dir: Path | None = None
+    restart: bool = True
+
+    @property
+    def processes(self) -> int:
+        """How many processes the navigators share."""
+        return -(-len(self.robots) // self.pack)
+
+
+def robots_plan(
+    robots: str,
+    connect: str,
+    bind: str | None,
+    pack: int,
+    run_dir: Path | None,
+    typed: Mapping[str, Any],
+    secret: str,
+) -> RobotsPlan:
+    """Return the plan of a robots' host.
+
+    Args:
+        robots: As typed.
+        connect: Name or address of the world's host.
+        bind: Own address or interface; None for the one on the way there.
+        pack: Navigators per process.
+        run_dir: --run-dir.
+        typed: Every option that was typed, by its name.
+        secret: That the user gave; empty for none.
+
+    Raises:
+        ConfigError: For the first thing that is wrong with the input.
+    """  # fmt: skip
+    for name in typed:
+        if name not in OWN | STATED:
+            flag = name.strip("_").replace("_", "-")
+            raise ConfigError(f"--{flag} belongs to the world's host: give it with --role world")
+    if pack < 1:
+        raise ConfigError(f"--pack is {pack}; it must be 1 or more")
+    check_environment(os.environ)
+    if not secret:
+        raise ConfigError(
+            f"--role robots needs the secret of the world's host in {VARIABLE}, or in a file that"
+            f" {FILE_VARIABLE} names; swarm-up --role world shows it"
+        )
+    world_address = address_of(connect)
+    own = own_address(bind) if bind is not None else address_towards(world_address)
+    plan = RobotsPlan(
+        robots=parse_robots(robots),
+        pack=pack,
+        own_address=own,
+        world_address=world_address,
+        domain=domain_id(),
+        label=f"{socket.gethostname()} ({own})",
+        secret=secret,
+        stated={name: value for name, value in typed.items() if name in STATED},
+        run_dir=run_dir,
+        restart=bool(typed.get("restart", True)),
+    )
+    if plan.processes > MOST_PROCESSES:
+        least = -(-len(plan.robots) // MOST_PROCESSES)
+        raise ConfigError(
+            f"--robots {robots} makes {plan.processes} processes; one host can have"
+            f" {MOST_PROCESSES} of them in DDS: put several robots in each with --pack {least},"
+            " or use more hosts"
+        )
+    return plan

@@ -1,0 +1,264 @@
+"""`swarm-up --role robots`: the navigators of some robots on this host, the world on another."""
+
+from __future__ import annotations
+
+import os
+import secrets
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from swarm_commander.hosts.charter import SITES, Charter, parse
+from swarm_commander.hosts.envoy import names_of
+from swarm_commander.hosts.robots_plan import RobotsPlan
+from swarm_commander.run.bringup import HOST, MODULES
+from swarm_commander.run.params import write_parameter_file
+from swarm_commander.run.process_run import ProcessRun
+from swarm_commander.run.progress import Progress
+from swarm_commander.run.rundir import RunFolder
+from swarm_commander.run.supervisor import describe_exit
+from swarm_commander.run.tally import Tally
+from swarm_commander.run.usage import process_tree
+from swarm_common.files.edition import edition
+from swarm_common.middleware.ros_env import PROFILES
+from swarm_common.middleware.secret import VARIABLE
+
+AGENT, DISTRIBUTOR = "agent", "distributor"
+CHARTER_FILE = "charter.json"
+START_LIMIT = 600.0  # [s] for all to be active; the first start compiles the kernels
+
+
+class RobotsRun(ProcessRun):
+    """The robots' side of a run on several hosts.
+
+    Attributes:
+        ending: Why the run ended, for the report.
+        silences: [s] that each silence of the world's host lasted.
+        network: What probes found, see `link_probe`.
+    """
+
+    nursery = HOST
+    stop_order = (AGENT, HOST, DISTRIBUTOR)  # the world is told before the navigators end
+
+    def __init__(
+        self,
+        plan: RobotsPlan,
+        folder: RunFolder,
+        progress: Progress,
+        tally: Tally,
+        robots_profile: Path,
+        modules: Mapping[str, str] = MODULES,
+    ) -> None:
+        own = {name: f"swarm_commander.{name}" for name in (AGENT, DISTRIBUTOR)}
+        super().__init__(folder, progress, tally, {**modules, **own}, restarts=plan.restart)
+        self.ending = ""
+        self.silences: list[float] = []
+        self.network: dict[str, float] = {}
+        self._plan = plan
+        self._host = secrets.token_hex(8)  # name of this start
+        self._robots_profile = robots_profile
+        self._charter_path = folder.configs / CHARTER_FILE
+        self._welcomed: float | None = None  # [s] from the start until the world's host answered
+
+    def _environment(self, name: str) -> Mapping[str, str]:
+        if name in (AGENT, DISTRIBUTOR):
+            return {**os.environ, VARIABLE: self._plan.secret}
+        return {**os.environ, PROFILES: str(self._robots_profile)}
+
+    def _begin(self) -> None:
+        plan = self._plan
+        self._start(
+            AGENT,
+            {
+                "host": self._host,
+                "label": plan.label,
+                "own_address": plan.own_address,
+                "world_address": plan.world_address,
+                "domain": plan.domain,
+                "robots": list(plan.robots),
+                "edition": edition(),
+                "stated": dict(plan.stated),
+                "charter_path": str(self._charter_path),
+            },
+        )
+        self._start(HOST, {}, "--wait")  # imports and compiles meanwhile
+
+    def _measure(self) -> None:
+        self.usage.sample("navigators", process_tree(self._supervisor.pid(HOST)))
+        usage = {"cpu": self.usage.cpu("navigators"), "rss_mb": self.usage.rss_mb("navigators")}
+        self._tell(AGENT, {"cmd": "usage", **usage})
+
+    def _measure_last(self) -> None:
+        self.usage.sample_private("navigators", process_tree(self._supervisor.pid(HOST)))
+
+    def _check(self) -> None:
+        if self._welcomed is None or self.active_after_wall is not None or self._is_stopping:
+            return
+        waited = time.time() - self._started - self._welcomed
+        missing = [name for name in self._plan.robots if not self.tally.robots[name].active]
+        if waited > START_LIMIT:
+            self._fail(f"after {waited:.0f} s not active: {names_of(missing)}")
+            self._stop("stopping")
+        else:
+            self._kill_stragglers(missing)
+
+    # What the world's host says
+
+    def _on_welcome_event(self, _: dict[str, Any]) -> None:
+        """Start the navigators with the parameters that the charter says."""
+        if self._is_stopping:
+            return
+        self._welcomed = time.time() - self._started
+        self._progress.phase("starting navigators")
+        charter = parse(self._charter_path.read_text(encoding="utf-8"))
+        sites = self._sites_file(charter)
+        numbers = {int(name.removeprefix("Srobot")): name for name in self._plan.robots}
+        self._start(DISTRIBUTOR, {"host": self._host, "run": charter.run, "robots": numbers})
+        robots = []
+        for name in self._plan.robots:
+            path = self._folder.params / f"{name}.yaml"
+            self._keeper.params[name] = str(path)
+            write_parameter_file(path, charter.parameter_file(name, sites))
+            robots.append({"name": name, "params": str(path), "peers": charter.peers.get(name, [])})
+        log_dir = str(self._folder.logs)
+        world = {"world": self._plan.world_address} if charter.peers else {}
+        self._configure(
+            HOST, {"robots": robots, "pack": self._plan.pack, "log_dir": log_dir, **world}
+        )
+        self._tell(HOST, {"cmd": "go"})
+
+    def _sites_file(self, charter: Charter) -> str:
+        """Return the path of the sites file: the world's where this host has the same."""
+        if not charter.sites:
+            return ""
+        theirs = Path(str(charter.common.get(SITES, "")))
+        if theirs.is_file() and theirs.read_text(encoding="utf-8") == charter.sites:
+            return str(theirs)
+        path = self._folder.configs / "sites.yaml"
+        path.write_text(charter.sites, encoding="utf-8")
+        return str(path)
+
+    def _on_unanswered_yet_event(self, event: dict[str, Any]) -> None:
+        if not self._is_stopping:
+            self._progress.note(f"{self._unanswered(event)} Waiting on.", "yellow")
+
+    def _on_unanswered_event(self, event: dict[str, Any]) -> None:
+        self._refuse(self._unanswered(event))
+
+    def _unanswered(self, event: dict[str, Any]) -> str:
+        plan = self._plan
+        return (
+            f"no world answers at {plan.world_address} within {event['seconds']:.0f} s (ROS domain"
+            f" {plan.domain}, from {plan.own_address}); is swarm-up --role world running there, in"
+            " the same ROS_DOMAIN_ID, bound to that address, and are its UDP ports open?"
+        )
+
+    def _on_other_secret_event(self, _: dict[str, Any]) -> None:
+        self._refuse(
+            f"the world at {self._plan.world_address} has another secret; take the command that it"
+            f" shows, or set {VARIABLE} to what stands there"
+        )
+
+    def _on_network_fault_event(self, event: dict[str, Any]) -> None:
+        if not self._is_stopping:
+            self._progress.note(
+                f"the network to {self._plan.world_address}: {event['message']}", "yellow"
+            )
+
+    def _on_network_event(self, event: dict[str, Any]) -> None:
+        self.network = {name: value for name, value in event.items() if name != "event"}
+
+    def _on_unheard_event(self, _: dict[str, Any]) -> None:
+        if not self._is_stopping:
+            self._progress.note(
+                f"the world at {self._plan.world_address} is heard, but does not hear this host:"
+                " packets from here to there are lost",
+                "yellow",
+            )
+
+    def _on_world_silent_event(self, _: dict[str, Any]) -> None:
+        if not self._is_stopping:
+            self._progress.note(
+                f"nothing is heard of the world at {self._plan.world_address};"
+                " without data the robots stand",
+                "yellow",
+            )
+
+    def _on_world_heard_event(self, event: dict[str, Any]) -> None:
+        self.silences.append(event["seconds"])
+        self._progress.note(f"the world is heard again after {event['seconds']:.1f} s")
+
+    def _on_world_lost_event(self, event: dict[str, Any]) -> None:
+        if self._is_stopping:
+            return
+        self.ending = event["message"]
+        self._fail(event["message"])
+        self._stop("stopping")
+
+    def _on_world_over_event(self, event: dict[str, Any]) -> None:
+        self.ending = f"the world's host says: {event['reason']}"
+        if not self._is_stopping:
+            self._progress.note(self.ending)
+        self._stop("stopping")
+
+    def _on_taken_out_event(self, event: dict[str, Any]) -> None:
+        self.tally.robots[event["robot"]].left = True
+        self._keeper.remove(event["robot"])
+        self._tell(HOST, {"cmd": "end", "robot": event["robot"]})
+
+    def _refuse(self, message: str) -> None:
+        self._on_error_event({"message": message})
+
+    # What the navigators say
+
+    def _on_active_event(self, event: dict[str, Any]) -> None:
+        if self._keeper.on_active(event["robot"]):
+            self._progress.note(f"{event['robot']} is active again")
+        self._tell(AGENT, {"cmd": "active", "robot": event["robot"]})
+        if self.tally.active == len(self._plan.robots) and self.active_after_wall is None:
+            self.active_after_wall = time.time() - self._started
+            self._sample(now=True)
+            self.usage.mark()
+            self._progress.phase("running")
+
+    def _on_died_event(self, event: dict[str, Any]) -> None:
+        if self._is_stopping:
+            return
+        robot, code = event["robot"], int(event["returncode"])
+        if not self._take_death(robot, f"{robot} died: {describe_exit(code)}"):
+            self._tell(AGENT, {"cmd": "died", "robot": robot, "returncode": code})
+
+
+def robots_report(run: RobotsRun, plan: RobotsPlan, code: int) -> dict[str, Any]:
+    """Return the report of a robots' host; the verdict is in that of the world's."""
+    tally = run.tally
+    return {
+        "schema": 1,
+        "role": "robots",
+        "robots": list(plan.robots),
+        "bound_to": plan.own_address,
+        "world_host": plan.world_address,
+        "ending": run.ending or ("stopped by its user" if run.is_stopped_by_user else ""),
+        "wall_time": round(run.wall_time, 3),
+        "active_after_wall": _rounded(run.active_after_wall),
+        "active": tally.active,
+        "restarts": run.restarts,
+        "incidents": list(run.incidents),
+        "died": [name for name, robot in tally.robots.items() if robot.died],
+        "silences": run.silences,
+        "network": run.network,
+        "world": {
+            "sim_time": round(tally.sim_time, 3),
+            "collisions": {"robot_robot": tally.robot_robot, "robot_world": tally.robot_world},
+        },
+        "cpu_s": round(run.usage.cpu("navigators"), 3),
+        "rss_mb": round(run.usage.rss_mb("navigators"), 1),
+        "private_mb": _rounded(run.usage.private_mb("navigators")),
+        "exit_code": code,
+        "failures": list(run.failures),
+    }
+
+
+def _rounded(value: float | None) -> float | None:
+    return None if value is None else round(value, 3)

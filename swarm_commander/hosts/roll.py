@@ -1,0 +1,218 @@
+"""The world's host's list of the robots' hosts: who serves which robots, who is silent, who left.
+
+No clock, no I/O: `hear` takes what a host says, `look` notices silence, `answer` is what all
+hosts are told. Everything said is a whole state, not a change, so that a lost message costs
+nothing but time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any
+
+from swarm_common.model.errors import ConfigError
+
+CHARTER, ROLL, HOSTS = "/sim/charter", "/sim/roll", "/sim/hosts"  # topics
+REPORT_PERIOD = 0.5  # [s] of wall time between two reports of each side
+NOTICE_AFTER = 3.0  # [s] of silence that the user is told of
+LOST_AFTER = 30.0  # [s] of silence after which the other side is given up
+
+Event = dict[str, Any]
+
+
+class Standing(Enum):
+    """Of a host."""
+
+    SERVING = "serving"
+    SILENT = "silent"
+    LEFT = "left"
+    LOST = "lost"
+
+
+@dataclass(frozen=True, slots=True)
+class HostReport:
+    """What a robots' host says of itself, twice a second.
+
+    Attributes:
+        host: Name of this start of swarm-up, different for each.
+        label: Name and address of the host, for people.
+        robots: That it wants to serve.
+        active: Those whose navigators are active.
+        died: Return code of each navigator that died.
+        is_leaving: Whether its user stopped it.
+        cpu: [s] used by its navigators.
+        rss_mb: Their resident memory [MB].
+        deaf_for: [s] for which it has not heard the world's host.
+    """
+
+    host: str
+    label: str
+    robots: tuple[str, ...]
+    active: tuple[str, ...] = ()
+    died: Mapping[str, int] = field(default_factory=dict)
+    is_leaving: bool = False
+    cpu: float = 0.0
+    rss_mb: float = 0.0
+    deaf_for: float = 0.0
+
+
+def parse_report(data: Mapping[str, Any], sender: str) -> HostReport:
+    """Return the report in a message.
+
+    Args:
+        data: Content of the message.
+        sender: Under whose seal it came.
+
+    Raises:
+        ConfigError: If it is none, or speaks for another host.
+    """
+    try:
+        lists = {name: tuple(data[name]) for name in ("robots", "active")}
+        report = HostReport(**{**data, **lists})
+        if report.host != sender:
+            raise TypeError(f"{sender} speaks for {report.host}")
+        return report
+    except (KeyError, TypeError) as cause:
+        raise ConfigError(f"a host sent something else than a report: {cause!r}") from cause
+
+
+@dataclass(slots=True)
+class _Host:
+    report: HostReport
+    heard_at: float
+    standing: Standing = Standing.SERVING
+    silences: list[float] = field(default_factory=list)  # [s] that each lasted
+    active: set[str] = field(default_factory=set)
+    died: set[str] = field(default_factory=set)
+    is_deaf: bool = False
+
+
+class Roll:
+    """Follows the hosts."""
+
+    def __init__(
+        self,
+        robots: Sequence[str],
+        notice_after: float = NOTICE_AFTER,
+        lost_after: float = LOST_AFTER,
+    ) -> None:
+        """Begin without hosts.
+
+        Args:
+            robots: That need a host.
+            notice_after: [s] of silence that is worth a note.
+            lost_after: [s] of silence after which a host is given up.
+        """
+        self._robots = tuple(robots)
+        self._notice_after = notice_after
+        self._lost_after = lost_after
+        self._hosts: dict[str, _Host] = {}
+        self._refused: dict[str, str] = {}
+
+    @property
+    def unserved(self) -> list[str]:
+        """Robots that no host has taken on yet."""
+        taken = {robot for host in self._hosts.values() for robot in host.report.robots}
+        return [robot for robot in self._robots if robot not in taken]
+
+    def hear(self, report: HostReport, now: float) -> list[Event]:
+        """Take a host's report at wall time `now`; return what is new."""
+        if report.host in self._refused:
+            return []
+        host = self._hosts.get(report.host)
+        if host is None:
+            return self._enlist(report, now)
+        if host.standing in (Standing.LEFT, Standing.LOST):
+            return []
+        events: list[Event] = []
+        if host.standing is Standing.SILENT:
+            host.standing = Standing.SERVING
+            host.silences.append(round(now - host.heard_at, 3))
+            events.append(_event("heard", report, seconds=host.silences[-1]))
+        host.report, host.heard_at = report, now
+        return events + self._news(host)
+
+    def look(self, now: float) -> list[Event]:
+        """Notice who is silent, or has been for too long, at wall time `now`."""
+        events: list[Event] = []
+        for host in self._hosts.values():
+            waited = now - host.heard_at
+            if host.standing is Standing.SERVING and waited > self._notice_after:
+                host.standing = Standing.SILENT
+                events.append(_event("silent", host.report, seconds=waited))
+            if host.standing is Standing.SILENT and waited > self._lost_after:
+                host.standing = Standing.LOST
+                host.silences.append(round(waited, 3))
+                events.append(_event("lost", host.report, seconds=host.silences[-1]))
+        return events
+
+    def answer(self) -> dict[str, Any]:
+        """Return how each host stands, by its name: a standing, or why it was refused."""
+        standings = {name: host.standing.value for name, host in self._hosts.items()}
+        return {"hosts": standings, "refused": dict(self._refused)}
+
+    def summary(self) -> list[dict[str, Any]]:
+        """Return the hosts for the report."""
+        return [
+            {
+                "host": host.report.label,
+                "robots": list(host.report.robots),
+                "standing": host.standing.value,
+                "silences": host.silences,
+                "cpu_s": round(host.report.cpu, 3),
+                "rss_mb": round(host.report.rss_mb, 1),
+            }
+            for host in self._hosts.values()
+        ]
+
+    @property
+    def all_have_left(self) -> bool:
+        """Whether nobody is left who should hear how the run ended."""
+        standings = [host.standing for host in self._hosts.values()]
+        return Standing.SERVING not in standings
+
+    def _enlist(self, report: HostReport, now: float) -> list[Event]:
+        if report.is_leaving:
+            return []
+        for other in self._hosts.values():
+            both = [robot for robot in report.robots if robot in other.report.robots]
+            if both and other.standing in (Standing.SERVING, Standing.SILENT):
+                self._refused[report.host] = (
+                    f"{both[0]} is on {other.report.label} already; choose other --robots"
+                )
+                return [_event("turned_away", report, reason=self._refused[report.host])]
+        self._hosts[report.host] = host = _Host(report, now)
+        return [_event("enlisted", report), *self._news(host)]
+
+    def _news(self, host: _Host) -> list[Event]:
+        report = host.report
+        events: list[Event] = []
+        is_deaf = report.deaf_for > self._notice_after
+        if is_deaf and not host.is_deaf and not report.is_leaving:
+            events.append(_event("deaf", report, seconds=report.deaf_for))
+        host.is_deaf = is_deaf
+        for robot in report.active:
+            if robot not in host.active:
+                host.active.add(robot)
+                events.append({"event": "active", "robot": robot})
+        for robot, code in report.died.items():
+            if robot not in host.died:
+                host.died.add(robot)
+                died = {"robot": robot, "returncode": code, "host": report.label}
+                events.append({"event": "died", **died})
+        if report.is_leaving:
+            host.standing = Standing.LEFT
+            events.append(_event("left", report))
+        return events
+
+
+def _event(kind: str, report: HostReport, **values: Any) -> Event:
+    return {
+        "event": kind,
+        "id": report.host,
+        "host": report.label,
+        "robots": list(report.robots),
+        **values,
+    }

@@ -1,0 +1,221 @@
+"""`swarm-up --role world`: world and mission on this host, navigators on others."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from typing import Any
+
+from swarm_commander.hosts.charter import Charter, compose
+from swarm_commander.hosts.envoy import names_of
+from swarm_commander.run.bringup import HOST, MODULES, RUNNER, STOP_ORDER, WORLD, Run
+from swarm_commander.run.domain import domain_id
+from swarm_commander.run.params import write_parameter_file
+from swarm_commander.run.plan import RunPlan
+from swarm_commander.run.progress import Progress
+from swarm_commander.run.rundir import RunFolder
+from swarm_commander.run.supervisor import describe_exit
+from swarm_commander.run.tally import Tally
+from swarm_common.files.edition import edition
+from swarm_common.middleware.secret import VARIABLE
+from swarm_common.model.records import Pose
+
+REGISTRY = "registry"
+FIGURES = ("sim_time", "real_time_factor", "collisions")  # that the robots' hosts show
+
+
+class WorldRun(Run):
+    """The world's side of a run on several hosts.
+
+    It owns every fact about the run and says it to the robots' hosts (`charter`); the mission
+    runs here, too: goals, collisions and the report are then in one hand, wherever a robot is.
+
+    Attributes:
+        hosts: Of the robots, for the report.
+    """
+
+    stop_order = (*(name for name in STOP_ORDER if name != HOST), REGISTRY)
+
+    def __init__(
+        self,
+        plan: RunPlan,
+        folder: RunFolder,
+        progress: Progress,
+        tally: Tally,
+        secret: str,
+        modules: Mapping[str, str] = MODULES,
+    ) -> None:
+        super().__init__(
+            plan, folder, progress, tally, {**modules, REGISTRY: "swarm_commander.hosts.registry"}
+        )
+        self.hosts: list[dict[str, Any]] = []
+        self._secret = secret
+        self._run = f"{folder.path.name}-{time.time_ns():x}"
+        self._unserved = set(plan.alive)
+        self._trees: dict[str, dict[str, Any]] = {}  # parameter files
+
+    def complete(self, report: dict[str, Any]) -> None:
+        """Put the robots' hosts, and what their navigators used, into the report."""
+        report["hosts"] = self.hosts
+        seconds = report["swarm_size"] * (report["sim_time"] or 0.0)
+        if seconds <= 0.0:
+            return
+        cpu = report["cpu_ms_per_robot_second"]
+        navigators = round(1000.0 * sum(host["cpu_s"] for host in self.hosts) / seconds, 3)
+        cpu["navigators"] = navigators
+        cpu["total"] = round(cpu["total"] + navigators, 3)
+        report["rss_mb"]["navigators"] = round(sum(host["rss_mb"] for host in self.hosts), 1)
+
+    def _environment(self, name: str) -> Mapping[str, str]:
+        return {**os.environ, VARIABLE: self._secret} if name == REGISTRY else os.environ
+
+    def _begin(self) -> None:
+        trace = {"trace_dir": str(self._folder.trace)}
+        self._start(WORLD, self._plan.world_config(self._folder.verdict) | trace)
+
+    def _prepare_navigators(self, homes: Sequence[Pose]) -> None:
+        for number, (name, home) in enumerate(
+            zip(self._plan.options.robot_names, homes, strict=True), 1
+        ):
+            if name in self._plan.alive:
+                self._trees[name] = self._plan.parameter_file(number, home, self.map_sha256)
+                write_parameter_file(self._folder.params / f"{name}.yaml", self._trees[name])
+                self._robots.append({"name": name, "peers": []})
+
+    def _charter(self) -> Charter:
+        options = self._plan.options
+        facts = {name: getattr(options, name) for name in ("world", "seed", "robot", "swarm_size")}
+        peers = {robot["name"]: robot["peers"] for robot in self._robots if robot["peers"]}
+        return compose(self._run, edition(), facts, self._trees, self._plan.sites_path, peers)
+
+    def _release_navigators(self) -> None:
+        """Say what the robots' hosts need to start them."""
+        where = {"address": self._plan.options.bind, "domain": domain_id()}
+        self._start(REGISTRY, {"charter": asdict(self._charter()), **where})
+        self._progress.phase("waiting for the robots' hosts")
+        first, last = (self._plan.alive[i].removeprefix("Srobot") for i in (0, -1))
+        self._progress.note(
+            f"the world is up; on the hosts of {names_of(self._plan.alive)}, for example:\n"
+            f"  {VARIABLE}={self._secret} swarm-up --role robots --robots {first}-{last}"
+            f" --connect {self._plan.options.bind}"
+        )
+
+    def _check_start(self) -> None:
+        if not self._unserved:  # who starts the hosts has all the time in the world
+            super()._check_start()
+
+    # What the hosts say
+
+    def _on_enlisted_event(self, event: dict[str, Any]) -> None:
+        self._unserved -= set(event["robots"])
+        where = {"host": event["id"], "run": self._run, "secret": self._secret}
+        self._tell(WORLD, {"cmd": "host", "robots": event["robots"], **where})
+        self._progress.note(f"{event['host']} has {names_of(event['robots'])}")
+        if not self._unserved:
+            self._progress.phase("starting navigators")
+
+    def _on_turned_away_event(self, event: dict[str, Any]) -> None:
+        self._progress.note(f"{event['host']} was turned away: {event['reason']}")
+
+    def _on_silent_event(self, event: dict[str, Any]) -> None:
+        if self._is_stopping:
+            return
+        for name in event["robots"]:
+            self._tell(WORLD, {"cmd": "silent", "robot": name, "seconds": event["seconds"]})
+        self._tell_of(RUNNER, "silent", event["robots"])
+        self._progress.note(
+            f"nothing is heard of {event['host']}; {names_of(event['robots'])} must stand", "yellow"
+        )
+
+    def _on_unhearing_event(self, event: dict[str, Any]) -> None:
+        self._progress.note(
+            f"a robots' host at {event['address']} calls, but hears no answer: UDP from here to"
+            " there is blocked",
+            "yellow",
+        )
+
+    def _on_deaf_event(self, event: dict[str, Any]) -> None:
+        if not self._is_stopping:
+            self._progress.note(
+                f"{event['host']} is heard, but has not heard this host for"
+                f" {event['seconds']:.0f} s: packets from here to there are lost",
+                "yellow",
+            )
+
+    def _on_heard_event(self, event: dict[str, Any]) -> None:
+        self._tell_of(WORLD, "heard", event["robots"])
+        self._tell_of(RUNNER, "heard", event["robots"])
+        self._progress.note(f"{event['host']} is heard again after {event['seconds']:.1f} s")
+
+    def _on_lost_event(self, event: dict[str, Any]) -> None:
+        self._give_up(event, f"nothing was heard of {event['host']} for {event['seconds']:.0f} s")
+
+    def _on_left_event(self, event: dict[str, Any]) -> None:
+        if self._is_stopping:
+            return
+        self._progress.note(f"{event['host']} left; {names_of(event['robots'])} stand")
+        self._lose(event["robots"])
+
+    def _on_late_event(self, event: dict[str, Any]) -> None:
+        """Whether a navigator hangs or cannot be heard is for its own host to find out."""
+        if not self._is_stopping:
+            self._progress.note(f"{event['robot']} does not answer; nobody waits for it", "yellow")
+
+    def _on_died_event(self, event: dict[str, Any]) -> None:
+        if self._is_stopping:
+            return
+        how = describe_exit(int(event["returncode"]))
+        self._fail(f"{event['robot']} died: {how}; its log is on {event['host']}")
+        self._lose([event["robot"]])
+
+    def _on_hosts_event(self, event: dict[str, Any]) -> None:
+        self.hosts = event["hosts"]
+
+    def _give_up(self, event: dict[str, Any], reason: str) -> None:
+        if self._is_stopping:
+            return
+        self._fail(f"{reason}: {names_of(event['robots'])} are lost")
+        self._lose(event["robots"])
+
+    def _lose(self, robots: Sequence[str]) -> None:
+        """Go on without some robots."""
+        for name in robots:
+            self.tally.robots[name].died = True
+        self._tell_of(WORLD, "dead", robots)
+        self._tell_of(RUNNER, "dead", robots)
+        if all(self.tally.robots[name].died for name in self._navigated):
+            self._stop("no robot is left")
+
+    def _tell_of(self, process: str, command: str, robots: Sequence[str]) -> None:
+        for name in robots:
+            self._tell(process, {"cmd": command, "robot": name})
+
+    # What the world says
+
+    def _on_progress_event(self, event: dict[str, Any]) -> None:
+        super()._on_progress_event(event)
+        figures = {name: event[name] for name in FIGURES}
+        self._tell(REGISTRY, {"cmd": "figures", "figures": figures})
+
+    def _on_spawned_event(self, event: dict[str, Any]) -> None:
+        """A robot that comes later has no host."""
+        if not self._is_stopping:
+            name = event["robot"]
+            self._progress.note(f"{name} came, but has no navigator: no host was told of it")
+            self._tell(WORLD, {"cmd": "dead", "robot": name})
+
+    def _on_removed_event(self, event: dict[str, Any]) -> None:
+        name = event["robot"]
+        self._navigated.discard(name)
+        if not self._is_stopping:
+            self._tell(REGISTRY, {"cmd": "removed", "robot": name})
+            self._tell(RUNNER, {"cmd": "removed", "robot": name})
+            self._progress.note(f"{name} was taken out at t = {float(event['sim_time']):.1f} s")
+
+    def _stop(self, phase: str) -> None:
+        if not self._is_stopping:
+            reason = "stopped by its user" if self.is_stopped_by_user else phase
+            self._tell(REGISTRY, {"cmd": "over", "reason": reason})
+        super()._stop(phase)

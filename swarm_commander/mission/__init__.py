@@ -1,0 +1,29 @@
+"""Missions, and what takes robots through them.
+
+What a module imports of its folder stands above it:
+
+    delivery     A goal on its way to an action server and back, over services that may lose a
+                 message
+    diary        What the robots did and when, for the report: a line whenever the state of one
+                 changes
+    discovery    Which robots run, and what they know: asked over ROS, as any other terminal
+                 would
+    exchange     Who goes where when robots change places or roam: drawn for the whole swarm
+                 from one seed
+    goal_client  An action client that knows its goals' ids: service clients, and feedback for
+                 who wants it
+    status_door  The door of the operator's side: which statuses are their robots', and of now
+    leg          One part of a mission's route, and the goals that it means for a robot
+    task         One action goal on its way, from the request to the result
+    client       `RobotCommander`: one robot of a swarm driven from Python, in the manner of
+                 BasicNavigator
+    itinerary    One robot's way through the stops of its mission: what to send next, decided
+                 without ROS
+    mission      Missions: the route of a robot, as written in `params/missions/*.yaml`, without
+                 any ROS
+    driver       Takes one robot through its itinerary: goals out, results and status in
+    runner       Mission process of `swarm-up`: drives all robots through their missions, or
+                 only watches them
+
+May import swarm_common only.
+"""

@@ -1,0 +1,289 @@
+"""`RobotCommander`: one robot of a swarm driven from Python, in the manner of BasicNavigator.
+
+Method names and units are those of Nav2's BasicNavigator. Unlike it, nothing here waits (except
+`waitUntilNav2Active` and `getPath`) and any number of robots share one node::
+
+    rclpy.init()
+    node = rclpy.create_node("operator")
+    robots = [RobotCommander(node, name) for name in ("Srobot1", "Srobot2")]
+    for robot in robots:
+        robot.waitUntilNav2Active()
+        robot.goToPose(pose)
+    while not all(robot.isTaskComplete() for robot in robots):
+        rclpy.spin_once(node, timeout_sec=0.1)
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import rclpy
+from builtin_interfaces.msg import Duration
+from geometry_msgs.msg import Point, PoseStamped, PoseWithCovarianceStamped
+from lifecycle_msgs.srv import GetState
+from nav2_msgs.action import (
+    BackUp,
+    ComputePathToPose,
+    DriveOnHeading,
+    FollowPath,
+    FollowWaypoints,
+    NavigateThroughPoses,
+    NavigateToPose,
+    Spin,
+    Wait,
+)
+from nav_msgs.msg import Path
+from rclpy.node import Node
+from swarm_interfaces.msg import RobotStatus
+
+from swarm_commander.mission.goal_client import GoalClient
+from swarm_commander.mission.status_door import StatusDoor
+from swarm_commander.mission.task import Task, TaskResult
+from swarm_common.middleware.rejections import Rejections
+from swarm_common.middleware.ros_io import RELIABLE
+from swarm_common.model.errors import SwarmError
+from swarm_common.process.pipes import EventWriter
+
+NANOSECONDS = 1_000_000_000
+POLL_PERIOD = 0.2  # [s] of wall time between two questions
+
+
+class NotActiveError(SwarmError):
+    """A navigator does not answer or is not active."""
+
+
+class RobotCommander:
+    """One robot.
+
+    Attributes:
+        name: Its namespace, like ``Srobot3``.
+        status: Its latest swarm_interfaces/RobotStatus; None before the first.
+        task: What it was told last; None before that.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        namespace: str,
+        on_status: Callable[[RobotStatus], None] | None = None,
+        *,
+        with_feedback: bool = True,
+        door: StatusDoor | None = None,
+    ) -> None:
+        """Attach to a robot.
+
+        Args:
+            node: Node that all traffic goes through; spinning it is the caller's work.
+            namespace: Of the robot.
+            on_status: Called with every status.
+            with_feedback: Whether tasks receive feedback; for many robots it costs more than
+                all the rest of a client.
+            door: Of the statuses of all robots that the caller attaches to; this robot's alone
+                if there is none.
+        """
+        self.name = namespace.strip("/")
+        self.status: RobotStatus | None = None
+        self.task: Task | None = None
+        self._node = node
+        self._on_status = on_status
+        events = EventWriter(None)
+        self._door = door or StatusDoor(Rejections(events, node.get_logger().warning))
+        self._with_feedback = with_feedback
+        self._clients: dict[str, GoalClient] = {}
+        self._subscription = node.create_subscription(
+            RobotStatus, f"/{self.name}/status", self._take_status, RELIABLE
+        )
+        self._initial_pose = node.create_publisher(
+            PoseWithCovarianceStamped, f"/{self.name}/initialpose", RELIABLE
+        )
+
+    # Tasks; each replaces the one before
+
+    def goToPose(self, pose: PoseStamped, behavior_tree: str = "") -> Task:
+        """Drive to a pose; a stamp in the future is when to set off."""
+        goal = NavigateToPose.Goal(pose=pose, behavior_tree=behavior_tree)
+        return self.send("navigate_to_pose", NavigateToPose, goal)
+
+    def goThroughPoses(self, poses: Sequence[PoseStamped], behavior_tree: str = "") -> Task:
+        """Drive through poses without stopping, to the last."""
+        goal = NavigateThroughPoses.Goal(poses=list(poses), behavior_tree=behavior_tree)
+        return self.send("navigate_through_poses", NavigateThroughPoses, goal)
+
+    def followWaypoints(self, poses: Sequence[PoseStamped]) -> Task:
+        """Drive to poses one after the other."""
+        goal = FollowWaypoints.Goal(poses=list(poses))
+        return self.send("follow_waypoints", FollowWaypoints, goal)
+
+    def followPath(self, path: Path, controller_id: str = "", goal_checker_id: str = "") -> Task:
+        """Drive along a given path."""
+        goal = FollowPath.Goal(
+            path=path, controller_id=controller_id, goal_checker_id=goal_checker_id
+        )
+        return self.send("follow_path", FollowPath, goal)
+
+    def spin(self, spin_dist: float = 1.57, time_allowance: float = 10) -> Task:
+        """Turn on the spot by an angle [rad]."""
+        goal = Spin.Goal(target_yaw=float(spin_dist), time_allowance=_duration(time_allowance))
+        return self.send("spin", Spin, goal)
+
+    def backup(
+        self, backup_dist: float = 0.15, backup_speed: float = 0.025, time_allowance: float = 10
+    ) -> Task:
+        """Drive backwards by a distance [m]."""
+        goal = BackUp.Goal(
+            target=Point(x=float(backup_dist)),
+            speed=float(backup_speed),
+            time_allowance=_duration(time_allowance),
+        )
+        return self.send("backup", BackUp, goal)
+
+    def driveOnHeading(
+        self, dist: float = 0.15, speed: float = 0.025, time_allowance: float = 10
+    ) -> Task:
+        """Drive straight on by a distance [m]."""
+        goal = DriveOnHeading.Goal(
+            target=Point(x=float(dist)),
+            speed=float(speed),
+            time_allowance=_duration(time_allowance),
+        )
+        return self.send("drive_on_heading", DriveOnHeading, goal)
+
+    def wait(self, time: float) -> Task:
+        """Stand still for a time [s]."""
+        return self.send("wait", Wait, Wait.Goal(time=_duration(time)))
+
+    def send(
+        self,
+        action: str,
+        action_type: type,
+        goal: Any,
+        on_end: Callable[[Task], None] | None = None,
+    ) -> Task:
+        """Send any goal to any action of the robot.
+
+        Args:
+            action: Name within the namespace.
+            action_type: Its type.
+            goal: Goal message.
+            on_end: Called when it has ended.
+        """
+        self.task = Task(self._client(action, action_type), goal, on_end)
+        return self.task
+
+    def look(self) -> None:
+        """Ask again for an answer that is overdue; call it now and then."""
+        if self.task is not None:
+            is_busy = self.status is not None and not math.isnan(self.status.goal.x)
+            self.task.look(is_busy)
+
+    def ask(self) -> None:
+        """Ask at once how the task in hand stands: the robot was silent, or was started anew."""
+        if self.task is not None:
+            self.task.ask()
+
+    def cancelTask(self) -> None:
+        """Cancel the task in hand."""
+        if self.task is not None:
+            self.task.cancel()
+
+    def forgetTask(self) -> None:
+        """Have nothing more to do with the task in hand."""
+        self.task = None
+
+    def isTaskComplete(self) -> bool:
+        """Whether the task has ended; True before the first."""
+        self.look()
+        return self.task is None or self.task.is_complete
+
+    def getFeedback(self) -> Any:
+        """Return the latest feedback message of the task, or None."""
+        return None if self.task is None else self.task.feedback
+
+    def getResult(self) -> TaskResult:
+        """Return how the task ended."""
+        return TaskResult.UNKNOWN if self.task is None else self.task.outcome
+
+    # The rest
+
+    def setInitialPose(self, initial_pose: PoseStamped) -> None:
+        """Tell the robot where it is."""
+        message = PoseWithCovarianceStamped(header=initial_pose.header)
+        message.pose.pose = initial_pose.pose
+        self._initial_pose.publish(message)
+
+    def isReady(self) -> bool:
+        """Whether goals of `goToPose` would arrive; never waits."""
+        return bool(self._client("navigate_to_pose", NavigateToPose).server_is_ready())
+
+    def waitUntilNav2Active(self, timeout: float = 60.0) -> None:
+        """Wait until the navigator is active and takes goals, spinning the node.
+
+        Args:
+            timeout: [s] of wall time.
+
+        Raises:
+            NotActiveError: If it does not become so.
+        """
+        deadline = time.monotonic() + timeout
+        client = self._node.create_client(GetState, f"/{self.name}/bt_navigator/get_state")
+        try:
+            label = ""
+            while label != "active" or not self.isReady():
+                if time.monotonic() > deadline:
+                    raise NotActiveError(
+                        f"the navigator of {self.name} is {label or 'silent'} after {timeout:g} s"
+                    )
+                label = self._ask_state(client) or label
+        finally:
+            self._node.destroy_client(client)
+
+    def getPath(
+        self, start: PoseStamped | None, goal: PoseStamped, timeout: float = 10.0
+    ) -> Path | None:
+        """Return the plan between two poses, from where the robot is if `start` is None.
+
+        Waits, spinning the node. None if there is no path.
+        """
+        request = ComputePathToPose.Goal(goal=goal, use_start=start is not None)
+        if start is not None:
+            request.start = start
+        task = Task(self._client("compute_path_to_pose", ComputePathToPose), request)
+        deadline = time.monotonic() + timeout
+        while not task.is_complete and time.monotonic() < deadline:
+            task.look(is_busy=False)
+            rclpy.spin_once(self._node, timeout_sec=POLL_PERIOD)
+        return task.result.path if task.outcome is TaskResult.SUCCEEDED else None
+
+    def _ask_state(self, client: Any) -> str:
+        if not client.service_is_ready():
+            rclpy.spin_once(self._node, timeout_sec=POLL_PERIOD)
+            return ""
+        future = client.call_async(GetState.Request())
+        rclpy.spin_until_future_complete(self._node, future, timeout_sec=2.0)
+        response = future.result() if future.done() else None
+        if response is None or response.current_state.label != "active":
+            rclpy.spin_once(self._node, timeout_sec=POLL_PERIOD)
+        return str(response.current_state.label) if response is not None else ""
+
+    def _client(self, action: str, action_type: type) -> GoalClient:
+        if action not in self._clients:
+            name, feedback = f"/{self.name}/{action}", self._with_feedback
+            self._clients[action] = GoalClient(
+                self._node, action_type, name, with_feedback=feedback
+            )
+        return self._clients[action]
+
+    def _take_status(self, message: RobotStatus) -> None:
+        if not self._door.admits(self.name, message):
+            return
+        self.status = message
+        if self._on_status is not None:
+            self._on_status(message)
+
+
+def _duration(seconds: float) -> Duration:
+    sec, nanosec = divmod(round(seconds * NANOSECONDS), NANOSECONDS)
+    return Duration(sec=int(sec), nanosec=int(nanosec))

@@ -1,0 +1,51 @@
+"""What the robots did and when, for the report: a line whenever the state of one changes."""
+
+from __future__ import annotations
+
+from swarm_interfaces.msg import RobotStatus
+
+from swarm_common.files.journal import Journal
+
+FILE = "robots.jsonl"
+WAIT_STEP = 1.0  # [s] of waiting between two lines about it
+
+
+class Diary:
+    """Writes changes of state with their stamps, goals sent and goals settled."""
+
+    def __init__(self, journal: Journal) -> None:
+        self._journal = journal
+        self._latest: dict[str, tuple[object, ...]] = {}
+        self._waited: dict[str, float] = {}
+
+    def note(self, robot: str, status: RobotStatus) -> None:
+        """Take in a status: a change, or that the robot had to wait; else nothing is written."""
+        at = round(status.stamp.sec + 1e-9 * status.stamp.nanosec, 3)
+        waited = float(status.wait_time)
+        if waited >= self._waited.setdefault(robot, 0.0) + WAIT_STEP:
+            self._journal.write(t=at, robot=robot, waited=round(waited - self._waited[robot], 3))
+            self._waited[robot] = waited
+        news = (
+            status.state,
+            status.station,
+            int(status.queue_place),
+            int(status.goals_reached),
+            int(status.goals_failed),
+        )
+        if self._latest.get(robot) == news:
+            return
+        self._latest[robot] = news
+        state, station, place, reached, failed = news
+        self._journal.write(
+            t=at,
+            robot=robot,
+            state=state,
+            station=station,
+            place=place,
+            reached=reached,
+            failed=failed,
+        )
+
+    def goal(self, robot: str, goal: str, outcome: str, t: float, duration: float = 0.0) -> None:
+        """Note that a goal was `sent`, `reached` or `failed` at a time [s]."""
+        self._journal.write(t=t, robot=robot, goal=goal, outcome=outcome, duration=duration)

@@ -1,0 +1,238 @@
+"""Takes one robot through its itinerary: goals out, results and status in."""
+
+from __future__ import annotations
+
+import math
+from typing import Protocol
+
+from nav2_msgs.action import NavigateToPose
+from rclpy.node import Node
+from swarm_interfaces.msg import Mission as MissionMsg
+from swarm_interfaces.msg import RobotStatus
+
+from swarm_commander.mission.client import RobotCommander
+from swarm_commander.mission.itinerary import Itinerary, Order, Outcome, State
+from swarm_commander.mission.status_door import StatusDoor
+from swarm_commander.mission.task import Task, TaskResult
+from swarm_common.middleware.ros_io import LATCHED, pose_stamped, tick_of, time_msg
+from swarm_common.model.records import CONTROL_PERIOD
+
+SAME_GOAL = 1e-3  # [m]
+
+
+class Listener(Protocol):
+    """Who wants to know how a mission goes."""
+
+    def on_sent(self, driver: RobotDriver, order: Order) -> None:
+        """A goal was sent."""
+
+    def on_settled(self, driver: RobotDriver, outcome: Outcome) -> None:
+        """A stop is settled."""
+
+    def on_over(self, driver: RobotDriver) -> bool:
+        """The mission is over; return whether the robot is to be released from lockstep."""
+
+    def on_status(self, driver: RobotDriver, status: RobotStatus) -> None:
+        """The robot said how it is."""
+
+
+class RobotDriver:
+    """One robot on its mission.
+
+    The next goal starts a pause after the tick in which the last one ended. That tick is in the
+    status that the navigator publishes with the end, so the driver waits for both: the result
+    and that status. The navigator in turn waits for the next goal (see Mission.msg), which makes
+    a mission's outcome independent of how long all of this takes.
+
+    Attributes:
+        robot: The robot.
+        itinerary: Its mission; None for a robot that is only watched.
+        order: The goal sent last.
+        tick: Of the latest status.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        name: str,
+        itinerary: Itinerary | None,
+        listener: Listener,
+        *,
+        announces: bool = True,
+        door: StatusDoor | None = None,
+    ) -> None:
+        """Attach to a robot; `announces` says whether it is told that more goals follow."""
+        self.robot = RobotCommander(node, name, self._take_status, with_feedback=False, door=door)
+        self.itinerary = itinerary
+        self.order: Order | None = None
+        self.tick = 0
+        self._listener = listener
+        self._sent = 0
+        self._settled = 0  # goals that the robot had ended when ours was sent
+        self._ended: Task | None = None  # our goal, ended, its status not here yet
+        self._mission = None
+        if itinerary is not None and announces:
+            self._mission = node.create_publisher(MissionMsg, f"/{name}/mission", LATCHED)
+
+    @property
+    def name(self) -> str:
+        """Namespace of the robot."""
+        return self.robot.name
+
+    @property
+    def is_over(self) -> bool:
+        """Whether its mission is over."""
+        return self.itinerary is None or self.itinerary.is_over
+
+    @property
+    def awaits_status(self) -> bool:
+        """Whether a goal has ended but the status that says when is not here."""
+        return self._ended is not None
+
+    def start(self, tick: int = 0) -> None:
+        """Send the first goal; `tick` is now for a mission that goes on after a break."""
+        if self.itinerary is not None and self.itinerary.state is State.READY:
+            self._announce(is_active=True)
+            self._follow(self.itinerary.start(tick))
+
+    def find(self) -> int:
+        """The robot that was lost is there again: return how many goals it gets back."""
+        if self.itinerary is None or self.itinerary.state is not State.LOST:
+            return 0
+        count, order = self.itinerary.on_found(self.tick)
+        self._announce(is_active=True)
+        self._settled = self._settled_now
+        self._follow(order)
+        return count
+
+    def lose(self) -> None:
+        """The robot is gone: its remaining goals count as failed, unless it is found again."""
+        if self.itinerary is None:
+            return
+        self._ended = None
+        self.robot.forgetTask()
+        outcomes = self.itinerary.on_lost(self.tick)
+        for outcome in outcomes:
+            self._listener.on_settled(self, outcome)
+        if outcomes and self._listener.on_over(self):
+            self.release()  # should it come back
+
+    def release(self) -> None:
+        """Tell the robot that no more goals follow."""
+        self._announce(is_active=False)
+
+    def abandon(self) -> None:
+        """Give the mission up: cancel the goal and release the robot."""
+        if not self.is_over:
+            self.robot.cancelTask()
+            self.release()
+
+    def settle_late(self) -> None:
+        """Go on without the status that should have come with the end."""
+        if self.awaits_status:
+            self._close()
+
+    def _announce(self, *, is_active: bool) -> None:
+        if self._mission is not None:
+            self._mission.publish(
+                MissionMsg(stamp=time_msg(self.tick), active=is_active, goals_sent=self._sent)
+            )
+
+    def _follow(self, order: Order | None) -> None:
+        if order is None:
+            if self._listener.on_over(self):
+                self.release()
+            return
+        self.order = order
+        self._sent += 1
+        self._listener.on_sent(self, order)
+        goal = NavigateToPose.Goal(pose=pose_stamped(order.stop.pose_map, order.start_tick))
+        self.robot.send("navigate_to_pose", NavigateToPose, goal, self._take_end)
+
+    @property
+    def _settled_now(self) -> int:
+        """How many goals the robot has ended since its navigator was started."""
+        return 0 if self.robot.status is None else _settled_goals(self.robot.status)
+
+    def _take_status(self, status: RobotStatus) -> None:
+        self.tick = tick_of(status.stamp)
+        self._settled = min(self._settled, _settled_goals(status))  # a new navigator begins at 0
+        self._listener.on_status(self, status)
+        if self._ended is not None:
+            self._settle(status)
+        elif self.itinerary is not None and self.itinerary.state is State.GIVING_WAY:
+            if not has_goal(status):
+                self._settled = _settled_goals(status)
+                self._follow(self.itinerary.on_free_again(self.tick))
+        elif self.robot.isTaskComplete():
+            self._settled = _settled_goals(status)
+
+    def _take_end(self, task: Task) -> None:
+        if self.itinerary is None or self.itinerary.is_over:
+            return
+        self._ended = task
+        if task.is_forgotten:
+            self._ended = None
+            self._settled = self._settled_now
+            self._follow(self.itinerary.on_forgotten(self.tick))
+        elif task.result is None:  # refused: no status will tell of it
+            self._close()
+        elif self.robot.status is not None:
+            self._settle(self.robot.status)
+
+    def _settle(self, status: RobotStatus) -> None:
+        """Decide about our ended goal, if this status is from after its end."""
+        if self._ended is None or self.itinerary is None:
+            return
+        was_preempted = "preempted" in getattr(self._ended.result, "error_msg", "")
+        missed = self._ended.outcome is not TaskResult.SUCCEEDED
+        if missed and (was_preempted or self._is_elsewhere(status)):
+            self._ended = None
+            self.itinerary.on_taken_over()
+        elif _settled_goals(status) > self._settled:
+            self._close()
+
+    def _is_elsewhere(self, status: RobotStatus) -> bool:
+        """Whether the robot is on its way to a goal that is not ours."""
+        if self.order is None or not has_goal(status):
+            return False
+        goal_map = self.order.stop.pose_map
+        return math.hypot(status.goal.x - goal_map.x, status.goal.y - goal_map.y) > SAME_GOAL
+
+    def _close(self) -> None:
+        task, self._ended = self._ended, None
+        if task is None or self.itinerary is None or self.itinerary.is_over:
+            return
+        if self.robot.status is not None:
+            self._settled = _settled_goals(self.robot.status)
+        known = len(self.itinerary.outcomes)
+        reached = task.outcome is TaskResult.SUCCEEDED
+        order = self.itinerary.on_end(reached, self.tick, _reason(task))
+        for outcome in self.itinerary.outcomes[known:]:
+            self._listener.on_settled(self, outcome)
+        self._follow(order)
+
+
+def sim_seconds(tick: int) -> float:
+    """Return the simulated time of a tick [s]."""
+    return round(tick * CONTROL_PERIOD, 3)
+
+
+def has_goal(status: RobotStatus) -> bool:
+    """Whether the robot has any goal."""
+    return not math.isnan(status.goal.x)
+
+
+def _reason(task: Task) -> str:
+    """Return why a task failed, for people; empty if it did not."""
+    if task.outcome is TaskResult.SUCCEEDED:
+        return ""
+    if task.result is None:
+        return task.reason
+    code = getattr(task.result, "error_code", 0)
+    message = getattr(task.result, "error_msg", "") or task.outcome.name.lower()
+    return f"error {code}: {message}" if code else message
+
+
+def _settled_goals(status: RobotStatus) -> int:
+    return int(status.goals_reached + status.goals_failed)

@@ -1,0 +1,224 @@
+"""One robot's way through the stops of its mission: what to send next, decided without ROS."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+from swarm_commander.mission.leg import Stop
+from swarm_common.model.records import CONTROL_PERIOD
+
+RETRY_TICKS = 10  # [ticks] between a failed goal and the next try
+LOST_REASON = "the robot was lost"
+
+
+class State(Enum):
+    """Where a robot is in its mission."""
+
+    READY = "ready"  # nothing sent yet
+    UNDER_WAY = "under way"
+    GIVING_WAY = "giving way"  # somebody else's goal took the robot over
+    DONE = "done"
+    LOST = "lost"
+
+
+class Event(Enum):
+    """What may happen to it."""
+
+    START = "start"
+    REACHED = "reached"
+    FAILED = "failed"
+    TAKEN_OVER = "taken over"
+    FREE_AGAIN = "free again"
+    FORGOTTEN = "forgotten"  # by the robot, whose navigator was started anew
+    LOST = "lost"
+    FOUND = "found"  # after it was lost
+
+
+# START, FAILED and so on may lead to DONE instead when no stop is left; see `_advance`.
+TRANSITIONS: dict[State, dict[Event, State]] = {
+    State.READY: {Event.START: State.UNDER_WAY, Event.LOST: State.LOST},
+    State.UNDER_WAY: {
+        Event.REACHED: State.UNDER_WAY,
+        Event.FAILED: State.UNDER_WAY,
+        Event.TAKEN_OVER: State.GIVING_WAY,
+        Event.FORGOTTEN: State.UNDER_WAY,
+        Event.LOST: State.LOST,
+    },
+    State.GIVING_WAY: {Event.FREE_AGAIN: State.UNDER_WAY, Event.LOST: State.LOST},
+    State.DONE: {Event.LOST: State.DONE},
+    State.LOST: {event: State.LOST for event in Event} | {Event.FOUND: State.UNDER_WAY},
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """A goal to send.
+
+    Attributes:
+        stop: Where to.
+        start_tick: Tick at which to set off; 0 for at once.
+        number: Of the stop within the mission, from 1.
+        attempt: 1 for the first try.
+    """
+
+    stop: Stop
+    start_tick: int
+    number: int
+    attempt: int
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """A stop that is settled.
+
+    Attributes:
+        stop: Where to.
+        reached: Whether the robot got there.
+        tick: At which it was settled.
+        start_tick: At which the robot was first free to set off for it.
+        reason: Why it was missed; empty if it was reached.
+    """
+
+    stop: Stop
+    reached: bool
+    tick: int
+    start_tick: int = 0
+    reason: str = ""
+
+    @property
+    def duration(self) -> float:
+        """Time [s] that the stop took, with all tries."""
+        return max(0, self.tick - self.start_tick) * CONTROL_PERIOD
+
+
+class Itinerary:
+    """State of one robot's mission.
+
+    Attributes:
+        state: Where it is.
+        outcomes: The settled stops in order.
+        retries_used: Times that a goal was tried again.
+    """
+
+    def __init__(self, stops: Sequence[Stop], retries: int, settled: int = 0) -> None:
+        """Begin.
+
+        Args:
+            stops: In order.
+            retries: Times that a goal is tried again.
+            settled: Stops at the beginning that are settled already.
+        """
+        self.state = State.READY
+        self.outcomes: list[Outcome] = []
+        self.retries_used = 0
+        self._stops = tuple(stops)[settled:]
+        self._settled_before = min(settled, len(stops))
+        self._retries = retries
+        self._attempt = 1
+        self._first_tick = 0
+
+    @property
+    def total(self) -> int:
+        """Number of stops, with those settled before."""
+        return self._settled_before + len(self._stops)
+
+    @property
+    def next_stop(self) -> str:
+        """Name of the first stop that is not settled; empty if all are."""
+        settled = len(self.outcomes)
+        return self._stops[settled].name if settled < len(self._stops) else ""
+
+    @property
+    def is_over(self) -> bool:
+        """Whether nothing more will be sent."""
+        return self.state in (State.DONE, State.LOST)
+
+    def start(self, tick: int = 0) -> Order | None:
+        """Begin; return the first goal, or None if there is none at all.
+
+        Args:
+            tick: Now, for a mission that goes on after a break; its first delays are over.
+        """
+        self._enter(Event.START)
+        return self._advance(tick)
+
+    def on_end(self, reached: bool, tick: int, reason: str = "") -> Order | None:
+        """Settle the goal under way, at the tick in which it ended; return the next one.
+
+        Args:
+            reached: Whether the robot got there.
+            tick: At which the goal ended.
+            reason: Why it did not.
+        """
+        if self._enter(Event.REACHED if reached else Event.FAILED) is State.LOST:
+            return None
+        stop = self._stops[len(self.outcomes)]
+        if not reached and self._attempt <= self._retries:
+            self._attempt += 1
+            self.retries_used += 1
+            return self._order(tick + RETRY_TICKS)
+        why = "" if reached else reason
+        self.outcomes.append(Outcome(stop, reached, tick, self._first_tick, why))
+        self._attempt = 1
+        return self._advance(tick + stop.pause_ticks if reached else tick + RETRY_TICKS)
+
+    def on_taken_over(self) -> None:
+        """Somebody else sent the robot elsewhere: wait until it is free again."""
+        self._enter(Event.TAKEN_OVER)
+
+    def on_free_again(self, tick: int) -> Order | None:
+        """The other's goal has ended: send ours once more; this is not a failed try."""
+        if self._enter(Event.FREE_AGAIN) is State.LOST:
+            return None
+        return self._order(tick + RETRY_TICKS)
+
+    def on_forgotten(self, tick: int) -> Order | None:
+        """The robot does not know its goal any more: send it once more; no try has failed."""
+        if self._enter(Event.FORGOTTEN) is State.LOST:
+            return None
+        return self._order(max(tick, self._first_tick))
+
+    def on_found(self, tick: int) -> tuple[int, Order]:
+        """The lost robot is there again: return how many goals it gets back, and the first.
+
+        Only for a robot whose goals `on_lost` returned.
+        """
+        self._enter(Event.FOUND)
+        kept = [outcome for outcome in self.outcomes if outcome.reason != LOST_REASON]
+        count = len(self.outcomes) - len(kept)
+        self.outcomes = kept
+        return count, self._order(max(tick, self._first_tick))
+
+    def on_lost(self, tick: int) -> list[Outcome]:
+        """The robot is gone: return its remaining stops, which count as failed."""
+        if self._enter(Event.LOST) is State.DONE:
+            return []
+        rest = [
+            Outcome(stop, False, tick, tick, LOST_REASON)
+            for stop in self._stops[len(self.outcomes) :]
+        ]
+        self.outcomes.extend(rest)
+        return rest
+
+    def _advance(self, start_tick: int) -> Order | None:
+        if len(self.outcomes) == len(self._stops):
+            self.state = State.DONE
+            return None
+        self._first_tick = start_tick + self._stops[len(self.outcomes)].delay_ticks
+        return self._order(self._first_tick)
+
+    def _order(self, start_tick: int) -> Order:
+        number = len(self.outcomes)
+        place = self._settled_before + number + 1
+        return Order(self._stops[number], start_tick, place, self._attempt)
+
+    def _enter(self, event: Event) -> State:
+        try:
+            self.state = TRANSITIONS[self.state][event]
+        except KeyError:
+            raise ValueError(
+                f"{event.name} cannot happen to a mission that is {self.state.value}"
+            ) from None
+        return self.state

@@ -1,0 +1,163 @@
+"""One part of a mission's route, and the goals that it means for a robot."""
+
+from __future__ import annotations
+
+import math
+import random
+from dataclasses import dataclass
+
+from swarm_commander.mission import exchange
+from swarm_common.model.errors import ConfigError, UnknownNameError
+from swarm_common.model.records import CONTROL_PERIOD, Pose, wrap_angle
+from swarm_common.model.sites import Sites, area_count
+
+HOME = "home"
+ORDERS = ("as_written", "random")
+SWAPS = ("opposite", "other_area")
+KINDS = "exactly one of 'stations', 'pose', 'home', 'own_place', 'swap' and 'roam'"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Leg:
+    """A part of the route: stations by name, one pose of its own, home, or where others are.
+
+    Attributes:
+        stations: Names.
+        take: Only this many of the stations, from the first in order; None for all.
+        order: Of the stations.
+        pose_map: A pose.
+        home: Where the robot started.
+        own_place: The place of the world that has the robot's number.
+        swap: Where another robot started: `opposite` is half the swarm further on, `other_area`
+            a random one of another spawn area.
+        roam: Number of random places of the world, no two robots to the same one at a time.
+        distance: [m] at least between one place and the next, of `roam`.
+        pause: [s] after arriving at each.
+    """
+
+    stations: tuple[str, ...] = ()
+    take: int | None = None
+    order: str = "as_written"
+    pose_map: Pose | None = None
+    home: bool = False
+    own_place: bool = False
+    swap: str = ""
+    roam: int = 0
+    distance: float = 0.0
+    pause: float = 0.0
+
+    def __post_init__(self) -> None:
+        pose = self.pose_map is not None
+        given = (self.stations, pose, self.home, self.own_place, self.swap, self.roam)
+        if sum(map(bool, given)) != 1:
+            raise ConfigError(f"a leg needs {KINDS}")
+        if self.order not in ORDERS:
+            raise UnknownNameError("order", self.order, ORDERS)
+        if self.swap and self.swap not in SWAPS:
+            raise UnknownNameError("swap", self.swap, SWAPS)
+        if self.roam < 0:
+            raise ConfigError(f"roam is {self.roam}; it must be a positive number of places")
+        if self.take is not None and not 1 <= self.take <= len(self.stations):
+            raise ConfigError(f"take is {self.take}; expected 1 to {len(self.stations)} stations")
+        for name in ("pause", "distance"):
+            if getattr(self, name) < 0.0:
+                raise ConfigError(f"{name} is {getattr(self, name)}; it must not be negative")
+
+    @property
+    def needs_all_homes(self) -> bool:
+        """Whether one robot's goals depend on where the others started."""
+        return bool(self.swap or self.roam)
+
+
+@dataclass(frozen=True, slots=True)
+class Stop:
+    """One goal of one robot.
+
+    Attributes:
+        name: For the operator.
+        pose_map: Where.
+        pause_ticks: Stay after arriving.
+        delay_ticks: Stay before setting off for it.
+    """
+
+    name: str
+    pose_map: Pose
+    pause_ticks: int
+    delay_ticks: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Draw:
+    """What one leg means for one robot in one lap.
+
+    Attributes:
+        sites: Of the world.
+        home_map: Where the robot started.
+        homes_map: Where all robots started; may be empty if no leg needs them.
+        robot_id: 3 for Srobot3.
+        spawn: Name of the spawn that they started from.
+        seed: Of the run.
+        key: Of lap and leg, so that each has draws of its own.
+    """
+
+    sites: Sites
+    home_map: Pose
+    homes_map: tuple[Pose, ...]
+    robot_id: int
+    spawn: str
+    seed: int
+    key: str
+
+    def stops(self, leg: Leg) -> list[Stop]:
+        """Return the goals of the leg in order."""
+        pause_ticks = round(leg.pause / CONTROL_PERIOD)
+        return [Stop(name, pose_map, pause_ticks) for name, pose_map in self._goals(leg)]
+
+    def _goals(self, leg: Leg) -> list[tuple[str, Pose]]:
+        if leg.home:
+            return [(HOME, self.home_map)]
+        if leg.own_place:
+            return [self._own()]
+        if leg.pose_map is not None:
+            return [(f"({leg.pose_map.x:g}, {leg.pose_map.y:g})", leg.pose_map)]
+        if leg.swap:
+            return [self._swapped(leg.swap)]
+        if leg.roam:
+            return self._roamed(leg)
+        names = list(leg.stations)
+        if leg.order == "random":
+            random.Random(f"{self.seed}/{self.robot_id}/{self.key}").shuffle(names)
+        return [(name, self.sites.stations[name]) for name in names[: leg.take]]
+
+    def _own(self) -> tuple[str, Pose]:
+        places = self.sites.places
+        if self.robot_id > len(places):
+            raise ConfigError(
+                f"the world has {len(places)} places; Srobot{self.robot_id} has none of its own"
+            )
+        return f"place {self.robot_id}", places[self.robot_id - 1]
+
+    def _swapped(self, swap: str) -> tuple[str, Pose]:
+        count = len(self.homes_map)
+        if swap == "opposite":
+            partners = exchange.opposite(count)
+        else:
+            areas = area_count(self.sites.spawn_named(self.spawn))
+            partners = exchange.other_groups(count, areas, f"{self.seed}/{self.key}")
+        partner = partners[self.robot_id - 1]
+        home_map = self.homes_map[partner]
+        # turned round, as a robot arrives: its partner looked to where it had to go
+        pose_map = Pose(home_map.x, home_map.y, wrap_angle(home_map.yaw + math.pi))
+        return f"home of Srobot{partner + 1}", pose_map
+
+    def _roamed(self, leg: Leg) -> list[tuple[str, Pose]]:
+        places = self.sites.places
+        if len(places) < len(self.homes_map):
+            raise ConfigError(
+                f"the world has {len(places)} places for {len(self.homes_map)} roaming robots"
+            )
+        rounds = exchange.roaming(
+            self.homes_map, places, leg.roam, leg.distance, f"{self.seed}/{self.key}"
+        )
+        chosen = [row[self.robot_id - 1] for row in rounds]
+        return [(f"place {index + 1}", places[index]) for index in chosen]

@@ -1,0 +1,205 @@
+"""Missions: the route of a robot, as written in `params/missions/*.yaml`, without any ROS."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from swarm_commander.mission.leg import KINDS, Draw, Leg, Stop
+from swarm_common.files.resources import share_directory
+from swarm_common.files.yaml_io import check_keys, number, numbers, read_yaml
+from swarm_common.model.errors import ConfigError, UnknownNameError
+from swarm_common.model.records import CONTROL_PERIOD, Pose
+from swarm_common.model.sites import Sites
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Mission:
+    """A route and how often a goal is tried again.
+
+    Attributes:
+        name: Of the file.
+        route: In order.
+        retries: Times that a goal is tried again.
+        spawn: Name of the world's spawn that the robots start from; empty for the default one.
+        start_spread: [s] within which the robots set off, each after a random delay.
+    """
+
+    name: str
+    route: tuple[Leg, ...]
+    retries: int = 3
+    spawn: str = ""
+    start_spread: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not self.route:
+            raise ConfigError("the route is empty; expected at least one leg")
+        if self.retries < 0:
+            raise ConfigError(f"retries is {self.retries}; it must not be negative")
+        if self.start_spread < 0.0:
+            raise ConfigError(f"start_spread is {self.start_spread} s; it must not be negative")
+
+    @property
+    def is_single_goal(self) -> bool:
+        """Whether there is only one pose to go to."""
+        return len(self.route) == 1 and self.route[0].pose_map is not None
+
+    @property
+    def needs_all_homes(self) -> bool:
+        """Whether one robot's goals depend on where the others started."""
+        return any(leg.needs_all_homes for leg in self.route)
+
+    def check_stations(self, sites: Sites, where: str) -> None:
+        """Check that the world has every station, place and spawn of the route.
+
+        Raises:
+            UnknownNameError: For the first that it lacks.
+            ConfigError: If it has no places for robots that are to roam.
+        """
+        sites.spawn_named(self.spawn)
+        for leg in self.route:
+            if (leg.roam or leg.own_place) and not sites.places:
+                kind = "roam" if leg.roam else "own_place"
+                raise ConfigError(f"a '{kind}' leg needs 'places', which {where} does not have")
+            for name in leg.stations:
+                if name not in sites.stations:
+                    raise UnknownNameError("station", name, sites.stations, where)
+
+    def stops(
+        self,
+        sites: Sites,
+        home_map: Pose,
+        *,
+        seed: int,
+        robot_id: int,
+        laps: int = 1,
+        limit: int | None = None,
+        homes_map: Sequence[Pose] = (),
+    ) -> list[Stop]:
+        """Return the goals of one robot in order; equal arguments give equal goals.
+
+        Args:
+            sites: Of the world; must have the route's stations.
+            home_map: Where the robot goes for a `home` leg.
+            seed: Of the run.
+            robot_id: 3 for Srobot3; robots draw different orders from one seed.
+            laps: Times that the route is driven, each with an order of its own.
+            limit: Cut after this many goals; None for all.
+            homes_map: Where all robots start, for legs that need to know.
+
+        Raises:
+            ConfigError: If such a leg does not get them, or there are too few places.
+        """
+        if self.needs_all_homes and not homes_map:
+            raise ConfigError(
+                f"mission {self.name} sends robots to where others started;"
+                " that is known to swarm-up --mission only"
+            )
+        stops = []
+        for lap in range(laps):
+            for index, leg in enumerate(self.route):
+                key = f"{lap}/{index}"
+                draw = Draw(sites, home_map, tuple(homes_map), robot_id, self.spawn, seed, key)
+                stops += draw.stops(leg)
+        if stops and self.start_spread:
+            spread = random.Random(f"{seed}/{robot_id}/start").uniform(0.0, self.start_spread)
+            first = stops[0]
+            delay = round(spread / CONTROL_PERIOD)
+            stops[0] = Stop(first.name, first.pose_map, first.pause_ticks, delay)
+        return stops[:limit]
+
+
+def single_goal(pose_map: Pose) -> Mission:
+    """Return the mission of one goal."""
+    return Mission(name="goal", route=(Leg(pose_map=pose_map),))
+
+
+def mission_path(name_or_path: str) -> Path:
+    """Return the file of a mission of `params/missions`, or the user's own.
+
+    Raises:
+        UnknownNameError: If it is neither.
+    """
+    path = Path(name_or_path)
+    if path.suffix in (".yaml", ".yml") or len(path.parts) > 1:
+        return path
+    folder = share_directory() / "params" / "missions"
+    names = {path.stem for path in folder.glob("*.yaml")}
+    if name_or_path not in names:
+        raise UnknownNameError("mission", name_or_path, names)
+    return folder / f"{name_or_path}.yaml"
+
+
+def load_mission(name_or_path: str) -> Mission:
+    """Return a mission of `params/missions` by name, or one from the user's own file.
+
+    Raises:
+        ConfigError: If there is no such mission or something in it is wrong.
+    """
+    path = mission_path(name_or_path)
+    content = read_yaml(path)
+    check_keys(content, ("description", "retries", "spawn", "start_spread", "route"), str(path))
+    route = content.get("route")
+    if not isinstance(route, list):
+        raise ConfigError(f"{path}: route is {route!r}; expected a list of legs")
+    legs = tuple(_parse_leg(leg, f"{path}: route, leg {i}") for i, leg in enumerate(route, 1))
+    try:
+        return Mission(
+            name=path.stem,
+            route=legs,
+            retries=_integer(content.get("retries", 3), "retries"),
+            spawn=_text(content.get("spawn", ""), "spawn"),
+            start_spread=number(content.get("start_spread", 0.0), "start_spread"),
+        )
+    except UnknownNameError:
+        raise
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error}") from None
+
+
+def _parse_leg(content: Any, where: str) -> Leg:
+    if not isinstance(content, dict):
+        raise ConfigError(f"{where} is {content!r}; expected {KINDS}")
+    known = (
+        "stations", "take", "order", "pose", "home", "own_place", "swap", "roam", "distance",
+        "pause",
+    )  # fmt: skip
+    check_keys(content, known, where)
+    names = content.get("stations", [])
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise ConfigError(f"{where}: stations must be a list of names, like [loader_1, shipping]")
+    home, own_place = (content.get(key, False) for key in ("home", "own_place"))
+    for key, value in (("home", home), ("own_place", own_place)):
+        if not isinstance(value, bool):
+            raise ConfigError(f"{where}: {key} is {value!r}; expected true")
+    pose = content.get("pose")
+    try:
+        return Leg(
+            stations=tuple(names),
+            take=_integer(content["take"], "take") if "take" in content else None,
+            order=str(content.get("order", "as_written")),
+            pose_map=None if pose is None else Pose(*numbers(pose, 3, "pose [x, y, yaw]")),
+            home=home,
+            own_place=own_place,
+            swap=_text(content.get("swap", ""), "swap"),
+            roam=_integer(content.get("roam", 0), "roam"),
+            distance=number(content.get("distance", 0.0), "distance"),
+            pause=number(content.get("pause", 0.0), "pause"),
+        )
+    except ConfigError as error:
+        raise ConfigError(f"{where}: {error}") from None
+
+
+def _integer(value: object, what: str) -> int:
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise ConfigError(f"{what} is {value!r}; expected an integer")
+    return value
+
+
+def _text(value: object, what: str) -> str:
+    if not isinstance(value, str):
+        raise ConfigError(f"{what} is {value!r}; expected a text")
+    return value

@@ -1,0 +1,312 @@
+"""Mission process of `swarm-up`: drives all robots through their missions, or only watches them.
+
+python -m swarm_commander.mission.runner CONFIG.json --event-fd N --control-fd M
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import signal
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import rclpy
+from swarm_interfaces.msg import RobotStatus
+
+from swarm_commander.mission.diary import FILE, Diary
+from swarm_commander.mission.driver import RobotDriver, has_goal, sim_seconds
+from swarm_commander.mission.itinerary import Itinerary, Order, Outcome
+from swarm_commander.mission.mission import load_mission
+from swarm_commander.mission.status_door import StatusDoor
+from swarm_common.files.journal import Journal
+from swarm_common.files.sites_io import load_sites
+from swarm_common.middleware.participants import Hubs, prepare
+from swarm_common.middleware.rejections import Rejections
+from swarm_common.middleware.ros_executor import SafeExecutor
+from swarm_common.model.records import CONTROL_PERIOD, Pose
+from swarm_common.model.sites import Sites
+from swarm_common.process.pipes import EventWriter, LineReader
+
+BEAT_PERIOD = 2.0  # [s] of wall time between two signs of life
+TURN_PERIOD = 0.25  # [s] of wall time between two looks at everything else
+LOST_TICKS = 100  # ticks without a status, while others go on, after which a robot is lost,
+LOST_TIME = 5.0  # [s] if the wall clock, too, has moved on by this much
+# [s] of wall time after which a silent robot's goals count as failed until it is heard again;
+# longer than swarm-up takes to notice a navigator that hangs and to start another.
+GIVE_UP_TIME = 60.0
+STATUS_FIGURES = (  # of a status that swarm-up sums up
+    "hold_time",
+    "wait_time",
+    "goals_reached",
+    "goals_failed",
+    "pushes",
+    "retreats",
+    "deadlocks_resolved",
+    "replans",
+    "number_of_recoveries",
+)
+LATE_STATUS = 2.0  # [s] of wall time to wait for the status of an end
+
+
+class Runner:
+    """All robots of a run."""
+
+    def __init__(self, hubs: Hubs, config: dict[str, Any], events: EventWriter) -> None:
+        """Attach to the robots of `config`, see `RunPlan.runner_config`."""
+        self._hubs = hubs
+        self._events = events
+        self._stands_still_at_end = bool(config["stand_still_at_end"])
+        self._rejections = Rejections(events, hubs.nodes[0].get_logger().warning)
+        self._door = StatusDoor(self._rejections)
+        self._drivers = {
+            robot["name"]: RobotDriver(
+                hubs.node_of(index), robot["name"], itinerary, self, door=self._door
+            )
+            for index, (robot, itinerary) in enumerate(
+                zip(config["robots"], itineraries(config), strict=True)
+            )
+        }
+        folder = config.get("trace_dir")
+        self._diary = Diary(Journal(Path(folder) / FILE)) if folder else None
+        self._dead: set[str] = set()  # that nobody starts again
+        self._silent: set[str] = set()  # whose goal in hand may have been forgotten
+        self._removed: set[str] = set()  # taken out by the operator: their goals do not count
+        self._excused: set[str] = set()  # their host is silent: swarm-up decides about them
+        self._fresh: set[str] = set()
+        self._sent: dict[str, int] = {}  # number of the latest goal, by robot
+        self._is_started = False
+        # Of a mission process that goes on where another one died
+        self._resumed_at = round(float(config.get("resumed_at", 0.0)) / CONTROL_PERIOD)
+        self._is_done = False
+        self._beat_at = 0.0
+        self._heard_at: dict[str, float] = {}
+        self._ended_at: dict[str, float] = {}
+        if config["mission"] is not None:
+            goals = sum(d.itinerary.total for d in self._drivers.values() if d.itinerary)
+            events.write("mission", goals=goals)
+
+    def turn(self) -> None:
+        """Do what is not an answer to a message: start, notice the lost, pass on the status."""
+        if time.monotonic() - self._beat_at > BEAT_PERIOD:
+            self._beat_at = time.monotonic()
+            self._events.write("alive")
+        if not self._is_started:
+            self._start_when_ready()
+        self._notice_lost()
+        self._flush()
+        self._rejections.tell(time.monotonic())
+
+    def take_command(self, command: dict[str, Any]) -> None:
+        """Obey a line from swarm-up."""
+        kind, name = command.get("cmd"), command.get("robot", "")
+        if kind == "watch":
+            self._dead.discard(name)
+            self._removed.discard(name)
+            if name not in self._drivers:
+                node = self._hubs.node_of(len(self._drivers))
+                self._drivers[name] = RobotDriver(node, name, None, self, door=self._door)
+        elif kind == "silent":
+            self._excused.add(name)
+            self._silent.add(name)
+        elif kind == "heard":
+            self._excused.discard(name)
+            self._silent.add(name)
+            self._heard_at[name] = time.monotonic()
+            self._hear_again(name)
+        elif kind in ("dead", "removed") and name in self._drivers:
+            self._dead.add(name)
+            if kind == "removed":
+                self._removed.add(name)
+            self._drivers[name].lose()
+
+    def finish(self) -> None:
+        """Pass on the last status."""
+        self._flush()
+        self._rejections.flush()
+
+    # What the drivers say
+
+    def on_sent(self, driver: RobotDriver, order: Order) -> None:
+        """Count a goal when it is sent first."""
+        if order.number > self._sent.get(driver.name, 0):
+            self._sent[driver.name] = order.number
+            self._events.write("sent", robot=driver.name, name=order.stop.name)
+            if self._diary is not None:
+                at = sim_seconds(max(order.start_tick, driver.tick))
+                self._diary.goal(driver.name, order.stop.name, "sent", at)
+
+    def on_settled(self, driver: RobotDriver, outcome: Outcome) -> None:
+        """Pass a settled stop on."""
+        if driver.name in self._removed:
+            self._events.write("withdrawn", robot=driver.name, name=outcome.stop.name)
+            return
+        word, name = "reached" if outcome.reached else "failed", outcome.stop.name
+        at, duration = sim_seconds(outcome.tick), round(outcome.duration, 3)
+        self._events.write(
+            "goal",
+            robot=driver.name,
+            outcome=word,
+            name=name,
+            sim_time=at,
+            duration=duration,
+            reason=outcome.reason,
+        )
+        if self._diary is not None:
+            self._diary.goal(driver.name, name, word, at, duration)
+
+    def on_over(self, driver: RobotDriver) -> bool:
+        """Say so when all are done; keep the last from answering so that time stands still."""
+        if self._is_done or not all(d.is_over for d in self._drivers.values()):
+            return True
+        self._is_done = True
+        self._flush()
+        self._events.write("done")
+        return not self._stands_still_at_end
+
+    def on_status(self, driver: RobotDriver, status: RobotStatus) -> None:
+        """Remember to pass it on."""
+        if self._diary is not None:
+            self._diary.note(driver.name, status)
+        self._fresh.add(driver.name)
+        self._heard_at[driver.name] = time.monotonic()
+        if driver.name not in self._excused:
+            self._hear_again(driver.name)
+
+    # Own work
+
+    def _start_when_ready(self) -> None:
+        alive = [d for name, d in self._drivers.items() if name not in self._dead]
+        has_mission = any(driver.itinerary is not None for driver in alive)
+        if has_mission and all(driver.robot.isReady() for driver in alive):
+            self._is_started = True
+            for driver in alive:
+                driver.start(max(self._resumed_at, driver.tick) if self._resumed_at else 0)
+
+    def _hear_again(self, name: str) -> None:
+        """Ask a robot that was silent for its goal, and let it have back what it lost by that."""
+        if name not in self._silent or name not in self._drivers:
+            return
+        self._silent.discard(name)
+        driver = self._drivers[name]
+        driver.robot.ask()
+        if self._is_done or name in self._removed:
+            return
+        self._dead.discard(name)
+        count = driver.find()
+        if count and driver.order is not None:
+            goal = driver.order.stop.name
+            self._events.write("found", robot=name, goals=count, name=goal)
+
+    def _notice_lost(self) -> None:
+        now = time.monotonic()
+        latest = max((driver.tick for driver in self._drivers.values()), default=0)
+        for name, driver in self._drivers.items():
+            is_behind = driver.tick and latest - driver.tick > LOST_TICKS
+            silence = now - self._heard_at.get(name, now)
+            if is_behind and silence > LOST_TIME and name not in self._dead | self._excused:
+                self._silent.add(name)
+                if silence > GIVE_UP_TIME:
+                    self._dead.add(name)
+                    if not driver.is_over:
+                        message = f"{name} is silent; its goals count as failed"
+                        self._events.write("note", message=message)
+                        driver.lose()
+            self._hurry(driver)
+            driver.robot.look()
+
+    def _hurry(self, driver: RobotDriver) -> None:
+        if not driver.awaits_status:
+            self._ended_at.pop(driver.name, None)
+        elif time.monotonic() - self._ended_at.setdefault(driver.name, time.monotonic()) > (
+            LATE_STATUS
+        ):
+            driver.settle_late()
+
+    def _flush(self) -> None:
+        for name in sorted(self._fresh):
+            status = self._drivers[name].robot.status
+            if status is not None:
+                self._events.write("status", robot=name, **status_event(status))
+        self._fresh.clear()
+
+
+def status_event(status: RobotStatus) -> dict[str, Any]:
+    """Return what swarm-up wants to know of a status."""
+    return {
+        "state": status.state,
+        "detail": status.detail,
+        "has_goal": has_goal(status),
+        **{name: getattr(status, name) for name in STATUS_FIGURES},
+        "sim_time": status.stamp.sec + 1e-9 * status.stamp.nanosec,
+    }
+
+
+def itineraries(config: dict[str, Any]) -> list[Itinerary | None]:
+    """Return each robot's mission; None for all if there is none."""
+    if config["mission"] is None:
+        return [None for _ in config["robots"]]
+    names = {robot["mission"] for robot in config["robots"]}
+    missions = {name: load_mission(name) for name in sorted(names)}
+    sites = load_sites(config["sites"]) if config["sites"] else Sites()
+    homes = [Pose(*home) for home in config["homes"]]
+    settled = config.get("settled", {})  # goals, by robot, of a mission process that died
+    return [
+        Itinerary(
+            missions[robot["mission"]].stops(
+                sites,
+                homes[robot["number"] - 1],
+                seed=config["seed"],
+                robot_id=robot["number"],
+                laps=config["laps"],
+                limit=config["goals_per_robot"],
+                homes_map=homes,
+            ),
+            missions[robot["mission"]].retries,
+            int(settled.get(robot["name"], 0)),
+        )
+        for robot in config["robots"]
+    ]
+
+
+def main() -> None:
+    """Run until SIGTERM."""
+    config = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
+    flags = dict(zip(sys.argv[2::2], sys.argv[3::2], strict=True))
+    events = EventWriter(int(flags["--event-fd"]))
+    commands = LineReader(int(flags["--control-fd"]))
+    count = len(config["robots"])
+    profile = Path(sys.argv[1]).resolve().with_suffix(".xml")
+    is_large = prepare(count, config.get("processes", count), profile)
+    rclpy.init(signal_handler_options=rclpy.SignalHandlerOptions.NO)
+    node = rclpy.create_node("mission", enable_rosout=False, start_parameter_services=False)
+    stopping: list[int] = []
+    signal.signal(signal.SIGTERM, lambda number, _: stopping.append(number))
+    executor = SafeExecutor()
+    hubs = Hubs(node, count, is_large=is_large)
+    for each in hubs.nodes:
+        executor.add_node(each)
+    runner = Runner(hubs, config, events)
+    if is_large:
+        ports = hubs.ports([robot["name"] for robot in config["robots"]])
+        peers = {name: [port] for name, port in ports.items()}
+        events.write("meeting", party="mission", ports=peers)
+    due = 0.0
+    with contextlib.suppress(BrokenPipeError):
+        while not stopping:
+            executor.spin_once(timeout_sec=TURN_PERIOD)
+            if time.monotonic() >= due:
+                due = time.monotonic() + TURN_PERIOD
+                for command in commands.read():
+                    runner.take_command(command)
+                runner.turn()
+        runner.finish()
+    # Everything of this process ends with it; taking the graph down entity by entity takes longer.
+    os._exit(0)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,52 @@
+"""The door of the operator's side: which statuses are their robots', and of now."""
+
+from __future__ import annotations
+
+import statistics
+import time
+
+from swarm_interfaces.msg import RobotStatus
+
+from swarm_common.middleware.layout import check_stamp
+from swarm_common.middleware.rejections import RejectedError, Rejections
+from swarm_common.model.records import tick_from_stamp
+
+SLACK = 600  # ticks, a minute, that a robot may be ahead of what was heard last,
+FASTEST = 2000.0  # and ticks per second of wall time since: 200 times real time
+
+
+class StatusDoor:
+    """Follows the ticks of all robots: no status is of a time that the swarm cannot have reached.
+
+    Time is that of the swarm, which only its statuses tell. Each robot's latest bounds what the
+    time can be now; the median of the bounds counts, so that no single forger moves it.
+    """
+
+    def __init__(self, rejections: Rejections) -> None:
+        """Know no robot; `rejections` counts what is turned away."""
+        self._rejections = rejections
+        self._heard: dict[str, tuple[int, float]] = {}  # tick and wall time of the latest
+
+    def admits(self, name: str, status: RobotStatus, now: float | None = None) -> bool:
+        """Whether a status on the topic of a robot is to be believed; `now` is wall time."""
+        now = time.monotonic() if now is None else now
+        try:
+            self._heard[name] = self._tick(name, status, now), now
+        except RejectedError as error:
+            self._rejections.reject("status", name, error)
+            return False
+        return True
+
+    def _tick(self, name: str, status: RobotStatus, now: float) -> int:
+        if status.robot != name:
+            raise RejectedError(f"a status of '{status.robot[:50]}' on the topic of {name}")
+        check_stamp(status.stamp.sec, status.stamp.nanosec)
+        tick = tick_from_stamp(status.stamp.sec, status.stamp.nanosec)
+        bounds = [
+            heard + SLACK + FASTEST * (now - heard_at) for heard, heard_at in self._heard.values()
+        ]
+        if bounds and tick > statistics.median_low(bounds):
+            raise RejectedError(
+                f"its stamp is of tick {tick}; it is {statistics.median_low(bounds):.0f} at most"
+            )
+        return tick

@@ -1,0 +1,129 @@
+"""One action goal on its way, from the request to the result."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from enum import Enum
+from functools import partial
+from typing import Any
+
+from action_msgs.msg import GoalStatus
+from rclpy.task import Future
+
+from swarm_commander.mission.delivery import Action, Delivery, Event, Phase
+from swarm_commander.mission.goal_client import GoalClient, new_goal_id
+
+REFUSED = "the robot refused the goal"
+FORGOTTEN = "the robot does not know the goal any more; was its navigator started anew?"
+
+
+class TaskResult(Enum):
+    """How a task ended, with BasicNavigator's names."""
+
+    UNKNOWN = 0
+    SUCCEEDED = 1
+    CANCELED = 2
+    FAILED = 3
+
+
+_RESULTS = {
+    GoalStatus.STATUS_SUCCEEDED: TaskResult.SUCCEEDED,
+    GoalStatus.STATUS_CANCELED: TaskResult.CANCELED,
+    GoalStatus.STATUS_ABORTED: TaskResult.FAILED,
+}
+
+
+class Task:
+    """One action goal on its way: requested, accepted or refused, ended.
+
+    Attributes:
+        feedback: Latest feedback message; None before the first.
+        result: Result message; None until the end and for a goal that was refused or forgotten.
+        is_forgotten: Whether the robot took the goal and does not know it any more.
+        outcome: How it ended; UNKNOWN until then.
+        reason: Why there is no result at the end.
+    """
+
+    def __init__(
+        self, client: GoalClient, goal: Any, on_end: Callable[[Task], None] | None = None
+    ) -> None:
+        """Send a goal."""
+        self.feedback: Any = None
+        self.result: Any = None
+        self.outcome = TaskResult.UNKNOWN
+        self.reason = ""
+        self.is_forgotten = False
+        self._client = client
+        self._goal = goal
+        self._goal_id = new_goal_id()
+        self._on_end = on_end
+        self._is_cancelled = False
+        self._delivery = Delivery(time.monotonic())
+        client.listen(self._goal_id, self._take_feedback)
+        self._do(Action.SEND)
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether it has ended."""
+        return self._delivery.phase is Phase.ENDED
+
+    def cancel(self) -> None:
+        """Ask for the end; harmless when it has come."""
+        self._is_cancelled = True
+        if not self.is_complete:
+            self._client.request_cancel(self._goal_id)
+
+    def look(self, is_busy: bool) -> None:
+        """Ask again for what is overdue; `is_busy` says whether the robot has a goal."""
+        self._do(self._delivery.look(time.monotonic(), is_busy))
+
+    def ask(self) -> None:
+        """Ask at once how it stands: the robot was silent, or is another one now."""
+        if not self.is_complete:
+            self._do(self._delivery.hear(Event.OVERDUE, time.monotonic()))
+
+    def _do(self, action: Action) -> None:
+        if action is Action.SEND:
+            sent = self._client.send_goal(self._goal_id, self._goal)
+            sent.add_done_callback(self._take_answer)
+        elif action is Action.ASK:
+            asked = self._client.request_result(self._goal_id)
+            asked.add_done_callback(partial(self._take_result, self._delivery.question))
+
+    def _take_feedback(self, feedback: Any) -> None:
+        self.feedback = feedback
+
+    def _take_answer(self, future: Future) -> None:
+        is_accepted = future.result().accepted
+        self._hear(Event.ACCEPTANCE if is_accepted else Event.REFUSAL)
+        if is_accepted and self._is_cancelled:
+            self.cancel()
+
+    def _take_result(self, question: int, future: Future) -> None:
+        response = future.result()
+        if response.status == GoalStatus.STATUS_UNKNOWN:
+            self._hear(Event.UNKNOWN, question)
+            return
+        if not self.is_complete:
+            self.result = response.result
+            self.outcome = _RESULTS.get(response.status, TaskResult.FAILED)
+        self._hear(Event.RESULT)
+
+    def _hear(self, event: Event, question: int = 0) -> None:
+        known = self._delivery.phase
+        if known is Phase.ENDED:
+            return
+        self._do(self._delivery.hear(event, time.monotonic(), question))
+        if self.is_complete:
+            self._end(known)
+
+    def _end(self, known: Phase) -> None:
+        """Say so; `known` is what was known of the goal just before."""
+        self._client.forget(self._goal_id)
+        if self.result is None:
+            self.outcome = TaskResult.FAILED
+            self.is_forgotten = known is Phase.ACCEPTED
+            self.reason = FORGOTTEN if self.is_forgotten else REFUSED
+        if self._on_end is not None:
+            self._on_end(self)

@@ -1,0 +1,43 @@
+"""A run of `swarm-up`, from its checked options to report and exit code.
+
+What a module imports of its folder stands above it:
+
+    breach        What must not happen, with place and time, as records and in words: contacts
+                  and missed goals
+    domain        One swarm per ROS domain: two would answer to the same names. Who has it can
+                  be spoken to
+    fairness      How evenly a swarm was served
+    flat          Parameters under dotted names, as ROS 2 counts them, and nested, as files have
+                  them
+    heartbeat     Which processes have said nothing for too long. No I/O
+    options       Options of `swarm-up`, checked once
+    restarts      When a process that died is started anew. No clock, no I/O
+    rundir        The folder of a run: parameters, logs, report, and what another terminal must
+                  source
+    signals       Signals that ask for the end, counted
+    supervisor    Table of the processes of a run: who runs, who has ended, and the order of
+                  stopping them
+    terminal      Output that may end before the run does: a pipe into `head`, a terminal that
+                  is closed
+    usage         CPU time and memory of the processes of a run
+    keeper        Which navigators run, which are to be started anew, and whether the nursery
+                  obeys
+    launch        Starting of a child process with its log and its two pipes, such that it never
+                  outlives us
+    tally         What is known of a run while it goes: events of the processes added up
+    world_params  The section `/world:` of a --params file: radio, engine, robots that are
+                  broken
+    params        Parameter files of the navigators: defaults, the robot's data, the user's
+                  overrides
+    report        `report.json`: the result of a run in the form that tools outside rely on
+    roster        The robots in a few lines: a letter each, one line per group, however large
+                  the swarm
+    plan          Everything that is checked and loaded before a run starts a single process
+    progress      What the user sees while a run goes, and the table at its end
+    process_run   Processes of a run: started, listened to, and ended together
+    recording     What swarm-up tells the recorder process, and where the bag goes
+    bringup       A run from the first process to the report: what `swarm-up` does after its
+                  input is checked
+
+May import of swarm_commander: `mission`, `viewers`; and swarm_common.
+"""

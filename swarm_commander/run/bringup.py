@@ -1,0 +1,418 @@
+"""A run from the first process to the report: what `swarm-up` does after its input is checked."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import psutil
+
+from swarm_commander.run.breach import Crash, Miss
+from swarm_commander.run.domain import Request
+from swarm_commander.run.params import write_parameter_file
+from swarm_commander.run.plan import RunPlan
+from swarm_commander.run.process_run import ProcessRun
+from swarm_commander.run.progress import Progress
+from swarm_commander.run.recording import recorder_config
+from swarm_commander.run.rundir import RunFolder
+from swarm_commander.run.supervisor import Exit, describe_exit
+from swarm_commander.run.tally import Tally
+from swarm_commander.run.usage import process_tree
+from swarm_commander.viewers.foxglove import write_foxglove
+from swarm_commander.viewers.rviz import find_rviz, rviz_command, write_rviz
+from swarm_common.files.map_io import MAP_FILE
+from swarm_common.middleware import ros_env
+from swarm_common.model.records import Pose
+
+WORLD, HOST, RUNNER, RECORDER = "world", "navigators", "mission", "recorder"
+RVIZ, VIEWER = "rviz", "viewer"
+MODULES = {
+    WORLD: "swarm_sim.ros.node",
+    HOST: "swarm_nav.launch.host",
+    RUNNER: "swarm_commander.mission.runner",
+    RECORDER: "swarm_recording.recorder",
+    RVIZ: "swarm_commander.viewers.window",
+    VIEWER: "swarm_view.process",
+}
+MEETING = (WORLD, RUNNER)  # who the navigators of a large swarm are told of, see `participants`
+STOP_ORDER = (WORLD, RUNNER, RECORDER, HOST)  # the world first, so that nobody is late for it
+ONLOOKERS = (RECORDER, RVIZ, VIEWER)  # the run goes on without them
+WORLD_SILENCE = 20.0  # [s] of wall time without a word after which the world hangs,
+WORLD_START_SILENCE = 60.0  # [s] before its first step, when it may have to compile
+SUSPICION = 60.0  # [s] of wall time for robots to be heard again that were late with most others
+RUNNER_SILENCE = 30.0  # [s] the same of the mission process, which speaks every 2 s
+START_LIMIT = 600.0  # [s] for all to be active; the first start compiles the kernels
+MISSION_LIMIT = 60.0  # [s] from then to the mission's first goal,
+MISSION_LIMIT_PER_ROBOT = 1.0  # [s] and this much more for each robot to connect to
+
+
+class Run(ProcessRun):
+    """A run on one host: world, navigators, mission."""
+
+    nursery = HOST
+    stop_order: Sequence[str] = STOP_ORDER
+    onlookers: Sequence[str] = ONLOOKERS
+
+    def __init__(
+        self,
+        plan: RunPlan,
+        folder: RunFolder,
+        progress: Progress,
+        tally: Tally,
+        modules: Mapping[str, str] = MODULES,
+    ) -> None:
+        super().__init__(folder, progress, tally, modules, restarts=plan.options.restart)
+        self._plan = plan
+        self._awaits_activity = plan.options.autostart
+        self._runner: dict[str, Any] = {}  # what the mission process is started with
+        self._is_released = False  # whether the nursery was told to start the navigators
+        self._has_ticked = False
+        self._suspects: dict[str, float] = {}  # that may hang: until when they may be silent
+        self._requests: dict[str, list[Request]] = {}  # answered when a robot is active again
+        self._navigated = set(plan.alive)  # robots that have a navigator, or had one that died
+        self._unmet = set(MEETING) if ros_env.is_large(plan.options.swarm_size) else set()
+        self.map_sha256 = ""  # of the map that the world will send
+        self._robots: list[dict[str, Any]] = []  # what the nursery is to start
+
+    def _check(self) -> None:
+        self._check_start()
+        self._check_mission()
+        self._check_world()
+        self._check_runner()
+        self._check_suspects()
+
+    def _begin(self) -> None:
+        trace = {"trace_dir": str(self._folder.trace)}
+        self._start(WORLD, self._plan.world_config(self._folder.verdict) | trace)
+        self._start(HOST, {}, "--wait")  # imports and compiles meanwhile
+
+    # Processes
+
+    def _start_robots(self, poses: list[list[float]]) -> None:
+        homes = [Pose(*pose) for pose in poses]
+        self._prepare_navigators(homes)
+        if self._plan.options.record:
+            self._start(RECORDER, recorder_config(self._plan, self._folder.recording))
+        self._open_windows()
+        if self._plan.options.viewer:
+            self._start(VIEWER, self._plan.viewer_config())
+        if not self._unmet:
+            self._release_navigators()
+        trace = {"trace_dir": str(self._folder.trace)}
+        self._runner = self._plan.runner_config(homes) | trace
+        self._start(RUNNER, self._runner)
+
+    def _prepare_navigators(self, homes: Sequence[Pose]) -> None:
+        """Write their parameters and what the nursery is to read."""
+        for number, (name, home) in enumerate(
+            zip(self._plan.options.robot_names, homes, strict=True), 1
+        ):
+            if name not in self._plan.alive:
+                continue
+            path = self._folder.params / f"{name}.yaml"
+            tree = self._plan.parameter_file(number, home, self.map_sha256)
+            write_parameter_file(path, tree)
+            self._robots.append({"name": name, "params": str(path), "peers": []})
+            self._keeper.params[name] = str(path)
+
+    def _release_navigators(self) -> None:
+        self._is_released = True
+        self._configure(HOST, self._host_config(self._robots))
+        self._tell(HOST, {"cmd": "go"})
+
+    def _host_config(self, robots: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+        return {
+            "robots": robots,
+            "pack": self._plan.options.pack,
+            "map": str(self._plan.map or self._folder.trace / MAP_FILE),
+            "log_dir": str(self._folder.logs),
+        }
+
+    def _open_windows(self) -> None:
+        wanted = self._plan.options.rviz
+        program = find_rviz(self._progress.note) if wanted else None
+        for name in wanted if program else ():
+            command = rviz_command(str(program), self._folder.rviz / f"{name}.rviz", name)
+            self._start(f"{RVIZ}_{name}", {"command": command})
+
+    # What they say
+
+    def _on_spawn_event(self, event: dict[str, Any]) -> None:
+        if not self._is_stopping:
+            self._progress.phase("starting navigators")
+            self.map_sha256 = str(event.get("map_sha256", ""))
+            self._start_robots(event["poses"])
+
+    def _on_meeting_event(self, event: dict[str, Any]) -> None:
+        """Start the navigators when they can be told where to meet world and mission."""
+        for robot in self._robots:
+            robot["peers"] += event["ports"].get(robot["name"], [])
+        self._unmet.discard(event["party"])
+        if not self._unmet and not self._is_stopping and not self._is_released:
+            self._release_navigators()
+
+    def _on_spawned_event(self, event: dict[str, Any]) -> None:
+        """Start the navigator of a robot that came while the run goes on."""
+        if self._is_stopping:
+            return
+        name, home = event["robot"], Pose(*event["pose"])
+        self._navigated.add(name)
+        path = self._folder.params / f"{name}.yaml"
+        tree = self._plan.parameter_file_of_newcomer(
+            name, int(event["number"]), event["model"], home, self.map_sha256
+        )
+        write_parameter_file(path, tree)
+        present = sorted(self._navigated, key=lambda robot: (len(robot), robot))
+        write_rviz(self._folder.rviz, present, {name})
+        write_foxglove(self._folder.foxglove, present, {name})
+        self._keeper.params[name] = str(path)
+        self._tell(HOST, {"cmd": "start", "robot": name, "params": str(path)})
+        self._tell(RUNNER, {"cmd": "watch", "robot": name})
+        self._progress.note(f"{name} ({event['model']}) came at {_seconds(event)}")
+
+    def _on_removed_event(self, event: dict[str, Any]) -> None:
+        """End the navigator of a robot that was taken out."""
+        name = event["robot"]
+        self._navigated.discard(name)
+        self._keeper.remove(name)
+        if self._is_stopping:
+            return
+        self._tell(HOST, {"cmd": "end", "robot": name})
+        self._tell(RUNNER, {"cmd": "removed", "robot": name})
+        self._progress.note(f"{name} was taken out at {_seconds(event)}")
+
+    def _on_active_event(self, event: dict[str, Any]) -> None:
+        name = event["robot"]
+        if self._keeper.on_active(name):
+            self._tell(RUNNER, {"cmd": "heard", "robot": name})
+            self._progress.note(f"{name} is active again")
+        for request in self._requests.pop(name, []):
+            request.answer(f"the navigator of {name} is active again", is_done=True)
+        self._note_start()
+
+    def _note_start(self) -> None:
+        """Notice that all navigators are active that are not given up."""
+        awaited = set(self._plan.alive) - self._keeper.given_up
+        if self.active_after_wall is None and self.tally.active >= len(awaited):
+            self.active_after_wall = time.time() - self._started
+            self._sample(now=True)
+            self.usage.mark()
+            self._progress.phase("running")
+            if self._plan.mission is None:
+                self._progress.note(
+                    "all robots are active; drive one from another terminal, for example with\n"
+                    f"  source {self._folder.path / 'env.sh'}; swarm-commander Srobot1"
+                )
+
+    def _on_died_event(self, event: dict[str, Any]) -> None:
+        if self._is_stopping:
+            return
+        name = event["robot"]
+        self._tell(WORLD, {"cmd": "dead", "robot": name})
+        message = f"{name} died: {describe_exit(int(event['returncode']))}"
+        if self._take_death(name, message):
+            self._tell(RUNNER, {"cmd": "silent", "robot": name})
+        else:
+            self._lose_for_good(name)
+
+    def _lose_for_good(self, name: str) -> None:
+        self._tell(RUNNER, {"cmd": "dead", "robot": name})
+        for request in self._requests.pop(name, []):
+            request.answer(f"the navigator of {name} died", is_done=False)
+        if self._navigated <= self._keeper.given_up:
+            self._stop("no robot is left")
+        else:
+            self._note_start()
+
+    def _on_late_event(self, event: dict[str, Any]) -> None:
+        """A navigator hangs: the world waits for it no longer."""
+        name, silence = event["robot"], f"has not answered for {float(event['seconds']):.0f} s"
+        if self._is_stopping or name in self._keeper.down | self._keeper.given_up:
+            return
+        if self._restarts.is_allowed and event["is_alone"]:
+            self._kill_hanging(name, silence)
+            return
+        self._progress.note(f"{name} {silence}; nobody waits for it any longer", "yellow")
+        if self._restarts.is_allowed:  # most are late: is it the machine?
+            self._suspects[name] = time.monotonic() + SUSPICION
+
+    def _on_status_event(self, event: dict[str, Any]) -> None:
+        self._suspects.pop(event["robot"], None)
+
+    def _check_suspects(self) -> None:
+        now = time.monotonic()
+        for name in [name for name, due in self._suspects.items() if now > due]:
+            del self._suspects[name]
+            if not self._is_stopping and name not in self._keeper.down | self._keeper.given_up:
+                self._kill_hanging(name, "does not answer any more")
+
+    def _kill_hanging(self, name: str, silence: str) -> None:
+        self._note_incident(f"{name} {silence}: it hangs and is killed")
+        self._keeper.kill(name)
+
+    def _on_found_event(self, event: dict[str, Any]) -> None:
+        self._progress.note(f"{event['robot']} is heard again: its goals count again")
+
+    def _on_collision_event(self, event: dict[str, Any]) -> None:
+        self._progress.breach("collisions", str(Crash.of(event)))
+
+    def _on_goal_event(self, event: dict[str, Any]) -> None:
+        if event["outcome"] != "reached":
+            self._progress.breach("missed goals", str(Miss.of(event)))
+
+    def _on_recorded_event(self, event: dict[str, Any]) -> None:
+        self._progress.note(f"recorded {event['messages']} messages in {event['path']}")
+
+    def _on_viewer_event(self, event: dict[str, Any]) -> None:
+        self._progress.note(f"viewer: {event['url']}")
+
+    def _on_done_event(self, _: dict[str, Any]) -> None:
+        if self._plan.options.until_done:
+            self._stop("mission done, stopping")
+        else:
+            self._progress.phase("mission done")
+
+    def _on_over_event(self, _: dict[str, Any]) -> None:
+        self._stop("time is up, stopping")
+
+    def _is_fine(self, exit_: Exit) -> bool:
+        return exit_.returncode == 0 and exit_.name.split("_")[0] == RVIZ  # its window was closed
+
+    def _on_exit(self, exit_: Exit) -> None:
+        if exit_.name == HOST and not self._is_stopping:
+            for name in self._keeper.on_nursery_end():
+                self.tally.apply({"event": "died", "robot": name})
+                self._tell(WORLD, {"cmd": "dead", "robot": name})
+                self._tell(RUNNER, {"cmd": "silent", "robot": name})
+        super()._on_exit(exit_)
+
+    def _revives(self, exit_: Exit) -> bool:
+        if exit_.name not in (HOST, RUNNER) or self._refusal is not None:
+            return False
+        pause = self._restarts.on_death(exit_.name, time.monotonic())
+        if pause is None:
+            return False
+        self._note_incident(
+            f"the {exit_.name} process ended: {describe_exit(exit_.returncode)};"
+            f" it is started anew in {pause:g} s (see {self._folder.log(exit_.name)})"
+        )
+        return True
+
+    def _revive(self, name: str) -> None:
+        if name == HOST and self._is_released:
+            peers = {robot["name"]: robot["peers"] for robot in self._robots}
+            robots = [
+                {"name": robot, "params": params, "peers": peers.get(robot, [])}
+                for robot, params in self._keeper.params.items()
+                if robot not in self._keeper.given_up
+            ]
+            self._start(HOST, self._host_config(robots))
+        elif name == HOST:
+            self._start(HOST, {}, "--wait")
+        elif name == RUNNER:
+            self._revive_mission()
+
+    def _revive_mission(self) -> None:
+        """Start the mission process anew: it goes on with the goals that are not settled."""
+        self.tally.apply({"event": "mission_down"})
+        robots = self.tally.robots.items()
+        settled = {name: robot.reached + robot.failed for name, robot in robots}
+        now = {"settled": settled, "resumed_at": self.tally.sim_time}
+        self._start(RUNNER, self._runner | now)
+        known = {robot["name"] for robot in self._runner["robots"]}
+        for name in self.tally.robots:
+            if name not in known:
+                self._tell(RUNNER, {"cmd": "watch", "robot": name})
+        for name, robot in robots:
+            if robot.left:
+                self._tell(RUNNER, {"cmd": "removed", "robot": name})
+        for command, names in (("dead", self._keeper.given_up), ("silent", self._keeper.down)):
+            for name in names:
+                self._tell(RUNNER, {"cmd": command, "robot": name})
+
+    def _obey(self, request: Request) -> None:
+        """Start a robot's navigator anew; the answer follows when it is active."""
+        name = str(request.content.get("robot"))
+        if request.content.get("cmd") != "restart":
+            super()._obey(request)
+        elif self._is_stopping:
+            request.answer("the swarm is about to end", is_done=False)
+        elif name not in self._keeper.params:
+            known = ", ".join(self._keeper.params) or "none on this host"
+            request.answer(f"no navigator of '{name}' runs; there are {known}", is_done=False)
+        else:
+            self._requests.setdefault(name, []).append(request)
+            self._note_incident(f"{name} is started anew, as its user wants")
+            self._keeper.renew(name)
+
+    # Time
+
+    def _check_start(self) -> None:
+        waited = time.time() - self._started
+        awaited = self._plan.options.autostart and self.active_after_wall is None
+        if not awaited or self._is_stopping:
+            return
+        missing = [
+            name
+            for name in self._plan.alive
+            if not self.tally.robots[name].active and name not in self._keeper.given_up
+        ]
+        if waited > START_LIMIT:
+            self._fail(f"after {waited:.0f} s not active: {', '.join(missing)}")
+            self._stop("stopping")
+        else:
+            self._kill_stragglers(missing)
+
+    def _check_world(self) -> None:
+        """End a run whose world hangs: it speaks twice a second, also while it is paused."""
+        limit = WORLD_SILENCE if self.tally.sim_time > 0.0 else WORLD_START_SILENCE
+        if self._is_stopping or WORLD not in self._children:
+            return
+        silence = self._heartbeats.silence(WORLD) if self._has_ticked else 0.0
+        if silence > limit:
+            self._fail(
+                f"the {WORLD} process hangs: nothing was heard of it for {silence:.0f} s"
+                f" (see {self._folder.log(WORLD)})"
+            )
+            self._stop("stopping")
+            self._supervisor.kill_one(WORLD)
+
+    def _check_runner(self) -> None:
+        if not self._is_stopping and self._heartbeats.silence(RUNNER) > RUNNER_SILENCE:
+            self._heartbeats.forget(RUNNER)
+            self._note_incident(f"the {RUNNER} process hangs and is killed")
+            self._supervisor.kill_one(RUNNER)
+
+    def _on_progress_event(self, _: dict[str, Any]) -> None:
+        self._has_ticked = True
+
+    def _check_mission(self) -> None:
+        if self._plan.mission is None or self.active_after_wall is None or self._is_stopping:
+            return
+        waited = time.time() - self._started - self.active_after_wall
+        limit = MISSION_LIMIT + MISSION_LIMIT_PER_ROBOT * len(self.tally.robots)
+        if waited > limit and not self.tally.sent and not self.tally.is_done:
+            log = self._folder.log(RUNNER)
+            self._fail(
+                f"the {RUNNER} process has sent no goal {waited:.0f} s after all robots were"
+                f" active (see {log})"
+            )
+            self._stop("stopping")
+
+    def _measure(self) -> None:
+        self.usage.sample("world", process_tree(self._supervisor.pid(WORLD)))
+        self.usage.sample("navigators", process_tree(self._supervisor.pid(HOST)))
+        own = [psutil.Process(), *process_tree(self._supervisor.pid(RUNNER))]
+        self.usage.sample("operator", own)
+        for name in (RECORDER, VIEWER):
+            if name in self._children:
+                self.usage.sample(name, process_tree(self._supervisor.pid(name)))
+
+    def _measure_last(self) -> None:
+        for group, name in (("world", WORLD), ("navigators", HOST)):
+            self.usage.sample_private(group, process_tree(self._supervisor.pid(name)))
+
+
+def _seconds(event: Mapping[str, Any]) -> str:
+    return f"t = {float(event['sim_time']):.1f} s"

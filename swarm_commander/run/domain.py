@@ -1,0 +1,134 @@
+"""One swarm per ROS domain: two would answer to the same names. Who has it can be spoken to."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import socket
+import struct
+from collections.abc import Mapping
+from typing import Any
+
+from swarm_common.model.errors import ConfigError
+
+LONGEST = 4096  # [bytes] of a request or an answer
+SPEECH_LIMIT = 0.2  # [s] of wall time for a request to arrive
+HIGHEST_DOMAIN = 232  # the ports of a higher one would not fit below 65536
+
+
+def domain_id(environment: Mapping[str, str] = os.environ) -> int:
+    """Return the ROS domain that the environment asks for.
+
+    Raises:
+        ConfigError: If ROS_DOMAIN_ID is no domain.
+    """
+    text = environment.get("ROS_DOMAIN_ID", "") or "0"
+    if not text.isdecimal() or int(text) > HIGHEST_DOMAIN:
+        raise ConfigError(f"ROS_DOMAIN_ID is '{text}'; expected a number 0..{HIGHEST_DOMAIN}")
+    return int(text)
+
+
+class DomainLock:
+    """Claim on a ROS domain that ends with the process, however it ends.
+
+    It is a socket in Linux's abstract namespace: no file that could be left behind.
+    """
+
+    def __init__(self, domain: int) -> None:
+        """Claim the domain.
+
+        Raises:
+            ConfigError: If another swarm has it.
+        """
+        self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        try:
+            self._socket.bind(_address(domain))
+        except OSError:
+            self._socket.close()
+            raise ConfigError(
+                f"ROS domain {domain} is in use by another swarm on this machine;"
+                f" stop it, or choose another domain: ROS_DOMAIN_ID={(domain + 1) % 100} swarm-up …"
+            ) from None
+        self._socket.listen()
+        self._socket.setblocking(False)
+
+    def fileno(self) -> int:
+        """Return what becomes readable when somebody wants something."""
+        return self._socket.fileno()
+
+    def take(self) -> Request | None:
+        """Return what somebody wants; None if it is nobody, or nobody who may."""
+        try:
+            connection, _ = self._socket.accept()
+        except OSError:
+            return None
+        connection.settimeout(SPEECH_LIMIT)
+        with contextlib.suppress(OSError, ValueError):
+            if _user_of(connection) in (os.getuid(), 0):
+                content = json.loads(connection.recv(LONGEST))
+                if isinstance(content, dict):
+                    return Request(connection, content)
+        connection.close()
+        return None
+
+    def release(self) -> None:
+        """Give the domain back."""
+        self._socket.close()
+
+
+class Request:
+    """What another process of the same user wants of `swarm-up`.
+
+    Attributes:
+        content: `{"cmd": ...}`.
+    """
+
+    def __init__(self, connection: socket.socket, content: Mapping[str, Any]) -> None:
+        """Keep the connection for the answer."""
+        self.content = content
+        self._connection = connection
+
+    def answer(self, message: str, *, is_done: bool) -> None:
+        """Answer in words; who asked may be gone."""
+        with contextlib.suppress(OSError):
+            answer = {"is_done": is_done, "message": message}
+            self._connection.sendall(json.dumps(answer).encode())
+        self._connection.close()
+
+
+def ask(domain: int, content: Mapping[str, Any], limit: float) -> str:
+    """Ask the `swarm-up` of a domain for something; return its answer.
+
+    Args:
+        domain: ROS domain.
+        content: `{"cmd": ...}`.
+        limit: [s] of wall time to wait.
+
+    Raises:
+        ConfigError: If there is no swarm, it does not answer, or it refuses.
+    """
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as connection:
+        connection.settimeout(limit)
+        try:
+            connection.connect(_address(domain))
+            connection.sendall(json.dumps(content).encode())
+            answer = json.loads(connection.recv(LONGEST))
+        except (OSError, ValueError) as error:
+            raise ConfigError(
+                f"no swarm-up on this host answers in ROS domain {domain} ({error})"
+            ) from None
+    if not answer["is_done"]:
+        raise ConfigError(str(answer["message"]))
+    return str(answer["message"])
+
+
+def _user_of(connection: socket.socket) -> int:
+    """Return the user id of the process at the other end."""
+    layout = struct.Struct("3i")  # pid, uid, gid; see unix(7)
+    data = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, layout.size)
+    return int(layout.unpack(data)[1])
+
+
+def _address(domain: int) -> str:
+    return f"\0swarm-up-domain-{domain}"

@@ -1,0 +1,147 @@
+"""Which navigators run, which are to be started anew, and whether the nursery obeys."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from swarm_commander.run.restarts import Restarts
+
+ANSWER_LIMIT = 60.0  # [s] of wall time for the nursery to do what it is told
+HANGING = 30.0  # [s] of wall time that a navigator may be behind the others at the start
+START_LIMIT = 60.0  # [s] of wall time for one that was started anew to be active
+
+
+class Keeper:
+    """Tells the nursery to start navigators anew that died or hang.
+
+    A navigator that hangs is killed first: that it died is then reported like any other death.
+
+    Attributes:
+        params: Parameter file of each robot that is to have a navigator.
+        down: Robots whose navigator died and will be started anew.
+        given_up: Robots whose navigator stays down.
+    """
+
+    def __init__(
+        self,
+        restarts: Restarts,
+        tell: Callable[[Mapping[str, Any]], None],
+        clock: Callable[[], float],
+    ) -> None:
+        """Begin without robots.
+
+        Args:
+            restarts: Decides when.
+            tell: Tells the nursery.
+            clock: Wall time [s].
+        """
+        self.params: dict[str, str] = {}
+        self.down: set[str] = set()
+        self.given_up: set[str] = set()
+        self._restarts = restarts
+        self._tell = tell
+        self._clock = clock
+        self._asked: dict[str, float] = {}  # when, by robot
+        self._wanted: set[str] = set()  # whom the user wants anew, once they have ended
+        self._starting: dict[str, float] = {}  # when, by robot that was started anew
+        self._active = -1
+        self._active_since = 0.0
+
+    def on_death(self, name: str) -> float | None:
+        """Take a death; return the pause [s] before the restart, None if it stays down."""
+        self._asked.pop(name, None)
+        self._starting.pop(name, None)
+        if name in self._wanted:
+            self._wanted.discard(name)
+            self._restarts.on_request(name, self._clock())
+            self.down.add(name)
+            return 0.0
+        pause = self._restarts.on_death(name, self._clock())
+        (self.given_up if pause is None else self.down).add(name)
+        return pause
+
+    def on_fork(self, name: str) -> None:
+        """The nursery has started a navigator."""
+        self._asked.pop(name, None)
+        if name in self.down:
+            self._starting[name] = self._clock()
+
+    def on_active(self, name: str) -> bool:
+        """A navigator is active; return whether it is one that had died."""
+        was_down = name in self.down
+        self.down.discard(name)
+        self._starting.pop(name, None)
+        return was_down
+
+    def on_nursery_end(self) -> list[str]:
+        """The nursery ended, and all navigators with it; return the robots that it will start."""
+        self._asked.clear()
+        self._starting.clear()
+        self._wanted.clear()
+        names = [name for name in self.params if name not in self.given_up]
+        for name in names:
+            self._restarts.forget(name)
+        self.down.update(names)
+        return names
+
+    def kill(self, name: str) -> None:
+        """End a navigator that hangs."""
+        if name in self.params and name not in self.given_up:
+            self._asked[name] = self._clock()
+            self._tell({"cmd": "kill", "robot": name})
+
+    def renew(self, name: str) -> None:
+        """Start a navigator anew because the user wants it, in whatever state it is."""
+        if name in self.given_up:
+            self.given_up.discard(name)
+            self.down.add(name)
+            self._restarts.on_request(name, self._clock())
+        elif self._restarts.is_waiting(name):
+            self._restarts.on_request(name, self._clock())
+        else:
+            self._wanted.add(name)
+            self.kill(name)
+
+    def remove(self, name: str) -> None:
+        """A robot was taken out of the world."""
+        for names in (self.down, self.given_up):
+            names.discard(name)
+        self.params.pop(name, None)
+        for times in (self._asked, self._starting):
+            times.pop(name, None)
+        self._restarts.forget(name)
+
+    def turn(self, due: list[str]) -> None:
+        """Start what is due, as far as it is a robot."""
+        for name in due:
+            if name in self.down:
+                self._asked[name] = self._clock()
+                self._tell({"cmd": "start", "robot": name, "params": self.params[name]})
+
+    def is_nursery_deaf(self) -> bool:
+        """Whether it did not do in time what it was told."""
+        return any(self._clock() - asked > ANSWER_LIMIT for asked in self._asked.values())
+
+    def overdue(self) -> list[str]:
+        """Return robots whose new navigator has not become active in time, each once."""
+        now = self._clock()
+        names = [name for name, start in self._starting.items() if now - start > START_LIMIT]
+        for name in names:
+            del self._starting[name]
+        return names
+
+    def stragglers(self, active: int, missing: list[str]) -> list[str]:
+        """Return robots at the start whose navigators have hung for too long after the others.
+
+        Args:
+            active: How many are active.
+            missing: Robots that are not.
+        """
+        now = self._clock()
+        if active != self._active:
+            self._active, self._active_since = active, now
+        if not active or now - self._active_since < HANGING:
+            return []
+        self._active_since = now  # each gets the whole time once more
+        return [name for name in missing if name not in self.down | self.given_up]

@@ -1,0 +1,352 @@
+"""Processes of a run: started, listened to, and ended together."""
+
+from __future__ import annotations
+
+import json
+import os
+import selectors
+import sys
+import time
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import psutil
+
+from swarm_commander.run.domain import DomainLock, Request
+from swarm_commander.run.heartbeat import Heartbeats
+from swarm_commander.run.keeper import Keeper
+from swarm_commander.run.launch import ProcessChild
+from swarm_commander.run.progress import Progress
+from swarm_commander.run.restarts import MOST, Restarts
+from swarm_commander.run.rundir import RunFolder, last_line
+from swarm_commander.run.signals import SignalCounter
+from swarm_commander.run.supervisor import Exit, ProcessSpec, Supervisor, describe_exit
+from swarm_commander.run.tally import Tally
+from swarm_commander.run.usage import UsageLog, UsageMeter
+from swarm_common.files.journal import Journal
+from swarm_common.model.errors import SwarmError
+
+USAGE_FILE = "usage.jsonl"
+POLL_PERIOD = 0.1  # [s] of wall time
+GRACE = 10.0  # [s] for a process to end when asked to
+SAMPLE_PERIOD = 2.0  # [s] between two readings of CPU time and memory
+
+
+class RefusedError(SwarmError):
+    """A process refused the user's input."""
+
+
+class ProcessRun:
+    """A run of some processes. `run` returns when nothing is left running.
+
+    What a process says, `{"event": kind, ...}`, goes to the tally and to `_on_KIND_event`.
+
+    Attributes:
+        tally: Events added up.
+        usage: CPU time and memory.
+        failures: What broke, for the user; empty if nothing did.
+        incidents: What broke and was started anew, for the user.
+        active_after_wall: [s] from the start until every navigator was active.
+        wall_time: [s] from the start until everything was told to stop.
+        is_stopped_by_user: Whether it was a signal that ended the run.
+        verdict: What the world measured; empty until it has ended.
+    """
+
+    _awaits_activity = True  # whether a navigator becomes active by itself
+    nursery = ""  # the process that starts navigators
+    stop_order: Sequence[str] = ()  # who is ended first, then next; the others after them
+    onlookers: Sequence[str] = ()  # the run goes on without them
+
+    def __init__(
+        self,
+        folder: RunFolder,
+        progress: Progress,
+        tally: Tally,
+        modules: Mapping[str, str],
+        *,
+        restarts: bool = True,
+    ) -> None:
+        self.tally = tally
+        self.usage = UsageMeter()
+        self.failures: list[str] = []
+        self.incidents: list[str] = []
+        self.active_after_wall: float | None = None
+        self.wall_time = 0.0
+        self.is_stopped_by_user = False
+        self.verdict: dict[str, Any] = {}
+        self._modules = modules
+        self._folder = folder
+        self._progress = progress
+        self._refusal: str | None = None
+        self._rejected: set[str] = set()  # kinds of inputs that the user was told of
+        self._children: dict[str, ProcessChild] = {}
+        self._selector = selectors.DefaultSelector()
+        self._supervisor = Supervisor(self._spawn, time.monotonic)
+        self._started = psutil.Process().create_time()
+        self._next_sample = 0.0
+        self._usage_log = UsageLog(Journal(folder.trace / USAGE_FILE))
+        self._is_stopping = False
+        self._restarts = Restarts(is_allowed=restarts)
+        self._keeper = Keeper(
+            self._restarts, lambda command: self._tell(self.nursery, command), time.monotonic
+        )
+        self._heartbeats = Heartbeats(time.monotonic)
+        self._signals = SignalCounter()
+        self._resigned: set[str] = set()  # onlookers that have said why they end
+
+    def run(self) -> None:
+        """Start everything, follow it to its end, stop everything.
+
+        Raises:
+            RefusedError: If a process refuses its input.
+        """
+        with self._signals:
+            try:
+                self._guard(self._begin)
+                while not self._supervisor.all_gone:
+                    self._turn()
+            finally:
+                self._clean_up()
+        if self._refusal is not None:
+            raise RefusedError(self._refusal)
+
+    @property
+    def restarts(self) -> int:
+        """Number of processes that were started again."""
+        return self._restarts.total
+
+    def serve(self, lock: DomainLock) -> None:
+        """Take requests of other processes of the user until the run ends."""
+
+        def take() -> None:
+            if (request := lock.take()) is not None:
+                self._obey(request)
+
+        self._selector.register(lock, selectors.EVENT_READ, take)
+
+    def complete(self, report: dict[str, Any]) -> None:
+        """Add what only this kind of run knows to its report."""
+
+    def _guard(self, do: Callable[[], None]) -> None:
+        """Do something that writes files; a disk that is full ends the run, with its report."""
+        try:
+            do()
+        except OSError as error:
+            self._fail(f"cannot go on: {error}")
+            self._stop("stopping")
+
+    # What a kind of run is made of
+
+    def _begin(self) -> None:
+        """Start the first processes."""
+        raise NotImplementedError
+
+    def _check(self) -> None:
+        """Look for what should have happened by now."""
+
+    def _measure(self) -> None:
+        """Read CPU time and memory of the processes."""
+
+    def _measure_last(self) -> None:
+        """Read what is read once, just before the end."""
+
+    def _is_fine(self, exit_: Exit) -> bool:
+        """Whether a process may end like this."""
+        return False
+
+    def _revives(self, exit_: Exit) -> bool:
+        """Whether a process that ended like this will be started anew."""
+        return False
+
+    def _revive(self, name: str) -> None:
+        """Start a process anew that `_revives` said so of."""
+
+    def _obey(self, request: Request) -> None:
+        """Do what the user asks for from another terminal."""
+        request.answer(f"swarm-up does not know {request.content.get('cmd')}", is_done=False)
+
+    # Turns
+
+    def _turn(self) -> None:
+        for key, _ in self._selector.select(POLL_PERIOD):
+            key.data()
+        for exit_ in self._supervisor.poll():
+            self._read(exit_.name)
+            self._on_exit(exit_)
+        if self._signals.count and not self._is_stopping:
+            self.is_stopped_by_user = True
+            self._stop("stopping (press Ctrl-C again to kill)")
+        if self._signals.count > 1:
+            self._supervisor.kill()
+        self._heartbeats.look()
+        self._check()
+        self._guard(self._restart_due)
+        self._sample()
+        self._progress.update()
+
+    def _read(self, name: str) -> None:
+        events = self._children[name].read_events()
+        if events:
+            self._heartbeats.hear(name)
+        for event in events:
+            self.tally.apply(event)
+            handler = getattr(self, f"_on_{event.get('event')}_event", None)
+            if event.get("event") == "error" and name.split("_")[0] in self.onlookers:
+                self._resigned.add(name)
+                self._fail(f"the {name} process gave up: {event['message']}")
+            elif handler is not None:
+                self._guard(partial(handler, event))
+
+    def _sample(self, *, now: bool = False) -> None:
+        if self._is_stopping or (time.monotonic() < self._next_sample and not now):
+            return
+        self._next_sample = time.monotonic() + SAMPLE_PERIOD
+        self._measure()
+        tally = self.tally
+        self._usage_log.write(
+            time.time() - self._started, tally.sim_time, tally.real_time_factor, self.usage
+        )
+
+    # Processes
+
+    def _start(self, name: str, config: dict[str, Any], *flags: str) -> None:
+        path = self._configure(name, config)
+        module = self._modules[name.split("_")[0]]
+        command = (sys.executable, "-m", module, str(path), *flags)
+        self._supervisor.start(ProcessSpec(name, command, GRACE))
+
+    def _configure(self, name: str, config: dict[str, Any]) -> Path:
+        path = self._folder.configs / f"{name}.json"
+        path.write_text(json.dumps(config, indent=1), encoding="utf-8")
+        return path
+
+    def _environment(self, name: str) -> Mapping[str, str]:
+        """Return the environment of a process."""
+        return os.environ
+
+    def _spawn(self, spec: ProcessSpec) -> ProcessChild:
+        if spec.name in self._children:
+            self._children[spec.name].close()
+        child = ProcessChild(spec, self._folder.log(spec.name), self._environment(spec.name))
+        self._children[spec.name] = child
+        self._selector.register(child.event_fd, selectors.EVENT_READ, lambda: self._read(spec.name))
+        return child
+
+    def _tell(self, name: str, command: Mapping[str, Any]) -> None:
+        """Send a command to a process, if it has been started."""
+        if name in self._children:
+            self._children[name].tell(command)
+
+    # Navigators that die or hang
+
+    def _restart_due(self) -> None:
+        """Start anew what is due; notice a nursery that does not do so."""
+        if self._is_stopping:
+            return
+        due = self._restarts.take_due(time.monotonic())
+        self._keeper.turn(due)
+        for name in due:
+            if name in self.tally.robots:
+                self.tally.robots[name].restarts += 1
+            else:
+                self._revive(name)
+        for name in self._keeper.overdue() if self._awaits_activity else ():
+            self._note_incident(f"{name} did not become active again: it hangs and is killed")
+            self._keeper.kill(name)
+        if self._keeper.is_nursery_deaf() and self._supervisor.pid(self.nursery):
+            self._note_incident(f"the {self.nursery} process does not start anybody: it is killed")
+            self._keeper.on_nursery_end()
+            self._supervisor.kill_one(self.nursery)
+
+    def _kill_stragglers(self, missing: Sequence[str]) -> None:
+        """End navigators at the start that hang; they are started anew like any that die."""
+        if not self._restarts.is_allowed:
+            return
+        for name in self._keeper.stragglers(self.tally.active, list(missing)):
+            self._note_incident(f"{name} did not become active with the others: it hangs")
+            self._keeper.kill(name)
+
+    def _take_death(self, name: str, message: str) -> bool:
+        """Start a dead navigator anew if that may help; return whether it will be.
+
+        Args:
+            name: Of the robot.
+            message: What happened.
+        """
+        pause = self._keeper.on_death(name)
+        where = f"its log is in {self._folder.logs}"
+        if pause is None:
+            often = f" more than {MOST} times; it stays down" if self._restarts.is_allowed else ""
+            self._fail(f"{message}{often}; {where}")
+            return False
+        self._note_incident(f"{message}; it is started anew in {pause:g} s; {where}")
+        return True
+
+    def _on_forked_event(self, event: dict[str, Any]) -> None:
+        self._keeper.on_fork(event["robot"])
+
+    def _note_incident(self, message: str) -> None:
+        self.incidents.append(f"t = {self.tally.sim_time:.1f} s: {message}")
+        self._progress.breach("incidents", message)
+
+    # The end
+
+    def _on_verdict_event(self, event: dict[str, Any]) -> None:
+        self.verdict = event["verdict"]
+
+    def _on_note_event(self, event: dict[str, Any]) -> None:
+        self._progress.note(event["message"])
+
+    def _on_rejected_event(self, event: dict[str, Any]) -> None:
+        """Say what was rejected the first time that a kind of input was; the report counts."""
+        for kind, notice in event["notices"].items():
+            if kind not in self._rejected:
+                self._rejected.add(kind)
+                self._progress.note(notice)
+
+    def _on_foreign_event(self, event: dict[str, Any]) -> None:
+        node, topic = event["node"], event["topic"]
+        self._progress.breach("foreign publishers", f"{node} publishes on {topic}: it is ignored")
+
+    def _on_error_event(self, event: dict[str, Any]) -> None:
+        if self._refusal is None:
+            self._refusal = str(event["message"])
+        self._stop("stopping")
+
+    def _on_exit(self, exit_: Exit) -> None:
+        self._heartbeats.forget(exit_.name)
+        self._selector.unregister(self._children[exit_.name].event_fd)
+        if exit_.expected or self._is_stopping or self._refusal is not None:
+            return
+        is_known = self._is_fine(exit_) or exit_.name in self._resigned
+        if is_known or self._revives(exit_):
+            return
+        log = self._folder.log(exit_.name)
+        self._fail(
+            f"the {exit_.name} process ended: {describe_exit(exit_.returncode)};"
+            f" {last_line(log)} (see {log})"
+        )
+        if exit_.name.split("_")[0] not in self.onlookers:
+            self._stop("stopping")
+
+    def _fail(self, message: str) -> None:
+        self.failures.append(message)
+        self._progress.breach("failures", message)
+
+    def _stop(self, phase: str) -> None:
+        if self._is_stopping:
+            return
+        self._sample(now=True)
+        self._is_stopping = True
+        self.wall_time = time.time() - self._started
+        self._measure_last()
+        self._progress.phase(phase)
+        self._supervisor.stop(self.stop_order)
+
+    def _clean_up(self) -> None:
+        self._supervisor.kill()
+        for child in self._children.values():
+            child.close()
+        self._selector.close()

@@ -1,0 +1,175 @@
+"""What the user sees while a run goes, and the table at its end."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from rich.console import Console, Group
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+from swarm_commander.run.roster import roster
+from swarm_commander.run.tally import Tally
+
+REFRESH = 0.25  # [s] of wall time between two pictures
+LINE_PERIOD = 5.0  # [s] between two lines where there is no terminal
+SEPARATOR = " | "
+SHOWN_NOTES = 8  # of a kind; the report has all
+
+
+class Progress:
+    """Live picture on a terminal, a line now and then elsewhere.
+
+    Args:
+        console: Where to.
+        tally: What to show.
+        clock: Wall clock [s].
+    """
+
+    def __init__(self, console: Console, tally: Tally, clock: Callable[[], float]) -> None:
+        self._console = console
+        self._tally = tally
+        self._clock = clock
+        self._due = 0.0
+        self._phase = "starting"
+        self._last_line = ""
+        self._shown: list[Text] = []
+        self._breaches: Counter[str] = Counter()
+        self._live = Live(console=console, auto_refresh=False, transient=True)
+
+    def start(self) -> None:
+        """Begin to draw."""
+        if self._console.is_terminal:
+            self._live.start()
+
+    def stop(self) -> None:
+        """Leave the terminal as it was."""
+        self._live.stop()
+
+    def phase(self, text: str) -> None:
+        """Say what is going on now."""
+        self._phase = text
+        self._due = 0.0
+
+    def note(self, text: str, style: str = "") -> None:
+        """Print a line that stays."""
+        self._console.print(Text(text, style=style), soft_wrap=True)
+
+    def breach(self, kind: str, text: str) -> None:
+        """Print what went wrong; when there is too much of a kind, only how much."""
+        self._breaches[kind] += 1
+        if self._breaches[kind] <= SHOWN_NOTES:
+            self.note(text, "red")
+        elif self._breaches[kind] == SHOWN_NOTES + 1 and not self._console.is_terminal:
+            self.note(f"more {kind} follow; all are in the report", "red")
+
+    def _untold(self) -> list[str]:
+        return [
+            f"and {count - SHOWN_NOTES} more {kind}"
+            for kind, count in self._breaches.items()
+            if count > SHOWN_NOTES
+        ]
+
+    def update(self) -> None:
+        """Draw if it is time to."""
+        now = self._clock()
+        if now < self._due:
+            return
+        if self._console.is_terminal:
+            self._due = now + REFRESH
+            picture = self._picture()
+            if picture != self._shown:  # no traffic to a terminal that shows it already
+                self._shown = picture
+                self._live.update(Group(*picture), refresh=True)
+            return
+        self._due = now + LINE_PERIOD
+        line = summary_line(self._phase, self._tally)
+        if line != self._last_line:
+            self._console.print(Text(line), soft_wrap=True)
+            self._last_line = line
+
+    def _picture(self) -> list[Text]:
+        collided = self._tally.collisions or self._tally.failed
+        head = packed(_parts(self._phase, self._tally), self._console.width)
+        style = "red" if collided else ""
+        rest = [Text(line, style="red") for line in self._untold()]
+        return [*(Text(line, style=style) for line in head), *roster(self._tally), *rest]
+
+
+def summary_line(phase: str, tally: Tally) -> str:
+    """Return the state of the run in one line."""
+    return SEPARATOR.join(_parts(phase, tally))
+
+
+def packed(parts: Sequence[str], width: int) -> list[str]:
+    """Return as few lines of at most `width` characters as hold the parts unbroken."""
+    lines = [parts[0]]
+    for part in parts[1:]:
+        longer = f"{lines[-1]}{SEPARATOR}{part}"
+        if len(longer) <= width:
+            lines[-1] = longer
+        else:
+            lines.append(part)
+    return lines
+
+
+def _parts(phase: str, tally: Tally) -> list[str]:
+    goals = f"{tally.reached}/{tally.total}" if tally.total else str(tally.reached)
+    return [
+        phase,
+        f"active {tally.active}/{tally.there}",
+        f"goals {goals}" + (f" ({tally.failed} failed)" if tally.failed else ""),
+        f"collisions {tally.collisions}",
+        f"holding {len(tally.holding)}",
+        f"t = {tally.sim_time:.1f} s",
+        f"{tally.real_time_factor:.2f}x real time",
+    ]
+
+
+def summary_table(report: Mapping[str, Any], code: int) -> Table:
+    """Return the result of a run as a table."""
+    goals, collisions = report["goals"], report["collisions"]
+    cpu, rss = report["cpu_ms_per_robot_second"], report["rss_mb"]
+    duration = report["goal_duration"]
+    rows = {
+        "goals reached": f"{goals['reached']} of {goals['sent']}",
+        "goals failed, pending": f"{goals['failed']}, {goals['pending']}",
+        "collisions robot-robot, robot-world": (
+            ", ".join(_with_unit(collisions[kind], "") for kind in ("robot_robot", "robot_world"))
+        ),
+        "near misses": _with_unit(report["near_misses"], ""),
+        "minimum clearance": _with_unit(report["min_clearance"], "m"),
+        "simulated time": _with_unit(report["sim_time"], "s"),
+        "real-time factor": _with_unit(report["real_time_factor"], ""),
+        "all active after": _with_unit(report["active_after_wall"], "s"),
+        "makespan": _with_unit(report["makespan"], "s"),
+        "goals per minute": _with_unit(report["throughput_per_minute"], ""),
+        "median, longest time of a goal": f"{_with_unit(duration['median'], 's')}, "
+        f"{_with_unit(duration['worst'], 's')}",
+        "time spent holding, waiting": f"{report['hold_time']} s, {report['wait_time']} s",
+        "longest wait of a robot": _with_unit(report["worst_wait"], "s"),
+        "pushes, retreats, deadlocks resolved": (
+            f"{report['pushes']}, {report['retreats']}, {report['deadlocks_resolved']}"
+        ),
+        "replans, recoveries": f"{report['replans']}, {report['recoveries']}",
+        "late ticks": _with_unit(report["late_ticks"], ""),
+        "CPU per robot and second": (
+            f"{cpu['total']} ms (world {cpu['world']}, navigators {cpu['navigators']})"
+        ),
+        "memory, shared in each process": (
+            f"world {rss['world']} MB, navigators {rss['navigators']} MB"
+        ),
+    }
+    title = f"{report['swarm_size']} robots in {report['world']}, seed {report['seed']}"
+    table = Table(title=title, title_justify="left", show_header=False)
+    for name, value in rows.items():
+        table.add_row(name, value)
+    table.add_row("exit code", str(code), style="bold green" if code == 0 else "bold red")
+    return table
+
+
+def _with_unit(value: float | None, unit: str) -> str:
+    return "unknown" if value is None else f"{value} {unit}".strip()

@@ -1,0 +1,35 @@
+"""What swarm-up tells the recorder process, and where the bag goes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from swarm_commander.run.plan import RunPlan
+
+FILE = "recording.mcap"
+
+
+def recorder_config(plan: RunPlan, folder: Path) -> dict[str, Any]:
+    """Return the configuration of the recorder; what it is about is kept in the bag."""
+    options = plan.options
+    about = {
+        "world": str(plan.world),
+        "sites": str(plan.sites_path or ""),
+        "robots": json.dumps(dict(zip(options.robot_names, models(plan), strict=True))),
+        "mission": options.mission or "",
+        "seed": str(options.seed),
+    }
+    return {
+        "path": str(folder / FILE),
+        "robots": options.robot_names,
+        "topics": options.record_topics,
+        "rate": options.record_rate,
+        "about": about,
+    }
+
+
+def models(plan: RunPlan) -> list[str]:
+    """Return the model of each robot in order."""
+    return [member.model for member in plan.fleet.members]

@@ -1,0 +1,188 @@
+"""`report.json`: the result of a run in the form that tools outside rely on."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from swarm_commander.run.breach import Crash, as_json
+from swarm_commander.run.fairness import fairness
+from swarm_commander.run.options import UpOptions
+from swarm_commander.run.tally import COUNTS, RobotTally, Tally
+from swarm_commander.run.usage import UsageMeter
+from swarm_common.files.whole_file import write_whole
+
+SCHEMA = 1
+OK, MISSED, BAD_INPUT, COMPONENT_FAILED = range(4)  # exit codes
+
+
+@dataclass(frozen=True, slots=True)
+class RunTimes:
+    """Wall-clock figures of a run, and how often something was started again."""
+
+    wall_time: float  # [s] from the start of the command until the run began to stop
+    active_after_wall: float | None  # [s] until every navigator was active
+    restarts: int = 0  # of processes
+
+
+def compose_report(
+    options: UpOptions,
+    tally: Tally,
+    verdict: Mapping[str, Any],
+    usage: UsageMeter,
+    times: RunTimes,
+) -> dict[str, Any]:
+    """Return the report; what could not be measured is null.
+
+    Args:
+        options: Of the run.
+        tally: Events added up.
+        verdict: What the world measured; empty if it could not say.
+        usage: CPU time and memory.
+        times: Wall clock, and restarts.
+    """
+    sim_time = float(verdict.get("sim_time", tally.sim_time))
+    seconds = options.swarm_size * sim_time
+    cpu = {group: usage.cpu(group) for group in ("world", "navigators", "operator")}
+    cpu["onlookers"] = usage.cpu("recorder") + usage.cpu("viewer")
+    per_second = {
+        "world": cpu["world"],
+        "navigators": cpu["navigators"],
+        "onlookers": cpu["onlookers"],
+        "total": sum(cpu.values()),
+    }
+    makespan = tally.last_goal_time if math.isfinite(tally.last_goal_time) else None
+    return {
+        "schema": SCHEMA,
+        "has_verdict": bool(verdict),
+        "swarm_size": options.swarm_size,
+        "world": options.world,
+        "robot": options.robot,
+        "mission": options.mission,
+        "seed": options.seed,
+        "sim_time": _rounded(sim_time),
+        "wall_time": _rounded(times.wall_time),
+        "real_time_factor": _rounded(verdict.get("real_time_factor", tally.real_time_factor)),
+        "active_after_wall": _rounded(times.active_after_wall),
+        "goals": {
+            "sent": tally.sent,
+            "reached": tally.reached,
+            "failed": tally.failed,
+            "pending": tally.pending,
+        },
+        "collisions": {
+            # without a verdict nobody can vouch that there was none
+            "robot_robot": verdict.get("robot_robot", tally.robot_robot or None),
+            "robot_world": verdict.get("robot_world", tally.robot_world or None),
+        },
+        "near_misses": verdict.get("near_misses"),
+        "min_clearance": _rounded(verdict.get("min_clearance"), 4),
+        "makespan": _rounded(makespan),
+        "throughput_per_minute": _rounded(60.0 * tally.reached / makespan if makespan else 0.0),
+        **_service(tally),
+        "late_ticks": verdict.get("late_ticks"),
+        "restarts": times.restarts,
+        "rejected": dict(sorted(tally.rejected.items())),
+        "foreign_publishers": [{"topic": topic, "node": node} for topic, node in tally.foreign],
+        "cpu_ms_per_robot_second": {
+            name: _rounded(1000.0 * value / seconds) if seconds else None
+            for name, value in per_second.items()
+        },
+        "private_mb": {
+            group: _rounded(usage.private_mb(group), 1) for group in ("world", "navigators")
+        },
+        "rss_mb": {group: _rounded(usage.rss_mb(group), 1) for group in ("world", "navigators")},
+        "trajectory_sha256": verdict.get("trajectory_sha256"),
+        "breaches": as_json(_crashes(tally, verdict), tally.misses, tally.unfinished),
+        "robots": _robots(tally, verdict.get("robots", {})),
+    }
+
+
+def _crashes(tally: Tally, verdict: Mapping[str, Any]) -> list[Crash]:
+    """Return the contact episodes of the verdict; without one, those that were reported."""
+    if "collisions" not in verdict:
+        return tally.crashes
+    return [Crash.of(collision) for collision in verdict["collisions"]]
+
+
+def _service(tally: Tally) -> dict[str, Any]:
+    """Return how the robots were served, and what they did about each other, in total."""
+    robots = tally.robots.values()
+    served = fairness([duration for robot in robots for duration in robot.durations])
+    return {
+        "hold_time": _rounded(sum(robot.hold_time for robot in robots)),
+        "wait_time": _rounded(sum(robot.wait_time for robot in robots)),
+        "worst_wait": _rounded(max(_total_wait(robot) for robot in robots)),
+        "goal_duration": {"median": _rounded(served.median), "worst": _rounded(served.worst)},
+        "fairness": _rounded(served.ratio),
+        **{name: sum(robot.counts[name] for robot in robots) for name in COUNTS.values()},
+    }
+
+
+def _total_wait(robot: RobotTally) -> float:
+    return robot.hold_time + robot.wait_time
+
+
+def _robots(tally: Tally, measured: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    return {
+        name: {
+            "goals_reached": robot.reached,
+            "goals_failed": robot.failed,
+            "restarts": robot.restarts,
+            "hold_time": _rounded(robot.hold_time),
+            "wait_time": _rounded(robot.wait_time),
+            "worst_goal_duration": _rounded(max(robot.durations, default=None)),
+            **robot.counts,
+            "distance": _rounded(measured.get(name, {}).get("distance")),
+            "collisions": measured.get(name, {}).get("collisions"),
+            "near_misses": measured.get(name, {}).get("near_misses"),
+            "min_clearance": _rounded(measured.get(name, {}).get("min_clearance"), 4),
+        }
+        for name, robot in tally.robots.items()
+    }
+
+
+def exit_code(report: Mapping[str, Any], *, is_unfinished: bool, component_failed: bool) -> int:
+    """Return the exit code of a run.
+
+    Args:
+        report: Of the run.
+        is_unfinished: Whether the run ended before its mission although it was to finish it
+            (--until-done) and the user did not stop it.
+        component_failed: Whether a process or a robot died.
+    """
+    if component_failed:
+        return COMPONENT_FAILED
+    goals, collisions = report["goals"], report["collisions"]
+    missed = goals["failed"] or is_unfinished
+    if missed or collisions["robot_robot"] or collisions["robot_world"]:
+        return MISSED
+    return OK
+
+
+def load_verdict(path: Path) -> dict[str, Any]:
+    """Return what the world wrote at its end; empty if it could not."""
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return content if isinstance(content, dict) else {}
+
+
+def write_report(path: Path, report: Mapping[str, Any]) -> str:
+    """Write the report, whole or not at all; return what to say if it cannot be written."""
+    try:
+        write_whole(path, json.dumps(report, indent=2, allow_nan=False) + "\n")
+    except OSError as error:
+        return f"the report {path} cannot be written: {error.strerror}"
+    return ""
+
+
+def _rounded(value: Any, digits: int = 3) -> float | None:
+    if value is None or not math.isfinite(value):
+        return None
+    return round(float(value), digits)

@@ -1,0 +1,106 @@
+"""The robots in a few lines: a letter each, one line per group, however large the swarm."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from itertools import pairwise
+
+from rich.text import Text
+
+from swarm_commander.run.tally import RobotTally, Tally
+
+LINES = 10  # at most this many groups
+ALONE = 12  # up to this many robots get a line each
+SHOWN_DETAIL = 48  # characters of what a robot says about its state
+# Letter and style by state; letters tell what colours tell, for those who do not see them.
+MARKS = {
+    "driving": ("d", "blue"),
+    "holding": ("h", "yellow"),
+    "waiting": ("w", "bright_red"),
+    "yielding": ("y", "magenta"),
+    "recovering": ("r", "bright_yellow"),
+    "pausing": ("p", "green"),
+    "idle": (".", "dim"),
+    "inactive": ("-", "dim"),
+    "": ("-", "dim"),
+    "dead": ("X", "bold red"),
+    "gone": (" ", "dim"),
+}
+COUNTED = ("holding", "waiting", "recovering", "dead")
+
+
+def roster(tally: Tally) -> list[Text]:
+    """Return a line per robot of a small swarm, a line per group of a large one."""
+    names = list(tally.robots)
+    if len(names) <= ALONE:
+        width = max(len(name) for name in names)
+        return [_robot_line(name.ljust(width), tally.robots[name]) for name in names]
+    size = -(-len(names) // LINES)
+    starts = [*range(0, len(names), size), len(names)]
+    groups = [names[start:end] for start, end in pairwise(starts)]
+    labels = [_label(group) for group in groups]
+    width = max(map(len, labels))
+    lines = [
+        _group_line(label.ljust(width), [tally.robots[name] for name in group], size)
+        for label, group in zip(labels, groups, strict=True)
+    ]
+    return [*lines, legend(tally)]
+
+
+def legend(tally: Tally) -> Text:
+    """Return what the letters mean that are to be seen now."""
+    seen = {shown_state(robot) or "inactive" for robot in tally.robots.values()}
+    line = Text()
+    for state, (letter, style) in MARKS.items():
+        if state in seen and letter.strip():
+            line.append(letter, style=style).append(f" {state}  ", style="dim")
+    line.rstrip()
+    return line
+
+
+def shown_state(robot: RobotTally) -> str:
+    """Return the state that counts: those dead or taken out say nothing any more."""
+    if robot.left:
+        return "gone"
+    return "dead" if robot.died else robot.state
+
+
+def _robot_line(label: str, robot: RobotTally) -> Text:
+    state = shown_state(robot)
+    detail = (
+        robot.detail if len(robot.detail) <= SHOWN_DETAIL else f"{robot.detail[:SHOWN_DETAIL]}…"
+    )
+    line = Text(f"{label}  ")
+    line.append(f"{state or 'starting':<11}", style=_mark(state)[1])
+    line.append(f"{_goals(robot.reached, robot.failed):<10}  ")
+    return line.append(f"{robot.goal} {detail}".strip(), style="dim")
+
+
+def _group_line(label: str, robots: Sequence[RobotTally], width: int) -> Text:
+    line = Text(f"{label}  ")
+    for robot in robots:
+        line.append(*_mark(shown_state(robot)))
+    line.append(" " * (width - len(robots) + 2))
+    reached, failed = sum(r.reached for r in robots), sum(r.failed for r in robots)
+    line.append(f"{_goals(reached, failed):<10}  ")
+    counts = Counter(map(shown_state, robots))
+    words = [f"{counts[state]} {state}" for state in COUNTED if counts[state]]
+    return line.append(", ".join(words), style="dim")
+
+
+def _label(group: Sequence[str]) -> str:
+    """Return `Srobot11-20` for robots 11 to 20."""
+    if len(group) == 1:
+        return group[0]
+    number = group[-1][len(group[-1].rstrip("0123456789")) :]
+    return f"{group[0]}-{number}"
+
+
+def _mark(state: str) -> tuple[str, str]:
+    return MARKS.get(state, ("?", ""))
+
+
+def _goals(reached: int, failed: int) -> str:
+    word = "goal" if reached == 1 else "goals"
+    return f"{reached} {word}" + (f", {failed} missed" if failed else "")

@@ -1,0 +1,153 @@
+"""The folder of a run: parameters, logs, report, and what another terminal must source."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import shlex
+import shutil
+from collections.abc import Mapping
+from datetime import datetime
+from pathlib import Path
+
+from swarm_common.middleware import ros_env
+from swarm_common.model.errors import ConfigError
+
+RUNS = Path("runs")
+LATEST = "latest"
+
+
+class RunFolder:
+    """Paths within one run's folder."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path.absolute()
+        self.params = self.path / "params"
+        self.logs = self.path / "logs"
+        self.configs = self.path / "config"
+        self.trace = self.path / "trace"
+        self.rviz = self.path / "rviz"
+        self.foxglove = self.path / "foxglove"
+        self.recording = self.path / "recording"
+        self.plots = self.path / "plots"
+        self.report = self.path / "report.json"
+        self.page = self.path / "report.html"
+        self.verdict = self.configs / "verdict.json"
+        self._lock: int | None = None
+
+    def claim(self) -> None:
+        """Make the folder and keep other runs out of it until this process ends or `release`.
+
+        Raises:
+            ConfigError: If another run has it.
+        """
+        self.path.mkdir(parents=True, exist_ok=True)
+        descriptor = os.open(self.path, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            os.close(descriptor)
+            raise ConfigError(
+                f"another run writes to {self.path}; wait for its end, or choose another folder "
+                "with --run-dir"
+            ) from None
+        self._lock = descriptor
+
+    def release(self) -> None:
+        """Let other runs use the folder."""
+        descriptor, self._lock = self._lock, None
+        if descriptor is not None:
+            os.close(descriptor)
+
+    def log(self, name: str) -> Path:
+        """Return the log file of a process."""
+        return self.logs / f"{name}.log"
+
+
+def create_run_folder(chosen: Path | None, now: datetime) -> RunFolder:
+    """Make the folder of a run; what an earlier run left in it is removed.
+
+    Args:
+        chosen: --run-dir; None for a new folder in `runs/`, to which `runs/latest` then points.
+        now: Names the new folder.
+
+    Raises:
+        ConfigError: If it cannot be written, or has something else in it than a run.
+    """
+    folder = RunFolder(chosen or _free_name(RUNS / now.strftime("%Y-%m-%d_%H-%M-%S")))
+    _check_text(folder.path)
+    try:
+        _check_is_run(folder)
+        folder.claim()
+        for old in (folder.rviz, folder.foxglove, folder.recording, folder.plots):
+            shutil.rmtree(old, ignore_errors=True)
+        for old in (folder.params, folder.logs, folder.configs, folder.trace):
+            shutil.rmtree(old, ignore_errors=True)
+            old.mkdir(parents=True)
+        for file in (folder.report, folder.page):
+            file.unlink(missing_ok=True)
+        if chosen is None:
+            _point_latest(folder.path)
+    except OSError as error:
+        raise ConfigError(
+            f"cannot write the run folder {folder.path}: {error.strerror};"
+            " choose another with --run-dir"
+        ) from None
+    return folder
+
+
+def _check_text(path: Path) -> None:
+    """Refuse a folder whose name no file can hold: configurations and reports are UTF-8."""
+    try:
+        str(path).encode()
+    except UnicodeEncodeError:
+        shown = os.fsencode(path).decode(errors="replace")
+        raise ConfigError(
+            f"the run folder {shown} has a name that is not UTF-8; choose another with --run-dir"
+        ) from None
+
+
+def _check_is_run(folder: RunFolder) -> None:
+    """Refuse a folder with files in it that no run can have left there."""
+    if not folder.path.is_dir() or not any(folder.path.iterdir()):
+        return
+    if not (folder.logs.is_dir() and folder.configs.is_dir()):
+        raise ConfigError(
+            f"--run-dir {folder.path} is not empty and no earlier run's folder;"
+            " choose a new or an empty one"
+        )
+
+
+def _free_name(path: Path) -> Path:
+    candidate, number = path, 1
+    while candidate.exists():
+        number += 1
+        candidate = path.with_name(f"{path.name}-{number}")
+    return candidate
+
+
+def _point_latest(run: Path) -> None:
+    link = run.parent / LATEST
+    fresh = run.parent / f".{LATEST}-{os.getpid()}"
+    fresh.symlink_to(run.name)
+    fresh.replace(link)
+
+
+def write_env_sh(folder: RunFolder, environment: Mapping[str, str]) -> None:
+    """Write `env.sh`: the variables with which another terminal sees this swarm."""
+    lines = [
+        f"export {name}={shlex.quote(environment[name])}"
+        for name in ros_env.VARIABLES
+        if name in environment
+    ]
+    text = "# Source this in another terminal to see this swarm.\n" + "\n".join(lines) + "\n"
+    (folder.path / "env.sh").write_text(text, encoding="utf-8")
+
+
+def last_line(log: Path) -> str:
+    """Return the last line that is not empty of a log file."""
+    try:
+        lines = log.read_text(encoding="utf-8", errors="replace").split("\n")
+    except OSError as error:
+        raise ConfigError(f"cannot read {log}: {error.strerror}") from None
+    return next((line.strip() for line in reversed(lines) if line.strip()), "it said nothing")

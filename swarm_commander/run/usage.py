@@ -1,0 +1,127 @@
+"""CPU time and memory of the processes of a run."""
+
+from __future__ import annotations
+
+import contextlib
+import statistics
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import psutil
+
+from swarm_common.files.journal import Journal
+
+MEGABYTE = 1e6
+
+
+@dataclass(slots=True)
+class Usage:
+    """CPU seconds since the start and resident memory of a group of processes.
+
+    Processes that have ended keep their last known CPU time.
+    """
+
+    cpu_by_pid: dict[int, float] = field(default_factory=dict)
+    rss_mb: float = 0.0
+
+    @property
+    def cpu(self) -> float:
+        """CPU seconds of all of them, user and system."""
+        return sum(self.cpu_by_pid.values())
+
+    def sample(self, processes: Iterable[psutil.Process]) -> None:
+        """Read the present values."""
+        rss = 0
+        for process in processes:
+            try:
+                with process.oneshot():
+                    times = process.cpu_times()
+                    rss += process.memory_info().rss
+            except psutil.Error:
+                continue
+            self.cpu_by_pid[process.pid] = times.user + times.system
+        self.rss_mb = max(self.rss_mb, rss / MEGABYTE)
+
+
+def process_tree(pid: int | None) -> list[psutil.Process]:
+    """Return a process and all of its descendants; nothing if it is gone."""
+    if pid is None:
+        return []
+    try:
+        root = psutil.Process(pid)
+        return [root, *root.children(recursive=True)]
+    except psutil.Error:
+        return []
+
+
+def private_mb(processes: Iterable[psutil.Process]) -> list[float]:
+    """Return the memory [MB] that each process would give back if it ended; slow to read."""
+    sizes = []
+    for process in processes:
+        with contextlib.suppress(psutil.Error):
+            sizes.append(process.memory_full_info().uss / MEGABYTE)
+    return sizes
+
+
+class UsageMeter:
+    """Usage by group (`world`, `navigators`, `operator`), from `mark` on."""
+
+    def __init__(self) -> None:
+        self._groups: dict[str, Usage] = {}
+        self._baseline: dict[str, float] = {}
+        self._private_mb: dict[str, list[float]] = {}
+
+    def sample(self, group: str, processes: Iterable[psutil.Process]) -> None:
+        """Read the present values of a group."""
+        self._groups.setdefault(group, Usage()).sample(processes)
+
+    def sample_private(self, group: str, processes: Iterable[psutil.Process]) -> None:
+        """Read the private memory of a group, once, at the end of a run."""
+        self._private_mb[group] = private_mb(processes)
+
+    def private_mb(self, group: str) -> float | None:
+        """Return the median private memory of a group's processes [MB]; None if unknown."""
+        sizes = self._private_mb.get(group)
+        return statistics.median(sizes) if sizes else None
+
+    def mark(self) -> None:
+        """Count CPU time from here on: start-up is over."""
+        self._baseline = {name: usage.cpu for name, usage in self._groups.items()}
+
+    @property
+    def groups(self) -> dict[str, Usage]:
+        """What is measured, by name, since the very start."""
+        return dict(self._groups)
+
+    def cpu(self, group: str) -> float:
+        """Return the CPU seconds of a group since `mark`."""
+        usage = self._groups.get(group, Usage())
+        return usage.cpu - self._baseline.get(group, 0.0)
+
+    def rss_mb(self, group: str) -> float:
+        """Return the largest resident memory of a group [MB]; shared pages count in each."""
+        return self._groups.get(group, Usage()).rss_mb
+
+
+class UsageLog:
+    """CPU time, memory and the real-time factor over the wall clock, for the report."""
+
+    def __init__(self, journal: Journal) -> None:
+        self._journal = journal
+
+    def write(self, wall: float, sim_time: float, factor: float, meter: UsageMeter) -> None:
+        """Note a sample of the meter.
+
+        Args:
+            wall: [s] of wall time since the start.
+            sim_time: [s] of simulated time.
+            factor: Real-time factor at present.
+            meter: Its CPU time is noted from the very start, not from its mark.
+        """
+        self._journal.write(
+            wall=round(wall, 3),
+            t=round(sim_time, 3),
+            rtf=round(factor, 3),
+            cpu={name: round(usage.cpu, 3) for name, usage in meter.groups.items()},
+            rss_mb={name: round(usage.rss_mb, 1) for name, usage in meter.groups.items()},
+        )

@@ -1,0 +1,13 @@
+"""Configurations of RViz and Foxglove, and their windows.
+
+What a module imports of its folder stands above it:
+
+    foxglove     Foxglove layouts of a run: for one robot, and for the swarm
+    rviz_config  What an RViz window shows: the configuration of one robot's, and of the whole
+                 swarm's
+    window       Becomes a program with a window: `python -m swarm_commander.viewers.window
+                 CONFIG.json`
+    rviz         RViz for a run: its configuration files, and the commands that open them
+
+May import swarm_common only.
+"""

@@ -1,0 +1,78 @@
+"""RViz for a run: its configuration files, and the commands that open them."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Collection, Sequence
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from swarm_commander.viewers.rviz_config import robot_config, swarm_config
+from swarm_common.model.errors import UnknownNameError
+
+SWARM, ALL = "swarm", "all"
+DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # the one in C is ten times as fast
+HOW_TO_GET = (
+    "--rviz: rviz2 is not installed; on Ubuntu 24.04 with ROS 2: apt install ros-jazzy-rviz2."
+    " Without it, swarm-up --viewer shows the same in a browser."
+)
+
+
+def write_rviz(
+    folder: Path, robots: Sequence[str], newcomers: Collection[str] | None = None
+) -> None:
+    """Write `SrobotK.rviz` for each robot, or for newcomers only, and `swarm.rviz`."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for index, robot in enumerate(robots):
+        if newcomers is None or robot in newcomers:
+            _write(folder / f"{robot}.rviz", robot_config(robot, index))
+    _write(folder / f"{SWARM}.rviz", swarm_config(robots))
+
+
+def _write(path: Path, config: dict[str, Any]) -> None:
+    path.write_text(yaml.dump(config, Dumper=DUMPER, sort_keys=False), encoding="utf-8")
+
+
+def windows(text: str, robots: Sequence[str]) -> list[str]:
+    """Return which windows --rviz asks for: names of robots, or `swarm`.
+
+    Args:
+        text: Names separated by commas; `all` for one window per robot, empty for the swarm.
+        robots: Those that run.
+
+    Raises:
+        ConfigError: If a name is unknown.
+    """
+    names = [word.strip() for word in text.split(",") if word.strip()] or [SWARM]
+    if names == [ALL]:
+        return list(robots)
+    for name in names:
+        if name != SWARM and name not in robots:
+            raise UnknownNameError("robot", name, [*robots, ALL, SWARM], "--rviz")
+    return names
+
+
+def find_rviz(tell: Callable[[str], None]) -> str | None:
+    """Return the path of rviz2; if it is not installed, tell how to get it and return None."""
+    program = shutil.which("rviz2")
+    if program is None:
+        tell(HOW_TO_GET)
+    return program
+
+
+def rviz_command(program: str, config: Path, name: str) -> list[str]:
+    """Return the command that opens a window for a robot or the swarm."""
+    return [program, "-d", str(config), "--ros-args", *remappings(name)]
+
+
+def remappings(name: str) -> tuple[str, ...]:
+    """Return the ROS arguments of a window: every robot has a tree of frames of its own."""
+    pairs = (
+        {"/tf": "/sim/tf"}
+        if name == SWARM
+        else {"/tf": f"/{name}/tf", "/tf_static": f"/{name}/tf_static"}
+    )
+    words = [word for old, new in pairs.items() for word in ("-r", f"{old}:={new}")]
+    return (*words, "-r", f"__node:=rviz_{name}", "-p", "use_sim_time:=true")

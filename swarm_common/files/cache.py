@@ -1,0 +1,67 @@
+"""Results kept in the user's cache between runs.
+
+Importing yourdfpy takes a second of a start that takes six; a description that was read before is
+not read again.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import pickle
+import tempfile
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TypeVar
+
+from swarm_common.files.home import NAME, cache_base
+
+MOST_KEPT = 100  # results of a kind; the oldest go first
+
+Result = TypeVar("Result")
+
+
+def cache_folder() -> Path:
+    """Return where everything lies that is made once."""
+    return cache_base() / NAME
+
+
+def kept(kind: str, parts: Iterable[str | bytes], make: Callable[[], Result]) -> Result:
+    """Return what `make` returned at the first call with these parts; only that one calls it.
+
+    A cache that can't be read or written is one that holds nothing.
+
+    Args:
+        kind: Of the results; names their folder.
+        parts: All that the result depends on, the code included.
+        make: Makes the result, which pickle must be able to keep.
+    """
+    digest = hashlib.sha256()
+    for part in parts:
+        data = part.encode() if isinstance(part, str) else part
+        digest.update(b"%d:" % len(data) + data)
+    path = cache_folder() / kind / f"{digest.hexdigest()}.pickle"
+    with contextlib.suppress(Exception):  # whatever a file that was cut off makes pickle raise
+        result: Result = pickle.loads(path.read_bytes())
+        return result
+    result = make()
+    with contextlib.suppress(OSError):
+        _write(path, pickle.dumps(result))
+    return result
+
+
+def _write(path: Path, data: bytes) -> None:
+    """Write a file whole or not at all, whoever else writes it."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    descriptor, name = tempfile.mkstemp(dir=path.parent)
+    try:
+        with os.fdopen(descriptor, "wb") as file:
+            file.write(data)
+        Path(name).replace(path)
+    except OSError:
+        Path(name).unlink(missing_ok=True)
+        raise
+    results = sorted(path.parent.iterdir(), key=lambda file: file.stat().st_mtime)
+    for old in results[:-MOST_KEPT]:
+        old.unlink(missing_ok=True)

@@ -1,0 +1,126 @@
+"""Reading and writing of maps in Nav2's format: a YAML file beside a greyscale image.
+
+The rules are those of nav2_map_server (map_io.cpp): modes trinary, scale and raw, `negate`,
+thresholds, alpha, rotated origins.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_common.files.map_image import TOP, MapImage, read_image
+from swarm_common.files.resources import share_directory
+from swarm_common.files.yaml_io import number, numbers, read_yaml
+from swarm_common.model.errors import MapError
+from swarm_common.model.grid import OCCUPIED, UNKNOWN, Grid
+
+WORLD_FILE = "world.sdf"
+MAP_FILE = "map.yaml"  # beside a user's world
+MODES = ("trinary", "scale", "raw")
+OPTIONAL = {"mode": "trinary", "negate": 0, "occupied_thresh": 0.65, "free_thresh": 0.25}
+MIN_RESOLUTION, MAX_RESOLUTION = 0.001, 10.0  # [m] per pixel
+MAX_PLACE = 100_000.0  # [m] of the origin
+GREY_FREE, GREY_UNKNOWN, GREY_OCCUPIED = 254, 205, 0
+
+
+def map_path(name: str) -> Path:
+    """Return where the map that ships with a world is, whether it exists or not."""
+    return share_directory() / "maps" / f"{name}.yaml"
+
+
+def map_of_world(world: Path) -> Path | None:
+    """Return the map that belongs to a world file: ours, or `map.yaml` beside a `world.sdf`.
+
+    Returns:
+        None if there is no map; it is drawn from the world then.
+    """
+    folder = world.absolute().parent
+    if world.name != WORLD_FILE:
+        return None
+    if folder.resolve() == (share_directory() / "worlds" / folder.name).resolve():
+        path = map_path(folder.name)
+    else:
+        path = folder / MAP_FILE
+    return path if path.is_file() else None
+
+
+def load_map(path: str | Path) -> Grid:
+    """Return the map that a Nav2 map file describes; keys that Nav2 ignores are ignored.
+
+    A rotated origin is kept as it is; `Grid.upright` turns such a map.
+
+    Raises:
+        MapError: If the file or its image is missing or unusable.
+    """
+    path = Path(path)
+    data = OPTIONAL | read_yaml(path, MapError)
+    missing = [key for key in ("image", "resolution", "origin") if key not in data]
+    if missing:
+        raise MapError(f"{path} lacks {', '.join(missing)}")
+    resolution = number(data["resolution"], f"{path}: resolution", MapError)
+    if resolution <= 0.0:
+        raise MapError(f"{path}: resolution is {resolution}; it must be positive [m per pixel]")
+    x, y, yaw = numbers(data["origin"], 3, f"{path}: origin [x, y, yaw]", MapError)
+    if not (MIN_RESOLUTION <= resolution <= MAX_RESOLUTION) or max(abs(x), abs(y)) > MAX_PLACE:
+        raise MapError(
+            f"{path}: resolution {resolution} m, origin ({x}, {y}); expected {MIN_RESOLUTION} to "
+            f"{MAX_RESOLUTION} m per pixel, within {MAX_PLACE:g} m"
+        )
+    image = read_image(_image_path(path, data["image"]))
+    return Grid(_cells(image, data, path)[::-1].copy(), resolution, x, y, yaw)
+
+
+def save_map(grid: Grid, path: str | Path) -> None:
+    """Write a grid as `<path>` and a PGM of the same name beside it."""
+    path = Path(path)
+    grey = np.full(grid.cells.shape, GREY_FREE, np.uint8)
+    grey[grid.cells == OCCUPIED] = GREY_OCCUPIED
+    grey[grid.cells == UNKNOWN] = GREY_UNKNOWN
+    head = f"P5\n{grid.width} {grid.height}\n255\n".encode()
+    path.with_suffix(".pgm").write_bytes(head + grey[::-1].tobytes())
+    path.write_text(
+        f"image: {path.stem}.pgm\nmode: trinary\nresolution: {grid.resolution:g}\n"
+        f"origin: [{grid.origin_x:.12g}, {grid.origin_y:.12g}, {float(grid.origin_yaw)!r}]\n"
+        "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n",
+        encoding="utf-8",
+    )
+
+
+def _cells(image: MapImage, data: dict[str, Any], path: Path) -> NDArray[np.int8]:
+    mode = data["mode"]
+    if mode not in MODES:
+        raise MapError(f"{path}: mode is {mode!r}; expected one of {', '.join(MODES)}")
+    low = number(data["free_thresh"], f"{path}: free_thresh", MapError)
+    high = number(data["occupied_thresh"], f"{path}: occupied_thresh", MapError)
+    if not 0.0 <= low <= high <= 1.0:
+        raise MapError(
+            f"{path}: free_thresh {low}, occupied_thresh {high}; "
+            "expected 0 <= free_thresh <= occupied_thresh <= 1"
+        )
+    if data["negate"] not in (0, 1):
+        raise MapError(f"{path}: negate is {data['negate']!r}; expected 0 or 1")
+    shade = image.shade(with_alpha=mode == "trinary")  # Nav2 averages alpha in here only
+    if mode == "raw":  # Nav2 does not negate here
+        values = np.floor(shade * 255.0 + 0.5)
+        return np.where(values <= OCCUPIED, values, UNKNOWN).astype(np.int8)
+    occupancy = shade if data["negate"] else 1.0 - shade
+    between = np.full(shade.shape, UNKNOWN, np.int8)
+    if mode == "scale" and high > low:
+        between = np.rint((occupancy - low) / (high - low) * 100.0).clip(0, 100).astype(np.int8)
+    cells = np.where(occupancy > high, OCCUPIED, np.where(occupancy < low, 0, between))
+    if mode == "scale" and image.alpha is not None:
+        cells[image.alpha < TOP] = UNKNOWN
+    return cells.astype(np.int8)
+
+
+def _image_path(path: Path, name: object) -> Path:
+    if not isinstance(name, str) or not name or "\0" in name:
+        raise MapError(f"{path}: image is {name!r}; expected a file name")
+    image = path.parent / name  # an absolute name replaces the folder
+    if not image.is_file():
+        raise MapError(f"{path}: image '{name}' is missing; looked for {image}")
+    return image

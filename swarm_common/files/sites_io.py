@@ -1,0 +1,102 @@
+"""Reading of `sites.yaml`: stations, holding circuits, spawns and places of a world."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+from swarm_common.files.yaml_io import check_keys, number, numbers, read_yaml
+from swarm_common.model.errors import ConfigError
+from swarm_common.model.records import Pose
+from swarm_common.model.sites import Sites, Spawn, SpawnArea, SpawnAreas, SpawnCircle
+
+SECTIONS = ("stations", "circuits", "spawn", "spawns", "places")
+
+
+def load_sites(path: str | Path) -> Sites:
+    """Return the sites in a file, which may name none.
+
+    Raises:
+        ConfigError: If the file is malformed; the message names file and key.
+    """
+    path = Path(path)
+    data = read_yaml(path, may_be_empty=True)
+    check_keys(data, SECTIONS, str(path))
+    stations = _section(data, "stations", path)
+    circuits = _section(data, "circuits", path)
+    return Sites(
+        stations={
+            str(name): Pose(*numbers(value, 3, f"{path}: stations.{name} [x, y, yaw]"))
+            for name, value in stations.items()
+        },
+        circuits={
+            str(name): _circuit(value, f"{path}: circuits.{name}")
+            for name, value in circuits.items()
+        },
+        spawn=parse_spawn(data["spawn"], f"{path}: spawn") if data.get("spawn") else None,
+        spawns={
+            str(name): parse_spawn(value, f"{path}: spawns.{name}")
+            for name, value in _section(data, "spawns", path).items()
+        },
+        places=_places(data.get("places") or [], f"{path}: places"),
+    )
+
+
+def _section(data: dict[str, Any], name: str, path: Path) -> dict[str, Any]:
+    section = data.get(name) or {}
+    if not isinstance(section, dict):
+        raise ConfigError(f"{path}: {name} is {section!r}; expected 'name: value' lines")
+    return section
+
+
+def _circuit(value: object, what: str) -> tuple[tuple[float, float], ...]:
+    if not isinstance(value, list) or len(value) < 3:
+        raise ConfigError(f"{what} is {value!r}; expected a list of at least 3 points [x, y]")
+    points = [numbers(point, 2, f"{what}[{index}]") for index, point in enumerate(value)]
+    return tuple((x, y) for x, y in points)
+
+
+def _places(value: object, what: str) -> tuple[Pose, ...]:
+    if not isinstance(value, list):
+        raise ConfigError(f"{what} is {value!r}; expected a list of poses [x, y, yaw]")
+    return tuple(Pose(*numbers(item, 3, f"{what}[{i}]")) for i, item in enumerate(value))
+
+
+def parse_spawn(value: object, what: str) -> Spawn:
+    """Return a spawn: an area, a list of areas, or a circle.
+
+    Raises:
+        ConfigError: If it is none; the message names `what`.
+    """
+    if isinstance(value, list) and value:
+        return SpawnAreas(tuple(_area(item, f"{what}[{i}]") for i, item in enumerate(value)))
+    if isinstance(value, dict) and "radius" in value:
+        return _circle(value, what)
+    return _area(value, what)
+
+
+def _circle(value: dict[str, Any], what: str) -> SpawnCircle:
+    circle = SpawnCircle(**_filled(value, SpawnCircle, 3, what))
+    if circle.radius <= 0.0:
+        raise ConfigError(f"{what}.radius is {circle.radius} m; it must be positive")
+    return circle
+
+
+def _area(value: object, what: str) -> SpawnArea:
+    if not isinstance(value, dict):
+        raise ConfigError(f"{what} is {value!r}; expected x_min, y_min, x_max, y_max")
+    area = SpawnArea(**_filled(value, SpawnArea, 4, what))
+    if area.x_max < area.x_min or area.y_max < area.y_min or area.pitch <= 0.0:
+        raise ConfigError(f"{what} is empty: {area}; expected x_min <= x_max, y_min <= y_max")
+    return area
+
+
+def _filled(value: dict[str, Any], kind: type[Any], required: int, what: str) -> dict[str, float]:
+    """Return the numbers in a mapping, whose keys must be a dataclass's fields."""
+    known = [field.name for field in fields(kind)]
+    check_keys(value, known, what)
+    missing = [name for name in known[:required] if name not in value]
+    if missing:
+        raise ConfigError(f"{what} lacks {', '.join(missing)}")
+    return {key: number(item, f"{what}.{key}") for key, item in value.items()}

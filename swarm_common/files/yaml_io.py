@@ -1,0 +1,131 @@
+"""Strict reading of YAML files: what is malformed, unknown or of a wrong type is an error."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import re
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from swarm_common.model.errors import ConfigError, SwarmError, UnknownNameError
+
+LARGEST = 1e300  # of numbers
+SHORT, FEW = 20_000, 200  # characters, openings
+MAX_SHOWN = 200  # characters of a value in a message
+
+
+class UniqueKeys:
+    """For a loader of PyYAML: a key that occurs twice is an error."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        """Return the mapping, or raise for a repeated key."""
+        seen: set[str] = set()
+        for key_node, _ in node.value:
+            if key_node.value in seen and key_node.tag != "tag:yaml.org,2002:merge":
+                raise yaml.MarkedYAMLError(
+                    problem=f"key '{key_node.value}' occurs twice", problem_mark=key_node.start_mark
+                )
+            if isinstance(key_node.value, str):
+                seen.add(key_node.value)
+        pairs: dict[Any, Any] = super().construct_mapping(node, deep)  # type: ignore[misc]
+        return pairs
+
+
+class UniqueKeyLoader(UniqueKeys, yaml.SafeLoader):
+    """PyYAML's safe loader with unique keys."""
+
+
+class FastLoader(UniqueKeys, getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
+    """The same in C, which is ten times faster but has no limit to how deep it nests."""
+
+
+# 1e-3 is a number in YAML 1.2, and to Nav2; PyYAML's rules are those of 1.1.
+for _loader in (UniqueKeyLoader, FastLoader):
+    _loader.add_implicit_resolver(
+        "tag:yaml.org,2002:float",
+        re.compile(r"^[-+]?(\d+(\.\d*)?|\.\d+)[eE][-+]?\d+$"),
+        list("-+.0123456789"),
+    )
+
+
+def _is_shallow(text: str) -> bool:
+    """Whether a text is too short, and has too few brackets, to nest deep."""
+    openings = sum(text.count(opening) for opening in "[{-?")
+    return len(text) < SHORT and openings < FEW
+
+
+def _parse(text: str) -> Any:
+    if _is_shallow(text):
+        with contextlib.suppress(yaml.YAMLError):  # the other one says better where it is
+            return yaml.load(text, FastLoader)
+    return yaml.load(text, UniqueKeyLoader)
+
+
+def read_yaml(
+    path: Path, error: type[SwarmError] = ConfigError, *, may_be_empty: bool = False
+) -> dict[str, Any]:
+    """Return the mapping at the top of a YAML file.
+
+    Args:
+        path: File to read.
+        error: Class of the exception to raise.
+        may_be_empty: Whether a file without any key is an empty mapping, not an error.
+
+    Raises:
+        SwarmError: `error`, naming file and line, if the file cannot be read or parsed.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as cause:
+        raise error(f"cannot read {path}: {cause}") from cause
+    try:
+        data = _parse(text)
+    except yaml.MarkedYAMLError as cause:
+        mark = cause.problem_mark
+        line = f", line {mark.line + 1}" if mark else ""
+        raise error(f"{path}{line}: malformed YAML: {cause.problem}") from cause
+    except (yaml.YAMLError, ValueError, TypeError, OverflowError, RecursionError) as cause:
+        what = "nested too deep" if isinstance(cause, RecursionError) else cause
+        raise error(f"{path}: malformed YAML: {what}") from cause
+    if data is None and may_be_empty:
+        return {}
+    if data is None:
+        raise error(f"{path} is empty; expected 'key: value' lines")
+    if not isinstance(data, dict):
+        raise error(f"{path}: expected 'key: value' lines, found {type(data).__name__}")
+    return data
+
+
+def _shown(value: object) -> str:
+    text = repr(value) if not isinstance(value, int) or abs(value) < LARGEST else "a huge number"
+    return text if len(text) <= MAX_SHOWN else text[:MAX_SHOWN] + " ..."
+
+
+def check_keys(data: dict[str, Any], known: Iterable[str], where: str) -> None:
+    """Raise UnknownNameError for the first key that is not among the known ones."""
+    names = list(known)
+    for key in data:
+        if key not in names:
+            raise UnknownNameError("key", str(key), names, where)
+
+
+def number(value: object, what: str, error: type[SwarmError] = ConfigError) -> float:
+    """Return a finite number, or raise naming what it should have been."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or abs(value) > LARGEST:
+        raise error(f"{what} is {_shown(value)}; expected a number")
+    if not math.isfinite(value):
+        raise error(f"{what} is {value}; expected a number")
+    return float(value)
+
+
+def numbers(
+    value: object, count: int, what: str, error: type[SwarmError] = ConfigError
+) -> tuple[float, ...]:
+    """Return a tuple of `count` finite numbers, or raise."""
+    if not isinstance(value, list) or len(value) != count:
+        raise error(f"{what} is {value!r}; expected a list of {count} numbers")
+    return tuple(number(item, what, error) for item in value)

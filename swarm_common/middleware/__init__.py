@@ -1,0 +1,40 @@
+"""ROS 2 and DDS as all processes use them.
+
+What a module imports of its folder stands above it:
+
+    addresses           Addresses of this machine and of others: what a server listens on, what
+                        hosts bind to
+    parameter_services  A node's parameter services, which answer whatever is asked
+    rcl_take            Takes serialized messages from rcl itself, which says who sent them;
+                        rclpy leaves that out
+    rejections          What the doors of a process turn away: counted by kind, said once per
+                        kind and source
+    ros_env             Environment of ROS 2 that every process of a swarm wants; set before
+                        rclpy is imported
+    ros_executor        rclpy's EventsExecutor, but a task that fails does not end the process
+    sealed              Messages between hosts under a seal: who knows the secret wrote them,
+                        for this run, just now
+    secret              The secret that the hosts of a swarm share: made and shown by the
+                        world's host
+    topic_table         Every topic of a swarm that people look at or record: name, type,
+                        quality. Knows no ROS
+    beacon_batch        What the radio brings to all robots of one host at a tick, as one
+                        message: each beacon once
+    dds_profile         DDS profiles of a swarm on several hosts: one address to bind to, peers
+                        by unicast only
+    layout              Where the numbers of a CDR message are that begins with a stamp and some
+                        strings
+    participants        DDS participants over which a process spreads the topics of a large
+                        swarm
+    ros_poll            Topics that are looked at, not called back: the cheap way to take what
+                        comes every tick
+    beacon_kernels      Numba kernel of the radio's door: which beacons say what no robot can
+                        mean
+    wire                CDR bytes of the messages sent every tick: odometry, scan, command
+    radio_door          The door of the radio: bytes of `beacon` and `neighbors`, checked before
+                        a kernel reads them
+    ros_io              Every ROS message that is not sent each tick, to and from our records;
+                        and the QoS profiles
+
+May import of swarm_common: `robots`, `files`, `model`, `process`.
+"""

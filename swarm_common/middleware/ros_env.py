@@ -1,0 +1,148 @@
+"""Environment of ROS 2 that every process of a swarm wants; set before rclpy is imported."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable
+from pathlib import Path
+
+from swarm_common.files import home
+
+PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
+DISCOVERY_RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+FIRST_PORT, DOMAIN_PORTS = 7400, 250  # UDP ports of DDSI-RTPS 9.6.1.1
+NEWCOMERS = 16  # participant ids after those of the swarm
+MOST_PARTICIPANTS = 120  # of a domain; the ports of more are those of the next domain
+PROCESSES = 3  # participants beside navigators and hubs: world, its gallery, mission
+HUB_SIZE = 20  # robots that share a participant of world or mission in a large swarm
+TERMINALS = 5  # participants that are left to the user
+FEW_ROBOTS = 30  # up to here every participant may know everybody
+# What another terminal needs to see the same graph in the same way.
+VARIABLES = ("ROS_DOMAIN_ID", DISCOVERY_RANGE, PROFILES)
+FOREIGN = frozenset({PROFILES, "FASTDDS_DEFAULT_PROFILES_FILE", "ROS_DISCOVERY_SERVER"})
+LOOPBACK = "127.0.0.1"
+_PROFILE = Path(__file__).resolve().parent / "fastdds.xml"
+_MARK = 'profile_name="swarm"'
+_ADDRESS = re.compile(r"<interfaceWhiteList>\s*<address>(?P<own>[0-9.]+)</address>")
+_PEERS = re.compile(r"<initialPeersList>.*</initialPeersList>", re.DOTALL)
+
+
+def set_defaults() -> None:
+    """Set what the user has not set.
+
+    The graph stays on this host unless the user chose another range; then Fast DDS is left as it
+    is, too. For one host the range is put into effect by our profile (fastdds.xml): it binds to
+    the loopback interface only, while rmw_fastrtps would for LOCALHOST add shared memory, whose
+    segments stay behind when a process is killed.
+    """
+    home.set_defaults(os.environ)
+    if os.environ.get(DISCOVERY_RANGE, "LOCALHOST") != "LOCALHOST":
+        return
+    if bound_address():  # ours is there already: inherited, or from an env.sh
+        os.environ[DISCOVERY_RANGE] = "SYSTEM_DEFAULT"  # leaves the choice to the profile
+    elif not FOREIGN & os.environ.keys():
+        os.environ[DISCOVERY_RANGE] = "SYSTEM_DEFAULT"
+        os.environ[PROFILES] = str(_PROFILE)
+    else:
+        os.environ[DISCOVERY_RANGE] = "LOCALHOST"
+
+
+def is_profile_ours() -> bool:
+    """Whether discovery is on this host and goes by our profile."""
+    return os.environ.get(PROFILES) == str(_PROFILE)
+
+
+def bound_address() -> str:
+    """Return the address that all bind to by our profile in effect, or one made of it.
+
+    Empty if the profile is the user's own, or there is none.
+    """
+    path = os.environ.get(PROFILES, "")
+    if not path or not Path(path).is_file():
+        return ""
+    text = Path(path).read_text(encoding="utf-8")
+    found = _ADDRESS.search(text)
+    return found["own"] if found is not None and _MARK in text else ""
+
+
+def is_large(robots: int) -> bool:
+    """Whether a swarm is so large that its topics are spread (`participants`).
+
+    Then navigators are told whom to meet, and create rarely used servers when these are wanted.
+    """
+    return robots > FEW_ROBOTS and bool(bound_address())
+
+
+def participants_of(robots: int, navigators: int) -> int:
+    """Return the DDS participants of a large swarm.
+
+    Args:
+        robots: Size of the swarm.
+        navigators: Processes with navigators, on the same host.
+    """
+    return PROCESSES + 2 * -(-robots // HUB_SIZE) + navigators
+
+
+def newcomer_ids(first_free: int) -> range:
+    """Return the participant ids that the next newcomers get, from the first free one on.
+
+    Never one whose port is in the next domain: Fast DDS connects participants of two domains once
+    they know of each other. And at least one, as Fast DDS discards a profile, loopback and all,
+    whose list of peers is empty.
+    """
+    last = min(first_free + NEWCOMERS, MOST_PARTICIPANTS)
+    return range(min(first_free, last - 1), last)
+
+
+def write_profile(path: Path, ports: Iterable[int], first_free: int, host: str = "") -> None:
+    """Write the profile of a process that announces itself to few others.
+
+    Robots need not know each other in DDS (their beacons go through the world's radio), and in
+    large swarms that knowledge costs more than all their work. Who looks around for everybody, as
+    the tools do, finds the robots anyway; here are added the ids that the next newcomers get, so
+    that a tool without our environment finds the robots, too.
+
+    Args:
+        path: Of the profile; its folder is made.
+        ports: Of those that the process needs.
+        first_free: Participant id that the next newcomer on this host will get.
+        host: Address of those that the process needs, if they are on another host.
+    """
+    own = bound_address()
+    newcomers = map(_unicast_port, newcomer_ids(first_free))
+    needed = ((host or own, port) for port in ports)
+    peers = "".join(
+        f"<locator><udpv4><port>{port}</port><address>{address}</address></udpv4></locator>"
+        for address, port in dict.fromkeys((*needed, *((own, port) for port in newcomers)))
+    )
+    text = Path(os.environ[PROFILES]).read_text(encoding="utf-8")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(
+        _PEERS.sub(f"<initialPeersList>{peers}</initialPeersList>", text), encoding="utf-8"
+    )
+
+
+def world_port() -> int:
+    """Return the port of who came first in the domain: in a small swarm, that is the world."""
+    return _unicast_port(0)
+
+
+def is_discovery_port(port: int) -> bool:
+    """Whether a participant of this domain may listen for announcements on a UDP port."""
+    offset = port - world_port()
+    return 0 <= offset < 2 * MOST_PARTICIPANTS and offset % 2 == 0
+
+
+def participant_id(port: int) -> int:
+    """Return the id of the participant that listens for announcements on a port."""
+    return (port - world_port()) // 2
+
+
+def unicast_port(domain: int, participant: int) -> int:
+    """Return the port on which a participant listens for announcements (DDSI-RTPS 9.6.1.1)."""
+    return FIRST_PORT + 10 + DOMAIN_PORTS * domain + 2 * participant
+
+
+def _unicast_port(participant: int) -> int:
+    return unicast_port(int(os.environ.get("ROS_DOMAIN_ID") or "0"), participant)

@@ -1,0 +1,20 @@
+"""Values that all parties speak of.
+
+What a module imports of its folder stands above it:
+
+    errors   Errors that carry a message for the user: what was found, where, what to do
+    sensors  What is wrong with a robot's sensors: the section `sensors:` of robot.yaml, all
+             zero if ideal
+    shapes   Collision shapes and where they sit: the vocabulary of world files and robot
+             descriptions
+    faults   All that is wrong with one thing, told at once
+    grid     Occupancy grid in Nav2's sense: the one central thing that robots share
+    outline  Outlines of bodies seen from above, and what else follows from their shapes
+    records  Values that cross a topic, as plain dataclasses: what the brains and the world core
+             exchange
+    beacon   The radio message: `Beacon` as a numpy record whose bytes are its CDR body
+    sites    Named places of a world: stations, holding circuits, spawns and places
+             (`sites.yaml`)
+
+May import nothing else of swarm_common.
+"""

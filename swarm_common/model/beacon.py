@@ -1,0 +1,183 @@
+"""The radio message: `Beacon` as a numpy record whose bytes are its CDR body.
+
+Every member of swarm_interfaces/Beacon is 4 bytes wide or a fixed array of such members, so that
+the CDR encoding has no padding and a fixed size. Beacons can therefore be joined to a
+NeighborArray, and taken apart again, by copying bytes; `tests/graph/test_beacon_codec.py` checks
+the claim against the ROS serialiser.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import struct
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_common.model.records import value_type
+
+HELD_POINTS = 24  # capacity of the held tube's polyline
+WANTED_POINTS = 8  # capacity of the requested continuation
+INTENT_POINTS = 31  # capacity of the announced path
+FOOTPRINT_POINTS = 8
+HEARD_ENTRIES = 48  # robots whose beacons can be acknowledged at a time
+NO_ROBOT = 0  # ids start at 1
+
+MODE_DRIVE, MODE_HOLD, MODE_YIELD, MODE_PAUSE, MODE_DONE = range(5)
+FLAG_STUCK = 1
+FLAG_ACTIVE = 2  # the navigator is active (lifecycle)
+FLAG_CIRCUIT = 4  # driving the holding circuit
+FLAG_DEAF = 8  # stands because it hears nothing; listens anew before it claims again
+FLAG_LEFT = 16  # was taken out of the world, says the radio: it holds nothing, forget it
+
+BEACON_DTYPE = np.dtype(
+    [
+        ("sec", "<i4"),
+        ("nanosec", "<u4"),
+        ("id", "<u4"),
+        ("tick", "<u4"),
+        ("radius", "<f4"),
+        ("pose", "<f4", (3,)),
+        ("twist", "<f4", (2,)),
+        ("priority", "<u4", (2,)),
+        ("blocked_ticks", "<u4"),
+        ("blocked_by", "<u4"),
+        ("yields_for", "<u4"),
+        ("flags", "<u4"),
+        ("mode", "<u4"),
+        ("target", "<f4", (2,)),
+        ("station", "<f4", (2,)),
+        ("station_tick", "<u4"),
+        ("gate_tick", "<u4"),
+        ("held_size", "<u4"),
+        ("wanted_size", "<u4"),
+        ("intent_size", "<u4"),
+        ("footprint_size", "<u4"),
+        ("held", "<f4", (HELD_POINTS, 2)),
+        ("wanted", "<f4", (WANTED_POINTS, 2)),
+        ("intent", "<f4", (INTENT_POINTS, 2)),
+        ("footprint", "<f4", (FOOTPRINT_POINTS, 2)),
+        ("heard", "<u4", (HEARD_ENTRIES,)),
+    ]
+)
+BEACON_SIZE = BEACON_DTYPE.itemsize
+BEACON_WORDS = BEACON_SIZE // 4
+ENCAPSULATION = b"\x00\x01\x00\x00"  # CDR, little endian
+
+BeaconArray = NDArray[np.void]  # shape (n,), dtype BEACON_DTYPE
+
+
+def _head_struct() -> struct.Struct:
+    """Return the layout of the members before the points."""
+    names = BEACON_DTYPE.names or ()
+    codes = []
+    for name in names[: names.index("held")]:
+        member, length = BEACON_DTYPE[name].base, math.prod(BEACON_DTYPE[name].shape)
+        codes.append(f"{length}{'f' if member.kind == 'f' else 'iI'[member.kind == 'u']}")
+    return struct.Struct("<" + "".join(codes))
+
+
+_HEAD = _head_struct()
+
+
+def pack_head(words: NDArray[np.uint32], head: Sequence[float]) -> None:
+    """Fill in the members before `held`, in their order, vectors one number after the other."""
+    _HEAD.pack_into(words.data, 0, *head)
+
+
+@functools.lru_cache(maxsize=16)
+def blank_beacon(footprint: tuple[tuple[float, float], ...]) -> NDArray[np.uint32]:
+    """Return the words of a beacon with nothing but a footprint, to be copied."""
+    words = np.zeros(BEACON_WORDS, np.uint32)
+    count = min(len(footprint), FOOTPRINT_POINTS)
+    record_of(words)["footprint"][:count] = footprint[:count]
+    return words
+
+
+def record_of(words: NDArray[np.uint32]) -> np.void:
+    """Return the beacon whose memory are `words` (BEACON_WORDS,)."""
+    record: np.void = np.ndarray((1,), BEACON_DTYPE, words.data)[0]
+    return record
+
+
+def empty_beacons(count: int) -> BeaconArray:
+    """Return `count` zeroed beacons."""
+    return np.zeros(count, BEACON_DTYPE)
+
+
+def word_of(member: str) -> int:
+    """Return the index of a member's first 4-byte word, for kernels that read beacons as words."""
+    assert BEACON_DTYPE.fields is not None
+    return int(BEACON_DTYPE.fields[member][1]) // 4
+
+
+def words_of(beacons: BeaconArray) -> NDArray[np.uint32]:
+    """Return beacons as words (n, BEACON_WORDS), writable and aligned; a view if they are.
+
+    numpy copies records member by member; words it copies at once.
+    """
+    words = np.ndarray((len(beacons), BEACON_WORDS), np.uint32, np.ascontiguousarray(beacons))
+    is_fit = words.flags.writeable and words.flags.aligned
+    return words if is_fit else words.copy()
+
+
+@value_type
+class Reception:
+    """What one robot hears at a tick: some rows of what is on the air, which all share.
+
+    Attributes:
+        words: (s, BEACON_WORDS) beacons as words.
+        rows: (k,) those heard, ascending by id.
+    """
+
+    words: NDArray[np.uint32]
+    rows: NDArray[np.int64]
+
+    @property
+    def beacons(self) -> BeaconArray:
+        """The beacons heard (k,), copied."""
+        return self.words[self.rows].view(BEACON_DTYPE)[:, 0]
+
+
+def reception_of(beacons: BeaconArray) -> Reception:
+    """Return the reception of all of some beacons (n,), of which it may be a view."""
+    return Reception(words_of(beacons), np.arange(len(beacons)))
+
+
+def serialize_beacon(beacon: np.void) -> bytes:
+    """Return the CDR message of one beacon, ready for `publisher.publish`."""
+    return ENCAPSULATION + beacon.tobytes()
+
+
+def deserialize_beacon(data: bytes) -> np.void:
+    """Return the beacon in a CDR message.
+
+    Raises:
+        ValueError: If the message does not have a beacon's size.
+    """
+    if len(data) < 4 + BEACON_SIZE:
+        raise ValueError(f"beacon message of {len(data)} bytes; expected {4 + BEACON_SIZE}")
+    beacon: np.void = np.frombuffer(data, BEACON_DTYPE, 1, 4)[0]
+    return beacon
+
+
+def serialize_neighbors(sec: int, nanosec: int, beacons: BeaconArray) -> bytes:
+    """Return the CDR message of a NeighborArray."""
+    head = np.array([sec, nanosec, len(beacons)], "<u4")
+    return ENCAPSULATION + head.tobytes() + beacons.tobytes()
+
+
+def deserialize_neighbors(data: bytes | bytearray) -> tuple[int, int, BeaconArray]:
+    """Return (sec, nanosec, beacons) of a NeighborArray message; the beacons are a view.
+
+    Raises:
+        ValueError: If the message is shorter than its own count says.
+    """
+    if len(data) < 16:
+        raise ValueError(f"neighbour message of {len(data)} bytes; expected at least 16")
+    sec, nanosec, count = np.frombuffer(data, "<u4", 3, 4)
+    if len(data) < 16 + int(count) * BEACON_SIZE:
+        raise ValueError(f"neighbour message of {len(data)} bytes is too short for {count} beacons")
+    return int(sec), int(nanosec), np.frombuffer(data, BEACON_DTYPE, int(count), 16)

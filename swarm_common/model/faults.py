@@ -1,0 +1,59 @@
+"""All that is wrong with one thing, told at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+
+from swarm_common.model.errors import SwarmError
+
+
+class Faults:
+    """Collects errors, so that who mends a file sees all of them at the first attempt."""
+
+    def __init__(self, where: str, error: type[SwarmError]) -> None:
+        """Start without any.
+
+        Args:
+            where: What they are about, for the message.
+            error: Class of the exception that tells of several.
+        """
+        self._where = where
+        self._error = error
+        self._found: list[SwarmError] = []
+
+    def __bool__(self) -> bool:
+        """Whether something is wrong."""
+        return bool(self._found)
+
+    @contextmanager
+    def caught(self) -> Iterator[None]:
+        """Note the error that a block raises, and go on behind it."""
+        try:
+            yield
+        except SwarmError as error:
+            self.add(error)
+
+    def add(self, error: SwarmError) -> None:
+        """Note an error; one that tells of several counts as these."""
+        for single in error.faults or (error,):
+            if str(single) not in map(str, self._found):
+                self._found.append(single)
+
+    def tell(self, messages: Iterable[str]) -> None:
+        """Note messages as errors."""
+        for message in messages:
+            self.add(self._error(message))
+
+    def check(self) -> None:
+        """Raise what was noted, if anything: one error as it was, several as a list."""
+        if not self._found:
+            return
+        if len(self._found) == 1:
+            raise self._found[0]
+        start = f"{self._where}: "
+        lines = [str(error).removeprefix(start) for error in self._found]
+        message = f"{start}{len(lines)} things are wrong:"
+        error = self._error("\n  - ".join([message, *lines]))
+        error.faults = tuple(self._found)
+        raise error from self._found[0]

@@ -1,0 +1,167 @@
+"""Outlines of bodies seen from above, and what else follows from their shapes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from swarm_common.model.shapes import Box, Cylinder, FloatArray, Hull, Part, Shape, Sphere
+
+STRAIGHT = 1e-7  # [m²] cross product of two sides between which there is no corner
+RIM = 32  # corners that stand for a circle
+DENSITY = 300.0  # [kg/m³] of a link whose mass is not given: a light box full of electronics
+LEAST_MASS = 0.01  # [kg]
+Polygon = tuple[tuple[float, float], ...]
+
+
+def corners(shape: Shape) -> FloatArray:
+    """Return points (n, 3) in the shape's frame whose hull, seen from above, holds the shape."""
+    if isinstance(shape, Box):
+        unit = [[i, j, k] for i in (-0.5, 0.5) for j in (-0.5, 0.5) for k in (-0.5, 0.5)]
+        return np.asarray(np.array(unit) * np.array(shape.size), np.float64)
+    if isinstance(shape, Cylinder):
+        rim = _circle(shape.radius)
+        ends = [np.column_stack([rim, np.full(RIM, z)]) for z in (-0.5, 0.5)]
+        return np.asarray(np.vstack(ends) * [1.0, 1.0, shape.length], np.float64)
+    if isinstance(shape, Sphere):
+        rim = _circle(shape.radius)
+        flat = np.column_stack([rim, np.zeros(RIM)])
+        return np.vstack([flat, [[0.0, 0.0, shape.radius], [0.0, 0.0, -shape.radius]]])
+    if isinstance(shape, Hull):
+        return np.array(shape.vertices)
+    return np.zeros((0, 3))
+
+
+def _circle(radius: float) -> FloatArray:
+    """Return a polygon around a circle, its corners outside by 0.5 %."""
+    angles = 2.0 * np.pi * np.arange(RIM) / RIM
+    outer = radius / math.cos(math.pi / RIM)
+    return outer * np.column_stack([np.cos(angles), np.sin(angles)])
+
+
+def placed_corners(parts: Sequence[Part]) -> FloatArray:
+    """Return the corners (n, 3) of parts in their body's frame."""
+    blocks = [np.zeros((0, 3))]
+    for part in parts:
+        turn = np.eye(3) if isinstance(part.shape, Sphere) else part.body_from_part[:3, :3]
+        blocks.append(corners(part.shape) @ turn.T + part.body_from_part[:3, 3])
+    return np.vstack(blocks)
+
+
+def bounds(parts: Sequence[Part]) -> tuple[FloatArray, FloatArray]:
+    """Return the lowest and the highest x, y, z of parts, of which there is at least one."""
+    points = placed_corners(parts)
+    return points.min(axis=0), points.max(axis=0)
+
+
+def volume(shape: Shape) -> float:
+    """Return a shape's volume [m³]; of a hull, half that of the box around it."""
+    if isinstance(shape, Box):
+        return math.prod(shape.size)
+    if isinstance(shape, Cylinder):
+        return math.pi * shape.radius**2 * shape.length
+    if isinstance(shape, Sphere):
+        return 4.0 / 3.0 * math.pi * shape.radius**3
+    spread = np.ptp(corners(shape), axis=0) if isinstance(shape, Hull) else np.zeros(3)
+    return float(np.prod(spread)) / 2.0
+
+
+def outline_around(points: FloatArray, most: int) -> Polygon:
+    """Return a convex polygon of at most `most` corners around points (n, 2), counter-clockwise.
+
+    Sides of the convex hull are left out one after the other, always the one whose neighbours meet
+    nearest behind it.
+
+    Raises:
+        ValueError: If the points span no area.
+    """
+    hull = _hull(points)
+    while len(hull) > most:
+        reaches = [_meeting(hull, side) for side in range(len(hull))]
+        side = int(np.argmin([cost for cost, _ in reaches]))
+        point = reaches[side][1]
+        after = (side + 1) % len(hull)
+        hull[side] = point
+        hull = np.delete(hull, after, axis=0)
+    return _strictly_convex([(round(float(x), 4), round(float(y), 4)) for x, y in hull])
+
+
+def _strictly_convex(points: list[tuple[float, float]]) -> Polygon:
+    """Return a polygon without the corners that rounding has put on a side, or behind it.
+
+    Raises:
+        ValueError: If no area is left.
+    """
+    index = 0
+    checked = 0
+    while checked < len(points):
+        if len(points) < 3:
+            raise ValueError("the points span no area")
+        index %= len(points)
+        (ax, ay), (x, y), (bx, by) = (points[(index + step) % len(points)] for step in (-1, 0, 1))
+        if (x - ax) * (by - y) - (y - ay) * (bx - x) > 0.0:
+            index, checked = index + 1, checked + 1
+        else:
+            del points[index]
+            index, checked = index - 1, 0
+    return tuple(points)
+
+
+def _hull(points: FloatArray) -> FloatArray:
+    from scipy.spatial import ConvexHull, QhullError  # slow to import
+
+    try:
+        hull = points[ConvexHull(points).vertices]
+    except (QhullError, ValueError):
+        raise ValueError("the points span no area") from None
+    kept: list[FloatArray] = list(hull)
+    index = 0
+    while (
+        index < len(kept) and len(kept) > 2
+    ):  # one at a time: two may mark the ends of a tiny side
+        a = kept[index] - kept[index - 1]
+        b = kept[(index + 1) % len(kept)] - kept[index]
+        if a[0] * b[1] - a[1] * b[0] > STRAIGHT:
+            index += 1
+        else:
+            del kept[index]
+    return np.array(kept, np.float64)
+
+
+def _meeting(hull: FloatArray, side: int) -> tuple[float, FloatArray]:
+    """Return the area added if a side is left out, and where its neighbours then meet."""
+    count = len(hull)
+    a, b = hull[side], hull[(side + 1) % count]
+    ahead, behind = a - hull[side - 1], b - hull[(side + 2) % count]
+    across = ahead[0] * behind[1] - ahead[1] * behind[0]
+    if across >= -1e-12:  # they part: the side cannot be left out
+        return math.inf, a
+    gap = b - a
+    way = (gap[0] * behind[1] - gap[1] * behind[0]) / across
+    if way < 0.0:
+        return math.inf, a
+    point = a + way * ahead
+    area = abs((b - a)[0] * (point - a)[1] - (b - a)[1] * (point - a)[0]) / 2.0
+    return float(area), point
+
+
+def estimated_inertia(
+    parts: Sequence[Part], mass: float | None
+) -> tuple[float, FloatArray, FloatArray]:
+    """Return mass, centre and inertia of a link from the box around its shapes.
+
+    Args:
+        parts: Its shapes.
+        mass: [kg]; None if it is not given.
+
+    Returns:
+        Mass [kg], centre (3,) [m], inertia (3, 3) [kg m²] about it, in the link's axes.
+    """
+    low, high = bounds(parts)
+    x, y, z = high - low
+    if mass is None:
+        mass = max(LEAST_MASS, DENSITY * sum(volume(part.shape) for part in parts))
+    tensor = np.diag([y * y + z * z, x * x + z * z, x * x + y * y]) * mass / 12.0
+    return mass, (low + high) / 2.0, np.maximum(tensor, np.eye(3) * 1e-8)

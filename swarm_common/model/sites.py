@@ -1,0 +1,75 @@
+"""Named places of a world: stations, holding circuits, spawns and places (`sites.yaml`)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from swarm_common.model.errors import UnknownNameError
+from swarm_common.model.records import Pose
+
+
+@dataclass(frozen=True, slots=True)
+class SpawnArea:
+    """Rectangle in the map frame in which robots start, on a lattice of `pitch`."""
+
+    x_min: float
+    y_min: float
+    x_max: float
+    y_max: float
+    pitch: float = 1.0
+    yaw: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class SpawnAreas:
+    """Several areas: robots are dealt to them in turn, the first to the first area."""
+
+    areas: tuple[SpawnArea, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class SpawnCircle:
+    """Circle in the map frame on which robots start, evenly spaced and facing its centre."""
+
+    x: float
+    y: float
+    radius: float
+
+
+Spawn = SpawnArea | SpawnAreas | SpawnCircle
+
+
+@dataclass(frozen=True, slots=True)
+class Sites:
+    """What `worlds/<name>/sites.yaml` says.
+
+    Attributes:
+        stations: Pose in the map frame of each station by name, in file order.
+        circuits: Closed polylines [(x, y), ...] by name, in driving order.
+        spawn: Where robots start; None lets the world choose free places.
+        spawns: Other starts, which a mission may ask for by name.
+        places: Poses in the map frame to which missions send robots at random.
+    """
+
+    stations: dict[str, Pose] = field(default_factory=dict)
+    circuits: dict[str, tuple[tuple[float, float], ...]] = field(default_factory=dict)
+    spawn: Spawn | None = None
+    spawns: dict[str, Spawn] = field(default_factory=dict)
+    places: tuple[Pose, ...] = ()
+
+    def spawn_named(self, name: str) -> Spawn | None:
+        """Return a start by name; the default one for an empty name.
+
+        Raises:
+            UnknownNameError: If there is none of that name.
+        """
+        if not name:
+            return self.spawn
+        if name not in self.spawns:
+            raise UnknownNameError("spawn", name, self.spawns, "sites.yaml")
+        return self.spawns[name]
+
+
+def area_count(spawn: Spawn | None) -> int:
+    """Return the number of areas that robots are dealt to in turn."""
+    return len(spawn.areas) if isinstance(spawn, SpawnAreas) else 1

@@ -1,0 +1,15 @@
+"""What processes ask of the kernel and of each other.
+
+What a module imports of its folder stands above it:
+
+    last_resort    Faults of our own, or of a library, that must not end a process: said once
+                   each, with where
+    lifetime       What processes ask of the kernel: to end with their parent, not to interrupt
+                   each other
+    pipes          JSON lines through the pipes between swarm-up and its processes
+    quick_start    What a process does before its work begins costs time that its user waits for
+    single_thread  Forking is safe only in a process of one thread; this keeps libraries from
+                   starting others
+
+May import nothing else of swarm_common.
+"""

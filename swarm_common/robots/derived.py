@@ -1,0 +1,246 @@
+"""What a robot's description says about it: drive, footprint, LiDAR, and limits where it can."""
+
+from __future__ import annotations
+
+import copy
+import itertools
+import math
+import xml.etree.ElementTree as ET
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from swarm_common.model.beacon import FOOTPRINT_POINTS
+from swarm_common.model.errors import RobotModelError, SwarmError
+from swarm_common.model.faults import Faults
+from swarm_common.model.outline import outline_around, placed_corners
+from swarm_common.model.records import LidarSpec
+from swarm_common.model.shapes import FloatArray, Part, transform_from_xyz_rpy
+from swarm_common.robots.description import DESCRIBED, RobotModel, parse_urdf
+from swarm_common.robots.drive_train import DriveTrain, car_message, find_drive
+from swarm_common.robots.gazebo_tags import DriveTags, read_car, read_drive, read_ray_sensors
+from swarm_common.robots.lidar_choice import choose_lidar
+from swarm_common.robots.packages import PackageFinder
+from swarm_common.robots.source import RobotSource
+from swarm_common.robots.urdf_tree import read_tree, root_link
+
+BASE = "base_footprint"
+SAME_PLACE = 0.005  # [m] by which the description's base_footprint may be off the wheels' centre
+SCAN = "base_scan"  # frame of the scans
+SAME_SCAN = 1e-4  # [m] and of a direction, between that frame and the LiDAR's place
+
+
+@dataclass(frozen=True, slots=True)
+class Described:
+    """A robot as its description says it.
+
+    Attributes:
+        urdf: The description with base_footprint as its root, on the ground between the wheels.
+        model: Its bodies; only the driven wheels move.
+        values: Of a `RobotSpec` by name, as far as they follow; `lidar` is a mapping.
+    """
+
+    urdf: str
+    model: RobotModel
+    values: dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """What robot.yaml says, which wins over the description; None where it says nothing.
+
+    Attributes:
+        drive: Of `DRIVES`.
+        wheels: Left and right joints.
+        wheel_radius: [m]
+        lidar: The section of that name.
+        inertia: Where inertias come from, one of `INERTIA`.
+    """
+
+    drive: str | None = None
+    wheels: tuple[Sequence[str], Sequence[str]] | None = None
+    wheel_radius: float | None = None
+    lidar: Mapping[str, Any] = field(default_factory=dict)
+    inertia: str = DESCRIBED
+
+
+def describe(source: RobotSource, asked: Asked, faults: Faults) -> Described | None:
+    """Return what follows from a description; None if something of it is unusable.
+
+    Args:
+        source: The files.
+        asked: What robot.yaml says.
+        faults: Takes all that is wrong with the description.
+    """
+    try:
+        return _describe(source, asked, faults)
+    except SwarmError as error:
+        faults.add(error)
+        return None
+
+
+def _describe(source: RobotSource, asked: Asked, faults: Faults) -> Described | None:
+    where, finder = source.where, source.finder()
+    text = source.text()
+    directory = source.settings.parent if source.urdf is None else source.urdf.parent
+    root = read_tree(text, where)
+    place_meshes(root, finder, directory)
+    drive_tags: DriveTags | None = None
+    with faults.caught():
+        drive_tags = read_drive(root, where)
+    car = read_car(root)
+    if car is not None and asked.wheels is None:
+        faults.tell([f"{where}: {car_message(car)}"])
+    known = bool(faults)
+    every = parse_urdf(text, where, None, finder, directory, asked.inertia, faults)
+    train: DriveTrain | None = None
+    try:
+        train = find_drive(every, where, drive_tags, asked.drive, asked.wheels, asked.wheel_radius)
+    except RobotModelError as error:
+        if bool(faults) == known and car is None:  # else what is missing may be what it lacks
+            faults.add(error)
+    center = np.zeros(3) if train is None else train.center
+    based = _with_base(root, center)
+    moving = () if train is None else (*train.left, *train.right)
+    model = parse_urdf(based, where, moving, finder, directory, asked.inertia, faults)
+    faults.tell(_body_faults(model, where))
+    values: dict[str, Any] = {}
+    if train is not None:
+        values |= _of_train(train) | _limits(train, drive_tags, every)
+        with faults.caught():
+            values |= _of_body(model, where)
+    notes: list[str] = []
+    with faults.caught():
+        sensors = read_ray_sensors(ET.fromstring(based), where)
+        lidar, notes = choose_lidar(model, sensors, asked.lidar, where)
+        if lidar:
+            values["lidar"] = lidar
+    if faults or train is None:
+        return None
+    return Described(based, replace(model, notes=(*model.notes, *notes)), values)
+
+
+def place_meshes(root: ET.Element, finder: PackageFinder, directory: Path) -> None:
+    """Let every mesh that is found be named by its file: viewers need not know the packages."""
+    for mesh in root.iter("mesh"):
+        try:
+            path = finder.resolve(mesh.get("filename", ""), directory)
+        except SwarmError:
+            continue  # only collision meshes have to be there
+        mesh.set("filename", path.absolute().as_uri())
+
+
+def _with_base(root: ET.Element, center: FloatArray) -> str:
+    """Return the description with base_footprint on the ground between the wheels as its root."""
+    top = root_link(root)
+    if top == BASE and np.abs(center).max() <= SAME_PLACE:
+        return ET.tostring(root, encoding="unicode")
+    root = copy.deepcopy(root)
+    links = {link.get("name") for link in root.findall("link")}
+    if BASE in links:
+        other = _free(f"{BASE}_of_model", links)
+        top = other if top == BASE else top
+        _rename_link(root, BASE, other)
+    name = _free(f"{BASE}_joint", {joint.get("name") for joint in root.findall("joint")})
+    joint = ET.Element("joint", name=name, type="fixed")
+    x, y, z = (-center).tolist()
+    ET.SubElement(joint, "parent", link=BASE)
+    ET.SubElement(joint, "child", link=top)
+    ET.SubElement(joint, "origin", xyz=f"{x:.9g} {y:.9g} {z:.9g}", rpy="0 0 0")
+    root.insert(0, joint)
+    root.insert(0, ET.Element("link", name=BASE))
+    return ET.tostring(root, encoding="unicode")
+
+
+def with_scan_frame(urdf: str, model: RobotModel, lidar: LidarSpec) -> str:
+    """Return a description in which the link base_scan is where the LiDAR is.
+
+    That is the frame of the scans. Viewers read from the description where it is.
+    """
+    roll = math.pi if lidar.upside_down else 0.0
+    place = transform_from_xyz_rpy(lidar.x, lidar.y, lidar.z, roll, 0.0, lidar.yaw)
+    seen = model.fixed.get(SCAN)
+    if seen is not None and np.abs(seen - place).max() <= SAME_SCAN:
+        return urdf
+    root = ET.fromstring(urdf)
+    links = {link.get("name") for link in root.findall("link")}
+    if SCAN in links:
+        _rename_link(root, SCAN, _free(f"{SCAN}_of_model", links))
+    name = _free(f"{SCAN}_joint", {joint.get("name") for joint in root.findall("joint")})
+    joint = ET.SubElement(root, "joint", name=name, type="fixed")
+    ET.SubElement(joint, "parent", link=root_link(root))
+    ET.SubElement(joint, "child", link=SCAN)
+    xyz = f"{lidar.x:.9g} {lidar.y:.9g} {lidar.z:.9g}"
+    ET.SubElement(joint, "origin", xyz=xyz, rpy=f"{roll:.9g} 0 {lidar.yaw:.9g}")
+    ET.SubElement(root, "link", name=SCAN)
+    return ET.tostring(root, encoding="unicode")
+
+
+def _free(name: str, taken: Collection[str | None]) -> str:
+    """Return a name like this one that is not taken."""
+    numbered = (f"{name}_{number}" for number in itertools.count(2))
+    return next(one for one in itertools.chain([name], numbered) if one not in taken)
+
+
+def _rename_link(root: ET.Element, old: str, new: str) -> None:
+    for element in root.iter():
+        for name in ("name", "link", "reference"):
+            is_link = element.tag in ("link", "parent", "child", "gazebo")
+            if is_link and element.get(name) == old:
+                element.set(name, new)
+
+
+def _body_faults(model: RobotModel, where: str) -> Iterator[str]:
+    for group in model.groups:
+        if group.mass <= 0.0:
+            yield f"{where}: link {group.name} has no mass; give it an <inertial> or a <collision>"
+
+
+def _of_train(train: DriveTrain) -> dict[str, Any]:
+    return {
+        "drive": train.drive,
+        "wheel_radius": train.radius,
+        "wheel_separation": train.separation,
+        "wheel_base": train.wheel_base,
+        "wheels_left": train.left,
+        "wheels_right": train.right,
+    }
+
+
+def _limits(train: DriveTrain, tags: DriveTags | None, model: RobotModel) -> dict[str, float]:
+    """Return the limits that the plugin or the wheels' joints give."""
+    known = dict(tags.values) if tags is not None else {}
+    limits: dict[str, float] = {
+        name: known[name]
+        for name in ("max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta")
+        if name in known
+    }
+    joints = (*train.left, *train.right)
+    speeds = [group.speed_limit for group in model.groups if group.joint in joints]
+    speed = min(speeds, default=math.inf)
+    half = (train.separation + (train.wheel_base if train.drive == "omni" else 0.0)) / 2.0
+    if math.isfinite(speed):
+        limits.setdefault("max_vel_x", speed * train.radius)
+        limits.setdefault("max_vel_theta", speed * train.radius / half)
+    if "acc_lim_x" in limits:
+        limits.setdefault("acc_lim_theta", limits["acc_lim_x"] / half)
+    return limits
+
+
+def _of_body(model: RobotModel, where: str) -> dict[str, Any]:
+    parts = [
+        Part(part.shape, place @ part.body_from_part)
+        for group, place in zip(model.groups, model.root_from_groups(), strict=True)
+        for part in group.parts
+    ]
+    points = placed_corners(parts)
+    if not len(points):
+        raise RobotModelError(f"{where}: no link has a <collision>; the robot has no body")
+    try:
+        footprint = outline_around(points[:, :2], FOOTPRINT_POINTS)
+    except ValueError as cause:
+        raise RobotModelError(f"{where}: its collision shapes have no footprint: {cause}") from None
+    return {"footprint": [list(point) for point in footprint], "height": float(points[:, 2].max())}

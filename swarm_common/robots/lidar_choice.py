@@ -1,0 +1,145 @@
+"""Which of a description's ray sensors is the LiDAR, and how it is mounted."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from swarm_common.model.errors import RobotModelError
+from swarm_common.model.shapes import Transform, transform_from_xyz_rpy
+from swarm_common.robots.description import RobotModel
+from swarm_common.robots.gazebo_tags import RaySensor
+
+TILT = 0.1  # [rad] by which a scan plane may lean
+FEWEST_RAYS = 8  # of a LiDAR; what has fewer is a range finder
+NARROWEST = 0.5  # [rad] field of view of a LiDAR
+POSE = ("x", "y", "z")
+
+
+@dataclass(frozen=True, slots=True)
+class _Candidate:
+    sensor: RaySensor
+    place: Transform  # base_from_sensor
+
+    @property
+    def rays(self) -> int:
+        return int(self.sensor.values.get("rays", 360.0))
+
+    @property
+    def view(self) -> float:
+        """Field of view [rad]."""
+        return abs(self.sensor.values.get("angle_increment", math.tau / 360.0)) * (self.rays - 1)
+
+    @property
+    def tilt(self) -> float:
+        """Angle [rad] between the scan plane and the ground."""
+        return math.acos(min(1.0, abs(float(self.place[2, 2]))))
+
+    @property
+    def refusal(self) -> str:
+        """Why it is no LiDAR, empty if it may be one."""
+        if self.sensor.layers > 1:
+            return f"{self.sensor.layers} layers of rays"
+        if self.rays < FEWEST_RAYS or self.view < NARROWEST:
+            return f"{self.rays} rays within {math.degrees(self.view):.0f} degrees"
+        return ""
+
+    @property
+    def rank(self) -> tuple[float, float, float]:
+        """The larger, the better: rays times range, level, high."""
+        reach = self.rays * self.sensor.values.get("range_max", 3.5)
+        return reach, -round(self.tilt, 3), round(float(self.place[2, 3]), 3)
+
+    def __str__(self) -> str:
+        reach = self.sensor.values.get("range_max", 3.5)
+        return f"{self.sensor.link} ({self.rays} rays, {reach:g} m)"
+
+
+def choose_lidar(
+    model: RobotModel, sensors: Sequence[RaySensor], asked: Mapping[str, Any], where: str
+) -> tuple[dict[str, Any], list[str]]:
+    """Return the values of a `LidarSpec` as far as they follow, and notes on the choice.
+
+    Args:
+        model: The robot, base_footprint as its root.
+        sensors: Of its description.
+        asked: The section `lidar:` of robot.yaml, which wins.
+        where: The description, for messages.
+
+    Raises:
+        RobotModelError: If there are sensors, and none is a LiDAR without further word.
+    """
+    frame = asked.get("frame")
+    if frame is not None and frame not in model.fixed and not _is_posed(asked):
+        raise RobotModelError(
+            f"{where}: the LiDAR's link '{frame}' is none of the body's: {sorted(model.fixed)}"
+        )
+    known = [
+        _Candidate(sensor, model.fixed[sensor.link] @ transform_from_xyz_rpy(*sensor.pose))
+        for sensor in sensors
+        if sensor.link in model.fixed and frame in (None, sensor.link)
+    ]
+    fit = [one for one in known if frame is not None or not one.refusal]
+    level = fit if _is_posed(asked) else [one for one in fit if one.tilt <= TILT]
+    if not level:
+        if known and not _is_posed(asked):
+            raise RobotModelError(f"{where}: {_refusals(known, fit)}")
+        return (_values(model.fixed[frame], frame, where) if frame in model.fixed else {}), []
+    best = max(level, key=lambda one: one.rank)  # the first of equals
+    values = dict(best.sensor.values) | _values(best.place, best.sensor.link, where, best.tilt)
+    return values, _notes(best, [one for one in known if one is not best], values)
+
+
+def _is_posed(asked: Mapping[str, Any]) -> bool:
+    return all(name in asked for name in POSE)
+
+
+def _values(place: Transform, link: str, where: str, tilt: float | None = None) -> dict[str, Any]:
+    """Return how a sensor is mounted, in the names of a `LidarSpec`."""
+    x, y, z = place[:3, 3].tolist()
+    yaw = math.atan2(place[1, 0], place[0, 0])
+    values = {"x": x, "y": y, "z": z, "yaw": yaw, "frame": link}
+    if place[2, 2] < 0.0:
+        values["upside_down"] = True
+    if tilt is None and abs(place[2, 2]) < math.cos(TILT):
+        raise RobotModelError(f"{where}: {_tilted(link, math.acos(abs(place[2, 2])))}")
+    return values
+
+
+def _tilted(link: str, tilt: float) -> str:
+    return (
+        f"the LiDAR on link '{link}' is tilted by {math.degrees(tilt):.0f} degrees; write the "
+        "pose of its scan plane into robot.yaml, lidar: {x: ..., y: ..., z: ..., yaw: ...}"
+    )
+
+
+def _refusals(known: Sequence[_Candidate], fit: Sequence[_Candidate]) -> str:
+    """Return why none of the sensors is a LiDAR."""
+    if fit:
+        best = max(fit, key=lambda one: one.rank)
+        return _tilted(best.sensor.link, best.tilt)
+    found = ", ".join(f"{one.sensor.link} ({one.refusal})" for one in known)
+    return (
+        f"none of its ray sensors is a planar LiDAR: {found}; write one into robot.yaml, "
+        "lidar: {x: ..., y: ..., z: ..., rays: ..., range_max: ..., rate: ...}"
+    )
+
+
+def _notes(best: _Candidate, others: Sequence[_Candidate], values: Mapping[str, Any]) -> list[str]:
+    notes = []
+    if others:
+        why = [
+            f"{one}: {one.refusal or (f'tilted by {math.degrees(one.tilt):.0f} degrees')}"
+            if one.refusal or one.tilt > TILT
+            else str(one)
+            for one in others
+        ]
+        notes.append(
+            f"{best} is the LiDAR, not {', '.join(why)}; lidar: {{frame: ...}} in robot.yaml "
+            "chooses another"
+        )
+    if values.get("upside_down"):
+        notes.append(f"the LiDAR on link {best.sensor.link} hangs upside down")
+    return notes

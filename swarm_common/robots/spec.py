@@ -1,0 +1,196 @@
+"""A `RobotSpec` from values by name, each checked: those of `robot.yaml` and those derived."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import fields
+from typing import Any
+
+from swarm_common.files.yaml_io import check_keys, number, numbers
+from swarm_common.model.errors import RobotModelError
+from swarm_common.model.faults import Faults
+from swarm_common.model.records import LidarSpec, RobotSpec
+from swarm_common.model.sensors import IDEAL, SensorErrors
+from swarm_common.robots.description import INERTIA
+from swarm_common.robots.sensors_io import sensor_errors
+from swarm_common.robots.source import RobotSource
+
+DRIVES = ("differential", "skid", "omni")
+REQUIRED = (
+    "drive", "max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta", "wheel_radius",
+    "wheel_separation", "footprint", "lidar", "height",
+)  # fmt: skip
+POSITIVE = tuple(name for name in REQUIRED if name not in ("drive", "footprint", "lidar"))
+SIDEWAYS = ("max_vel_y", "acc_lim_y")  # of omnidirectional drives
+FILES = ("description", "packages", "xacro_args", "wheels", "inertia")
+KNOWN = ("model", *REQUIRED, *SIDEWAYS, "wheel_base", "sensors", *FILES)
+LIDAR_REQUIRED = ("x", "y", "z")
+MOST_POINTS = 8  # of a footprint
+LOWEST_SCAN = 0.01  # [m] of a LiDAR above the ground, which it would see otherwise
+SMALLEST = 1e-4  # [m], [m/s], ...: nor less
+LARGEST = 50.0  # [m], [m/s], ...: nothing about a robot on the ground is more
+
+
+def spec_of(source: RobotSource, values: Mapping[str, Any], faults: Faults) -> RobotSpec | None:
+    """Return the model that values by name describe; None if something is wrong with one.
+
+    Args:
+        source: Where they are from.
+        values: As many of `REQUIRED` as there are, and what else there is; without all of them
+            the others are checked all the same.
+        faults: Takes what is wrong; the messages name file and key.
+    """
+    where = str(source.settings if source.settings.is_file() else source.where)
+    read: dict[str, Any] = {"model": source.name}
+    for name, reader in _READERS.items():
+        if name in values:
+            with faults.caught():
+                read[name] = reader(values[name], f"{where}: {name}")
+    wheels: dict[str, Any] = {
+        name: tuple(values[name]) for name in ("wheels_left", "wheels_right") if name in values
+    }
+    if "wheels" in values:
+        with faults.caught():
+            left, right = parse_wheels(values["wheels"], where)
+            wheels = {"wheels_left": left, "wheels_right": right}
+    if "drive" in read:
+        with faults.caught():
+            read |= _sideways(values, read["drive"], where)
+    if faults or any(name not in read for name in REQUIRED):
+        return None
+    return RobotSpec(**read, **wheels)
+
+
+def _sideways(values: Mapping[str, Any], drive: str, where: str) -> dict[str, Any]:
+    """Return the limits sideways; those of an omnidirectional drive are those forwards."""
+    if drive != "omni":
+        for name in SIDEWAYS:
+            if name in values:
+                raise RobotModelError(f"{where}: {name} is for drive: omni, not for {drive}")
+        return {}
+    return {
+        name: positive(value, f"{where}: {name}")
+        for name in SIDEWAYS
+        if (value := values.get(name, values.get(name.replace("_y", "_x")))) is not None
+    }
+
+
+def parse_drive(value: object, where: str) -> str:
+    """Return a drive, or raise RobotModelError."""
+    if value not in DRIVES:
+        raise RobotModelError(f"{where}: drive is {value!r}; expected one of {DRIVES}")
+    return str(value)
+
+
+def parse_inertia(value: object, where: str) -> str:
+    """Return where inertias come from, or raise RobotModelError."""
+    if value not in INERTIA:
+        raise RobotModelError(f"{where}: inertia is {value!r}; expected one of {INERTIA}")
+    return str(value)
+
+
+def _name(value: object, what: str) -> str:
+    if not isinstance(value, str) or not value.strip():
+        raise RobotModelError(f"{what} is {value!r}; expected a name")
+    return value
+
+
+def parse_wheels(value: object, where: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the left and the right driven joints, or raise RobotModelError."""
+    what = f"{where}: wheels"
+    if not isinstance(value, dict):
+        raise RobotModelError(f"{what} is {value!r}; expected left: [joint], right: [joint]")
+    check_keys(value, ("left", "right"), what)
+    sides = [value.get("left"), value.get("right")]
+    for side in sides:
+        if not isinstance(side, list) or not side or not all(isinstance(n, str) for n in side):
+            raise RobotModelError(f"{what} is {value!r}; expected left: [joint], right: [joint]")
+    return tuple(sides[0] or ()), tuple(sides[1] or ())
+
+
+def positive(value: object, what: str) -> float:
+    """Return a positive number of sensible size, or raise RobotModelError."""
+    result = number(value, what, RobotModelError)
+    if not SMALLEST <= result <= LARGEST:
+        raise RobotModelError(
+            f"{what} is {result:g}; it must be positive, from {SMALLEST:g} to {LARGEST:g}"
+        )
+    return result
+
+
+def _footprint(value: object, what: str) -> tuple[tuple[float, float], ...]:
+    if not isinstance(value, list) or not 3 <= len(value) <= MOST_POINTS:
+        raise RobotModelError(
+            f"{what} is {value!r}; expected a list of 3 to {MOST_POINTS} points [x, y]"
+        )
+    points = [numbers(p, 2, f"{what}[{i}]", RobotModelError) for i, p in enumerate(value)]
+    for index, (x, y) in enumerate(points):
+        before, after = points[index - 1], points[(index + 1) % len(points)]
+        turn = (x - before[0]) * (after[1] - y) - (y - before[1]) * (after[0] - x)
+        if not turn > 0.0 or max(abs(x), abs(y)) > LARGEST:
+            raise RobotModelError(
+                f"{what} turns right at point {index} ({x}, {y}); "
+                "expected a convex polygon, counter-clockwise"
+            )
+    if any(
+        (b[0] - a[0]) * a[1] - (b[1] - a[1]) * a[0] > 0.0
+        for a, b in zip(points, (*points[1:], points[0]), strict=True)
+    ):
+        raise RobotModelError(f"{what} does not hold the point (0, 0), about which the robot turns")
+    return tuple((x, y) for x, y in points)
+
+
+def _lidar(value: object, what: str) -> LidarSpec:
+    if not isinstance(value, dict):
+        raise RobotModelError(f"{what} is {value!r}; expected x, y, z, rays, rate, ...")
+    data: dict[str, Any] = value
+    check_keys(data, [field.name for field in fields(LidarSpec)], what)
+    missing = [name for name in LIDAR_REQUIRED if name not in data]
+    if missing:
+        raise RobotModelError(f"{what} lacks {', '.join(missing)}")
+    frame = _name(data.get("frame", "base_scan"), f"{what}.frame")
+    upside_down = data.get("upside_down", False)
+    if not isinstance(upside_down, bool):
+        raise RobotModelError(f"{what}.upside_down is {upside_down!r}; expected true or false")
+    values = {
+        key: number(item, f"{what}.{key}", RobotModelError)
+        for key, item in data.items()
+        if key not in ("frame", "upside_down")
+    }
+    if values["z"] < LOWEST_SCAN:
+        raise RobotModelError(
+            f"{what}.z is {values['z']:.3g} m: the LiDAR would look along the ground; write how "
+            "high its scan plane is into robot.yaml, lidar: {z: ...}"
+        )
+    rays = int(values.pop("rays", 360))
+    spec = LidarSpec(rays=rays, frame=frame, upside_down=upside_down, **values)
+    if (
+        not 1 <= rays <= 100_000
+        or not 0.01 <= spec.rate <= 1000.0
+        or spec.sigma < 0.0
+        or spec.range_min < 0.0
+        or spec.range_max <= spec.range_min
+        or spec.angle_increment < 1e-6
+        or max(abs(spec.x), abs(spec.y), abs(spec.z)) > LARGEST
+    ):
+        raise RobotModelError(f"{what} is impossible: {spec}")
+    return spec
+
+
+def _wheel_base(value: object, what: str) -> float:
+    return positive(value, what) if value else 0.0
+
+
+def _sensors(value: object, what: str) -> SensorErrors:
+    return sensor_errors(value, what, IDEAL, RobotModelError)
+
+
+_READERS: dict[str, Callable[[Any, str], Any]] = {
+    "model": _name,
+    "drive": lambda value, what: parse_drive(value, what.removesuffix(": drive")),
+    **dict.fromkeys(POSITIVE, positive),
+    "footprint": _footprint,
+    "lidar": _lidar,
+    "wheel_base": _wheel_base,
+    "sensors": _sensors,
+}

@@ -1,0 +1,166 @@
+"""Expansion of xacro files, with errors that name file and line."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import re
+import xml.parsers.expat
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from swarm_common.model.errors import MissingPackageError, RobotModelError, SwarmError
+from swarm_common.model.faults import Faults
+from swarm_common.robots.packages import PackageFinder
+
+EXPRESSION = re.compile(r"when evaluating expression '(.*?)'(?: |$)", re.DOTALL | re.MULTILINE)
+UNDEFINED = re.compile("[Uu]ndefined substitution argument")
+COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
+FIND = re.compile(r"\$\(find(?:-pkg-share)?\s+([^)\s]+)\s*\)")
+ARGUMENT = re.compile(r"\$\(arg\s+([^)\s]+)\s*\)")
+DECLARED = re.compile(r"<xacro:arg\b[^>]*?\bname=[\"']([^\"']+)[\"'][^>]*?\bdefault=")
+INCLUDE = re.compile(r"<(?:xacro:)?include\b[^>]*?\bfilename=[\"']([^\"']+)[\"']")
+MOST_FILES = 200  # that are looked through for what is missing
+PLACEHOLDERS = ("namespace", "robot_namespace", "ns", "prefix", "tf_prefix", "frame_prefix")
+LONGEST = 300  # characters of xacro's own message that are shown
+
+
+def expand(path: Path, arguments: Mapping[str, str], finder: PackageFinder) -> str:
+    """Return a xacro file as URDF text.
+
+    Args:
+        path: Of the file.
+        arguments: Values of `xacro:arg`s by name.
+        finder: Of the packages in `$(find package)`.
+
+    Raises:
+        RobotModelError: If xacro refuses it; the message names the file and, if it can, the line.
+    """
+    import xacro  # slow to import, and not needed for plain URDF
+
+    noise = io.StringIO()  # xacro prints its deprecation warnings
+    try:
+        with contextlib.redirect_stderr(noise), _packages_from(finder):
+            document = xacro.parse(None, str(path))
+            _fill_placeholders(document)
+            xacro.init_stacks(str(path))
+            xacro.all_includes.clear()
+            xacro.process_doc(document, mappings=dict(arguments))
+            return str(document.toxml())
+    except RecursionError:
+        raise RobotModelError(f"{path}: xacro cannot expand it: it includes itself") from None
+    except Exception as cause:  # xacro raises its own and bare exceptions
+        own = _own_error(cause)
+        faults = Faults(str(path), RobotModelError)
+        packages, names = unresolved(path, arguments, finder)
+        if isinstance(own, MissingPackageError):
+            own = MissingPackageError([*own.packages, *packages], own.searched)
+        if own is not None:
+            faults.tell([f"{path}: {own}"])
+        if names and (own is not None or UNDEFINED.search(str(cause))):
+            faults.tell([f"{path}: {_undefined(names)}"])
+        if faults:
+            try:
+                faults.check()
+            except RobotModelError as error:
+                raise error from cause
+        place = _place(path, cause, [*reversed(xacro.filestack or []), *xacro.all_includes])
+        message = " ".join(str(cause).split())[:LONGEST] or type(cause).__name__
+        raise RobotModelError(f"{place}: xacro cannot expand it: {message}") from cause
+
+
+def unresolved(
+    path: Path, arguments: Mapping[str, str], finder: PackageFinder
+) -> tuple[list[str], list[str]]:
+    """Return the packages that a xacro file and its includes name and that are not there.
+
+    Also the names of arguments that are used and have no value. xacro stops at the first.
+    """
+    packages: dict[str, None] = {}
+    used: dict[str, None] = {}
+    known = set(arguments)
+    waiting: list[Path] = [path]
+    seen: set[Path] = set()
+    while waiting:
+        file = waiting.pop(0)
+        if file in seen or len(seen) > MOST_FILES:
+            continue
+        seen.add(file)
+        try:
+            text = COMMENT.sub("", file.read_text(encoding="utf-8", errors="replace"))
+        except OSError:
+            continue
+        used |= dict.fromkeys(ARGUMENT.findall(text))
+        known |= set(DECLARED.findall(text))
+        for package in FIND.findall(text):
+            with contextlib.suppress(RobotModelError):
+                finder.share(package)
+                continue
+            packages[package] = None
+        for name in INCLUDE.findall(text):
+            with contextlib.suppress(RobotModelError):
+                whole = FIND.sub(lambda match: str(finder.share(match.group(1))), name)
+                waiting.append(file.parent / whole)
+    return list(packages), [name for name in used if name not in known]
+
+
+def _undefined(names: Sequence[str]) -> str:
+    values = ", ".join(f"{name}: ..." for name in names)
+    return (
+        f"$(arg {names[0]}) has no value"
+        + "".join(f", nor has $(arg {name})" for name in names[1:])
+        + f"; write it into robot.yaml, xacro_args: {{{values}}}"
+    )
+
+
+def _own_error(error: BaseException | None) -> SwarmError | None:
+    """Return what our finder said, around which xacro wraps errors of its own."""
+    while error is not None and not isinstance(error, SwarmError):
+        error = error.__cause__ or error.__context__
+    return error
+
+
+@contextlib.contextmanager
+def _packages_from(finder: PackageFinder) -> Iterator[None]:
+    """Let `$(find package)` ask our finder; xacro itself knows installed packages only."""
+    from xacro import substitution_args
+
+    def find(package: str) -> str:
+        return str(finder.share(package))
+
+    before: Any = substitution_args._eval_find
+    substitution_args._eval_find = substitution_args._eval_dict["find"] = find
+    try:
+        yield
+    finally:
+        substitution_args._eval_find = substitution_args._eval_dict["find"] = before
+
+
+def _fill_placeholders(document: Any) -> None:
+    """Define the properties that packages leave to whoever spawns the robot, as empty."""
+    root = document.documentElement
+    for name in reversed(PLACEHOLDERS):
+        element = document.createElement("xacro:property")
+        element.setAttribute("name", name)
+        element.setAttribute("value", "")
+        root.insertBefore(element, root.firstChild)
+    root.setAttribute("xmlns:xacro", "http://www.ros.org/wiki/xacro")
+
+
+def _place(path: Path, cause: Exception, files: list[str]) -> str:
+    """Return `file, line n` of an error, or the file if the line is not known."""
+    if isinstance(cause, xml.parsers.expat.ExpatError):
+        return f"{files[0] if files else path}, line {cause.lineno}"
+    expressions = EXPRESSION.findall(str(cause))
+    for name in dict.fromkeys(map(os.path.normpath, files)):
+        try:
+            text = Path(name).read_text(encoding="utf-8", errors="replace")
+        except OSError:
+            continue
+        for expression in expressions:
+            match = re.search(r"[({]\s*" + re.escape(expression.strip()) + r"\s*[)}]", text)
+            if match:
+                return f"{name}, line {text.count(chr(10), 0, match.start()) + 1}"
+    return str(path)

@@ -1,4 +1,0 @@
-"""Builds ROS 2 interface packages from their definitions, without colcon or CMake.
-
-Everybody may import `swarm_common.interfaces_build`; only that module imports from here.
-"""

@@ -1,0 +1,38 @@
+"""The state that a robot is in, by the table of `states.py`, and what changing it brings along."""
+
+from __future__ import annotations
+
+from swarm_nav.core.goals import StateChanged
+from swarm_nav.core.states import Event, State, next_state
+from swarm_nav.traffic.holding import HoldingPattern
+from swarm_nav.traffic.situation import Situation
+
+
+class Automaton:
+    """Keeps the state and tells its changes; the holding pattern is entered and left with it."""
+
+    def __init__(self, situation: Situation, holding: HoldingPattern) -> None:
+        """Start idle."""
+        self._s = situation
+        self._holding = holding
+        self.state = State.IDLE
+        self.holding_since = 0
+
+    def switch(self, event: Event) -> None:
+        """Go to the state that follows `event`.
+
+        Raises:
+            IllegalTransitionError: If the table has no such pair.
+        """
+        new = next_state(self.state, event)
+        if new is self.state:
+            return
+        if self.state is State.HOLDING:
+            self._holding.leave()
+            if event is not Event.PUSHED:  # that one brought a path of its own
+                self._s.tube.cut()
+        if new is State.HOLDING:
+            self.holding_since = self._s.tick
+            self._holding.enter(self._s)
+        self.state = new
+        self._s.events.append(StateChanged(new.value, self._s.tick))

@@ -1,0 +1,129 @@
+"""Behaviours beside navigation: spin, back up, drive on heading, wait; and recoveries from them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from swarm_common.model.records import CONTROL_PERIOD, Pose, Twist, wrap_angle
+from swarm_nav.control.controller import Controller
+from swarm_nav.core.goals import ErrorCode, Goal, GoalKind
+from swarm_nav.planning.planner import straight_path
+from swarm_nav.traffic.situation import Situation
+
+SPIN_DONE = 0.03  # [rad]
+DRIVE_DONE = 0.05  # [m]
+DRIVE_TIMEOUTS = {GoalKind.BACKUP: ErrorCode.BACKUP_TIMEOUT}
+DRIVE_COLLISIONS = {GoalKind.BACKUP: ErrorCode.BACKUP_COLLISION_AHEAD}
+
+
+@dataclass(frozen=True, slots=True)
+class BehaviorEnd:
+    """How a behaviour ended; NONE is success."""
+
+    code: ErrorCode = ErrorCode.NONE
+    message: str = ""
+
+
+class Behavior:
+    """One run of SPIN, BACKUP, DRIVE_ON_HEADING or WAIT."""
+
+    def __init__(self, goal: Goal, situation: Situation) -> None:
+        """Start at the present pose."""
+        self.goal = goal
+        self._start_tick = situation.tick
+        self._start: Pose = situation.pose
+        self._last_yaw = situation.pose.yaw
+        self.angle_traveled = 0.0
+        self._is_pathed = False
+        self._driven = 0.0  # [m] before the last interruption
+        self._traveled = 0.0  # [m] at the last step
+        self._end: BehaviorEnd | None = None
+
+    def resume(self, situation: Situation) -> None:
+        """Go on with what is left after the robot made way for another one."""
+        self._last_yaw = situation.pose.yaw
+        self._driven = self._traveled
+        self._start = situation.pose
+        self._is_pathed = False
+
+    def step(self, situation: Situation, controller: Controller) -> Twist:
+        """Return the twist of this tick; `end` tells when it is over."""
+        self.angle_traveled += wrap_angle(situation.pose.yaw - self._last_yaw)
+        self._last_yaw = situation.pose.yaw
+        self._traveled = self.distance_traveled(situation)
+        elapsed = (situation.tick - self._start_tick) * CONTROL_PERIOD
+        kind = self.goal.kind
+        if kind is GoalKind.WAIT:
+            if elapsed >= self.goal.duration:
+                self._end = BehaviorEnd()
+            return controller.stop(situation.twist)
+        if self.goal.duration > 0.0 and elapsed > self.goal.duration:
+            code = ErrorCode.SPIN_TIMEOUT
+            if kind is not GoalKind.SPIN:
+                code = DRIVE_TIMEOUTS.get(kind, ErrorCode.DRIVE_TIMEOUT)
+            self._end = BehaviorEnd(code, f"not done after {self.goal.duration:.1f} s")
+            return controller.stop(situation.twist)
+        if kind is GoalKind.SPIN:
+            return self._spin(situation, controller)
+        return self._drive(situation, controller)
+
+    @property
+    def end(self) -> BehaviorEnd | None:
+        """The result, None while running."""
+        return self._end
+
+    def distance_traveled(self, situation: Situation) -> float:
+        """Return the distance [m] from the start, without ways to make way."""
+        return self._driven + self._start.distance(situation.pose)
+
+    def _spin(self, situation: Situation, controller: Controller) -> Twist:
+        rest = self.goal.angle - self.angle_traveled
+        if abs(rest) < SPIN_DONE:
+            self._end = BehaviorEnd()
+            return controller.stop(situation.twist)
+        step = max(-1.5, min(1.5, rest))
+        return controller.turn_to(situation.pose.yaw + step, situation.pose, situation.twist)
+
+    def _drive(self, situation: Situation, controller: Controller) -> Twist:
+        is_reverse = self.goal.kind is GoalKind.BACKUP
+        tube = situation.tube
+        if not self._is_pathed:
+            if not situation.is_standing:
+                return controller.stop(situation.twist)  # the held space ends ahead, not behind
+            self._is_pathed = True
+            rest = self.goal.distance - self._driven
+            path = straight_path(situation.pose, -rest if is_reverse else rest)
+            floor = situation.body_radius + situation.config.costmap.footprint_padding
+            if any(situation.terrain.clearance(x, y) < floor for x, y in path[1:].tolist()):
+                code = DRIVE_COLLISIONS.get(self.goal.kind, ErrorCode.DRIVE_COLLISION_AHEAD)
+                self._end = BehaviorEnd(code, "a wall is in the way")
+                return controller.stop(situation.twist)
+            tube.reset(situation.pose)
+            tube.adopt(path)
+            tube.is_reverse = is_reverse
+        if self.distance_traveled(situation) >= self.goal.distance - DRIVE_DONE:
+            self._end = BehaviorEnd()
+            tube.cut()
+            return controller.stop(situation.twist)
+        twist = controller.follow(tube, situation.pose, situation.twist)
+        limit = self.goal.speed if self.goal.speed > 0.0 else math.inf
+        return Twist(max(-limit, min(limit, twist.vx)), twist.vy, twist.wz)
+
+
+def recovery_goal(attempt: int, situation: Situation) -> Goal | None:
+    """Return the behaviour of the n-th recovery (0: clear only → None), in Nav2's order."""
+    behavior = situation.config.behavior
+    choice = attempt % 4
+    if choice == 1:
+        return Goal(
+            kind=GoalKind.BACKUP,
+            distance=behavior.backup_dist,
+            speed=behavior.backup_speed,
+            duration=4.0 * behavior.backup_dist / behavior.backup_speed,
+        )
+    if choice == 2:
+        return Goal(kind=GoalKind.SPIN, angle=behavior.spin_dist, duration=20.0)
+    if choice == 3:
+        return Goal(kind=GoalKind.WAIT, duration=behavior.wait_duration)
+    return None

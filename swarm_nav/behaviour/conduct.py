@@ -1,0 +1,164 @@
+"""What the robot does in each state: which path it follows, and which twist overrides that."""
+
+from __future__ import annotations
+
+import math
+
+from swarm_common.model.records import Twist
+from swarm_nav.behaviour.automaton import Automaton
+from swarm_nav.behaviour.pursuit import Pursuit
+from swarm_nav.behaviour.route import Route
+from swarm_nav.behaviour.task import Task
+from swarm_nav.control.controller import Controller
+from swarm_nav.core.goals import ErrorCode, Outcome, PlanError
+from swarm_nav.core.states import Event, State
+from swarm_nav.traffic.gate import Gate
+from swarm_nav.traffic.holding import HoldingPattern, Lease
+from swarm_nav.traffic.situation import Situation
+
+GATE_RECHECK = 5.0  # [s] after which a robot that waits outside looks whether it still has to
+
+
+class Conduct:
+    """Lets the state choose path and twist, and notices when the state is over."""
+
+    def __init__(
+        self,
+        situation: Situation,
+        automaton: Automaton,
+        pursuit: Pursuit,
+        lease: Lease,
+        gate: Gate,
+        holding: HoldingPattern,
+        controller: Controller,
+    ) -> None:
+        """Act on the parts of one navigator."""
+        self._s = situation
+        self._automaton = automaton
+        self._pursuit = pursuit
+        self._route = Route(situation, pursuit)
+        self._lease = lease
+        self._gate = gate
+        self._holding = holding
+        self._controller = controller
+
+    def act(self) -> Twist:
+        """Return the twist of this tick."""
+        state = self._automaton.state
+        if state in (State.BEHAVING, State.RECOVERING):
+            return self._behave()
+        task = self._pursuit.task
+        if state is State.DRIVING:
+            assert task is not None
+            twist = self._navigate(task)
+            if twist is not None:
+                return twist
+        elif state is State.HOLDING:
+            assert task is not None
+            self._hold(task)
+        s = self._s
+        may_back = state is State.YIELDING or s.is_confined
+        if not self._controller.choose_direction(s.tube, s.pose, s.twist, may_back):
+            return self._controller.stop(s.twist)
+        return self._controller.follow(s.tube, s.pose, s.twist)
+
+    def stand(self) -> None:
+        """Note that the robot may not drive, so that this does not count as lack of progress."""
+        task = self._pursuit.task
+        if task is not None:
+            task.note_progress(self._s, True)
+
+    def _behave(self) -> Twist:
+        pursuit = self._pursuit
+        behavior = pursuit.behavior
+        if behavior is None:
+            is_recovering = self._automaton.state is State.RECOVERING
+            self._automaton.switch(Event.RECOVERED if is_recovering else Event.FINISHED)
+            return self._controller.stop(self._s.twist)
+        twist = behavior.step(self._s, self._controller)
+        end = behavior.end
+        if end is None:
+            return twist
+        if pursuit.is_recovery:
+            pursuit.drop_recovery()
+            self._s.tube.cut()
+            self._automaton.switch(Event.RECOVERED)
+        elif end.code is ErrorCode.NONE:
+            pursuit.end(Outcome.SUCCEEDED)
+        else:
+            pursuit.end(Outcome.ABORTED, end.code, end.message)
+        return twist
+
+    def _navigate(self, task: Task) -> Twist | None:
+        """Return a twist that overrides following the tube, if any."""
+        s = self._s
+        if task.is_reached(s):
+            self._pursuit.reach_target(task)
+            return None if self._pursuit.task is task else self._controller.stop(s.twist)
+        if task.has_arrived:
+            return self._settle(task)
+        config = s.config.holding
+        if self._gate.is_closed:
+            self._automaton.switch(Event.STATION_TAKEN)
+            return None
+        is_barred = self._lease.is_barred(s)
+        if self._lease.station is not None and not is_barred and not self._has_turn():
+            if s.distance_to(*self._lease.station) <= config.hold_distance:
+                self._automaton.switch(Event.STATION_TAKEN)
+                return None
+        if is_barred:
+            message = "a robot that no longer answers or is inactive stands on the station"
+            self._pursuit.fail_target(task, ErrorCode.GOAL_OCCUPIED, message)
+            return None
+        self._route.update(task)
+        if self._pursuit.task is task:
+            self._check_progress(task)
+        return None
+
+    def _settle(self, task: Task) -> Twist:
+        """Stop within the tolerance and turn to the goal's heading."""
+        s = self._s
+        s.tube.release_ahead(s.brake_points)
+        s.tube.cut()
+        if abs(s.twist.vx) < 0.02:
+            s.tube.reset(s.pose)
+            if not math.isnan(task.target.yaw):
+                return self._controller.turn_to(task.target.yaw, s.pose, s.twist)
+        return self._controller.stop(s.twist)
+
+    def _hold(self, task: Task) -> None:
+        s = self._s
+        task.note_holding(s)
+        if self._gate.is_closed and (s.tick + s.robot_id) % s.ticks(GATE_RECHECK) == 0:
+            self._recheck_gate(task)
+        has_turn = self._has_turn() or self._lease.is_barred(s)
+        if has_turn and not self._gate.is_closed:
+            self._automaton.switch(Event.STATION_GRANTED)
+        else:
+            self._holding.update(s, self._gate.region if self._gate.is_closed else None)
+
+    def _recheck_gate(self, task: Task) -> None:
+        s = self._s
+        try:
+            way = s.planner.plan(s.stop_point, task.place, s.planner.no_extra())
+        except PlanError:
+            return
+        self._gate.recheck(s, way)
+
+    def _has_turn(self) -> bool:
+        """Whether the robot may approach its station, and nobody stands on it for good."""
+        return self._lease.is_turn(self._s.config.holding) and not self._lease.is_covered(self._s)
+
+    def _check_progress(self, task: Task) -> None:
+        s = self._s
+        traffic = s.config.traffic
+        is_listening = s.tick - s.listening_since < 2 * traffic.listen_ticks
+        is_waiting = s.blocked_ticks > 0 or s.is_unconfirmed
+        task.note_progress(s, is_listening or is_waiting)
+        code = ErrorCode.FAILED_TO_MAKE_PROGRESS
+        if s.tick - task.moved_tick > s.ticks(traffic.patience):
+            message = f"blocked by Srobot{s.blocked_by} for {traffic.patience:.0f} s"
+            self._pursuit.fail_target(task, code, message)
+        elif task.lacks_progress(s):
+            message = f"no progress after {task.recoveries} recoveries"
+            self._pursuit.recover_or_fail(task, code, message)

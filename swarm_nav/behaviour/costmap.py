@@ -1,0 +1,109 @@
+"""Costmaps with Nav2's cost scale, composed when somebody asks for them.
+
+Layers: static (the map), obstacles (LiDAR), neighbours (footprints and commitments), inflation:
+252 exp(-k (d - r_inscribed)).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_common.model.grid import OCCUPIED, UNKNOWN
+from swarm_nav.planning import distance_kernels
+from swarm_nav.traffic.situation import Situation
+
+FREE, LARGEST_FREE, INSCRIBED, LETHAL, NO_INFORMATION = 0, 252, 253, 254, 255
+
+
+@dataclass(frozen=True, slots=True)
+class Costmap:
+    """Costs uint8 (height, width) in map, row 0 at the lowest y; lengths in metres."""
+
+    cells: NDArray[np.uint8]
+    resolution: float
+    origin_x: float
+    origin_y: float
+
+
+def inflate(
+    lethal: NDArray[np.bool_],
+    resolution: float,
+    inscribed_radius: float,
+    inflation_radius: float,
+    scaling: float,
+) -> NDArray[np.uint8]:
+    """Return costs (h, w) of lethal cells and their inflation (Nav2's InflationLayer)."""
+    costs = np.zeros(lethal.shape, np.uint8)
+    if not lethal.any():
+        return costs
+    distance = distance_kernels.distance_cells(lethal) * resolution
+    near = distance <= inflation_radius
+    decay = np.exp(-scaling * (distance[near] - inscribed_radius))
+    costs[near] = np.minimum(LARGEST_FREE, LARGEST_FREE * decay).astype(np.uint8)
+    costs[distance <= inscribed_radius] = INSCRIBED
+    costs[lethal] = LETHAL
+    return costs
+
+
+def compose(situation: Situation, inscribed_radius: float, window: float | None) -> Costmap:
+    """Return the global costmap, or with `window` [m] the rolling local one around the robot."""
+    grid = situation.terrain.grid
+    resolution = grid.resolution
+    rows, columns = (0, grid.height), (0, grid.width)
+    if window is not None:
+        row, column = grid.cell_of(situation.pose.x, situation.pose.y)
+        half = math.ceil(window / 2 / resolution)
+        rows, columns = (row - half, row + half), (column - half, column + half)
+    cells = _window(grid.cells, rows, columns)
+    origin_x = grid.origin_x + columns[0] * resolution
+    origin_y = grid.origin_y + rows[0] * resolution
+    lethal = cells == OCCUPIED
+    _mark(lethal, situation.obstacle_points(), resolution, origin_x, origin_y, resolution / 2)
+    hood = situation.hood
+    for index in range(len(hood.beacons)):
+        radius = float(hood.beacons[index]["radius"])
+        _mark(lethal, hood.tubes(index), resolution, origin_x, origin_y, radius)
+    costmap = situation.config.costmap
+    costs = inflate(
+        lethal,
+        resolution,
+        inscribed_radius,
+        costmap.inflation_radius,
+        costmap.cost_scaling_factor,
+    )
+    costs[(cells == UNKNOWN) & (costs < INSCRIBED)] = NO_INFORMATION
+    return Costmap(costs, resolution, origin_x, origin_y)
+
+
+def _window(
+    cells: NDArray[np.int8], rows: tuple[int, int], columns: tuple[int, int]
+) -> NDArray[np.int8]:
+    """Return a block that may hang over the grid's edge; outside is unknown."""
+    out = np.full((rows[1] - rows[0], columns[1] - columns[0]), UNKNOWN, np.int8)
+    r0, r1 = max(0, rows[0]), min(cells.shape[0], rows[1])
+    c0, c1 = max(0, columns[0]), min(cells.shape[1], columns[1])
+    if r0 < r1 and c0 < c1:
+        out[r0 - rows[0] : r1 - rows[0], c0 - columns[0] : c1 - columns[0]] = cells[r0:r1, c0:c1]
+    return out
+
+
+def _mark(
+    lethal: NDArray[np.bool_],
+    points: object,
+    resolution: float,
+    origin_x: float,
+    origin_y: float,
+    radius: float,
+) -> None:
+    block = np.ascontiguousarray(points, np.float64).reshape(-1, 2)
+    if len(block) == 0:
+        return
+    stamped = np.zeros(lethal.shape, np.float32)
+    distance_kernels.stamp_discs(
+        stamped, (origin_x, origin_y, resolution), block, len(block), max(radius, resolution), 1.0
+    )
+    lethal |= stamped > 0

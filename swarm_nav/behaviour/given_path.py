@@ -1,0 +1,81 @@
+"""A path that the operator gave (FollowPath): how far the robot is on it, and the way along it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from swarm_common.model.records import FloatArray
+from swarm_nav.core.goals import ErrorCode, PlanError
+from swarm_nav.planning.planner import path_length
+from swarm_nav.traffic import crowd
+from swarm_nav.traffic.situation import Situation
+
+JOINED = 0.1  # [m] from the path within which it is taken up without a plan
+LAST_PIECE = 0.5  # [m] before the end from where the goal may count as reached
+LOOK_AHEAD = 0.5  # [m] of path beyond a nearest point in which a nearer one is looked for
+
+
+class GivenPath:
+    """Points in map with the index of the robot on them; never goes back to an earlier one."""
+
+    def __init__(self, points: FloatArray) -> None:
+        """Start at the first of the points (n, 2)."""
+        self.points = np.ascontiguousarray(points, np.float64)
+        self.index = 0
+        steps = np.hypot(*np.diff(self.points, axis=0).T) if len(self.points) > 1 else np.zeros(0)
+        self._lengths: FloatArray = np.concatenate((np.zeros(1), np.cumsum(steps)))
+
+    @property
+    def is_at_end(self) -> bool:
+        """Whether only the last piece is left; a closed path starts where it ends."""
+        return path_length(self.points[self.index :]) < LAST_PIECE
+
+    def advance(self, x: float, y: float) -> None:
+        """Move the index on to the point nearest to the robot."""
+        self.index = self._nearest(x, y)
+
+    def way(self, situation: Situation) -> FloatArray:
+        """Return the path (n, 2) from the stop point back to the given one and along its rest.
+
+        Raises:
+            PlanError: If the given path comes too near to a wall, or there is no way to it.
+        """
+        start = situation.stop_point
+        rest = self.points[self._nearest(*start) :]
+        planner = situation.planner
+        joint = np.array((start,))
+        if np.hypot(*(rest[0] - start)) > JOINED:
+            joint = planner.plan(start, (rest[0, 0], rest[0, 1]), crowd.congestion(situation))
+        end = (float(rest[-1, 0]), float(rest[-1, 1]))
+        path = planner.finish(np.vstack((joint, rest)), start, end, planner.no_extra(), False)
+        self._check(path, situation)
+        return path
+
+    def _nearest(self, x: float, y: float) -> int:
+        """Return the point from the index on to which none shortly after it is nearer.
+
+        The path may pass the same place again much later; at a cusp it does so at once.
+        """
+        gaps = np.hypot(*(self.points[self.index :] - (x, y)).T)
+        k = 0
+        while True:
+            start = self._lengths[self.index + k]
+            end = int(np.searchsorted(self._lengths, start + LOOK_AHEAD, "right")) - self.index
+            ahead = gaps[k : max(end, k + 2)]
+            step = int(ahead[::-1].argmin())  # of equally near points the last one
+            step = len(ahead) - 1 - step
+            if step == 0:
+                return self.index + k
+            k += step
+
+    @staticmethod
+    def _check(path: FloatArray, situation: Situation) -> None:
+        terrain = situation.terrain
+        floor = min(situation.body_radius, terrain.clearance(*situation.stop_point))
+        for x, y in path.tolist():
+            if not terrain.grid.contains(x, y) or terrain.clearance(x, y) < floor - 1e-6:
+                raise PlanError(
+                    ErrorCode.NO_VALID_CONTROL,
+                    f"the given path touches a wall at ({x:.2f}, {y:.2f}); the robot needs"
+                    f" {situation.body_radius:.2f} m",
+                )

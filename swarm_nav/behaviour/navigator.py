@@ -1,0 +1,310 @@
+"""The brain of one robot: observations in, one twist and one beacon per tick out. No I/O."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_common.model.beacon import BeaconArray, Reception
+from swarm_common.model.grid import Grid
+from swarm_common.model.records import FloatArray, Odometry, Pose, RobotSpec, Scan, Twist
+from swarm_common.model.sites import Sites
+from swarm_nav.behaviour import costmap as costmaps
+from swarm_nav.behaviour.announcement import compose_beacon, compose_feedback, compose_status
+from swarm_nav.behaviour.automaton import Automaton
+from swarm_nav.behaviour.conduct import Conduct
+from swarm_nav.behaviour.costmap import Costmap
+from swarm_nav.behaviour.pursuit import Pursuit
+from swarm_nav.behaviour.task import Task
+from swarm_nav.control.omni import make_controller
+from swarm_nav.core.config import NavConfig
+from swarm_nav.core.goals import Feedback, Goal, Outcome, Output, Status
+from swarm_nav.core.priority import CLASS_DRIVING, base_priority
+from swarm_nav.core.states import State
+from swarm_nav.localisation.localiser import START_DEVIATION, make_localiser
+from swarm_nav.traffic.caution import limited
+from swarm_nav.traffic.claim import Claim
+from swarm_nav.traffic.departure import Departure
+from swarm_nav.traffic.gate import Gate, narrow_region
+from swarm_nav.traffic.holding import HoldingPattern, Lease
+from swarm_nav.traffic.right_of_way import RightOfWay
+from swarm_nav.traffic.senses import Senses
+from swarm_nav.traffic.situation import begin
+
+
+class Navigator:
+    """Nav2-like navigator of one robot with reservation-based traffic. See ARCHITECTURE.md.
+
+    A facade: what the robot is told goes to the parts, `tick` lets them decide in order, and what
+    it tells is composed from them. The parts share one `Situation`.
+    """
+
+    def __init__(
+        self,
+        config: NavConfig,
+        spec: RobotSpec,
+        grid: Grid,
+        sites: Sites,
+        robot_id: int,
+        initial_pose_map: Pose,
+    ) -> None:
+        """Build the parts; the first plan comes with the first goal."""
+        self.spec = spec
+        self.sites = sites
+        self.is_active = True
+        self._controller = make_controller(spec, config.controller)
+        stations = [(p.x, p.y) for p in sites.stations.values()]
+        self._holding = HoldingPattern(sites.circuits, stations)
+        self._lease = Lease()
+        self._right = RightOfWay()
+        self._s = s = begin(config, spec, grid, robot_id, initial_pose_map)
+        s.stations = tuple(stations)
+        self._localiser = make_localiser(
+            initial_pose_map, config.localisation, spec, s.terrain, s.hood, robot_id
+        )
+        self._gate = Gate(self._narrow_region())
+        self._automaton = Automaton(s, self._holding)
+        self._pursuit = Pursuit(
+            s, self._automaton, self._lease, self._right, Departure(self._gate, self._lease)
+        )
+        self._conduct = Conduct(
+            s, self._automaton, self._pursuit, self._lease, self._gate, self._holding,
+            self._controller,
+        )  # fmt: skip
+        self._senses = Senses(s)
+        self._claim = Claim(s)
+
+    def _narrow_region(self) -> NDArray[np.bool_] | None:
+        return narrow_region(self._s.terrain, self._s.stations)
+
+    @property
+    def config(self) -> NavConfig:
+        """The parameters in force."""
+        return self._s.config
+
+    @property
+    def pose_map(self) -> Pose:
+        """Estimated pose of base_footprint in map."""
+        return self._localiser.pose_map
+
+    @property
+    def map_from_odom(self) -> Pose:
+        """The transform map → odom."""
+        return self._localiser.map_from_odom
+
+    @property
+    def goal_id(self) -> int | None:
+        """Id of the goal in hand or pending, None without one."""
+        return self._pursuit.goal_id
+
+    def variances(self) -> tuple[float, float, float]:
+        """Return the variances of the estimated x, y [m²] and yaw [rad²]."""
+        return self._localiser.variances()
+
+    def particles(self) -> FloatArray:
+        """Return the localiser's hypotheses (k, 3)."""
+        return self._localiser.particles()
+
+    def on_odom(self, odom: Odometry) -> None:
+        """Take the odometry of this tick."""
+        self._localiser.on_odom(odom)
+        self._s.twist = self._controller.course(odom.twist)
+        self._s.pose = self._localiser.pose_map
+
+    def on_scan(self, scan: Scan) -> None:
+        """Take a scan."""
+        scan = scan.from_above(self.spec.lidar)
+        if scan.tick - self._s.listening_since > self._s.config.traffic.listen_ticks // 2:
+            self._localiser.on_scan(scan)  # only then are the robots around known by radio
+        self._senses.on_scan(scan)
+
+    def on_neighbors(self, beacons: BeaconArray) -> None:
+        """Take the radio's batch of this tick, which may be empty."""
+        self._senses.on_neighbors(beacons)
+
+    def on_reception(self, reception: Reception) -> None:
+        """Take the radio's batch of this tick where it is, without a copy."""
+        self._senses.on_reception(reception)
+
+    def on_initial_pose(
+        self, pose_map: Pose, deviation: tuple[float, float] = START_DEVIATION
+    ) -> None:
+        """Take a pose from the operator, known to within `deviation` [m], [rad]."""
+        self._localiser.initialise(pose_map, deviation)
+        self._take_over_pose()
+
+    def _take_over_pose(self) -> None:
+        """Go on from a pose that is elsewhere; claims made at the old one are dropped."""
+        s, pose = self._s, self._localiser.pose_map
+        if pose.distance(s.pose) > s.config.traffic.safety_margin:
+            s.listening_since = s.tick  # who holds the space there is not known yet
+        s.pose = pose
+        s.tube.reset(pose)
+
+    def _trust_pose(self) -> None:
+        """See how good the pose is: it decides on the safety margin and on driving at all."""
+        s, localiser = self._s, self._localiser
+        s.is_lost = localiser.is_lost
+        s.take_margin(localiser.margin)
+        if localiser.wants_leap and s.is_standing:
+            localiser.leap()
+            s.obstacles.clear()
+            self._take_over_pose()
+
+    def load_map(self, grid: Grid) -> None:
+        """Take another map."""
+        self._s.load_map(grid)
+        self._localiser.load_map(self._s.terrain)
+        self._gate.region = self._narrow_region()
+
+    def reconfigure(self, config: NavConfig) -> None:
+        """Take new parameters, effective from the next tick."""
+        self._controller.configure(config.controller)
+        self._s.configure(config)
+        self._localiser.configure(config.localisation)
+
+    def activate(self) -> None:
+        """Start to navigate; listens first."""
+        if not self.is_active:
+            self.is_active = True
+            self._s.listening_since = self._s.tick
+            self._s.tube.reset(self._s.pose)
+
+    def deactivate(self) -> None:
+        """Stop, end the goal in hand, and hold the place."""
+        self.cancel_goal()
+        self.is_active = False
+
+    def clear_costmap(self) -> None:
+        """Forget what the LiDAR saw."""
+        self._s.obstacles.clear()
+
+    def set_goal(self, goal: Goal) -> None:
+        """Take a goal; the one in hand ends as canceled (preempted)."""
+        self._pursuit.set_goal(goal)
+
+    def cancel_goal(self) -> None:
+        """End the goal in hand, if any."""
+        self._pursuit.end(Outcome.CANCELED, message="canceled")
+
+    def tick(self, tick: int) -> Output:
+        """Decide; call once per control tick after the observations of that tick."""
+        s = self._s
+        if s.tick == 0 and tick > 1:
+            s.listening_since = tick  # a navigator that joins late listens first
+        elif tick - s.tick > s.config.traffic.lost_ticks:
+            self._return(tick)
+        s.tick = tick
+        s.hood.refresh(tick)
+        s.radio.note(s.hood.acks, tick)
+        self._trust_pose()
+        self._pursuit.begin_pending()
+        self._lease.update(s)
+        self._gate.update(
+            s,
+            has_turn=self._task is not None and self._lease.is_turn(self.config.holding),
+            is_driving=self._state is State.DRIVING,
+            priority=max(
+                base_priority(CLASS_DRIVING, self._pursuit.last_goal_tick, s.robot_id),
+                self._lease.inherited,
+            ),
+        )
+        if self._senses.update() and self.is_active:
+            twist = self._drive()
+        else:
+            self._claim.retract()
+            self._conduct.stand()
+            twist = self._controller.stop(s.twist)
+        events, s.events = tuple(s.events), []
+        beacon = compose_beacon(
+            s, self.spec, self._state, self._right, self._lease, self._gate, self._holding,
+            self._pursuit.last_goal_tick, self._pursuit.has_goal, self.is_active,
+        )  # fmt: skip
+        self._claim.note_published(*s.tube.published_held)
+        if self._state is State.HOLDING:
+            s.counters.hold_ticks += 1
+        elif self._state is State.DRIVING and s.blocked_ticks > 0 and s.is_standing:
+            s.counters.wait_ticks += 1
+        return Output(twist, beacon, events)
+
+    def _return(self, tick: int) -> None:
+        """Go on after a time without data: what was held counts no longer for the others."""
+        s = self._s
+        s.listening_since = tick
+        s.tube.reset(s.pose)
+        if self._task is not None:
+            self._task.is_planned = False
+
+    def _drive(self) -> Twist:
+        """Choose the twist inside the held space, then let that space grow."""
+        self._claim.guard()
+        if self._claim.drop_if_unused() and self._task is not None:
+            self._task.is_planned = False
+        self._pursuit.yield_or_resume(self._right.update(self._s))
+        twist = self._admitted(limited(self._s, self._conduct.act()))
+        self._claim.extend()
+        return twist
+
+    def _admitted(self, twist: Twist) -> Twist:
+        """Return what of a twist a long robot's outline has room for."""
+        s = self._s
+        if s.oblong is None:
+            return twist
+        field = (s.terrain.distance, s.terrain.frame)
+        acceleration = (self.config.controller.acc_lim_x, self.config.controller.acc_lim_theta)
+        obstacles = s.obstacle_points()
+        return s.oblong.admitted(field, obstacles, s.pose, s.twist, twist, acceleration)
+
+    @property
+    def _state(self) -> State:
+        return self._automaton.state
+
+    @property
+    def _task(self) -> Task | None:
+        return self._pursuit.task
+
+    def make_plan(self, start: Pose | None, goals: Sequence[Pose]) -> FloatArray:
+        """Return a path (n, 2) through the goals from `start` (None: the robot's pose).
+
+        Raises:
+            PlanError: With Nav2's code, if there is none.
+        """
+        return self._s.planner.plan_through([(p.x, p.y) for p in (start or self._s.pose, *goals)])
+
+    def plan_map(self) -> FloatArray:
+        """Return the path ahead (n, 2) in map."""
+        return self._s.tube.points[self._s.tube.near :].copy()
+
+    def local_plan_map(self) -> FloatArray:
+        """Return the controller's predicted positions (m, 2) in map."""
+        return self._controller.arc[:, :2].copy()
+
+    def global_costmap(self) -> Costmap:
+        """Return the costmap of the whole map."""
+        return costmaps.compose(self._s, self.spec.inscribed_radius, None)
+
+    def local_costmap(self) -> Costmap:
+        """Return the rolling costmap around the robot."""
+        size = self._s.config.costmap.local_size
+        return costmaps.compose(self._s, self.spec.inscribed_radius, size)
+
+    def distance_remaining(self) -> float:
+        """Return the path length [m] to the goal in hand, 0 without one."""
+        return 0.0 if self._task is None else self._task.distance_remaining(self._s)
+
+    def feedback(self) -> Feedback | None:
+        """Return the progress of the goal in hand, None without one."""
+        pursuit = self._pursuit
+        if not pursuit.has_goal:
+            return None
+        return compose_feedback(self._s, pursuit.goal_id or 0, pursuit.task, pursuit.behavior)
+
+    def status(self) -> Status:
+        """Return the state for the operator."""
+        target = self._task.target if self._task is not None else None
+        return compose_status(
+            self._s, self.is_active, self._state, target, self._lease, self._gate, self.sites,
+            self._holding, self._automaton.holding_since, self.distance_remaining(),
+        )  # fmt: skip

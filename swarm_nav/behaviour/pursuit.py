@@ -1,0 +1,184 @@
+"""The pursuit of goals: begins them, goes from target to target, recovers, and ends them."""
+
+from __future__ import annotations
+
+from swarm_nav.behaviour.automaton import Automaton
+from swarm_nav.behaviour.behaviors import Behavior, recovery_goal
+from swarm_nav.behaviour.task import Task
+from swarm_nav.core.goals import NO_POSES_CODES, ErrorCode, Goal, GoalEnded, GoalKind, Outcome
+from swarm_nav.core.states import Event, State
+from swarm_nav.traffic.departure import Departure
+from swarm_nav.traffic.holding import Lease
+from swarm_nav.traffic.right_of_way import RightOfWay
+from swarm_nav.traffic.situation import Situation
+
+BEHAVIOR_KINDS = (GoalKind.SPIN, GoalKind.BACKUP, GoalKind.DRIVE_ON_HEADING, GoalKind.WAIT)
+
+
+class Pursuit:
+    """The goal in hand or pending, at most one.
+
+    Attributes:
+        task: A navigation goal in hand.
+        behavior: A behaviour in hand, asked for or (`is_recovery`) in aid of the task.
+        last_goal_tick: Tick at which the last target was reached.
+    """
+
+    def __init__(
+        self,
+        situation: Situation,
+        automaton: Automaton,
+        lease: Lease,
+        right: RightOfWay,
+        departure: Departure,
+    ) -> None:
+        """Start without a goal."""
+        self._departure = departure
+        self._s = situation
+        self._automaton = automaton
+        self._lease = lease
+        self._right = right
+        self._pending: Goal | None = None
+        self.task: Task | None = None
+        self.behavior: Behavior | None = None
+        self.is_recovery = False
+        self.last_goal_tick = 0
+
+    @property
+    def has_goal(self) -> bool:
+        """Whether a goal is in hand; a pending one does not count yet."""
+        return self.task is not None or (self.behavior is not None and not self.is_recovery)
+
+    @property
+    def goal_id(self) -> int | None:
+        """Id of the goal in hand or pending, None without one."""
+        if self._pending is not None:
+            return self._pending.goal_id
+        if self.task is not None:
+            return self.task.goal.goal_id
+        if self.behavior is not None and not self.is_recovery:
+            return self.behavior.goal.goal_id
+        return None
+
+    def set_goal(self, goal: Goal) -> None:
+        """Take a goal for its start tick; the one in hand ends as canceled (preempted)."""
+        self.end(Outcome.CANCELED, message="preempted by a new goal")
+        self._pending = goal
+
+    def begin_pending(self) -> None:
+        """Take the pending goal in hand when it is due."""
+        goal = self._pending
+        if goal is None or goal.start_tick > self._s.tick:
+            return
+        self._pending = None
+        if goal.kind in BEHAVIOR_KINDS:
+            self.behavior = Behavior(goal, self._s)
+            self.is_recovery = False
+            self._automaton.switch(Event.BEHAVIOR)
+            return
+        self.task = Task(goal, self._s)
+        if not goal.poses_map and len(goal.path_map) == 0:
+            code = NO_POSES_CODES.get(goal.kind, ErrorCode.PLAN_UNKNOWN)
+            self.end(Outcome.ABORTED, code, "no poses given")
+            return
+        self._aim(self.task)
+        self._automaton.switch(Event.GOAL)
+
+    def end(self, outcome: Outcome, code: ErrorCode = ErrorCode.NONE, message: str = "") -> None:
+        """End the goal in hand or pending, if any."""
+        s, task, goal_id = self._s, self.task, self.goal_id
+        if goal_id is None:
+            return
+        self._pending = self.task = self.behavior = None
+        self.is_recovery = False
+        if task is not None:
+            self._count(outcome)
+        self._lease.aim(None)
+        if not self._right.is_yielding:
+            s.tube.release_ahead(s.brake_points)
+            s.tube.cut()
+        missed = tuple(task.missed) if task is not None else ()
+        s.events.append(GoalEnded(goal_id, outcome, s.tick, code, message, missed))
+        self._automaton.switch(Event.FINISHED)
+
+    def _count(self, outcome: Outcome) -> None:
+        if outcome is Outcome.SUCCEEDED:
+            self._s.counters.goals_reached += 1
+            self.last_goal_tick = self._s.tick
+        elif outcome is Outcome.ABORTED:
+            self._s.counters.goals_failed += 1
+
+    def _aim(self, task: Task) -> None:
+        """Point the lease at the present target."""
+        self._s.tube.cut()
+        if task.goal.kind is GoalKind.FOLLOW_PATH or task.is_passing:
+            self._lease.aim(None)
+        else:
+            self._lease.aim((task.target.x, task.target.y))
+
+    def reach_target(self, task: Task) -> None:
+        """Go on to the next target, or end the goal as succeeded."""
+        if task.next_target(self._s.tick):
+            self.last_goal_tick = self._s.tick
+            self._aim(task)
+        else:
+            self.end(Outcome.SUCCEEDED)
+
+    def fail_target(self, task: Task, code: ErrorCode, message: str) -> None:
+        """Leave out a waypoint, or end any other goal as aborted."""
+        if task.goal.kind is not GoalKind.WAYPOINTS:
+            self.end(Outcome.ABORTED, code, message)
+            return
+        task.missed.append((task.index, code))
+        if task.next_target(self._s.tick):
+            self._aim(task)
+        else:
+            self.end(Outcome.SUCCEEDED)
+
+    def recover_or_fail(self, task: Task, code: ErrorCode, message: str) -> None:
+        """Start the next recovery, or give the target up when all are spent."""
+        s = self._s
+        if task.recoveries >= s.config.progress_checker.number_of_retries:
+            self.fail_target(task, code, message)
+            return
+        goal = recovery_goal(task.recoveries, s)
+        task.recoveries += 1
+        s.counters.recoveries += 1
+        task.progress_tick = s.tick
+        s.obstacles.clear()
+        s.tube.cut()
+        task.is_planned = goal is not None
+        self.is_recovery = goal is not None
+        self.behavior = Behavior(goal, s) if goal is not None else None
+        self._automaton.switch(Event.NO_PROGRESS)
+
+    def drop_recovery(self) -> None:
+        """Forget the recovery in hand, if any."""
+        if self.is_recovery:
+            self.behavior = None
+            self.is_recovery = False
+
+    def yield_or_resume(self, is_yielding: bool) -> None:
+        """Interrupt the goal in hand while the robot makes way, and resume it afterwards.
+
+        Without a goal it makes way for those, too, who wait to get in where it stands.
+        """
+        is_idle = not is_yielding and self.goal_id is None
+        is_yielding |= self._departure.update(self._s, is_idle)
+        state = self._automaton.state
+        if is_yielding and self.task is not None:
+            self.task.note_progress(self._s, True)
+        if is_yielding and state is not State.YIELDING:
+            self._automaton.switch(Event.PUSHED)
+        elif not is_yielding and state is State.YIELDING:
+            self._resume()
+
+    def _resume(self) -> None:
+        if self.task is not None:
+            self._automaton.switch(Event.RELEASED)
+        else:
+            self._automaton.switch(Event.RELEASED_IDLE)
+            if self.behavior is not None and not self.is_recovery:
+                self.behavior.resume(self._s)
+                self._automaton.switch(Event.BEHAVIOR)
+        self.drop_recovery()

@@ -1,0 +1,108 @@
+"""The route to the target in hand: when it is planned anew, and where the new one starts."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_common.model.records import FloatArray
+from swarm_nav.behaviour.pursuit import Pursuit
+from swarm_nav.behaviour.task import Task
+from swarm_nav.core.goals import ErrorCode, PlanError
+from swarm_nav.traffic import crowd
+from swarm_nav.traffic.holding import SAME_STATION
+from swarm_nav.traffic.situation import Situation
+
+REPLAN_PAUSE = 1.2  # [s] between replans of a blocked robot; shorter ones are never granted
+OBSTACLE_PATIENCE = 1.0  # [s] before another way around a sensed obstacle is looked for
+KEEP_COST = 0.8  # [m] that a new path must save
+FATAL = (ErrorCode.GOAL_OCCUPIED, ErrorCode.GOAL_OUTSIDE_MAP, ErrorCode.NO_VALID_CONTROL)
+
+
+class Route:
+    """Plans the way to the target and gives it to the tube."""
+
+    def __init__(self, situation: Situation, pursuit: Pursuit) -> None:
+        """Plan nothing before the first update."""
+        self._s = situation
+        self._pursuit = pursuit
+
+    def update(self, task: Task) -> None:
+        """Plan if it is due; a target without a way is recovered from or given up."""
+        if task.given is not None:
+            task.given.advance(self._s.pose.x, self._s.pose.y)
+        if self._is_due(task):
+            self._plan(task)
+
+    def _is_due(self, task: Task) -> bool:
+        s = self._s
+        since = s.tick - s.last_plan_tick
+        if not task.is_planned or self._is_period_over(task, since):
+            return True
+        if since < s.patience(REPLAN_PAUSE):
+            return False
+        gap = math.dist(s.stop_point, task.place)
+        ends_short = s.tube.is_complete and gap > 0.6 * s.config.goal_checker.xy_goal_tolerance
+        is_blocked = s.blocked_ticks >= s.patience(s.config.traffic.replan_blocked)
+        is_barred = s.obstacle_ticks >= s.ticks(OBSTACLE_PATIENCE)
+        return ends_short or is_blocked or is_barred
+
+    def _is_period_over(self, task: Task, since: int) -> bool:
+        """Whether a periodic plan is due; robots take turns, a given path is not replanned."""
+        period = self._s.ticks(self._s.config.planner.replan_period)
+        is_turn = (self._s.tick + 7 * self._s.robot_id) % period == 0
+        return task.given is None and since >= period and is_turn
+
+    def _plan(self, task: Task) -> None:
+        s = self._s
+        s.last_plan_tick = s.tick
+        try:
+            extra = crowd.congestion(s)
+            path = self._path_to(task, extra)
+            if self._keeps(task, path, extra):
+                return
+            if self._turns_back(path):
+                s.tube.release_ahead(s.brake_points if abs(s.twist.vx) > 0.05 else 0)
+                path = self._path_to(task, extra)
+        except PlanError as error:
+            task.is_planned = True
+            if error.code in FATAL:
+                self._pursuit.fail_target(task, error.code, str(error))
+            else:
+                self._pursuit.recover_or_fail(task, error.code, str(error))
+            return
+        s.counters.replans += task.is_planned
+        task.note_plan(path)
+        if len(path) >= 2:
+            s.tube.adopt(path)
+
+    def _path_to(self, task: Task, extra: NDArray[np.float32]) -> FloatArray:
+        s = self._s
+        if task.given is not None:
+            return task.given.way(s)
+        target = task.target
+        place = (target.x, target.y)
+        is_station = any(math.dist(place, station) < SAME_STATION for station in s.stations)
+        yaw = target.yaw if is_station and not task.is_passing else math.nan
+        return s.planner.plan(s.stop_point, place, extra, yaw)
+
+    def _keeps(self, task: Task, path: FloatArray, extra: NDArray[np.float32]) -> bool:
+        """Whether the path in hand is as good as a new one: each change costs turns and claims."""
+        s = self._s
+        rest = s.tube.points[s.tube.stop :]
+        if not task.is_planned or task.given is not None or len(rest) < 2:
+            return False
+        if math.dist(rest[-1], task.place) > 0.5 * s.config.goal_checker.xy_goal_tolerance:
+            return False
+        saved = s.planner.cost_of(rest, extra) - s.planner.cost_of(path, extra)
+        return saved < KEEP_COST
+
+    def _turns_back(self, path: FloatArray) -> bool:
+        """Whether a plan from the stop point leads back along space that is still held."""
+        tube = self._s.tube
+        if tube.stop - tube.near <= self._s.brake_points or len(path) < 3:
+            return False
+        arriving = tube.points[tube.stop] - tube.points[tube.stop - 2]
+        return float(arriving @ (path[2] - path[0])) < 0.0

@@ -1,0 +1,151 @@
+"""The goal in hand: its sequence of targets, and when each counts as reached."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from swarm_common.model.records import FloatArray, Pose, wrap_angle
+from swarm_nav.behaviour.given_path import GivenPath
+from swarm_nav.core.goals import ErrorCode, Goal, GoalKind
+from swarm_nav.planning.planner import path_length
+from swarm_nav.traffic.situation import Situation
+
+STOP_SHARE = 0.8  # of the tolerances at which the robot settles
+THROUGH_RADIUS = 0.7  # [m] around an intermediate pose of NavigateThroughPoses
+
+
+class Task:
+    """A navigation goal with its progress.
+
+    Attributes:
+        index: The present target's index in the goal's poses.
+        has_arrived: Whether the position is reached and only the heading is missing.
+        recoveries: Recoveries spent on this goal.
+        is_planned: Whether a first plan was made for the present target.
+    """
+
+    def __init__(self, goal: Goal, situation: Situation) -> None:
+        """Start at the present tick."""
+        self.goal = goal
+        self.start_tick = situation.tick
+        self.index = goal.first_index
+        self.loop = 0
+        self.has_arrived = False
+        self.recoveries = 0
+        self.is_planned = False
+        self.missed: list[tuple[int, ErrorCode]] = []
+        self.given: GivenPath | None = None
+        if goal.kind is GoalKind.FOLLOW_PATH:
+            self.given = GivenPath(goal.path_map)
+        self._moved_to: tuple[float, float] | None = None
+        self.progress_pose = situation.pose
+        self.progress_tick = situation.tick
+        self.moved_tick = situation.tick
+
+    @property
+    def target(self) -> Pose:
+        """The present target in map."""
+        if self.goal.kind is GoalKind.FOLLOW_PATH:
+            x, y = self.goal.path_map[-1]
+            return Pose(float(x), float(y), math.nan)
+        return self.goal.poses_map[self.index]
+
+    @property
+    def place(self) -> tuple[float, float]:
+        """Where the target is driven to: (x, y), moved off a wall by the planner's tolerance."""
+        return self._moved_to or (self.target.x, self.target.y)
+
+    def note_plan(self, path: FloatArray) -> None:
+        """Remember where the plan (n, 2) to the target ends."""
+        self.is_planned = True
+        if len(path) > 0:
+            self._moved_to = (float(path[-1, 0]), float(path[-1, 1]))
+
+    @property
+    def is_passing(self) -> bool:
+        """Whether the present target is only to be driven through."""
+        return self.goal.kind is GoalKind.THROUGH and self.index + 1 < len(self.goal.poses_map)
+
+    @property
+    def poses_remaining(self) -> int:
+        """Number of poses not reached yet."""
+        return len(self.goal.poses_map) - self.index
+
+    def distance_remaining(self, situation: Situation) -> float:
+        """Return the path length [m] to the last pose driven to without a stop."""
+        rest = situation.tube.length_ahead()
+        rest += math.dist(situation.tube.points[-1], self.place)
+        if self.goal.kind is GoalKind.THROUGH:
+            poses = [(p.x, p.y) for p in self.goal.poses_map[self.index :]]
+            rest += path_length(np.array(poses))
+        return rest
+
+    def next_target(self, tick: int) -> bool:
+        """Go on to the next target; False if there is none."""
+        self.has_arrived = False
+        self.is_planned = False
+        self._moved_to = None
+        self.recoveries = 0
+        self.progress_tick = self.moved_tick = tick
+        if self.index + 1 < len(self.goal.poses_map):
+            self.index += 1
+            return True
+        if self.goal.kind is GoalKind.WAYPOINTS and self.loop < self.goal.loops:
+            self.loop += 1
+            self.index = 0
+            return True
+        return False
+
+    def is_reached(self, situation: Situation) -> bool:
+        """Whether the present target is reached; position first, then heading (stateful)."""
+        target = self.target
+        distance = situation.distance_to(*self.place)
+        if self.is_passing:
+            return distance < THROUGH_RADIUS
+        if self.given is not None and not self.given.is_at_end:
+            return False
+        checker = situation.config.goal_checker
+        if distance > checker.xy_goal_tolerance:
+            self.has_arrived = False
+        elif distance <= STOP_SHARE * checker.xy_goal_tolerance or _cannot_go_on(situation):
+            self.has_arrived = True
+        if not self.has_arrived:
+            return False
+        if not situation.is_standing:
+            return False
+        if math.isnan(target.yaw):
+            return True
+        return abs(wrap_angle(target.yaw - situation.pose.yaw)) <= checker.yaw_goal_tolerance
+
+    def note_progress(self, situation: Situation, is_excused: bool) -> None:
+        """Restart the progress checker's clock when the robot moved or could not be expected to.
+
+        While it goes slowly for somebody who walks the clock stands still and does not start again:
+        else one who comes by again and again would excuse a robot that something else keeps.
+        """
+        radius = situation.config.progress_checker.required_movement_radius
+        if situation.pose.distance(self.progress_pose) >= radius:
+            self.progress_pose = situation.pose
+            self.progress_tick = self.moved_tick = situation.tick
+        elif is_excused:
+            self.progress_tick = situation.tick
+        elif situation.is_wary:
+            self.progress_tick = min(self.progress_tick + 1, situation.tick)
+
+    def note_holding(self, situation: Situation) -> None:
+        """Restart all clocks: a robot in a queue is not expected to move, however long that is."""
+        self.progress_pose = situation.pose
+        self.progress_tick = self.moved_tick = situation.tick
+
+    def lacks_progress(self, situation: Situation) -> bool:
+        """Whether the progress checker's time is over."""
+        allowance = situation.config.progress_checker.movement_time_allowance
+        return situation.tick - self.progress_tick > situation.ticks(allowance)
+
+
+def _cannot_go_on(situation: Situation) -> bool:
+    """Whether another robot or an obstacle keeps the robot from the last centimetres."""
+    waited = max(situation.blocked_ticks, situation.obstacle_ticks)
+    return situation.is_standing and waited >= situation.config.traffic.push_ticks

@@ -1,0 +1,181 @@
+"""Local controller: rotation shim and DWA along the held tube, in the manner of Nav2.
+
+Like Nav2's RotationShimController over DWB: a large heading error is turned away on the spot
+(the held disc is circumscribed, so this needs no space), otherwise the dynamic window is sampled
+and scored. The speed never exceeds what stops inside the tube.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, Twist, wrap_angle
+from swarm_nav.control import control_kernels
+from swarm_nav.control.tube import Tube
+from swarm_nav.core.config import ControllerConfig
+
+LOOKAHEAD = 3  # path points to the one that the heading error is measured to
+WINDOW = 12  # path points that the rollouts are scored on
+TUBE_TOLERANCE = 0.035  # [m] from the held polyline within which braking must end
+ARRIVED = 0.03  # [m] from a corner or the end at which the robot stands on it
+ALIGNED = 0.05  # [rad] heading error at which turning on the spot ends
+ALIGNED_RATE = 0.4  # [rad/s] at which it may end
+SETTLED = 0.02  # [rad] within which the drive is not asked for corrections that it overshoots
+STANDING = 0.02  # [m/s]
+BACKWARDS = 1.9  # [rad] heading error from which a robot that makes way rather drives backwards
+FORWARDS = 1.3  # [rad] below which it drives forwards again
+
+
+class Controller:
+    """Turns a tube into a twist, tick by tick."""
+
+    def __init__(self, config: ControllerConfig) -> None:
+        """Allocate the rollout."""
+        self.configure(config)
+        self._is_turning = False
+
+    def configure(self, config: ControllerConfig) -> None:
+        """Take new parameters, effective from the next tick."""
+        self.config = config
+        self._settings = (
+            (config.max_vel_x, config.max_vel_theta, config.acc_lim_x, config.acc_lim_theta),
+            (config.vx_samples, config.vtheta_samples, config.sim_time),
+            (
+                config.path_distance_scale,
+                config.goal_distance_scale,
+                config.path_align_scale,
+                config.oscillation_scale,
+            ),
+        )
+        self.arc: FloatArray = np.zeros((max(1, round(config.sim_time / control_kernels.STEP)), 3))
+
+    def course(self, twist: Twist) -> Twist:
+        """Take in the measured twist; return it as the other parts are to see it."""
+        return twist
+
+    def stop(self, twist: Twist) -> Twist:
+        """Return the twist that brakes as hard as the drive can."""
+        self._is_turning = False
+        self.arc[:] = 0.0
+        return Twist()
+
+    def turn_to(self, yaw: float, pose: Pose, twist: Twist) -> Twist:
+        """Return the twist that stops the robot and turns it towards `yaw` on the spot."""
+        return self._turn(wrap_angle(yaw - pose.yaw), pose, twist)
+
+    def choose_direction(self, tube: Tube, pose: Pose, twist: Twist, may_back: bool) -> bool:
+        """Decide at standstill whether the tube is driven backwards; return if there is a choice.
+
+        A robot that makes way turns twice if it drives forwards: away, and back again.
+        """
+        if abs(twist.vx) > STANDING:
+            return may_back or not tube.is_reverse
+        if not may_back:
+            tube.is_reverse = False
+            return True
+        ahead = _direction(tube, pose, tube.next_corner())
+        if ahead is not None:
+            error = abs(wrap_angle(ahead - pose.yaw))
+            tube.is_reverse = error > (FORWARDS if tube.is_reverse else BACKWARDS)
+        return True
+
+    def follow(self, tube: Tube, pose: Pose, twist: Twist) -> Twist:
+        """Return the twist that follows the tube, at most to its held end."""
+        if tube.is_reverse:
+            flipped = Pose(pose.x, pose.y, wrap_angle(pose.yaw + math.pi))
+            forward = self._follow(tube, flipped, Twist(-twist.vx, 0.0, twist.wz))
+            return Twist(-forward.vx, 0.0, forward.wz)
+        return self._follow(tube, pose, twist)
+
+    def _follow(self, tube: Tube, pose: Pose, twist: Twist) -> Twist:
+        corner = tube.next_corner()
+        tube.advance(pose, min(corner, tube.stop))
+        if tube.near < corner and gap_to(tube, corner, pose) < ARRIVED and corner <= tube.stop:
+            tube.near = corner
+            corner = tube.next_corner()
+        end = min(corner, tube.stop)
+        ahead = _direction(tube, pose, corner)
+        if ahead is None:
+            return self._turn(0.0, pose, twist) if self._is_turning else Twist()
+        error = wrap_angle(ahead - pose.yaw)
+        threshold = self.config.rotate_to_heading_angle
+        if self._is_turning and (abs(error) > ALIGNED or abs(twist.wz) > ALIGNED_RATE):
+            threshold = 0.0
+        if abs(error) > threshold:
+            return self._turn(error, pose, twist)
+        self._is_turning = False
+        return self._drive(tube, pose, twist, end, corner)
+
+    def _turn(self, error: float, pose: Pose, twist: Twist) -> Twist:
+        self._is_turning = True
+        self.arc[:] = (pose.x, pose.y, pose.yaw)
+        if abs(twist.vx) > STANDING or abs(error) < SETTLED:
+            return Twist()
+        rate = math.copysign(1.0, error) * twist.wz
+        rate = rate_that_stops(abs(error), rate, self.config.acc_lim_theta)
+        rate = min(rate, self.config.max_vel_theta)
+        return Twist(0.0, 0.0, math.copysign(rate, error))
+
+    def _drive(self, tube: Tube, pose: Pose, twist: Twist, end: int, corner: int) -> Twist:
+        config = self.config
+        rest = length_to(tube, end, pose)
+        acc = config.acc_lim_x
+        v_limit = rate_that_stops(rest, twist.vx, acc)
+        # one point behind the robot, but not from before a bend
+        first = tube.near if tube.near in tube.corners else max(0, tube.near - 1)
+        window = tube.points[first : min(corner, tube.near + WINDOW) + 1]
+        if len(window) < 2:
+            return Twist()
+        v, w, _ = control_kernels.best_twist(
+            (pose.x, pose.y, pose.yaw),
+            (max(0.0, twist.vx), twist.wz),
+            window,
+            (v_limit, max(0, end - first), TUBE_TOLERANCE),
+            *self._settings,
+            self.arc,
+        )
+        return Twist(float(v), 0.0, float(w))
+
+
+def rate_that_stops(rest: float, rate: float, acceleration: float) -> float:
+    """Return the largest rate after this period from which a stop within `rest` is possible.
+
+    Solves (rate + r) / 2 * T + r² / (2 a) = rest for r: the drive ramps during the period.
+    """
+    half = CONTROL_PERIOD / 2
+    room = half * half + 2.0 * (rest - rate * half) / acceleration
+    return acceleration * (math.sqrt(room) - half) if room > half * half else 0.0
+
+
+def gap_to(tube: Tube, index: int, pose: Pose) -> float:
+    """Return the distance [m] of the robot to point `index`."""
+    return math.hypot(tube.points[index, 0] - pose.x, tube.points[index, 1] - pose.y)
+
+
+def _direction(tube: Tube, pose: Pose, corner: int) -> float | None:
+    """Return the yaw towards the path ahead, None where there is none."""
+    k = min(tube.near + LOOKAHEAD, corner)
+    if k > tube.near and gap_to(tube, k, pose) > ARRIVED:
+        return math.atan2(tube.points[k, 1] - pose.y, tube.points[k, 0] - pose.x)
+    if k + 1 < len(tube.points):
+        step = tube.points[min(k + 2, len(tube.points) - 1)] - tube.points[k]
+        return math.atan2(step[1], step[0])
+    return None
+
+
+def length_to(tube: Tube, end: int, pose: Pose) -> float:
+    """Return the path length [m] from the robot to point `end`."""
+    if end <= tube.near:
+        return _signed_rest(tube, end, pose)
+    return float(control_kernels.length_between(tube.points, tube.near, end, pose.x, pose.y))
+
+
+def _signed_rest(tube: Tube, end: int, pose: Pose) -> float:
+    """Return how far the robot is before point `end` along the path's last direction."""
+    if end == 0:
+        return 0.0
+    step = tube.points[end] - tube.points[end - 1]
+    step = step / max(1e-9, math.hypot(*step))
+    return max(0.0, float(step @ (tube.points[end] - np.array((pose.x, pose.y)))))

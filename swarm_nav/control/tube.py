@@ -1,0 +1,165 @@
+"""Safety layer: the space that a robot holds, asks for and announces.
+
+The held tube H is the polyline from the pose to the committed stop; discs of the robot's safety
+radius around it belong to the robot. Motion happens inside H only. H grows point by point along
+the path, and only over points whose request all near neighbours have acknowledged and that none
+of them holds or requests with a better priority (`tube_kernels.extend`, rules G1..G5 of
+ARCHITECTURE.md).
+Shrinking it is always safe.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_common.model.beacon import HELD_POINTS, INTENT_POINTS, WANTED_POINTS
+from swarm_common.model.records import FloatArray, Pose
+from swarm_nav.control import tube_kernels
+from swarm_nav.planning import path_kernels
+from swarm_nav.planning.oblong import Slots
+from swarm_nav.planning.planner import SPACING
+
+REMEMBERED = 32  # beacons whose requests are remembered
+
+
+class Tube:
+    """Path with the indices of the robot on it, of the end of the held part and of its corners."""
+
+    def __init__(
+        self, pose: Pose, confirmations: int, held_length: float, wanted_length: float
+    ) -> None:
+        """Hold the place under the robot."""
+        self.configure(confirmations, held_length, wanted_length)
+        self.corner_angle = 0.5
+        self.slots: Slots | None = None  # of a long robot
+        points = np.zeros((HELD_POINTS + WANTED_POINTS + INTENT_POINTS, 2), np.float32)
+        self._blocks = np.split(points, (HELD_POINTS, HELD_POINTS + WANTED_POINTS))
+        self.published: NDArray[np.uint32] = points.view(np.uint32).ravel()
+        self.published_held = self._blocks[0], 0  # and how many of its points count
+        self._log: NDArray[np.int64] = np.zeros((REMEMBERED, 2), np.int64)
+        self.is_reverse = False
+        self.reset(pose)
+
+    def configure(self, confirmations: int, held_length: float, wanted_length: float) -> None:
+        """Take new parameters; space is confirmed anew."""
+        self._held_points = max(1, round(held_length / SPACING))
+        self._wanted_points = min(WANTED_POINTS, max(1, round(wanted_length / SPACING)))
+        self._confirmations = min(confirmations, REMEMBERED)
+        self._noted = 0
+
+    def reset(self, pose: Pose) -> None:
+        """Drop path, claim and request; keep the place under the robot."""
+        self.points: FloatArray = np.array(((pose.x, pose.y),))
+        self.near = 0
+        self.stop = 0
+        self.corners: list[int] = []
+        self.is_withdrawn = False
+        self.is_reverse = False
+        self.forget_requests()
+
+    @property
+    def stop_point(self) -> tuple[float, float]:
+        """Where the robot is going to stand if nothing more is granted; plans start here."""
+        return float(self.points[self.stop, 0]), float(self.points[self.stop, 1])
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether the whole path is held."""
+        return self.stop >= len(self.points) - 1
+
+    def adopt(self, path: FloatArray) -> None:
+        """Continue from the stop point along `path` (n, 2), which starts there."""
+        kept = self.points[self.near : self.stop + 1]
+        self.points = np.ascontiguousarray(np.vstack((kept, path[1:])))
+        self.stop -= self.near
+        self.near = 0
+        find = path_kernels.corners if self.slots is None else self.slots.corners
+        self.corners = find(self.points, self.corner_angle).tolist()
+        self.forget_requests()
+
+    def cut(self) -> None:
+        """Give up the path beyond the stop point."""
+        if len(self.points) > self.stop + 1:
+            self.points = self.points[: self.stop + 1]
+            self.corners = [k for k in self.corners if k < self.stop]
+            self.forget_requests()
+
+    def release_ahead(self, keep: int) -> None:
+        """Shrink the held part to `keep` points ahead of the robot and forget the requests."""
+        self.stop = min(self.stop, self.near + keep)
+        self.forget_requests()
+
+    @property
+    def span(self) -> tuple[int, int, int]:
+        """(stop, last point wanted now, last point requested in enough beacons)."""
+        last = min(self.near + self._held_points, len(self.points) - 1)
+        first = self._noted - self._confirmations
+        confirmed = int(self._log[first, 1]) if first >= 0 else -1
+        return self.stop, max(self.stop, last), confirmed
+
+    @property
+    def requests(self) -> NDArray[np.int64]:
+        """(k, 2): tick and last point of the requests published since the last change."""
+        return self._log[: self._noted]
+
+    def forget_requests(self) -> None:
+        """Have space confirmed anew: what was requested is no longer what is requested."""
+        self._noted = 0
+
+    def withdraw(self) -> None:
+        """Ask for nothing in the next beacon."""
+        self.is_withdrawn = True
+
+    def publish(self, pose: Pose, tick: int) -> tuple[NDArray[np.float32], ...]:
+        """Return (held, wanted, intent) for the beacon of `tick`, and remember what was requested.
+
+        They are views of `published` that the next call overwrites.
+        """
+        end = self.stop
+        if self.is_withdrawn:
+            self.is_withdrawn = False
+            self.forget_requests()
+        else:
+            end = min(self.stop + self._wanted_points, len(self.points) - 1)
+            self._note_request(tick, end)
+        held, wanted, intent = self._blocks
+        sizes = tube_kernels.publish(
+            self.points, (pose.x, pose.y), (self.near, self.stop, end), held, wanted, intent
+        )  # fmt: skip
+        self.published_held = held, sizes[0]
+        return held[: sizes[0]], wanted[: sizes[1]], intent[: sizes[2]]
+
+    def _note_request(self, tick: int, end: int) -> None:
+        if self._noted == REMEMBERED:
+            self._log[:-1] = self._log[1:]
+        else:
+            self._noted += 1
+        self._log[self._noted - 1, 0] = tick
+        self._log[self._noted - 1, 1] = end
+
+    def advance(self, pose: Pose, limit: int) -> None:
+        """Move the robot's index to the nearest point from here up to `limit`."""
+        self.near = tube_kernels.nearest_ahead(self.points, self.near, limit, pose.x, pose.y)
+
+    def next_corner(self) -> int:
+        """Return the index of the next bend that is turned on the spot, or of the path's end."""
+        for corner in self.corners:
+            if corner > self.near:
+                return corner
+        return len(self.points) - 1
+
+    def length_ahead(self) -> float:
+        """Return the length [m] of the path beyond the robot."""
+        rest = self.points[self.near :]
+        if len(rest) < 2:
+            return 0.0
+        return float(np.hypot(np.diff(rest[:, 0]), np.diff(rest[:, 1])).sum())
+
+
+def padded(points: NDArray[np.float64], capacity: int) -> tuple[NDArray[np.float32], int]:
+    """Return the first `capacity` points as a float32 block (capacity, 2) and their number."""
+    block = np.zeros((capacity, 2), np.float32)
+    size = min(len(points), capacity)
+    block[:size] = points[:size]
+    return block, size

@@ -1,0 +1,257 @@
+"""Bare numba kernels of the reservation protocol: how far may a held tube grow?"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from swarm_common.model.beacon import HELD_POINTS, word_of
+from swarm_nav.perception.neighborhood_kernels import (
+    BLOCKED_TICKS,
+    HELD,
+    HELD_SIZE,
+    OWN,
+    PLACE,
+    RADIUS,
+    SOURCE,
+    WANTED,
+    WANTED_SIZE,
+)
+
+INTENT = word_of("intent")
+INTENT_SIZE = word_of("intent_size")
+REACHED, UNCONFIRMED, ROBOT, OBSTACLE, RIGHT_OF_WAY = range(5)
+REASONABLE_REACH = 2.5  # [m] beyond which two claims cannot meet, radii excepted
+ACKNOWLEDGED_REACH = 1.5  # [m] within which a robot can claim before it hears of a new claim
+PRIORITY_LENGTH = 0.8  # [m] of an entitled robot's path that lower ones keep free
+INTENT_SPACING = 0.1  # [m] between the points of an intent
+ROUNDING = 1e-6  # [m] by which two robots may compute one distance differently
+
+
+@njit(cache=True)
+def gap_squared(points, size, x, y):
+    """Squared distance of (x, y) to the first `size` points; 1e20 without points."""
+    best = 1e20
+    for k in range(size):
+        dx = points[k, 0] - x
+        dy = points[k, 1] - y
+        d = dx * dx + dy * dy
+        if d < best:
+            best = d
+    return best
+
+
+@njit(cache=True)
+def claimed_gap(beacon, first, size, x, y):
+    """Squared distance of (x, y) to `size` points of a beacon's words from `first` on."""
+    best = 1e20
+    for k in range(first, first + 2 * size, 2):
+        dx = beacon[k] - x
+        dy = beacon[k + 1] - y
+        d = dx * dx + dy * dy
+        if d < best:
+            best = d
+    return best
+
+
+@njit(cache=True)
+def last_point(size):
+    """Word of the last of `size` held points."""
+    return HELD + 2 * ((np.int64(size) - 1) % HELD_POINTS)
+
+
+@njit(cache=True)
+def intent_gap(beacon, head, p):
+    """Squared distance of p to the near part of a robot's intent, whose size is in its head."""
+    ahead = min(np.int64(head[INTENT_SIZE]), int(PRIORITY_LENGTH / INTENT_SPACING))
+    return claimed_gap(beacon, INTENT, ahead, p[0], p[1])
+
+
+@njit(cache=True)
+def grantable_prefix(beacon, size, end, held, held_size, reach, slack):
+    """Points of a neighbour's request before the first one that our published tube denies it.
+
+    `end` is the word at which its tube's last point is. Whatever it might be granted counts: it may
+    make way by now (slack), and it may grow away if it is too near already.
+    """
+    before = gap_squared(held, held_size, beacon[end], beacon[end + 1])
+    for k in range(size):
+        at = WANTED + 2 * k
+        here = gap_squared(held, held_size, beacon[at], beacon[at + 1])
+        if here < (reach - slack - ROUNDING) ** 2 and (
+            before >= (reach + ROUNDING) ** 2 or here < before - 1e-5
+        ):
+            return k
+        before = here
+    return size
+
+
+@njit(cache=True)
+def denied(beacon, first, size, p, previous, reach, slack):
+    """Whether p comes too near to claimed points; a tube that already is may grow away."""
+    here = claimed_gap(beacon, first, size, p[0], p[1])
+    if here >= (reach - slack) ** 2:
+        return False
+    before = claimed_gap(beacon, first, size, previous[0], previous[1])
+    return before >= reach * reach or here < before - 1e-6
+
+
+@njit(cache=True)
+def admissible(p, previous, beacon, held_size, reach, slack, wins, prefix):
+    """Whether point p may join our tube as far as one living neighbour is concerned (G2).
+
+    `reach` is the sum of both radii. A tube that is already too near, by an actuation error, may
+    grow away from the neighbour; a robot that makes way may also pass it `slack` nearer, so that
+    it is not caught by millimetres.
+    """
+    if denied(beacon, HELD, held_size, p, previous, reach, slack):
+        return False
+    return wins or claimed_gap(beacon, WANTED, prefix, p[0], p[1]) >= (reach - slack) ** 2
+
+
+@njit(cache=True)
+def acknowledged(requests, tick):
+    """Last point that the beacon of `tick` and all since have requested, -1 if it is forgotten."""
+    for k in range(requests.shape[0] - 1, -1, -1):
+        if requests[k, 0] <= tick:
+            return requests[k, 1]
+    return -1
+
+
+@njit(cache=True)
+def extend(
+    points,
+    span,
+    own,
+    own_held,
+    own_held_size,
+    requests,
+    protocol,
+    around,
+    claims,
+):
+    """Let the tube grow along `points` until the first refusal.
+
+    span = (stop, last, confirmed): indices of the tube's end, of the last point wanted now and of
+    the last point that was requested in enough beacons. own = (radius, priority, id, yields_for).
+    requests = (k, 2) ticks and last points of the requests published since the last change.
+    protocol = (push_ticks, yield_slack).
+    around = (obstacles (k, 2), clearance).
+    claims = the neighbours' table, see `Neighborhood.claims`.
+
+    Returns (new stop, reason, row of the neighbour in the way or -1).
+    """
+    stop, last, confirmed = span
+    radius, priority, own_id, yields_for = own
+    push_ticks, yield_slack = protocol
+    slack = yield_slack if yields_for != 0 else 0.0
+    obstacles, clearance = around
+    ids, acks, gone, priorities, words, links, air = claims
+    heads = words.view(np.float32)
+    far = air.view(np.float32)
+    origin = points[stop]
+    prefix = np.zeros(ids.shape[0], np.int64)
+    exempt = gone.copy()
+    near = gone.copy()
+    heard = acks.copy()
+    for j in range(ids.shape[0]):
+        reach = radius + heads[j, RADIUS]
+        gap = math.hypot(heads[j, HELD] - origin[0], heads[j, HELD + 1] - origin[1])
+        near[j] = gap < REASONABLE_REACH + reach
+        if not near[j]:
+            continue
+        heard[j] = acknowledged(requests, acks[j])
+        beacon = heads[j] if links[j, SOURCE] == OWN else far[links[j, PLACE]]
+        prefix[j] = grantable_prefix(
+            beacon, np.int64(words[j, WANTED_SIZE]), last_point(words[j, HELD_SIZE]),
+            own_held, own_held_size, reach, yield_slack,
+        )  # fmt: skip
+        exempt[j] = yields_for != 0 or intent_gap(beacon, words[j], origin) < reach * reach
+    for k in range(stop + 1, last + 1):
+        p = points[k]
+        before = points[k - 1]
+        here = gap_squared(obstacles, obstacles.shape[0], p[0], p[1])
+        if here < clearance * clearance and here <= gap_squared(
+            obstacles, obstacles.shape[0], before[0], before[1]
+        ):
+            return k - 1, OBSTACLE, -1
+        for j in range(ids.shape[0]):
+            if not near[j]:
+                continue
+            reach = radius + heads[j, RADIUS]
+            beacon = heads[j] if links[j, SOURCE] == OWN else far[links[j, PLACE]]
+            held = np.int64(words[j, HELD_SIZE])
+            if gone[j]:
+                # it may have stopped anywhere in what it held or requested
+                wanted = np.int64(words[j, WANTED_SIZE])
+                is_free = not denied(beacon, HELD, held, p, before, reach, slack) and not denied(
+                    beacon, WANTED, wanted, p, before, reach, 0.0
+                )
+            else:
+                wins = priority > priorities[j] or (priority == priorities[j] and own_id < ids[j])
+                is_free = admissible(p, before, beacon, held, reach, slack, wins, prefix[j])
+            if not is_free:
+                return k - 1, ROBOT, j
+            if (
+                words[j, BLOCKED_TICKS] >= push_ticks
+                and not exempt[j]
+                and not gone[j]
+                and priorities[j] > priority
+                and intent_gap(beacon, words[j], p) < reach * reach
+            ):
+                return k - 1, RIGHT_OF_WAY, j
+            if k > heard[j] and not gone[j]:
+                away = math.hypot(heads[j, HELD] - p[0], heads[j, HELD + 1] - p[1])
+                if away < ACKNOWLEDGED_REACH + reach:
+                    return k - 1, UNCONFIRMED, j
+        if k > confirmed:
+            return k - 1, UNCONFIRMED, -1
+    return last, REACHED, -1
+
+
+@njit(cache=True)
+def nearest_ahead(points, first, limit, x, y):
+    """Return the index of the point nearest to (x, y) from `first` on, at most `limit`.
+
+    The path may pass the same place again: it is the first local minimum.
+    """
+    k = first
+    gap = math.hypot(points[k, 0] - x, points[k, 1] - y)
+    while k < limit:
+        ahead = math.hypot(points[k + 1, 0] - x, points[k + 1, 1] - y)
+        if ahead > gap:
+            break
+        gap = ahead
+        k += 1
+    return k
+
+
+@njit(cache=True)
+def publish(points, position, span, held, wanted, intent):
+    """Fill the blocks of a beacon, zeros behind; return their sizes (held, wanted, intent).
+
+    span = (near, stop, end): the held part goes from the robot's position over the points behind
+    `near` to `stop`, the request from there to `end`, the intent from `stop` on with every
+    second point.
+    """
+    near, stop, end = span
+    held[:] = 0.0
+    wanted[:] = 0.0
+    intent[:] = 0.0
+    held[0, 0] = position[0]
+    held[0, 1] = position[1]
+    held_size = min(max(stop - near, 0) + 1, held.shape[0])
+    for k in range(1, held_size):
+        held[k, 0] = points[near + k, 0]
+        held[k, 1] = points[near + k, 1]
+    wanted_size = min(end - stop, wanted.shape[0])
+    for k in range(wanted_size):
+        wanted[k, 0] = points[stop + 1 + k, 0]
+        wanted[k, 1] = points[stop + 1 + k, 1]
+    intent_size = min((points.shape[0] - stop + 1) // 2, intent.shape[0])
+    for k in range(intent_size):
+        intent[k, 0] = points[stop + 2 * k, 0]
+        intent[k, 1] = points[stop + 2 * k, 1]
+    return held_size, wanted_size, intent_size

@@ -1,0 +1,30 @@
+"""Checks of numbers in a configuration; each raises ConfigError naming the parameter."""
+
+from __future__ import annotations
+
+import math
+
+from swarm_common.model.errors import ConfigError
+
+
+def positive(owner: str, config: object, *names: str) -> None:
+    """Refuse what is not finite and above zero; `owner` is the prefix of the names."""
+    for name in names:
+        value = getattr(config, name)
+        if not (math.isfinite(value) and value > 0):
+            raise ConfigError(f"{owner}{name} is {value}; it must be positive")
+
+
+def not_negative(owner: str, config: object, *names: str) -> None:
+    """Refuse what is not finite or below zero."""
+    for name in names:
+        value = getattr(config, name)
+        if not (math.isfinite(value) and value >= 0):
+            raise ConfigError(f"{owner}{name} is {value}; it must be 0 or more")
+
+
+def at_most(owner: str, config: object, name: str, limit: float) -> None:
+    """Refuse what is above a limit."""
+    value = getattr(config, name)
+    if value > limit:
+        raise ConfigError(f"{owner}{name} is {value}; it must be at most {limit}")

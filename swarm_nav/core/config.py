@@ -1,0 +1,277 @@
+"""Parameters of a navigator. A field is a ROS parameter: `group.name`, the controller's bare.
+
+Names and defaults are Nav2's where Nav2 has the parameter. `parameter_values` and
+`config_from_parameters` translate between the dataclasses and the flat ROS names.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from swarm_common.model.errors import ConfigError, UnknownNameError
+from swarm_nav.core import limits
+from swarm_nav.core.checks import at_most as _at_most
+from swarm_nav.core.checks import not_negative as _not_negative
+from swarm_nav.core.checks import positive as _positive
+from swarm_nav.core.localisation_config import LocalisationConfig
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ControllerConfig:
+    """DWB's parameters (bare names, no prefix)."""
+
+    max_vel_x: float = 0.26  # [m/s]
+    max_vel_theta: float = 1.82  # [rad/s]
+    acc_lim_x: float = 1.0  # [m/s²] what the drive can do, also when braking
+    acc_lim_theta: float = 3.2  # [rad/s²]
+    max_vel_y: float = 0.0  # [m/s] sideways, of omnidirectional drives
+    acc_lim_y: float = 0.0  # [m/s²]
+    vx_samples: int = 8
+    vy_samples: int = 8  # of omnidirectional drives
+    vtheta_samples: int = 20
+    sim_time: float = 0.8  # [s] horizon; shorter than Nav2's 1.7 because the tube must be followed
+    path_distance_scale: float = 32.0  # PathDist: mean squared distance to the path
+    goal_distance_scale: float = 24.0  # GoalDist: path length still to go at the horizon
+    path_align_scale: float = 4.0  # PathAlign: heading against the path at the horizon
+    oscillation_scale: float = 0.05  # Oscillation: change of turning rate
+    rotate_to_heading_angle: float = 0.4  # [rad] from the path: turn in place first
+    corner_angle: float = 0.7  # [rad] bend of the path that is turned on the spot
+
+    def __post_init__(self) -> None:
+        """Refuse impossible values."""
+        _positive("", self, "max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta", "sim_time")
+        _positive("", self, "rotate_to_heading_angle", "corner_angle")
+        _at_most("", self, "sim_time", 10.0)
+        _not_negative(
+            "",
+            self,
+            "path_distance_scale",
+            "goal_distance_scale",
+            "path_align_scale",
+            "oscillation_scale",
+        )
+        _not_negative("", self, "max_vel_y", "acc_lim_y")
+        for name in ("vx_samples", "vy_samples", "vtheta_samples"):
+            if not 2 <= getattr(self, name) <= 100:
+                raise ConfigError(f"{name} is {getattr(self, name)}; it must be from 2 to 100")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlannerConfig:
+    """Global planner; `planner.` parameters."""
+
+    tolerance: float = 0.5  # [m] by which a goal may be moved out of an obstacle
+    allow_unknown: bool = True
+    resolution: float = 0.1  # [m] of the search lattice
+    replan_period: float = 8.0  # [s] while driving
+    lane_weight: float = 3.0  # extra cost of driving with the nearer wall on the left
+    lane_width: float = 2.2  # [m] from a wall within which lanes exist
+
+    def __post_init__(self) -> None:
+        """Refuse impossible values."""
+        _positive("planner.", self, "resolution", "replan_period", "lane_width")
+        _not_negative("planner.", self, "tolerance", "lane_weight")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CostmapConfig:
+    """Costmaps; `costmap.` parameters."""
+
+    inflation_radius: float = 0.55  # [m]
+    cost_scaling_factor: float = 3.0  # [1/m]
+    footprint_padding: float = 0.01  # [m]
+    obstacle_max_range: float = 2.5  # [m] up to which a hit marks
+    raytrace_max_range: float = 3.0  # [m] up to which a ray clears
+    local_size: float = 3.0  # [m] width and height of the rolling local costmap
+    wall_clearance: float = 0.30  # [m] of the robot's centre from walls where there is room
+    static_tolerance: float = 0.20  # [m] from a mapped wall within which a hit is that wall
+    scan_timeout: float = 1.0  # [s] without a scan after which the robot stands; 0: no LiDAR
+    unknown_body_margin: float = 0.25  # [m] that a body may extend beyond what the LiDAR sees
+
+    def __post_init__(self) -> None:
+        """Refuse impossible values."""
+        _positive("costmap.", self, "inflation_radius", "cost_scaling_factor", "local_size")
+        _positive("costmap.", self, "obstacle_max_range", "raytrace_max_range", "wall_clearance")
+        _not_negative("costmap.", self, "scan_timeout")
+        _at_most("costmap.", self, "local_size", 50.0)
+        _not_negative(
+            "costmap.", self, "footprint_padding", "static_tolerance", "unknown_body_margin"
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GoalCheckerConfig:
+    """When a pose counts as reached; `goal_checker.` parameters."""
+
+    xy_goal_tolerance: float = 0.25  # [m]
+    yaw_goal_tolerance: float = 0.25  # [rad]
+
+    def __post_init__(self) -> None:
+        """Refuse impossible values."""
+        _positive("goal_checker.", self, "xy_goal_tolerance", "yaw_goal_tolerance")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ProgressCheckerConfig:
+    """When a robot that could move is not moving; `progress_checker.` parameters."""
+
+    required_movement_radius: float = 0.5  # [m]
+    movement_time_allowance: float = 10.0  # [s]
+    number_of_retries: int = 6  # recoveries before a goal is given up
+
+    def __post_init__(self) -> None:
+        """Refuse impossible values."""
+        _positive("progress_checker.", self, "required_movement_radius", "movement_time_allowance")
+        if self.number_of_retries < 0:
+            raise ConfigError(
+                f"progress_checker.number_of_retries is {self.number_of_retries};"
+                " it must be 0 or more"
+            )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BehaviorConfig:
+    """Recovery behaviours; `behavior.` parameters."""
+
+    spin_dist: float = 1.57  # [rad]
+    backup_dist: float = 0.30  # [m]
+    backup_speed: float = 0.15  # [m/s]
+    wait_duration: float = 5.0  # [s]
+
+    def __post_init__(self) -> None:
+        """Refuse impossible values."""
+        _positive("behavior.", self, "spin_dist", "backup_dist", "backup_speed", "wait_duration")
+
+
+# All robots must agree on these: the safety argument counts on them. Not changeable while running.
+PROTOCOL_PARAMETERS = ("traffic.confirmations", "traffic.wanted_length", "traffic.lost_ticks")
+# Read once, at the start.
+FIXED_PARAMETERS = (*PROTOCOL_PARAMETERS, "localisation.type", "localisation.random_seed")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrafficConfig:
+    """Reservation and right of way; `traffic.` parameters. See ARCHITECTURE.md."""
+
+    safety_margin: float = 0.047  # [m] beyond the circumscribed radius: tracking + localisation
+    yield_slack: float = 0.02  # [m] of that margin that a robot making way may use up
+    confirmations: int = 1  # beacons in which space was requested before it is taken (M)
+    held_length: float = 0.35  # [m] of path held ahead
+    wanted_length: float = 0.35  # [m] requested beyond that
+    listen_ticks: int = 16  # ticks of listening before the first claim
+    lost_ticks: int = 16  # ticks without a beacon after which a robot left or died
+    dead_ticks: int = 100  # ticks after which a robot well within range stands where it stopped
+    radio_range: float = 6.0  # [m]
+    push_ticks: int = 3  # ticks of being blocked before the blocker makes way
+    moving_patience: float = 1.5  # [s] the same for a blocker that is driving on
+    release_time: float = 1.2  # [s] without a pusher before a robot stops making way
+    replan_blocked: float = 0.8  # [s] blocked before another way is looked for
+    stuck_time: float = 4.0  # [s] blocked on the way to a refuge before saying so
+    retreat_time: float = 5.0  # [s] that a retreat lasts
+    patience: float = 600.0  # [s] without any progress before a goal is given up
+
+    def __post_init__(self) -> None:
+        """Refuse impossible values."""
+        _positive("traffic.", self, "safety_margin", "held_length", "wanted_length", "radio_range")
+        _positive("traffic.", self, "release_time", "replan_blocked", "stuck_time")
+        _positive("traffic.", self, "moving_patience")
+        _positive("traffic.", self, "retreat_time", "patience")
+        if not 0.1 <= self.held_length <= 0.8:
+            raise ConfigError(f"traffic.held_length is {self.held_length} m; from 0.1 to 0.8")
+        if not 0.1 <= self.wanted_length <= 0.4:
+            raise ConfigError(f"traffic.wanted_length is {self.wanted_length} m; from 0.1 to 0.4")
+        for name in ("confirmations", "listen_ticks", "lost_ticks", "dead_ticks", "push_ticks"):
+            if getattr(self, name) < 1:
+                raise ConfigError(f"traffic.{name} is {getattr(self, name)}; it must be 1 or more")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HoldingConfig:
+    """Stations and the holding pattern; `holding.` parameters."""
+
+    mode: str = "auto"  # circuit | park | auto
+    request_distance: float = 4.0  # [m] from the station at which its lease is requested
+    hold_distance: float = 3.0  # [m] from the station at which a robot without its turn holds
+    approach_slots: int = 3  # robots that may be on the last metres to a station
+    circuit_spacing: float = 6.0  # [m] of circuit per robot below which `auto` parks
+    search_distance: float = 8.0  # [m] of driving to a parking place
+    gate_density: float = 0.25  # [1/m²] of robots in a narrow region with stations; 0: no gate
+    station_patience: float = 120.0  # [s] that a station may be blocked by a silent robot
+
+    def __post_init__(self) -> None:
+        """Refuse impossible values."""
+        if self.mode not in ("circuit", "park", "auto"):
+            raise UnknownNameError("holding.mode", self.mode, ("circuit", "park", "auto"))
+        _positive("holding.", self, "request_distance", "hold_distance", "circuit_spacing")
+        _positive("holding.", self, "search_distance", "station_patience")
+        _not_negative("holding.", self, "gate_density")
+        if self.approach_slots < 1:
+            raise ConfigError(
+                f"holding.approach_slots is {self.approach_slots}; it must be 1 or more"
+            )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NavConfig:
+    """All parameters of one navigator."""
+
+    controller: ControllerConfig = field(default_factory=ControllerConfig)
+    planner: PlannerConfig = field(default_factory=PlannerConfig)
+    costmap: CostmapConfig = field(default_factory=CostmapConfig)
+    goal_checker: GoalCheckerConfig = field(default_factory=GoalCheckerConfig)
+    progress_checker: ProgressCheckerConfig = field(default_factory=ProgressCheckerConfig)
+    behavior: BehaviorConfig = field(default_factory=BehaviorConfig)
+    traffic: TrafficConfig = field(default_factory=TrafficConfig)
+    holding: HoldingConfig = field(default_factory=HoldingConfig)
+    localisation: LocalisationConfig = field(default_factory=LocalisationConfig)
+
+    def __post_init__(self) -> None:
+        """Refuse numbers beyond all limits."""
+        limits.check(self)
+
+
+def parameter_values(config: NavConfig) -> dict[str, Any]:
+    """Return the flat ROS parameters {name: value} of a configuration."""
+    values: dict[str, Any] = {}
+    for group in dataclasses.fields(config):
+        prefix = "" if group.name == "controller" else f"{group.name}."
+        for item in dataclasses.fields(getattr(config, group.name)):
+            values[prefix + item.name] = getattr(getattr(config, group.name), item.name)
+    return values
+
+
+def config_from_parameters(
+    values: Mapping[str, Any], base: NavConfig | None = None, where: str = "the parameters"
+) -> NavConfig:
+    """Return `base` with the given flat ROS parameters replaced.
+
+    Raises:
+        ConfigError: If a name is unknown, a type is wrong or a value impossible.
+    """
+    base = base or NavConfig()
+    known = parameter_values(base)
+    changes: dict[str, dict[str, Any]] = {}
+    for name, value in values.items():
+        if name not in known:
+            raise UnknownNameError("parameter", name, known, where)
+        group, _, key = name.rpartition(".")
+        changes.setdefault(group or "controller", {})[key] = _typed(name, value, known[name], where)
+    groups = {
+        group: dataclasses.replace(getattr(base, group), **items)
+        for group, items in changes.items()
+    }
+    return dataclasses.replace(base, **groups)
+
+
+def _typed(name: str, value: Any, default: Any, where: str) -> Any:
+    if isinstance(default, float) and isinstance(value, int) and not isinstance(value, bool):
+        return float(value)
+    if type(value) is not type(default):
+        raise ConfigError(
+            f"parameter '{name}' in {where} is {value!r} ({type(value).__name__});"
+            f" it must be a {type(default).__name__}"
+        )
+    return value

@@ -1,0 +1,185 @@
+"""What an operator asks of a navigator, and what the navigator tells it in return."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from swarm_common.model.errors import SwarmError
+from swarm_common.model.records import FloatArray, Pose, Twist, value_type
+
+
+class GoalKind(enum.Enum):
+    """The Nav2 action that a goal belongs to."""
+
+    NAVIGATE = "navigate_to_pose"
+    THROUGH = "navigate_through_poses"
+    WAYPOINTS = "follow_waypoints"
+    FOLLOW_PATH = "follow_path"
+    SPIN = "spin"
+    BACKUP = "backup"
+    DRIVE_ON_HEADING = "drive_on_heading"
+    WAIT = "wait"
+
+
+class Outcome(enum.Enum):
+    """How a goal ended."""
+
+    SUCCEEDED = "succeeded"
+    ABORTED = "aborted"
+    CANCELED = "canceled"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Goal:
+    """One request.
+
+    Attributes:
+        kind: Action.
+        goal_id: Chosen by the caller, echoed in events.
+        poses_map: Targets of NAVIGATE (1), THROUGH and WAYPOINTS (1 or more).
+        path_map: Points (n, 2) of FOLLOW_PATH.
+        angle: [rad] of SPIN, relative, signed.
+        distance: [m] of BACKUP and DRIVE_ON_HEADING, positive.
+        speed: [m/s] of BACKUP and DRIVE_ON_HEADING, positive.
+        duration: [s] to wait (WAIT), or the time allowance of the other behaviours (0: none).
+        first_index: Pose that the first round of WAYPOINTS begins with; further rounds begin at 0.
+        loops: Additional rounds through WAYPOINTS.
+        start_tick: Tick at which the goal takes effect; the past means at once.
+    """
+
+    kind: GoalKind
+    goal_id: int = 0
+    poses_map: tuple[Pose, ...] = ()
+    path_map: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
+    angle: float = 0.0
+    distance: float = 0.0
+    speed: float = 0.0
+    duration: float = 0.0
+    first_index: int = 0
+    loops: int = 0
+    start_tick: int = 0
+
+
+class ErrorCode(enum.IntEnum):
+    """Nav2's error codes (Jazzy) as far as this navigator can end with them."""
+
+    NONE = 0
+    CONTROL_UNKNOWN = 100
+    INVALID_PATH = 103
+    FAILED_TO_MAKE_PROGRESS = 105
+    NO_VALID_CONTROL = 106
+    PLAN_UNKNOWN = 200
+    PLAN_TF_ERROR = 202
+    START_OUTSIDE_MAP = 203
+    GOAL_OUTSIDE_MAP = 204
+    START_OCCUPIED = 205
+    GOAL_OCCUPIED = 206
+    PLAN_TIMEOUT = 207
+    NO_VALID_PATH = 208
+    NO_VIAPOINTS_GIVEN = 309
+    WAYPOINTS_UNKNOWN = 600
+    SPIN_TIMEOUT = 701
+    BACKUP_TIMEOUT = 711
+    BACKUP_COLLISION_AHEAD = 714
+    DRIVE_TIMEOUT = 721
+    DRIVE_COLLISION_AHEAD = 723
+
+
+# What a goal without poses ends with; Jazzy's FollowWaypoints has no code of its own for it.
+NO_POSES_CODES = {
+    GoalKind.THROUGH: ErrorCode.NO_VIAPOINTS_GIVEN,
+    GoalKind.WAYPOINTS: ErrorCode.WAYPOINTS_UNKNOWN,
+    GoalKind.FOLLOW_PATH: ErrorCode.INVALID_PATH,
+}
+
+
+class PlanError(SwarmError):
+    """No plan exists.
+
+    Attributes:
+        code: Nav2 error code of ComputePathToPose.
+    """
+
+    def __init__(self, code: ErrorCode, message: str) -> None:
+        """Keep the code beside the message."""
+        self.code = code
+        super().__init__(message)
+
+
+@dataclass(frozen=True, slots=True)
+class GoalEnded:
+    """A goal has reached its terminal state, at control tick `tick`.
+
+    Each missed waypoint comes as its index in the goal's poses and the reason's code.
+    """
+
+    goal_id: int
+    outcome: Outcome
+    tick: int
+    error_code: ErrorCode = ErrorCode.NONE
+    message: str = ""
+    missed_waypoints: tuple[tuple[int, ErrorCode], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class StateChanged:
+    """The navigator's state as shown in `status` has changed."""
+
+    state: str
+    tick: int
+
+
+Event = GoalEnded | StateChanged
+
+
+@dataclass(frozen=True, slots=True)
+class Feedback:
+    """Progress of the goal in hand; times in seconds of simulated time."""
+
+    goal_id: int
+    pose_map: Pose
+    navigation_time: float
+    estimated_time_remaining: float
+    number_of_recoveries: int
+    distance_remaining: float
+    poses_remaining: int
+    current_waypoint: int
+    distance_traveled: float
+    angle_traveled: float
+    speed: float
+
+
+@dataclass(frozen=True, slots=True)
+class Status:
+    """Counterpart of swarm_interfaces/RobotStatus; `goal_map` is None without a goal."""
+
+    state: str
+    detail: str
+    pose_map: Pose
+    goal_map: Pose | None
+    station: str
+    queue_place: int
+    distance_remaining: float
+    estimated_time_remaining: float
+    holding_since_tick: int
+    hold_time: float
+    wait_time: float
+    number_of_recoveries: int
+    goals_reached: int
+    goals_failed: int
+    pushes: int
+    retreats: int
+    deadlocks_resolved: int
+    replans: int
+
+
+@value_type
+class Output:
+    """What one tick produces: the command, the beacon (record of BEACON_DTYPE) and events."""
+
+    twist: Twist
+    beacon: np.void
+    events: tuple[Event, ...]

@@ -1,0 +1,72 @@
+"""Between which values every number among a navigator's parameters lies.
+
+The checks of a group (`config`) say what makes sense for a parameter beside others. These say
+what any of them may be at most, so that no number makes a tick, a costmap or a plan endless: one
+rule for all, and narrower ones where a cell, a particle or a point is made for each unit.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from swarm_common.model.errors import ConfigError
+
+MOST = 10_000.0  # of a parameter without a rule: m, s, rad, or any other unit
+RANGES: Mapping[str, tuple[float, float]] = {
+    "max_vel_x": (0.0, 50.0),
+    "max_vel_y": (0.0, 50.0),
+    "max_vel_theta": (0.0, 100.0),
+    "acc_lim_x": (0.0, 1000.0),
+    "acc_lim_y": (0.0, 1000.0),
+    "acc_lim_theta": (0.0, 1000.0),
+    "sim_time": (0.05, 10.0),
+    "planner.resolution": (0.05, 2.0),
+    "planner.replan_period": (0.1, MOST),
+    "planner.tolerance": (0.0, 10.0),
+    "planner.lane_width": (0.01, 100.0),
+    "costmap.inflation_radius": (0.01, 50.0),
+    "costmap.local_size": (0.2, 50.0),
+    "costmap.obstacle_max_range": (0.05, 200.0),
+    "costmap.raytrace_max_range": (0.05, 200.0),
+    "costmap.footprint_padding": (0.0, 10.0),
+    "costmap.unknown_body_margin": (0.0, 10.0),
+    "costmap.static_tolerance": (0.0, 10.0),
+    "costmap.wall_clearance": (0.001, 20.0),
+    "goal_checker.xy_goal_tolerance": (0.001, 10.0),
+    "goal_checker.yaw_goal_tolerance": (0.001, 7.0),
+    "behavior.spin_dist": (0.001, 100.0),
+    "behavior.backup_dist": (0.001, 20.0),
+    "behavior.backup_speed": (0.001, 50.0),
+    "traffic.safety_margin": (0.001, 2.0),
+    "traffic.yield_slack": (0.0, 2.0),
+    "traffic.radio_range": (0.1, 1000.0),
+    "holding.request_distance": (0.01, 1000.0),
+    "holding.search_distance": (0.01, 200.0),
+    "localisation.random_seed": (0, 2**31 - 1),
+    "localisation.max_particles": (10, 20_000),
+}
+
+
+def check(config: Any) -> None:
+    """Refuse a configuration with a number beyond its limits.
+
+    Args:
+        config: A NavConfig: groups of parameters.
+
+    Raises:
+        ConfigError: Naming the parameter.
+    """
+    for group in dataclasses.fields(config):
+        prefix = "" if group.name == "controller" else f"{group.name}."
+        values = getattr(config, group.name)
+        for item in dataclasses.fields(values):
+            value = getattr(values, item.name)
+            if isinstance(value, (bool, str)):
+                continue
+            name = prefix + item.name
+            low, high = RANGES.get(name, (-MOST, MOST))
+            if not low <= value <= high or not math.isfinite(value):
+                raise ConfigError(f"{name} is {value}; it must be from {low:g} to {high:g}")

@@ -1,0 +1,81 @@
+"""Parameters of localisation: AMCL's where AMCL has them, and what a lost robot is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from swarm_common.model.errors import ConfigError, UnknownNameError
+from swarm_nav.core.checks import not_negative, positive
+
+ODOMETRY, AMCL = "odometry", "amcl"
+TYPES = (ODOMETRY, AMCL)
+PREFIX = "localisation."
+MOST_PARTICLES = 20_000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LocalisationConfig:
+    """Where the robot is; `localisation.` parameters, all but `type` for amcl, named as Nav2's."""
+
+    type: str = "odometry"  # odometry | amcl; fixed at the start
+    alpha1: float = 0.0002  # variance of a turn per rad² turned,
+    alpha2: float = 0.0004  # [rad²/m²] and per m² driven
+    alpha3: float = 0.0016  # variance of a way per m² driven,
+    alpha4: float = 0.0001  # [m²/rad²] and per rad² turned
+    alpha5: float = 0.0025  # variance of a way sideways per m² driven, if omnidirectional
+    yaw_drift: float = 0.001  # [rad/s] of the heading while the robot moves
+    update_min_d: float = 0.25  # [m] driven after which a scan is compared with the map,
+    update_min_a: float = 0.2  # [rad] turned, likewise,
+    update_period: float = 5.0  # [s] of motion, likewise
+    min_particles: int = 200
+    max_particles: int = 1000
+    pf_err: float = 0.05  # of the particles' distribution (KLD sampling),
+    pf_z: float = 0.99  # with this probability
+    max_beams: int = 60  # of a scan that are compared
+    sigma_hit: float = 0.1  # [m] of a hit about a mapped wall
+    z_hit: float = 0.5  # weight of hits of mapped walls,
+    z_rand: float = 0.5  # of all others
+    laser_likelihood_max_dist: float = 0.5  # [m] beyond which the distance does not count
+    do_beamskip: bool = True
+    beam_skip_distance: float = 0.3  # [m] from a wall within which a particle agrees with a hit
+    beam_skip_threshold: float = 0.3  # share of the particles that must agree, or the hit is left
+    beam_skip_error_threshold: float = 0.9  # share of hits left out from which all count again
+    recovery_alpha_slow: float = 0.001  # of the running means of how well scans fit the map,
+    recovery_alpha_fast: float = 0.3  # whose ratio says how many particles are drawn anew,
+    recovery_spread: float = 0.4  # [m] around the estimate (standard deviation)
+    recovery_spread_yaw: float = 0.3  # [rad] likewise
+    lost_fit: float = 0.6  # share of hits on mapped walls below which the robot is lost
+    lost_deviation: float = 0.45  # [m] (standard) of the position above which the robot is lost
+    most_margin: float = 0.4  # [m] of safety margin that a robot announces at most
+    tracking_margin: float = 0.03  # [m] of the safety margin that is not for localisation
+    margin_per_sigma: float = 2.0  # standard deviations of the position for which there is room
+    random_seed: int = 0  # together with the robot's id
+
+    def __post_init__(self) -> None:
+        """Refuse impossible values."""
+        if self.type not in TYPES:
+            raise UnknownNameError("localisation.type", self.type, TYPES)
+        not_negative(PREFIX, self, "alpha1", "alpha2", "alpha3", "alpha4", "alpha5", "yaw_drift")
+        not_negative(PREFIX, self, "margin_per_sigma", "tracking_margin", "z_rand")
+        positive(PREFIX, self, "update_min_d", "update_min_a", "update_period", "pf_err")
+        positive(PREFIX, self, "sigma_hit", "z_hit", "laser_likelihood_max_dist")
+        positive(PREFIX, self, "beam_skip_distance", "recovery_spread", "recovery_spread_yaw")
+        positive(PREFIX, self, "lost_deviation", "most_margin")
+        for name in (
+            "pf_z", "beam_skip_threshold", "beam_skip_error_threshold", "recovery_alpha_slow",
+            "recovery_alpha_fast", "lost_fit",
+        ):  # fmt: skip
+            if not 0.0 <= getattr(self, name) < 1.0:
+                raise ConfigError(
+                    f"{PREFIX}{name} is {getattr(self, name)}; it must be 0 or more and less than 1"
+                )
+        if not 10 <= self.min_particles <= self.max_particles <= MOST_PARTICLES:
+            raise ConfigError(
+                f"{PREFIX}min_particles is {self.min_particles} and max_particles"
+                f" {self.max_particles}; expected 10 or more, in this order, and at most"
+                f" {MOST_PARTICLES}"
+            )
+        if not 4 <= self.max_beams <= 10_000:
+            raise ConfigError(f"{PREFIX}max_beams is {self.max_beams}; it must be from 4 to 10000")
+        if self.random_seed < 0:
+            raise ConfigError(f"{PREFIX}random_seed is {self.random_seed}; it must be 0 or more")

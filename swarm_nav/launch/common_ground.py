@@ -1,0 +1,49 @@
+"""What all robots would work out of the map and its stations, worked out once before the fork.
+
+It lies in the caches of the modules that use it; processes forked afterwards share its memory.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Sequence
+
+from swarm_common.model.grid import Grid
+from swarm_nav.core.goals import PlanError
+from swarm_nav.planning.planner import Planner
+from swarm_nav.ros.settings import NodeSettings
+from swarm_nav.traffic.gate import narrow_region
+from swarm_nav.traffic.narrows import single_lanes
+from swarm_nav.traffic.situation import begin
+
+MANY_PROCESSES = 10  # from here on, ways to all stations cost less than each process's own
+
+
+def prepare(robots: Sequence[NodeSettings], grid: Grid, processes: int) -> None:
+    """Work out what robots on a map have in common; robots of one model have all of it.
+
+    Args:
+        robots: All that will be started.
+        grid: The map that they will most likely get from the world.
+        processes: Among which they are divided.
+    """
+    seen = set()
+    for robot in robots:
+        situation = begin(robot.config, robot.spec, grid, robot.robot_id, robot.initial_pose_map)
+        key = situation.terrain, situation.radius, str(robot.fixed["sites"])
+        if key in seen:
+            continue
+        seen.add(key)
+        stations = tuple((pose.x, pose.y) for pose in robot.sites.stations.values())
+        narrow_region(situation.terrain, stations)
+        single_lanes(situation.terrain, situation.radius)
+        if processes >= MANY_PROCESSES:
+            _find_ways(situation.planner, robot)
+
+
+def _find_ways(planner: Planner, robot: NodeSettings) -> None:
+    """Find the ways to all stations, as far as they can be kept."""
+    most = planner.terrain.most_goals // 2  # the rest is for goals that nobody knows yet
+    for pose in list(robot.sites.stations.values())[:most]:
+        with contextlib.suppress(PlanError):  # no robot can go there, and each will say so
+            planner.cost_to_go((pose.x, pose.y), pose.yaw)

@@ -1,0 +1,85 @@
+"""The nursery: `python -m swarm_nav.launch.host CONFIG.json [--event-fd N] [--control-fd M]`.
+
+Imports everything and warms the kernels once, then forks one process per robot (or per pack of
+robots). A fork costs almost nothing; a fresh interpreter costs a CPU second and 60 MB. It has one
+thread, whatever it imports: see `single_thread`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import sys
+import traceback
+
+from swarm_common.middleware import ros_env
+from swarm_common.model.errors import SwarmError
+from swarm_common.process.pipes import EventWriter
+from swarm_common.process.quick_start import load_numba, without_collector
+from swarm_common.process.single_thread import without_threads
+
+with without_threads():  # which OpenBLAS and rclpy would start
+    from swarm_nav.launch.group import Grouping
+    from swarm_nav.launch.nursery import Nursery
+    from swarm_nav.launch.warm_up import warm_up
+    from swarm_nav.ros.types import load_type_supports
+
+
+def _prepare() -> None:
+    """Do once what every child would do."""
+    with without_collector(), without_threads():
+        load_numba()
+        load_type_supports()
+        warm_up()
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run all navigators until told to stop; returns the exit code."""
+    parser = argparse.ArgumentParser(description="Navigators of a swarm; started by swarm-up.")
+    parser.add_argument("config", help="JSON file: robots, their parameter files, pack, log_dir")
+    parser.add_argument("--event-fd", type=int, help="pipe to which events are written")
+    parser.add_argument("--control-fd", type=int, help="pipe from which commands are read")
+    parser.add_argument(
+        "--wait", action="store_true", help='read CONFIG only when told {"cmd": "go"}'
+    )
+    options = parser.parse_args(arguments)
+    ros_env.set_defaults()
+    events = EventWriter(options.event_fd)
+    nursery = Nursery(events)
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda *_: nursery.stop())
+    if options.wait:
+        _prepare()
+        if not nursery.wait_for_go(options.control_fd):
+            return 0
+    elif options.control_fd is not None:
+        nursery.listen(options.control_fd)
+    try:
+        grouping = Grouping(options.config)
+    except SwarmError as error:
+        events.write("error", message=str(error))
+        sys.stderr.write(f"{error}\n")
+        return 2
+    if not options.wait:
+        _prepare()
+    with without_collector():  # what the children share must not be touched by it
+        grouping.share_terrain()
+    for group in grouping.groups:
+        nursery.fork(group, grouping.log_dir)
+    events.write("ready")
+    nursery.watch(grouping)
+    return 0
+
+
+if __name__ == "__main__":
+    code = 1
+    try:
+        code = main()
+    except SystemExit as end:  # argparse's
+        code = end.code if isinstance(end.code, int) else 1
+    except BaseException:
+        traceback.print_exc()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)  # the interpreter's own end takes seconds with numba in it

@@ -1,0 +1,159 @@
+"""Where the robot is in the map. The seam for scan matching: anything with this interface."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+from swarm_common.model.records import FloatArray, Odometry, Pose, RobotSpec, Scan
+from swarm_nav.core.localisation_config import AMCL, LocalisationConfig
+from swarm_nav.perception.neighborhood import Neighborhood
+from swarm_nav.planning.terrain import Terrain
+
+START_DEVIATION = (0.05, 0.05)  # [m] and [rad] of a pose that the operator gave
+DRIFT = (0.002, 0.001)  # [m] and [rad] by which odometry is off per metre driven
+
+
+class Localiser(Protocol):
+    """Estimates map → odom from odometry, scans and a starting pose."""
+
+    @property
+    def map_from_odom(self) -> Pose:
+        """The transform that the navigator broadcasts."""
+        ...
+
+    @property
+    def pose_map(self) -> Pose:
+        """Pose of base_footprint in map."""
+        ...
+
+    @property
+    def margin(self) -> float:
+        """Safety margin [m] that the error of the pose asks for, 0 to leave it as configured."""
+        ...
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether the pose is not good enough to drive by."""
+        ...
+
+    @property
+    def wants_leap(self) -> bool:
+        """Whether `leap` would correct the pose by so much that the robot has to stand for it."""
+        ...
+
+    def leap(self) -> None:
+        """Correct the pose at once."""
+        ...
+
+    def initialise(self, pose_map: Pose, deviation: tuple[float, float] = START_DEVIATION) -> None:
+        """Take a pose in map for the present odometry, known to within `deviation` [m], [rad]."""
+        ...
+
+    def configure(self, config: LocalisationConfig) -> None:
+        """Take new parameters."""
+        ...
+
+    def load_map(self, terrain: Terrain) -> None:
+        """Take another map."""
+        ...
+
+    def on_odom(self, odom: Odometry) -> None:
+        """Take the newest odometry."""
+        ...
+
+    def on_scan(self, scan: Scan) -> None:
+        """Take the newest scan."""
+        ...
+
+    def particles(self) -> FloatArray:
+        """Return hypotheses (k, 3): x, y, yaw in map."""
+        ...
+
+    def variances(self) -> tuple[float, float, float]:
+        """Return the variances of x, y [m²] and yaw [rad²]."""
+        ...
+
+
+def make_localiser(
+    pose_map: Pose,
+    config: LocalisationConfig,
+    spec: RobotSpec,
+    terrain: Terrain,
+    hood: Neighborhood,
+    robot_id: int,
+) -> Localiser:
+    """Return the localiser that the parameters ask for; see `amcl.AmclLocaliser`."""
+    if config.type == AMCL:
+        from swarm_nav.localisation.amcl import (
+            AmclLocaliser,  # its kernels are loaded for who needs them
+        )
+
+        return AmclLocaliser(pose_map, config, spec, terrain, hood, robot_id)
+    return OdometryLocaliser(pose_map)
+
+
+class OdometryLocaliser:
+    """Dead reckoning from a known pose; `initialise` corrects it."""
+
+    margin = 0.0
+    is_lost = False
+    wants_leap = False
+
+    def __init__(self, pose_map: Pose) -> None:
+        """Start at a known pose; the odometry frame is tied to it by the first message."""
+        self._pending: Pose | None = pose_map
+        self._pose_odom = Pose(0.0, 0.0, 0.0)
+        self._map_from_odom = pose_map
+        self._deviation = START_DEVIATION
+        self._driven = 0.0  # [m] since a pose was given
+
+    @property
+    def map_from_odom(self) -> Pose:
+        """The transform that the navigator broadcasts."""
+        return self._map_from_odom
+
+    @property
+    def pose_map(self) -> Pose:
+        """Pose of base_footprint in map."""
+        return self._map_from_odom.compose(self._pose_odom)
+
+    def leap(self) -> None:
+        """Nothing is found out here."""
+
+    def configure(self, config: LocalisationConfig) -> None:
+        """There are no parameters."""
+
+    def load_map(self, terrain: Terrain) -> None:
+        """Maps do not enter dead reckoning."""
+
+    def initialise(self, pose_map: Pose, deviation: tuple[float, float] = START_DEVIATION) -> None:
+        """Take a pose in map for the present odometry."""
+        self._deviation = deviation
+        self._map_from_odom = pose_map.compose(self._pose_odom.inverse())
+        self._driven = 0.0
+
+    def on_odom(self, odom: Odometry) -> None:
+        """Take the newest odometry."""
+        self._driven += self._pose_odom.distance(odom.pose_odom)
+        self._pose_odom = odom.pose_odom
+        if self._pending is not None:
+            self.initialise(self._pending)
+            self._pending = None
+
+    def on_scan(self, scan: Scan) -> None:
+        """Scans do not enter dead reckoning."""
+
+    def particles(self) -> FloatArray:
+        """Return the one hypothesis."""
+        pose = self.pose_map
+        return np.array(((pose.x, pose.y, pose.yaw),))
+
+    def variances(self) -> tuple[float, float, float]:
+        """Return the variances of x, y [m²] and yaw [rad²]; they grow with the way driven."""
+        place, yaw = (
+            start**2 + (rate * self._driven) ** 2
+            for start, rate in zip(self._deviation, DRIFT, strict=True)
+        )
+        return place, place, yaw

@@ -1,0 +1,123 @@
+"""Which marks of the obstacle layer may be somebody who walks on.
+
+A mark is restless until it has been there for long. How long that takes depends on what is known
+of the body: one that was seen to walk, by hits where rays had passed shortly before, scan after
+scan, may be a person who pauses; one that came from nowhere and stood at once is a thing sooner,
+and one that never moved sooner still. Young marks near a mover's belong to it.
+"""
+
+from __future__ import annotations
+
+import collections
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_common.model.records import FloatArray
+from swarm_nav.perception import mover_kernels
+
+STILL_TICKS = 80  # after which a mark of what never moved is a thing,
+CAME_TICKS = 200  # of what came and has stood since,
+MOVER_TICKS = 3000  # and of what was seen walking
+LIMITS = (STILL_TICKS, CAME_TICKS, MOVER_TICKS)  # by motion: 0 none, 1 has come, 2 walks
+WALK_TICKS = 4  # between two arrivals of a body that walks; what stands arrives for PAST_SCANS only
+PAST_SCANS = 2  # looked back for where something moved to
+FREE_MARGIN = 0.15  # [m] beyond a place that a ray must have gone to show that it was free
+GONE_TICKS = 30  # after which a mark of what was seen moving, if not hit again, is dropped
+BODY = 0.3  # [m] within which marks belong to one body
+
+Beam = tuple[float, float, float]
+PoseTuple = tuple[float, float, float]
+
+
+class Movers:
+    """Age and motion of marks; row k of each array is about mark k."""
+
+    def __init__(self, cell: float) -> None:
+        """Start without marks; `cell` [m] is the lattice that they lie on."""
+        self._cell = cell
+        self._past: collections.deque[tuple[NDArray[np.float32], PoseTuple]] = collections.deque(
+            maxlen=PAST_SCANS
+        )
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget all marks."""
+        self._births = np.zeros(0, np.int64)  # tick in which each mark appeared
+        self._hit_ticks = np.zeros(0, np.int64)  # in which it was last hit
+        self._motion = np.zeros(0, np.int64)  # index into LIMITS
+
+    def keep(self, mask: NDArray[np.bool_]) -> None:
+        """Forget the marks that are flagged False."""
+        self._births, self._motion = self._births[mask], self._motion[mask]
+        self._hit_ticks = self._hit_ticks[mask]
+
+    def present(self, tick: int) -> NDArray[np.bool_]:
+        """Return which marks may still be there: what moves and is out of sight goes away."""
+        present: NDArray[np.bool_] = (self._motion == 0) | (tick - self._hit_ticks < GONE_TICKS)
+        return present
+
+    def arrivals(
+        self,
+        hits: FloatArray,
+        ranges: NDArray[np.float32],
+        beam: Beam,
+        pose: PoseTuple,
+        reach: float,
+    ) -> FloatArray:
+        """Return the hits at places through which rays passed two scans ago; remember this scan.
+
+        Args:
+            hits: Unexplained ones (k, 2) in map.
+            ranges: Of the scan (n,) [m].
+            beam: (angle_min, angle_increment, range_min).
+            pose: (x, y, yaw) of the LiDAR in map.
+            reach: [m] up to which rays tell of free space.
+        """
+        past = self._past[0] if len(self._past) == PAST_SCANS else None
+        self._past.append((ranges, pose))
+        if past is None or len(hits) == 0:
+            return hits[:0]
+        has_come = np.zeros(len(hits), np.bool_)
+        before, pose_before = past
+        limits = (reach, FREE_MARGIN)
+        mover_kernels.passed_through(hits, before, beam, pose_before, limits, has_come)
+        return hits[has_come]
+
+    def update(
+        self,
+        marks: FloatArray,
+        old: FloatArray,
+        hits: FloatArray,
+        arrivals: FloatArray,
+        tick: int,
+    ) -> None:
+        """Take over new marks.
+
+        Args:
+            marks: All of them (n, 2).
+            old: Those that were kept (m, 2), in order.
+            hits: What the new ones come from (k, 2).
+            arrivals: Those of the hits that have come lately.
+            tick: Of the scan.
+        """
+        births = np.empty(len(marks), np.int64)
+        hit_ticks = np.empty(len(marks), np.int64)
+        motion = np.empty(len(marks), np.int64)
+        mover_kernels.inherit(
+            marks,
+            (old, self._births, self._motion, self._hit_ticks),
+            (hits, arrivals),
+            (self._cell, BODY),
+            (tick, LIMITS, WALK_TICKS),
+            (births, motion, hit_ticks),
+        )
+        self._births, self._motion, self._hit_ticks = births, motion, hit_ticks
+
+    def gap(self, marks: FloatArray, x: float, y: float, tick: int) -> float:
+        """Return the distance [m] of a point from the nearest restless mark; inf without one."""
+        if len(marks) == 0:
+            return math.inf
+        times = (tick, LIMITS)
+        return float(mover_kernels.restless_gap(marks, self._births, self._motion, times, x, y))

@@ -1,0 +1,369 @@
+"""What a robot knows of the others, from their beacons alone."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_common.model.beacon import (
+    BEACON_DTYPE,
+    BEACON_WORDS,
+    FLAG_ACTIVE,
+    FLAG_STUCK,
+    HEARD_ENTRIES,
+    HELD_POINTS,
+    WANTED_POINTS,
+    BeaconArray,
+    Reception,
+    reception_of,
+)
+from swarm_common.model.records import CONTROL_PERIOD, FloatArray
+from swarm_nav.core.config import TrafficConfig
+from swarm_nav.perception import neighborhood_kernels as kernels
+from swarm_nav.perception import station_kernels
+from swarm_nav.perception.absence import NOTHING, Absence
+
+BODY_REACH = 0.12  # [m] beyond a neighbour's radius within which a beam does not help to localise
+TRAVEL_PER_TICK = 0.03  # [m] that a neighbour may have moved since its beacon
+TRAVEL_TICKS = 20  # for which it may have
+FRESH_TICKS = 5  # age up to which a beacon tells that there is a robot, and nothing else
+SPACING = 0.05  # [m] between the points of a tube
+TUBE_LENGTH = 1.6  # [m] that the points of a beacon can be off its pose
+UNHEARD_PATIENCE = 12  # ticks without an acknowledgement after which a robot stands
+STOPPING_POINTS = 8  # of a tube, the pose first, on which a robot has stopped that stands then
+UNHEARD_NEAR = 2.0  # [m] within which every robot has to hear this one
+UNHEARD_FAR = 4.5  # [m] within which at least one has to
+UNHEARD_LIMITS = (UNHEARD_PATIENCE, UNHEARD_NEAR, UNHEARD_FAR, HEARD_ENTRIES)
+MAX_SPEED = 0.52  # [m/s] at which two robots can part
+PARTING = 0.4  # [m] from the range's edge, from which the next eight beacons are out of range,
+PARTING_PER_BEACON = 1e-3  # [m] if robots drive apart
+PASSED_EVERY = 8  # ticks between two looks at who stands where a silent robot may be
+INITIAL_ROWS = 32
+CLAIM_COLUMNS = (
+    "radius",
+    "blocked_ticks",
+    "held",
+    "held_size",
+    "wanted",
+    "wanted_size",
+    "intent",
+    "intent_size",
+)
+
+
+class Neighborhood:
+    """The newest beacon of every robot heard, with its age and whether the robot is gone.
+
+    A robot that is not heard for `lost_ticks` is *gone* (dead or mute): it stays an obstacle at
+    the space that it last held or requested, until it is heard again or that space was found
+    empty; once it has been silent for `dead_ticks`, at the place where it can have come to a stop:
+    what it held or requested beyond would close a station next to it for ever. If it was last
+    heard near the range's edge it may have left: `Absence` decides once this robot is near there.
+
+    Attributes:
+        heads: (n,) beacons, ascending by id, without points, footprint and acknowledgements: a
+            view that the next `refresh` overwrites.
+        ids: (n,)
+        ages: (n,) [ticks] since each was sent.
+        gone: (n,)
+        gate_columns: Poses, gate and blocked ticks, of which the first n rows are in use.
+        priorities: (n,) as published.
+        acks: (n,) tick of the newest own beacon that each has; of who need not hear us, now.
+        deaf_neighbor: Id of a near robot that does not hear this one, 0 if all do.
+    """
+
+    def __init__(
+        self, own_id: int, config: TrafficConfig, *, remembers_absent: bool = True
+    ) -> None:
+        """Start knowing nobody.
+
+        Args:
+            own_id: Of this robot.
+            config: Parameters.
+            remembers_absent: Whether robots last heard near the edge are remembered: for robots
+                that acknowledge beacons, so that they learn from each other who has left.
+        """
+        self._own_id = own_id
+        self._remembers_absent = remembers_absent
+        self._absence = Absence(own_id)
+        self.configure(config)
+        self._count = 0
+        self._position = (0.0, 0.0)
+        self._left_count = np.zeros(1, np.int64)
+        self._has_dead = False  # whether anybody has been silent for more than `dead_ticks`
+        self._inbox: list[tuple[Reception, tuple[float, float]]] = []
+        self._words: NDArray[np.uint32] = np.zeros((0, BEACON_WORDS), np.uint32)
+        self._notes: NDArray[np.float64] = np.zeros((0, 3))
+        self._links: NDArray[np.int64] = np.zeros((0, 4), np.int64)
+        self._air = self._words  # of the last merge
+        self._heard: NDArray[np.uint32] = np.zeros(HEARD_ENTRIES, np.uint32)
+        self._heard_tick = -1  # of `_heard`
+        self._is_pushed = False  # whether anybody says to be blocked by this robot
+        self.deaf_neighbor = 0
+        self._allocate(INITIAL_ROWS)
+        self._show(0)
+
+    def configure(self, config: TrafficConfig) -> None:
+        """Take new parameters, effective from the next tick."""
+        edge = config.radio_range - 2.0 * MAX_SPEED * config.lost_ticks * CONTROL_PERIOD
+        self._limits = (config.lost_ticks, edge, config.dead_ticks, STOPPING_POINTS, UNHEARD_LIMITS)
+        self._hearing = (edge, config.radio_range, config.lost_ticks)
+
+    def receive(self, beacons: BeaconArray, x: float, y: float) -> None:
+        """Take beacons for the next `refresh`; (x, y) is the own position in map."""
+        self.take(reception_of(beacons), x, y)
+
+    def take(self, reception: Reception, x: float, y: float) -> None:
+        """Take beacons for the next `refresh` that stay where they are until then."""
+        self._position = (x, y)
+        if len(reception.rows):
+            self._inbox.append((reception, (x, y)))
+
+    def refresh(self, tick: int) -> None:
+        """Store what was received, work out ages at `tick` and forget those who left."""
+        inbox, self._inbox = self._inbox, []
+        if self._has_dead and tick % PASSED_EVERY == 0:
+            self.passed_by()
+        if len(self._absence):
+            self._ask_for_absent([reception for reception, _ in inbox], tick)
+        most = self._count + sum([len(reception.rows) for reception, _ in inbox])
+        if most > len(self._words):
+            self._allocate(2 * most)
+        rest = (self._columns, tick, self._limits, self._heard, (*self._left, self._left_count))
+        found = (self._count, 0, False, False)
+        for reception, (x, y) in inbox:
+            heard = (reception.words, reception.rows)
+            own = (x, y, self._own_id, self._limits[0])
+            found = kernels.take_in(self._table, found[0], heard, self._air, own, *rest)
+            self._air = reception.words
+        if not inbox:
+            words, _, notes, links = self._table
+            found = kernels.refresh(
+                words, notes, links, self._count, self._air, self._own_id, *rest
+            )
+        count, self.deaf_neighbor, self._is_pushed, self._has_dead = found
+        self._heard_tick = tick
+        if count != self._count or self._is_new:
+            self._show(count)
+        if self._left_count[0]:
+            if self._remembers_absent:
+                words, notes = self._left
+                count = self._left_count[0]
+                self._absence.add(words[:count], self._have_parted(notes[:count]))
+            self._left_count[0] = 0
+
+    def _ask_for_absent(self, receptions: list[Reception], tick: int) -> None:
+        """Take back those who seem not to have left, with the next batch, until they have."""
+        heard = receptions or [NOTHING]
+        silent, left = self._absence.listen(heard, self._position, self._hearing, tick)
+        if len(silent):
+            self._inbox.append((Reception(silent, np.arange(len(silent))), self._position))
+        for robot in left:
+            row = self.row(robot)
+            if row is not None and self.gone[row]:
+                self._words[row, [kernels.HELD_SIZE, kernels.WANTED_SIZE]] = 0
+
+    def _have_parted(self, notes: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return whose last beacons (n,) were those of robots that drove out of range."""
+        parted: NDArray[np.bool_] = (notes[:, 0] > self._hearing[1] - PARTING) & (
+            notes[:, 2] > PARTING_PER_BEACON
+        )
+        return parted
+
+    @property
+    def stuck(self) -> NDArray[np.bool_]:
+        """Robots that said that they cannot make way, and those that will not."""
+        return ((self.heads["flags"] & FLAG_STUCK) > 0) | self.immovable
+
+    @property
+    def immovable(self) -> NDArray[np.bool_]:
+        """Robots that nobody can push: gone ones and those whose navigator is inactive."""
+        is_inactive: NDArray[np.bool_] = (self.heads["flags"] & FLAG_ACTIVE) == 0
+        return self.gone | is_inactive
+
+    def masks(
+        self, x: float, y: float, reach: float, margin: float
+    ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+        """Return the discs in which a hit of the LiDAR is a robot's.
+
+        Each is a place that its robot holds and that this one keeps out of anyhow.
+
+        Args:
+            x: [m] of the LiDAR in map.
+            y: Likewise.
+            reach: [m] of the LiDAR.
+            margin: [m] by which the own radius exceeds the body's.
+
+        Returns:
+            Centres (k, 2) [m], radii (k,), and whether there is a robot there now (k,); the next
+            call overwrites them.
+        """
+        discs, radii, is_fresh = self._masks
+        count = kernels.masks(
+            (self._words, self._floats), self._table[3], self._air, self.ages, self.gone,
+            self._count, (x, y, reach + TUBE_LENGTH, margin), TRAVEL_PER_TICK / SPACING,
+            FRESH_TICKS, self._masks,
+        )  # fmt: skip
+        return discs[:count], radii[:count], is_fresh[:count]
+
+    def look(
+        self,
+        ranges: NDArray[np.float32],
+        beam: tuple[float, float, float],
+        pose: tuple[float, float, float],
+        reach: float,
+        body: tuple[NDArray[np.uint32], float],
+    ) -> None:
+        """Give up the places of silent robots that a scan finds empty, as the last one did.
+
+        Args:
+            ranges: (n,) [m].
+            beam: (angle_min, angle_increment, range_min).
+            pose: (x, y, yaw) of the LiDAR in map.
+            reach: [m] up to which rays tell of free space.
+            body: Own footprint as words and circumscribed radius [m]: LiDARs see their like.
+        """
+        if self._has_dead:
+            self._fetch()
+            footprint, radius = body
+            limits = (reach, radius, self._limits[2])
+            kernels.look(*self._places(), (ranges, beam, pose), limits, footprint)
+
+    def passed_by(self) -> None:
+        """Give up the places of silent robots on which somebody else is now."""
+        self._fetch()
+        kernels.passed(*self._places(), self._position, self._limits[2])
+
+    def _places(self) -> tuple[NDArray[np.generic], ...]:
+        return (self._words, self._floats, self._table[3], self.ages, self.gone)
+
+    def bodies(self) -> tuple[FloatArray, FloatArray]:
+        """Return centres (n, 2) [m] and radii (n,) of where beams may hit robots, generously.
+
+        For the localisation, to which a beam too few does no harm.
+
+        The next call overwrites them.
+        """
+        count = self._count
+        robots, reach = self._bodies
+        limits = (np.float32(BODY_REACH), TRAVEL_PER_TICK, TRAVEL_TICKS)
+        kernels.bodies(self._floats, self.ages, limits, robots, reach)
+        return robots[:count], reach[:count]
+
+    @property
+    def beacons(self) -> BeaconArray:
+        """The beacons (n,), ascending by id; a view that the next `refresh` overwrites."""
+        self._fetch()
+        return self.heads
+
+    def _fetch(self) -> None:
+        """Complete the beacons in the table."""
+        kernels.fetch(self._words, self._links, self._count, self._air)
+
+    def claims(self) -> tuple[NDArray[np.generic], ...]:
+        """Return what `tube_kernels.extend` reads: it finds points in the table or on the air."""
+        return (self.ids, self.acks, self.gone, self.priorities, *self._rows, self._air)
+
+    def columns(self) -> tuple[NDArray[np.generic], ...]:
+        """Return the columns that kernels read who look at all robots.
+
+        The first four have a row per robot, the others are views of the whole table: a view of
+        one row would be contiguous, and numba would compile the kernels a second time for it.
+        """
+        self._fetch()
+        return (self.ids, self.acks, self.gone, self.priorities, *self._claims)
+
+    def heard(self, tick: int) -> NDArray[np.uint32]:
+        """Return the acknowledgements for the beacon of `tick`; the next call overwrites them."""
+        if tick != self._heard_tick:
+            self._heard_tick = tick
+            kernels.acknowledge(self._words, self._notes, self._count, tick, self._heard)
+        return self._heard
+
+    def radius(self, row: int) -> float:
+        """Return the safety radius [m] of a robot."""
+        return float(self._floats[row, kernels.RADIUS])
+
+    def row(self, robot_id: int) -> int | None:
+        """Return the row of a robot, None if it is not known."""
+        row = kernels.row_of(self.ids, robot_id)
+        return row if row >= 0 else None
+
+    def highest_pusher(self, priority: int, patience: int, least_depth: int) -> int | None:
+        """Return the row of the highest robot that this one has blocked for `patience` ticks.
+
+        Only one that ranks above `priority`, does not make way for this one, and has at least
+        `least_depth` in its chain of inheritance.
+        """
+        if not self._is_pushed:
+            return None
+        own = (self._own_id, priority)
+        row = kernels.highest_pusher(
+            self._words, self.gone, self.priorities, own, patience, least_depth
+        )
+        return row if row >= 0 else None
+
+    def earlier_requests(self, station: tuple[float, float], tick: int, same: float) -> int:
+        """Return how many robots asked before `tick` for a station within `same` [m] of this."""
+        return int(
+            station_kernels.earlier_requests(
+                self._words, self._floats, self.gone, station, tick, self._own_id, same
+            )
+        )
+
+    def highest_waiting(self, station: tuple[float, float], same: float) -> int:
+        """Return the highest priority of who asked for a station within `same` [m], 0 if none."""
+        return int(
+            station_kernels.highest_waiting(
+                self._words, self._floats, self.gone, self.priorities, station, same
+            )
+        )
+
+    def tubes(self, row: int) -> NDArray[np.float32]:
+        """Return the held points (n, 2) of one robot, with what it requested if it is gone."""
+        beacon = self.beacons[row]
+        held: NDArray[np.float32] = beacon["held"][: beacon["held_size"]]
+        if not self.gone[row]:
+            return held
+        return np.vstack((held, beacon["wanted"][: beacon["wanted_size"]]))
+
+    def _allocate(self, rows: int) -> None:
+        """Make the table `rows` long."""
+        words = np.zeros((rows, BEACON_WORDS), np.uint32)
+        words[: self._count] = self._words[: self._count]
+        notes = np.zeros((rows, 3))
+        notes[: self._count] = self._notes[: self._count]
+        links = np.zeros((rows, 4), np.int64)
+        links[: self._count] = self._links[: self._count]
+        self._words, self._notes, self._links = words, notes, links
+        self._floats = words.view(np.float32)
+        self._table = (words, self._floats, notes, links)
+        self._rows = (words, links)
+        self._is_new = True  # not shown yet
+        self._records: BeaconArray = words.view(BEACON_DTYPE)[:, 0]
+        self._columns = (
+            np.zeros(rows, np.uint32),
+            np.zeros(rows, np.int64),
+            np.zeros(rows, np.bool_),
+            np.zeros(rows, np.int64),
+            np.zeros(rows, np.int64),
+        )
+        self._bodies = np.zeros((rows, 2)), np.zeros(rows)
+        self._left = np.zeros((rows, BEACON_WORDS), np.uint32), np.zeros((rows, 3))
+        places = rows * (HELD_POINTS + WANTED_POINTS)
+        self._masks = np.empty((places, 2)), np.empty(places), np.empty(places, np.bool_)
+        # views of the whole table, see `columns`
+        names = ("pose", "gate_tick", "blocked_ticks")
+        self.gate_columns = tuple(self._records[name] for name in names)
+        self._claims = tuple(self._records[name] for name in CLAIM_COLUMNS)
+
+    def _show(self, count: int) -> None:
+        """Point the public arrays at the rows in use."""
+        self._count, self._is_new = count, False
+        self.heads: BeaconArray = self._records[:count]
+        ids, ages, gone, priorities, acks = self._columns
+        self.ids: NDArray[np.uint32] = ids[:count]
+        self.ages: NDArray[np.int64] = ages[:count]
+        self.gone: NDArray[np.bool_] = gone[:count]
+        self.priorities: NDArray[np.int64] = priorities[:count]
+        self.acks: NDArray[np.int64] = acks[:count]

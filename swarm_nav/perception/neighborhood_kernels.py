@@ -1,0 +1,423 @@
+"""Bare numba kernels on the table of neighbours: beacons as rows of 4-byte words, by id.
+
+A row is the beacon's record word by word, `words` seen as uint32 and `floats` as float32, so that
+kernels read members without numpy's cost per field. Rows ascend by id.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from swarm_common.model.beacon import FLAG_DEAF, FLAG_LEFT, word_of
+from swarm_nav.core.priority import TOP_DEPTH
+
+STANDOFF_TICKS = 200  # that a robot of equal priority is blocked before it pushes
+ID = word_of("id")
+TICK = word_of("tick")
+RADIUS = word_of("radius")
+POSE = word_of("pose")
+PRIORITY = word_of("priority")
+BLOCKED_TICKS = word_of("blocked_ticks")
+YIELDS_FOR = word_of("yields_for")
+BLOCKED_BY = word_of("blocked_by")
+HELD_SIZE = word_of("held_size")
+WANTED_SIZE = word_of("wanted_size")
+FLAGS = word_of("flags")
+HELD = word_of("held")
+WANTED = word_of("wanted")
+FOOTPRINT = word_of("footprint")
+HEARD = word_of("heard")
+AT_ONCE = HELD + 2  # words that are copied of every beacon: all up to the first point
+SOURCE, PLACE, HEARD_OURS, SEEN_THROUGH = range(4)  # columns of the links
+OWN, NOW, BEFORE = range(3)  # where points are: in the table, or heard in this merge or the last
+UNHEARD = -(1 << 40)  # tick that no request is as old as
+RAY_SPACING = 0.05  # [m] of rays at a place that they must not miss a LiDAR's housing in
+RAY_NOISE = 0.03  # [m]
+PASSED_TICKS = 3  # age up to which a beacon tells where a robot is now
+PASSED_GAP = 0.08  # [m] that the centres of no two robots can have: their bodies would be one
+ROTATING = 8  # entries that are shared out in turn when there are more robots than entries
+
+
+@njit(cache=True)
+def merge(words, floats, notes, links, count, heard, before, own):
+    """Store beacons that are newer than what is known; return the new count.
+
+    Of a beacon its head and first point are copied, the other points only once they are wanted,
+    by `fetch`, or before they are gone: of those not heard again. A robot that was taken out of
+    the world is forgotten.
+
+    notes = (n, 3): distance of the pose to (x, y) when heard, tick since which it is heard, and by
+    how much the distance had grown since it was heard before.
+    links = (n, 4): where the points are, at which row there, the acknowledgement of ours, and
+    which of the points the last scan saw through, as bits.
+    heard = (beacons as words, rows of them that were heard); before = those of the last merge.
+    own = (x, y, id, lost_ticks).
+    """
+    batch, rows = heard
+    x, y, own_id, lost_ticks = own
+    for row in range(count):
+        if links[row, SOURCE] == NOW:
+            links[row, SOURCE] = BEFORE
+    row = 0
+    for k in rows:
+        robot = batch[k, ID]
+        if row > 0 and words[row - 1, ID] >= robot:
+            row = 0  # the batch is not in order of ids
+        while row < count and words[row, ID] < robot:
+            row += 1
+        if batch[k, FLAGS] & np.uint32(FLAG_LEFT):
+            if row < count and words[row, ID] == robot:
+                count -= 1
+                for j in range(row, count):
+                    move_row(words, notes, links, j + 1, j)
+            continue
+        if row == count or words[row, ID] != robot:
+            for j in range(count, row, -1):
+                move_row(words, notes, links, j - 1, j)
+            count += 1
+            notes[row, 0] = np.inf
+            notes[row, 1] = batch[k, TICK]
+            links[row, SEEN_THROUGH] = 0
+        elif batch[k, TICK] < words[row, TICK]:
+            continue  # overtaken by a newer one
+        elif np.int64(batch[k, TICK]) - np.int64(words[row, TICK]) > lost_ticks:
+            notes[row, 1] = batch[k, TICK]
+        for word in range(AT_ONCE):
+            words[row, word] = batch[k, word]
+        links[row, SOURCE] = NOW
+        links[row, PLACE] = k
+        links[row, HEARD_OURS] = heard_entry(batch, k, own_id)
+        gap = math.hypot(floats[row, POSE] - x, floats[row, POSE + 1] - y)
+        notes[row, 2] = gap - notes[row, 0]
+        notes[row, 0] = gap
+        row += 1
+    for row in range(count):
+        if links[row, SOURCE] == BEFORE:
+            copy_points(words, links, row, before)
+    return count
+
+
+@njit(cache=True)
+def move_row(words, notes, links, row, to):
+    """Copy a row to another one."""
+    words[to] = words[row]
+    notes[to] = notes[row]
+    links[to] = links[row]
+
+
+@njit(cache=True)
+def heard_entry(batch, k, own_id):
+    """Return the acknowledgement of a beacon of ours in row k, 0 without."""
+    for word in range(HEARD, batch.shape[1]):
+        if batch[k, word] >> np.uint32(16) == own_id:
+            return np.int64(batch[k, word])
+    return 0
+
+
+@njit(cache=True)
+def copy_points(words, links, row, air):
+    """Copy what `merge` left of a beacon."""
+    k = links[row, PLACE]
+    for word in range(AT_ONCE, words.shape[1]):
+        words[row, word] = air[k, word]
+    links[row, SOURCE] = OWN
+
+
+@njit(cache=True)
+def fetch(words, links, count, air):
+    """Complete the beacons in the table."""
+    for row in range(count):
+        if links[row, SOURCE] != OWN:
+            copy_points(words, links, row, air)
+
+
+@njit(cache=True)
+def take_in(table, count, heard, before, own, columns, tick, limits, out, left):
+    """Do `merge` and `refresh` in one call, as they are done together in almost every tick.
+
+    table = (words, floats, notes, links).
+    """
+    words, floats, notes, links = table
+    count = merge(words, floats, notes, links, count, heard, before, own)
+    return refresh(words, notes, links, count, heard[0], own[2], columns, tick, limits, out, left)
+
+
+@njit(cache=True)
+def refresh(words, notes, links, count, air, own_id, columns, tick, limits, out, left):
+    """Take out the rows of those who may have left, work out what holds for the tick of the others.
+
+    Returns (number of rows, id as of `deaf_neighbor`, whether anybody says to be blocked by us,
+    whether anybody has been silent for more than dead_ticks).
+    columns = (ids, ages, gone, priorities, acks), one entry per row. `out` is filled by
+    `acknowledge`. limits = (lost_ticks, edge, dead_ticks, stopping_points, those of
+    `deaf_neighbor`): a robot silent for more than lost_ticks may have left if it was heard beyond
+    `edge` [m] and is gone otherwise; silent for more than dead_ticks it keeps only the first
+    `stopping_points` of what it held and requested. left = (words, notes, (1,) number of rows):
+    rows that were taken out are added there; but for those of whom no place is left.
+    """
+    ids, ages, gone, priorities, acks = columns
+    lost_ticks, edge, dead_ticks, stopping_points, unheard = limits
+    kept = 0
+    is_pushed = False
+    has_dead = False
+    for row in range(count):
+        age = tick - np.int64(words[row, TICK])
+        if age > lost_ticks:
+            if words[row, HELD_SIZE] + words[row, WANTED_SIZE] == 0:
+                continue
+            if notes[row, 0] > edge:
+                if links[row, SOURCE] != OWN:
+                    copy_points(words, links, row, air)
+                left[0][left[2][0]] = words[row]
+                left[1][left[2][0]] = notes[row]
+                left[2][0] += 1
+                continue
+        has_dead |= age > dead_ticks
+        if kept < row:
+            move_row(words, notes, links, row, kept)
+        if age > dead_ticks:
+            held = min(np.int64(words[kept, HELD_SIZE]), stopping_points)
+            words[kept, HELD_SIZE] = held
+            words[kept, WANTED_SIZE] = min(
+                np.int64(words[kept, WANTED_SIZE]), stopping_points - held
+            )
+        ids[kept] = words[kept, ID]
+        ages[kept] = age
+        gone[kept] = age > lost_ticks
+        priorities[kept] = (np.int64(words[kept, PRIORITY]) << 32) | np.int64(
+            words[kept, PRIORITY + 1]
+        )
+        is_pushed |= words[kept, BLOCKED_BY] == own_id
+        is_deaf = words[kept, FLAGS] & np.uint32(FLAG_DEAF)
+        entry = links[kept, HEARD_OURS]
+        if gone[kept] or is_deaf:
+            acks[kept] = tick
+        else:
+            acks[kept] = tick - ((tick - entry) & 0xFFFF) if entry else UNHEARD
+        kept += 1
+    acknowledge(words, notes, kept, tick, out)
+    return kept, deaf_neighbor(ids[:kept], acks, notes, tick, unheard), is_pushed, has_dead
+
+
+@njit(cache=True)
+def acknowledge(words, notes, count, tick, out):
+    """Write which beacons were heard last: those of the nearest robots, of further ones in turn."""
+    room = out.shape[0]
+    out[:] = 0
+    if count <= room:
+        for row in range(count):
+            out[row] = (words[row, ID] << np.uint32(16)) | (words[row, TICK] & np.uint32(0xFFFF))
+        return
+    order = np.argsort(notes[:count, 0])
+    for k in range(room):
+        row = order[k]
+        if k >= room - ROTATING:
+            row = order[room - ROTATING + (tick * ROTATING + k) % (count - room + ROTATING)]
+        out[k] = (words[row, ID] << np.uint32(16)) | (words[row, TICK] & np.uint32(0xFFFF))
+
+
+@njit(cache=True)
+def deaf_neighbor(ids, acks, notes, tick, limits):
+    """Return the id of a robot that does not hear us, 0 if all do that matter.
+
+    limits = (patience, near, far, entries): a robot within `near` [m] that has not acknowledged a
+    beacon for `patience` ticks; or within `far`, if nobody there has. In a crowd each may have too
+    many neighbours to acknowledge all at once, by `entries`: who is not among the nearest waits
+    for its turn.
+    """
+    patience, near, far, entries = limits
+    turn = max(0, ids.shape[0] - entries) // ROTATING
+    silent = 0
+    is_heard = False
+    for row in range(ids.shape[0]):
+        need_not_hear = acks[row] == tick
+        if need_not_hear or notes[row, 0] > far or tick - notes[row, 1] <= patience + turn:
+            continue
+        if tick - acks[row] <= patience + turn:
+            is_heard = True
+        elif notes[row, 0] <= near:
+            return np.int64(ids[row])
+        else:
+            silent = np.int64(ids[row])
+    return 0 if is_heard else silent
+
+
+@njit(cache=True)
+def masks(table, links, air, ages, gone, count, own, travel, fresh_ticks, out):
+    """Write the discs in which hits of the LiDAR are a robot's; return their number.
+
+    A robot that is heard masks what it can have reached of the space that it holds; a silent one
+    all of what it held and requested. We keep out of that space anyhow: by the sum of both radii
+    from its points, so that nothing within the robot's radius of them can be touched. For one
+    that is heard our own margin is added, as hits and both poses may be off.
+
+    table = (words, floats); own = (x, y, reach, margin) [m]: robots beyond the reach are left out;
+    travel = points per tick of age; out = (discs (k, 2), radii (k,), (k,) whether the beacon is not
+    older than fresh_ticks).
+    """
+    words, floats = table
+    x, y, reach, margin = own
+    discs, radii, fresh = out
+    far = air.view(np.float32)
+    n = 0
+    for row in range(count):
+        if math.hypot(floats[row, POSE] - x, floats[row, POSE + 1] - y) > reach:
+            continue
+        beacon = floats[row] if links[row, SOURCE] == OWN else far[links[row, PLACE]]
+        held = np.int64(words[row, HELD_SIZE])
+        wanted = np.int64(words[row, WANTED_SIZE])
+        if not gone[row]:
+            held, wanted = min(held, 2 + np.int64(travel * ages[row])), 0
+        for k in range(held + wanted):
+            at = HELD + 2 * k if k < held else WANTED + 2 * (k - held)
+            discs[n, 0] = beacon[at]
+            discs[n, 1] = beacon[at + 1]
+            radii[n] = floats[row, RADIUS] + (0.0 if gone[row] else margin)
+            fresh[n] = ages[row] <= fresh_ticks
+            n += 1
+    return n
+
+
+@njit(cache=True)
+def is_through(ranges, beam, pose, disc, reach):
+    """Whether all rays of a scan that meet a disc went on beyond it; False if too few meet it.
+
+    beam = (angle_min, angle_increment, range_min); pose = (x, y, yaw) of the LiDAR in map;
+    disc = (x, y, radius).
+    """
+    x, y, radius = disc
+    dx = x - pose[0]
+    dy = y - pose[1]
+    d = math.hypot(dx, dy)
+    if d > reach or d <= radius + beam[2] or d * beam[1] > RAY_SPACING:
+        return False
+    turn = np.int64(round(2.0 * math.pi / beam[1]))
+    half = math.asin(radius / d)
+    bearing = math.atan2(dy, dx) - pose[2] - beam[0]
+    first, last = math.ceil((bearing - half) / beam[1]), math.floor((bearing + half) / beam[1])
+    for k in range(first, last + 1):
+        if k % turn >= ranges.shape[0]:
+            return False  # outside the field of view
+        off = k * beam[1] - bearing
+        lateral = d * math.sin(off)
+        end = d * math.cos(off) + math.sqrt(max(0.0, radius * radius - lateral * lateral))
+        if not ranges[k % turn] > end + RAY_NOISE:
+            return False
+    return True
+
+
+@njit(cache=True)
+def look(words, floats, links, ages, gone, scan, limits, footprint):
+    """Take away the places of silent robots that two scans in a row have seen through.
+
+    Of robots with our footprint (words): their LiDARs are at our height, so that ours sees them.
+    scan = (ranges, beam, pose) as of `is_through`; limits = (reach [m], radius [m] of the body,
+    dead_ticks).
+    """
+    ranges, beam, pose = scan
+    reach, body, dead_ticks = limits
+    for row in range(ages.shape[0]):
+        is_ours = gone[row] and ages[row] > dead_ticks
+        for k in range(footprint.shape[0]):
+            is_ours = is_ours and words[row, FOOTPRINT + k] == footprint[k]
+        if not is_ours:
+            continue
+        before = links[row, SEEN_THROUGH]
+        held = np.int64(words[row, HELD_SIZE])
+        places = held + np.int64(words[row, WANTED_SIZE])
+        kept, now = 0, 0
+        for k in range(places):
+            at = HELD + 2 * k if k < held else WANTED + 2 * (k - held)
+            disc = (floats[row, at], floats[row, at + 1], body)
+            through = is_through(ranges, beam, pose, disc, reach)
+            if through and (before >> k) & 1:
+                continue
+            words[row, HELD + 2 * kept] = words[row, at]
+            words[row, HELD + 2 * kept + 1] = words[row, at + 1]
+            now |= np.int64(through) << kept
+            kept += 1
+        words[row, HELD_SIZE] = kept
+        words[row, WANTED_SIZE] = 0
+        links[row, SEEN_THROUGH] = now
+
+
+@njit(cache=True)
+def passed(words, floats, links, ages, gone, own, dead_ticks):
+    """Take away the places of silent robots on which somebody else is now; own = (x, y)."""
+    for row in range(ages.shape[0]):
+        if not gone[row] or ages[row] <= dead_ticks:
+            continue
+        held = np.int64(words[row, HELD_SIZE])
+        places = held + np.int64(words[row, WANTED_SIZE])
+        kept, seen = 0, 0
+        for k in range(places):
+            at = HELD + 2 * k if k < held else WANTED + 2 * (k - held)
+            x, y = floats[row, at], floats[row, at + 1]
+            gap = math.hypot(own[0] - x, own[1] - y)
+            for other in range(ages.shape[0]):
+                if ages[other] <= PASSED_TICKS:
+                    gap = min(gap, math.hypot(floats[other, POSE] - x, floats[other, POSE + 1] - y))
+            if gap < PASSED_GAP:
+                continue
+            words[row, HELD + 2 * kept] = words[row, at]
+            words[row, HELD + 2 * kept + 1] = words[row, at + 1]
+            seen |= ((links[row, SEEN_THROUGH] >> k) & 1) << kept
+            kept += 1
+        words[row, HELD_SIZE] = kept
+        words[row, WANTED_SIZE] = 0
+        links[row, SEEN_THROUGH] = seen
+
+
+@njit(cache=True)
+def bodies(floats, ages, limits, robots, reach):
+    """Write where the robots were, robots (n, 2), and how far they may be off, reach (n,).
+
+    limits = (margin [m], travel [m] per tick of age, most ticks); the margin in single precision.
+    """
+    margin, travel, most = limits
+    for row in range(ages.shape[0]):
+        robots[row, 0] = floats[row, POSE]
+        robots[row, 1] = floats[row, POSE + 1]
+        near = np.float32(floats[row, RADIUS] + margin)
+        reach[row] = near + travel * min(ages[row], most)
+
+
+@njit(cache=True)
+def row_of(ids, robot):
+    """Return the row of a robot, -1 if it is not known."""
+    for row in range(ids.shape[0]):
+        if ids[row] == robot:
+            return row
+    return -1
+
+
+@njit(cache=True)
+def highest_pusher(words, gone, priorities, own, patience, least_depth):
+    """Return the row of the highest robot that has been blocked by us for `patience` ticks, or -1.
+
+    own = (id, priority without what was inherited from pushers). The pusher must rank above that,
+    must not itself make way for us, and must be of at least `least_depth` in its chain of
+    inheritance: so that no priority outlives its source by going round in a circle. Of equal
+    priorities, which two can have inherited from one robot, that of the smaller id counts, once
+    it is clear that waiting does not help.
+    """
+    own_id, own_priority = own
+    best = -1
+    for row in range(gone.shape[0]):
+        if words[row, BLOCKED_BY] != own_id or words[row, BLOCKED_TICKS] < patience or gone[row]:
+            continue
+        is_above = priorities[row] > own_priority or (
+            priorities[row] == own_priority
+            and words[row, ID] < own_id
+            and words[row, BLOCKED_TICKS] >= STANDOFF_TICKS
+        )
+        if not is_above or words[row, YIELDS_FOR] == own_id:
+            continue
+        if (priorities[row] & TOP_DEPTH) < least_depth:
+            continue
+        if best < 0 or priorities[row] > priorities[best]:
+            best = row
+    return best

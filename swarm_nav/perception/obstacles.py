@@ -1,0 +1,118 @@
+"""Obstacle layer: what the LiDAR sees that neither the map nor a beacon explains."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from swarm_common.model.beacon import blank_beacon, record_of
+from swarm_common.model.records import FloatArray, LidarSpec, Pose, Scan
+from swarm_nav.core.config import CostmapConfig
+from swarm_nav.perception import obstacle_kernels
+from swarm_nav.perception.movers import Movers
+from swarm_nav.perception.neighborhood import Neighborhood
+from swarm_nav.planning.terrain import Terrain
+
+CELL = 0.05  # [m] marks are rounded to, so that their number is bounded
+MAX_MARKS = 2000
+NO_BODY = ((math.nan, math.nan),)  # equals no footprint
+
+
+class ObstacleLayer:
+    """Marks and clears points in map."""
+
+    def __init__(
+        self,
+        config: CostmapConfig,
+        lidar: LidarSpec,
+        footprint: tuple[tuple[float, float], ...] = (),
+    ) -> None:
+        """Start without marks.
+
+        Args:
+            config: Parameters.
+            lidar: Where it is and how it sees.
+            footprint: [m] in base_footprint; robots with the same one are seen by their LiDARs.
+        """
+        self._config = config
+        words = record_of(blank_beacon(footprint or NO_BODY))["footprint"].view(np.uint32).ravel()
+        self._body = words, max([math.hypot(*corner) for corner in footprint], default=0.0)
+        self._base_from_lidar = Pose(lidar.x, lidar.y, lidar.yaw)
+        self._hits = np.empty((lidar.rays, 2))
+        self.points: FloatArray = np.zeros((0, 2))
+        self._movers = Movers(CELL)
+
+    def configure(self, config: CostmapConfig) -> None:
+        """Take new parameters, effective from the next scan."""
+        self._config = config
+
+    def clear(self) -> None:
+        """Forget all marks."""
+        self.points = np.zeros((0, 2))
+        self._movers.clear()
+
+    def restless_gap(self, x: float, y: float, tick: int) -> float:
+        """Return the distance [m] of a point in map from what may be somebody who walks on."""
+        return self._movers.gap(self.points, x, y, tick)
+
+    def update(
+        self,
+        scan: Scan,
+        pose_map: Pose,
+        terrain: Terrain,
+        hood: Neighborhood,
+        margin: float = 0.0,
+    ) -> None:
+        """Mark unexplained hits and clear marks that a ray passes through or a robot stands on.
+
+        Args:
+            scan: Of this tick.
+            pose_map: Of the robot.
+            terrain: Explains hits of walls.
+            hood: Explains hits of robots, and learns which silent ones are not there any more.
+            margin: [m] by which the robot's radius exceeds its body's.
+        """
+        config = self._config
+        lidar = pose_map.compose(self._base_from_lidar)
+        pose = (lidar.x, lidar.y, lidar.yaw)
+        beam = (scan.angle_min, scan.angle_increment, scan.range_min)
+        ranges = np.array(scan.ranges, np.float32)  # a message's buffer may be read-only
+        hood.look(ranges, beam, pose, config.raytrace_max_range, self._body)
+        robots, reach, is_fresh = hood.masks(lidar.x, lidar.y, config.raytrace_max_range, margin)
+        count = obstacle_kernels.unexplained(
+            ranges,
+            beam,
+            pose,
+            (config.obstacle_max_range, config.static_tolerance),
+            terrain.distance,
+            terrain.frame,
+            robots,
+            reach,
+            self._hits,
+        )
+        hits = self._hits[:count]
+        arrivals = self._movers.arrivals(hits, ranges, beam, pose, config.raytrace_max_range)
+        if count == len(self.points) == 0:
+            return
+        keep = np.ones(len(self.points), np.bool_)
+        if len(keep):
+            obstacle_kernels.still_there(
+                self.points,
+                ranges,
+                beam,
+                pose,
+                config.raytrace_max_range,
+                robots[is_fresh],
+                reach[is_fresh],
+                keep,
+            )
+        keep &= self._movers.present(scan.tick)
+        if not keep.all():
+            self.points = self.points[keep]
+            self._movers.keep(keep)
+        if count == 0:
+            return
+        old = self.points
+        self.points = obstacle_kernels.marked(old, hits, CELL, MAX_MARKS)
+        self._movers.update(self.points, old, hits, arrivals, scan.tick)

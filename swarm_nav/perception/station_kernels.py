@@ -1,0 +1,53 @@
+"""Bare numba kernels on the table of neighbours: who waits for a station."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from swarm_common.model.beacon import word_of
+from swarm_nav.core.priority import DEPTH_BITS, ID_MASK
+from swarm_nav.perception.neighborhood_kernels import ID
+
+STATION = word_of("station")
+STATION_TICK = word_of("station_tick")
+
+
+@njit(cache=True)
+def earlier_requests(words, floats, gone, station, tick, own_id, same):
+    """Number of robots that asked before (tick, own_id) for a station within `same` [m] of ours."""
+    count = 0
+    for row in range(gone.shape[0]):
+        asked = np.int64(words[row, STATION_TICK])
+        if asked == 0 or gone[row] or asked > tick:
+            continue
+        if asked == tick and words[row, ID] >= own_id:
+            continue
+        dx = floats[row, STATION] - station[0]
+        dy = floats[row, STATION + 1] - station[1]
+        if math.hypot(dx, dy) < same:
+            count += 1
+    return count
+
+
+@njit(cache=True)
+def highest_waiting(words, floats, gone, priorities, station, same):
+    """Highest priority of the robots that asked for a station within `same` [m], 0 if none.
+
+    Only priorities of their own count, told by the id in them: one that was inherited may come
+    from the very robot that asks, and would go round for ever.
+    """
+    highest = 0
+    for row in range(gone.shape[0]):
+        if words[row, STATION_TICK] == 0 or gone[row]:
+            continue
+        owner = ID_MASK - ((priorities[row] >> DEPTH_BITS) & ID_MASK)
+        if owner != np.int64(words[row, ID]) % (ID_MASK + 1):
+            continue
+        dx = floats[row, STATION] - station[0]
+        dy = floats[row, STATION + 1] - station[1]
+        if math.hypot(dx, dy) < same:
+            highest = max(highest, priorities[row])
+    return highest

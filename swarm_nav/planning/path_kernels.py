@@ -1,0 +1,202 @@
+"""Bare numba kernels on paths: resampling, smoothing, corners; checked faces are in planner.py."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from swarm_nav.planning.distance_kernels import sample
+
+CHORD_POINTS = 2  # path points on either side over which a bend is measured
+
+
+@njit(cache=True)
+def smooth_path(points, passes, reach, walls, others, out):
+    """Moving average of +-`reach` points, kept where it stays clear.
+
+    walls = (field, frame, floor): distances, their (origin_x, origin_y, resolution), and the
+    distance below which a point may not come nearer to a wall. others = (blocked, frame): a point
+    may not enter a cell whose value is larger than where it was.
+    """
+    field, frame, floor = walls
+    blocked, blocked_frame = others
+    n = points.shape[0]
+    for k in range(n):
+        out[k, 0] = points[k, 0]
+        out[k, 1] = points[k, 1]
+    previous = points.copy()
+    for _ in range(passes):
+        for k in range(1, n - 1):
+            half = min(reach, k, n - 1 - k)
+            x = 0.0
+            y = 0.0
+            for j in range(k - half, k + half + 1):
+                x += previous[j, 0]
+                y += previous[j, 1]
+            x /= 2 * half + 1
+            y /= 2 * half + 1
+            now = sample(field, frame[0], frame[1], frame[2], x, y)
+            if now < floor and now < sample(
+                field, frame[0], frame[1], frame[2], previous[k, 0], previous[k, 1]
+            ):
+                x, y = previous[k, 0], previous[k, 1]
+            elif cell_value(blocked, blocked_frame, x, y) > cell_value(
+                blocked, blocked_frame, previous[k, 0], previous[k, 1]
+            ):
+                x, y = previous[k, 0], previous[k, 1]
+            out[k, 0] = x
+            out[k, 1] = y
+        for k in range(n):
+            previous[k, 0] = out[k, 0]
+            previous[k, 1] = out[k, 1]
+
+
+@njit(cache=True)
+def cell_value(grid, frame, x, y):
+    """Value of the cell that holds (x, y); frame = (origin_x, origin_y, resolution)."""
+    r = math.floor((y - frame[1]) / frame[2])
+    c = math.floor((x - frame[0]) / frame[2])
+    if r < 0 or c < 0 or r >= grid.shape[0] or c >= grid.shape[1]:
+        return grid[0, 0] * 0 + np.float32(1e9)
+    return grid[r, c]
+
+
+@njit(cache=True)
+def lift_off_walls(points, field, frame, wanted, rounds):
+    """Move inner points up the distance field until `wanted` clearance, a centimetre a round."""
+    eps = frame[2]
+    for k in range(1, points.shape[0] - 1):
+        for _ in range(rounds):
+            x = points[k, 0]
+            y = points[k, 1]
+            here = sample(field, frame[0], frame[1], frame[2], x, y)
+            if here >= wanted:
+                break
+            gx = sample(field, frame[0], frame[1], frame[2], x + eps, y) - sample(
+                field, frame[0], frame[1], frame[2], x - eps, y
+            )
+            gy = sample(field, frame[0], frame[1], frame[2], x, y + eps) - sample(
+                field, frame[0], frame[1], frame[2], x, y - eps
+            )
+            norm = math.hypot(gx, gy)
+            if norm < 1e-6:
+                break
+            step = min(0.01, wanted - here)
+            x += step * gx / norm
+            y += step * gy / norm
+            if sample(field, frame[0], frame[1], frame[2], x, y) <= here:
+                break
+            points[k, 0] = x
+            points[k, 1] = y
+
+
+@njit(cache=True)
+def resample(points, spacing, out):
+    """Write points every `spacing` along the polyline, the last one exact; return the count."""
+    n = points.shape[0]
+    out[0, 0] = points[0, 0]
+    out[0, 1] = points[0, 1]
+    count = 1
+    carried = 0.0
+    for k in range(1, n):
+        dx = points[k, 0] - points[k - 1, 0]
+        dy = points[k, 1] - points[k - 1, 1]
+        length = math.hypot(dx, dy)
+        if length < 1e-12:
+            continue
+        along = spacing - carried
+        while along <= length and count < out.shape[0] - 1:
+            out[count, 0] = points[k - 1, 0] + dx * along / length
+            out[count, 1] = points[k - 1, 1] + dy * along / length
+            count += 1
+            along += spacing
+        carried = length - (along - spacing)
+    last = math.hypot(points[n - 1, 0] - out[count - 1, 0], points[n - 1, 1] - out[count - 1, 1])
+    if last > 0.2 * spacing or count == 1:
+        if last > 1e-6:
+            out[count, 0] = points[n - 1, 0]
+            out[count, 1] = points[n - 1, 1]
+            count += 1
+    else:
+        out[count - 1, 0] = points[n - 1, 0]
+        out[count - 1, 1] = points[n - 1, 1]
+    return count
+
+
+@njit(cache=True)
+def capacity_for(points, spacing):
+    """Number of points that `resample` may write, at most."""
+    length = 0.0
+    for k in range(points.shape[0] - 1):
+        length += math.hypot(points[k + 1, 0] - points[k, 0], points[k + 1, 1] - points[k, 1])
+    return int(length / spacing) + points.shape[0] + 4
+
+
+@njit(cache=True)
+def resampled(points, spacing):
+    """Return new points every `spacing` along the polyline, the last one exact."""
+    out = np.empty((capacity_for(points, spacing), 2))
+    return out[: resample(points, spacing, out)].copy()
+
+
+@njit(cache=True)
+def with_ends(points, ends, gap):
+    """Return the inner points that are further than `gap` from both ends, between these."""
+    out = np.empty((points.shape[0] + 2, 2))
+    out[0] = ends[0]
+    count = 1
+    for k in range(1, points.shape[0] - 1):
+        first = math.hypot(points[k, 0] - ends[0, 0], points[k, 1] - ends[0, 1])
+        last = math.hypot(points[k, 0] - ends[1, 0], points[k, 1] - ends[1, 1])
+        if min(first, last) > gap:
+            out[count] = points[k]
+            count += 1
+    out[count] = ends[1]
+    return out[: count + 1]
+
+
+@njit(cache=True)
+def drivable(points, spacing, smoothing, walls, others):
+    """Return points every `spacing` along a smoothed polyline.
+
+    smoothing = (passes, reach, rounds): see `smooth_path` and `lift_off_walls`; `walls` and
+    `others` as there.
+    """
+    passes, reach, rounds = smoothing
+    path = resampled(points, spacing)
+    if path.shape[0] < 3:
+        return path
+    smoothed = np.empty_like(path)
+    smooth_path(path, passes, reach, walls, others, smoothed)
+    lift_off_walls(smoothed, walls[0], walls[1], walls[2], rounds)
+    return resampled(smoothed, spacing)
+
+
+@njit(cache=True)
+def corners(points, angle):
+    """Return the indices at which the path bends by more than `angle` within two chords.
+
+    Of bends that overlap the sharpest counts.
+    """
+    found = np.empty(points.shape[0], np.int64)
+    count = 0
+    sharpest = 0.0
+    for k in range(1, points.shape[0] - 1):
+        arm = min(CHORD_POINTS, k, points.shape[0] - 1 - k)
+        ax = points[k, 0] - points[k - arm, 0]
+        ay = points[k, 1] - points[k - arm, 1]
+        bx = points[k + arm, 0] - points[k, 0]
+        by = points[k + arm, 1] - points[k, 1]
+        bend = abs(math.atan2(ax * by - ay * bx, ax * bx + ay * by))
+        if bend <= angle:
+            continue
+        if count > 0 and k - found[count - 1] <= CHORD_POINTS:
+            if bend <= sharpest:
+                continue
+            count -= 1
+        found[count] = k
+        sharpest = bend
+        count += 1
+    return found[:count].copy()

@@ -1,0 +1,234 @@
+"""Global planner: A* on the lattice, smoothed to a path that a differential drive can follow."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_common.model.records import FloatArray, Pose
+from swarm_nav.core.config import CostmapConfig, PlannerConfig
+from swarm_nav.core.goals import ErrorCode, PlanError
+from swarm_nav.planning import distance_kernels, judgement_kernels, path_kernels, search_kernels
+from swarm_nav.planning.oblong import RUN_IN, Slots
+from swarm_nav.planning.terrain import NODE_MARGIN, Lattice, Terrain, sector_of, wall_clearance
+
+SPACING = 0.05  # [m] between the points of a path
+SMOOTH_PASSES = 3
+SMOOTH_REACH = 4  # points on either side
+LIFT_ROUNDS = 6
+
+
+class Planner:
+    """Plans on one terrain; `extra` is the lattice of costs that other robots add."""
+
+    def __init__(self, terrain: Terrain, planner: PlannerConfig, costmap: CostmapConfig) -> None:
+        """Keep the terrain, which holds the work arrays."""
+        self.terrain = terrain
+        self._config = planner
+        self._wall_clearance = wall_clearance(costmap, terrain.radius)
+        slots = terrain.lattice.slots
+        self._anywhere = np.ones(terrain.lattice.base.shape, np.uint8)
+        if slots is not None:
+            self._anywhere[~slots.room] = 0  # nobody waits in a slot
+        self.expansions = 0  # of the last search
+
+    @property
+    def lattice(self) -> Lattice:
+        """The lattice that is searched."""
+        return self.terrain.lattice
+
+    def no_extra(self) -> NDArray[np.float32]:
+        """Return an `extra` lattice that adds nothing."""
+        return np.zeros(self.lattice.base.shape, np.float32)
+
+    def free_places(
+        self, taken: NDArray[np.float32], allowed: NDArray[np.uint8] | None = None
+    ) -> NDArray[np.uint8]:
+        """Return 1 where nothing is `taken`, and `allowed` if that is given, 0 elsewhere."""
+        places = np.empty(taken.shape, np.uint8)
+        distance_kernels.untouched(taken, self._anywhere if allowed is None else allowed, places)
+        return places
+
+    def plan(
+        self,
+        start: tuple[float, float],
+        goal: tuple[float, float],
+        extra: NDArray[np.float32],
+        yaw: float = math.nan,
+    ) -> FloatArray:
+        """Return a path (n, 2) [m] in map from start to goal, points `SPACING` apart.
+
+        Optimal on the lattice (A* with an exact static heuristic). A goal inside the clearance of
+        a wall is moved by at most the planner's tolerance. The last metre prefers the direction
+        `yaw` [rad]; NaN for none.
+
+        Raises:
+            PlanError: With Nav2's code, if start or goal is unusable or no path exists.
+        """
+        start_node = self._start_node(start)
+        goal_node, goal = self._goal_node(goal)
+        sector = sector_of(yaw)
+        to_go = self.terrain.cost_to_go(goal_node, sector)
+        with self.terrain.approach(goal_node, sector):
+            nodes, self.expansions = self.terrain.search.cheapest(
+                start_node, goal_node, extra, to_go
+            )
+        if len(nodes) == 0:
+            raise PlanError(
+                ErrorCode.NO_VALID_PATH,
+                f"no path from ({start[0]:.2f}, {start[1]:.2f}) to ({goal[0]:.2f}, {goal[1]:.2f}):"
+                " every way is closed by walls or obstacles",
+            )
+        return self.finish(self.lattice.points_of(nodes), start, goal, extra, True)
+
+    def cost_to_go(self, goal: tuple[float, float], yaw: float) -> NDArray[np.float32]:
+        """Return the cost of driving from every node to a goal, as `plan` uses it.
+
+        Raises:
+            PlanError: With Nav2's code, if the goal is unusable.
+        """
+        return self.terrain.cost_to_go(self._goal_node(goal)[0], sector_of(yaw))
+
+    def cost_of(self, path: FloatArray, extra: NDArray[np.float32]) -> float:
+        """Return the cost [m] of driving along a path (n, 2), other robots' share included."""
+        lattice = self.lattice
+        layers = (lattice.base, lattice.lane, lattice.heading)
+        return float(judgement_kernels.path_cost(path, lattice.frame, layers, extra))
+
+    def plan_through(self, points: Sequence[tuple[float, float]]) -> FloatArray:
+        """Return the path (n, 2) from the first point through the others, robots aside.
+
+        Raises:
+            PlanError: With Nav2's code, if there is none.
+        """
+        pieces = [self.plan(a, b, self.no_extra()) for a, b in itertools.pairwise(points)]
+        if not pieces:
+            return np.zeros((0, 2))
+        return np.vstack((pieces[0], *(piece[1:] for piece in pieces[1:])))
+
+    def nearest(
+        self,
+        start: tuple[float, float],
+        extra: NDArray[np.float32],
+        places: NDArray[np.uint8],
+        reach: float,
+        smooth: bool = True,
+    ) -> FloatArray | None:
+        """Return the path to the cheapest node with places > 0 within cost `reach`, if any."""
+        node = self.lattice.node_of(*start, extra)
+        if node is None:
+            return None
+        nodes = self.terrain.search.nearest(node, extra, places, reach)
+        if len(nodes) == 0:
+            return None
+        points = self.lattice.points_of(nodes)
+        goal = (float(points[-1, 0]), float(points[-1, 1]))
+        return self.finish(points, start, goal, extra, smooth)
+
+    def finish(
+        self,
+        points: FloatArray,
+        start: tuple[float, float],
+        goal: tuple[float, float],
+        extra: NDArray[np.float32],
+        smooth: bool,
+    ) -> FloatArray:
+        """Replace the end nodes by the exact ends, resample and smooth."""
+        # nodes beside the exact ends would make hooks
+        course = path_kernels.with_ends(points, np.array((start, goal)), self.lattice.step)
+        slots = self.lattice.slots
+        if slots is not None and slots.is_slot(course).any():
+            return self._through_slots(slots, course, extra, smooth)
+        return self._course(course, extra, smooth)
+
+    def _through_slots(
+        self, slots: Slots, course: FloatArray, extra: NDArray[np.float32], smooth: bool
+    ) -> FloatArray:
+        """Return the points of a course that is straight in slots, and turns in front of them."""
+        if slots.is_slot(course[:1])[0]:  # it may stand beside the slot's line
+            beside = np.hypot(*(course[1:-1] - course[0]).T) < RUN_IN
+            out = np.flatnonzero(~slots.is_slot(course[1:-1]))
+            beside[out[0] if len(out) else len(beside) :] = False
+            course = np.vstack((course[:1], course[1:-1][~beside], course[-1:]))
+        pieces = [
+            _resampled(piece) if is_slot else self._course(piece, extra, smooth)
+            for piece, is_slot in slots.pieces(course)
+        ]
+        return np.vstack((pieces[0], *(piece[1:] for piece in pieces[1:])))
+
+    def _course(self, course: FloatArray, extra: NDArray[np.float32], smooth: bool) -> FloatArray:
+        if not smooth:
+            return _resampled(course)
+        walls = (self.terrain.distance, self.terrain.frame, self._wall_clearance)
+        path: FloatArray = path_kernels.drivable(
+            course, SPACING, (SMOOTH_PASSES, SMOOTH_REACH, LIFT_ROUNDS), walls,
+            (extra, self.lattice.frame),
+        )  # fmt: skip
+        return path
+
+    def _start_node(self, start: tuple[float, float]) -> int:
+        if not self.terrain.grid.contains(*start):
+            raise PlanError(
+                ErrorCode.START_OUTSIDE_MAP,
+                f"the start ({start[0]:.2f}, {start[1]:.2f}) lies outside the map",
+            )
+        node = self.lattice.node_of(*start)
+        if node is None:
+            raise PlanError(
+                ErrorCode.START_OCCUPIED,
+                f"the start ({start[0]:.2f}, {start[1]:.2f}) is"
+                f" {self.terrain.clearance(*start):.2f} m from a wall; the robot does not fit",
+            )
+        return node
+
+    def _goal_node(self, goal: tuple[float, float]) -> tuple[int, tuple[float, float]]:
+        """Return the goal's node and the point to drive to."""
+        if not self.terrain.grid.contains(*goal):
+            raise PlanError(
+                ErrorCode.GOAL_OUTSIDE_MAP,
+                f"the goal ({goal[0]:.2f}, {goal[1]:.2f}) lies outside the map",
+            )
+        clear = self.terrain.clearance(*goal)
+        room = self.lattice.slots.room if self.lattice.slots is not None else None
+        closed = None if room is None else np.where(room, self.lattice.base, search_kernels.WALL)
+        node = self.lattice.node_of(*goal, closed)
+        if node is not None and clear >= self.terrain.radius + NODE_MARGIN:
+            return node, goal
+        lattice = self.lattice
+        is_open = lattice.base < search_kernels.WALL
+        rows, columns = np.nonzero(is_open if room is None else is_open & room)
+        nodes = rows * lattice.base.shape[1] + columns
+        distances = np.hypot(*(lattice.points_of(nodes) - goal).T)
+        if len(nodes) == 0 or distances.min() > self._config.tolerance:
+            raise PlanError(
+                ErrorCode.GOAL_OCCUPIED,
+                f"the goal ({goal[0]:.2f}, {goal[1]:.2f}) is {clear:.2f} m from a wall and no"
+                f" place within {self._config.tolerance} m has room for the robot",
+            )
+        best = int(nodes[int(distances.argmin())])
+        return best, lattice.point_of(best)
+
+
+def path_length(path: FloatArray) -> float:
+    """Return the length [m] of a polyline (n, 2)."""
+    if len(path) < 2:
+        return 0.0
+    return float(np.hypot(*np.diff(path, axis=0).T).sum())
+
+
+def straight_path(start: Pose, distance: float) -> FloatArray:
+    """Return points from a pose straight ahead (distance < 0: behind), `SPACING` apart."""
+    end = (
+        start.x + distance * math.cos(start.yaw),
+        start.y + distance * math.sin(start.yaw),
+    )
+    return _resampled(np.array(((start.x, start.y), end)))
+
+
+def _resampled(points: FloatArray) -> FloatArray:
+    path: FloatArray = path_kernels.resampled(np.ascontiguousarray(points), SPACING)
+    return path

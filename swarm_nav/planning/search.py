@@ -1,0 +1,76 @@
+"""The lattice and the work arrays as the search kernels take them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_nav.planning import oblong_kernels
+from swarm_nav.planning import search_kernels as kernels
+from swarm_nav.planning.oblong import Slots
+
+HEAP_SHARE = 4  # entries of the heap per node
+
+
+class SearchSpace:
+    """One lattice to search, one search at a time: all robots of a process share the arrays."""
+
+    def __init__(
+        self,
+        base: NDArray[np.float32],
+        lane: NDArray[np.float32],
+        heading: NDArray[np.float32],
+        step: float,
+        slots: Slots | None = None,
+    ) -> None:
+        """Find the open moves and allocate; the arguments are those of `terrain.Lattice`."""
+        moves = np.empty(base.shape, np.uint16)
+        if slots is None:
+            kernels.open_moves(base, moves)
+        else:
+            kernels.open_moves(np.where(slots.room, base, kernels.WALL), moves)
+            oblong_kernels.add_straight_moves(base, slots.axes, slots.room, moves)
+        self._shape = base.shape
+        self._ground = (base, lane, heading, moves, step)
+        heap = HEAP_SHARE * base.size + 64
+        self._work = (
+            np.empty(base.size, np.float32),
+            np.empty(base.size, np.int32),
+            np.zeros(base.size, np.int32),
+            np.empty(heap),
+            np.empty(heap, np.int32),
+            np.zeros(1, np.int32),
+        )
+        self._path = np.empty(base.size, np.int32)
+
+    def cost_to_go(self, goal: int) -> NDArray[np.float32]:
+        """Return the cost of driving from every node to `goal`, without other robots."""
+        cost = np.empty(self._shape, np.float32)
+        row, column = divmod(goal, self._shape[1])
+        kernels.cost_to_go(self._ground, row, column, self._work, cost)
+        return cost
+
+    def cheapest(
+        self, start: int, goal: int, extra: NDArray[np.float32], heuristic: NDArray[np.float32]
+    ) -> tuple[NDArray[np.int32], int]:
+        """Return the nodes from start to goal, none without a way, and the number expanded.
+
+        Args:
+            start: Flat index.
+            goal: Flat index.
+            extra: What other robots add per metre.
+            heuristic: `cost_to_go` of the goal.
+        """
+        count, expansions = kernels.astar(
+            self._ground, extra, start, goal, heuristic, self._work, self._path
+        )
+        return self._path[:count], expansions
+
+    def nearest(
+        self, start: int, extra: NDArray[np.float32], places: NDArray[np.uint8], reach: float
+    ) -> NDArray[np.int32]:
+        """Return the nodes to the cheapest one with places > 0 within cost `reach`, if any."""
+        count = kernels.nearest_place(
+            self._ground, extra, places, start, reach, self._work, self._path
+        )
+        return self._path[:count]

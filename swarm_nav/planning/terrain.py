@@ -1,0 +1,284 @@
+"""What a robot derives from the shared map once: clearances, keep-right lanes, parking places.
+
+Lanes follow from the map's distance transform D alone: in passages the preferred direction h is
+the one with the nearer wall on the right, h = (g_y, -g_x) / |g| with g = grad D, so that any map
+gets two-way passages and one sense of circulation around islands without hand-drawn lanes.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import functools
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_common.model.grid import OCCUPIED, UNKNOWN, Grid
+from swarm_common.model.records import FloatArray
+from swarm_nav.core.config import CostmapConfig, PlannerConfig
+from swarm_nav.planning import distance_kernels, search_kernels
+from swarm_nav.planning.oblong import SLOT_COST, Oblong, Slots
+from swarm_nav.planning.search import SearchSpace
+
+HALL_DISTANCE = 2.0  # [m] from any wall: open floor, no lanes and free for parking
+PASSAGE_REACH = 0.95  # [m] within which the widest clearance of a passage is looked for
+STRIP_WIDTH = 0.26  # [m] next to the ridge of a passage that separates its lanes
+PARKING_HALF_WIDTH = 1.35  # [m] of a passage whose median strip may hold a parked robot
+NODE_MARGIN = 0.035  # [m] beyond the robot's circumscribed radius at which nodes end
+APPROACH_RADIUS = 0.7  # [m] around a goal in which the way leads in the goal's direction
+SECTOR_ANGLE = math.pi / 8  # [rad] to which that direction is rounded
+ANY_SECTOR = -1
+WALL_COST = 0.6  # extra cost per metre right beside a wall
+GOALS_MEMORY = 64_000_000  # [bytes] of costs to go that a process keeps per terrain
+LEAST_WALL_ROOM = 0.04  # [m] from the circle of a large robot that walls are kept away
+STANDING_ROOM = 0.1  # [m] more than the wall clearance from where no wall cost applies
+
+
+def wall_clearance(costmap: CostmapConfig, radius: float) -> float:
+    """Return the clearance [m] that the centre of a robot keeps from walls where it can."""
+    return max(costmap.wall_clearance, radius + LEAST_WALL_ROOM)
+
+
+def sector_of(yaw: float) -> int:
+    """Return the sector of a direction [rad] for `Terrain.approach`; any for NaN."""
+    return ANY_SECTOR if math.isnan(yaw) else round(yaw / SECTOR_ANGLE) % 16
+
+
+@dataclass(frozen=True, slots=True)
+class Lattice:
+    """Planning lattice; arrays are (height, width), cells of `step` from (origin_x, origin_y).
+
+    Attributes:
+        clearance: [m] to the nearest wall.
+        base: Cost factor of a metre, `search_kernels.WALL` where the robot does not fit.
+        lane: Extra cost factor of driving against `heading`.
+        heading: (height, width, 2) unit direction with the nearer wall on the right.
+        parking: 1 where a waiting robot stands out of the lanes.
+        slots: Where a long robot only drives straight through; None for others.
+    """
+
+    step: float
+    origin_x: float
+    origin_y: float
+    clearance: FloatArray
+    base: NDArray[np.float32]
+    lane: NDArray[np.float32]
+    heading: NDArray[np.float32]
+    parking: NDArray[np.uint8]
+    slots: Slots | None = None
+
+    @property
+    def frame(self) -> tuple[float, float, float]:
+        """(origin_x, origin_y, step), as the kernels take it."""
+        return self.origin_x, self.origin_y, self.step
+
+    def node_of(self, x: float, y: float, extra: NDArray[np.float32] | None = None) -> int | None:
+        """Return the flat index of the open node nearest to a point within two cells, if any.
+
+        With `extra`, nodes that it closes are passed over where there is another one.
+        """
+        closed = self.base if extra is None else extra
+        node = search_kernels.nearest_open(self.base, closed, self.frame, x, y)
+        return node if node >= 0 else None
+
+    def point_of(self, node: int) -> tuple[float, float]:
+        """Return the centre of a node."""
+        row, column = divmod(node, self.base.shape[1])
+        return (
+            self.origin_x + (column + 0.5) * self.step,
+            self.origin_y + (row + 0.5) * self.step,
+        )
+
+    def points_of(self, nodes: NDArray[np.integer]) -> FloatArray:
+        """Return the centres (n, 2) of flat node indices."""
+        rows, columns = np.divmod(nodes, self.base.shape[1])
+        return np.column_stack(
+            (
+                self.origin_x + (columns + 0.5) * self.step,
+                self.origin_y + (rows + 0.5) * self.step,
+            )
+        )
+
+
+class Terrain:
+    """Static knowledge of one map for one size of robot.
+
+    Attributes:
+        most_goals: Number of goals to which the costs of driving are kept.
+    """
+
+    def __init__(
+        self,
+        grid: Grid,
+        planner: PlannerConfig,
+        costmap: CostmapConfig,
+        radius: float,
+        oblong: Oblong | None = None,
+    ) -> None:
+        """Derive everything from the map.
+
+        Args:
+            grid: The shared map.
+            planner: Lattice and lane parameters.
+            costmap: Clearances.
+            radius: [m] circumscribed radius of the robot.
+            oblong: Outline of a long robot.
+        """
+        self.grid = grid
+        self.radius = radius
+        occupied = grid.cells == OCCUPIED
+        if not planner.allow_unknown:
+            occupied |= grid.cells == UNKNOWN
+        cells = distance_kernels.distance_cells(occupied)
+        # distances end at the face of an occupied cell, not at its centre
+        self.distance: FloatArray = np.maximum(0.0, cells * grid.resolution - grid.resolution / 2)
+        self.frame = (grid.origin_x, grid.origin_y, grid.resolution)
+        self.lattice = _lattice(self.distance, grid, planner, costmap, radius)
+        if oblong is not None:
+            self.lattice = _with_slots(self.lattice, oblong, (self.distance, self.frame))
+        self.search = SearchSpace(
+            self.lattice.base,
+            self.lattice.lane,
+            self.lattice.heading,
+            self.lattice.step,
+            self.lattice.slots,
+        )
+        self.most_goals = GOALS_MEMORY // self.lattice.base.nbytes + 1
+        self._cost_to_go = functools.lru_cache(self.most_goals)(self._compute_cost_to_go)
+        self._approach_weight = 2.0 * planner.lane_weight
+
+    def clearance(self, x: float, y: float) -> float:
+        """Return the distance [m] to the nearest mapped wall."""
+        return float(distance_kernels.sample(self.distance, *self.frame, x, y))
+
+    def cost_to_go(self, node: int, sector: int = ANY_SECTOR) -> NDArray[np.float32]:
+        """Return the cost of driving from every node to `node`, without other robots."""
+        return self._cost_to_go(node, sector)
+
+    def _compute_cost_to_go(self, node: int, sector: int) -> NDArray[np.float32]:
+        with self.approach(node, sector):
+            return self.search.cost_to_go(node)
+
+    @contextlib.contextmanager
+    def approach(self, node: int, sector: int) -> Iterator[None]:
+        """Within it, the last metre to `node` is a lane in the goal's direction.
+
+        So robots arrive at a station one behind the other, with the heading that is asked for,
+        and leave it ahead, instead of meeting head-on in front of it.
+        """
+        if sector == ANY_SECTOR:
+            yield
+            return
+        lattice = self.lattice
+        row, column = divmod(node, lattice.base.shape[1])
+        reach = round(APPROACH_RADIUS / lattice.step)
+        box = (
+            slice(max(0, row - reach), row + reach + 1),
+            slice(max(0, column - reach), column + reach + 1),
+        )
+        lane, heading = lattice.lane[box].copy(), lattice.heading[box].copy()
+        try:
+            yaw = sector * SECTOR_ANGLE
+            np.maximum(lane, self._approach_weight, out=lattice.lane[box])
+            lattice.heading[box] = (math.cos(yaw), math.sin(yaw))
+            yield
+        finally:
+            lattice.lane[box], lattice.heading[box] = lane, heading
+
+
+@functools.lru_cache(maxsize=4)
+def _shared(
+    key: bytes,
+    resolution: float,
+    origin: tuple[float, float, int, int],
+    planner: PlannerConfig,
+    costmap: CostmapConfig,
+    radius: float,
+    oblong: Oblong | None,
+) -> Terrain:
+    cells = np.frombuffer(key, np.int8).reshape(origin[2], origin[3])
+    grid = Grid(cells, resolution, origin[0], origin[1])
+    return Terrain(grid, planner, costmap, radius, oblong)
+
+
+def terrain_for(
+    grid: Grid,
+    planner: PlannerConfig,
+    costmap: CostmapConfig,
+    radius: float,
+    oblong: Oblong | None = None,
+) -> Terrain:
+    """Return the terrain of a map; equal arguments in one process share one object.
+
+    A map of coarse cells is divided into finer ones.
+    """
+    grid = grid.refined()
+    origin = (grid.origin_x, grid.origin_y, grid.height, grid.width)
+    return _shared(grid.cells.tobytes(), grid.resolution, origin, planner, costmap, radius, oblong)
+
+
+def _lattice(
+    distance: FloatArray,
+    grid: Grid,
+    planner: PlannerConfig,
+    costmap: CostmapConfig,
+    radius: float,
+) -> Lattice:
+    step = max(planner.resolution, grid.resolution)
+    height = max(2, int(grid.height * grid.resolution / step))
+    width = max(2, int(grid.width * grid.resolution / step))
+    clear = np.empty((height, width))
+    distance_kernels.sample_lattice(
+        distance, grid.origin_x, grid.origin_y, grid.resolution, clear, step
+    )
+    widest = np.empty_like(clear)
+    distance_kernels.window_max(clear, round(PASSAGE_REACH / step), widest)
+    gradient_y, gradient_x = np.gradient(clear, step)
+    slope = np.hypot(gradient_x, gradient_y)
+    safe = np.maximum(slope, 1e-6)
+    heading = np.stack((gradient_y / safe, -gradient_x / safe), axis=-1).astype(np.float32)
+    lane = (
+        planner.lane_weight
+        * np.clip((planner.lane_width - clear) / 1.0, 0.0, 1.0)
+        * np.minimum(slope, 1.0) ** 2
+    )
+    is_passage = widest < HALL_DISTANCE
+    strip = is_passage & (clear > widest - STRIP_WIDTH)
+    base = 1.0 + strip + WALL_COST * _wall_share(clear, costmap, radius)
+    base[clear < radius + NODE_MARGIN] = search_kernels.WALL
+    parking = (clear > HALL_DISTANCE) | (
+        is_passage & (widest >= PARKING_HALF_WIDTH) & (clear > widest - 0.6 * STRIP_WIDTH)
+    )
+    return Lattice(
+        step,
+        grid.origin_x,
+        grid.origin_y,
+        clear,
+        base.astype(np.float32),
+        lane.astype(np.float32),
+        heading,
+        parking.astype(np.uint8),
+    )
+
+
+def _with_slots(
+    lattice: Lattice, oblong: Oblong, field: tuple[FloatArray, tuple[float, float, float]]
+) -> Lattice:
+    """Return the lattice of a long robot: slots are open, and cost more."""
+    room = oblong.radius + NODE_MARGIN
+    slots = Slots(oblong, field, lattice.clearance, lattice.frame, room)
+    base = np.where(slots.axes >= 0, np.float32(SLOT_COST), lattice.base)
+    return dataclasses.replace(lattice, base=base, slots=slots)
+
+
+def _wall_share(clear: FloatArray, costmap: CostmapConfig, radius: float) -> FloatArray:
+    """Return 0..1: Nav2's inflation cost, scaled to vanish at the wall clearance plus room."""
+    inflated = np.exp(-costmap.cost_scaling_factor * np.maximum(clear - radius, 0.0))
+    free = math.exp(
+        -costmap.cost_scaling_factor * (wall_clearance(costmap, radius) + STANDING_ROOM - radius)
+    )
+    return np.clip((inflated - free) / (1.0 - free), 0.0, 1.0)

@@ -1,0 +1,94 @@
+"""The answer to a tick on the node: beacon and command, sent at once or withheld."""
+
+from __future__ import annotations
+
+import time
+
+from geometry_msgs.msg import TwistStamped
+from rclpy.node import Node
+from swarm_interfaces.msg import Beacon, Mission
+
+from swarm_common.middleware import ros_io
+from swarm_common.middleware.wire import CommandWriter
+from swarm_common.model.beacon import serialize_beacon
+from swarm_nav.core.goals import Output
+from swarm_nav.ros.withholding import Withholding
+
+
+class Answers:
+    """Sends the answer to each tick, and again when it is asked for; see `withholding`."""
+
+    def __init__(self, node: Node, *, waits_for_mission: bool) -> None:
+        """Take the node; `announce` has to follow before the first tick.
+
+        Args:
+            node: To send from.
+            waits_for_mission: Whether a mission counts as active from the start.
+        """
+        self._node = node
+        self._withholding = Withholding(waits_for_mission)
+        self._writer = CommandWriter("base_footprint")
+        self._last: tuple[bytes, bytes] | None = None  # beacon and command
+
+    def announce(self) -> None:
+        """Create the topics; not before the map is there, so that little is told at the start."""
+        make = self._node.create_publisher
+        self._beacon = make(Beacon, "beacon", ros_io.RELIABLE)
+        self._cmd_vel = make(TwistStamped, "cmd_vel", ros_io.RELIABLE)
+
+    @property
+    def is_first(self) -> bool:
+        """Whether no tick has been answered yet."""
+        return self._last is None
+
+    @property
+    def is_withheld(self) -> bool:
+        """Whether the last answer waits for the operator's next goal."""
+        return self._withholding.is_holding
+
+    def give(self, tick: int, output: Output, *, has_goal: bool, has_ended: bool) -> None:
+        """Answer a tick, unless it must wait.
+
+        Args:
+            tick: In hand.
+            output: Of the brain.
+            has_goal: Whether a goal is in hand or pending.
+            has_ended: Whether a goal ended in this tick.
+        """
+        is_first = self.is_first
+        self._last = serialize_beacon(output.beacon), self._writer.encode(tick, output.twist)
+        if self._withholding.should_hold(has_goal, is_first, has_ended):
+            self._withholding.hold(time.monotonic(), is_first)
+        else:
+            self._withholding.release()
+            self._send()
+
+    def repeat(self) -> None:
+        """Send the last answer once more, if it was sent."""
+        if not self.is_withheld:
+            self._send()
+
+    def send_withheld(self) -> None:
+        """Send what was withheld, if anything."""
+        if self.is_withheld:
+            self._withholding.release()
+            self._send()
+
+    def take_mission(self, message: Mission) -> None:
+        """Learn whether more goals will come."""
+        if self._withholding.on_mission(message.active, time.monotonic()):
+            self.send_withheld()
+
+    def look(self, tick: int, now: float) -> None:
+        """See who has been silent for too long; `now` is wall time."""
+        if self._withholding.has_expired(now):
+            self._node.get_logger().warning(
+                f"tick {tick}: the mission sends no goal; going on without it"
+            )
+            self.send_withheld()
+
+    def _send(self) -> None:
+        if self._last is not None:
+            beacon, command = self._last
+            self._beacon.publish(beacon)
+            self._cmd_vel.publish(command)

@@ -1,0 +1,81 @@
+"""Collects what belongs to one control tick: odometry, neighbours, and the scan when it is due."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from swarm_common.model.beacon import BeaconArray
+from swarm_common.model.records import CONTROL_PERIOD, Odometry, Scan
+
+MAX_OPEN = 50  # incomplete ticks kept; more than that were lost
+
+
+@dataclass(slots=True)
+class TickInput:
+    """What has arrived for a tick."""
+
+    tick: int
+    odom: Odometry | None = None
+    scan: Scan | None = None
+    neighbors: BeaconArray | None = None
+
+
+class TickInputs:
+    """The three topics of a tick arrive in any order; a tick is complete when all are there."""
+
+    def __init__(self, scan_rate: float) -> None:
+        """Take the LiDAR's rate [Hz]; 0 for a world without LiDAR."""
+        self._scan_every = max(1, round(1.0 / (CONTROL_PERIOD * scan_rate))) if scan_rate else 0
+        self._open: dict[int, TickInput] = {}
+        self.last_tick = -1  # newest tick that was complete
+
+    def is_repeat(self, tick: int) -> bool:
+        """Whether a message belongs to the newest complete tick, that is, asks for it again."""
+        return tick == self.last_tick
+
+    @property
+    def is_settled(self) -> bool:
+        """Whether nothing has come of ticks after the newest complete one."""
+        return self.last_tick >= 0 and not self._open
+
+    @property
+    def missing(self) -> str:
+        """What the newest tick lacks, of several what is sent last; of the next tick the same."""
+        newest = self._open[max(self._open)] if self._open else None
+        if newest is None or newest.neighbors is None:
+            return "neighbors"
+        return "scan" if self._lacks_scan(newest) else "odom"
+
+    def add_odom(self, odom: Odometry) -> TickInput | None:
+        """Take an odometry; return its tick if that is complete now."""
+        return self._set(odom.tick, "odom", odom)
+
+    def add_scan(self, scan: Scan) -> TickInput | None:
+        """Take a scan; return its tick if that is complete now."""
+        return self._set(scan.tick, "scan", scan)
+
+    def add_neighbors(self, tick: int, beacons: BeaconArray) -> TickInput | None:
+        """Take the radio's batch; return its tick if that is complete now."""
+        return self._set(tick, "neighbors", beacons)
+
+    def _set(self, tick: int, name: str, value: object) -> TickInput | None:
+        if tick <= self.last_tick:
+            return None
+        entry = self._open.setdefault(tick, TickInput(tick))
+        setattr(entry, name, value)
+        if entry.odom is None or entry.neighbors is None or self._lacks_scan(entry):
+            self._limit()
+            return None
+        self.last_tick = tick
+        del self._open[tick]
+        if self._open:
+            self._open = {other: item for other, item in self._open.items() if other > tick}
+        return entry
+
+    def _lacks_scan(self, entry: TickInput) -> bool:
+        is_due = self._scan_every > 0 and entry.tick % self._scan_every == 0
+        return is_due and entry.scan is None
+
+    def _limit(self) -> None:
+        while len(self._open) > MAX_OPEN:
+            del self._open[min(self._open)]

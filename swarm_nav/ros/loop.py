@@ -1,0 +1,132 @@
+"""What a navigator process waits for: the next tick; everything else is looked at in between."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from rclpy.context import Context
+from rclpy.executors import Executor, ExternalShutdownException
+
+from swarm_common.middleware.ros_poll import Waiter, drain
+from swarm_nav.ros.node import NavigatorNode
+
+WAIT_SLICE = 0.25  # [s] the same while no tick can come; signals are looked at as well
+REQUEST_PERIOD = 0.05  # [s] of wall time between two looks for requests and other things,
+BUSY_PERIOD = 0.2  # [s] the same while ticks come, as a look costs a third of what a tick costs,
+LARGE_PERIOD = 0.5  # [s] and in a large swarm, whose ticks take long
+BUSY_TIME = 1.0  # [s] without a tick after which the world is taken to be paused
+PACK_SLICE = 0.01  # [s] while some navigators of the process wait for a tick and some do not
+
+
+@dataclass(frozen=True, slots=True)
+class Seat:
+    """One navigator of a process.
+
+    Attributes:
+        name: Of the robot.
+        node: Its node.
+        executor: For all of this node that is not sensor data, so that a failure has one owner.
+    """
+
+    name: str
+    node: NavigatorNode
+    executor: Executor
+
+
+class TickLoop:
+    """The navigators of one process, turn after turn.
+
+    Sensor data are waited for and taken directly (`ros_poll`): once per tick, where an executor
+    would be woken for each message. Requests, goals and parameters come through the executors,
+    which are emptied now and then. While no tick can come, that is, before the map or while an
+    answer is withheld until the next goal, the executor is what is waited for.
+    """
+
+    def __init__(self, seats: Sequence[Seat], context: Context) -> None:
+        """Take the navigators of the process."""
+        self._seats = list(seats)
+        self._waiter = Waiter(context, len(seats))
+        self._requests_due = 0.0
+        self._request_period = REQUEST_PERIOD
+        self._tick = 0
+        self._tick_at = 0.0
+        self._failures: list[tuple[Seat, Exception]] = []
+        for seat in seats:
+            seat.executor.add_node(seat.node.node)
+
+    def turn(self) -> list[tuple[Seat, Exception]]:
+        """Wait for something to do, and do it.
+
+        Returns:
+            Navigators that failed, and why; they have left the graph.
+
+        Raises:
+            Exception: Whatever the last navigator fails with.
+        """
+        self._wait()
+        for seat in self._seats:
+            self._try(seat, seat.node.take_inputs)
+        now = time.monotonic()
+        if now >= self._requests_due:
+            self._note_ticks(now)
+            self._requests_due = now + self._request_period
+            for seat in self._seats:
+                self._try(seat, lambda seat=seat: drain(seat.executor))  # type: ignore[misc]
+                self._try(seat, lambda seat=seat: seat.node.look_around(now))  # type: ignore[misc]
+        return self._dismiss()
+
+    def end(self) -> None:
+        """Tell what has not been told yet."""
+        for seat in self._seats:
+            seat.node.rejections.flush()
+
+    def _note_ticks(self, now: float) -> None:
+        """Look for requests more often while no ticks come."""
+        tick = self._seats[0].node.tick
+        if tick != self._tick:
+            self._tick, self._tick_at = tick, now
+        is_busy = now - self._tick_at < BUSY_TIME
+        busy_period = LARGE_PERIOD if self._seats[0].node.is_in_large_swarm else BUSY_PERIOD
+        self._request_period = busy_period if is_busy else REQUEST_PERIOD
+
+    def _wait(self) -> None:
+        topics = []
+        idle = None
+        for seat in self._seats:
+            if (topic := seat.node.awaited) is not None:
+                topics.append(topic)
+            elif idle is None:
+                idle = seat
+        if idle is None:
+            self._waiter.wait(topics, self._request_period)
+            return
+        period = WAIT_SLICE if len(self._seats) == 1 else PACK_SLICE
+        self._try(idle, lambda: idle.executor.spin_once(timeout_sec=period))
+
+    def _try(self, seat: Seat, work: Callable[[], object]) -> None:
+        """Work for one navigator whose failure is not to be that of the others."""
+        try:
+            work()
+        except ExternalShutdownException:
+            raise
+        except Exception as error:
+            if len(self._seats) == 1:
+                raise
+            self._failures.append((seat, error))
+
+    def _dismiss(self) -> list[tuple[Seat, Exception]]:
+        """Let those that failed leave the graph."""
+        failures, self._failures = self._failures, []
+        known: dict[str, tuple[Seat, Exception]] = {}
+        for seat, error in failures:
+            if seat.name not in known:
+                known[seat.name] = seat, error
+                self._seats.remove(seat)
+                seat.executor.remove_node(seat.node.node)
+                with contextlib.suppress(Exception):  # half of it may be gone
+                    seat.node.destroy()
+                seat.executor.shutdown()  # only this lets go of what is removed
+        return list(known.values())

@@ -1,0 +1,371 @@
+"""One robot's navigator on the ROS graph: topics in, one call of the brain per tick, topics out."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
+from nav_msgs.msg import OccupancyGrid
+from nav_msgs.msg import Odometry as OdometryMsg
+from rclpy.action import ActionServer
+from rclpy.context import Context
+from sensor_msgs.msg import LaserScan
+from swarm_interfaces.msg import Mission, NeighborArray, RobotStatus
+
+from swarm_common.middleware import ros_io, wire
+from swarm_common.middleware.radio_door import read_neighbors
+from swarm_common.middleware.rejections import RejectedError, Rejections
+from swarm_common.middleware.ros_poll import PolledTopic, SoleTopic
+from swarm_common.model.grid import Grid
+from swarm_common.model.records import Pose
+from swarm_common.process.pipes import EventWriter
+from swarm_nav.behaviour.navigator import Navigator
+from swarm_nav.core.config import NavConfig
+from swarm_nav.core.goals import GoalEnded, Output
+from swarm_nav.core.lifecycle import Lifecycle
+from swarm_nav.ros.answer import Answers
+from swarm_nav.ros.bare_node import create_node
+from swarm_nav.ros.clock import TickClock
+from swarm_nav.ros.demand import OnDemand
+from swarm_nav.ros.inputs import TickInput, TickInputs
+from swarm_nav.ros.params import Parameters
+from swarm_nav.ros.plans import Plans
+from swarm_nav.ros.poses import deviation_in, is_placeholder, pose_in_map
+from swarm_nav.ros.reach import Reach
+from swarm_nav.ros.services import Services
+from swarm_nav.ros.settings import NodeSettings
+from swarm_nav.ros.status import StatusWriter
+from swarm_nav.ros.tasks import Tasks
+from swarm_nav.ros.views import Views
+
+WORLD_SPACE = "/sim/"  # namespace of the world's nodes
+STATUS_TICKS = 5  # 2 Hz
+CLOCK_TICKS = 10  # for what rclpy itself stamps; our own messages carry the tick
+STATUS_PERIOD = 0.4  # [s] of wall time between two statuses without a change
+ODOM_ORIGIN = Pose(0.0, 0.0, 0.0)  # where odometry begins
+
+
+class NavigatorNode:
+    """The node `/SrobotK/navigator`. It becomes active when the map has arrived.
+
+    Attributes:
+        node: For an executor.
+        lifecycle: Nav2's, of the whole navigator.
+        tick: The control tick in hand.
+        rejections: Of the doors of this navigator.
+    """
+
+    def __init__(
+        self,
+        settings: NodeSettings,
+        context: Context,
+        on_active: Callable[[], None],
+        events: EventWriter,
+    ) -> None:
+        """Create the node and wait for the map.
+
+        Args:
+            settings: From its parameter file.
+            context: An initialised rclpy context.
+            on_active: Called once, when the navigator is active for the first time.
+            events: For swarm-up.
+        """
+        self._settings = settings
+        self._config: NavConfig = settings.config
+        self._on_active: Callable[[], None] | None = on_active
+        self._brain: Navigator | None = None
+        self.lifecycle = Lifecycle()
+        self.tick = 0
+        scan_rate = settings.spec.lidar.rate if settings.fixed["with_lidar"] else 0.0
+        self._inputs = TickInputs(scan_rate)
+        self._last_status = 0.0  # wall time
+        self._status_writer = StatusWriter(settings.name)
+        self.node = create_node(settings, context)
+        self.rejections = Rejections(events, self.node.get_logger().warning)
+        self._answers = Answers(
+            self.node, waits_for_mission=bool(settings.fixed["wait_for_mission"])
+        )
+        self._clock = TickClock(self.node) if settings.fixed["use_sim_time"] else None
+        self._on_demand = OnDemand(self.node, is_eager=not settings.fixed["on_demand"])
+        self._parameters = Parameters(
+            self.node, settings, self._reconfigure, self._on_demand, self.rejections
+        )
+        self._map_subscription = self.node.create_subscription(
+            OccupancyGrid, "/map", self._take_map_msg, ros_io.LATCHED, raw=True
+        )
+
+    def _take_map_msg(self, data: bytes) -> None:
+        """Take the map of the robot's parameter file, whoever sends it, and no other."""
+        try:
+            message = ros_io.unpacked(data, OccupancyGrid)
+            wanted = str(self._settings.fixed["map_sha256"])
+            if wanted and (found := ros_io.message_digest(message)) != wanted:
+                raise RejectedError(
+                    f"a map with the digest {found[:12]}; map_sha256 in the robot's parameters"
+                    f" begins with {wanted[:12]}"
+                )
+            grid = ros_io.grid_from_msg(message).upright()
+        except RejectedError as error:
+            self.rejections.reject("map", "a publisher of /map", error)
+            return
+        if self._brain is None:
+            self._begin(grid)
+        else:
+            self.take_map(grid)
+
+    def _begin(self, grid: Grid) -> None:
+        """Create the brain and everything that needs it."""
+        settings = self._settings
+        brain = Navigator(
+            self._config,
+            settings.spec,
+            grid,
+            settings.sites,
+            settings.robot_id,
+            settings.initial_pose_map,
+        )
+        self._brain = brain
+        self._measure(grid)
+        self._answers.announce()
+        self._status = self.node.create_publisher(RobotStatus, "status", ros_io.RELIABLE)
+        self._views = Views(self.node, brain)
+        self._tasks = Tasks(
+            self.node,
+            brain,
+            self._to_map,
+            lambda: self._reach,
+            self.rejections,
+            lambda: self.lifecycle.is_active,
+            self._answers.send_withheld,
+            self._on_demand,
+        )
+        self._plans = Plans(
+            self.node,
+            brain,
+            self._to_map,
+            self.rejections,
+            lambda: self.lifecycle.is_active,
+            self._on_demand,
+        )
+        Services(self.node, self, brain, self._on_demand)
+        self._subscribe()
+        if not settings.fixed["autostart"]:
+            brain.deactivate()
+        else:
+            self.change_lifecycle("startup")
+
+    def _subscribe(self) -> None:
+        self._topics = {
+            "odom": self._hear(OdometryMsg, "odom"),
+            "scan": self._hear(LaserScan, "scan"),
+            "neighbors": self._hear(NeighborArray, "neighbors"),
+        }
+        self._incoming = (
+            ("odom", self._topics["odom"], self._take_odom),
+            ("scan", self._topics["scan"], self._take_scan),
+            ("neighbors", self._topics["neighbors"], self._take_neighbors),  # which comes last
+        )
+        make = self.node.create_subscription
+        kind, quality = PoseWithCovarianceStamped, ros_io.RELIABLE
+        make(kind, "initialpose", self._take_initial_pose, quality, raw=True)
+        make(Mission, "mission", self._take_mission, ros_io.LATCHED, raw=True)
+
+    def _hear(self, kind: Any, name: str) -> SoleTopic:
+        """Listen to the world, or to whoever publishes the robot's sensors without one."""
+        return SoleTopic(
+            self.node,
+            kind,
+            name,
+            ros_io.TICK_INPUT,
+            lambda who: who.startswith(WORLD_SPACE),
+            lambda who: self.rejections.reject(name, who, "another node is heard here"),
+        )
+
+    @property
+    def is_in_large_swarm(self) -> bool:
+        """Whether what is rarely used has to wait for its first client."""
+        return bool(self._settings.fixed["on_demand"])
+
+    # What a tick is made of
+
+    @property
+    def awaited(self) -> PolledTopic | None:
+        """What is missing of the tick in hand; None while something else must come first.
+
+        The world publishes `neighbors` after `odom` and `scan`, but a network may deliver them in
+        another order. Without a map, or while an answer is withheld, it is the executor that must
+        be waited for.
+        """
+        if self._brain is None or self._answers.is_withheld:
+            return None
+        return self._topics[self._inputs.missing]
+
+    def take_inputs(self) -> None:
+        """Take the messages of the tick that have arrived; decide if it is complete.
+
+        Of each topic one message at a time, and no more once a tick is complete: a look at what
+        is empty costs as much as a message.
+        """
+        if self._brain is None:
+            return
+        has_taken = True
+        while has_taken:
+            has_taken = False
+            for name, topic, take in self._incoming:
+                if (data := topic.take()) is not None:
+                    has_taken = True
+                    try:
+                        step = take(data)
+                    except RejectedError as error:
+                        self.rejections.reject(name, "the world", error)
+                        continue
+                    self._step(step)
+            if self._inputs.is_settled:
+                return
+
+    def _take_odom(self, data: bytes) -> TickInput | None:
+        odom = self._odometry_reader.read(data)
+        if self._inputs.is_repeat(odom.tick):
+            self._answers.repeat()
+        return self._inputs.add_odom(odom)
+
+    def _take_scan(self, data: bytes) -> TickInput | None:
+        return self._inputs.add_scan(wire.read_scan(data))
+
+    def _take_neighbors(self, data: bytes) -> TickInput | None:
+        tick, beacons, reason = read_neighbors(data, self._settings.robot_id)
+        if reason:
+            self.rejections.reject("neighbors", "the world", reason)
+        return self._inputs.add_neighbors(tick, beacons)
+
+    def _step(self, observed: TickInput | None) -> None:
+        """Decide on a tick that is complete."""
+        brain = self._brain
+        if observed is None or brain is None:
+            return
+        self.tick = tick = observed.tick
+        assert observed.odom is not None
+        assert observed.neighbors is not None
+        brain.on_odom(observed.odom)
+        if self._answers.is_first and observed.odom.pose_odom != ODOM_ORIGIN:
+            self._rejoin(brain, observed.odom.pose_odom)
+        if observed.scan is not None:
+            brain.on_scan(observed.scan)
+        brain.on_neighbors(observed.neighbors)
+        output = brain.tick(tick)
+        ended = [event for event in output.events if isinstance(event, GoalEnded)]
+        has_goal = brain.goal_id is not None
+        self._answers.give(tick, output, has_goal=has_goal, has_ended=bool(ended))
+        self._tell(output, ended)
+
+    def _rejoin(self, brain: Navigator, pose_odom: Pose) -> None:
+        """Go on where the odometry is: it began at the initial pose, with another navigator."""
+        pose_map = self._settings.initial_pose_map.compose(pose_odom)
+        brain.on_initial_pose(pose_map)
+        self.node.get_logger().info(
+            f"the odometry has gone on since the start: at ({pose_map.x:.2f}, {pose_map.y:.2f})"
+        )
+
+    def _tell(self, output: Output, ended: list[GoalEnded]) -> None:
+        now = time.monotonic()  # at full speed, 2 Hz of simulated time would be 10 Hz and more
+        is_due = self.tick % STATUS_TICKS == 0 and now - self._last_status > STATUS_PERIOD
+        if output.events or is_due:
+            self._last_status = now
+            self.publish_status()
+        if self._clock is not None and self.tick % CLOCK_TICKS == 0:
+            self._clock.set(self.tick)
+        self._tasks.report(self.tick, ended)
+        self._views.publish(self.tick)
+
+    def look_around(self, now: float) -> None:
+        """See who wants something, and who has been silent for too long; `now` is wall time."""
+        # The first tick was answered by all before there is a second one.
+        self._on_demand.look(now, has_begun=self.tick > 0)
+        self._answers.look(self.tick, now)
+        if self._brain is not None:
+            self._plans.look(self.tick)
+        self.rejections.tell(now)
+
+    # What the operator asks for
+
+    def _take_mission(self, data: bytes) -> None:
+        try:
+            self._answers.take_mission(ros_io.unpacked(data, Mission))
+        except RejectedError as error:
+            self.rejections.reject("mission", "an operator", error)
+
+    def _take_initial_pose(self, data: bytes) -> None:
+        brain = self._brain
+        assert brain is not None
+        try:
+            message = ros_io.unpacked(data, PoseWithCovarianceStamped)
+            stamped = PoseStamped(header=message.header, pose=message.pose.pose)
+            pose_map = self._to_map(stamped)
+            if not self._reach.has(pose_map):
+                raise RejectedError(f"({pose_map.x:g}, {pose_map.y:g}) is not on the map")
+        except ValueError as error:
+            self.rejections.reject("initialpose", "a client", error)
+            return
+        if is_placeholder(stamped):
+            self.node.get_logger().warning(
+                "initialpose: (0, 0, 0) without a stamp is taken for a client's default and"
+                " ignored; a stamp makes it count",
+                once=True,
+            )
+        else:
+            brain.on_initial_pose(pose_map, deviation_in(message.pose.covariance))
+        self._views.publish_pose(self.tick)
+
+    def _to_map(self, stamped: PoseStamped) -> Pose:
+        """Return a pose of one of the robot's frames in map, not far off it."""
+        assert self._brain is not None
+        return self._reach.check(pose_in_map(self._brain, stamped))
+
+    def take_map(self, grid: Grid) -> None:
+        """Navigate on another map from now on."""
+        if self._brain is not None:
+            self._brain.load_map(grid)
+            self._measure(grid)
+
+    def _measure(self, grid: Grid) -> None:
+        """Learn how far anything can be away on a map."""
+        self._reach = Reach.of(grid)
+        self._odometry_reader = wire.OdometryReader(self._reach.most_odometry)
+
+    def _reconfigure(self, config: NavConfig) -> None:
+        self._config = config
+        if self._brain is not None:
+            self._brain.reconfigure(config)
+
+    def change_lifecycle(self, command: str) -> bool:
+        """Carry out a command of the lifecycle manager; False if it makes no sense now."""
+        brain = self._brain
+        if brain is None or not self.lifecycle.apply(command):
+            return False
+        if self.lifecycle.is_active:
+            brain.activate()
+            self._views.publish_pose(self.tick)
+            if self._on_active is not None:
+                self._on_active()
+                self._on_active = None
+        else:
+            brain.deactivate()
+        self.publish_status()
+        return True
+
+    def publish_status(self) -> None:
+        """Publish the state for the operator."""
+        if self._brain is not None:
+            self._status.publish(self._status_writer.encode(self.tick, self._brain.status()))
+
+    def destroy(self) -> None:
+        """Leave the ROS graph."""
+        if self._brain is not None:
+            for _, topic, _ in self._incoming:
+                topic.destroy()
+        for server in list(self.node.waitables):
+            if isinstance(server, ActionServer):  # one that is left keeps the node alive
+                server.destroy()
+        self.node.destroy_node()

@@ -1,0 +1,74 @@
+"""How far away anything can be that means something on the map at hand."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from swarm_common.middleware.rejections import RejectedError
+from swarm_common.model.grid import Grid
+from swarm_common.model.records import Pose
+
+AROUND = 1000.0  # [m] around the map within which a place is refused by the planner, not the door
+MOST_TIMES = 100.0  # diagonals of the map that a path may be long
+
+
+@dataclass(frozen=True, slots=True)
+class Reach:
+    """A box around the map, and its size.
+
+    Attributes:
+        low: (x, y) [m] of the map's lower left corner.
+        high: (x, y) [m] of its upper right corner.
+    """
+
+    low: tuple[float, float]
+    high: tuple[float, float]
+
+    @classmethod
+    def of(cls, grid: Grid) -> Reach:
+        """Return the reach of an upright map."""
+        high = (
+            grid.origin_x + grid.width * grid.resolution,
+            grid.origin_y + grid.height * grid.resolution,
+        )
+        return cls((grid.origin_x, grid.origin_y), high)
+
+    @property
+    def diagonal(self) -> float:
+        """Length [m] of the map's diagonal: no straight way on it is longer."""
+        return math.dist(self.low, self.high)
+
+    @property
+    def most_odometry(self) -> float:
+        """Distance [m] from its origin that odometry can have on this map, however it drifts."""
+        return 2.0 * self.diagonal + AROUND
+
+    @property
+    def longest_path(self) -> float:
+        """Length [m] that no path on this map needs."""
+        return MOST_TIMES * self.diagonal
+
+    def has(self, pose: Pose) -> bool:
+        """Whether a pose lies on the map."""
+        return self._is_within(pose, 0.0)
+
+    def check(self, pose: Pose) -> Pose:
+        """Return a pose unless it is absurdly far from the map.
+
+        Raises:
+            RejectedError: If it is.
+        """
+        if not self._is_within(pose, AROUND):
+            raise RejectedError(
+                f"({pose.x:g}, {pose.y:g}) is more than {AROUND:g} m off the map, which goes from"
+                f" ({self.low[0]:.1f}, {self.low[1]:.1f}) to ({self.high[0]:.1f},"
+                f" {self.high[1]:.1f})"
+            )
+        return pose
+
+    def _is_within(self, pose: Pose, margin: float) -> bool:
+        return all(
+            low - margin <= value <= high + margin
+            for value, low, high in zip((pose.x, pose.y), self.low, self.high, strict=True)
+        )

@@ -1,0 +1,127 @@
+"""Nav2's services on the node: lifecycle, costmaps, map."""
+
+from __future__ import annotations
+
+import array
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Protocol
+from urllib.parse import urlparse
+
+from lifecycle_msgs.msg import State as LifecycleState
+from lifecycle_msgs.srv import GetState
+from nav2_msgs.msg import Costmap as CostmapMsg
+from nav2_msgs.srv import ClearEntireCostmap, GetCostmap, LoadMap, ManageLifecycleNodes
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+
+from swarm_common.files.map_io import load_map
+from swarm_common.middleware import ros_io
+from swarm_common.middleware.rejections import Rejections
+from swarm_common.model.errors import SwarmError
+from swarm_common.model.grid import Grid
+from swarm_common.model.records import Pose
+from swarm_nav.behaviour.costmap import Costmap
+from swarm_nav.behaviour.navigator import Navigator
+from swarm_nav.core.lifecycle import Lifecycle
+from swarm_nav.ros.demand import OnDemand
+
+STATE_IDS = {
+    "unconfigured": LifecycleState.PRIMARY_STATE_UNCONFIGURED,
+    "inactive": LifecycleState.PRIMARY_STATE_INACTIVE,
+    "active": LifecycleState.PRIMARY_STATE_ACTIVE,
+    "finalized": LifecycleState.PRIMARY_STATE_FINALIZED,
+}
+COMMANDS = ("startup", "pause", "resume", "reset", "shutdown")  # by number in the request
+
+
+class Body(Protocol):
+    """What the services need of the node."""
+
+    lifecycle: Lifecycle
+    rejections: Rejections
+    tick: int
+
+    def change_lifecycle(self, command: str) -> bool:
+        """Carry out a command of the lifecycle manager."""
+
+    def take_map(self, grid: Grid) -> None:
+        """Navigate on another map from now on."""
+
+
+class Services:
+    """All services of one navigator beside its parameters'."""
+
+    def __init__(self, node: Node, body: Body, brain: Navigator, on_demand: OnDemand) -> None:
+        """Offer them."""
+        self._body = body
+        self._brain = brain
+
+        def make(kind: Any, name: str, answer: Callable[[Any, Any], Any]) -> None:
+            on_demand.offer([name], lambda: node.create_service(kind, name, answer))
+
+        for name in ("amcl", "bt_navigator"):
+            make(GetState, f"{name}/get_state", self._get_state)
+        make(ManageLifecycleNodes, "lifecycle_manager_navigation/manage_nodes", self._manage)
+        make(Trigger, "lifecycle_manager_navigation/is_active", self._is_active)
+        make(LoadMap, "map_server/load_map", self._load_map)
+        for name, compose in (("global", brain.global_costmap), ("local", brain.local_costmap)):
+            space = f"{name}_costmap"
+            make(ClearEntireCostmap, f"{space}/clear_entirely_{space}", self._clear)
+            make(GetCostmap, f"{space}/get_costmap", self._costmap_answer(compose))
+
+    def _get_state(self, _: Any, response: Any) -> Any:
+        label = self._body.lifecycle.state
+        response.current_state.id = STATE_IDS[label]
+        response.current_state.label = label
+        return response
+
+    def _manage(self, request: Any, response: Any) -> Any:
+        if request.command < len(COMMANDS):
+            response.success = self._body.change_lifecycle(COMMANDS[request.command])
+        return response
+
+    def _is_active(self, _: Any, response: Any) -> Any:
+        response.success = self._body.lifecycle.is_active
+        return response
+
+    def _load_map(self, request: Any, response: Any) -> Any:
+        try:
+            path = Path(urlparse(request.map_url).path or request.map_url)
+            if not path.is_file():
+                response.result = LoadMap.Response.RESULT_MAP_DOES_NOT_EXIST
+                return response
+            grid = load_map(path)
+            upright = grid.upright()
+        except (SwarmError, OSError, ValueError, MemoryError) as error:
+            self._body.rejections.reject("load_map", "a client", error)
+            response.result = LoadMap.Response.RESULT_INVALID_MAP_DATA
+            return response
+        self._body.take_map(upright)
+        response.map = ros_io.grid_msg(grid, self._body.tick)
+        response.result = LoadMap.Response.RESULT_SUCCESS
+        return response
+
+    def _clear(self, _: Any, response: Any) -> Any:
+        self._brain.clear_costmap()
+        return response
+
+    def _costmap_answer(self, compose: Callable[[], Costmap]) -> Callable[[Any, Any], Any]:
+        def answer(_: Any, response: Any) -> Any:
+            response.map = costmap_msg(compose(), self._body.tick)
+            return response
+
+        return answer
+
+
+def costmap_msg(costmap: Costmap, tick: int) -> CostmapMsg:
+    """Return nav2_msgs/Costmap."""
+    message = CostmapMsg(header=ros_io.header(tick, "map"))
+    info = message.metadata
+    info.update_time = message.header.stamp
+    info.layer = "master"
+    info.resolution = float(costmap.resolution)
+    info.size_y, info.size_x = costmap.cells.shape
+    info.origin = ros_io.pose_msg(Pose(costmap.origin_x, costmap.origin_y, 0.0))
+    message.data = array.array("B", costmap.cells.tobytes())
+    return message

@@ -1,0 +1,147 @@
+"""A navigator's parameter file: what is fixed at the start, and the brain's parameters."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from swarm_common.files.sites_io import load_sites
+from swarm_common.files.yaml_io import read_yaml
+from swarm_common.model.errors import ConfigError, UnknownNameError
+from swarm_common.model.records import Pose, RobotSpec
+from swarm_common.model.sites import Sites
+from swarm_common.robots.params import robot_from_parameters
+from swarm_nav.core.config import NavConfig, config_from_parameters, parameter_values
+
+NODE = "navigator"
+SECTION = "ros__parameters"
+ROBOT_PREFIX = "robot."
+FIXED: dict[str, Any] = {
+    "use_sim_time": True,
+    "robot_id": 0,
+    "initial_pose.x": 0.0,
+    "initial_pose.y": 0.0,
+    "initial_pose.yaw": 0.0,
+    "sites": "",
+    "map_sha256": "",
+    "autostart": True,
+    "wait_for_mission": False,
+    "on_demand": False,
+    "with_lidar": True,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class NodeSettings:
+    """What one navigator node is started with.
+
+    Attributes:
+        name: Namespace, for example Srobot3.
+        config: Parameters of the brain, changeable while it runs.
+        spec: Robot model.
+        fixed: Parameters that are read once, by ROS name.
+    """
+
+    name: str
+    config: NavConfig
+    spec: RobotSpec
+    fixed: Mapping[str, Any]
+
+    @property
+    def robot_id(self) -> int:
+        """3 for Srobot3."""
+        return int(self.fixed["robot_id"])
+
+    @property
+    def sites(self) -> Sites:
+        """Named places of the world; read once for all robots of a process."""
+        path = str(self.fixed["sites"])
+        return _sites_in(path) if path else Sites()
+
+    @property
+    def initial_pose_map(self) -> Pose:
+        """Where the robot stood when its odometry began."""
+        return Pose(*(float(self.fixed[f"initial_pose.{name}"]) for name in ("x", "y", "yaw")))
+
+
+@functools.cache
+def _sites_in(path: str) -> Sites:
+    return load_sites(path)
+
+
+def flatten(tree: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Return nested parameters under their dotted names."""
+    flat: dict[str, Any] = {}
+    for key, value in tree.items():
+        if isinstance(value, Mapping):
+            flat.update(flatten(value, f"{prefix}{key}."))
+        else:
+            flat[f"{prefix}{key}"] = value
+    return flat
+
+
+def read_node_settings(name: str, path: str | Path) -> NodeSettings:
+    """Return the settings of navigator `name` in a ROS 2 parameter file.
+
+    Raises:
+        SwarmError: If a parameter is unknown, of the wrong type or impossible.
+    """
+    sections = read_yaml(Path(path))
+    values: dict[str, Any] = {}
+    for key in (f"/{name}/{NODE}", f"{name}/{NODE}", "/**"):
+        if isinstance(sections.get(key), Mapping):
+            values = flatten(sections[key].get(SECTION) or {}) | values
+    return parse_node_settings(name, values, str(path))
+
+
+def parse_node_settings(name: str, values: Mapping[str, Any], where: str) -> NodeSettings:
+    """Return the settings in flat parameters."""
+    robot = {key: value for key, value in values.items() if key.startswith(ROBOT_PREFIX)}
+    own = {key: value for key, value in values.items() if key in FIXED}
+    rest = {key: value for key, value in values.items() if key not in robot and key not in own}
+    known = parameter_values(NavConfig())
+    for key in rest:
+        if key not in known:
+            raise UnknownNameError("parameter", key, [*known, *FIXED], where)
+    fixed = FIXED | {key: _typed(key, value, FIXED[key], where) for key, value in own.items()}
+    spec = robot_from_parameters(
+        {key.removeprefix(ROBOT_PREFIX): value for key, value in robot.items()}
+    )
+    if fixed["robot_id"] < 1:
+        raise ConfigError(f"{where}: robot_id is {fixed['robot_id']}; it must be 1 or more")
+    try:
+        config = config_from_parameters(rest, where=where)
+        check_limits(config, spec)
+    except UnknownNameError:
+        raise
+    except ConfigError as error:
+        message = str(error)
+        raise ConfigError(message if where in message else f"{where}: {message}") from None
+    return NodeSettings(name, config, spec, fixed)
+
+
+def check_limits(config: NavConfig, spec: RobotSpec) -> None:
+    """Refuse a controller that asks for more than the robot can do.
+
+    Raises:
+        ConfigError: Naming the limit.
+    """
+    names = ["max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta", "max_vel_y", "acc_lim_y"]
+    for name in names:
+        value, limit = getattr(config.controller, name), getattr(spec, name)
+        if value > limit * (1.0 + 1e-6):
+            raise ConfigError(f"{name} is {value}; a {spec.model} reaches {limit}")
+
+
+def _typed(name: str, value: Any, default: Any, where: str) -> Any:
+    if isinstance(default, float) and isinstance(value, int) and not isinstance(value, bool):
+        return float(value)
+    if type(value) is not type(default):
+        raise ConfigError(
+            f"{where}: parameter '{name}' is {value!r} ({type(value).__name__});"
+            f" it must be a {type(default).__name__}"
+        )
+    return value

@@ -1,0 +1,159 @@
+"""The robot's claim to space: extends, guards and gives up the held tube, tick by tick."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_nav.control import tube_kernels
+from swarm_nav.traffic import parting_kernels
+from swarm_nav.traffic.narrows import Narrows
+from swarm_nav.traffic.situation import Situation
+
+GROWTH_SLACK = 0.06  # [m] by which tubes are nearer than both radii without any growth
+WATCHDOG_TIME = 4.0  # [s] with a claim but without motion
+WATCHDOG_MOTION = 0.06  # [m]
+DEADLOCK_TIME = 5.0  # [s] blocked that counts as a deadlock once it is over
+
+
+class Claim:
+    """Changes the tube by what the neighbours leave, the LiDAR sees and the robot uses."""
+
+    def __init__(self, situation: Situation) -> None:
+        """Hold the place under the robot, published to nobody yet."""
+        self._s = situation
+        self._narrows = Narrows()
+        self._published_held: NDArray[np.float32] = np.zeros((1, 2), np.float32)
+        self._published_size = 1
+        self._watch_pose = situation.pose
+        self._watch_tick = situation.tick
+        self._retracted_tick = self._retracting_since = -1000
+
+    def note_published(self, held: NDArray[np.float32], size: int) -> None:
+        """Remember what the others are told to be held: their requests yield to that.
+
+        Args:
+            held: (n, 2) [m] in map, not copied.
+            size: Of the points, how many count.
+        """
+        self._published_held, self._published_size = held, size
+
+    def extend(self) -> None:
+        """Let the tube grow by what the neighbours leave."""
+        s = self._s
+        tube = s.tube
+        traffic = s.config.traffic
+        span = tube.span
+        is_listening = s.tick - s.listening_since < traffic.listen_ticks
+        if is_listening or span[1] <= span[0]:
+            s.blocked_ticks = s.obstacle_ticks = 0
+            s.blocked_by = 0
+            return
+        last, ahead = self._narrows.barrier(s, span[1])
+        if last <= span[0]:
+            s.has_grown = False
+            self._note_block(tube_kernels.RIGHT_OF_WAY, ahead)
+            return
+        last, clearance = self._stretch(span[0], last)
+        stop, reason, row = tube_kernels.extend(
+            tube.points,
+            (span[0], last, span[2]),
+            (s.radius, s.priority, s.robot_id, s.yields_for),
+            self._published_held,
+            self._published_size,
+            tube.requests,
+            (traffic.push_ticks, traffic.yield_slack),
+            (s.obstacle_points(), clearance),
+            s.hood.claims(),
+        )
+        s.has_grown = stop > tube.stop
+        tube.stop = stop
+        self._note_block(reason, row)
+
+    def _stretch(self, first: int, last: int) -> tuple[int, float]:
+        """Return (last point with the same clearance from LiDAR hits as the next, clearance)."""
+        s = self._s
+        if s.oblong is None:
+            return last, s.obstacle_clearance
+        clearances = s.obstacle_clearances(s.tube.points[first + 1 : last + 1])
+        same = int((clearances != clearances[0]).argmax())
+        return (first + same if same else last), float(clearances[0])
+
+    def _note_block(self, reason: int, row: int) -> None:
+        s = self._s
+        is_robot = reason in (tube_kernels.ROBOT, tube_kernels.RIGHT_OF_WAY)
+        s.is_unconfirmed = reason == tube_kernels.UNCONFIRMED and not s.has_grown
+        s.obstacle_ticks = s.obstacle_ticks + 1 if reason == tube_kernels.OBSTACLE else 0
+        if is_robot and not s.has_grown:
+            s.blocked_ticks += 1
+            s.blocked_by = int(s.hood.ids[row])
+            if int(s.hood.heads["yields_for"][row]) == s.robot_id:
+                s.tube.withdraw()
+        elif s.has_grown or reason != tube_kernels.UNCONFIRMED:
+            if s.blocked_ticks > s.ticks(DEADLOCK_TIME):
+                s.counters.deadlocks_resolved += 1
+            s.blocked_ticks = 0
+            s.blocked_by = 0
+
+    def guard(self) -> None:
+        """Shrink the tube before anything that the LiDAR sees in it."""
+        s = self._s
+        if s.config.localisation.type == "amcl":
+            self._part()
+        tube = s.tube
+        points = s.obstacle_points()
+        if len(points) == 0:
+            return
+        held = tube.points[tube.near : tube.stop + 1]
+        gaps = np.hypot(
+            held[:, None, 0] - points[None, :, 0], held[:, None, 1] - points[None, :, 1]
+        ).min(axis=1)
+        clearance = s.obstacle_clearance if s.oblong is None else s.obstacle_clearances(held)
+        bad = np.flatnonzero((gaps < clearance) & (gaps <= gaps[0]))
+        bad = bad[bad > 0]
+        if len(bad):
+            tube.release_ahead(max(0, int(bad[0]) - 1))
+            s.obstacle_ticks += 1
+
+    def _part(self) -> None:
+        """Give up what lies too near to somebody's tube since a radius has grown."""
+        s, tube = self._s, self._s.tube
+        first = parting_kernels.first_overlap(
+            tube.points, tube.near, tube.stop, s.radius, GROWTH_SLACK, s.hood.columns()
+        )
+        if first <= tube.stop:
+            tube.release_ahead(first - 1 - tube.near)
+
+    def drop_if_unused(self) -> bool:
+        """Drop a claim that is not being driven, whatever the reason; return whether it was."""
+        s = self._s
+        is_moving = s.pose.distance(self._watch_pose) > WATCHDOG_MOTION
+        if is_moving or s.tube.stop <= s.tube.near:
+            self._watch_pose = s.pose
+            self._watch_tick = s.tick
+        elif s.tick - self._watch_tick > s.patience(WATCHDOG_TIME) and abs(s.twist.vx) < 0.02:
+            self._watch_tick = s.tick
+            s.tube.reset(s.pose)
+            return True
+        return False
+
+    def retract(self) -> None:
+        """Keep only what the robot needs to stop in, and ask for nothing.
+
+        Who merely is not heard for a moment keeps path and request: over a slow radio that happens
+        more often than a request can be acknowledged.
+        """
+        s, tube = self._s, self._s.tube
+        if s.tick - self._retracted_tick > 1:
+            self._retracting_since = s.tick
+        self._retracted_tick = s.tick
+        waited = s.tick - self._retracting_since
+        if s.hood.deaf_neighbor and waited < s.patience(WATCHDOG_TIME):
+            keep = 0 if s.is_standing else s.brake_points
+            if tube.stop > tube.near + keep:
+                tube.release_ahead(keep)
+            return
+        tube.release_ahead(s.brake_points)
+        tube.withdraw()
+        if s.is_standing:
+            tube.reset(s.pose)

@@ -1,0 +1,86 @@
+"""How other robots enter the search lattice: as costs to go around, or as walls for a refuge."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_common.model.beacon import MODE_YIELD
+from swarm_nav.planning import distance_kernels
+from swarm_nav.planning.search_kernels import WALL
+from swarm_nav.traffic.situation import Situation
+
+STANDING, MOVING, YIELDING, STUCK, OBSTACLE = 3.0, 0.6, 0.3, 30.0, 50.0  # extra cost per metre
+PUSHABLE = 4.0  # extra cost per metre of a way on which a lower robot must be pushed
+MOVING_SPEED = 0.05  # [m/s]
+IMMOVABLE_MARGIN = 0.1  # [m] more than the reach that a way keeps from who cannot be pushed
+
+
+def stamp(
+    grid: NDArray[np.float32], situation: Situation, points: object, radius: float, value: float
+) -> None:
+    """Raise the lattice cells within `radius` of the points to at least `value`."""
+    block = np.ascontiguousarray(points, np.float64).reshape(-1, 2)
+    frame = situation.planner.lattice.frame
+    distance_kernels.stamp_discs(grid, frame, block, len(block), radius, np.float32(value))
+
+
+def stamp_tubes(
+    grid: NDArray[np.float32],
+    situation: Situation,
+    margins: NDArray[np.float64] | float,
+    values: NDArray[np.float32] | float,
+) -> None:
+    """Stamp what each neighbour holds, and requested if it is gone.
+
+    Args:
+        grid: Lattice.
+        situation: Of the robot.
+        margins: [m] beyond the distance that the robot keeps from each, (n,) or one for all.
+        values: (n,) or one for all.
+    """
+    hood = situation.hood
+    beacons = hood.beacons
+    frame = situation.planner.lattice.frame
+    radii = situation.radius + beacons["radius"].astype(np.float64) + margins
+    heights = np.broadcast_to(np.float32(values), radii.shape).astype(np.float32)
+    wanted_sizes = np.where(hood.gone, beacons["wanted_size"], 0).astype(np.uint32)
+    for points, sizes in (
+        (beacons["held"], beacons["held_size"]),
+        (beacons["wanted"], wanted_sizes),
+    ):
+        # one row of a field is contiguous, more are not: numba would compile a second time
+        block, counts = np.ascontiguousarray(points), np.ascontiguousarray(sizes)
+        distance_kernels.stamp_rows(grid, frame, block, counts, radii, heights)
+
+
+def stamp_obstacles(grid: NDArray[np.float32], situation: Situation, value: float) -> None:
+    """Stamp what the LiDAR sees beyond map and beacons."""
+    points = situation.obstacle_points()
+    if len(points):
+        stamp(grid, situation, points, situation.obstacle_clearance + 0.03, value)
+
+
+def congestion(situation: Situation) -> NDArray[np.float32]:
+    """Return the extra costs under which a way to the goal is planned."""
+    extra = situation.planner.no_extra()
+    hood = situation.hood
+    speeds = np.abs(hood.heads["twist"][:, 0].astype(np.float64))
+    values = np.where(speeds > MOVING_SPEED, MOVING, STANDING)
+    values[hood.heads["mode"] == MODE_YIELD] = YIELDING
+    values[hood.stuck] = STUCK
+    # who cannot be pushed may not be grazed by the lattice's coarseness
+    margins = np.where(hood.immovable, IMMOVABLE_MARGIN, 0.0)
+    stamp_tubes(extra, situation, margins, values)
+    stamp_obstacles(extra, situation, OBSTACLE)
+    return extra
+
+
+def refuge_costs(situation: Situation, priority: int, margin: float) -> NDArray[np.float32]:
+    """Return extra costs for making way at `priority`: who ranks as high or is stuck is a wall."""
+    extra = situation.planner.no_extra()
+    hood = situation.hood
+    is_wall = (hood.priorities >= priority) | hood.stuck
+    stamp_tubes(extra, situation, margin, np.where(is_wall, WALL, PUSHABLE))
+    stamp_obstacles(extra, situation, float(WALL))
+    return extra

@@ -1,0 +1,90 @@
+"""Leaving a narrow region with stations after the last goal there, when others wait to get in.
+
+A robot without a goal stands where its last one ended. In the open it is in nobody's way, and
+where robots only pass it is pushed; but in a narrow region each one that stands takes the room of
+one that works, and after a mission that ends at the stations nobody would get in any more.
+"""
+
+from __future__ import annotations
+
+from swarm_nav.core.priority import above
+from swarm_nav.traffic.gate import ADMITTED, Gate, is_inside
+from swarm_nav.traffic.holding import SEARCH_PAUSE, Lease, parking_path
+from swarm_nav.traffic.situation import Situation
+
+IDLE_PATIENCE = 3.0  # [s] without a goal: the next one mostly follows at once
+EXIT_DISTANCE = 40.0  # [m] of driving to a place outside
+ARRIVED = 0.3  # [m] from the parking place
+
+
+class Departure:
+    """Takes a robot without a goal to a parking place outside, once somebody waits there.
+
+    On its way it has the priority of those who wait (inheritance, as with a station's lease): they
+    stand before the way out.
+    """
+
+    def __init__(self, gate: Gate, lease: Lease) -> None:
+        """Watch the region of a gate; the lease is not in use without a goal."""
+        self._gate = gate
+        self._lease = lease
+        self._idle_since = -1
+        self._next_search_tick = 0
+        self._target: tuple[float, float] | None = None
+
+    def update(self, situation: Situation, is_idle: bool) -> bool:
+        """Return whether the robot is on its way out.
+
+        Args:
+            situation: Of the robot.
+            is_idle: Whether it has no goal, and does not make way for anybody.
+        """
+        if not is_idle:
+            self._idle_since = -1
+            if self._target is not None and self._lease.station is None:
+                self._give_up()
+            self._target = None
+            return False
+        tick = situation.tick
+        if self._idle_since < 0:
+            self._idle_since = tick
+            self._next_search_tick = tick + situation.ticks(IDLE_PATIENCE)
+        if self._is_leaving(situation):
+            return True
+        self._give_up()
+        if tick >= self._next_search_tick and self._is_inside(situation):
+            highest = _highest_waiting(situation)
+            if highest:
+                self._next_search_tick = tick + situation.ticks(SEARCH_PAUSE)
+                self._leave(situation, highest)
+        return self._target is not None
+
+    def _give_up(self) -> None:
+        self._target, self._lease.inherited = None, 0
+
+    def _is_leaving(self, situation: Situation) -> bool:
+        if self._target is None or situation.blocked_ticks > situation.ticks(SEARCH_PAUSE):
+            return False
+        x, y = situation.tube.points[-1]
+        return (x, y) == self._target and situation.distance_to(x, y) > ARRIVED
+
+    def _is_inside(self, situation: Situation) -> bool:
+        region, pose = self._gate.region, situation.pose
+        frame = situation.planner.lattice.frame
+        return region is not None and bool(is_inside(region, frame, pose.x, pose.y))
+
+    def _leave(self, situation: Situation, highest: int) -> None:
+        stations = list(situation.stations)
+        way = parking_path(situation, stations, self._gate.region, EXIT_DISTANCE)
+        if way is not None and len(way) >= 2:
+            situation.tube.adopt(way)
+            x, y = situation.tube.points[-1]
+            self._target = (x, y)
+            self._lease.inherited = above(highest)
+
+
+def _highest_waiting(situation: Situation) -> int:
+    """Return the highest priority of who waits to get into a region, 0 if nobody does."""
+    hood = situation.hood
+    waits = (hood.heads["gate_tick"] > ADMITTED) & ~hood.gone
+    return int(hood.priorities[waits].max(initial=0))

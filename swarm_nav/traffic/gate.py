@@ -1,0 +1,186 @@
+"""Entry control: how many robots may be in a narrow region that has stations (perimeter control).
+
+Beyond a density the flow through a narrow region falls as more robots enter it (the fundamental
+diagram of traffic; perimeter control: Daganzo 2007, Keyvan-Ekbatani et al. 2012). A robot in the
+open whose way leads into such a region counts those that it hears inside, those admitted and those
+that ask with a higher priority; it enters while that is less than the region's share within radio
+range allows, and otherwise waits in the open. Each robot decides alone.
+
+The gate stands below the priorities. Who ranks above all that are inside, admitted or ask, enters
+however many these are: so the highest robot never waits here, nor does the holder of a lease for
+which a higher one waits, from which it inherits. Who waits for a lease does not ask, and who is
+blocked on its way to the mouth takes nobody's place.
+
+Plain corridors are left alone: they have no station to wait for, and robots only pass.
+"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_common.model.records import FloatArray
+from swarm_nav.core.priority import SENIORITY
+from swarm_nav.planning import distance_kernels, search_kernels
+from swarm_nav.planning.search import SearchSpace
+from swarm_nav.planning.terrain import HALL_DISTANCE, Lattice, Terrain
+from swarm_nav.traffic import gate_kernels
+from swarm_nav.traffic.situation import Situation
+
+NONE, ADMITTED = 0, 1  # values of a beacon's gate_tick that are not the tick of asking
+LEAST_AREA = 16.0  # [m²] of a region; fewer robots than that has room for are led by the lease
+WAY_POINTS = 60  # path points, 3 m, in which the region's border is looked for
+
+is_inside = gate_kernels.is_inside.py_func  # for one point cheaper than the call of a kernel
+
+
+@functools.lru_cache(maxsize=4)
+def narrow_region(
+    terrain: Terrain, stations: tuple[tuple[float, float], ...]
+) -> NDArray[np.bool_] | None:
+    """Return the lattice cells of narrow regions with stations; None if there are none.
+
+    Narrow is what lies farther than `HALL_DISTANCE` from any place with that much clearance.
+    """
+    lattice = terrain.lattice
+    is_hall = lattice.clearance >= HALL_DISTANCE
+    if not stations or not is_hall.any():
+        return None  # no open place to wait in
+    from_hall = distance_kernels.distance_cells(is_hall) * lattice.step
+    is_free = lattice.base < search_kernels.WALL
+    narrow = is_free & (from_hall > HALL_DISTANCE)
+    region = np.zeros_like(narrow)
+    for x, y in stations:
+        node = lattice.node_of(x, y)
+        if node is None:
+            continue
+        row, column = divmod(node, narrow.shape[1])
+        if narrow[row, column] and not region[row, column]:
+            part = _component(lattice, narrow, row, column)
+            if part.sum() * lattice.step**2 >= LEAST_AREA:
+                region |= part
+    return region if region.any() else None
+
+
+def _component(
+    lattice: Lattice, narrow: NDArray[np.bool_], row: int, column: int
+) -> NDArray[np.bool_]:
+    base = np.where(narrow, np.float32(1.0), search_kernels.WALL)
+    space = SearchSpace(base, np.zeros_like(lattice.lane), lattice.heading, lattice.step)
+    cost = space.cost_to_go(row * narrow.shape[1] + column)
+    return np.isfinite(cost)
+
+
+@dataclass(slots=True)
+class Gate:
+    """One robot's admission to the narrow region ahead of it.
+
+    Attributes:
+        asked_tick: Tick since which it waits or asks, 0 if it does not.
+        is_admitted: Whether it may enter, or is inside.
+    """
+
+    region: NDArray[np.bool_] | None
+    asked_tick: int = 0
+    is_admitted: bool = False
+    _cells: int = 0  # of the region in a disc (x, y, radius): robots that wait stand
+    _counted_disc: tuple[float, float, float] | None = None
+    _counted_region: NDArray[np.bool_] | None = None
+    # points of a path, from one index to before another, that lie outside a region
+    _outside: tuple[FloatArray | None, NDArray[np.bool_] | None, int, int] = (None, None, 0, 0)
+
+    @property
+    def announced(self) -> int:
+        """The beacon's gate_tick: none, admitted, or the tick of asking."""
+        if self.asked_tick == 0:
+            return NONE
+        return ADMITTED if self.is_admitted else self.asked_tick
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether the robot has to wait outside."""
+        return self.asked_tick > 0 and not self.is_admitted
+
+    def leave(self) -> None:
+        """Ask no more, as without a goal."""
+        self.asked_tick = 0
+        self.is_admitted = False
+
+    def update(
+        self, situation: Situation, *, has_turn: bool, is_driving: bool, priority: int
+    ) -> None:
+        """Ask, wait or be admitted.
+
+        Args:
+            situation: Of the robot.
+            has_turn: Whether the robot is on its way to a goal, and waits for no station's lease.
+            is_driving: Whether the path in hand is the one to the goal: only that one counts.
+            priority: Of the robot while it drives, with what it inherits as holder of a lease.
+        """
+        config = situation.config.holding
+        if self.region is None or config.gate_density <= 0.0:
+            return
+        frame = situation.planner.lattice.frame
+        if not has_turn or is_inside(self.region, frame, situation.pose.x, situation.pose.y):
+            self.leave()
+            return
+        if self.is_admitted:
+            return
+        if self.asked_tick == 0:
+            if not is_driving or not self._leads_in(situation):
+                return
+            self.asked_tick = situation.tick
+        ahead, is_highest = self._ahead(situation, priority)
+        self.is_admitted = is_highest or ahead < self._capacity(situation)
+
+    def _leads_in(self, situation: Situation) -> bool:
+        """Whether the way ahead leads into the region; each of its points is looked at once."""
+        tube = situation.tube
+        first, last = tube.near, min(tube.near + WAY_POINTS, len(tube.points))
+        points, region, begin, end = self._outside
+        if points is not tube.points or region is not self.region or not begin <= first <= end:
+            begin = end = first
+        if end < last:
+            frame = situation.planner.lattice.frame
+            if gate_kernels.enters(self.region, frame, tube.points[end:last]):
+                return True
+            self._outside = tube.points, self.region, begin, last
+        return False
+
+    def recheck(self, situation: Situation, way: FloatArray) -> None:
+        """Ask no more if the way (n, 2) to the goal does not lead through the region any longer."""
+        frame = situation.planner.lattice.frame
+        if self.region is not None and not gate_kernels.enters(self.region, frame, way):
+            self.leave()
+
+    def _ahead(self, situation: Situation, priority: int) -> tuple[int, bool]:
+        """Count who is inside, admitted or asks with a higher priority, blocked ones aside.
+
+        Returns:
+            The number, and whether nobody who is inside, admitted or asks ranks higher.
+        """
+        hood = situation.hood
+        count, is_highest = gate_kernels.count_ahead(
+            self.region,
+            situation.planner.lattice.frame,
+            hood.gate_columns,
+            (hood.ids, hood.priorities, hood.gone),
+            (priority & SENIORITY, situation.robot_id),
+        )
+        return int(count), bool(is_highest)
+
+    def _capacity(self, situation: Situation) -> float:
+        """Return how many robots the part of the region within radio range has room for."""
+        assert self.region is not None
+        config = situation.config
+        lattice = situation.planner.lattice
+        disc = (situation.pose.x, situation.pose.y, config.traffic.radio_range)
+        if self._counted_disc != disc or self._counted_region is not self.region:
+            self._cells = int(
+                gate_kernels.cells_within(self.region, lattice.frame, disc[:2], disc[2])
+            )
+            self._counted_disc, self._counted_region = disc, self.region
+        return max(1.0, config.holding.gate_density * self._cells * lattice.step**2)

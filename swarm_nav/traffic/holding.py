@@ -1,0 +1,259 @@
+"""Stations: leases in the order of request, and the holding pattern until it is one's turn.
+
+The order is (tick of the request, id), as in Lamport's mutual exclusion, known to all contenders
+from their beacons: a request is made within radio range of the station, no centre is asked. The
+lease orders the approach; safety does not depend on it.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_common.model.beacon import FLAG_CIRCUIT
+from swarm_common.model.records import FloatArray
+from swarm_nav.core.config import HoldingConfig
+from swarm_nav.core.goals import PlanError
+from swarm_nav.core.priority import above
+from swarm_nav.planning.planner import path_length
+from swarm_nav.planning.terrain import HALL_DISTANCE
+from swarm_nav.traffic import crowd
+from swarm_nav.traffic.situation import Situation
+
+SAME_STATION = 0.6  # [m] between targets that are one station
+STATION_OVERLAP = 0.25  # [m] less than the reach at which a robot bars a station
+PARKING_DISTANCE = 1.1  # [m] of a parking place in a passage from any station
+OPEN_PARKING_DISTANCE = 2.2  # [m] the same in a hall, where the ways to the station are kept free
+PARKING_GAP = 0.1  # [m] beyond the reach between parked robots
+CIRCUIT_LOOKAHEAD = 4.0  # [m] of circuit driven per plan
+CIRCUIT_RENEW = 1.5  # [m] before the end of a plan at which the next is made
+CIRCUIT_JOIN = 3.0  # [m] from the circuit up to which `auto` joins it
+CIRCUIT_CORRIDOR = 0.8  # [m] on either side of the circuit that counts as on it
+SEARCH_PAUSE = 2.0  # [s] between searches for a parking place
+
+
+@dataclass(slots=True)
+class Lease:
+    """The station that the robot is on its way to.
+
+    Attributes:
+        station: (x, y) in map, None without a goal.
+        tick: Tick of the request, 0 before it was made.
+        place: Number of earlier requests known.
+        inherited: Priority of the highest robot that waits for this one to leave the station
+            (priority inheritance of a resource's holder: Sha, Rajkumar, Lehoczky 1990), 0 if none.
+    """
+
+    station: tuple[float, float] | None = None
+    tick: int = 0
+    place: int = 0
+    inherited: int = 0
+
+    def aim(self, station: tuple[float, float] | None) -> None:
+        """Take a new target; the old lease is given back."""
+        if station != self.station:
+            self.station = station
+            self.tick = 0
+            self.place = 0
+            self.inherited = 0
+
+    def update(self, situation: Situation) -> None:
+        """Request within range of the station and work out the place in the queue."""
+        if self.station is None:
+            return
+        config = situation.config.holding
+        if self.tick == 0 and situation.distance_to(*self.station) <= config.request_distance:
+            self.tick = situation.tick
+        self.place = (
+            situation.hood.earlier_requests(self.station, self.tick, SAME_STATION)
+            if self.tick
+            else 0
+        )
+        if self.tick and not self.place:
+            # never less than before: a priority that comes and goes would delay all requests
+            highest = situation.hood.highest_waiting(self.station, SAME_STATION)
+            self.inherited = max(self.inherited, above(highest) if highest else 0)
+
+    def is_turn(self, config: HoldingConfig) -> bool:
+        """Whether the robot may drive the last metres."""
+        return self.place < config.approach_slots
+
+    def is_barred(self, situation: Situation) -> bool:
+        """Whether a silent or inactive robot is on the station, and was waited for long enough."""
+        patience = situation.ticks(situation.config.holding.station_patience)
+        return situation.tick - self.tick > patience and self.is_covered(situation)
+
+    def is_covered(self, situation: Situation) -> bool:
+        """Whether a robot that will not move by itself is on the station."""
+        if self.station is None or self.tick == 0:
+            return False
+        hood = situation.hood
+        for row in np.flatnonzero(hood.immovable):
+            gaps = hood.tubes(int(row)) - self.station
+            if float(np.hypot(*gaps.T).min()) < situation.reach(int(row)) - STATION_OVERLAP:
+                return True
+        return False
+
+
+class HoldingPattern:
+    """Where a robot waits: on a circuit or parked out of the lanes."""
+
+    def __init__(
+        self,
+        circuits: dict[str, tuple[tuple[float, float], ...]],
+        stations: list[tuple[float, float]],
+    ) -> None:
+        """Keep the world's circuits (closed polylines) and stations, in map."""
+        self._circuits = [_closed(points) for points in circuits.values() if len(points) >= 3]
+        self._stations = stations
+        self._next_search_tick = 0
+        self.is_on_circuit = False
+        self.target: tuple[float, float] | None = None
+
+    def enter(self, situation: Situation) -> None:
+        """Choose the pattern: `circuit`, `park`, or by the room on the circuit (`auto`)."""
+        mode = situation.config.holding.mode
+        circuit = self._nearest_circuit(situation)
+        if mode == "auto":
+            self.is_on_circuit = circuit is not None and self._has_room(situation, circuit)
+        else:
+            self.is_on_circuit = mode == "circuit" and circuit is not None
+        self._next_search_tick = situation.tick
+        self.target = None
+        situation.tube.cut()
+
+    def leave(self) -> None:
+        """Give up the pattern."""
+        self.is_on_circuit = False
+        self.target = None
+
+    def update(self, situation: Situation, closed: NDArray[np.bool_] | None = None) -> None:
+        """Keep going round, or look for a parking place, not in `closed`, until it is reached."""
+        if self.is_on_circuit:
+            self._drive_circuit(situation)
+        elif situation.tick >= self._next_search_tick and self._needs_place(situation):
+            self._next_search_tick = situation.tick + situation.ticks(SEARCH_PAUSE)
+            path = parking_path(situation, self._stations, closed)
+            if path is not None and len(path) >= 2:
+                situation.tube.adopt(path)
+                self.target = (float(path[-1, 0]), float(path[-1, 1]))
+
+    def _needs_place(self, situation: Situation) -> bool:
+        if self.target is None:
+            return True
+        if not situation.tube.is_complete:
+            return situation.blocked_ticks > situation.ticks(SEARCH_PAUSE)
+        return situation.distance_to(*self.target) > 0.3
+
+    def _nearest_circuit(self, situation: Situation) -> FloatArray | None:
+        near = [c for c in self._circuits if _circuit_gap(c, situation)[0] < CIRCUIT_JOIN]
+        if near or situation.config.holding.mode == "auto":
+            return near[0] if near else None
+        if not self._circuits:
+            return None
+        return min(self._circuits, key=lambda c: _circuit_gap(c, situation)[0])
+
+    def _has_room(self, situation: Situation, circuit: FloatArray) -> bool:
+        """Whether few enough robots are near the part of the circuit that the radio covers."""
+        x, y = situation.pose.x, situation.pose.y
+        reach = situation.config.traffic.radio_range
+        heard = circuit[np.hypot(circuit[:, 0] - x, circuit[:, 1] - y) < reach]
+        poses = situation.hood.heads["pose"]
+        on_it = 0
+        for pose in poses:
+            gaps = np.hypot(circuit[:, 0] - pose[0], circuit[:, 1] - pose[1])
+            on_it += bool(gaps.min() < CIRCUIT_CORRIDOR)
+        room = len(heard) * _CIRCUIT_SPACING / situation.config.holding.circuit_spacing
+        return on_it + 1 <= room
+
+    def _drive_circuit(self, situation: Situation) -> None:
+        circuit = self._nearest_circuit(situation)
+        if circuit is None:
+            self.is_on_circuit = False
+            return
+        is_late = situation.tick < self._next_search_tick
+        if is_late or situation.tube.length_ahead() > CIRCUIT_RENEW:
+            return
+        self._next_search_tick = situation.tick + situation.ticks(1.0)
+        _, nearest = _circuit_gap(circuit, situation)
+        ahead = nearest + int(CIRCUIT_LOOKAHEAD / _CIRCUIT_SPACING)
+        point = circuit[ahead % len(circuit)]
+        target = (float(point[0]), float(point[1]))
+        path = self._way_to(situation, target)
+        if path is None:
+            self.is_on_circuit = False  # park instead
+            return
+        situation.tube.adopt(path)
+        self.target = None
+
+    def _way_to(self, situation: Situation, point: tuple[float, float]) -> FloatArray | None:
+        """Return the way to a point of the circuit, None if there is no short one."""
+        extra = crowd.congestion(situation)
+        try:
+            path = situation.planner.plan(situation.stop_point, point, extra)
+        except PlanError:
+            return None
+        return path if path_length(path) <= 3.0 * CIRCUIT_LOOKAHEAD + CIRCUIT_JOIN else None
+
+    @property
+    def flags(self) -> int:
+        """The beacon flag of a robot on the circuit."""
+        return FLAG_CIRCUIT if self.is_on_circuit else 0
+
+
+def parking_path(
+    situation: Situation,
+    stations: list[tuple[float, float]],
+    closed: NDArray[np.bool_] | None = None,
+    reach: float | None = None,
+) -> FloatArray | None:
+    """Return the way (n, 2) to the nearest free parking place, None if there is none in reach.
+
+    Args:
+        situation: Of the robot.
+        stations: Places (x, y) to keep away from.
+        closed: Lattice cells that are no places.
+        reach: Cost [m] of the longest way; None for `holding.search_distance`.
+    """
+    lattice = situation.planner.lattice
+    taken = situation.planner.no_extra()
+    if stations:
+        crowd.stamp(taken, situation, np.array(stations), OPEN_PARKING_DISTANCE, 1.0)
+        taken[lattice.clearance <= HALL_DISTANCE] = 0.0
+        crowd.stamp(taken, situation, np.array(stations), PARKING_DISTANCE, 1.0)
+    hood = situation.hood
+    crowd.stamp_tubes(taken, situation, PARKING_GAP, 1.0)
+    targets = hood.heads["target"]
+    for row in np.flatnonzero(np.isfinite(targets[:, 0])):
+        crowd.stamp(taken, situation, targets[row], situation.reach(int(row)) + PARKING_GAP, 1.0)
+    if closed is not None:
+        taken[closed] = 1.0
+    places = situation.planner.free_places(taken, lattice.parking)
+    extra = crowd.congestion(situation)
+    limit = situation.config.holding.search_distance if reach is None else reach
+    return situation.planner.nearest(situation.stop_point, extra, places, limit)
+
+
+_CIRCUIT_SPACING = 0.25  # [m] between the points of a closed circuit
+
+
+def _closed(points: tuple[tuple[float, float], ...]) -> FloatArray:
+    """Return the closed polyline with a point every `_CIRCUIT_SPACING`."""
+    corners = np.array((*points, points[0]))
+    pieces = []
+    for a, b in itertools.pairwise(corners):
+        count = max(1, round(math.hypot(*(b - a)) / _CIRCUIT_SPACING))
+        pieces.append(a + np.linspace(0.0, 1.0, count, endpoint=False)[:, None] * (b - a))
+    return np.vstack(pieces)
+
+
+def _circuit_gap(circuit: FloatArray, situation: Situation) -> tuple[float, int]:
+    """Return (distance [m], index) of the nearest point of a circuit."""
+    x, y = situation.stop_point
+    gaps = np.hypot(circuit[:, 0] - x, circuit[:, 1] - y)
+    nearest = int(gaps.argmin())
+    return float(gaps[nearest]), nearest

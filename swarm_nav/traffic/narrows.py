@@ -1,0 +1,83 @@
+"""Single-lane passages: which direction goes first through a door that two robots cannot pass in.
+
+A robot does not enter such a passage, or the mouth before it, while a robot with a higher priority
+is about to come through it the other way. Robots going the same way follow each other. Only a
+higher priority bars, and nobody who makes way for another robot: so the highest is never held up,
+no two robots wait for each other here, and this only orders what the reservation would otherwise
+settle by pushing robots back out of the door.
+"""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_nav.planning import distance_kernels, search_kernels
+from swarm_nav.planning.terrain import NODE_MARGIN, Terrain
+from swarm_nav.traffic import narrows_kernels
+from swarm_nav.traffic.situation import Situation
+
+MOUTH = 1.5  # [m] around a single-lane passage that is kept free, too
+WAY_POINTS = 80  # path points, 4 m, of the own path on which the far end is looked for
+
+
+@functools.lru_cache(maxsize=4)
+def single_lanes(terrain: Terrain, radius: float) -> NDArray[np.int16] | None:
+    """Return labels (height, width) of single-lane passages with their mouths, 0 elsewhere.
+
+    Args:
+        terrain: Map for one size of robot.
+        radius: [m] safety radius: two robots keep twice that between their centres.
+
+    Returns:
+        Labels from 1, or None if the map has no such passage.
+    """
+    lattice = terrain.lattice
+    is_free = lattice.base < search_kernels.WALL
+    half = np.empty_like(lattice.clearance)
+    narrows_kernels.half_width(lattice.clearance, lattice.step, half)
+    is_single = is_free & (half < terrain.radius + NODE_MARGIN + radius)
+    if not is_single.any():
+        return None
+    near = distance_kernels.distance_cells(is_single) * lattice.step <= MOUTH
+    labels = np.zeros(is_free.shape, np.int16)
+    narrows_kernels.label(is_free & near, labels)
+    return labels
+
+
+class Narrows:
+    """Keeps one robot out of a single-lane passage while somebody else's turn is on."""
+
+    def __init__(self) -> None:
+        """Look at no map yet."""
+        self._terrain: Terrain | None = None
+        self._labels: NDArray[np.int16] | None = None
+
+    def barrier(self, situation: Situation, last: int) -> tuple[int, int]:
+        """Return (index of the last point that may be claimed, row of the robot waited for).
+
+        Args:
+            situation: Of the robot.
+            last: Index of the last path point that is wanted; (last, -1) if nothing is in the way.
+        """
+        if situation.terrain is not self._terrain:
+            self._terrain = situation.terrain
+            self._labels = single_lanes(situation.terrain, situation.radius)
+        if self._labels is None or situation.yields_for:
+            return last, -1
+        tube, hood = situation.tube, situation.hood
+        way = tube.points[tube.stop : tube.stop + WAY_POINTS]
+        frame = situation.planner.lattice.frame
+        if not narrows_kernels.leads_in(self._labels, frame, way, last - tube.stop):
+            return last, -1
+        count, row = narrows_kernels.barrier(
+            self._labels,
+            frame,
+            way,
+            last - tube.stop,
+            (situation.priority, situation.robot_id),
+            hood.columns(),
+        )
+        return tube.stop + count, row

@@ -1,0 +1,37 @@
+"""Bare numba kernel: which part of a held tube a radius that has grown takes from others."""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+from swarm_nav.control.tube_kernels import gap_squared
+
+REACH = 2.5  # [m] of path beyond which nothing of a tube lies
+
+
+@njit(cache=True)
+def first_overlap(points, near, stop, radius, slack, claims):
+    """Index of the first held point ahead that is too near to a living robot's tube, or stop + 1.
+
+    Too near is nearer than both radii less `slack` [m], and nearer than where the robot is now:
+    whose places overlap already may part. claims: see `Neighborhood.columns`.
+    """
+    (ids, _, gone, _, radii, _, held, held_size, _, _, _, _) = claims
+    best = stop + 1
+    here = points[near]
+    for j in range(ids.shape[0]):
+        reach = radius + radii[j] - slack
+        if gone[j]:
+            continue
+        first = held[j, 0]
+        if math.hypot(first[0] - here[0], first[1] - here[1]) > 2.0 * REACH + reach:
+            continue
+        before = gap_squared(held[j], held_size[j], here[0], here[1])
+        for k in range(near + 1, best):
+            gap = gap_squared(held[j], held_size[j], points[k, 0], points[k, 1])
+            if gap < reach * reach and gap < before - 1e-6:
+                best = k
+                break
+    return best

@@ -1,0 +1,231 @@
+"""Liveness layer: who has right of way, who makes way, who steps back.
+
+Priorities are static between goals (class, then the longest time without reaching a goal, then
+id) and compared as published one tick ago, the own one too, so that two robots never both believe
+to win. A robot that blocks a higher one inherits the pusher's priority minus one and drives to a
+refuge (priority inheritance, PIBT: Okumura et al. 2022); a pusher whose blocker has no refuge
+steps back (PIBT's backtracking).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from swarm_common.model.beacon import MODE_YIELD
+from swarm_common.model.records import FloatArray
+from swarm_nav.core.priority import TOP_DEPTH
+from swarm_nav.planning import judgement_kernels
+from swarm_nav.traffic import crowd
+from swarm_nav.traffic.situation import Situation
+
+LEAST_DEPTH = TOP_DEPTH - 32  # longest chain of robots that push each other, by 32 hops
+REFUGE_MARGIN = 0.03  # [m] more than the reach that a refuge keeps from the pusher's way
+REFUGE_COST = 12.0  # largest cost of a way to a refuge
+INTENT_POINTS_CLEARED = 16  # 1.6 m of the pusher's path
+RETREAT_DISTANCE = 0.95  # [m]
+STUCK_PATIENCE = 1.5  # [s] blocked by a stuck robot before stepping back
+MOVING_SPEED = 0.08  # [m/s] above which a robot is on its way
+RETRY_TIME = 1.0  # [s] between searches for a refuge
+WAY_AHEAD = 32  # points of the own path, 1.6 m, on which a pushed robot may get out of the way
+GAIN = 8  # points of the pusher's way, about 0.8 m, that it gets ahead instead
+SLACK = 2  # points of that way by which it may come towards the pusher
+GO_ON_PATIENCE = 2.0  # [s] that a pushed robot may be blocked on its own way
+
+
+class RightOfWay:
+    """Making way for one robot at a time, and stepping back."""
+
+    def __init__(self) -> None:
+        """Start without a pusher."""
+        self.inherited = 0
+        self._last_pushed_tick = 0
+        self._next_search_tick = 0
+        self._retreat_until = -1
+        self._blocked_since = -1
+        self._is_diverted = False
+
+    @property
+    def is_yielding(self) -> bool:
+        """Whether the robot leaves its own way to make way or to step back."""
+        return self._is_diverted or self._retreat_until >= 0
+
+    @property
+    def is_retreating(self) -> bool:
+        """Whether the robot steps back on its own account."""
+        return self._retreat_until >= 0
+
+    def pusher(self, situation: Situation) -> int | None:
+        """Return the row of the highest robot that this one blocks and that ranks above it."""
+        traffic = situation.config.traffic
+        # who is on its own way anyhow is not disturbed at once
+        is_moving = not self.is_yielding and situation.twist.vx > MOVING_SPEED
+        patience = situation.radio.factor * traffic.push_ticks
+        if is_moving:
+            patience = situation.patience(traffic.moving_patience)
+        return situation.hood.highest_pusher(situation.own_priority, patience, LEAST_DEPTH)
+
+    def update(self, situation: Situation) -> bool:
+        """React to pushers; return whether the robot is (still) making way or stepping back."""
+        tick = situation.tick
+        row = self.pusher(situation)
+        if row is not None:
+            self._make_way(situation, row)
+        elif self.inherited and tick - self._last_pushed_tick > situation.patience(
+            situation.config.traffic.release_time
+        ):
+            self._release(situation)
+        if not self.is_yielding or self.is_retreating:
+            self._consider_retreat(situation)
+        if self.is_retreating and tick >= self._retreat_until:
+            self._retreat_until = -1
+            situation.tube.cut()
+        return self.is_yielding
+
+    def reset(self, situation: Situation) -> None:
+        """Forget the pusher, as after a restart."""
+        self._release(situation)
+        self._retreat_until = -1
+
+    def _release(self, situation: Situation) -> None:
+        self.inherited = 0
+        situation.yields_for = 0
+        situation.is_stuck = False
+        self._blocked_since = -1
+        if self._is_diverted:
+            self._is_diverted = False
+            situation.tube.cut()
+
+    def _make_way(self, situation: Situation, row: int) -> None:
+        hood = situation.hood
+        pusher_id = int(hood.ids[row])
+        is_new = pusher_id != situation.yields_for
+        self._last_pushed_tick = situation.tick
+        self._retreat_until = -1
+        self.inherited = int(hood.priorities[row]) - 1
+        if not self._is_diverted and self._goes_on(situation, row):
+            return
+        self._is_diverted = True
+        if is_new:
+            situation.counters.pushes += 1
+            situation.yields_for = pusher_id
+            situation.is_stuck = False
+            self._blocked_since = -1
+            self._search(situation, row)
+            return
+        if situation.has_grown:
+            situation.is_stuck = False
+        if situation.blocked_ticks == 0:
+            self._blocked_since = -1
+        elif self._blocked_since < 0:
+            self._blocked_since = situation.tick
+        waited = situation.tick - self._blocked_since if self._blocked_since >= 0 else 0
+        patience = situation.patience(situation.config.traffic.stuck_time)
+        if max(waited, situation.obstacle_ticks) > patience:
+            situation.is_stuck = True
+        if situation.tick < self._next_search_tick:
+            return
+        if situation.tube.is_complete or situation.is_stuck:
+            self._search(situation, row)
+
+    def _goes_on(self, situation: Situation, row: int) -> bool:
+        """Whether the robot gets out of the pusher's way by going its own, with its priority."""
+        if situation.blocked_ticks:
+            if situation.blocked_ticks > situation.patience(GO_ON_PATIENCE):
+                return False
+            blocker = situation.hood.row(situation.blocked_by)
+            if blocker is None or situation.hood.priorities[blocker] >= self.inherited:
+                return False
+        return clears_way(situation, row)
+
+    def _search(self, situation: Situation, row: int) -> None:
+        """Adopt the way to the nearest refuge, or say that there is none."""
+        self._next_search_tick = situation.tick + situation.patience(RETRY_TIME)
+        path = refuge_path(situation, row, self.inherited)
+        if path is None:
+            situation.is_stuck = True
+            return
+        if len(path) >= 2:
+            situation.tube.adopt(path)
+            self._blocked_since = -1
+
+    def _consider_retreat(self, situation: Situation) -> None:
+        """Step back from a robot that said that it cannot make way."""
+        if situation.blocked_ticks < situation.patience(STUCK_PATIENCE) or self.is_retreating:
+            return
+        row = situation.hood.row(situation.blocked_by)
+        if row is None or not situation.hood.stuck[row] or situation.hood.immovable[row]:
+            return
+        path = retreat_path(situation)
+        if path is None:
+            return
+        situation.counters.retreats += 1
+        situation.tube.adopt(path)
+        self._retreat_until = situation.tick + situation.patience(
+            situation.config.traffic.retreat_time
+        )
+
+
+def clears_way(situation: Situation, row: int) -> bool:
+    """Whether the robot's own path leads out of the way of a neighbour, or ahead of it."""
+    tube = situation.tube
+    path = tube.points[tube.near : tube.near + WAY_AHEAD]
+    if len(path) < 3 or situation.obstacle_ticks:
+        return False
+    beacon = situation.hood.beacons[row]
+    way = np.vstack(
+        (
+            beacon["held"][: beacon["held_size"]][::2],
+            beacon["intent"][: min(int(beacon["intent_size"]), INTENT_POINTS_CLEARED)],
+        )
+    )
+    reach = situation.reach(row) + REFUGE_MARGIN
+    return bool(judgement_kernels.clears(path, way, reach, SLACK, GAIN))
+
+
+def refuge_path(situation: Situation, row: int, priority: int) -> FloatArray | None:
+    """Return the way (n, 2) from the stop point to the nearest place out of the pusher's way.
+
+    Robots that rank at least `priority` and stuck ones are walls; lower ones may be pushed.
+    Tries a smooth path with a margin first, then tighter ones; None if there is no refuge. A smooth
+    one may cut a corner by what only the LiDAR sees: where that bars the way, there is none.
+    """
+    hood = situation.hood
+    pusher = hood.beacons[row]
+    taken = situation.planner.no_extra()
+    way = np.vstack(
+        (
+            pusher["held"][: pusher["held_size"]],
+            pusher["wanted"][: pusher["wanted_size"]],
+            pusher["intent"][: min(int(pusher["intent_size"]), INTENT_POINTS_CLEARED)],
+        )
+    )
+    crowd.stamp(taken, situation, way, situation.reach(row) + REFUGE_MARGIN, 1.0)
+    gaps = np.hypot(*(way - situation.stop_point).T)
+    if float(gaps.min()) < situation.reach(row) + REFUGE_MARGIN / 2:
+        # a node within half a step may be out of the way where the robot itself is not
+        crowd.stamp(taken, situation, situation.stop_point, situation.planner.lattice.step, 1.0)
+    crowd.stamp_tubes(taken, situation, REFUGE_MARGIN, 1.0)
+    for other in np.flatnonzero(hood.heads["mode"] == MODE_YIELD):
+        target = hood.heads["target"][other]
+        if other != row and math.isfinite(float(target[0])):
+            crowd.stamp(taken, situation, target, situation.reach(int(other)), 1.0)
+    places = situation.planner.free_places(taken)
+    tries = ((0.003, situation.obstacle_ticks == 0), (0.0, False), (-0.04, False))
+    for margin, smooth in tries:
+        extra = crowd.refuge_costs(situation, priority, margin)
+        path = situation.planner.nearest(situation.stop_point, extra, places, REFUGE_COST, smooth)
+        if path is not None:
+            return path
+    return None
+
+
+def retreat_path(situation: Situation) -> FloatArray | None:
+    """Return a way to a free place at least `RETREAT_DISTANCE` from here, if any."""
+    taken = situation.planner.no_extra()
+    crowd.stamp(taken, situation, situation.stop_point, RETREAT_DISTANCE, 1.0)
+    crowd.stamp_tubes(taken, situation, REFUGE_MARGIN, 1.0)
+    places = situation.planner.free_places(taken)
+    extra = crowd.refuge_costs(situation, situation.priority, 0.003)
+    return situation.planner.nearest(situation.stop_point, extra, places, REFUGE_COST, False)

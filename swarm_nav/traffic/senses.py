@@ -1,0 +1,67 @@
+"""What the robot sees and hears of the world, and whether enough of it comes to drive on."""
+
+from __future__ import annotations
+
+from swarm_common.model.beacon import BeaconArray, Reception, reception_of
+from swarm_common.model.records import Scan
+from swarm_nav.traffic.situation import Situation
+
+
+class Senses:
+    """Takes scans and the radio's batches; missing data means stop, a silence means listen anew."""
+
+    def __init__(self, situation: Situation) -> None:
+        """Start before the first observation."""
+        self._s = situation
+        self._is_hearing = False
+        self._deaf_ticks = 0
+        self._scan_tick = -1
+
+    def on_scan(self, scan: Scan) -> None:
+        """Take a scan; it marks obstacles only once the robots around are known by radio."""
+        self._scan_tick = scan.tick
+        s = self._s
+        if scan.tick - s.listening_since > s.config.traffic.listen_ticks // 2:
+            s.obstacles.update(scan, s.pose, s.terrain, s.hood, s.radius - s.body_radius)
+
+    def on_neighbors(self, beacons: BeaconArray) -> None:
+        """Take the radio's batch of this tick, which may be empty."""
+        self.on_reception(reception_of(beacons))
+
+    def on_reception(self, reception: Reception) -> None:
+        """Take the radio's batch of this tick where it is, without a copy."""
+        self._is_hearing = True
+        self._s.hood.take(reception, self._s.pose.x, self._s.pose.y)
+
+    def update(self) -> bool:
+        """Close the observations of this tick; return whether there are enough to drive on."""
+        self._note_deafness()
+        is_hearing, self._is_hearing = self._is_hearing, False
+        self._s.missing = self._missing(is_hearing)
+        return not self._s.missing
+
+    def _missing(self, is_hearing: bool) -> str:
+        """Return what keeps the robot from driving, for people; empty if nothing does."""
+        s = self._s
+        timeout = s.config.costmap.scan_timeout
+        if s.is_lost:
+            return "stands: lost"
+        if not is_hearing:
+            return "stands: its radio delivers nothing"
+        unheard_by = s.hood.deaf_neighbor
+        if unheard_by:
+            return f"stands: Srobot{unheard_by} does not hear it"
+        if timeout > 0.0 and s.tick - max(self._scan_tick, s.listening_since) > s.ticks(timeout):
+            return f"stands: no scan for more than {timeout:.1f} s"
+        return ""
+
+    def _note_deafness(self) -> None:
+        """Listen anew after a silence in which robots may have come near unheard."""
+        if not self._is_hearing:
+            self._deaf_ticks += 1
+            self._s.is_deaf = self._deaf_ticks > self._s.config.traffic.lost_ticks
+            return
+        if self._s.is_deaf:
+            self._s.listening_since = self._s.tick
+        self._deaf_ticks = 0
+        self._s.is_deaf = False

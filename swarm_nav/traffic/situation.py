@@ -1,0 +1,232 @@
+"""What all parts of one navigator share: the robot's state at the present tick."""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from swarm_common.model.grid import Grid
+from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec, Twist
+from swarm_nav.control.tube import Tube
+from swarm_nav.core.config import NavConfig
+from swarm_nav.core.goals import Event
+from swarm_nav.perception.neighborhood import Neighborhood
+from swarm_nav.perception.obstacles import ObstacleLayer
+from swarm_nav.planning.oblong import Oblong
+from swarm_nav.planning.planner import SPACING, Planner
+from swarm_nav.planning.terrain import Terrain, terrain_for
+from swarm_nav.traffic.patience import Patience
+
+MARGIN_STEP = 0.02  # [m] in which the announced margin grows: each step is confirmed anew
+FEWEST_BRAKE_POINTS = 2  # path points kept ahead of a robot that gives up its claim
+
+
+@dataclass(slots=True)
+class Counters:
+    """What the report sums up."""
+
+    goals_reached: int = 0
+    goals_failed: int = 0
+    recoveries: int = 0
+    pushes: int = 0
+    retreats: int = 0
+    deadlocks_resolved: int = 0
+    replans: int = 0
+    hold_ticks: int = 0  # in the holding pattern
+    wait_ticks: int = 0  # standing on the way because of another robot
+
+
+@functools.lru_cache(maxsize=256)
+def ticks_of(seconds: float) -> int:
+    """Return a duration in control ticks."""
+    return max(1, round(seconds / CONTROL_PERIOD))
+
+
+@dataclass(slots=True)
+class Situation:
+    """Mutable state of one robot, shared by the parts of its navigator.
+
+    Attributes:
+        radius: [m] safety radius: the circumscribed one plus the margin.
+        body_radius: [m] circumscribed radius.
+        oblong: Outline of a long robot, which plans with it; None for others.
+        blocked_ticks: Ticks for which the tube could not grow because of `blocked_by`.
+        blocked_by: Id of that robot, 0 for none.
+        is_unconfirmed: Whether the tube did not grow because a request is not acknowledged yet.
+        yields_for: Id of the robot that is made way for, 0 for none.
+        priority: As published in the last beacon.
+        own_priority: The same without what was inherited from robots that push.
+        is_wary: Whether somebody may be near who walks into a robot that drives.
+        radio: How slow the radio is.
+        stations: Places (x, y) in map that many robots go to, by `sites.yaml`.
+        missing: What keeps the robot from driving (no scans, no radio), empty if nothing.
+        is_lost: Whether the robot does not know well enough where it is.
+        is_deaf: Whether nothing was heard for so long that all must be listened to anew.
+        listening_since: Tick since which the radio is heard without a gap.
+        events: What happened since the last output, in order.
+    """
+
+    robot_id: int
+    config: NavConfig
+    body_radius: float
+    radius: float
+    terrain: Terrain
+    planner: Planner
+    hood: Neighborhood
+    obstacles: ObstacleLayer
+    tube: Tube
+    pose: Pose
+    twist: Twist
+    counters: Counters
+    tick: int = 0
+    blocked_ticks: int = 0
+    blocked_by: int = 0
+    is_unconfirmed: bool = False
+    obstacle_ticks: int = 0
+    yields_for: int = 0
+    is_stuck: bool = False
+    is_deaf: bool = False
+    is_lost: bool = False
+    is_wary: bool = False
+    has_grown: bool = False
+    missing: str = ""
+    priority: int = 0
+    own_priority: int = 0
+    last_plan_tick: int = -1000
+    listening_since: int = 0
+    events: list[Event] = field(default_factory=list)
+    stations: tuple[tuple[float, float], ...] = ()
+    oblong: Oblong | None = None
+    radio: Patience = field(default_factory=Patience)
+
+    def load_map(self, grid: Grid) -> None:
+        """Take another map; the path on the old one ends at the stop point."""
+        config = self.config
+        self.terrain = terrain_for(
+            grid, config.planner, config.costmap, self.body_radius, self.oblong
+        )
+        self.tube.slots = self.terrain.lattice.slots
+        self.planner = Planner(self.terrain, config.planner, config.costmap)
+        self.tube.cut()
+
+    def configure(self, config: NavConfig) -> None:
+        """Take new parameters and hand them to every layer."""
+        old, self.config = self.config, config
+        traffic = config.traffic
+        self.radius = self.body_radius + traffic.safety_margin
+        self.hood.configure(traffic)
+        self.obstacles.configure(config.costmap)
+        self.tube.configure(traffic.confirmations, traffic.held_length, traffic.wanted_length)
+        self.tube.corner_angle = config.controller.corner_angle
+        if (config.planner, config.costmap) != (old.planner, old.costmap):
+            self.load_map(self.terrain.grid)
+
+    def take_margin(self, needed: float) -> None:
+        """Announce another safety margin [m], never less than configured.
+
+        Space is granted only to requests that all have acknowledged together with the radius that
+        it was requested with; what is held is looked at by `Claim.guard`.
+        """
+        least = self.body_radius + self.config.traffic.safety_margin
+        wanted = max(least, self.body_radius + needed)
+        if self.radius >= wanted > self.radius - 2.0 * MARGIN_STEP or wanted == self.radius:
+            return
+        if wanted > self.radius:
+            self.tube.forget_requests()
+        self.radius = least + MARGIN_STEP * math.ceil((wanted - least) / MARGIN_STEP - 1e-9)
+
+    ticks = staticmethod(ticks_of)
+
+    def patience(self, seconds: float) -> int:
+        """Return for how many ticks robots wait for each other: more over a slow radio."""
+        return ticks_of(seconds) * self.radio.factor
+
+    def reach(self, row: int) -> float:
+        """Return the distance [m] that the own tube and a neighbour's keep."""
+        return self.radius + self.hood.radius(row)
+
+    @property
+    def brake_points(self) -> int:
+        """Path points that the robot needs to stop, a control period of delay included."""
+        speed = abs(self.twist.vx)
+        way = speed * CONTROL_PERIOD + speed * speed / (2.0 * self.config.controller.acc_lim_x)
+        return max(FEWEST_BRAKE_POINTS, math.ceil(way / SPACING))
+
+    @property
+    def stop_point(self) -> tuple[float, float]:
+        """Where plans start."""
+        return self.tube.stop_point
+
+    @property
+    def is_standing(self) -> bool:
+        """Whether the robot has stopped."""
+        return abs(self.twist.vx) < 0.02 and abs(self.twist.wz) < 0.1
+
+    def distance_to(self, x: float, y: float) -> float:
+        """Return the distance [m] from the robot to a point in map."""
+        return math.hypot(self.pose.x - x, self.pose.y - y)
+
+    @property
+    def obstacle_clearance(self) -> float:
+        """Distance [m] that the robot's centre keeps from unexplained LiDAR hits."""
+        costmap = self.config.costmap
+        return self.body_radius + costmap.footprint_padding + costmap.unknown_body_margin
+
+    @property
+    def is_confined(self) -> bool:
+        """Whether a long robot stands where it cannot turn."""
+        if self.oblong is None:
+            return False
+        return self.terrain.clearance(self.pose.x, self.pose.y) < self.body_radius
+
+    def obstacle_clearances(self, points: FloatArray) -> FloatArray:
+        """Return the `obstacle_clearance` (n,) of path points; less where a long robot is straight.
+
+        Args:
+            points: (n, 2) [m] in map.
+        """
+        clearance = np.full(len(points), self.obstacle_clearance)
+        if self.oblong is not None and self.tube.slots is not None:
+            is_slot = self.tube.slots.is_slot(points)
+            clearance[is_slot] += self.oblong.half_width - self.body_radius
+        return clearance
+
+    def obstacle_points(self) -> FloatArray:
+        """Return the unexplained points (k, 2) in map."""
+        return np.ascontiguousarray(self.obstacles.points)
+
+
+def terrain_of(config: NavConfig, spec: RobotSpec, grid: Grid) -> Terrain:
+    """Return what a robot makes of a map; equal ones in one process share it."""
+    body = spec.circumscribed_radius
+    return terrain_for(grid, config.planner, config.costmap, body, Oblong.of(spec))
+
+
+def begin(
+    config: NavConfig, spec: RobotSpec, grid: Grid, robot_id: int, pose_map: Pose
+) -> Situation:
+    """Return the situation of a robot that stands at a pose and knows of nobody yet."""
+    body = spec.circumscribed_radius
+    terrain = terrain_of(config, spec, grid)
+    traffic = config.traffic
+    tube = Tube(pose_map, traffic.confirmations, traffic.held_length, traffic.wanted_length)
+    tube.corner_angle = config.controller.corner_angle
+    tube.slots = terrain.lattice.slots
+    return Situation(
+        robot_id=robot_id,
+        config=config,
+        body_radius=body,
+        radius=body + traffic.safety_margin,
+        terrain=terrain,
+        planner=Planner(terrain, config.planner, config.costmap),
+        hood=Neighborhood(robot_id, traffic),
+        obstacles=ObstacleLayer(config.costmap, spec.lidar, spec.footprint),
+        tube=tube,
+        pose=pose_map,
+        twist=Twist(),
+        counters=Counters(),
+        oblong=Oblong.of(spec),
+    )

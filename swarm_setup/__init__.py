@@ -1,0 +1,1 @@
+"""Builds the ROS 2 interface packages that PyPI lacks: the command `swarm-setup`."""

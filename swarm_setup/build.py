@@ -1,0 +1,215 @@
+"""Provides the ROS 2 interface packages that PyPI lacks; the command `swarm-setup`.
+
+What the environment already has (a full ROS 2 installation) is used as it is. The rest is built
+from `interfaces/` once, kept in the user's cache by content, and copied into the environment.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import importlib.util
+import os
+import shutil
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+from swarm_common.files.cache import cache_folder
+from swarm_common.files.resources import share_directory
+from swarm_common.model.errors import SwarmError
+from swarm_setup.rosidl import compile as compiling
+from swarm_setup.rosidl import generate, install, packages, toolchain
+from swarm_setup.rosidl.packages import InterfacePackage
+
+Report = Callable[[int], None]
+
+
+def ensure_interfaces(*, quiet: bool = False) -> list[str]:
+    """Build and install the interface packages that are missing or out of date.
+
+    Args:
+        quiet: No progress on the terminal.
+
+    Returns:
+        The names of the packages that were installed by this call.
+
+    Raises:
+        SwarmError: A tool is missing or the build failed.
+    """
+    environment = install.Environment.current()
+    wanted = _wanted(environment)
+    stale = _stale(wanted, environment)
+    if not stale:
+        return []
+    tools = toolchain.find_toolchain(os.environ)
+    platform = toolchain.platform_key(tools)
+    with _lock(builds_folder()):
+        trees = {p.name: builds_folder() / f"{p.name}-{_key(p, wanted, platform)}" for p in wanted}
+        missing = [package for package in wanted if not trees[package.name].exists()]
+        if missing:
+            ready = tuple(tree for tree in trees.values() if tree.exists())
+            _build(missing, trees, ready, tools, quiet=quiet)
+        for package in stale:
+            key = _source_key(package, wanted)
+            install.install(package.name, key, trees[package.name], environment)
+    importlib.invalidate_caches()
+    return [package.name for package in stale]
+
+
+def stale_interfaces() -> list[str]:
+    """Return the names of the interface packages that are missing or out of date."""
+    environment = install.Environment.current()
+    return [package.name for package in _stale(_wanted(environment), environment)]
+
+
+def builds_folder() -> Path:
+    """Return where finished builds are kept."""
+    return cache_folder() / "interfaces"
+
+
+def interface_packages() -> list[Path]:
+    """Return the folders of the interface packages that were installed by us."""
+    environment = install.Environment.current()
+    return [environment.site_packages / name for name in environment.installed()]
+
+
+def main() -> None:
+    """Run the command `swarm-setup`."""
+    console = Console(stderr=True)
+    try:
+        names = ensure_interfaces()
+    except SwarmError as error:
+        console.print(f"[bold red]error:[/] {error}", soft_wrap=True, highlight=False)
+        sys.exit(2)
+    console.print(
+        f"ROS 2 interfaces installed: {', '.join(names)}"
+        if names
+        else "ROS 2 interfaces are up to date",
+        highlight=False,
+        soft_wrap=True,
+    )
+
+
+def _wanted(environment: install.Environment) -> list[InterfacePackage]:
+    """Return the packages of ours that nobody else provides."""
+    return [
+        package
+        for package in packages.load_packages(share_directory("interfaces") / "interfaces")
+        if not _is_provided(package.name, environment)
+    ]
+
+
+def _stale(
+    wanted: list[InterfacePackage], environment: install.Environment
+) -> list[InterfacePackage]:
+    """Return those that are not installed as `interfaces/` has them."""
+    installed = environment.installed()
+    return [p for p in wanted if installed.get(p.name) != _source_key(p, wanted)]
+
+
+def _is_provided(name: str, environment: install.Environment) -> bool:
+    """Tell whether somebody else installed a package (importable and in an ament index)."""
+    if name in environment.installed() or importlib.util.find_spec(name) is None:
+        return False
+    marker = Path("share/ament_index/resource_index/packages") / name
+    return any((prefix / marker).exists() for prefix in toolchain.ros_prefixes(os.environ))
+
+
+def _closure(package: InterfacePackage, among: list[InterfacePackage]) -> list[InterfacePackage]:
+    """Return a package and those among the others that it depends on, directly or not."""
+    names = {package.name}
+    for other in reversed(among):
+        if other.name in names:
+            names.update(other.depends)
+    return [other for other in among if other.name in names]
+
+
+def _source_key(package: InterfacePackage, among: list[InterfacePackage]) -> str:
+    return _key(package, among, sys.version)
+
+
+def _key(package: InterfacePackage, among: list[InterfacePackage], platform: str) -> str:
+    return packages.content_key(_closure(package, among), platform)
+
+
+@contextmanager
+def _lock(folder: Path) -> Iterator[None]:
+    """Let one process at a time build and install."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / "lock").open("w") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        yield
+
+
+def _build(
+    missing: list[InterfacePackage],
+    trees: dict[str, Path],
+    ready: tuple[Path, ...],
+    tools: compiling.Toolchain,
+    *,
+    quiet: bool,
+) -> None:
+    """Build packages and put each one's results into its tree in the cache."""
+    tools = compiling.Toolchain(tools.c, tools.cxx, (*ready, *tools.prefixes), tools.include)
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.completed}/{task.total}"),
+        TimeElapsedColumn(),
+    )
+    build = Path(tempfile.mkdtemp(prefix="build-", dir=builds_folder()))
+    try:
+        with Progress(*columns, console=Console(stderr=True), disable=quiet) as progress:
+            task = progress.add_task("", total=None)
+            names = ", ".join(package.name for package in missing)
+            progress.update(task, description=f"generating {names}")
+            jobs = max(1, len(os.sched_getaffinity(0)))
+            _generate(missing, build, tools.prefixes, jobs, lambda: progress.advance(task))
+            libraries = [lib for package in missing for lib in compiling.plan(package, build)]
+            progress.reset(task, total=compiling.count_calls(libraries))
+            progress.update(task, description=f"compiling {names}")
+            compiling.build_all(libraries, build, tools, jobs, lambda: progress.advance(task))
+        for package in missing:
+            install.collect(package, build, trees[package.name])
+    finally:
+        shutil.rmtree(build, ignore_errors=True)
+
+
+def _generate(
+    missing: list[InterfacePackage],
+    build: Path,
+    prefixes: tuple[Path, ...],
+    jobs: int,
+    done: Callable[[], None],
+) -> None:
+    for package in missing:
+        generate.prepare(package, build, prefixes)
+        done()
+    homes = {name: _resources(name, prefixes) for name in generate.GENERATORS}
+    with ProcessPoolExecutor(jobs) as pool:
+        futures = [
+            pool.submit(generate.generate, package, build, home, name)
+            for package in missing
+            for name, home in homes.items()
+        ]
+        for future in futures:
+            future.result()
+            done()
+
+
+def _resources(generator: str, prefixes: tuple[Path, ...]) -> Path:
+    """Return the prefix that holds a generator's templates."""
+    for prefix in prefixes:
+        if (prefix / "share" / generator / "resource").is_dir():
+            return prefix
+    raise SwarmError(f"the templates of {generator} are missing under {prefixes}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,21 @@
+"""The map of a world, whether it shows it, and where robots can stand and go.
+
+What a module imports of its folder stands above it:
+
+    raster_kernels  Numba kernel on occupancy cells: what is connected with what
+    raster          Drawing of a section onto an occupancy grid
+    draw_map        The map of a world: what a LiDAR sees of it, and what robots can touch
+                    beside that
+    map_difference  Where a map disagrees with the world that it should show: counted, named and
+                    drawn
+    spawn           Where robots start: lattices that keep off walls, stations and circuits, or
+                    a circle
+    world_check     Is a world on the map, in the LiDARs and in the physics engine as its file
+                    has it?
+    check           Checks at the start: does the map show this world, and is there room at the
+                    stations?
+    passages        Can every robot get to every station? If not: which passage is too narrow,
+                    and how narrow
+
+May import of swarm_sim: `physics`, `sdf`, `scene`; and swarm_common.
+"""

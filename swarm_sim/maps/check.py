@@ -1,0 +1,114 @@
+"""Checks at the start: does the map show this world, and is there room at the stations?"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from swarm_common.files.map_io import map_path
+from swarm_common.model.errors import ConfigError, MapError
+from swarm_common.model.grid import Grid
+from swarm_common.model.records import RobotSpec
+from swarm_sim.maps.draw_map import SCAN_HEIGHT, Reach
+from swarm_sim.maps.map_difference import compare
+from swarm_sim.maps.spawn import wall_distance
+from swarm_sim.scene.actors import VehicleSpec, WalkerSpec
+from swarm_sim.scene.scene import Scene
+from swarm_sim.scene.section import GROUND_GAP, FloatArray, Section, section_between
+
+WALK_STEP = 0.1  # [m] between the places of a walker's path that are looked at
+
+
+def check_map(
+    scene: Scene, grid: Grid, height: float = SCAN_HEIGHT, reach: Reach | None = None
+) -> None:
+    """Compare a map with the world's geometry; see `map_difference.compare`.
+
+    Raises:
+        MapError: If more than `MAX_SHARE` of the occupied cells disagree; the message says how
+            many, where, and by which shift the map would fit.
+    """
+    difference = compare(scene, grid, height, reach)
+    if not difference.agrees():
+        raise MapError(
+            f"the map does not show world '{scene.name}': {difference.describe()}"
+            f"; redraw it: swarm-map draw {_world(scene)} -o maps/"
+        )
+
+
+def _world(scene: Scene) -> str:
+    """Return what a user calls a world: its name if it is ours, else its file."""
+    return scene.name if map_path(scene.name).is_file() else str(scene.file)
+
+
+def check_sites(scene: Scene, spec: RobotSpec) -> None:
+    """Check that a robot fits at every station and corner of a circuit.
+
+    Raises:
+        ConfigError: If an obstacle is nearer than the robot's circumscribed radius.
+    """
+    section = section_between(scene.bodies, GROUND_GAP, spec.height)
+    names = [f"station '{name}'" for name in scene.sites.stations]
+    points = [(pose.x, pose.y) for pose in scene.sites.stations.values()]
+    for name, circuit in scene.sites.circuits.items():
+        names += [f"corner {index + 1} of circuit '{name}'" for index in range(len(circuit))]
+        points += list(circuit)
+    gaps = wall_distance(np.array(points, dtype=np.float64).reshape(-1, 2), section)
+    for name, (x, y), gap in zip(names, points, gaps, strict=True):
+        if gap < spec.circumscribed_radius:
+            place = "inside an obstacle" if gap == 0.0 else f"{gap:.3f} m from an obstacle"
+            raise ConfigError(
+                f"{name} of world '{scene.name}' at ({x:g}, {y:g}) lies {place}; "
+                f"a {spec.model} needs {spec.circumscribed_radius:.3f} m"
+            )
+
+
+def check_walkers(scene: Scene, specs: Sequence[WalkerSpec]) -> None:
+    """Check that walkers do not walk through obstacles.
+
+    Raises:
+        ConfigError: Naming the walker and the place where it would.
+    """
+    section = section_between(scene.bodies, GROUND_GAP, max([s.height for s in specs], default=1.0))
+    for spec in specs:
+        _check_gap(spec.name, _along(spec.path), spec.radius, section)
+
+
+def check_vehicles(scene: Scene, specs: Sequence[VehicleSpec]) -> None:
+    """Check that vehicles have room along their path, and to turn at its points.
+
+    Raises:
+        ConfigError: Naming the vehicle and the place where it would hit something.
+    """
+    section = section_between(scene.bodies, GROUND_GAP, max([s.height for s in specs], default=1.0))
+    for spec in specs:
+        path = spec.path
+        if len(path) > 2:
+            _check_gap(spec.name, np.array(path), spec.radius, section)
+        else:  # to and fro without a turn
+            a, b = np.array(path)
+            ahead = (b - a) / np.hypot(*(b - a)) * max(0.0, spec.length - spec.width) / 2.0
+            path = (tuple((a - ahead).tolist()), tuple((b + ahead).tolist()))
+        _check_gap(spec.name, _along(path), spec.width / 2.0, section)
+
+
+def _along(path: Sequence[tuple[float, float]]) -> FloatArray:
+    """Return points (n, 2) along a closed path."""
+    pieces = [
+        np.linspace(a, b, max(2, int(np.hypot(*(b - a)) / WALK_STEP)))
+        for a, b in pairwise(np.array([*path, path[0]]))
+    ]
+    return np.vstack(pieces)
+
+
+def _check_gap(name: str, points: FloatArray, radius: float, section: Section) -> None:
+    gaps = wall_distance(points, section)
+    worst = int(np.argmin(gaps))
+    if gaps[worst] < radius:
+        x, y = points[worst]
+        raise ConfigError(
+            f"{name}: its path runs {gaps[worst]:.2f} m from an obstacle at "
+            f"({x:.2f}, {y:.2f}); a body of radius {radius:g} does not fit there"
+        )

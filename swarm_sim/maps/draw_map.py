@@ -1,0 +1,87 @@
+"""The map of a world: what a LiDAR sees of it, and what robots can touch beside that."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from swarm_common.model.grid import OCCUPIED, Grid
+from swarm_common.model.records import Pose, RobotSpec
+from swarm_sim.maps.raster import MARGIN, draw_grid, draw_on
+from swarm_sim.scene.scene import Scene
+from swarm_sim.scene.section import GROUND_GAP, FloatArray, Section, joined, section_between
+
+SCAN_HEIGHT = 0.132  # [m] above ground of a TurtleBot3 waffle's scan plane
+Reach = tuple[float, float]  # [m] heights between which robots can touch something
+OPEN_ROOM = 5.0  # [m] of map around who starts in the open, beyond all obstacles
+
+
+def draw_world(
+    scene: Scene,
+    height: float = SCAN_HEIGHT,
+    resolution: float = 0.05,
+    starts: Sequence[Pose] = (),
+    reach: Reach | None = None,
+) -> Grid:
+    """Return the map of a world.
+
+    Args:
+        scene: World with its sites.
+        height: [m] of the LiDAR above ground.
+        resolution: [m] per cell.
+        starts: Where robots start; around those beyond the obstacles there is open ground.
+        reach: Heights of the robots' bodies, for what the LiDAR does not see: it is on the map,
+            too. None for a map of what the LiDAR sees.
+    """
+    section = section_between(scene.fixed, height, height)
+    if reach is not None:
+        section = joined(section, section_between(scene.fixed, *reach))
+    seeds = accessible_points(scene)
+    return draw_grid(section, seeds, resolution, MARGIN, _open_ground(section, starts))
+
+
+def reach_of(specs: Iterable[RobotSpec]) -> Reach:
+    """Return the heights between which robots can touch something."""
+    return GROUND_GAP, max([spec.height for spec in specs], default=SCAN_HEIGHT)
+
+
+def with_touchable(grid: Grid, scene: Scene, height: float, reach: Reach) -> Grid:
+    """Return a map with what its LiDAR does not show but robots can touch.
+
+    Args:
+        grid: An upright map that shows the world at the LiDAR's height.
+        scene: The world.
+        height: [m] of the LiDAR above ground.
+        reach: Heights of the robots' bodies.
+    """
+    shape, lattice = grid.cells.shape, (grid.resolution, grid.origin_x, grid.origin_y)
+    seen = draw_on(shape, *lattice, section_between(scene.fixed, height, height))
+    touched = draw_on(shape, *lattice, section_between(scene.fixed, *reach))
+    unseen = (touched.cells == OCCUPIED) & (seen.cells != OCCUPIED) & (grid.cells != OCCUPIED)
+    if not unseen.any():
+        return grid
+    cells = grid.cells.copy()
+    cells[unseen] = OCCUPIED
+    return replace(grid, cells=cells)
+
+
+def _open_ground(section: Section, starts: Sequence[Pose]) -> FloatArray:
+    """Return the corners (n, 2) of the ground around those who start beyond the obstacles."""
+    x_min, y_min, x_max, y_max = section.bounds()
+    corners = [
+        (pose.x + side * OPEN_ROOM, pose.y + side * OPEN_ROOM)
+        for pose in starts
+        if not (x_min <= pose.x <= x_max and y_min <= pose.y <= y_max)
+        for side in (-1.0, 1.0)
+    ]
+    return np.array(corners, dtype=np.float64).reshape(-1, 2)
+
+
+def accessible_points(scene: Scene) -> FloatArray:
+    """Return the points (n, 2) that robots must be able to reach: stations and circuits."""
+    points = [(pose.x, pose.y) for pose in scene.sites.stations.values()]
+    for circuit in scene.sites.circuits.values():
+        points.extend(circuit)
+    return np.array(points, dtype=np.float64).reshape(-1, 2)

@@ -1,0 +1,36 @@
+"""What the physics engine has where a body should be."""
+
+from __future__ import annotations
+
+import numpy as np
+import pybullet
+from numpy.typing import NDArray
+
+from swarm_sim.physics.bullet_objects import add_piece, pieces_of
+from swarm_sim.scene.scene import Body
+
+FloatArray = NDArray[np.float64]
+BATCH = 10_000  # rays at a time
+
+
+def feel(body: Body, rays: FloatArray) -> NDArray[np.bool_]:
+    """Return which rays (n, 2, 3) meet a body, from either end.
+
+    A ray that begins inside a convex shape leaves it unnoticed; from its other end it does not.
+    """
+    client = pybullet.connect(pybullet.DIRECT)
+    try:
+        for piece in pieces_of(body):
+            for identifier in add_piece(client, piece):  # rays are in no group of ours
+                pybullet.setCollisionFilterGroupMask(identifier, -1, 1, -1, physicsClientId=client)
+        hits = np.zeros(len(rays), np.bool_)
+        for first in range(0, len(rays), BATCH):
+            some = rays[first : first + BATCH]
+            for start, end in ((0, 1), (1, 0)):
+                found = pybullet.rayTestBatch(
+                    some[:, start].tolist(), some[:, end].tolist(), physicsClientId=client
+                )
+                hits[first : first + BATCH] |= [hit[0] >= 0 for hit in found]
+        return hits
+    finally:
+        pybullet.disconnect(physicsClientId=client)

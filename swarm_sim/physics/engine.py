@@ -1,0 +1,110 @@
+"""What the world asks of a physics engine; `planar` and `bullet` implement it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_common.model.records import RobotSpec
+from swarm_common.model.shapes import Transform
+from swarm_sim.scene.robot_model import RobotModel
+from swarm_sim.scene.scene import Body
+
+FloatArray = NDArray[np.float64]
+NEAR = 0.5  # [m] clearances beyond this are not measured
+NEAR_MISS = 0.03  # [m] closer than this without contact is a near miss
+
+
+@dataclass(frozen=True, slots=True)
+class Touch:
+    """A contact seen during a control period.
+
+    Attributes:
+        robot: Index of the robot.
+        other: Index of the other robot, larger than `robot`; -1 for an obstacle.
+        obstacle: Name of the obstacle, empty if `other` is a robot.
+        x: [m] where.
+        y: [m] where.
+        step: Physics step within the period.
+    """
+
+    robot: int
+    other: int
+    obstacle: str
+    x: float
+    y: float
+    step: int
+
+
+@dataclass(frozen=True, slots=True)
+class Approach:
+    """A pair that is closer than `NEAR_MISS`; `gap` [m], the rest as in `Touch`."""
+
+    robot: int
+    other: int
+    obstacle: str
+    gap: float
+
+
+class Engine(Protocol):
+    """Bodies and motors; arrays have one row per robot."""
+
+    poses: FloatArray  # (n, 3) true x, y, yaw of base_footprint
+    twists: FloatArray  # (n, 3) true forward, turning and leftward speed
+    travels: FloatArray  # (n, 2) [m] forwards and to the left, as the wheels report it
+    yaws_gyro: FloatArray  # (n,) [rad] integrated gyro, not wrapped
+
+    @property
+    def clearances(self) -> FloatArray:
+        """(n, 2) to the nearest robot, obstacle; inf beyond NEAR."""
+        ...
+
+    @property
+    def approaches(self) -> list[Approach]:
+        """Pairs closer than NEAR_MISS at the end of the control period."""
+        ...
+
+    def advance(self, targets: FloatArray) -> list[Touch]:
+        """Run one control period towards target speeds (n, 3); return the contacts in it."""
+        ...
+
+    def joint_state(self, robot: int) -> tuple[list[str], list[float], list[float]]:
+        """Return names, positions and velocities of a robot's joints."""
+        ...
+
+    def add(self, spec: RobotSpec, model: RobotModel | None, pose: FloatArray) -> None:
+        """Take another robot, which stands at a pose (3,).
+
+        Args:
+            spec: Its model.
+            model: Its bodies; None will do for who does without.
+            pose: x, y, yaw in the map frame.
+        """
+        ...
+
+    def place(self, robot: int, pose: FloatArray) -> None:
+        """Put a robot elsewhere, where it stands; wheels and gyro do not notice."""
+        ...
+
+    def restart(self, robot: int) -> None:
+        """Let what a robot's wheels and gyro report begin at 0 again."""
+        ...
+
+    def place_object(self, index: int, place: Transform) -> None:
+        """Put something that can be pushed elsewhere."""
+        ...
+
+    def add_object(self, body: Body) -> None:
+        """Take another thing, behind all that can be pushed; a static one stays where it is."""
+        ...
+
+    def remove_object(self, index: int) -> None:
+        """Take a thing out; those behind it move up."""
+        ...
+
+    def close(self) -> None:
+        """Release what the engine holds outside Python."""
+        ...

@@ -1,0 +1,105 @@
+"""What moves in a world beside robots and walkers: things that can be pushed, and vehicles."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from swarm_common.model.records import CONTROL_PERIOD
+from swarm_sim.physics.engine import FloatArray
+from swarm_sim.physics.vehicles import Vehicles
+from swarm_sim.scene.scene import Body, Transform
+from swarm_sim.scene.section import Section, convex_hull, section_between
+
+MAX_CORNERS = 32  # of an outline
+PUSH_SPEED = 1.0  # [m/s] at which something that is pushed may move
+NOWHERE = 1e6  # [m] where the outline of what is not between the heights is
+
+
+class Objects:
+    """Loose bodies, then vehicles, each with an outline between two heights.
+
+    Attributes:
+        loose: Bodies that can be pushed, and those that came at run time, as they were at first.
+        vehicles: Who drives on a script.
+        heights: Between which a body is an obstacle to robots.
+    """
+
+    def __init__(
+        self, loose: Sequence[Body], vehicles: Vehicles, heights: tuple[float, float]
+    ) -> None:
+        """Take over where everything starts.
+
+        Args:
+            loose: Bodies that can be pushed.
+            vehicles: Who drives on a script.
+            heights: Between which a body is an obstacle to robots.
+        """
+        self.loose = tuple(loose)
+        self.vehicles = vehicles
+        self.heights = heights
+        self._places: list[Transform] = [body.world_from_body for body in loose]
+
+    def __len__(self) -> int:
+        """Return the number of objects."""
+        return len(self.loose) + len(self.vehicles.specs)
+
+    @property
+    def names(self) -> list[str]:
+        """Of all, as collisions name them."""
+        return [body.name for body in self.loose] + [spec.name for spec in self.vehicles.specs]
+
+    @property
+    def reaches(self) -> FloatArray:
+        """(k,) [m] that each may move in a control period."""
+        loose = [0.0 if body.is_static else PUSH_SPEED for body in self.loose]
+        speeds = [s.speed + s.turn_speed * s.radius for s in self.vehicles.specs]
+        reaches: FloatArray = CONTROL_PERIOD * np.array(loose + speeds)
+        return reaches
+
+    def add(self, body: Body) -> None:
+        """Take another body behind the loose ones."""
+        self.loose = (*self.loose, body)
+        self._places.append(body.world_from_body)
+
+    def remove(self, index: int) -> None:
+        """Take a loose body out; those behind it move up."""
+        self.loose = (*self.loose[:index], *self.loose[index + 1 :])
+        del self._places[index]
+
+    def place(self, index: int, world_from_body: Transform) -> None:
+        """Note where a loose body is now."""
+        self._places[index] = world_from_body
+
+    def place_of(self, index: int) -> Transform:
+        """Return where a loose body is now."""
+        return self._places[index]
+
+    def bodies(self) -> list[Body]:
+        """Return all objects where they are now."""
+        loose = [
+            replace(body, world_from_body=place)
+            for body, place in zip(self.loose, self._places, strict=True)
+        ]
+        return loose + self.vehicles.bodies()
+
+    def outlines(self) -> FloatArray:
+        """Return the hull (k, MAX_CORNERS, 2) of each object, counter-clockwise."""
+        packed = np.full((len(self), MAX_CORNERS, 2), NOWHERE)
+        for index, body in enumerate(self.bodies()):
+            pieces = section_between([body], *self.heights).outlines()
+            if pieces:
+                hull = convex_hull(np.vstack(pieces))
+                rows = np.linspace(0, len(hull) - 1e-9, MAX_CORNERS).astype(np.int64)
+                packed[index] = hull[rows] if len(hull) > MAX_CORNERS else _padded(hull)
+        return packed
+
+    def section(self, height: float) -> Section:
+        """Return what a plane at a height cuts."""
+        return section_between(self.bodies(), height, height)
+
+
+def _padded(hull: FloatArray) -> FloatArray:
+    return np.vstack([hull, np.repeat(hull[-1:], MAX_CORNERS - len(hull), axis=0)])

@@ -1,0 +1,183 @@
+"""Numba kernel of vehicles on scripted paths: drive, turn on the spot, wait for who stands."""
+
+from __future__ import annotations
+
+import math
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_sim.physics.walker_kernels import (
+    ARC,
+    DIRECTION,
+    PAUSE,
+    STANDING,
+    WAITED,
+    go_on,
+    next_corner,
+    point_at,
+    wait,
+)
+from swarm_sim.scene.polygon_kernels import overlap, place
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+ELBOW_ROOM = 0.1  # [m] that a vehicle keeps from a robot that stands
+ALIGNED = 1e-6  # [rad]
+SPEED, TURN, STEP, PATIENCE, LENGTH, WIDTH = 0, 1, 2, 3, 4, 5  # columns of its traits
+
+
+@numba.njit(cache=True)
+def outline(pose: FloatArray, front: float, back: float, half: float, out: FloatArray) -> None:
+    """Write the corners (4, 2) of a rectangle around a pose; lengths ahead, behind, aside."""
+    cos, sin = math.cos(pose[2]), math.sin(pose[2])
+    for k in range(4):
+        along = front if k in (1, 2) else -back
+        aside = half if k >= 2 else -half
+        out[k, 0] = pose[0] + cos * along - sin * aside
+        out[k, 1] = pose[1] + sin * along + cos * aside
+
+
+@numba.njit(cache=True)
+def heading_at(path: FloatArray, arcs: FloatArray, arc: float, direction: float) -> float:
+    """Return the direction of travel on a closed path when leaving an arc length."""
+    probe = arc + direction * 1e-6
+    if probe < 0.0:
+        probe += arcs[-1]
+    elif probe >= arcs[-1]:
+        probe -= arcs[-1]
+    point = np.empty(2)
+    edge = point_at(path, arcs, probe, point)
+    dx, dy = path[edge + 1, 0] - path[edge, 0], path[edge + 1, 1] - path[edge, 1]
+    return math.atan2(direction * dy, direction * dx)
+
+
+@numba.njit(cache=True)
+def meets(
+    corners: FloatArray,
+    robots: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    touches: IntArray,
+    step: int,
+) -> bool:
+    """Return whether a rectangle meets robots; note which in `touches`.
+
+    Args:
+        corners: (4, 2).
+        robots: Poses (n, 3), forward speeds (n,), hulls (n, k, 2), circumscribed radii (n,).
+        touches: (n,) first step of contact, -1 for none; changed.
+        step: Its number within the control period.
+    """
+    x, y = 0.5 * (corners[0, 0] + corners[2, 0]), 0.5 * (corners[0, 1] + corners[2, 1])
+    reach = 0.5 * math.hypot(corners[2, 0] - corners[0, 0], corners[2, 1] - corners[0, 1])
+    hull = np.empty_like(robots[2][0])
+    found = False
+    for i in range(robots[0].shape[0]):
+        rx, ry, yaw = robots[0][i, 0], robots[0][i, 1], robots[0][i, 2]
+        if math.hypot(rx - x, ry - y) > reach + robots[3][i]:
+            continue
+        place(robots[2][i], rx, ry, yaw, hull)
+        if overlap(corners, hull):
+            found = True
+            if touches[i] < 0:
+                touches[i] = step
+    return found
+
+
+@numba.njit(cache=True)
+def bars(
+    roomy: FloatArray,
+    present: FloatArray,
+    bare: FloatArray,
+    robots: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+) -> bool:
+    """Return whether a robot that stands is in the way of a vehicle.
+
+    One that is too near already bars only what would run into it, so that the vehicle gets away.
+
+    Args:
+        roomy: (4, 2) where it goes next, with elbow room.
+        present: (4, 2) where it is, with elbow room.
+        bare: (4, 2) where it goes next, without.
+        robots: Poses (n, 3), forward speeds (n,), hulls (n, k, 2), circumscribed radii (n,).
+    """
+    hull = np.empty_like(robots[2][0])
+    for i in range(robots[0].shape[0]):
+        if abs(robots[1][i]) >= STANDING:
+            continue
+        place(robots[2][i], robots[0][i, 0], robots[0][i, 1], robots[0][i, 2], hull)
+        if overlap(roomy, hull) and (overlap(bare, hull) or not overlap(present, hull)):
+            return True
+    return False
+
+
+@numba.njit(cache=True)
+def drive(
+    state: FloatArray,
+    poses: FloatArray,
+    traits: FloatArray,
+    loops: tuple[FloatArray, FloatArray, IntArray, FloatArray],
+    robots: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    touches: IntArray,
+    period: float,
+    step: int,
+) -> bool:
+    """Move all vehicles by one physics step; return whether any touched a robot.
+
+    A step that would touch a robot is not made, and counts as a contact.
+
+    Args:
+        state: (m, 5): arc length, direction, pause left, time waited, points visited; changed.
+        poses: (m, 3); changed.
+        traits: (m, 6): speed, turn speed, step length, patience, length, width.
+        loops: Paths (m, k, 2), arc lengths (m, k), number of points of each (m,), pauses (m, p).
+        robots: Poses (n, 3), forward speeds (n,), hulls (n, c, 2), circumscribed radii (n,).
+        touches: (n, m) first step of contact, -1 for none; changed.
+        period: [s] of the step.
+        step: Its number within the control period.
+    """
+    corners, goal, spot = np.empty((4, 2)), np.empty(3), np.empty(2)
+    present, bare = np.empty((4, 2)), np.empty((4, 2))
+    any_touch = False
+    for v in range(len(state)):
+        if state[v, PAUSE] > 0.0:
+            state[v, PAUSE] -= period
+            continue
+        count = loops[2][v]
+        path, arcs = loops[0][v, :count], loops[1][v, :count]
+        half, side = 0.5 * traits[v, LENGTH], 0.5 * traits[v, WIDTH]
+        direction, arc = state[v, DIRECTION], state[v, ARC]
+        left = abs(next_corner(arcs, arc, direction) - arc)
+        turn = heading_at(path, arcs, arc, direction) - poses[v, 2]
+        turn -= 2.0 * math.pi * math.floor(turn / (2.0 * math.pi) + 0.5)
+        is_reverse = abs(turn) > 0.5 * math.pi + 1e-9
+        if is_reverse:  # drives backwards rather than turn round
+            turn -= math.copysign(math.pi, turn)
+        goal[:] = poses[v]
+        length = 0.0
+        if abs(turn) > ALIGNED:
+            most = traits[v, TURN] * period
+            goal[2] += min(most, max(-most, turn))
+        else:
+            length = min(left, traits[v, SPEED] * period)
+            point_at(path, arcs, arc + direction * length, spot)
+            goal[0], goal[1] = spot[0], spot[1]
+        ahead = half + (min(left, traits[v, STEP]) if length > 0.0 else 0.0)
+        front, back = (half, ahead) if is_reverse else (ahead, half)
+        room = 0.0 if is_reverse else ELBOW_ROOM
+        outline(goal, front + room, back + ELBOW_ROOM - room, side + ELBOW_ROOM, corners)
+        outline(poses[v], half + ELBOW_ROOM, half + ELBOW_ROOM, side + ELBOW_ROOM, present)
+        outline(goal, front, back, side, bare)
+        if bars(corners, present, bare, robots):
+            wait(state[v], period, traits[v, PATIENCE])
+            continue
+        outline(goal, half, half, side, corners)
+        if meets(corners, robots, touches[:, v], step):
+            any_touch = True
+            continue
+        poses[v], state[v, WAITED] = goal, 0.0
+        if length == 0.0:
+            continue
+        is_at_point = left <= traits[v, SPEED] * period
+        go_on(state[v], arc + direction * length, arcs, loops[3][v], is_at_point)
+    return any_touch

@@ -1,0 +1,93 @@
+"""Forklifts and the like on scripted paths: where they are, and whom they run into."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from swarm_common.model.records import Pose, RobotSpec
+from swarm_sim.physics.engine import FloatArray
+from swarm_sim.physics.loops import Loops
+from swarm_sim.physics.vehicle_kernels import drive, heading_at
+from swarm_sim.scene.actors import VehicleSpec
+from swarm_sim.scene.scene import Body, Box, Part, transform_from_xyz_rpy
+
+SEARCH_STEP = 0.2  # [m] along the path when looking for a place to start
+GROUND_GAP = 0.02  # [m] under a vehicle
+WORDS = (74, 75)  # what the random numbers of starts and pauses are for
+
+
+class Vehicles(Loops[VehicleSpec]):
+    """All vehicles of a world.
+
+    Attributes:
+        poses: (m, 3) x, y, yaw in map.
+    """
+
+    def __init__(
+        self,
+        specs: Sequence[VehicleSpec],
+        robots: Sequence[RobotSpec],
+        poses_map: Sequence[Pose],
+        seed: int,
+    ) -> None:
+        """Place the vehicles on their paths, away from the robots; see `Loops`."""
+        super().__init__(specs, robots, poses_map, seed, WORDS, SEARCH_STEP)
+        self._traits = np.array(
+            [[s.speed, s.turn_speed, s.step_length, s.patience, s.length, s.width] for s in specs]
+        ).reshape(-1, 6)
+        yaws = [
+            heading_at(self._paths[k, :count], self._arcs[k, :count], self._state[k, 0], 1.0)
+            for k, count in enumerate(self._counts)
+        ]
+        self.poses: FloatArray = np.column_stack((self._places, np.array(yaws)))
+
+    def step(
+        self, poses: FloatArray, speeds: FloatArray, hulls: FloatArray, period: float, step: int
+    ) -> bool:
+        """Drive for one physics step; return whether a vehicle ran into a robot.
+
+        Args:
+            poses: True poses (n, 3) of the robots.
+            speeds: Forward speeds (n,) [m/s].
+            hulls: Footprints (n, k, 2) in base_footprint.
+            period: [s] of the step.
+            step: Its number within the control period.
+        """
+        if not len(self.specs) or not len(hulls):
+            return False
+        touched = drive(
+            self._state,
+            self.poses,
+            self._traits,
+            (self._paths, self._arcs, self._counts, self._pauses),
+            (np.ascontiguousarray(poses), np.ascontiguousarray(speeds), hulls, self._radii),
+            self._touches,
+            period,
+            step,
+        )
+        return bool(touched)
+
+    def _place(self, index: int) -> tuple[float, float]:
+        x, y, _ = self.poses[index].tolist()
+        return x, y
+
+    def bodies(self) -> list[Body]:
+        """Return the vehicles as bodies where they are now."""
+        return [
+            Body(
+                name=spec.name,
+                world_from_body=transform_from_xyz_rpy(pose[0], pose[1], 0.0, 0.0, 0.0, pose[2]),
+                parts=(
+                    Part(
+                        Box((spec.length, spec.width, spec.height - GROUND_GAP)),
+                        transform_from_xyz_rpy(
+                            0.0, 0.0, (spec.height + GROUND_GAP) / 2.0, 0.0, 0.0, 0.0
+                        ),
+                    ),
+                ),
+                is_static=False,
+            )
+            for spec, pose in zip(self.specs, self.poses.tolist(), strict=True)
+        ]

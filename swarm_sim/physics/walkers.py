@@ -1,0 +1,69 @@
+"""People who walk among the robots: where they are, and whom they run into."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from swarm_common.model.records import Pose, RobotSpec
+from swarm_sim.physics.engine import FloatArray
+from swarm_sim.physics.loops import Loops
+from swarm_sim.physics.walker_kernels import walk
+from swarm_sim.scene.actors import WalkerSpec
+
+SEARCH_STEP = 0.1  # [m] along the path when looking for a place to start
+WORDS = (71, 72)  # what the random numbers of starts and pauses are for
+
+
+class Walkers(Loops[WalkerSpec]):
+    """All walkers of a world.
+
+    Attributes:
+        names: As collisions name them.
+        discs: (m, 3) x, y, radius [m] in map.
+        speeds: (m,) [m/s] of each.
+    """
+
+    def __init__(
+        self,
+        specs: Sequence[WalkerSpec],
+        robots: Sequence[RobotSpec],
+        poses_map: Sequence[Pose],
+        seed: int,
+    ) -> None:
+        """Place the walkers on their paths, away from the robots; see `Loops`."""
+        super().__init__(specs, robots, poses_map, seed, WORDS, SEARCH_STEP)
+        self.names = [spec.name for spec in specs]
+        self.speeds = np.array([spec.speed for spec in specs])
+        self._traits = np.array(
+            [[s.speed, s.radius, s.step_length, s.patience] for s in specs]
+        ).reshape(-1, 4)
+        self.discs: FloatArray = np.column_stack((self._places, self._traits[:, 1]))
+
+    def step(
+        self, poses: FloatArray, speeds: FloatArray, hulls: FloatArray, period: float, step: int
+    ) -> bool:
+        """Walk for one physics step; return whether a walker ran into a robot.
+
+        Args:
+            poses: True poses (n, 3) of the robots.
+            speeds: Forward speeds (n,) [m/s].
+            hulls: Footprints (n, k, 2) in base_footprint.
+            period: [s] of the step.
+            step: Its number within the control period.
+        """
+        if not len(hulls):
+            return False
+        touched = walk(
+            self._state,
+            self._places,
+            self._traits,
+            (self._paths, self._arcs, self._counts, self._pauses),
+            (np.ascontiguousarray(poses), np.ascontiguousarray(speeds), hulls, self._radii),
+            self._touches,
+            period,
+            step,
+        )
+        self.discs[:, :2] = self._places
+        return bool(touched)

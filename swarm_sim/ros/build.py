@@ -1,0 +1,173 @@
+"""From the settings to a world: everything that can be refused is refused here."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from swarm_common.files.map_io import load_map, map_of_world
+from swarm_common.model.errors import MapError, RobotModelError
+from swarm_common.model.grid import Grid
+from swarm_common.model.records import Pose, RobotSpec
+from swarm_common.robots.loading import Robot, open_robot
+from swarm_sim.maps.check import check_map, check_sites, check_vehicles, check_walkers
+from swarm_sim.maps.draw_map import Reach, draw_world, reach_of, with_touchable
+from swarm_sim.maps.map_difference import compare
+from swarm_sim.maps.passages import check_ways
+from swarm_sim.maps.spawn import deal_places
+from swarm_sim.maps.world_check import checked
+from swarm_sim.ros.settings import Settings
+from swarm_sim.scene.actors import load_actors
+from swarm_sim.scene.scene import Scene
+from swarm_sim.sdf.reader import load_world
+from swarm_sim.world.changing_world import ChangingWorld
+from swarm_sim.world.world import WorldConfig
+
+PICTURE = "map_difference.png"
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """A world that is ready to run.
+
+    Attributes:
+        scene: What the world file says.
+        world: Physics, sensors and radio.
+        grid: The map that the robots get.
+        specs: Model of each robot.
+        urdfs: Description of each robot.
+        poses_map: Where each robot starts.
+    """
+
+    scene: Scene
+    world: ChangingWorld
+    grid: Grid
+    specs: tuple[RobotSpec, ...]
+    urdfs: tuple[str, ...]
+    poses_map: tuple[Pose, ...]
+
+
+def build(settings: Settings) -> Stage:
+    """Return the world that the settings ask for.
+
+    Raises:
+        SwarmError: If a file or a value is unusable.
+    """
+    scene = load_world(
+        settings.world,
+        skip_missing=settings.skip_missing,
+        skip_broken=settings.skip_broken,
+        sites=settings.sites,
+    )
+    if settings.actors is not None:
+        actors = load_actors(settings.actors)
+        scene = dataclasses.replace(scene, walkers=actors.walkers, vehicles=actors.vehicles)
+    robots = _robots(settings)
+    specs = tuple(robots[entry.model].spec for entry in settings.robots)
+    notes = [f"{r.spec.model}: {note}" for r in robots.values() for note in r.model.notes]
+    scene = dataclasses.replace(scene, notes=(*scene.notes, *notes))
+    widest = max(specs, key=lambda spec: spec.circumscribed_radius)
+    check_sites(scene, widest)
+    check_walkers(scene, scene.walkers)
+    check_vehicles(scene, scene.vehicles)
+    poses = _places(scene, specs, settings)
+    check_ways(scene, specs, poses)
+    scene = checked(
+        scene,
+        [spec.lidar.z for spec in specs],
+        reach_of(specs),
+        with_physics=settings.engine == "bullet",
+        skip_broken=settings.skip_broken,
+    )
+    grid = _map(settings, scene, specs, poses)
+    _check_starts(grid, poses, settings)
+    world = ChangingWorld(
+        scene,
+        specs,
+        poses,
+        WorldConfig(
+            engine=settings.engine,
+            with_lidar=settings.with_lidar,
+            radio=settings.radio,
+            actuation_noise=settings.actuation_noise,
+            realistic=settings.realistic,
+            sensors=settings.sensors,
+        ),
+        settings.seed,
+        [entry.name for entry in settings.robots],
+        {robot.spec.model: robot.model for robot in robots.values()},
+    )
+    urdfs = tuple(robots[entry.model].urdf for entry in settings.robots)
+    return Stage(scene, world, grid, specs, urdfs, tuple(poses))
+
+
+def _robots(settings: Settings) -> dict[str, Robot]:
+    """Return each model once, by its name or path."""
+    robots = {name: open_robot(name) for name in dict.fromkeys(r.model for r in settings.robots)}
+    names: dict[str, str] = {}
+    for path, robot in robots.items():
+        other = names.setdefault(robot.spec.model, path)
+        if other != path:
+            raise RobotModelError(
+                f"{other} and {path} are both models called '{robot.spec.model}'; "
+                "write another name into one's robot.yaml, model: ..."
+            )
+    return robots
+
+
+def _places(scene: Scene, specs: Sequence[RobotSpec], settings: Settings) -> list[Pose]:
+    """Return where each robot starts: working ones on their spawn's places in order."""
+    robots = settings.robots
+    works = [robot.broken_at is None for robot in robots]
+    starts = [
+        r.start or settings.spawn for r, is_working in zip(robots, works, strict=True) if is_working
+    ]
+    own = [spec for spec, is_working in zip(specs, works, strict=True) if is_working]
+    widest = max(specs, key=lambda spec: spec.circumscribed_radius)
+    places = iter(deal_places(scene, own, starts, widest))
+    return [robot.broken_at or next(places) for robot in robots]
+
+
+def _map(
+    settings: Settings, scene: Scene, specs: Sequence[RobotSpec], starts: Sequence[Pose]
+) -> Grid:
+    """Return the map: the user's, the one that ships with the world, or one drawn from it.
+
+    It shows all that a robot of the swarm can touch.
+    """
+    scan_height, reach = min(spec.lidar.z for spec in specs), reach_of(specs)
+    path = Path(settings.map) if settings.map is not None else map_of_world(scene.file)
+    if path is None:
+        return draw_world(scene, scan_height, starts=starts, reach=reach)
+    grid = load_map(path).upright().refined()
+    try:
+        check_map(scene, grid, scan_height, reach)
+    except MapError as error:
+        raise MapError(f"{error}{_picture(settings, scene, grid, scan_height, reach)}") from error
+    return with_touchable(grid, scene, scan_height, reach)
+
+
+def _check_starts(grid: Grid, poses: Sequence[Pose], settings: Settings) -> None:
+    """Raise MapError for the first robot that would start beside the map."""
+    for robot, pose in zip(settings.robots, poses, strict=True):
+        if grid.contains(pose.x, pose.y):
+            continue
+        x, y = grid.origin_x, grid.origin_y
+        height, width = (cells * grid.resolution for cells in grid.cells.shape)
+        raise MapError(
+            f"{robot.name} would start at ({pose.x:.2f}, {pose.y:.2f}), beside the map of world "
+            f"'{settings.world}', which reaches from ({x:.2f}, {y:.2f}) to ({x + width:.2f}, "
+            f"{y + height:.2f}); let it start elsewhere (spawn: in sites.yaml, start: in the "
+            "fleet), or take a larger map"
+        )
+
+
+def _picture(settings: Settings, scene: Scene, grid: Grid, height: float, reach: Reach) -> str:
+    """Draw where a map is wrong into the folder of the run; return a remark on it."""
+    if settings.verdict_path is None:
+        return ""
+    path = Path(settings.verdict_path).with_name(PICTURE)
+    compare(scene, grid, height, reach).save_picture(path)
+    return f"; picture of where: {path}"

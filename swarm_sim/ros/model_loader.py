@@ -1,0 +1,155 @@
+"""Models are read by a process beside the world, which goes on meanwhile."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import pickle
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections import deque
+from dataclasses import dataclass, field
+from typing import Any
+
+from swarm_sim.world.model_reader import HEADER, Model, ModelRequest
+from swarm_sim.world.refusal import Reason, RefusedError
+
+LIMIT = 30.0  # [s] of wall time for a model, the start of the reader included
+IDLE = 60.0  # [s] of wall time after which a reader that nobody needs ends
+MOST_WAITING = 20  # requests
+LONGEST_ANSWER = 100_000_000  # [bytes]
+CHUNK = 1 << 16  # [bytes]
+
+
+@dataclass(slots=True)
+class _Job:
+    ticket: Any
+    unsent: bytes
+    answer: bytearray = field(default_factory=bytearray)
+    deadline: float = 0.0
+
+
+class ModelLoader:
+    """Takes requests, and returns models when they are there. It never waits.
+
+    The reader is started when it is wanted first, by exec and not by fork alone: threads of DDS and
+    numba are in this process.
+    """
+
+    def __init__(self, limit: float = LIMIT) -> None:
+        """Begin without a reader.
+
+        Args:
+            limit: [s] of wall time for a model.
+        """
+        self._limit = limit
+        self._jobs: deque[_Job] = deque()
+        self._process: subprocess.Popen[bytes] | None = None
+        self._connection: socket.socket | None = None
+        self._idle_since = 0.0
+
+    def ask(self, ticket: Any, request: ModelRequest) -> None:
+        """Ask for a model; `poll` returns the ticket with it.
+
+        Raises:
+            RefusedError: If too many wait.
+        """
+        if len(self._jobs) >= MOST_WAITING:
+            raise RefusedError(
+                Reason.FAILED, f"{MOST_WAITING} models are being read; ask again later"
+            )
+        data = pickle.dumps(request)
+        self._jobs.append(_Job(ticket, HEADER.pack(len(data)) + data))
+
+    def poll(self) -> list[tuple[Any, Model | RefusedError]]:
+        """Return what has been read, or not, since the last call, in the order of the requests."""
+        if not self._jobs:
+            if self._process is not None and time.monotonic() > self._idle_since + IDLE:
+                self.close()
+            return []
+        done = []
+        while self._jobs and (answer := self._advance(self._jobs[0])) is not None:
+            done.append((self._jobs.popleft().ticket, answer))
+        self._idle_since = time.monotonic()
+        return done
+
+    def close(self) -> None:
+        """End the reader; whatever it reads is not answered."""
+        process, self._process = self._process, None
+        connection, self._connection = self._connection, None
+        if connection is not None:
+            connection.close()
+        if process is not None:
+            process.kill()
+            process.wait()
+
+    def _advance(self, job: _Job) -> Model | RefusedError | None:
+        """Go on with the first job; return what became of it, None if it is under way."""
+        if not job.deadline:
+            job.deadline = time.monotonic() + self._limit
+        try:
+            if self._connection is None:
+                self._start()
+            assert self._connection is not None
+            self._send(self._connection, job)
+            if self._has_answer(self._connection, job):
+                answer: Model | RefusedError = pickle.loads(job.answer[HEADER.size :])
+                return answer
+        except (OSError, EOFError) as error:
+            return self._give_up(f"its reader ended: {self._fate() or error}")
+        if time.monotonic() > job.deadline:
+            return self._give_up(f"it took more than {self._limit:.0f} s to read it")
+        return None
+
+    @staticmethod
+    def _send(connection: socket.socket, job: _Job) -> None:
+        with contextlib.suppress(BlockingIOError):
+            while job.unsent:
+                job.unsent = job.unsent[connection.send(job.unsent[:CHUNK]) :]
+
+    @staticmethod
+    def _has_answer(connection: socket.socket, job: _Job) -> bool:
+        with contextlib.suppress(BlockingIOError):
+            while not (wanted := _wanted(job.answer)) or len(job.answer) < wanted:
+                if wanted > LONGEST_ANSWER:
+                    raise EOFError("the model is too large")
+                chunk = connection.recv((wanted or HEADER.size) - len(job.answer))
+                if not chunk:
+                    raise EOFError("the connection was closed")
+                job.answer += chunk
+        return len(job.answer) >= HEADER.size and len(job.answer) == _wanted(job.answer)
+
+    def _start(self) -> None:
+        self._connection, other = socket.socketpair()
+        self._connection.setblocking(False)
+        with other:
+            number = str(other.fileno())
+            self._process = subprocess.Popen(
+                (sys.executable, "-m", "swarm_sim.world.model_reader", number, str(os.getpid())),
+                stdin=subprocess.DEVNULL,
+                pass_fds=(other.fileno(),),
+            )
+
+    def _fate(self) -> str:
+        """Return how the reader ended, if it did."""
+        if self._process is None:
+            return ""
+        try:
+            code = self._process.wait(1.0)
+        except subprocess.TimeoutExpired:
+            return ""
+        return f"killed by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
+
+    def _give_up(self, why: str) -> RefusedError:
+        self.close()
+        return RefusedError(Reason.BAD_MODEL, f"the model was not read: {why}")
+
+
+def _wanted(answer: bytearray) -> int:
+    """Return the length [bytes] of an answer, header included; 0 while that is unknown."""
+    if len(answer) < HEADER.size:
+        return 0
+    return HEADER.size + int(HEADER.unpack_from(answer)[0])

@@ -1,0 +1,73 @@
+"""The world's process: `python -m swarm_sim.ros.node CONFIG.json [--event-fd N] [--control-fd M]`.
+
+At each tick it publishes what every robot senses, waits for the answers of all that live, and
+advances the world. Nothing in it is decided by the wall clock except who is late.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import sys
+from pathlib import Path
+
+import rclpy
+from rclpy.signals import SignalHandlerOptions
+
+from swarm_common.middleware import ros_env
+from swarm_common.middleware.participants import prepare
+from swarm_common.middleware.ros_io import map_digest
+from swarm_common.model.errors import SwarmError
+from swarm_common.process.pipes import EventWriter
+from swarm_common.process.quick_start import load_numba, without_collector
+from swarm_sim.ros.build import build
+from swarm_sim.ros.settings import read_settings
+from swarm_sim.ros.world_node import WorldNode
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the world until it is told to stop; returns the exit code."""
+    parser = argparse.ArgumentParser(description="World of a swarm; started by swarm-up.")
+    parser.add_argument("config", help="JSON file with the settings")
+    parser.add_argument("--event-fd", type=int, help="pipe to which events are written")
+    parser.add_argument("--control-fd", type=int, help="pipe from which commands are read")
+    options = parser.parse_args(arguments)
+    events = EventWriter(options.event_fd)
+    try:
+        settings = read_settings(options.config)
+        with without_collector():
+            load_numba()
+            stage = build(settings)
+    except SwarmError as error:
+        events.write("error", message=str(error))
+        sys.stderr.write(f"{error}\n")
+        return 2
+    for note in stage.scene.notes:
+        events.write("note", message=note)
+    poses = [[pose.x, pose.y, pose.yaw] for pose in stage.poses_map]
+    events.write("spawn", poses=poses, map_sha256=map_digest(stage.grid))
+    ros_env.set_defaults()
+    robots = len(settings.robots)
+    profile = Path(options.config).resolve().with_suffix(".xml")
+    is_large = prepare(robots, settings.processes or robots, profile)
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    node = WorldNode(stage, settings, events, is_large=is_large)
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda *_: node.stop())
+    if options.control_fd is not None:
+        node.listen(options.control_fd)
+    events.write("ready")
+    node.run()
+    node.finish()
+    if node.is_over:
+        events.write("over")
+    node.destroy()
+    return 0
+
+
+if __name__ == "__main__":
+    code = main()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)  # the interpreter's own end takes seconds with numba, pybullet and DDS in it

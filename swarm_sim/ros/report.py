@@ -1,0 +1,91 @@
+"""What the world says of a run: twice a second while it goes on, and at its end."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import resource
+import time
+from pathlib import Path
+from typing import Any
+
+from rclpy.node import Node
+from swarm_interfaces.msg import Verdict as VerdictMsg
+
+from swarm_common.files.whole_file import write_whole
+from swarm_common.middleware import ros_io
+from swarm_common.process.pipes import EventWriter
+from swarm_sim.ros.barrier import Barrier
+from swarm_sim.ros.pacing import SpeedMeter
+from swarm_sim.world.verdict import Collision
+from swarm_sim.world.world import World
+
+
+class Reporter:
+    """The topic /sim/verdict, and events for swarm-up."""
+
+    def __init__(self, node: Node, world: World, barrier: Barrier, events: EventWriter) -> None:
+        """Create the topic on the world's node."""
+        self._world = world
+        self._barrier = barrier
+        self._events = events
+        self._meter = SpeedMeter()
+        self._started = time.monotonic()
+        self._verdict = node.create_publisher(VerdictMsg, "/sim/verdict", ros_io.RELIABLE)
+
+    def start(self, now: float) -> None:
+        """Time runs from now on (wall time)."""
+        self._started = now
+        self._meter.start(now, self._world.sim_time)
+
+    def report(self, tick: int, robots: int) -> None:
+        """Say how things are, `robots` being how many there are."""
+        self._meter.update(time.monotonic(), self._world.sim_time)
+        verdict = self._world.verdict
+        message = VerdictMsg(stamp=ros_io.time_msg(tick))
+        message.real_time_factor = self._meter.factor
+        message.robots = robots
+        message.answering = self._barrier.answering if self._barrier.has_started else 0
+        message.collisions_robot_robot = verdict.robot_robot
+        message.collisions_robot_world = verdict.robot_world
+        message.min_clearance = verdict.min_clearance
+        message.late_ticks = self._barrier.late_ticks
+        self._verdict.publish(message)
+        self._events.write(
+            "progress",
+            sim_time=verdict.sim_time,
+            real_time_factor=round(self._meter.factor, 3),
+            collisions={"robot_robot": verdict.robot_robot, "robot_world": verdict.robot_world},
+            min_clearance=verdict.as_json()["min_clearance"],
+            late_ticks=self._barrier.late_ticks,
+            answering=message.answering,
+        )
+
+    def collision(self, collision: Collision) -> None:
+        """Tell of a collision."""
+        self._events.write(
+            "collision",
+            robots=list(collision.robots),
+            obstacle=collision.obstacle,
+            x=collision.x,
+            y=collision.y,
+            sim_time=collision.sim_time,
+        )
+
+    def final(self, path: str | None) -> dict[str, Any]:
+        """Return the verdict of the run, and write it if `path` says where."""
+        wall_time = time.monotonic() - self._started
+        usage = resource.getrusage(resource.RUSAGE_SELF)
+        data = self._world.verdict.as_json() | {
+            "ticks": self._world.tick,
+            "wall_time": wall_time,
+            "real_time_factor": self._world.sim_time / wall_time if wall_time > 0.0 else 0.0,
+            "late_ticks": self._barrier.late_ticks,
+            "cpu_s": usage.ru_utime + usage.ru_stime,
+            "rss_mb": usage.ru_maxrss / 1024.0,
+        }
+        self._events.write("verdict", verdict=data)  # in case that the disk is full
+        if path is not None:
+            with contextlib.suppress(OSError):
+                write_whole(Path(path), json.dumps(data, indent=1))
+        return data

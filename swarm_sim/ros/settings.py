@@ -1,0 +1,114 @@
+"""Configuration of the world process: a JSON file that swarm-up writes."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+from swarm_common.files.sites_io import parse_spawn
+from swarm_common.model.errors import ConfigError, UnknownNameError
+from swarm_common.model.records import Pose
+from swarm_common.model.sites import Spawn
+from swarm_sim.sensing.radio import RadioConfig
+
+MAX_SPEED = "max"
+
+
+@dataclass(frozen=True, slots=True)
+class RobotEntry:
+    """One robot of the swarm.
+
+    Attributes:
+        name: Namespace.
+        model: Name or path of its model.
+        broken_at: Where it stands in the map without a navigator; None for one that works.
+        start: Where its group starts: name of a spawn, or one of its own; empty for the default.
+    """
+
+    name: str
+    model: str
+    broken_at: Pose | None = None
+    start: str | Spawn = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Settings:
+    """What the world process is to do."""
+
+    world: str  # name or path
+    robots: tuple[RobotEntry, ...]
+    processes: int = 0  # that their navigators are in; 0: one for each
+    map: str | None = None  # path of a map file; None: the one that ships with the world
+    sites: str | None = None  # path of a sites file; None: the one beside the world
+    actors: str | None = None  # path of an actors file; None: the one beside the world
+    skip_missing: bool = False  # leave out models and meshes of the world that are not found
+    skip_broken: bool = False  # leave out models of the world that are unusable
+    spawn: str = ""  # name of a spawn of the sites; empty: the default one
+    seed: int = 0
+    speed: float | None = None  # times real time; None: as fast as possible
+    free_run: bool = False  # no lockstep, for third-party navigators
+    cmd_vel_stamped: bool = True  # TwistStamped; False: Twist, in free run only
+    wall_limit: float = 15.0  # [s] for a tick; longer than a mission's next goal is waited for
+    duration: float | None = None  # [s] of simulated time, then the world ends
+    verdict_path: str | None = None
+    trace_dir: str | None = None  # where to leave the map and a time series for the report
+    engine: str = "bullet"
+    actuation_noise: float = 0.0  # of each speed, as a share of it
+    with_lidar: bool = True
+    realistic: bool = False  # sensors err as each robot's model says
+    sensors: Mapping[str, Any] = field(default_factory=dict)  # in place of what it says
+    radio: RadioConfig = field(default_factory=RadioConfig)
+
+    def __post_init__(self) -> None:
+        """Refuse impossible values."""
+        if not self.robots:
+            raise ConfigError("the world's configuration names no robots")
+        if self.speed is not None and self.speed <= 0.0:
+            raise ConfigError(f"speed is {self.speed}; it must be positive or 'max'")
+        if not (self.cmd_vel_stamped or self.free_run):
+            raise ConfigError("cmd_vel_stamped is false; lockstep needs the stamps of TwistStamped")
+        if self.wall_limit <= 0.0:
+            raise ConfigError(f"wall_limit is {self.wall_limit} s; it must be positive")
+        if self.duration is not None and self.duration <= 0.0:
+            raise ConfigError(f"duration is {self.duration} s; it must be positive")
+
+
+def parse_settings(data: Mapping[str, Any], where: str) -> Settings:
+    """Return the settings in a JSON object.
+
+    Raises:
+        ConfigError: If a key is unknown or a value impossible.
+    """
+    known = [item.name for item in fields(Settings)]
+    for key in data:
+        if key not in known:
+            raise UnknownNameError("key", key, known, where)
+    values = dict(data)
+    try:
+        values["robots"] = tuple(_parse_robot(**robot) for robot in data["robots"])
+        values["radio"] = RadioConfig(**(data.get("radio") or {}))
+    except (KeyError, TypeError) as cause:
+        raise ConfigError(f"{where}: {cause}") from cause
+    if values.get("speed") == MAX_SPEED:
+        values["speed"] = None
+    return Settings(**values)
+
+
+def _parse_robot(
+    name: str, model: str, broken_at: Sequence[float] | None = None, start: object = ""
+) -> RobotEntry:
+    spot = None if broken_at is None else Pose(*broken_at)
+    own = start if isinstance(start, str) else parse_spawn(start, f"start of {name}")
+    return RobotEntry(name, model, spot, own)
+
+
+def read_settings(path: str | Path) -> Settings:
+    """Return the settings in a JSON file."""
+    try:
+        data = json.loads(Path(path).read_text(encoding="utf-8"))
+    except (OSError, ValueError) as cause:
+        raise ConfigError(f"{path}: {cause}") from cause
+    return parse_settings(data, str(path))

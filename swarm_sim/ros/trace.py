@@ -1,0 +1,92 @@
+"""Light time series of the truth for the report: where everybody was, once a second."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_common.files.journal import Journal
+from swarm_common.files.map_io import save_map
+from swarm_common.model.errors import ConfigError
+from swarm_common.model.records import CONTROL_PERIOD, FloatArray
+from swarm_sim.physics.engine import NEAR
+from swarm_sim.ros.build import Stage
+
+MAP_FILE, SERIES_FILE = "map.yaml", "world.jsonl"
+
+PERIOD_TICKS = 10  # between two lines
+THOUSANDTHS = 1000.0  # whole mm and mrad are short to write
+
+
+class Trace:
+    """Writes a line each second of simulated time: poses, and the smallest clearances since.
+
+    Lengths are in mm and angles in mrad; clearances beyond `NEAR` are not measured and shown as
+    `NEAR`.
+    """
+
+    def __init__(self, journal: Journal, names: Sequence[str]) -> None:
+        """Begin; `names` may grow while the run goes on."""
+        self._journal = journal
+        self._names = names
+        self._clearances = np.full((0, 2), NEAR)
+        self._grow()
+
+    def _grow(self) -> None:
+        """Make room for all robots that there are by now, and say who they are."""
+        more = np.full((len(self._names) - len(self._clearances), 2), NEAR)
+        self._clearances = np.vstack([self._clearances, more])
+        self._journal.write(robots=list(self._names), near_mm=round(NEAR * THOUSANDTHS))
+
+    def observe(
+        self,
+        tick: int,
+        poses: FloatArray,
+        clearances: FloatArray,
+        absent: Collection[int] = (),
+    ) -> None:
+        """Take in a tick.
+
+        Args:
+            tick: Control ticks since the start.
+            poses: True x, y, yaw (n, 3) in the map frame.
+            clearances: (n, 2) to the nearest robot, obstacle; inf where there is none.
+            absent: Indices of robots that are not there; null is written for them.
+        """
+        if len(poses) > len(self._clearances):
+            self._grow()
+        np.minimum(self._clearances, clearances, out=self._clearances)
+        if tick % PERIOD_TICKS:
+            return
+        x, y, yaw = _whole(poses).T.tolist()
+        robot, world = _whole(self._clearances).T.tolist()
+        for column in (x, y, yaw, robot, world):
+            for index in absent:
+                column[index] = None
+        self._journal.write(
+            t=round(tick * CONTROL_PERIOD, 3), x=x, y=y, yaw=yaw, to_robot=robot, to_world=world
+        )
+        self._clearances[:] = NEAR
+
+
+def _whole(values: FloatArray) -> NDArray[np.int64]:
+    return np.rint(np.nan_to_num(values) * THOUSANDTHS).astype(np.int64)
+
+
+def begin_trace(folder: Path, stage: Stage) -> Trace:
+    """Write the map that the robots get into a folder, and begin the time series beside it.
+
+    Raises:
+        ConfigError: If the folder cannot be written.
+    """
+    world = stage.world
+    try:
+        save_map(stage.grid, folder / MAP_FILE)
+        trace = Trace(Journal(folder / SERIES_FILE), world.names)
+    except OSError as cause:
+        raise ConfigError(f"trace_dir: cannot write to {folder}: {cause.strerror}") from cause
+    trace.observe(world.tick, world.poses, world.clearances)
+    return trace

@@ -1,0 +1,334 @@
+"""The world as a node: what happens between two ticks, and in one."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Any
+
+import rclpy
+from nav_msgs.msg import OccupancyGrid
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rosgraph_msgs.msg import Clock
+
+from swarm_common.middleware import ros_io
+from swarm_common.middleware.rejections import Rejections
+from swarm_common.middleware.ros_executor import SafeExecutor
+from swarm_common.middleware.ros_poll import drain
+from swarm_common.model.records import CONTROL_PERIOD, Pose
+from swarm_common.process.last_resort import FaultLog
+from swarm_common.process.pipes import EventWriter, LineReader
+from swarm_sim.ros.barrier import Barrier
+from swarm_sim.ros.build import Stage
+from swarm_sim.ros.control import Control
+from swarm_sim.ros.entities import Entities
+from swarm_sim.ros.foreign import Foreigners
+from swarm_sim.ros.moves import LIMIT, Moves
+from swarm_sim.ros.pacing import Rate, Throttle
+from swarm_sim.ros.report import Reporter
+from swarm_sim.ros.run_state import RunState
+from swarm_sim.ros.scenery import Scenery
+from swarm_sim.ros.settings import Settings
+from swarm_sim.ros.swarm import Links
+from swarm_sim.ros.trace import Trace, begin_trace
+from swarm_sim.world.crew import Arrival, Crew
+from swarm_sim.world.request_checks import Reach
+from swarm_sim.world.stock import Stock
+from swarm_sim.world.world import Observation
+
+REPEAT_PERIOD = 0.25  # [s] of wall time after which the first tick is published again,
+START_PERIOD = 2.0  # [s] the same for robots that have long been there
+CLOCK_PERIOD = 0.045  # [s] of wall time: at most ~20 Hz
+REQUEST_PERIOD = 0.05  # [s] of wall time between two looks for requests
+REPORT_PERIOD = 0.5  # [s] of wall time between verdicts
+WAIT_SLICE = 0.05  # [s] of wall time after which signals and periods are looked at
+
+
+class WorldNode:
+    """Runs the world in step with the robots. Use `run`, then `finish`.
+
+    Attributes:
+        is_over: Whether the configured duration has passed.
+    """
+
+    def __init__(
+        self, stage: Stage, settings: Settings, events: EventWriter, *, is_large: bool = False
+    ) -> None:
+        """Create all topics; rclpy must be initialised.
+
+        Args:
+            stage: The world, built.
+            settings: What to do with it.
+            events: For swarm-up.
+            is_large: What `participants.prepare` returned.
+        """
+        self._world = stage.world
+        self._settings = settings
+        self._events = events
+        self._tick = 0
+        self._is_stopped = False
+        self._is_speed_new = False
+        self.is_over = False
+        self._barrier = Barrier(len(stage.specs), settings.wall_limit, not settings.free_run)
+        speed = settings.speed if settings.speed or not settings.free_run else 1.0
+        for index, robot in enumerate(settings.robots):
+            if robot.broken_at is not None:
+                self._barrier.lose(index)  # nobody will answer for it
+        self._throttle = Throttle(speed)
+        self._clock_rate = Rate(CLOCK_PERIOD)
+        self._report_rate = Rate(REPORT_PERIOD)
+        self._repeat_rate = Rate(REPEAT_PERIOD)
+        self._start_rate = Rate(START_PERIOD)
+        self._request_rate = Rate(REQUEST_PERIOD)
+        self._observations: list[Observation] = []
+        self._control: LineReader | None = None
+        self._trace: Trace | None = None
+        if settings.trace_dir is not None:
+            self._trace = begin_trace(Path(settings.trace_dir), stage)
+        self._node = _create_node()
+        self._faults = FaultLog("message")
+        self._rejections = Rejections(events, self._node.get_logger().warning)
+        self._executor = SafeExecutor()
+        self._executor.add_node(self._node)
+        make = self._node.create_publisher
+        self._clock = make(Clock, "/clock", ros_io.RELIABLE)
+        self._map = make(OccupancyGrid, "/map", ros_io.LATCHED)
+        self._map.publish(ros_io.grid_msg(stage.grid, 0))
+        self._reporter = Reporter(self._node, stage.world, self._barrier, events)
+        foreigners = Foreigners(self._rejections, events)
+        self._links = Links(
+            self._node, stage, settings, self._barrier, foreigners, is_large=is_large
+        )
+        self._scenery = Scenery(self._node, stage.scene, stage.world)
+        self._crew = Crew(stage.world, stage.grid, stage.poses_map, settings.spawn)
+        stock = Stock(stage.world)
+        reach = Reach.of(stage.grid)
+        self._entities = Entities(
+            self._node, stage.world, self._crew, stock, reach, self, self._rejections
+        )
+        self._moves = Moves(self._node)
+        self._state = RunState()
+        self._services = Control(self._node, self._state, speed, self._set_speed)
+        if is_large:
+            events.write("meeting", party="world", ports=self._links.meeting_ports)
+
+    def stop(self) -> None:
+        """Make `run` return; the tick in hand is not executed."""
+        self._is_stopped = True
+
+    def listen(self, control_fd: int) -> None:
+        """Take commands from a pipe."""
+        self._control = LineReader(control_fd)
+
+    def run(self) -> None:
+        """Run tick after tick until stopped or the duration is over."""
+        last = self._settings.duration
+        while not self._is_stopped:
+            self._change()
+            self._open_tick()
+            if last is not None and self._world.sim_time >= last - 1e-9:
+                self.is_over = True
+                break
+            self._wait_for_answers()
+            self._wait(self._throttle.wait_after_tick(time.monotonic()))
+            self._wait_while_held()
+            if not self._is_stopped:
+                self._advance()
+                self._state.note_tick()
+
+    # Robots that come, go and are put elsewhere
+
+    def _change(self) -> None:
+        """Make the changes that were asked for, and wait until those concerned know."""
+        self._entities.apply()
+        self._moves.settle(lambda: self._is_stopped)
+
+    def on_arrival(self, arrival: Arrival) -> None:
+        """Let a robot that has come take part."""
+        robot, spec = arrival.index, arrival.robot.spec
+        if self._links.add(robot, arrival.name, spec, arrival.robot.urdf):
+            self._barrier.add()
+        else:
+            self._barrier.welcome(robot)
+        self._scenery.renew(self._crew.robots)
+        pose = arrival.pose_map
+        self._events.write(
+            "spawned",
+            robot=arrival.name,
+            number=arrival.number,
+            model=arrival.model,
+            pose=[pose.x, pose.y, pose.yaw],
+            sim_time=self._world.sim_time,
+        )
+
+    def on_removal(self, robot: int) -> None:
+        """Let a robot that was taken out no longer take part."""
+        self._moves.forget(robot)
+        name = self._links.remove(robot)
+        self._barrier.lose(robot)
+        self._scenery.renew(self._crew.robots)
+        self._events.write("removed", robot=name, sim_time=self._world.sim_time)
+
+    def on_move(self, robot: int, pose_map: Pose) -> None:
+        """Tell a robot that it was put elsewhere; it stands until its beacon says so, too."""
+        speaks = self._world.last_beacons[robot] is not None  # a foreign navigator does not
+        patience = LIMIT if self._barrier.expects(robot) else 0.0
+        self._moves.tell(
+            robot, self._links.names[robot], pose_map, self._world.tick, patience, speaks
+        )
+
+    def on_things(self) -> None:
+        """Show things that have come, gone or been put elsewhere, also while the world is held."""
+        self._scenery.renew(self._crew.robots)
+
+    # A tick
+
+    def _open_tick(self) -> None:
+        self._tick = self._world.tick
+        self._observations = self._world.observe()
+        now = time.monotonic()
+        self._barrier.open(now)
+        self._repeat_rate.is_due(now)
+        if self._clock_rate.is_due(now):
+            self._publish_clock()
+        self._links.open(self._tick, self._observations, now)
+        self._links.publish_for_viewers(self._observations, self._world)
+        self._scenery.publish(self._tick)
+        self._look_around(now)
+
+    def _wait_for_answers(self) -> None:
+        was_started = self._barrier.has_started
+        while not self._is_stopped:
+            now = time.monotonic()
+            self._links.take_answers()
+            if self._barrier.is_complete(now):
+                break
+            self._links.wait(WAIT_SLICE, now)
+            self._repeat(now)
+            self._look_around(now)
+        if not was_started:
+            now = time.monotonic()
+            self._throttle.start(now)
+            self._reporter.start(now)
+
+    def _repeat(self, now: float) -> None:
+        """Publish the tick once more for robots that were not there or lost a message."""
+        if self._barrier.has_started:
+            if self._links.repeat(self._observations, now) and self._clock_rate.is_due(now):
+                self._publish_clock()
+        elif self._repeat_rate.is_due(now):
+            self._publish_clock()
+            is_starting = not self._start_rate.is_due(now)
+            self._links.repeat_at_start(self._observations, now, to_newcomers=is_starting)
+
+    def _set_speed(self, speed: float | None) -> None:
+        self._throttle.set_speed(speed)
+        self._throttle.start(time.monotonic())
+        self._is_speed_new = True
+
+    def _wait(self, period: float) -> None:
+        is_alone = self._barrier.has_started and self._barrier.answering == 0 and self._tick > 0
+        if is_alone and not self._settings.free_run:
+            period = max(period, CONTROL_PERIOD)  # nobody there: no faster than real time
+        end = time.monotonic() + period
+        self._is_speed_new = False
+        while not (self._is_stopped or self._is_speed_new):
+            now = time.monotonic()
+            if now >= end:
+                break
+            time.sleep(min(WAIT_SLICE, end - now))
+            self._links.take_answers()
+            self._look_around(now)
+
+    def _wait_while_held(self) -> None:
+        if not self._state.is_held:
+            return
+        while self._state.is_held and not self._is_stopped:
+            time.sleep(WAIT_SLICE)
+            self._links.take_answers()
+            self._look_around(time.monotonic())
+            self._change()
+        self._throttle.start(time.monotonic())
+
+    def _advance(self) -> None:
+        self._barrier.close()
+        for robot, is_alone in self._barrier.take_late():
+            name, limit = self._links.names[robot], self._settings.wall_limit
+            self._events.write("late", robot=name, seconds=limit, is_alone=is_alone)
+        commands, beacons = self._links.answers()
+        for robot in self._moves.hold(commands, beacons):
+            self._crew.settle(robot)
+        collisions = self._world.step(commands, beacons)
+        for collision in collisions:
+            self._reporter.collision(collision)
+        if self._trace is not None:
+            self._trace.observe(
+                self._world.tick, self._world.poses, self._world.clearances, self._world.absent
+            )
+
+    def _publish_clock(self) -> None:
+        self._clock.publish(Clock(clock=ros_io.time_msg(self._tick)))
+
+    def _look_around(self, now: float) -> None:
+        """Do what is due on the wall clock: requests, reports, control pipe, viewers."""
+        if self._request_rate.is_due(now):
+            drain(self._executor, on_fault=self._on_fault)
+            self._services.look_for_steps()
+        if not self._report_rate.is_due(now):
+            return
+        for command in self._control.read() if self._control is not None else []:
+            self._obey(command)
+        self._rejections.tell(now)
+        self._links.look_for_viewers()
+        self._links.look_for_foreigners()
+        self._scenery.look_for_viewers(self._tick)
+        self._reporter.report(self._tick, len(self._crew.robots))
+
+    def _on_fault(self, error: Exception) -> None:
+        """Go on although a callback failed: whatever was sent, it must not end the world."""
+        self._rejections.reject("callback", "unknown", self._faults.note(error))
+
+    def _obey(self, command: dict[str, Any]) -> None:
+        if command["cmd"] == "host":
+            self._links.move_out(
+                command["host"], command["robots"], command["run"], command["secret"]
+            )
+            return
+        names = self._links.names
+        if command.get("robot") not in names:
+            return
+        robot = names.index(command["robot"])
+        if command["cmd"] == "dead":
+            self._barrier.lose(robot)
+        elif command["cmd"] == "silent":  # its host is
+            self._barrier.note_silence(robot, time.monotonic() - float(command["seconds"]))
+        elif command["cmd"] == "heard":
+            self._barrier.end_silence(robot)
+
+    def finish(self) -> dict[str, Any]:
+        """Return the verdict of the run, and write it if the settings say where."""
+        data = self._reporter.final(self._settings.verdict_path)
+        self._reporter.report(self._tick, len(self._crew.robots))
+        self._rejections.flush()
+        self._world.close()
+        return data
+
+    def destroy(self) -> None:
+        """Leave the ROS graph."""
+        self._executor.shutdown()
+        self._services.destroy()
+        self._entities.destroy()
+        self._links.destroy()
+        self._node.destroy_node()
+        rclpy.try_shutdown()
+
+
+def _create_node() -> Node:
+    return Node(
+        "world",
+        namespace="sim",
+        enable_rosout=False,
+        start_parameter_services=False,
+        parameter_overrides=[Parameter("start_type_description_service", value=False)],
+    )

@@ -1,0 +1,92 @@
+"""A world's geometry after reading: bodies made of primitive shapes, and its named places."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from swarm_common.model.shapes import (
+    Box,
+    Color,
+    Cylinder,
+    Hull,
+    Mesh,
+    MeshFile,
+    Part,
+    Plane,
+    Shape,
+    Sphere,
+    Transform,
+    Visual,
+    transform_from_xyz_rpy,
+)
+from swarm_common.model.sites import Sites
+from swarm_sim.scene.actors import VehicleSpec, WalkerSpec
+
+__all__ = [
+    "Body", "Box", "Color", "Cylinder", "Hull", "Mesh", "MeshFile", "Part", "Plane", "Scene",
+    "Shape", "Sphere", "Transform", "Visual", "transform_from_xyz_rpy",
+]  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Body:
+    """One link of the world file.
+
+    Attributes:
+        name: ``model::link``, as Gazebo names it.
+        world_from_body: Where it is at the start.
+        parts: Its collision shapes.
+        is_static: Whether it can never move.
+        mass: [kg]; of no account for static bodies.
+        friction: Coulomb's coefficient against a surface of 1.
+        visuals: For viewers.
+    """
+
+    name: str
+    world_from_body: Transform
+    parts: tuple[Part, ...]
+    is_static: bool = True
+    mass: float = 1.0
+    friction: float = 1.0
+    visuals: tuple[Visual, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """What `worlds/<name>` describes.
+
+    Attributes:
+        name: Name of the folder or file, also that of the map.
+        file: The world file.
+        bodies: In file order.
+        sites: From `sites.yaml` beside the world file; empty if there is none.
+        walkers: From `actors.yaml` beside it, and the actors of the world file.
+        vehicles: Likewise.
+        decor: Bodies that are only to be seen.
+        notes: What of the world file is ignored, for the user.
+    """
+
+    name: str
+    file: Path
+    bodies: tuple[Body, ...]
+    sites: Sites = field(default_factory=Sites)
+    walkers: tuple[WalkerSpec, ...] = ()
+    vehicles: tuple[VehicleSpec, ...] = ()
+    decor: tuple[Body, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    @property
+    def directory(self) -> Path:
+        """Folder of the world file, for what it refers to."""
+        return self.file.parent
+
+    @property
+    def fixed(self) -> tuple[Body, ...]:
+        """The bodies that can never move: what a map shows."""
+        return tuple(body for body in self.bodies if body.is_static)
+
+    @property
+    def loose(self) -> tuple[Body, ...]:
+        """The bodies that can be pushed."""
+        return tuple(body for body in self.bodies if not body.is_static)

@@ -1,0 +1,109 @@
+"""Where the models and meshes are that a world file names by URI."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from urllib.parse import unquote, urlparse
+
+from swarm_common.files.home import home_folder
+
+MODEL_VARIABLES = (
+    "GZ_SIM_RESOURCE_PATH",
+    "IGN_GAZEBO_RESOURCE_PATH",
+    "SDF_PATH",
+    "GAZEBO_MODEL_PATH",
+    "GAZEBO_RESOURCE_PATH",
+)
+PACKAGE_VARIABLES = ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH")
+BESIDE = (".", "models", "..", "../models")  # of the world file
+FUEL_CACHES = (".gz/fuel", ".ignition/fuel")  # in the home folder
+FUEL_URI = re.compile(r"/([^/]+)/models/([^/]+)(?:/(?:tip|\d+))?(?:/files/(.*))?/?$")
+
+
+@dataclass(frozen=True, slots=True)
+class ModelPaths:
+    """Searches for files in the folders that Gazebo would look into.
+
+    Attributes:
+        beside: Folder of the world file.
+        environ: Variables with further folders.
+        home: Folder of the user.
+    """
+
+    beside: Path
+    environ: Mapping[str, str] = field(default_factory=lambda: os.environ)
+    home: Path = field(default_factory=home_folder)
+
+    def find(self, uri: str, here: Path) -> Path | None:
+        """Return the file or folder that a URI means; None if it is nowhere.
+
+        Args:
+            uri: ``model://``, ``package://``, ``file://``, of Gazebo Fuel, or a path.
+            here: Folder of the file that the URI is in.
+        """
+        for path in self.candidates(uri, here):
+            if path.exists():
+                return path
+        return None
+
+    def candidates(self, uri: str, here: Path) -> Iterator[Path]:
+        """Return where a URI is searched, in order."""
+        scheme, _, rest = uri.strip().rpartition("://")
+        if scheme == "model":
+            yield from (folder / _name(rest) for folder in self._model_folders(here))
+        elif scheme == "package":
+            yield from self._in_packages(rest, here)
+        elif scheme in ("http", "https"):
+            yield from self._in_fuel(uri.strip(), here)
+        elif scheme in ("", "file"):
+            path = Path(rest)
+            yield here / path  # an absolute path replaces the folder
+            if not path.is_absolute():
+                yield from (folder / path for folder in self._model_folders(here))
+
+    def _model_folders(self, here: Path) -> list[Path]:
+        folders = [self.beside / name for name in BESIDE]
+        folders += [here / name for name in (".", "..")]
+        for variable in MODEL_VARIABLES:
+            folders += _folders_in(self.environ.get(variable, ""))
+        folders.append(self.home / ".gazebo" / "models")
+        return list(dict.fromkeys(folder.resolve() for folder in folders))
+
+    def _in_packages(self, rest: str, here: Path) -> Iterator[Path]:
+        package, _, inside = _name(rest).partition("/")
+        for folder in here.parents:  # the package that the world file belongs to
+            if folder.name == package:
+                yield folder / inside
+        for folder in _folders_in(self.environ.get("ROS_PACKAGE_PATH", "")):
+            if folder.name == package:
+                yield folder / inside
+            yield folder / package / inside
+        for folder in _folders_in(self.environ.get("AMENT_PREFIX_PATH", "")):
+            yield folder / "share" / package / inside
+        yield from (folder / package / inside for folder in self._model_folders(here))
+
+    def _in_fuel(self, uri: str, here: Path) -> Iterator[Path]:
+        """Return places of a model that was downloaded before; nothing is downloaded here."""
+        match = FUEL_URI.search(unquote(urlparse(uri).path))
+        if match is None:
+            return
+        owner, model, inside = match.group(1), match.group(2), match.group(3) or ""
+        server = urlparse(uri).netloc
+        for cache in FUEL_CACHES:
+            versions = self.home / cache / server / owner.lower() / "models" / model.lower()
+            for version in sorted(versions.glob("*"), reverse=True):
+                yield version / inside
+        yield from (folder / model / inside for folder in self._model_folders(here))
+
+
+def _name(rest: str) -> str:
+    """Return the path in a URI, without a way out of the folders that are searched."""
+    return "/".join(part for part in unquote(rest).split("/") if part not in ("", "..", "."))
+
+
+def _folders_in(variable: str) -> list[Path]:
+    return [Path(os.path.expanduser(text)) for text in variable.split(os.pathsep) if text]

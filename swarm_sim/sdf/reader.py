@@ -1,0 +1,133 @@
+"""Reading of SDFormat worlds (Gazebo's `.sdf` and `.world`) into a `Scene`.
+
+Read: models, nested and included ones, links with their collisions, looks, mass and friction,
+poses with `relative_to`, `<state>`, and actors on scripts. Ignored, with a note: lights, plugins,
+sensors. Ignored without one: what concerns only pictures and solvers.
+"""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass
+from pathlib import Path
+
+from swarm_common.files.resources import find_resource, resource_names
+from swarm_common.files.sites_io import load_sites
+from swarm_common.model.errors import ConfigError, WorldError
+from swarm_common.model.sites import Sites
+from swarm_sim.scene.actors import ACTORS_FILE, Actors, check_names, load_actors
+from swarm_sim.scene.floor import on_floor
+from swarm_sim.scene.overlaps import overlaps
+from swarm_sim.scene.scene import Body, Scene
+from swarm_sim.sdf.actors import actors_of
+from swarm_sim.sdf.bodies import bodies_of
+from swarm_sim.sdf.frames import Scope
+from swarm_sim.sdf.model_paths import ModelPaths
+from swarm_sim.sdf.models import models_in
+from swarm_sim.sdf.source import Source, parse_sdf
+from swarm_sim.sdf.state import state_of
+
+WORLD_FILE = "world.sdf"
+SITES_FILE = "sites.yaml"
+
+
+@dataclass(frozen=True, slots=True)
+class WorldFile:
+    """What is in an SDF file.
+
+    Attributes:
+        bodies: All links of all models, in file order.
+        actors: Who moves on a script.
+        notes: What is ignored.
+    """
+
+    bodies: tuple[Body, ...]
+    actors: Actors
+    notes: tuple[str, ...]
+
+
+def world_names() -> list[str]:
+    """Return the names of the worlds that ship with the project."""
+    return resource_names("world", WORLD_FILE)
+
+
+def load_world(
+    name_or_path: str | Path,
+    *,
+    skip_missing: bool = False,
+    skip_broken: bool = False,
+    sites: str | Path | None = None,
+) -> Scene:
+    """Return a world.
+
+    Args:
+        name_or_path: Name of a folder in `worlds/`, or a path to a folder, `.sdf` or `.world`.
+        skip_missing: Whether models and meshes that are nowhere are left out.
+        skip_broken: Whether models that are unusable are.
+        sites: Path of a sites file; None for the one beside the world.
+
+    Raises:
+        UnknownNameError: If there is no such world.
+        WorldError: If the file is unusable; the message names file and line or element.
+    """
+    path = find_resource("world", name_or_path, WORLD_FILE)
+    sites_path = path.with_name(SITES_FILE) if sites is None else Path(sites)
+    actors_path = path.with_name(ACTORS_FILE)
+    file = read_world(path, skip_missing=skip_missing, skip_broken=skip_broken)
+    own = load_actors(actors_path) if actors_path.is_file() else Actors()
+    walkers = (*file.actors.walkers, *own.walkers)
+    vehicles = (*file.actors.vehicles, *own.vehicles)
+    check_names([*walkers, *vehicles], str(path))
+    solid = tuple(body for body in file.bodies if body.parts)
+    scene = Scene(
+        name=path.absolute().parent.name if path.name == WORLD_FILE else path.stem,
+        file=path,
+        bodies=solid,
+        sites=load_sites(sites_path) if sites or sites_path.is_file() else Sites(),
+        walkers=walkers,
+        vehicles=vehicles,
+        decor=tuple(body for body in file.bodies if not body.parts),
+        notes=file.notes,
+    )
+    return on_floor(scene)
+
+
+def read_bodies(path: Path) -> list[Body]:
+    """Return the links with collisions of all models in an SDF file, in file order."""
+    return [body for body in read_world(path).bodies if body.parts]
+
+
+def read_world(path: Path, *, skip_missing: bool = False, skip_broken: bool = False) -> WorldFile:
+    """Return what is in an SDF file, and in those that it includes.
+
+    Raises:
+        WorldError: If something in it is unusable.
+    """
+    source = Source(path, ModelPaths(path.resolve().parent), skip_missing, skip_broken)
+    root = parse_sdf(path, source)
+    world = root.find("world")
+    top = root if world is None else world
+    source.ignore(top)
+    try:
+        bodies = _bodies(top, path.resolve().parent, source)
+        actors = actors_of(top, source)
+    except (WorldError, ConfigError) as cause:
+        raise WorldError(f"{path}: {cause}") from cause
+    solid = [body for body in bodies if body.parts]
+    for model, reason in overlaps(solid).items():
+        source.break_off(model, WorldError(reason))
+    gone = set(source.broken)
+    bodies = [body for body in bodies if body.name.partition("::")[0] not in gone]
+    source.check()
+    return WorldFile(tuple(bodies), actors, source.notes())
+
+
+def _bodies(top: ET.Element, here: Path, source: Source) -> list[Body]:
+    scope = Scope("")
+    for frame in top.findall("frame"):
+        scope.add(frame, frame.get("attached_to", ""))
+    state = state_of(top, source)
+    models = models_in(top, here, source, scope)
+    for inserted in state.inserted:
+        models += models_in(inserted, here, source, scope)
+    return bodies_of(models, scope, state, source)

@@ -1,0 +1,201 @@
+"""SDF files as elements: parsing, versions, files that are missing, and what is ignored."""
+
+from __future__ import annotations
+
+import re
+import xml.etree.ElementTree as ET
+from collections import Counter
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from swarm_common.model.errors import WorldError
+from swarm_sim.sdf.model_paths import ModelPaths
+
+OLDEST, NEWEST = (1, 4), (1, 10)  # versions of SDF
+LATER = ((1, 11), (1, 12))  # read as if they were the newest, with a note
+NAMED_SEARCHES = 12  # places that a message lists
+# What of a world is left out, by tag; all else that is not read concerns only looks and solvers.
+IGNORED = (
+    "light",
+    "plugin",
+    "sensor",
+    "population",
+    "road",
+    "wind",
+    "projector",
+    "audio_source",
+    "particle_emitter",
+    "gripper",
+)
+
+
+BARE_AMPERSAND = re.compile(rb"&(?!#\d+;|#x[0-9a-fA-F]+;|[A-Za-z_:][\w:.-]*;)")
+
+
+@dataclass(slots=True)
+class Source:
+    """What is found out while a world file and the files that it includes are read.
+
+    Attributes:
+        path: The world file.
+        paths: Where further files are searched.
+        skip_missing: Whether what is missing is left out instead of refused.
+        skip_broken: Whether models that are unusable are.
+        ignored: Number of elements left out, by tag.
+        remarks: Other notes.
+        missing: What refers to a file that is nowhere, by URI.
+        searched: Where these were searched.
+        broken: Why models are unusable, by name.
+    """
+
+    path: Path
+    paths: ModelPaths
+    skip_missing: bool = False
+    skip_broken: bool = False
+    ignored: Counter[str] = field(default_factory=Counter)
+    remarks: list[str] = field(default_factory=list)
+    missing: dict[str, str] = field(default_factory=dict)
+    searched: list[str] = field(default_factory=list)
+    broken: dict[str, str] = field(default_factory=dict)
+
+    def find(self, uri: str, here: Path, user: str) -> Path | None:
+        """Return the file of a URI; if it is nowhere, remember that and return None."""
+        found = self.paths.find(uri, here)
+        if found is None:
+            self.missing.setdefault(uri, user)
+            name = uri.rpartition("://")[2]
+            for candidate in self.paths.candidates(uri, here):
+                place = str(candidate).removesuffix(name).rstrip("/") or "/"
+                if place not in self.searched:
+                    self.searched.append(place)
+        return found
+
+    def ignore(self, parent: ET.Element) -> None:
+        """Count the children of an element that are left out."""
+        for child in parent:
+            if child.tag in IGNORED:
+                self.ignored[child.tag] += 1
+
+    def remark(self, text: str) -> None:
+        """Add a note, once."""
+        if text not in self.remarks:
+            self.remarks.append(text)
+
+    def break_off(self, model: str, cause: WorldError) -> None:
+        """Note that a model is unusable; `check` refuses it, or leaves it out."""
+        self.broken.setdefault(model, str(cause))
+
+    def check(self) -> None:
+        """Refuse missing files and unusable models, all at once.
+
+        Raises:
+            WorldError: If there are any and they are not to be left out.
+        """
+        problems = [*self._missing(), *self._broken()]
+        if problems:
+            raise WorldError("\n".join(problems))
+
+    def _broken(self) -> list[str]:
+        if self.skip_broken:
+            for model, cause in self.broken.items():
+                self.remark(f"left out, because it is unusable: {model}: {cause}")
+            return []
+        if not self.broken:
+            return []
+        causes = [f"  {model}: {cause}" for model, cause in self.broken.items()]
+        count = "1 model is" if len(causes) == 1 else f"{len(causes)} models are"
+        hint = "mend them, or leave them out with --skip-broken"
+        return [f"{self.path}: {count} unusable:", *causes, hint]
+
+    def _missing(self) -> list[str]:
+        if not self.missing:
+            return []
+        files = [f"  {uri}  ({user})" for uri, user in self.missing.items()]
+        if self.skip_missing:
+            self.remark(f"left out, because the file is missing: {', '.join(self.missing)}")
+            return []
+        places = self.searched[:NAMED_SEARCHES]
+        more = len(self.searched) - len(places)
+        return [
+            f"{self.path}: {len(files)} file{'s are' if len(files) > 1 else ' is'} missing:\n"
+            + "\n".join(files)
+            + "\nsearched in:\n"
+            + "\n".join(f"  {place}" for place in places)
+            + (f"\n  and {more} more places" if more else "")
+            + "\nput them there, add their folder to GZ_SIM_RESOURCE_PATH, or leave them out "
+            "with --skip-missing"
+        ]
+
+    def notes(self) -> tuple[str, ...]:
+        """Return what the user should know about what was read."""
+        if not self.ignored:
+            return tuple(f"{self.path.name}: {remark}" for remark in self.remarks)
+        counts = ", ".join(f"{count} <{tag}>" for tag, count in sorted(self.ignored.items()))
+        return tuple(
+            f"{self.path.name}: {remark}" for remark in [f"ignored: {counts}", *self.remarks]
+        )
+
+
+def parse_sdf(path: Path, source: Source) -> ET.Element:
+    """Return the outermost element of an SDF file.
+
+    Raises:
+        WorldError: If it is not XML, not SDF, or of a version that we do not read.
+    """
+    try:
+        root = parse_xml(path)
+    except ET.ParseError as cause:
+        line, column = cause.position
+        raise WorldError(f"{path}, line {line}, column {column}: malformed XML: {cause}") from cause
+    except (OSError, ValueError, LookupError) as cause:  # of the file, or of its encoding
+        raise WorldError(f"cannot read {path}: {cause}") from cause
+    check_sdf(root, path, source)
+    return root
+
+
+def parse_xml(path: Path) -> ET.Element:
+    """Return the outermost element of an XML file; a bare & is one, as for Gazebo.
+
+    Raises:
+        ParseError, OSError, ValueError, LookupError: If it cannot be read.
+    """
+    data = path.read_bytes()
+    try:
+        return ET.fromstring(data)
+    except ET.ParseError:
+        mended = BARE_AMPERSAND.sub(b"&amp;", data)
+        if mended == data:
+            raise
+        return ET.fromstring(mended)
+
+
+def check_sdf(root: ET.Element, path: Path, source: Source) -> None:
+    """Check the outermost element of an SDF file.
+
+    Raises:
+        WorldError: If it is not SDF, or of a version that we do not read.
+    """
+    if root.tag != "sdf":
+        hint = "; is it a URDF? then it is a --robot" if root.tag == "robot" else ""
+        raise WorldError(f"{path}: the outermost element is <{root.tag}>; expected <sdf>{hint}")
+    version = version_of(root, path)
+    if version in LATER:
+        source.remark(f"SDF {version[0]}.{version[1]} is read as {NEWEST[0]}.{NEWEST[1]}")
+
+
+def version_of(root: ET.Element, path: Path) -> tuple[int, int]:
+    """Return the version that an `<sdf>` element states.
+
+    Raises:
+        WorldError: If it states none or one that we do not read.
+    """
+    text = root.get("version")
+    match = re.fullmatch(r"\s*(\d{1,4})\.(\d{1,4})(\.\d+)?\s*", text or "")
+    version = (int(match.group(1)), int(match.group(2))) if match else (0, 0)
+    if not (OLDEST <= version <= NEWEST or version in LATER):
+        given = f"version '{text}'" if text is not None else "no version"
+        raise WorldError(
+            f"{path}: <sdf> has {given}; expected {OLDEST[0]}.{OLDEST[1]} to "
+            f'{NEWEST[0]}.{NEWEST[1]}, for example <sdf version="1.7">'
+        )
+    return version

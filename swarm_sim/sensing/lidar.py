@@ -1,0 +1,290 @@
+"""The LiDARs of all robots: what is at the height of each scan plane, and when scans are due."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Collection, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_common.model.records import CONTROL_PERIOD, LidarSpec, RobotSpec, Scan
+from swarm_common.model.sensors import IDEAL, LidarErrors, SensorErrors
+from swarm_sim.physics.objects import Objects
+from swarm_sim.scene.randomness import hash_words, normal, uniform
+from swarm_sim.scene.scene import Body, Scene
+from swarm_sim.scene.section import Section, section_between
+from swarm_sim.sensing import lidar_kernels
+
+FloatArray = NDArray[np.float64]
+WORLD = -1  # owner of what no robot carries
+DROPOUT_WORD = 191  # what a random number is for
+SWEEP_RAYS = 10  # that are taken at one time, if each ray has its own
+NO_DISCS: FloatArray = np.zeros((0, 3))
+
+
+class LidarGroup:
+    """Robots with equal LiDARs, scanned together.
+
+    What they can hit is the world's section at their scan plane, those of the other robots, and
+    the walkers.
+    """
+
+    def __init__(
+        self,
+        spec: LidarSpec,
+        members: Sequence[int],
+        world: Section,
+        robots: Sequence[Section],
+        walkers: int = 0,
+        errors: LidarErrors = IDEAL.lidar,
+    ) -> None:
+        """Prepare the arrays.
+
+        Args:
+            spec: The LiDAR.
+            members: Indices of the robots that carry it.
+            world: What stands still at the height of the scan plane.
+            robots: The section of every robot at that height, in its base_footprint.
+            walkers: Number of discs that move on their own.
+            errors: Of the ranges, beside `spec.sigma`.
+        """
+        self.spec = spec
+        self.objects: Objects | None = None  # what moves beside robots and walkers
+        self._errors = errors
+        self.members = np.array(members, np.int64)
+        self.period_ticks = max(1, round(1.0 / (spec.rate * CONTROL_PERIOD)))
+        self._base_from_lidar = np.array([spec.x, spec.y, spec.yaw])
+        segments = [section.segments() for section in robots]
+        discs = [section.discs for section in robots]
+        self._segments_base = np.vstack([np.zeros((0, 4)), *segments])
+        self._discs_base = np.vstack([np.zeros((0, 3)), *discs])
+        self._segment_owners = _owners(segments)
+        self._disc_owners = _owners(discs)
+        self._still_segments = len(world.segments())
+        self._still_discs = len(world.discs)
+        self._segments = np.vstack([world.segments(), self._segments_base])
+        self._discs = np.vstack([world.discs, self._discs_base, np.zeros((walkers, 3))])
+        self._first_walker = len(self._discs) - walkers
+        still = [np.full(n, WORLD, np.int64) for n in (self._still_segments, self._still_discs)]
+        self._owners = (
+            np.concatenate([still[0], self._segment_owners]),
+            np.concatenate([still[1], self._disc_owners, np.full(walkers, WORLD, np.int64)]),
+        )
+        self._rays = np.arange(spec.rays)
+        self._true_ranges = np.empty((len(members), spec.rays))
+        self._words = np.empty((len(members), spec.rays), np.uint64)
+        self._past: deque[tuple[int, FloatArray]] = deque(maxlen=self.period_ticks)
+
+    @property
+    def kind(self) -> tuple[LidarSpec, LidarErrors]:
+        """What its members have in common."""
+        return self.spec, self._errors
+
+    def remember(self, earlier: LidarGroup, poses: FloatArray) -> None:
+        """Take over where the robots were; those new to the other group stood at `poses`."""
+        for tick, known in earlier._past:
+            self._past.append((tick, np.vstack([known, poses[len(known) :]])))
+
+    def forget(self, robot: int, pose: FloatArray) -> None:
+        """Take a robot to have stood at a pose, to which it has been put."""
+        for _, known in self._past:
+            known[robot] = pose
+
+    def note(self, poses: FloatArray, tick: int) -> None:
+        """Remember where the robots were, for rays that are older than their scan."""
+        if self._errors.ray_time and (not self._past or self._past[-1][0] < tick):
+            self._past.append((tick, poses.copy()))
+
+    def scan(
+        self, poses: FloatArray, seed: int, tick: int, walkers: FloatArray = NO_DISCS
+    ) -> NDArray[np.float32]:
+        """Return the measured ranges (members, rays) at true poses (n, 3) among walkers (m, 3)."""
+        spec, errors = self.spec, self._errors
+        if errors.ray_time and self._past:
+            self._sweep(poses, walkers)
+        else:
+            self.cast(poses, walkers)
+        ranges = np.empty((len(self.members), spec.rays), np.float32)
+        words = self._words
+        lidar_kernels.draw(seed, tick, self.members, words)
+        limits = (spec.range_min, spec.range_max)
+        sigma = spec.sigma
+        if errors.sigma_share > 0.0:
+            hits = np.isfinite(self._true_ranges)
+            sigmas = np.hypot(sigma, errors.sigma_share * self._true_ranges[hits])
+            self._true_ranges[hits] += sigmas * normal(words[hits])
+            sigma = 0.0
+        lidar_kernels.add_noise(self._true_ranges, words, sigma, *limits, ranges)
+        if errors.dropout > 0.0:
+            words = hash_words(seed, DROPOUT_WORD, tick, self.members[:, None], self._rays)
+            ranges[uniform(words) < errors.dropout] = np.nan
+        return ranges
+
+    def _sweep(self, poses: FloatArray, walkers: FloatArray) -> None:
+        """Cast a few rays at a time, each few where the robots were when it was their turn."""
+        spec = self.spec
+        earlier = self._past[0][1]
+        turns = poses[:, 2] - earlier[:, 2]
+        turns -= 2.0 * np.pi * np.round(turns / (2.0 * np.pi))
+        swept = np.empty_like(self._true_ranges)
+        for first in range(0, spec.rays, SWEEP_RAYS):
+            last = min(spec.rays, first + SWEEP_RAYS)
+            share = (0.5 * (first + last)) / spec.rays  # of the revolution that is over
+            then = earlier + share * (poses - earlier)
+            then[:, 2] = earlier[:, 2] + share * turns
+            few = np.empty((len(self.members), last - first))
+            self._cast(then, walkers, few, spec.angle_min + first * spec.angle_increment)
+            swept[:, first:last] = few
+        self._true_ranges[:] = swept
+
+    def cast(self, poses: FloatArray, walkers: FloatArray = NO_DISCS) -> FloatArray:
+        """Return the true ranges (members, rays); the array is reused by the next call."""
+        self._cast(poses, walkers, self._true_ranges, self.spec.angle_min)
+        return self._true_ranges
+
+    def _cast(self, poses: FloatArray, walkers: FloatArray, out: FloatArray, angle: float) -> None:
+        """Write the true ranges of the rays from an angle on, as many as `out` has columns."""
+        if self.spec.upside_down:  # seen from above, the last ray comes first
+            angle = -(angle + (out.shape[1] - 1) * self.spec.angle_increment)
+        self._place(poses)
+        self._discs[self._first_walker :] = walkers
+        lidar_kernels.cast(
+            compose(poses[self.members], self._base_from_lidar),
+            self.members,
+            (self._segments, self._owners[0]),
+            (self._discs, self._owners[1]),
+            (angle, self.spec.angle_increment),
+            self.spec.range_max,
+            out,
+        )
+        if self.spec.upside_down:
+            out[:] = out[:, ::-1].copy()
+
+    def _place(self, poses: FloatArray) -> None:
+        """Move the robots' sections to their poses."""
+        owners = poses[self._segment_owners]
+        end = self._still_segments + len(self._segments_base)
+        for ends in (slice(0, 2), slice(2, 4)):
+            self._segments[self._still_segments : end, ends] = moved(
+                owners, self._segments_base[:, ends]
+            )
+        if self.objects is not None:
+            self._place_objects(self.objects, end)
+        self._discs[self._still_discs : self._first_walker, :2] = moved(
+            poses[self._disc_owners], self._discs_base[:, :2]
+        )
+
+    def _place_objects(self, objects: Objects, first: int) -> None:
+        """Put what objects show at the height of the scan plane behind the robots' segments."""
+        outlines = objects.section(self.spec.z).outlines()
+        edges = [np.hstack([p, np.roll(p, -1, axis=0)]) for p in outlines]
+        self._segments = np.vstack([self._segments[:first], *edges])
+        owners = np.full(len(self._segments) - first, WORLD, np.int64)
+        self._owners = (np.concatenate([self._owners[0][:first], owners]), self._owners[1])
+
+
+class Lidars:
+    """All LiDARs of a swarm."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        specs: Sequence[RobotSpec],
+        models: Sequence[Sequence[Body]],
+        seed: int,
+        walkers: int = 0,
+        errors: Sequence[SensorErrors] | None = None,
+        absent: Collection[int] = (),
+    ) -> None:
+        """Group robots with equal LiDARs.
+
+        Args:
+            scene: The world.
+            specs: One per robot.
+            models: Bodies of each robot in its base_footprint.
+            seed: Of the range noise.
+            walkers: How many there are.
+            errors: One per robot; None for ideal sensors.
+            absent: Indices of robots that see nothing and are not seen.
+        """
+        self._seed = seed
+        self._groups: list[LidarGroup] = []
+        kinds = [
+            (spec.lidar, IDEAL.lidar if errors is None else errors[i].lidar)
+            for i, spec in enumerate(specs)
+        ]
+        present = [i for i in range(len(kinds)) if i not in absent]
+        for kind in dict.fromkeys(kinds[i] for i in present):
+            lidar, lidar_errors = kind
+            members = [i for i in present if kinds[i] == kind]
+            distinct = {id(bodies): bodies for bodies in models}
+            cuts = {
+                key: section_between(bodies, lidar.z, lidar.z) for key, bodies in distinct.items()
+            }
+            nothing = section_between([], lidar.z, lidar.z)
+            robots = [
+                nothing if i in absent else cuts[id(bodies)] for i, bodies in enumerate(models)
+            ]
+            world = section_between(scene.fixed, lidar.z, lidar.z)
+            self._groups.append(LidarGroup(lidar, members, world, robots, walkers, lidar_errors))
+
+    def remember(self, earlier: Lidars, poses: FloatArray) -> None:
+        """Take over what LiDARs of another crew remember; robots new to them stood at `poses`."""
+        known = {group.kind: group for group in earlier._groups}
+        for group in self._groups:
+            if group.kind in known:
+                group.remember(known[group.kind], poses)
+
+    def forget(self, robot: int, pose: FloatArray) -> None:
+        """Take a robot to have stood at a pose (3,), to which it has been put."""
+        for group in self._groups:
+            group.forget(robot, pose)
+
+    def watch(self, objects: Objects) -> None:
+        """Let the LiDARs see objects, wherever these are."""
+        for group in self._groups:
+            if len(objects) or group.objects is not None:  # the last one may have gone
+                group.objects = objects
+
+    def due(self, tick: int, poses: FloatArray, walkers: FloatArray = NO_DISCS) -> dict[int, Scan]:
+        """Return the scans that are due at a tick, by index of the robot.
+
+        Args:
+            tick: Control tick.
+            poses: True poses (n, 3) of the robots.
+            walkers: Discs (m, 3) of the walkers.
+        """
+        scans: dict[int, Scan] = {}
+        for group in self._groups:
+            if tick % group.period_ticks:
+                group.note(poses, tick)
+                continue
+            spec = group.spec
+            limits = (spec.angle_min, spec.angle_increment, spec.range_min, spec.range_max)
+            measured = group.scan(poses, self._seed, tick, walkers)
+            group.note(poses, tick)
+            for member, ranges in zip(group.members, measured, strict=True):
+                scans[int(member)] = Scan(tick, *limits, ranges)
+        return scans
+
+
+def compose(poses: FloatArray, offset: FloatArray) -> FloatArray:
+    """Return poses (n, 3) moved by an offset (3,) in each one's own frame."""
+    points = moved(poses, np.broadcast_to(offset[:2], (len(poses), 2)))
+    return np.column_stack([points, poses[:, 2] + offset[2]])
+
+
+def moved(poses: FloatArray, points: FloatArray) -> FloatArray:
+    """Return points (n, 2), each given in the frame of its pose (n, 3), in the poses' frame."""
+    cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+    return np.column_stack(
+        [
+            poses[:, 0] + cos * points[:, 0] - sin * points[:, 1],
+            poses[:, 1] + sin * points[:, 0] + cos * points[:, 1],
+        ]
+    )
+
+
+def _owners(arrays: Sequence[FloatArray]) -> NDArray[np.int64]:
+    return np.repeat(np.arange(len(arrays)), [len(array) for array in arrays]).astype(np.int64)

@@ -1,0 +1,187 @@
+"""Numba kernels of the LiDAR: rays against segments and discs in the plane, and range noise.
+
+Each obstacle is tested only against the rays inside the angle that it spans as seen from the
+sensor, so a scan costs about as much as it has hits, not rays times obstacles.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_sim.sensing.radio_kernels import mixed
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+TWO_PI = 2.0 * math.pi
+
+
+@numba.njit(cache=True)
+def ray_segment(dx: float, dy: float, ax: float, ay: float, bx: float, by: float) -> float:
+    """Return the range along a unit ray from the origin to the segment a-b; inf if it misses."""
+    ex, ey = bx - ax, by - ay
+    denominator = dx * ey - dy * ex
+    if denominator == 0.0:
+        return math.inf
+    along = (ax * ey - ay * ex) / denominator
+    share = (ax * dy - ay * dx) / denominator
+    if along < 0.0 or share < 0.0 or share > 1.0:
+        return math.inf
+    return along
+
+
+@numba.njit(cache=True)
+def ray_disc(dx: float, dy: float, cx: float, cy: float, radius: float) -> float:
+    """Return the range along a unit ray from the origin to a circle; inf if it misses."""
+    middle = cx * dx + cy * dy
+    aside = cx * dy - cy * dx
+    squared = radius * radius - aside * aside
+    if squared < 0.0:
+        return math.inf
+    half = math.sqrt(squared)
+    if middle - half >= 0.0:
+        return middle - half
+    return middle + half if middle + half >= 0.0 else math.inf
+
+
+@numba.njit(cache=True)
+def segment_gap(ax: float, ay: float, bx: float, by: float) -> float:
+    """Return the distance of the origin from the segment a-b."""
+    ex, ey = bx - ax, by - ay
+    length = ex * ex + ey * ey
+    share = 0.0
+    if length > 0.0:
+        share = min(1.0, max(0.0, -(ax * ex + ay * ey) / length))
+    return math.hypot(ax + share * ex, ay + share * ey)
+
+
+@numba.njit(cache=True)
+def ray_window(
+    start: float, width: float, turn: int, increment: float, rays: int
+) -> tuple[int, int]:
+    """Return first and last ray (inclusive) that an angle may contain.
+
+    Args:
+        start: Lower bound of the angle, counted from ray 0; any multiple of 2π.
+        width: Of the angle.
+        turn: 0 for the part above zero, 1 for the part that wrapped around.
+        increment: Between rays.
+        rays: Number of rays.
+    """
+    low = start % TWO_PI - TWO_PI * turn
+    first = max(0, math.floor(low / increment) - 1)
+    last = min(rays - 1, math.ceil((low + width) / increment) + 1)
+    return first, last
+
+
+@numba.njit(cache=True)
+def cast(
+    sensors: FloatArray,
+    owners: IntArray,
+    segments: tuple[FloatArray, IntArray],
+    discs: tuple[FloatArray, IntArray],
+    angles: tuple[float, float],
+    range_max: float,
+    out: FloatArray,
+) -> None:
+    """Write the true range of each ray, inf beyond `range_max`.
+
+    Args:
+        sensors: (n, 3): x, y, yaw.
+        owners: (n,) robot that carries the sensor; it does not see itself.
+        segments: (s, 4) ends x0, y0, x1, y1, and owner of each (s,), -1 for the world.
+        discs: (d, 3) x, y, radius, and owner of each (d,).
+        angles: Of ray 0, and between rays.
+        range_max: [m]
+        out: (n, rays).
+    """
+    rays = out.shape[1]
+    directions = np.empty((rays, 2))
+    for i in range(sensors.shape[0]):
+        x, y, yaw = sensors[i, 0], sensors[i, 1], sensors[i, 2]
+        zero = yaw + angles[0]
+        for k in range(rays):
+            directions[k, 0] = math.cos(zero + k * angles[1])
+            directions[k, 1] = math.sin(zero + k * angles[1])
+            out[i, k] = math.inf
+        for s in range(segments[0].shape[0]):
+            if segments[1][s] == owners[i]:
+                continue
+            ax, ay = segments[0][s, 0] - x, segments[0][s, 1] - y
+            bx, by = segments[0][s, 2] - x, segments[0][s, 3] - y
+            if segment_gap(ax, ay, bx, by) > range_max:
+                continue
+            start = math.atan2(ay, ax)
+            width = math.atan2(by, bx) - start
+            width -= TWO_PI * math.floor(width / TWO_PI)  # to [0, 2π)
+            if width > math.pi:
+                start, width = start + width, TWO_PI - width
+            for turn in range(2):
+                first, last = ray_window(start - zero, width, turn, angles[1], rays)
+                for k in range(first, last + 1):
+                    hit = ray_segment(directions[k, 0], directions[k, 1], ax, ay, bx, by)
+                    if hit <= range_max and hit < out[i, k]:
+                        out[i, k] = hit
+        for d in range(discs[0].shape[0]):
+            if discs[1][d] == owners[i]:
+                continue
+            cx, cy, radius = discs[0][d, 0] - x, discs[0][d, 1] - y, discs[0][d, 2]
+            gap = math.hypot(cx, cy)
+            if gap - radius > range_max:
+                continue
+            half = math.pi if gap <= radius else math.asin(radius / gap)
+            start = math.atan2(cy, cx) - half
+            for turn in range(2):
+                first, last = ray_window(start - zero, 2.0 * half, turn, angles[1], rays)
+                for k in range(first, last + 1):
+                    hit = ray_disc(directions[k, 0], directions[k, 1], cx, cy, radius)
+                    if hit <= range_max and hit < out[i, k]:
+                        out[i, k] = hit
+
+
+@numba.njit(cache=True)
+def draw(seed: int, tick: int, members: IntArray, words: NDArray[np.uint64]) -> None:
+    """Write a random word for each ray (n, rays): `hash_words` of seed, tick, member and ray."""
+    head = mixed(mixed(np.uint64(0), np.uint64(seed)), np.uint64(tick))
+    for i in range(words.shape[0]):
+        word = mixed(head, np.uint64(members[i]))
+        for k in range(words.shape[1]):
+            words[i, k] = mixed(word, np.uint64(k))
+
+
+@numba.njit(cache=True)
+def add_noise(
+    ranges: FloatArray,
+    words: NDArray[np.uint64],
+    sigma: float,
+    range_min: float,
+    range_max: float,
+    out: NDArray[np.float32],
+) -> None:
+    """Write measured ranges: true ones plus normal noise, outside the limits ±inf (REP 117).
+
+    Args:
+        ranges: True ranges (n, rays).
+        words: Random words (n, rays); each gives one normal number (Box and Muller).
+        sigma: [m] standard deviation.
+        range_min: [m] below it a measurement becomes -inf.
+        range_max: [m] above it a measurement becomes inf.
+        out: (n, rays).
+    """
+    low_half = np.uint64(0xFFFFFFFF)
+    for i in range(ranges.shape[0]):
+        for k in range(ranges.shape[1]):
+            value = ranges[i, k]
+            if sigma > 0.0 and value < math.inf:
+                first = (float(words[i, k] >> np.uint64(32)) + 1.0) * 2.0**-32
+                second = float(words[i, k] & low_half) * 2.0**-32
+                spread = math.sqrt(-2.0 * math.log(first))
+                value += sigma * spread * math.cos(TWO_PI * second)
+            if value > range_max:
+                value = math.inf
+            elif value < range_min:
+                value = -math.inf
+            out[i, k] = value

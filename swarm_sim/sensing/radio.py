@@ -1,0 +1,175 @@
+"""The radio: who hears whose beacon at a tick, with range, loss and delay.
+
+Whether a message is lost depends only on (seed, tick, sender, receiver), so that no order of
+arrival and no other random number can change it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_common.model.beacon import (
+    BEACON_DTYPE,
+    BEACON_WORDS,
+    FLAG_LEFT,
+    BeaconArray,
+    Reception,
+    word_of,
+)
+from swarm_common.model.errors import ConfigError
+from swarm_common.model.records import CONTROL_PERIOD, stamp_from_tick
+from swarm_sim.sensing import radio_kernels
+
+FloatArray = NDArray[np.float64]
+FAREWELL_TICKS = 50  # for which all are told that a robot was taken out; who is late hears it, too
+ID = word_of("id")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RadioConfig:
+    """Quality of the radio; `radio:` of the world."""
+
+    range: float = 6.0  # [m] between the centres of two robots
+    loss: float = 0.0  # share of the messages that are lost, each receiver on its own
+    delay: float = 0.0  # [s] in addition to the one tick that a beacon always takes
+
+    def __post_init__(self) -> None:
+        """Refuse impossible values."""
+        if not self.range > 0.0:
+            raise ConfigError(f"radio.range is {self.range} m; it must be positive")
+        if not 0.0 <= self.loss <= 1.0:
+            raise ConfigError(f"radio.loss is {self.loss}; it must lie between 0 and 1")
+        if not 0.0 <= self.delay < math.inf:
+            raise ConfigError(f"radio.delay is {self.delay} s; it must not be negative")
+
+
+class Radio:
+    """Keeps the beacons under way and says who hears what."""
+
+    def __init__(self, config: RadioConfig, count: int, seed: int) -> None:
+        """Start with silence.
+
+        Args:
+            config: Quality.
+            count: Number of robots.
+            seed: Of the losses.
+        """
+        self._config = config
+        self._count = count
+        self._seed = seed
+        delay_ticks = math.ceil(config.delay / CONTROL_PERIOD - 1e-9)
+        silence = _Wave(np.zeros((0, BEACON_WORDS), np.uint32), np.zeros((count, 0), np.bool_), 0)
+        self._farewells: dict[int, int] = {}  # ticks until which they are sent, by id
+        self._under_way: deque[_Wave] = deque([silence] * (delay_ticks + 1))
+
+    def add(self) -> None:
+        """Take another robot; it has not heard anything yet."""
+        self._count += 1
+        for wave in self._under_way:
+            wave.add_receiver()
+
+    def forget(self, robot_id: int, tick: int) -> None:
+        """Take a robot out: what it sent is lost, and all are told that it holds no space.
+
+        It is the radio that says so, to everybody, whatever the range and the losses: a robot
+        that merely fell silent would stay an obstacle to the others for good.
+        """
+        for wave in self._under_way:
+            wave.drop(robot_id)
+        self._farewells[robot_id] = tick + FAREWELL_TICKS
+
+    def welcome(self, robot_id: int) -> None:
+        """Say nothing more of a robot that is there again."""
+        self._farewells.pop(robot_id, None)
+
+    def send(self, tick: int, beacons: Sequence[np.void | None], positions: FloatArray) -> None:
+        """Take the beacons that robots send at a tick; ends the tick.
+
+        Args:
+            tick: Tick at which they are sent.
+            beacons: One per robot; None from a robot that sends nothing.
+            positions: True positions (n, 2) at that tick.
+        """
+        senders = np.array([i for i, b in enumerate(beacons) if b is not None], np.int64)
+        joined = b"".join([b.tobytes() for b in beacons if b is not None])
+        order = np.argsort(np.frombuffer(joined, BEACON_DTYPE)["id"], kind="stable")
+        # As plain words: numpy copies records of many members member by member.
+        sent = np.frombuffer(joined, np.uint32).reshape(len(senders), BEACON_WORDS)[order]
+        heard = np.empty((self._count, len(senders)), np.bool_)
+        config = self._config
+        count = radio_kernels.listen(
+            positions, senders[order], config.range, config.loss, self._seed, tick, heard
+        )
+        self._under_way.popleft()
+        wave = _Wave(sent, heard, count)
+        if self._farewells:
+            wave.add_for_all(self._farewell_beacons(tick))
+        self._under_way.append(wave)
+
+    def _farewell_beacons(self, tick: int) -> NDArray[np.uint32]:
+        """Return the beacons (s, words) that say of robots that they were taken out."""
+        self._farewells = {i: last for i, last in self._farewells.items() if tick <= last}
+        beacons = np.zeros(len(self._farewells), BEACON_DTYPE)
+        beacons["id"] = list(self._farewells)
+        beacons["sec"], beacons["nanosec"] = stamp_from_tick(tick)
+        beacons["tick"], beacons["flags"] = tick, FLAG_LEFT
+        return beacons.view(np.uint32).reshape(-1, BEACON_WORDS)
+
+    def reception(self, receiver: int) -> Reception:
+        """Return the beacons that reach a robot at the present tick, ordered by id."""
+        return self._under_way[0].reception(receiver)
+
+    def heard(self, receiver: int) -> BeaconArray:
+        """Return the same, copied."""
+        return self.reception(receiver).beacons
+
+
+class _Wave:
+    """What was sent at one tick, and who hears it."""
+
+    def __init__(self, sent: NDArray[np.uint32], heard: NDArray[np.bool_], count: int) -> None:
+        """Keep beacons as words (s, words), (n, s) who hears which, and the number of messages."""
+        self._sent = sent
+        self._heard = heard
+        self._count = count
+        self._starts: list[int] = []
+        self._rows: NDArray[np.int64] = np.zeros(0, np.int64)
+
+    def add_receiver(self) -> None:
+        """Let another robot listen, who hears nothing of this."""
+        self._heard = np.vstack([self._heard, np.zeros((1, len(self._sent)), np.bool_)])
+        self._starts = []
+
+    def drop(self, robot_id: int) -> None:
+        """Let nobody hear a robot."""
+        self._take(self._sent[:, ID] != robot_id)
+
+    def add_for_all(self, beacons: NDArray[np.uint32]) -> None:
+        """Let everybody hear further beacons, too."""
+        self._sent = np.vstack([self._sent, beacons])
+        everybody = np.ones((len(self._heard), len(beacons)), np.bool_)
+        self._heard = np.hstack([self._heard, everybody])
+        self._take(np.argsort(self._sent[:, ID], kind="stable"))
+
+    def _take(self, columns: NDArray[np.generic]) -> None:
+        self._sent = np.ascontiguousarray(self._sent[columns])
+        self._heard = np.ascontiguousarray(self._heard[:, columns])
+        self._count = int(self._heard.sum())
+        self._starts = []
+
+    def reception(self, receiver: int) -> Reception:
+        """Return what one robot hears; the lists of all are made at the first call."""
+        if not self._starts:
+            starts = np.empty(len(self._heard) + 1, np.int64)
+            self._rows = np.empty(self._count, np.int64)
+            radio_kernels.rows_heard(self._heard, starts, self._rows)
+            self._starts = starts.tolist()
+        return Reception(
+            self._sent, self._rows[self._starts[receiver] : self._starts[receiver + 1]]
+        )

@@ -1,0 +1,177 @@
+"""A world in which robots come and go, and robots and things are put elsewhere, between ticks.
+
+Indices stay: a robot that was taken out keeps its row and is absent. Its body is parked far away,
+where nothing senses it and it senses nothing; the others' state is carried over bit by bit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from swarm_common.model.records import Pose, RobotSpec, Twist
+from swarm_common.model.shapes import Transform
+from swarm_sim.physics.engine import FloatArray
+from swarm_sim.scene.robot_model import RobotModel
+from swarm_sim.scene.scene import Body, Scene
+from swarm_sim.world.verdict import Collision
+from swarm_sim.world.world import World, WorldConfig
+
+PARKED = 1e6  # [m] from the origin
+PARKING_PITCH = 100.0  # [m] between two that are parked
+
+
+class ChangingWorld(World):
+    """See `World`; call what changes it only between `step` and `observe`.
+
+    Attributes:
+        scene: Where the robots are.
+        absent: Indices of robots that were taken out.
+        last_beacons: Newest beacon of each robot; None before its first one.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        specs: Sequence[RobotSpec],
+        poses: Sequence[Pose],
+        config: WorldConfig | None = None,
+        seed: int = 0,
+        names: Sequence[str] | None = None,
+        models: Mapping[str, RobotModel] | None = None,
+    ) -> None:
+        """Place the robots and begin at tick 0; see `World`."""
+        super().__init__(scene, specs, poses, config, seed, names, models)
+        self.scene = scene
+        self.absent: set[int] = set()
+        self.last_beacons: list[np.void | None] = [None] * len(specs)
+
+    @property
+    def present(self) -> list[int]:
+        """Indices of the robots that are there."""
+        return [robot for robot in range(len(self.specs)) if robot not in self.absent]
+
+    @property
+    def heights(self) -> tuple[float, float]:
+        """Heights [m] between which things are obstacles to robots."""
+        return self._objects.heights
+
+    def step(
+        self, commands: Sequence[Twist | None], beacons: Sequence[np.void | None]
+    ) -> list[Collision]:
+        """Advance one tick; see `World.step`."""
+        if self.absent:
+            commands = [Twist() if i in self.absent else c for i, c in enumerate(commands)]
+            beacons = [None if i in self.absent else b for i, b in enumerate(beacons)]
+        for robot, beacon in enumerate(beacons):
+            if beacon is not None:
+                self.last_beacons[robot] = beacon
+        return super().step(commands, beacons)
+
+    def add(self, name: str, robot_id: int, spec: RobotSpec, model: RobotModel, pose: Pose) -> int:
+        """Take another robot; return its index.
+
+        Args:
+            name: Of the robot.
+            robot_id: In its beacons.
+            spec: Its model.
+            model: Its bodies.
+            pose: Where it stands, in the map frame; whether there is room is not checked here.
+        """
+        place = _array(pose)
+        engine = self._engine
+        self.names.append(name)
+        self.specs.append(spec)
+        self._models.setdefault(spec.model, model)
+        self._walkers.add_robot(spec)
+        self._objects.vehicles.add_robot(spec)
+        sensors = self._motion_sensors.extended(
+            self.specs, self._errors(), engine.travels, engine.yaws_gyro
+        )
+        self._motion_sensors = sensors
+        engine.add(spec, model, place)
+        self._commands.add(spec)
+        self._odometer.add()
+        self._radio.add()
+        self._radio.welcome(robot_id)
+        self._judge.add(name, place)
+        self.last_beacons.append(None)
+        self._renew_lidars()
+        return len(self.specs) - 1
+
+    def remove(self, robot: int, robot_id: int) -> None:
+        """Take a robot out; `robot_id` is the one in its beacons."""
+        self.absent.add(robot)
+        self.place(robot, Pose(PARKED + PARKING_PITCH * robot, PARKED, 0.0))
+        self._radio.forget(robot_id, self.tick)
+        self.last_beacons[robot] = None
+        self._renew_lidars()
+
+    def readmit(self, robot: int, robot_id: int, pose: Pose) -> None:
+        """Take a robot in again that had been taken out; its odometry begins anew."""
+        self.absent.discard(robot)
+        self._engine.restart(robot)
+        self._motion_sensors.restart(robot)
+        self._odometer.restart(robot)
+        self._radio.welcome(robot_id)
+        self.place(robot, pose)
+        self._renew_lidars()
+
+    def place(self, robot: int, pose: Pose) -> None:
+        """Put a robot elsewhere, where it stands; its odometry does not notice."""
+        place = _array(pose)
+        self._engine.place(robot, place)
+        self._commands.stop(robot)
+        self._judge.place(robot, place)
+        if self._lidars is not None:
+            self._lidars.forget(robot, place)
+
+    def mute(self, robot_id: int) -> None:
+        """Tell all that a robot holds nothing of what it held where it was."""
+        self._radio.forget(robot_id, self.tick)
+
+    def unmute(self, robot_id: int) -> None:
+        """Let a robot that was muted be heard again."""
+        self._radio.welcome(robot_id)
+
+    @property
+    def loose(self) -> tuple[Body, ...]:
+        """What can be pushed, and what came at run time, where it was at first."""
+        return self._objects.loose
+
+    def place_of(self, index: int) -> Transform:
+        """Return where something loose is now."""
+        return self._objects.place_of(index)
+
+    def place_object(self, index: int, place: Transform) -> None:
+        """Put something loose elsewhere."""
+        self._engine.place_object(index, place)
+
+    def add_object(self, body: Body) -> int:
+        """Take another thing, which can be pushed unless it is static; return its index.
+
+        Whether there is room is not checked here.
+        """
+        self._engine.add_object(body)
+        self._watch_objects()
+        return len(self.loose) - 1
+
+    def remove_object(self, index: int) -> None:
+        """Take something loose out; those behind it move up."""
+        self._engine.remove_object(index)
+        self._watch_objects()
+
+    def _watch_objects(self) -> None:
+        if self._lidars is not None:
+            self._lidars.watch(self._objects)
+
+    def _renew_lidars(self) -> None:
+        if self._lidars is not None:
+            lidars = self._make_lidars(self.absent)
+            lidars.remember(self._lidars, self._engine.poses)
+            self._lidars = lidars
+
+
+def _array(pose: Pose) -> FloatArray:
+    return np.array([pose.x, pose.y, pose.yaw], np.float64)

@@ -1,0 +1,99 @@
+"""Near misses: episodes in which a robot came very close to something, but did not touch it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_sim.physics.engine import Approach
+
+FloatArray = NDArray[np.float64]
+EPISODE_GAP = 0.5  # [s] without approach, or contact, that end an episode
+Key = tuple[int, int, str]  # robot, other robot or -1, obstacle
+
+
+@dataclass(frozen=True, slots=True)
+class NearMiss:
+    """An episode closer than `engine.NEAR_MISS` without contact.
+
+    Attributes:
+        robots: Names of the one or two robots in it.
+        obstacle: Name of the obstacle; empty if two robots met.
+        x: [m] of the robot, or halfway between the two, where they were closest.
+        y: [m]
+        sim_time: [s] when it began.
+        distance: [m] smallest.
+    """
+
+    robots: tuple[str, ...]
+    obstacle: str
+    x: float
+    y: float
+    sim_time: float
+    distance: float
+
+
+@dataclass(slots=True)
+class _Episode:
+    start: float
+    last: float
+    distance: float
+    place: tuple[float, float]
+
+
+class CloseCalls:
+    """Collects near misses tick by tick."""
+
+    def __init__(self, names: Sequence[str]) -> None:
+        self._names = list(names)
+        self._open: dict[Key, _Episode] = {}
+        self._last_touch: dict[Key, float] = {}
+        self._over: list[tuple[Key, _Episode]] = []
+
+    def add(self, name: str) -> None:
+        """Take another robot."""
+        self._names.append(name)
+
+    def touch(self, key: Key, time: float) -> None:
+        """Note a contact: the episode is a collision, and no near miss."""
+        self._last_touch[key] = time
+        self._open.pop(key, None)
+
+    def observe(self, time: float, approaches: Iterable[Approach], poses: FloatArray) -> None:
+        """Take in what was close at the end of a control period.
+
+        Args:
+            time: [s] simulated.
+            approaches: Pairs closer than `engine.NEAR_MISS`.
+            poses: True poses (n, 3).
+        """
+        for key in [k for k, e in self._open.items() if time - e.last > EPISODE_GAP + 1e-9]:
+            self._over.append((key, self._open.pop(key)))
+        for approach in approaches:
+            key = (approach.robot, approach.other, approach.obstacle)
+            if time - self._last_touch.get(key, -np.inf) <= EPISODE_GAP + 1e-9:
+                self._last_touch[key] = time  # still the collision's
+                continue
+            members = [approach.robot] if approach.other < 0 else [approach.robot, approach.other]
+            x, y = poses[members, :2].mean(axis=0)
+            episode = self._open.setdefault(key, _Episode(time, time, np.inf, (0.0, 0.0)))
+            episode.last = time
+            if approach.gap < episode.distance:
+                episode.distance, episode.place = approach.gap, (float(x), float(y))
+
+    def near_misses(self) -> tuple[NearMiss, ...]:
+        """Return the episodes so far, in order of time."""
+        episodes = [*self._over, *self._open.items()]
+        return tuple(
+            NearMiss(
+                tuple(self._names[member] for member in key[:2] if member >= 0),
+                key[2],
+                *episode.place,
+                round(episode.start, 6),
+                float(episode.distance),
+            )
+            for key, episode in sorted(episodes, key=lambda pair: (pair[1].start, pair[0]))
+        )

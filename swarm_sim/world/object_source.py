@@ -1,0 +1,157 @@
+"""Descriptions of things that come at run time: SDF or URDF, a file, a model's folder or a text."""
+
+from __future__ import annotations
+
+import re
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from swarm_common.model.errors import RobotModelError, WorldError
+from swarm_common.robots.description import parse_urdf
+from swarm_common.robots.packages import PackageFinder
+from swarm_common.robots.xacro_io import expand
+from swarm_sim.scene.scene import Body, Part, Plane
+from swarm_sim.sdf.bodies import bodies_of, convex, welded
+from swarm_sim.sdf.frames import Scope
+from swarm_sim.sdf.model_paths import ModelPaths
+from swarm_sim.sdf.models import model_file, models_in
+from swarm_sim.sdf.source import Source, check_sdf
+from swarm_sim.sdf.state import State
+from swarm_sim.world.refusal import Reason, RefusedError
+
+TEXT = "entity_resource.resource_string"  # what messages call a description without a file
+SDF, URDF = "sdf", "robot"  # outermost elements
+ENDINGS = {".sdf": SDF, ".world": SDF, ".urdf": URDF, ".xacro": URDF}
+MOVING = re.compile(r"<joint\b[^>]*\btype\s*=\s*[\"'](continuous|revolute|prismatic)")
+LIKE_A_ROBOT = re.compile(r"/?Srobot\d+")
+
+
+def is_object(uri: str, text: str, name: str, beside: Path) -> bool:
+    """Return whether what is to come is a thing, and not a robot with a navigator.
+
+    Args:
+        uri: Name of a robot model, path or URI.
+        text: The description itself, if there is no uri.
+        name: That it is to have; may be empty.
+        beside: Folder of the world file, where models are searched, too.
+    """
+    if not uri:
+        return bool(text)
+    if LIKE_A_ROBOT.fullmatch(name):
+        return False
+    path = _path_of(uri, beside)
+    if path is None:
+        return uri.startswith("model://") or ENDINGS.get(Path(uri).suffix) == SDF
+    if path.is_dir():
+        return uri.startswith("model://") or _is_model(path)
+    if ENDINGS.get(path.suffix) == SDF:
+        return True
+    if path.suffix != ".urdf":
+        return False
+    return MOVING.search(path.read_text(encoding="utf-8", errors="replace")) is None
+
+
+def read_object(uri: str, text: str, beside: Path) -> Body:
+    """Return a thing as one body in the frame of its model.
+
+    Args:
+        uri: Path, `file://`, `model://` or `package://`; counts before the text.
+        text: SDF or URDF.
+        beside: Folder of the world file, where models are searched, too.
+
+    Raises:
+        RefusedError: With the reason.
+    """
+    try:
+        path = _path_of(uri, beside) if uri else None
+        if path is None and uri:
+            raise RefusedError(
+                Reason.NO_MODEL, f"there is no file '{uri}'; expected an .sdf, a .urdf or a model"
+            )
+        if path is not None and path.is_dir():
+            path = model_file(path)
+        where = Path(TEXT) if path is None else path
+        if path is not None:
+            text = path.read_text(encoding="utf-8")
+        body = _read(text, where, beside)
+    except (WorldError, RobotModelError) as cause:
+        raise RefusedError(Reason.BAD_MODEL, str(cause)) from cause
+    except (OSError, UnicodeDecodeError) as cause:
+        raise RefusedError(Reason.NO_MODEL, f"cannot read {uri}: {cause}") from cause
+    if not body.parts:
+        raise RefusedError(Reason.BAD_MODEL, f"{where}: '{body.name}' has no collision shape")
+    return body
+
+
+def _path_of(uri: str, beside: Path) -> Path | None:
+    return ModelPaths(beside).find(uri, Path.cwd())
+
+
+def _is_model(folder: Path) -> bool:
+    return (folder / "model.config").is_file() or (folder / "model.sdf").is_file()
+
+
+def _read(text: str, where: Path, beside: Path) -> Body:
+    try:
+        root = ET.fromstring(text.encode())
+    except ET.ParseError as cause:
+        line, column = cause.position
+        raise WorldError(
+            f"{where}, line {line}, column {column}: malformed XML: {cause}"
+        ) from cause
+    if root.tag == URDF:
+        return _of_urdf(text, where)
+    if root.tag != SDF:
+        raise RefusedError(
+            Reason.BAD_FORMAT, f"{where}: the outermost element is <{root.tag}>; expected <sdf> "
+            "or <robot>",
+        )  # fmt: skip
+    return _of_sdf(root, where, beside)
+
+
+def _of_sdf(root: ET.Element, where: Path, beside: Path) -> Body:
+    here = where.resolve().parent if where.is_file() else beside
+    source = Source(where, ModelPaths(beside))
+    check_sdf(root, where, source)
+    scope = Scope("")
+    models = models_in(root, here, source, scope)
+    if len(models) != 1:
+        raise WorldError(f"{where}: found {len(models)} <model> in <sdf>; expected one")
+    model = models[0]
+    bodies = [convex(body, source) for body in bodies_of(models, scope, State(), source)]
+    if source.missing:
+        raise RefusedError(
+            Reason.MISSING_FILES,
+            f"{where}: missing files: {', '.join(source.missing)}; "
+            f"searched in {', '.join(source.searched[:8])}",
+        )
+    if not bodies:
+        raise WorldError(f"{where}: model '{model.name}' has no link with a shape")
+    whole = welded(bodies, model.is_static)
+    if any(isinstance(part.shape, Plane) for part in whole.parts):
+        raise WorldError(f"{where}: model '{model.name}' is a plane; the ground is there already")
+    base = np.linalg.inv(scope.frame(model.name)) @ whole.world_from_body
+    parts = tuple(Part(part.shape, base @ part.body_from_part) for part in whole.parts)
+    visuals = tuple(
+        replace(visual, body_from_visual=base @ visual.body_from_visual) for visual in whole.visuals
+    )
+    return replace(whole, name=model.name, world_from_body=np.eye(4), parts=parts, visuals=visuals)
+
+
+def _of_urdf(text: str, where: Path) -> Body:
+    if where.suffix == ".xacro" or "xacro:" in text:
+        if not where.is_file():
+            raise WorldError(f"{where}: xacro is read from files only; give a uri")
+        text = expand(where, {}, PackageFinder([], where))
+    if MOVING.search(text):
+        raise RefusedError(
+            Reason.BAD_FORMAT,
+            f"{where} has joints that move, so it is a robot; robots are given by uri",
+        )
+    model = parse_urdf(text, str(where), (), PackageFinder([], where), where.resolve().parent)
+    base = model.groups[0]
+    static = ET.fromstring(text.encode()).findtext("gazebo/static", "false").strip().lower()
+    return Body(model.name, np.eye(4), base.parts, static in ("true", "1"), base.mass)

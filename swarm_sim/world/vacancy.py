@@ -1,0 +1,107 @@
+"""Whether a robot may be put somewhere while others drive: room to stand, and nobody on the way."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from swarm_common.model.errors import WorldError
+from swarm_common.model.records import FloatArray, Pose, RobotSpec
+from swarm_sim.maps.spawn import wall_distance
+from swarm_sim.scene.scene import Body
+from swarm_sim.scene.section import GROUND_GAP, section_between
+from swarm_sim.world.changing_world import ChangingWorld
+
+GAP = 0.05  # [m] between the robot's circle and anything
+MARGIN = 0.047  # [m] by which a navigator's disc is larger than its body (traffic.safety_margin)
+
+
+def check_vacancy(
+    world: ChangingWorld, spec: RobotSpec, pose: Pose, robot: int | None = None
+) -> None:
+    """Refuse a place where a robot must not be put now.
+
+    What another robot holds or has requested in its last beacon counts as its space: only there
+    can it drive before it hears of the newcomer.
+
+    Args:
+        world: With all that is in it.
+        spec: The robot's model.
+        pose: The place, in the map frame.
+        robot: Its index, if it is in the world already.
+
+    Raises:
+        WorldError: Saying what is in the way.
+    """
+    if not all(map(math.isfinite, (pose.x, pose.y, pose.yaw))):
+        raise WorldError(f"({pose.x}, {pose.y}, {pose.yaw}) is no place")
+    where = f"at ({pose.x:.2f}, {pose.y:.2f})"
+    _check_bodies(world, spec, pose, where)
+    for x, y, radius in world.walkers():
+        if math.hypot(x - pose.x, y - pose.y) < radius + spec.circumscribed_radius + GAP:
+            raise WorldError(f"somebody walks {where}")
+    for other in world.present:
+        if other != robot:
+            _check_robot(world, other, spec, pose, where)
+
+
+def _check_bodies(world: ChangingWorld, spec: RobotSpec, pose: Pose, where: str) -> None:
+    point = np.array([[pose.x, pose.y]])
+    for body in (*world.scene.fixed, *world.objects()):
+        gap = _gap(body, point, spec.height)
+        if gap < spec.circumscribed_radius + GAP:
+            inside = "inside" if gap <= 0.0 else f"{gap:.2f} m from"
+            raise WorldError(
+                f"{where} the robot would stand {inside} '{body.name}'; "
+                f"a {spec.model} needs {spec.circumscribed_radius + GAP:.2f} m"
+            )
+
+
+def _gap(body: Body, point: FloatArray, height: float) -> float:
+    section = section_between([body], GROUND_GAP, height)
+    return float(wall_distance(point, section)[0]) if section.names else math.inf
+
+
+def _check_robot(world: ChangingWorld, other: int, spec: RobotSpec, pose: Pose, where: str) -> None:
+    x, y, _ = world.poses[other].tolist()
+    name, radius = world.names[other], spec.circumscribed_radius
+    gap = math.hypot(x - pose.x, y - pose.y)
+    if gap < world.specs[other].circumscribed_radius + radius + GAP:
+        raise WorldError(f"{name} stands {where}, {gap:.2f} m from there")
+    beacon = world.last_beacons[other]
+    if beacon is None:
+        return
+    reach = float(beacon["radius"]) + radius + MARGIN
+    for part, size in (("held", "held_size"), ("wanted", "wanted_size")):
+        points = np.asarray(beacon[part][: int(beacon[size])], np.float64)
+        if len(points) and line_distance(points, pose.x, pose.y) < reach:
+            raise WorldError(f"{name} is about to drive {where}; wait, or take another place")
+
+
+def line_distance(points: FloatArray, x: float, y: float) -> float:
+    """Return the distance [m] of (x, y) to a line through points (n, 2), n at least 1."""
+    starts = points[:-1] if len(points) > 1 else points
+    edges = np.diff(points, axis=0) if len(points) > 1 else np.zeros((1, 2))
+    to_point = np.array([x, y]) - starts
+    lengths = np.maximum((edges**2).sum(axis=1), 1e-12)
+    along = np.clip((to_point * edges).sum(axis=1) / lengths, 0.0, 1.0)
+    return float(np.hypot(*(to_point - along[:, None] * edges).T).min())
+
+
+def check_height(world: ChangingWorld, spec: RobotSpec) -> None:
+    """Refuse a robot that reaches up to something that none of the first ones did.
+
+    Raises:
+        WorldError: Naming it.
+    """
+    tallest = world.heights[1]
+    if spec.height <= tallest:
+        return
+    known = set(section_between(world.scene.fixed, GROUND_GAP, tallest).names)
+    for name in section_between(world.scene.fixed, GROUND_GAP, spec.height).names:
+        if name not in known:
+            raise WorldError(
+                f"a {spec.model} is {spec.height:.2f} m high and reaches '{name}', which no robot "
+                "did at the start; start one with the swarm"
+            )

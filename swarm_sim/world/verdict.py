@@ -1,0 +1,183 @@
+"""Ground truth about a run: collisions, clearances, distances and a hash of all trajectories."""
+
+from __future__ import annotations
+
+import hashlib
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_common.model.records import CONTROL_PERIOD
+from swarm_sim.physics.engine import Approach, Touch
+from swarm_sim.world.close_calls import EPISODE_GAP, CloseCalls, NearMiss
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Collision:
+    """A contact episode.
+
+    Attributes:
+        robots: Names of the one or two robots in it.
+        obstacle: Name of the obstacle; empty if two robots met.
+        x: [m] where it began.
+        y: [m] where it began.
+        sim_time: [s] when it began.
+    """
+
+    robots: tuple[str, ...]
+    obstacle: str
+    x: float
+    y: float
+    sim_time: float
+
+
+@dataclass(frozen=True, slots=True)
+class RobotVerdict:
+    """One robot's share; `min_clearance` is inf if nothing ever came near."""
+
+    distance: float
+    collisions: int
+    min_clearance: float
+    near_misses: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """Ground truth about a run so far.
+
+    Attributes:
+        sim_time: [s].
+        robot_robot: Number of contact episodes between two robots.
+        robot_world: Number of contact episodes of a robot and an obstacle.
+        min_clearance: [m] smallest distance of any robot from anything; inf if all were far.
+        collisions: The episodes in order of time.
+        near_misses: Number of episodes closer than `engine.NEAR_MISS` without contact.
+        close_calls: These episodes in order of time.
+        robots: By name.
+        trajectory_sha256: Of the true poses (float64) of all ticks, in order of robots.
+    """
+
+    sim_time: float
+    robot_robot: int
+    robot_world: int
+    min_clearance: float
+    collisions: tuple[Collision, ...]
+    near_misses: int = 0
+    close_calls: tuple[NearMiss, ...] = ()
+    robots: dict[str, RobotVerdict] = field(default_factory=dict)
+    trajectory_sha256: str = ""
+
+    def as_json(self) -> dict[str, Any]:
+        """Return a dictionary for json.dump; a clearance of inf becomes None."""
+        data = asdict(self)
+        for part in (data, *data["robots"].values()):
+            if np.isinf(part["min_clearance"]):
+                part["min_clearance"] = None
+        return data
+
+
+class Judge:
+    """Collects what a verdict needs, tick by tick."""
+
+    def __init__(self, names: Sequence[str], poses: FloatArray, clearances: FloatArray) -> None:
+        """Begin with the state at tick 0: poses (n, 3) and clearances (n, 2)."""
+        self._names = list(names)
+        self._collisions: list[Collision] = []
+        self._last_touch: dict[tuple[int, int, str], float] = {}
+        self._close_calls = CloseCalls(names)
+        self._distances = np.zeros(len(names))
+        self._min_clearances = np.full(len(names), np.inf)
+        self._counts = np.zeros(len(names), np.int64)
+        self._positions = poses[:, :2].copy()
+        self._hash = hashlib.sha256()
+        self._note(poses, clearances)
+
+    def add(self, name: str, pose: FloatArray) -> None:
+        """Take another robot, which stands at a pose (3,)."""
+        self._names.append(name)
+        self._close_calls.add(name)
+        self._distances = np.append(self._distances, 0.0)
+        self._min_clearances = np.append(self._min_clearances, np.inf)
+        self._counts = np.append(self._counts, 0)
+        self._positions = np.vstack([self._positions, pose[:2]])
+
+    def place(self, robot: int, pose: FloatArray) -> None:
+        """Take note that a robot has been put elsewhere; that is no way driven."""
+        self._positions[robot] = pose[:2]
+
+    @property
+    def collisions(self) -> Sequence[Collision]:
+        """The episodes so far, in order of time."""
+        return self._collisions
+
+    def observe(
+        self,
+        start: float,
+        physics_period: float,
+        touches: Iterable[Touch],
+        poses: FloatArray,
+        clearances: FloatArray,
+        approaches: Iterable[Approach] = (),
+    ) -> None:
+        """Take in one control period.
+
+        Args:
+            start: [s] simulated time at which it began.
+            physics_period: [s] of the steps that touches count in.
+            touches: Contacts in it, in order of steps; one pair may occur several times.
+            poses: True poses (n, 3) at its end.
+            clearances: (n, 2) at its end.
+            approaches: What is very close at its end.
+        """
+        for touch in touches:
+            self._touch(touch, start + (touch.step + 1) * physics_period)
+        self._close_calls.observe(start + CONTROL_PERIOD, approaches, poses)
+        self._note(poses, clearances)
+
+    def _touch(self, touch: Touch, time: float) -> None:
+        key = (touch.robot, touch.other, touch.obstacle)
+        is_new = time - self._last_touch.get(key, -np.inf) > EPISODE_GAP + 1e-9
+        self._last_touch[key] = time
+        self._close_calls.touch(key, time)
+        members = [touch.robot] if touch.other < 0 else [touch.robot, touch.other]
+        self._min_clearances[members] = 0.0
+        if not is_new:
+            return
+        self._counts[members] += 1
+        names = tuple(self._names[member] for member in members)
+        self._collisions.append(Collision(names, touch.obstacle, touch.x, touch.y, round(time, 6)))
+
+    def _note(self, poses: FloatArray, clearances: FloatArray) -> None:
+        steps = poses[:, :2] - self._positions
+        self._distances += np.hypot(steps[:, 0], steps[:, 1])
+        self._positions[:] = poses[:, :2]
+        np.minimum(self._min_clearances, clearances.min(axis=1), out=self._min_clearances)
+        self._hash.update(np.ascontiguousarray(poses, np.float64).tobytes())
+
+    def verdict(self, sim_time: float) -> Verdict:
+        """Return the verdict so far."""
+        close_calls = self._close_calls.near_misses()
+        shares = Counter(name for call in close_calls for name in call.robots)
+        between_robots = sum(len(collision.robots) == 2 for collision in self._collisions)
+        return Verdict(
+            sim_time=sim_time,
+            robot_robot=between_robots,
+            robot_world=len(self._collisions) - between_robots,
+            min_clearance=float(self._min_clearances.min(initial=np.inf)),
+            collisions=tuple(self._collisions),
+            near_misses=len(close_calls),
+            close_calls=close_calls,
+            robots={
+                name: RobotVerdict(float(distance), int(count), float(clearance), shares[name])
+                for name, distance, count, clearance in zip(
+                    self._names, self._distances, self._counts, self._min_clearances, strict=True
+                )
+            },
+            trajectory_sha256=self._hash.hexdigest(),
+        )

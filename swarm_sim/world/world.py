@@ -1,0 +1,321 @@
+"""The world in lockstep: observe all robots at a tick, take their commands, advance one tick."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from swarm_common.model.beacon import BeaconArray, Reception
+from swarm_common.model.errors import ConfigError, UnknownNameError
+from swarm_common.model.records import (
+    CONTROL_PERIOD,
+    Odometry,
+    Pose,
+    RobotSpec,
+    Scan,
+    Twist,
+    value_type,
+)
+from swarm_common.model.sensors import IDEAL, SensorErrors
+from swarm_common.robots.loading import load_robot_model
+from swarm_common.robots.sensors_io import sensor_errors
+from swarm_sim.physics.drive import CommandBuffer, Odometer
+from swarm_sim.physics.engine import Engine, FloatArray
+from swarm_sim.physics.objects import Objects
+from swarm_sim.physics.planar import PlanarEngine
+from swarm_sim.physics.vehicles import Vehicles
+from swarm_sim.physics.walkers import Walkers
+from swarm_sim.scene.actors import VehicleSpec, WalkerSpec
+from swarm_sim.scene.randomness import normal
+from swarm_sim.scene.robot_model import RobotModel, bodies_of
+from swarm_sim.scene.scene import Body, Scene
+from swarm_sim.scene.section import GROUND_GAP, section_between
+from swarm_sim.sensing import radio_kernels
+from swarm_sim.sensing.lidar import Lidars
+from swarm_sim.sensing.motion_sensors import Imu, MotionSensors
+from swarm_sim.sensing.radio import Radio, RadioConfig
+from swarm_sim.world.verdict import Collision, Judge, Verdict
+
+ENGINES = ("bullet", "planar")
+MAX_NOISE = 0.2  # of the speeds
+NOISE_WORD = 73  # what a random number is for
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WorldConfig:
+    """How the world is simulated."""
+
+    engine: str = "bullet"  # bullet: rigid bodies on wheels; planar: kinematic, fast
+    physics_period: float = 0.01  # [s] of a physics step
+    with_lidar: bool = True
+    actuation_noise: float = 0.0  # standard deviation of each speed, as a share of it, per tick
+    radio: RadioConfig = field(default_factory=RadioConfig)
+    realistic: bool = False  # sensors err as each robot's `sensors:` section says
+    sensors: Mapping[str, Any] = field(default_factory=dict)  # in place of what it says
+    walkers: tuple[WalkerSpec, ...] | None = None  # None: those of the scene
+    vehicles: tuple[VehicleSpec, ...] | None = None  # None: those of the scene
+
+    def __post_init__(self) -> None:
+        """Refuse impossible values."""
+        if self.engine not in ENGINES:
+            raise UnknownNameError("engine", self.engine, ENGINES)
+        if not 0.0 <= self.actuation_noise <= MAX_NOISE:
+            raise ConfigError(
+                f"actuation_noise is {self.actuation_noise}; expected 0 to {MAX_NOISE}"
+            )
+        sensor_errors(self.sensors, "sensors")
+        steps = CONTROL_PERIOD / self.physics_period if self.physics_period > 0.0 else 0.0
+        if steps < 1.0 or abs(steps - round(steps)) > 1e-6:
+            raise ConfigError(
+                f"physics_period is {self.physics_period} s; "
+                f"it must divide the control period of {CONTROL_PERIOD} s"
+            )
+
+
+@value_type
+class Observation:
+    """What one robot senses at a tick.
+
+    Attributes:
+        odom: Every tick.
+        scan: When a revolution of its LiDAR ends at this tick, else None.
+        reception: Beacons heard, ordered by id.
+    """
+
+    odom: Odometry
+    scan: Scan | None
+    reception: Reception
+
+    @property
+    def neighbors(self) -> BeaconArray:
+        """The beacons heard, copied."""
+        return self.reception.beacons
+
+
+class World:
+    """Physics, sensors, radio and ground truth of a swarm; knows no ROS."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        specs: Sequence[RobotSpec],
+        poses: Sequence[Pose],
+        config: WorldConfig | None = None,
+        seed: int = 0,
+        names: Sequence[str] | None = None,
+        models: Mapping[str, RobotModel] | None = None,
+    ) -> None:
+        """Place the robots and begin at tick 0.
+
+        Args:
+            scene: Where they are.
+            specs: Model of each robot.
+            poses: Start pose of each robot in the map frame.
+            config: How to simulate.
+            seed: Of everything random.
+            names: Of the robots, for verdicts; default Srobot1, Srobot2 ...
+            models: Descriptions by `RobotSpec.model`; default those in `robots/`.
+        """
+        if len(specs) != len(poses):
+            raise ValueError(f"{len(specs)} robot models but {len(poses)} poses")
+        config = config or WorldConfig()
+        self.names = list(names or [f"Srobot{i + 1}" for i in range(len(specs))])
+        self.specs = list(specs)
+        self._config = config
+        self._tick = 0
+        self._seed = seed
+        if models is None and (config.with_lidar or config.engine == "bullet"):
+            models = {spec.model: load_robot_model(spec.model) for spec in specs}
+        models = models or {}
+        walkers = scene.walkers if config.walkers is None else config.walkers
+        self._walkers = Walkers(walkers, specs, poses, seed)
+        vehicles = scene.vehicles if config.vehicles is None else config.vehicles
+        heights = (GROUND_GAP, max([spec.height for spec in specs], default=1.0))
+        self._objects = Objects(scene.loose, Vehicles(vehicles, specs, poses, seed), heights)
+        self._scene, self._models = scene, dict(models)
+        for name, spec in {spec.model: spec for spec in specs}.items():
+            if name in models:
+                self.check_model(spec, models[name])
+        self._engine = _make_engine(
+            scene, specs, poses, models, config, self._walkers, self._objects
+        )
+        self._motion_sensors = MotionSensors(specs, self._errors(), seed)
+        self._lidars = self._make_lidars() if config.with_lidar else None
+        self._commands = CommandBuffer(specs)
+        self._odometer = Odometer(len(specs))
+        self._radio = Radio(config.radio, len(specs), seed)
+        self._judge = Judge(self.names, self._engine.poses, self._engine.clearances)
+
+    def check_model(self, spec: RobotSpec, model: RobotModel) -> None:
+        """Check that a robot model drives in this world's physics engine, whatever it looks like.
+
+        Raises:
+            RobotModelError: If it does not; the message names cause and cure.
+        """
+        if self._config.engine == "bullet":
+            from swarm_sim.physics.trial import check_trial  # pybullet is slow to import
+
+            check_trial(spec, model, self._config.physics_period)
+
+    def _errors(self) -> list[SensorErrors]:
+        """Return what is wrong with each robot's sensors."""
+        config = self._config
+        return [
+            sensor_errors(config.sensors, "sensors", spec.sensors if config.realistic else IDEAL)
+            for spec in self.specs
+        ]
+
+    def _make_lidars(self, absent: Collection[int] = ()) -> Lidars:
+        bodies = {name: bodies_of(model) for name, model in self._models.items()}
+        carried = [bodies[spec.model] for spec in self.specs]
+        walkers = len(self._walkers)
+        lidars = Lidars(
+            self._scene, self.specs, carried, self._seed, walkers, self._errors(), absent
+        )
+        lidars.watch(self._objects)
+        return lidars
+
+    @property
+    def tick(self) -> int:
+        """Control ticks since the start."""
+        return self._tick
+
+    @property
+    def sim_time(self) -> float:
+        """Simulated time [s]."""
+        return round(self._tick * CONTROL_PERIOD, 6)
+
+    @property
+    def verdict(self) -> Verdict:
+        """Ground truth about the run so far."""
+        return self._judge.verdict(self.sim_time)
+
+    @property
+    def collisions(self) -> Sequence[Collision]:
+        """Contact episodes so far; cheaper than `verdict`."""
+        return self._judge.collisions
+
+    def observe(self) -> list[Observation]:
+        """Return what each robot senses at the present tick."""
+        scans: dict[int, Scan] = {}
+        if self._lidars is not None:
+            scans = self._lidars.due(self._tick, self._engine.poses, self._walkers.discs)
+        twists = self._motion_sensors.twists(self._engine.twists)
+        readings = self._odometer.readings(self._tick, twists)
+        return [
+            Observation(odom, scans.get(i), self._radio.reception(i))
+            for i, odom in enumerate(readings)
+        ]
+
+    def step(
+        self, commands: Sequence[Twist | None], beacons: Sequence[np.void | None]
+    ) -> list[Collision]:
+        """Advance one tick; return the collisions that began in it.
+
+        Args:
+            commands: One per robot; None if it sent none. Its last command then holds until
+                it is 0.5 s old.
+            beacons: One per robot; None if it sent none.
+        """
+        known = len(self._judge.collisions)
+        self._radio.send(self._tick, beacons, self._engine.poses[:, :2])
+        touches = self._engine.advance(self._disturbed(self._commands.update(commands)))
+        engine = self._engine
+        self._odometer.update(
+            *self._motion_sensors.update(
+                self._tick, engine.travels, engine.yaws_gyro, engine.twists
+            )
+        )
+        self._judge.observe(
+            self._tick * CONTROL_PERIOD,
+            self._config.physics_period,
+            touches,
+            self._engine.poses,
+            self._engine.clearances,
+            self._engine.approaches,
+        )
+        self._tick += 1
+        return list(self._judge.collisions[known:])
+
+    def _disturbed(self, targets: FloatArray) -> FloatArray:
+        """Return the speeds (n, 3) that the drives make of those aimed at."""
+        noise = self._config.actuation_noise
+        if noise == 0.0:
+            return targets
+        words = np.empty(targets.shape, np.uint64)
+        radio_kernels.draw((self._seed, NOISE_WORD, self._tick), words)
+        disturbed: FloatArray = targets * (1.0 + noise * normal(words))
+        return disturbed
+
+    def ground_truth(self) -> list[tuple[Pose, Twist]]:
+        """Return the true pose in the map frame and twist of each robot."""
+        return [
+            (
+                Pose(float(pose[0]), float(pose[1]), float(pose[2])),
+                Twist(float(twist[0]), float(twist[2]), float(twist[1])),
+            )
+            for pose, twist in zip(self._engine.poses, self._engine.twists, strict=True)
+        ]
+
+    def imu(self, robot: int) -> Imu:
+        """Return what a robot's IMU reads at the present tick."""
+        return self._motion_sensors.imu(robot, self._tick)
+
+    @property
+    def poses(self) -> FloatArray:
+        """True x, y, yaw (n, 3) in map; not to be changed."""
+        return self._engine.poses
+
+    @property
+    def clearances(self) -> FloatArray:
+        """Distances (n, 2) [m] to the nearest robot, obstacle; inf beyond `engine.NEAR`."""
+        return self._engine.clearances
+
+    def walkers(self) -> FloatArray:
+        """Return where the walkers are (m, 3): x, y, radius [m] in map."""
+        return self._walkers.discs.copy()
+
+    @property
+    def walker_names(self) -> list[str]:
+        """Names of the walkers, as collisions name them."""
+        return [spec.name for spec in self._walkers.specs]
+
+    def objects(self) -> list[Body]:
+        """Return what can be pushed, and vehicles, where they are now."""
+        return self._objects.bodies()
+
+    def joint_states(self, robot: int) -> tuple[list[str], list[float], list[float]]:
+        """Return names, positions [rad] and velocities [rad/s] of a robot's joints."""
+        return self._engine.joint_state(robot)
+
+    def close(self) -> None:
+        """Release what the physics engine holds."""
+        self._engine.close()
+
+
+def _make_engine(
+    scene: Scene,
+    specs: Sequence[RobotSpec],
+    poses: Sequence[Pose],
+    models: Mapping[str, RobotModel],
+    config: WorldConfig,
+    walkers: Walkers,
+    objects: Objects,
+) -> Engine:
+    if config.engine == "planar":
+        section = section_between(scene.fixed, *objects.heights)
+        return PlanarEngine(section, specs, poses, config.physics_period, walkers, objects)
+    from swarm_sim.physics.bullet import BulletEngine  # pybullet is slow to import
+
+    return BulletEngine(
+        scene.fixed,
+        specs,
+        [models[spec.model] for spec in specs],
+        poses,
+        config.physics_period,
+        walkers,
+        objects,
+    )

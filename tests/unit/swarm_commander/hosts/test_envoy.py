@@ -1,0 +1,181 @@
+"""A robots' host towards the world's: finding it, being welcome, silence, the end."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import pytest
+
+from swarm_commander.hosts.charter import Charter
+from swarm_commander.hosts.envoy import Envoy, names_of
+from swarm_commander.hosts.roll import HostReport
+
+FACTS = {"world": "slim_blockage", "seed": 3, "robot": "turtlebot3_waffle", "swarm_size": 2}
+CHARTER = Charter("run", "1 (abc)", FACTS, {"Srobot1": {}, "Srobot2": {}}, {})
+
+
+def envoy(**stated: object) -> Envoy:
+    report = HostReport("a", "first", ("Srobot1", "Srobot2"))
+    return Envoy(report, "1 (abc)", stated, 0.0, find_limit=60.0, lost_after=30.0)
+
+
+def roll(**values: Any) -> dict[str, Any]:
+    answer: dict[str, Any] = {
+        "hosts": {"a": "serving"},
+        "refused": {},
+        "figures": {},
+        "removed": [],
+    }
+    return answer | {"is_over": False} | values
+
+
+def welcome() -> Envoy:
+    one = envoy(seed=3, world="slim_blockage")
+    assert one.report(0.5) is None  # nothing to say before it is known that both sides agree
+    assert one.take_charter(CHARTER.to_text(), 1.0) == []
+    assert one.take_roll("run", roll(hosts={}), 1.5) == []
+    assert one.take_roll("run", roll(), 2.0) == [{"event": "welcome"}]
+    assert one.take_roll("run", roll(), 2.5) == []
+    return one
+
+
+def only(events: list[dict[str, Any]]) -> dict[str, Any]:
+    (event,) = events
+    return event
+
+
+def test_welcome_and_news() -> None:
+    one = welcome()
+    one.note_active("Srobot1")
+    one.note_death("Srobot2", -11)
+    one.note_usage(1.5, 70.0)
+    report = one.report(2.5)
+    assert report is not None
+    assert (report["active"], report["died"], report["cpu"]) == (["Srobot1"], {"Srobot2": -11}, 1.5)
+    events = one.take_roll(
+        "run", roll(figures={"sim_time": 4.0}, removed=["Srobot2", "Srobot9"]), 3.0
+    )
+    assert events[0] == {"event": "progress", "sim_time": 4.0}
+    assert events[1:] == [{"event": "taken_out", "robot": "Srobot2"}]
+
+
+def test_nobody_answers() -> None:
+    one = envoy()
+    assert one.look(20.0) == []
+    assert only(one.look(20.1))["event"] == "unanswered_yet"
+    assert one.look(60.0) == []
+    assert only(one.look(60.5))["event"] == "unanswered"
+    assert one.is_over
+    assert one.look(61.0) == []
+
+
+@pytest.mark.parametrize(
+    ("edition", "stated", "robots", "words"),
+    [
+        ("1 (abd)", {}, ("Srobot1",), "install the same on both"),
+        ("1 (abc)", {"seed": 4}, ("Srobot1",), "--seed is 4 here, but 3 on the world's host"),
+        ("1 (abc)", {"swarm_size": 5}, ("Srobot1",), "--swarm-size is 5 here, but 2"),
+        ("1 (abc)", {"world": "u_shape"}, ("Srobot1",), "--world is u_shape here"),
+        ("1 (abc)", {}, ("Srobot1", "Srobot3"), "--robots asks for Srobot3"),
+    ],
+)
+def test_disagreement_is_one_error(
+    edition: str, stated: dict[str, object], robots: tuple[str, ...], words: str
+) -> None:
+    one = Envoy(HostReport("a", "first", robots), edition, stated, 0.0)
+    event = only(one.take_charter(CHARTER.to_text(), 1.0))
+    assert event["event"] == "error"
+    assert words in event["message"]
+    assert one.is_over
+
+
+def test_something_else_than_a_charter() -> None:
+    event = only(envoy().take_charter("[]", 1.0))
+    assert "something else than a charter" in event["message"]
+
+
+def test_refused() -> None:
+    one = envoy()
+    one.take_charter(CHARTER.to_text(), 1.0)
+    event = only(one.take_roll("run", roll(hosts={}, refused={"a": "Srobot1 is taken"}), 2.0))
+    assert event == {"event": "error", "message": "Srobot1 is taken"}
+
+
+def test_a_silence_and_its_end() -> None:
+    one = welcome()
+    assert one.look(5.0) == []
+    assert only(one.look(6.0))["event"] == "world_silent"
+    assert one.look(20.0) == []
+    assert only(one.take_roll("run", roll(), 22.5)) == {"event": "world_heard", "seconds": 20.0}
+    assert one.silences == [20.0]
+
+
+@pytest.mark.parametrize(("run", "standing"), [("run", "lost"), ("another", "serving")])
+def test_given_up_by_the_world(run: str, standing: str) -> None:
+    one = welcome()
+    assert only(one.take_roll(run, roll(hosts={"a": standing}), 3.0))["event"] == "world_lost"
+    assert one.is_over
+
+
+def test_the_world_is_lost() -> None:
+    one = welcome()
+    assert [event["event"] for event in one.look(33.0)] == ["world_silent", "world_lost"]
+
+
+def test_the_end_is_acknowledged() -> None:
+    one = welcome()
+    event = only(one.take_roll("run", roll(is_over=True, reason="mission done"), 3.0))
+    assert event == {"event": "world_over", "reason": "mission done"}
+    report = one.report(3.0)
+    assert report is not None
+    assert report["is_leaving"]
+
+
+def test_names_in_few_words() -> None:
+    assert names_of(["Srobot1"]) == "Srobot1"
+    assert names_of(["Srobot1", "Srobot2"]) == "Srobot1 and Srobot2"
+    assert names_of(["Srobot2", "Srobot3", "Srobot4"]) == "Srobot2 to Srobot4"
+    assert names_of(["Srobot2", "Srobot3", "Srobot5"]) == "Srobot2, Srobot3, Srobot5"
+
+
+def test_a_host_that_still_waits_joins_the_run_that_has_begun_since() -> None:
+    """The world crashed and was started again before it had answered."""
+    one = envoy()
+    one.take_charter(CHARTER.to_text(), 1.0)
+    assert one.take_roll("later", roll(hosts={}), 2.0) == []
+    one.take_charter(dataclasses.replace(CHARTER, run="later").to_text(), 2.5)
+    assert one.take_roll("later", roll(), 3.0) == [{"event": "welcome"}]
+
+
+def test_another_secret_is_an_error_where_no_other_world_is_heard() -> None:
+    one = envoy()
+    assert one.note_forgery(1.0) == []
+    assert one.note_forgery(6.0) == []
+    assert only(one.note_forgery(6.1))["event"] == "other_secret"
+
+
+def test_forgeries_beside_the_true_world_change_nothing() -> None:
+    one = welcome()
+    for turn in range(100):
+        now = 3.0 + 0.5 * turn
+        assert one.note_forgery(now) == []
+        assert one.take_roll("run", roll(), now) == []
+
+
+def test_a_world_that_crashed_and_came_back_with_another_secret_is_not_waited_for() -> None:
+    one = welcome()
+    one.take_roll("run", roll(), 3.0)
+    assert one.note_forgery(6.0) == []
+    assert only(one.note_forgery(11.5))["event"] == "world_lost"
+
+
+def test_who_is_not_heard_is_told_once() -> None:
+    one = welcome()
+    silent = {"a": "silent"}
+    assert one.take_roll("run", roll(hosts=silent), 5.0) == [{"event": "unheard"}]
+    assert one.take_roll("run", roll(hosts=silent), 5.5) == []
+    assert one.take_roll("run", roll(), 6.0) == []
+    report = one.report(8.5)
+    assert report is not None
+    assert report["deaf_for"] == 2.5

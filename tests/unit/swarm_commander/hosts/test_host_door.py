@@ -1,0 +1,110 @@
+"""What comes in from other hosts: only what the secret sealed, for this run, once."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from typing import Any
+
+import pytest
+
+from swarm_commander.hosts.host_door import FORGED, STALE, UNREADABLE, HostDoor
+from swarm_commander.hosts.roll import HOSTS, ROLL, HostReport
+from swarm_common.middleware.rejections import Rejections
+from swarm_common.middleware.sealed import Sealer
+from swarm_common.process.pipes import EventWriter
+
+SECRET = "a secret of this swarm"
+REPORT = HostReport("a", "first (10.0.0.2)", ("Srobot1",))
+CONTENT = dataclasses.asdict(REPORT)
+
+
+class Door(HostDoor):
+    """Remembers what it said."""
+
+    def __init__(self) -> None:
+        self.said: list[str] = []
+        self._rejections = Rejections(EventWriter(None), self.said.append)
+        super().__init__(SECRET, "run 2", self._rejections)
+
+    @property
+    def rejected(self) -> dict[str, int]:
+        return dict(self._rejections.counts)
+
+
+def door() -> Door:
+    return Door()
+
+
+def sealed(secret: str = SECRET, kind: str = HOSTS, run: str = "run 2", sender: str = "a") -> str:
+    return Sealer(secret, kind, sender).seal(run, CONTENT)
+
+
+def test_a_report_of_this_run_is_taken() -> None:
+    one = door()
+    assert one.take(sealed()) == REPORT
+    assert one.rejected == {}
+
+
+def test_a_host_of_the_run_before_is_not_taken_up() -> None:
+    """A world that crashed and was started again took the old hosts, which leave at once."""
+    one = door()
+    assert one.take(sealed(run="run 1")) is None
+    assert one.take(sealed(run="run 1", sender="b")) is None
+    assert one.rejected == {STALE: 2}
+    assert len(one.said) == 2  # once for each host
+
+
+def test_without_the_secret_nothing_is_taken() -> None:
+    one = door()
+    assert one.take(sealed(secret="a secret of another")) is None
+    assert one.take(json.dumps(CONTENT)) is None
+    assert one.rejected == {FORGED: 2}
+
+
+def test_what_was_said_once_or_by_the_other_side_is_not_taken() -> None:
+    one = door()
+    sealer = Sealer(SECRET, HOSTS, "a")
+    first, second = sealer.seal("run 2", CONTENT), sealer.seal("run 2", CONTENT)
+    assert one.take(second) is not None
+    assert one.take(second) is None  # said again
+    assert one.take(first) is None  # overtaken
+    assert one.rejected == {}
+    assert one.take(sealed(kind=ROLL)) is None
+    assert one.rejected == {FORGED: 1}
+
+
+@pytest.mark.parametrize("member", ["run", "sender", "number", "body", "seal"])
+def test_no_member_can_be_changed(member: str) -> None:
+    data = json.loads(sealed())
+    data[member] = 2 if member == "number" else data[member].replace("a", "b").replace("2", "3")
+    one = door()
+    assert one.take(json.dumps(data)) is None
+    assert one.rejected == {FORGED: 1}
+
+
+WELL: dict[str, Any] = {"run": "r", "sender": "s", "number": 1, "body": "{}", "seal": "00"}
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "", "[]", "null", "1e999", "{", "[" * 100_000, "{}", "\x00",
+        json.dumps({**WELL, "run": None}),
+        json.dumps({**WELL, "number": 1.5}), json.dumps({**WELL, "number": True}),
+        json.dumps({**WELL, "seal": []}), json.dumps({**WELL, "sender": "x" * 1000}),
+        json.dumps({**WELL, "body": "\ud800"}), json.dumps({**WELL, "seal": "\u00e9"}),
+        json.dumps(WELL),
+    ],
+)  # fmt: skip
+def test_nonsense_is_counted_and_nothing_else(text: str) -> None:
+    one = door()
+    assert one.take(text) is None
+    assert one.rejected == {FORGED: 1}
+
+
+def test_a_report_that_is_none_although_it_is_sealed() -> None:
+    one = door()
+    assert one.take(Sealer(SECRET, HOSTS, "a").seal("run 2", {"robots": 3})) is None
+    assert one.take(sealed(sender="b")) is None
+    assert one.rejected == {UNREADABLE: 2}

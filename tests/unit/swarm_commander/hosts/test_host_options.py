@@ -1,0 +1,89 @@
+"""Options of several hosts, the charter that carries all else, and the robots' plan."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from swarm_commander.hosts.charter import compose, parse
+from swarm_commander.hosts.host_options import Role, check_combination, parse_robots
+from swarm_commander.hosts.robots_plan import robots_plan
+from swarm_commander.run.options import UpOptions
+from swarm_commander.run.plan import check_plan
+from swarm_common.model.errors import ConfigError
+from swarm_common.model.records import Pose
+
+
+def test_robots_by_numbers_and_ranges() -> None:
+    assert parse_robots("3") == ("Srobot3",)
+    assert parse_robots(" 2-4, 1 ,3") == ("Srobot1", "Srobot2", "Srobot3", "Srobot4")
+
+
+@pytest.mark.parametrize("text", ["", "0-3", "3-1", "1-", "-3", "a", "1,,2", "1-1001", "1--2", "²"])
+def test_robots_that_are_no_numbers(text: str) -> None:
+    with pytest.raises(ConfigError, match="expected numbers from 1 to"):
+        parse_robots(text)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ((None, "1-3", None, None), "--robots is for several hosts"),
+        ((None, None, "host", None), "--connect is for several hosts"),
+        ((None, None, None, "lo"), "--bind is for several hosts"),
+        ((Role.WORLD, None, None, None), "--role world needs --bind"),
+        ((Role.WORLD, "1-3", None, "lo"), "--robots belongs to the robots' hosts"),
+        ((Role.ROBOTS, None, "host", None), "needs --robots"),
+        ((Role.ROBOTS, "1-3", None, None), "needs --connect"),
+    ],
+)
+def test_options_that_do_not_go_together(
+    arguments: tuple[Role | None, str | None, str | None, str | None], words: str
+) -> None:
+    with pytest.raises(ConfigError, match=words):
+        check_combination(*arguments)
+
+
+@pytest.fixture(autouse=True)
+def _no_variables(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("FASTRTPS_DEFAULT_PROFILES_FILE", raising=False)
+
+
+SECRET = "sixteen letters or more"
+
+
+def test_plan_of_a_robots_host() -> None:
+    typed = {"seed": 3, "robots": "1-5", "pack": 2}
+    plan = robots_plan("1-5", "127.0.0.1", None, 2, None, typed, SECRET)
+    assert (plan.own_address, plan.world_address) == ("127.0.0.1", "127.0.0.1")
+    assert plan.stated == {"seed": 3}
+    assert plan.processes == 3
+    assert SECRET not in repr(plan)
+
+
+def test_what_a_robots_host_refuses(monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(ConfigError, match="--mission belongs to the world's host"):
+        robots_plan("1", "127.0.0.1", None, 1, None, {"mission": "loading_route"}, SECRET)
+    with pytest.raises(ConfigError, match="with --pack 2"):
+        robots_plan("1-100", "127.0.0.1", None, 1, None, {}, SECRET)
+    with pytest.raises(ConfigError, match="--pack is 0"):
+        robots_plan("1", "127.0.0.1", None, 0, None, {}, SECRET)
+    with pytest.raises(ConfigError, match="needs the secret of the world's host in SWARM_SECRET"):
+        robots_plan("1", "127.0.0.1", None, 1, None, {}, "")
+    monkeypatch.setenv("FASTRTPS_DEFAULT_PROFILES_FILE", "/my/profile.xml")
+    with pytest.raises(ConfigError, match="unset it"):
+        robots_plan("1", "127.0.0.1", None, 1, None, {}, SECRET)
+
+
+def test_a_charter_gives_every_robot_the_parameters_of_a_run_on_one_host() -> None:
+    plan = check_plan(UpOptions(swarm_size=3, mission="loading_route"))
+    trees = {f"Srobot{n}": plan.parameter_file(n, Pose(n, 2.0, 0.5)) for n in (1, 2, 3)}
+    facts = {"world": "slim_blockage", "seed": 0, "robot": "turtlebot3_waffle", "swarm_size": 3}
+    charter = parse(compose("run", "1", facts, trees, plan.sites_path, {}).to_text())
+    for name, tree in trees.items():
+        assert charter.parameter_file(name, str(plan.sites_path)) == tree
+        assert len(charter.robots[name]) < 5
+    assert charter.sites == Path(str(plan.sites_path)).read_text(encoding="utf-8")
+    own = charter.parameter_file("Srobot1", "/elsewhere/sites.yaml")
+    assert own["/Srobot1/navigator"]["ros__parameters"]["sites"] == "/elsewhere/sites.yaml"

@@ -1,0 +1,97 @@
+"""What lies between two hosts: each kind of fault gets its own words."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+
+import pytest
+
+from swarm_commander.hosts.link_probe import LARGE, NOTHING, SIZES, SMALL, WHOLE, Answerer, Asker
+
+SECRET = "a secret of this swarm"
+Passes = Callable[[bytes], bool]
+
+
+def talk(there: Passes, back: Passes, rounds: int = 20) -> tuple[Asker, Answerer, float]:
+    """Let both sides talk over a network that passes some datagrams."""
+    asker, answerer, now = Asker(SECRET, "abc"), Answerer(SECRET), 0.0
+    for _ in range(rounds):
+        for question in asker.questions(now):
+            answer = answerer.answer(question, "10.0.0.2") if there(question) else None
+            if answer is not None and back(answer):
+                asker.take(answer, now + 0.004)
+        now += 1.0
+    return asker, answerer, now + 2.0
+
+
+def everything(_: bytes) -> bool:
+    return True
+
+
+def nothing(_: bytes) -> bool:
+    return False
+
+
+@pytest.mark.parametrize("way", ["there", "back"])
+@pytest.mark.parametrize(
+    ("passes", "found", "words"),
+    [
+        (nothing, NOTHING, "in one direction or both"),
+        (lambda data: len(data) < WHOLE, "mtu", "ip link set DEVICE mtu"),
+        (lambda data: len(data) <= WHOLE, "fragments", "a firewall on the way drops them"),
+    ],
+)
+def test_a_fault_in_either_direction(way: str, passes: Passes, found: str, words: str) -> None:
+    ways = (passes, everything) if way == "there" else (everything, passes)
+    asker, _, now = talk(*ways)
+    assert asker.finding(now)[0] == found
+    assert words in asker.finding(now)[1]
+
+
+def test_who_is_heard_but_does_not_hear_is_told_of_once() -> None:
+    _, answerer, _ = talk(everything, nothing)
+    assert answerer.deaf() == ["10.0.0.2"]
+    assert answerer.deaf() == []
+    for ways in ((everything, everything), (nothing, everything)):
+        assert talk(*ways)[1].deaf() == []
+
+
+def test_a_sound_network() -> None:
+    asker, _, now = talk(everything, everything)
+    assert asker.finding(now) == ("", "")
+    figures = asker.figures(now)
+    assert {figures[f"share_{size}_bytes"] for size in SIZES} == {1.0}
+    assert figures["round_trip_ms"] == pytest.approx(4.0)
+
+
+def test_losses_are_told_of_from_where_they_hurt() -> None:
+    dice = random.Random(1)
+    asker, _, now = talk(lambda _: dice.random() > 0.1, everything, rounds=200)
+    assert asker.finding(now)[0] == "loss"
+    asker, _, now = talk(lambda _: dice.random() > 0.005, everything, rounds=200)
+    assert asker.finding(now) == ("", "")
+
+
+def test_nothing_is_said_before_enough_is_known() -> None:
+    asker, _, now = talk(nothing, nothing, rounds=3)
+    assert asker.finding(now) == ("", "")
+    asker, _, now = talk(nothing, nothing)
+    asker.restart()
+    assert asker.finding(now) == ("", "")
+    assert len(asker.questions(now)) == 3
+
+
+def test_sizes_are_those_of_the_packets_on_the_way() -> None:
+    assert [len(data) for data in Asker(SECRET, "abc").questions(0.0)] == [SMALL, WHOLE, LARGE]
+
+
+def test_nobody_is_answered_without_the_secret_nor_at_greater_length() -> None:
+    question = Asker(SECRET, "abc").questions(0.0)[0]
+    answer = Answerer(SECRET).answer(question, "10.0.0.2")
+    assert answer is not None
+    assert len(answer) == len(question)
+    assert Answerer("another").answer(question, "10.0.0.2") is None
+    assert Answerer(SECRET).answer(answer, "10.0.0.2") is None  # no endless exchange
+    for size in range(len(question)):
+        assert Answerer(SECRET).answer(question[:size], "10.0.0.2") is None

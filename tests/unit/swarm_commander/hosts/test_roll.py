@@ -1,0 +1,105 @@
+"""The list of the robots' hosts: who serves whom, who is silent, who is given up."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import pytest
+
+from swarm_commander.hosts.roll import HostReport, Roll, parse_report
+from swarm_common.model.errors import ConfigError
+
+ROBOTS = ["Srobot1", "Srobot2", "Srobot3"]
+FIRST = HostReport("a", "first (10.0.0.2)", ("Srobot1", "Srobot2"))
+SECOND = HostReport("b", "second (10.0.0.3)", ("Srobot3",))
+
+
+def kinds(events: list[dict[str, Any]]) -> list[str]:
+    return [event["event"] for event in events]
+
+
+def roll() -> Roll:
+    roll = Roll(ROBOTS, notice_after=3.0, lost_after=30.0)
+    roll.hear(FIRST, 0.0)
+    return roll
+
+
+def test_hosts_take_on_robots_until_none_is_left() -> None:
+    roll = Roll(ROBOTS)
+    assert kinds(roll.hear(FIRST, 0.0)) == ["enlisted"]
+    assert roll.unserved == ["Srobot3"]
+    assert kinds(roll.hear(SECOND, 0.0)) == ["enlisted"]
+    assert roll.unserved == []
+    assert roll.answer()["hosts"] == {"a": "serving", "b": "serving"}
+
+
+def test_a_robot_has_one_host() -> None:
+    other = HostReport("c", "third", ("Srobot2", "Srobot3"))
+    table = roll()
+    assert kinds(table.hear(other, 1.0)) == ["turned_away"]
+    assert "Srobot2 is on first (10.0.0.2) already" in table.answer()["refused"]["c"]
+    assert table.hear(other, 1.5) == []
+    assert "c" not in table.answer()["hosts"]
+
+
+def test_what_happened_to_navigators_is_told_once() -> None:
+    table = roll()
+    news = dataclasses.replace(FIRST, active=("Srobot1",), died={"Srobot2": -9})
+    events = table.hear(news, 0.5)
+    assert events == [
+        {"event": "active", "robot": "Srobot1"},
+        {"event": "died", "robot": "Srobot2", "returncode": -9, "host": FIRST.label},
+    ]
+    assert table.hear(news, 1.0) == []
+
+
+def test_a_short_silence_is_noticed_and_over() -> None:
+    table = roll()
+    assert table.look(3.0) == []
+    (silent,) = table.look(3.5)
+    assert (silent["event"], silent["seconds"]) == ("silent", 3.5)
+    assert table.look(20.0) == []
+    (heard,) = table.hear(FIRST, 21.0)
+    assert (heard["event"], heard["seconds"]) == ("heard", 21.0)
+    assert table.summary()[0]["silences"] == [21.0]
+
+
+def test_a_long_silence_is_for_good() -> None:
+    table = roll()
+    assert kinds(table.look(31.0)) == ["silent", "lost"]
+    assert table.hear(FIRST, 32.0) == []  # it is told, and ends
+    assert table.answer()["hosts"] == {"a": "lost"}
+    assert table.all_have_left
+
+
+def test_robots_of_a_lost_host_may_go_on_on_another() -> None:
+    table = roll()
+    table.look(31.0)
+    again = HostReport("d", "first again", FIRST.robots)
+    assert kinds(table.hear(again, 40.0)) == ["enlisted"]
+
+
+def test_a_host_that_leaves_is_no_loss() -> None:
+    table = roll()
+    assert kinds(table.hear(dataclasses.replace(FIRST, is_leaving=True), 1.0)) == ["left"]
+    assert table.look(100.0) == []
+    assert table.answer()["hosts"] == {"a": "left"}
+
+
+def test_reports_pass_through_messages() -> None:
+    assert parse_report(dataclasses.asdict(FIRST), "a") == FIRST
+    for bad in ({}, {"robots": [], "active": []}, {**dataclasses.asdict(FIRST), "more": 1}):
+        with pytest.raises(ConfigError, match="something else than a report"):
+            parse_report(bad, "a")
+    with pytest.raises(ConfigError, match="b speaks for a"):
+        parse_report(dataclasses.asdict(FIRST), "b")
+
+
+def test_a_host_that_hears_nothing_is_told_of_once() -> None:
+    table = roll()
+    deaf = dataclasses.replace(FIRST, deaf_for=3.5)
+    assert kinds(table.hear(deaf, 1.0)) == ["deaf"]
+    assert table.hear(dataclasses.replace(FIRST, deaf_for=4.0), 1.5) == []
+    table.hear(FIRST, 2.0)
+    assert kinds(table.hear(deaf, 8.0)) == ["deaf"]

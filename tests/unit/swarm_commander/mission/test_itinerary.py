@@ -1,0 +1,139 @@
+import pytest
+
+from swarm_commander.mission.itinerary import RETRY_TICKS, TRANSITIONS, Event, Itinerary, State
+from swarm_commander.mission.leg import Stop
+from swarm_common.model.records import Pose
+
+A = Stop("a", Pose(1.0, 0.0, 0.0), 2)
+B = Stop("b", Pose(2.0, 0.0, 0.0), 0)
+
+
+def under_way(retries: int = 1) -> Itinerary:
+    itinerary = Itinerary([A, B], retries)
+    order = itinerary.start()
+    assert order is not None
+    assert (order.stop, order.start_tick, order.number, order.attempt) == (A, 0, 1, 1)
+    return itinerary
+
+
+def test_the_next_goal_starts_a_pause_after_the_end_of_the_last() -> None:
+    order = under_way().on_end(True, 100)
+    assert order is not None
+    assert (order.stop, order.start_tick, order.number) == (B, 102, 2)
+
+
+def test_a_mission_without_failures_reaches_everything() -> None:
+    itinerary = under_way()
+    itinerary.on_end(True, 100)
+    assert itinerary.on_end(True, 200) is None
+    assert itinerary.state is State.DONE
+    assert [(o.stop, o.reached, o.tick) for o in itinerary.outcomes] == [
+        (A, True, 100),
+        (B, True, 200),
+    ]
+
+
+def test_a_failed_goal_is_tried_again_before_it_counts() -> None:
+    itinerary = under_way(retries=2)
+    for attempt in (2, 3):
+        order = itinerary.on_end(False, 50)
+        assert order is not None
+        assert (order.stop, order.attempt, order.start_tick) == (A, attempt, 50 + RETRY_TICKS)
+        assert not itinerary.outcomes
+    order = itinerary.on_end(False, 60)
+    assert order is not None
+    assert (order.stop, order.attempt) == (B, 1)
+    assert not itinerary.outcomes[0].reached
+
+
+def test_an_outcome_says_how_long_the_stop_took_and_why_it_was_missed() -> None:
+    itinerary = under_way(retries=1)
+    itinerary.on_end(True, 100, "of no interest")
+    itinerary.on_end(False, 150, "closed")
+    itinerary.on_end(False, 200, "still closed")
+    first, second = itinerary.outcomes
+    assert (first.start_tick, first.duration, first.reason) == (0, 10.0, "")
+    assert (second.start_tick, second.reason) == (102, "still closed")
+    assert second.duration == pytest.approx(9.8)
+
+
+def test_somebody_elses_goal_is_no_failure() -> None:
+    itinerary = under_way(retries=0)
+    itinerary.on_taken_over()
+    order = itinerary.on_free_again(70)
+    assert order is not None
+    assert (order.stop, order.attempt, order.start_tick) == (A, 1, 70 + RETRY_TICKS)
+
+
+def test_the_rest_of_a_lost_robots_goals_fail() -> None:
+    itinerary = under_way()
+    itinerary.on_end(True, 100)
+    assert [outcome.stop for outcome in itinerary.on_lost(120)] == [B]
+    assert itinerary.is_over
+    assert itinerary.outcomes[-1].reason == "the robot was lost"
+    assert itinerary.on_lost(130) == []
+    assert itinerary.on_end(True, 140) is None
+    assert len(itinerary.outcomes) == 2
+
+
+def test_a_robot_that_is_found_again_gets_back_what_it_lost_and_no_more() -> None:
+    itinerary = under_way(retries=0)
+    itinerary.on_end(False, 100, "closed")
+    itinerary.on_lost(120)
+    count, order = itinerary.on_found(200)
+    assert (count, order.stop, order.number, order.start_tick) == (1, B, 2, 200)
+    assert [outcome.reason for outcome in itinerary.outcomes] == ["closed"]
+    assert not itinerary.is_over
+    assert itinerary.on_end(True, 300) is None
+    assert itinerary.state is State.DONE
+
+
+def test_a_goal_that_a_new_navigator_does_not_know_is_sent_again_and_uses_no_try() -> None:
+    itinerary = under_way(retries=0)
+    for tick in (50, 60):
+        order = itinerary.on_forgotten(tick)
+        assert order is not None
+        assert (order.stop, order.attempt, order.start_tick) == (A, 1, tick)
+    assert not itinerary.outcomes
+
+
+def test_a_mission_process_that_is_started_anew_goes_on_where_the_last_one_was() -> None:
+    itinerary = Itinerary([A, B], 0, settled=1)
+    assert itinerary.total == 2
+    order = itinerary.start(500)
+    assert order is not None
+    assert (order.stop, order.number, order.start_tick) == (B, 2, 500)
+    itinerary.on_end(True, 600)
+    assert itinerary.outcomes[0].duration == 10.0
+    assert Itinerary([A, B], 0, settled=2).start() is None
+
+
+def test_a_robot_lost_after_its_mission_loses_nothing() -> None:
+    itinerary = Itinerary([], 0)
+    assert itinerary.start() is None
+    assert itinerary.on_lost(5) == []
+    assert itinerary.state is State.DONE
+
+
+@pytest.mark.parametrize("state", State)
+@pytest.mark.parametrize("event", Event)
+def test_every_pair_of_state_and_event_is_decided(state: State, event: Event) -> None:
+    calls = {
+        Event.START: lambda i: i.start(),
+        Event.REACHED: lambda i: i.on_end(True, 1),
+        Event.FAILED: lambda i: i.on_end(False, 1),
+        Event.TAKEN_OVER: lambda i: i.on_taken_over(),
+        Event.FREE_AGAIN: lambda i: i.on_free_again(1),
+        Event.FORGOTTEN: lambda i: i.on_forgotten(1),
+        Event.LOST: lambda i: i.on_lost(1),
+        Event.FOUND: lambda i: i.on_found(1),
+    }
+    itinerary = Itinerary([A, B], 0)
+    itinerary.state = state
+    if event in TRANSITIONS[state]:
+        calls[event](itinerary)
+        assert itinerary.state in (TRANSITIONS[state][event], State.DONE)
+    else:
+        with pytest.raises(ValueError, match="cannot happen"):
+            calls[event](itinerary)
+        assert itinerary.state is state

@@ -1,0 +1,263 @@
+"""`swarm-up` as a process, over stand-ins of the world, the navigators and the mission."""
+
+import contextlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import psutil
+import pytest
+
+ROOT = Path(__file__).resolve().parents[4]
+DOMAIN = os.environ["ROS_DOMAIN_ID"]
+
+
+class Up:
+    """Starts swarm-up in a folder; knows what it left running."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.run_dir = folder / "run"
+
+    def start(self, *flags: str, **moods: str) -> subprocess.Popen[str]:
+        variables = {f"STANDIN_{name.upper()}": mood for name, mood in moods.items()}
+        command = (sys.executable, "-m", "tests.standins.plain_up", "--swarm-size", "3")
+        return subprocess.Popen(
+            (*command, "--run-dir", str(self.run_dir), *flags),
+            env=os.environ | variables | {"ROS_DOMAIN_ID": DOMAIN, "PYTHONPATH": str(ROOT)},
+            cwd=self.folder,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+
+    def run(self, *flags: str, **moods: str) -> tuple[int, str, str]:
+        process = self.start(*flags, **moods)
+        output, errors = process.communicate(timeout=100)
+        return process.returncode, output, errors
+
+    def report(self) -> dict[str, Any]:
+        report = json.loads((self.run_dir / "report.json").read_text(encoding="utf-8"))
+        assert isinstance(report, dict)
+        return report
+
+    def left_running(self) -> list[str]:
+        mark = str(self.run_dir)
+        found = []
+        for process in psutil.process_iter():
+            with contextlib.suppress(psutil.Error):
+                if any(mark in part for part in process.cmdline()):
+                    found.append(" ".join(process.cmdline()))
+        return found
+
+
+@pytest.fixture
+def up(tmp_path: Path) -> Iterator[Up]:
+    """Yield swarm-up; nothing may be left running at the end."""
+    up = Up(tmp_path)
+    yield up
+    deadline = time.monotonic() + 20.0
+    while (left := up.left_running()) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not left
+
+
+def wait_for(condition: Any) -> None:
+    deadline = time.monotonic() + 60.0
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+
+
+MISSION = ("--mission", "loading_route", "--until-done")
+
+
+def test_a_mission_ends_with_a_report(up: Up) -> None:
+    code, output, errors = up.run(*MISSION)
+    assert code == 0, output + errors
+    report = up.report()
+    assert report["goals"] == {"sent": 3, "reached": 3, "failed": 0, "pending": 0}
+    assert report["makespan"] == 10.0
+    assert report["throughput_per_minute"] == 18.0
+    assert report["active_after_wall"] > 0.0
+    assert report["trajectory_sha256"] == "ab" * 32
+    assert report["near_misses"] == 2
+    assert (report["goal_duration"], report["fairness"]) == ({"median": 8.0, "worst": 8.0}, 1.0)
+    assert report["breaches"] == {"collisions": [], "missed_goals": [], "unfinished_goals": []}
+    assert set(report["robots"]) == {"Srobot1", "Srobot2", "Srobot3"}
+    assert "goals reached" in output
+    assert (up.run_dir / "env.sh").read_text(encoding="utf-8").count(f"ROS_DOMAIN_ID={DOMAIN}") == 1
+    assert len(list((up.run_dir / "params").iterdir())) == 3
+
+
+def test_a_missed_goal_makes_it_one(up: Up) -> None:
+    code, output, _ = up.run(*MISSION, runner="miss")
+    assert code == 1
+    line = "Srobot2 missed shipping at t = 10.0 s: error 208: every way is closed [by walls]"
+    assert " ".join(output.split()).count(line) == 2, "when it happens, and in the summary"
+
+
+def test_a_collision_makes_it_one(up: Up) -> None:
+    code, output, _ = up.run(*MISSION, world="collision")
+    assert code == 1
+    line = "collision of Srobot1 and Srobot3 at (1.00, -2.00), t = 11.4 s"
+    assert " ".join(output.split()).count(line) == 2, "when it happens, and in the summary"
+    assert up.report()["breaches"]["collisions"][0]["robots"] == ["Srobot1", "Srobot3"]
+
+
+def test_a_died_navigator_makes_it_three_but_the_others_go_on(up: Up) -> None:
+    code, output, _ = up.run(*MISSION, "--no-restart", host="death")
+    assert code == 3
+    assert "Srobot2 died: killed by SIGKILL" in output
+    assert up.report()["goals"]["reached"] == 3
+
+
+def test_a_navigator_that_died_is_started_anew_and_the_run_may_still_be_good(up: Up) -> None:
+    flags = ("--mission", "loading_route", "--duration", "12")
+    code, output, _ = up.run(*flags, host="death", world="calm", runner="slow")
+    assert code == 0, output
+    assert "Srobot2 died: killed by SIGKILL; it is started anew in 1 s" in output
+    report = up.report()
+    assert report["failures"] == []
+    assert "Srobot2 died" in report["incidents"][0]
+
+
+def test_a_navigator_that_dies_again_and_again_stays_down(up: Up) -> None:
+    process = up.start("--mission", "loading_route", host="deaths", runner="slow")
+    wait_for(lambda: (up.run_dir / "logs" / "deaths").exists())
+    time.sleep(1.0)
+    process.send_signal(signal.SIGINT)
+    output, _ = process.communicate(timeout=60)
+    assert process.returncode == 3, output
+    report = up.report()
+    assert report["restarts"] == 5
+    assert "Srobot2 died: killed by SIGKILL more than 5 times; it stays down" in output
+    assert "Srobot2 died" in report["failures"][0]
+    assert up.report()["robots"]["Srobot2"]["restarts"] == 5
+
+
+@pytest.mark.parametrize("world", ["early", "silent"])
+def test_without_the_whole_run_or_a_verdict_the_exit_code_is_not_zero(up: Up, world: str) -> None:
+    """A world that ends by itself, with exit code 0, or gives no verdict."""
+    code, output, _ = up.run("--duration", "12", world=world)
+    assert code == 3, output
+    word = "the world process ended: exit code 0" if world == "early" else "there is no verdict"
+    assert word in " ".join(output.split())
+
+
+def test_a_world_that_hangs_is_found_out_within_30_s(up: Up) -> None:
+    begin = time.monotonic()
+    code, output, _ = up.run("--mission", "loading_route", world="stopped", runner="slow")
+    assert code == 3, output
+    assert 15.0 < time.monotonic() - begin < 60.0, "limit 20 s, start and end"
+    assert "the world process hangs: nothing was heard of it for 20 s" in " ".join(output.split())
+    report = up.report()
+    assert report["collisions"] == {"robot_robot": None, "robot_world": None}
+    assert report["trajectory_sha256"] is None
+    assert report["has_verdict"] is False
+
+
+def test_a_stopped_run_without_a_verdict_is_not_a_good_one(up: Up) -> None:
+    process = up.start("--mission", "loading_route", world="stopped", runner="slow")
+    children = psutil.Process(process.pid).children
+    wait_for(lambda: any(child.status() == psutil.STATUS_STOPPED for child in children()))
+    process.send_signal(signal.SIGINT)
+    output, _ = process.communicate(timeout=60)
+    assert process.returncode == 3, output
+
+
+def test_a_crash_of_the_world_makes_it_three_and_says_its_last_words(up: Up) -> None:
+    code, output, _ = up.run(*MISSION, world="crash")
+    assert code == 3
+    assert "exit code 7; the physics engine fell over" in " ".join(output.split())
+
+
+@pytest.mark.parametrize(
+    ("moods", "message"),
+    [
+        ({"world": "refuse"}, "swarm-up: station loader_3 lies inside a wall\n"),
+        ({"host": "refuse"}, "swarm-up: max_vel_x is -1; it must be positive\n"),
+    ],
+)
+def test_input_that_a_process_refuses_is_bad_input(
+    up: Up, moods: dict[str, str], message: str
+) -> None:
+    code, _, errors = up.run(**moods)
+    assert (code, errors) == (2, message)
+    assert not (up.run_dir / "report.json").exists()
+
+
+def test_the_end_of_its_duration_is_a_good_end(up: Up) -> None:
+    assert up.run("--duration", "12")[0] == 0
+    assert up.report()["sim_time"] == 12.0
+
+
+@pytest.mark.parametrize(("flags", "code"), [(MISSION[:2], 0), (MISSION, 1)])
+def test_only_until_done_has_to_finish_within_the_duration(
+    up: Up, flags: tuple[str, ...], code: int
+) -> None:
+    ended, output, _ = up.run(*flags, "--duration", "12", world="calm", runner="slow")
+    assert ended == code
+    assert ("Srobot1 did not get to shipping: silent" in output) == bool(code)
+    assert up.report()["goals"] == {"sent": 1, "reached": 0, "failed": 0, "pending": 3}
+
+
+def test_the_user_may_stop_a_mission(up: Up) -> None:
+    process = up.start(*MISSION, runner="slow")
+    wait_for((up.run_dir / "config" / "begun").exists)
+    time.sleep(1.0)
+    process.send_signal(signal.SIGINT)
+    output, _ = process.communicate(timeout=60)
+    assert process.returncode == 0, output
+    assert up.report()["goals"]["pending"] == 3
+
+
+def test_a_mission_that_does_not_begin_makes_it_three(up: Up) -> None:
+    code, output, _ = up.run(*MISSION, runner="mute")
+    assert code == 3
+    assert "the mission process has sent no goal" in output
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_stops_everything_and_the_report_is_written(up: Up, number: int) -> None:
+    process = up.start()
+    wait_for(lambda: len(up.left_running()) >= 7)
+    process.send_signal(number)
+    assert process.wait(timeout=60) == 0
+    process.communicate()
+    assert up.report()["goals"]["sent"] == 0
+
+
+def test_nothing_outlives_a_killed_swarm_up(up: Up) -> None:
+    process = up.start()
+    wait_for(lambda: len(up.left_running()) >= 7)
+    process.kill()
+    process.communicate()
+
+
+def test_a_second_swarm_in_the_domain_is_refused(up: Up, tmp_path: Path) -> None:
+    process = up.start()
+    wait_for(lambda: len(up.left_running()) >= 4)
+    other = Up(tmp_path / "other")
+    other.folder.mkdir()
+    code, _, errors = other.run()
+    assert code == 2
+    assert errors.startswith(f"swarm-up: ROS domain {DOMAIN} is in use by another swarm")
+    process.terminate()
+    process.communicate(timeout=60)
+
+
+def test_a_process_that_ignores_the_wish_to_end_is_killed_on_the_second_ctrl_c(up: Up) -> None:
+    process = up.start(world="deaf")
+    wait_for((up.run_dir / "config" / "active").exists)
+    time.sleep(0.5)
+    process.send_signal(signal.SIGINT)
+    time.sleep(0.5)
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=60)

@@ -1,0 +1,89 @@
+"""RViz configurations and Foxglove layouts: whole, and about the right robot."""
+
+import json
+from pathlib import Path
+
+import pytest
+import yaml
+
+from swarm_commander.cli.main import with_value
+from swarm_commander.viewers import rviz
+from swarm_commander.viewers.foxglove import write_foxglove
+from swarm_commander.viewers.rviz_config import named_topics
+from swarm_common.middleware.topic_table import ORDERS, all_topics, robot_topic
+from swarm_common.model.errors import ConfigError
+
+ROBOTS = ["Srobot1", "Srobot2", "Srobot3"]
+
+
+def test_every_robot_and_the_swarm_have_a_configuration(tmp_path: Path) -> None:
+    rviz.write_rviz(tmp_path, ROBOTS)
+    assert sorted(path.stem for path in tmp_path.iterdir()) == [*ROBOTS, "swarm"]
+    known = {topic.name for topic in all_topics(ROBOTS)}
+    known |= {robot_topic(robot, topic.name).name for robot in ROBOTS for topic in ORDERS}
+    for robot in ROBOTS:
+        config = yaml.safe_load((tmp_path / f"{robot}.rviz").read_text())
+        manager = config["Visualization Manager"]
+        assert manager["Global Options"]["Fixed Frame"] == "map"
+        names = {topic.name for topic in named_topics(config)}
+        assert names <= known
+        assert all(name == "/map" or name.startswith(f"/{robot}/") for name in names)
+        for wanted in ("scan", "plan", "robot_description", "goal_pose", "initialpose"):
+            assert f"/{robot}/{wanted}" in names
+    swarm = yaml.safe_load((tmp_path / "swarm.rviz").read_text())
+    assert {f"/{robot}/plan" for robot in ROBOTS} < {topic.name for topic in named_topics(swarm)}
+
+
+def test_every_robot_and_the_swarm_have_a_layout(tmp_path: Path) -> None:
+    write_foxglove(tmp_path, ROBOTS)
+    for path in tmp_path.iterdir():
+        layout = json.loads(path.read_text())
+        assert leaves(layout["layout"]) == set(layout["configById"])
+    text = (tmp_path / "Srobot2.json").read_text()
+    assert "/Srobot2/plan" in text
+    assert "/Srobot1/" not in text
+
+
+def leaves(node: object) -> set[str]:
+    if isinstance(node, dict):
+        return leaves(node["first"]) | leaves(node["second"])
+    return {str(node)}
+
+
+@pytest.mark.parametrize(
+    ("text", "names"),
+    [
+        ("swarm", ["swarm"]),
+        ("all", ROBOTS),
+        ("Srobot3, Srobot1", ["Srobot3", "Srobot1"]),
+        ("Srobot2,swarm", ["Srobot2", "swarm"]),
+    ],
+)
+def test_windows(text: str, names: list[str]) -> None:
+    assert rviz.windows(text, ROBOTS) == names
+
+
+def test_an_unknown_robot_has_no_window() -> None:
+    with pytest.raises(ConfigError, match="unknown robot 'Srobot4' in --rviz"):
+        rviz.windows("Srobot4", ROBOTS)
+
+
+def test_a_window_sees_the_frames_of_its_robot() -> None:
+    command = " ".join(rviz.rviz_command("/opt/rviz2", Path("/run/Srobot2.rviz"), "Srobot2"))
+    assert command.startswith("/opt/rviz2 -d /run/Srobot2.rviz --ros-args -r /tf:=/Srobot2/tf ")
+    assert "-r /tf_static:=/Srobot2/tf_static" in command
+    assert "-p use_sim_time:=true" in command
+
+
+@pytest.mark.parametrize(
+    ("words", "result"),
+    [
+        ("", ""),
+        ("--rviz", "--rviz swarm"),
+        ("--rviz --seed 3", "--rviz swarm --seed 3"),
+        ("--rviz all --seed 3", "--rviz all --seed 3"),
+        ("--seed 3 --rviz", "--seed 3 --rviz swarm"),
+    ],
+)
+def test_the_names_after_rviz_may_be_left_out(words: str, result: str) -> None:
+    assert with_value(words.split(), "--rviz", "swarm") == result.split()

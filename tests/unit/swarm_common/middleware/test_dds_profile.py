@@ -1,0 +1,83 @@
+"""Profiles for several hosts: one address, peers by unicast, nothing else."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ElementTree
+
+import pytest
+
+from swarm_common.files.edition import DECIDING, edition
+from swarm_common.middleware import dds_profile
+from swarm_common.middleware.addresses import (
+    address_of,
+    address_towards,
+    own_address,
+    own_addresses,
+)
+from swarm_common.middleware.ros_env import unicast_port
+from swarm_common.model.errors import ConfigError
+
+SPACE = {"d": dds_profile.NAMESPACE}
+
+
+def profile(own: str, peers: list[dds_profile.Peers]) -> ElementTree.Element:
+    return ElementTree.fromstring(dds_profile.profile(own, peers, 3))
+
+
+def texts(root: ElementTree.Element, path: str) -> list[str]:
+    return [str(node.text) for node in root.iterfind(f".//d:{path}", SPACE)]
+
+
+def test_only_the_named_addresses_occur() -> None:
+    own, world = "10.0.0.2", "10.0.0.1"
+    root = profile(own, dds_profile.peers_of_tools(own, world))
+    assert texts(root, "interfaceWhiteList/d:address") == [own]
+    assert set(texts(root, "address")) == {own, world}
+    assert texts(root, "useBuiltinTransports") == ["false"]
+    assert texts(root, "type") == ["UDPv4"]
+    assert texts(root, "leaseDuration/d:sec") == [str(dds_profile.LEASE)]
+
+
+def test_robots_look_for_the_world_and_not_for_each_other() -> None:
+    own, world = "10.0.0.2", "10.0.0.1"
+    root = profile(own, dds_profile.peers_of_robots(own, world, 50))
+    found = [
+        (str(node.findtext("d:address", "", SPACE)), int(node.findtext("d:port", "0", SPACE)))
+        for node in root.iterfind(".//d:initialPeersList/d:locator/d:udpv4", SPACE)
+    ]
+    at_world = [port for address, port in found if address == world]
+    first = unicast_port(3, 0)
+    assert at_world == [first + 2 * i for i in range(dds_profile.WORLD_IDS_OF_ROBOTS)]
+    ids = [(port - first) // 2 for address, port in found if address == own]
+    assert ids == [0, 1, *range(52, 68)]  # agent, distributor, newcomers
+
+
+def test_both_roles_on_one_host() -> None:
+    root = profile("127.0.0.1", dds_profile.peers_of_robots("127.0.0.1", "127.0.0.1", 3))
+    assert texts(root, "initialPeersList//d:address") == ["127.0.0.1"]
+    assert texts(root, "initialPeersList//d:port") == []
+
+
+def test_ports() -> None:
+    assert dds_profile.port_range(0) == (7410, 7649)
+    assert dds_profile.port_range(2) == (7910, 8149)
+
+
+def test_addresses_of_this_host() -> None:
+    assert own_addresses()["127.0.0.1"] == "lo"
+    assert own_address("lo") == own_address("127.0.0.1") == "127.0.0.1"
+    assert address_of("localhost") == address_towards("127.0.0.1") == "127.0.0.1"
+    with pytest.raises(ConfigError, match="this host has no such address"):
+        own_address("203.0.113.77")
+
+
+@pytest.mark.parametrize("host", ["224.0.0.1", "0.0.0.0", "x" * 70])
+def test_addresses_of_no_host(host: str) -> None:
+    with pytest.raises(ConfigError, match="--connect"):
+        address_of(host)
+
+
+def test_an_edition_depends_on_the_code() -> None:
+    assert edition() == edition()
+    assert edition(["swarm_common"]) != edition()
+    assert "swarm_commander" in DECIDING  # both sides of what hosts say to each other

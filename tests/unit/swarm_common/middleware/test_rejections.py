@@ -1,0 +1,50 @@
+"""What doors turned away is counted by kind, and said once per kind and source."""
+
+from __future__ import annotations
+
+import os
+
+from swarm_common.middleware.rejections import REASON_LENGTH, SOURCES_PER_KIND, Rejections
+from swarm_common.process.pipes import EventWriter, LineReader
+
+
+def _pipe() -> tuple[LineReader, EventWriter]:
+    reading, writing = os.pipe()
+    return LineReader(reading), EventWriter(writing)
+
+
+def test_counts_by_kind_reach_the_pipe_once_and_the_first_reason_of_each_kind() -> None:
+    reader, writer = _pipe()
+    rejections = Rejections(writer, lambda _: None)
+    for _ in range(3):
+        rejections.reject("odom", "the world", "a number is nan")
+    rejections.reject("goal", "a client", "x is 1e+308 m")
+    rejections.tell(10.0)
+    rejections.reject("goal", "a client", "x is nan")
+    rejections.tell(10.1)  # too early
+    first = reader.read()
+    rejections.flush()
+    assert first == [
+        {
+            "event": "rejected",
+            "counts": {"odom": 3, "goal": 1},
+            "notices": {
+                "odom": "rejected: odom from the world: a number is nan",
+                "goal": "rejected: goal from a client: x is 1e+308 m",
+            },
+        }
+    ]
+    assert reader.read() == [{"event": "rejected", "counts": {"goal": 1}, "notices": {}}]
+    rejections.flush()
+    assert reader.read() == []
+
+
+def test_each_source_is_said_once_and_a_flood_of_names_is_cut() -> None:
+    lines: list[str] = []
+    rejections = Rejections(EventWriter(None), lines.append)
+    for number in range(1000):
+        for _ in range(3):
+            rejections.reject("beacon", f"Srobot{number}", "x" * 10_000)
+    assert rejections.counts == {"beacon": 3000}
+    assert len(lines) == SOURCES_PER_KIND
+    assert max(map(len, lines)) <= REASON_LENGTH

@@ -1,0 +1,151 @@
+"""Defaults of the ROS environment, and the discovery profile of robots."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import pytest
+
+from swarm_common.middleware import dds_profile, ros_env
+
+LOCATORS = ".//{http://www.eprosima.com}initialPeersList//{http://www.eprosima.com}udpv4"
+PORTS = f"{LOCATORS}/{{http://www.eprosima.com}}port"
+
+
+@pytest.fixture(autouse=True)
+def _no_variables(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in (*ros_env.VARIABLES, "FASTDDS_DEFAULT_PROFILES_FILE", "ROS_DISCOVERY_SERVER"):
+        monkeypatch.setenv(name, "")  # so that what a test sets is taken back
+        monkeypatch.delenv(name)
+
+
+def test_our_profile_is_the_default() -> None:
+    ros_env.set_defaults()
+    assert Path(os.environ[ros_env.PROFILES]).name == "fastdds.xml"
+    ElementTree.parse(os.environ[ros_env.PROFILES])
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        (ros_env.DISCOVERY_RANGE, "SUBNET"),
+        ("ROS_DISCOVERY_SERVER", "127.0.0.1:11811"),
+        ("FASTDDS_DEFAULT_PROFILES_FILE", "/my/profile.xml"),
+    ],
+)
+def test_the_users_choice_is_respected(
+    name: str, value: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(name, value)
+    ros_env.set_defaults()
+    assert os.environ[name] == value
+    assert ros_env.PROFILES not in os.environ
+
+
+def test_robots_announce_themselves_to_those_they_need_and_to_newcomers(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ROS_DOMAIN_ID", "3")
+    first = 7400 + 250 * 3 + 10
+    ros_env.set_defaults()
+    path = tmp_path / "fastdds" / "Srobot1.xml"
+    ros_env.write_profile(path, (first, first + 8, first + 8), first_free=21)
+    found = ElementTree.parse(path).iterfind(PORTS)
+    ports = [int(node.text or 0) for node in found]
+    assert ports[:2] == [first, first + 8]
+    assert ports[2:] == [first + 2 * i for i in range(21, 21 + ros_env.NEWCOMERS)]
+
+
+@pytest.mark.parametrize("first_free", [105, 113, 119, 120, 243])
+def test_nobody_announces_itself_in_the_next_domain(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, first_free: int
+) -> None:
+    """100 robots were heard by, and obeyed, the swarm in the next domain; two of them met.
+
+    Nor is the list empty: of 200 packed robots the world's was, and DDS went by its defaults.
+    """
+    monkeypatch.setenv("ROS_DOMAIN_ID", "30")
+    ros_env.set_defaults()
+    path = tmp_path / "world.xml"
+    ros_env.write_profile(path, (), first_free)
+    ports = [int(node.text or 0) for node in ElementTree.parse(path).iterfind(PORTS)]
+    assert ports
+    assert all(ros_env.is_discovery_port(port) for port in ports)
+
+
+def test_robots_announce_themselves_on_the_worlds_host(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = dds_profile.profile("10.0.0.2", dds_profile.peers_of_tools("10.0.0.2", "10.0.0.1"), 0)
+    (tmp_path / "host.xml").write_text(text, encoding="utf-8")
+    monkeypatch.setenv(ros_env.PROFILES, str(tmp_path / "host.xml"))
+    assert ros_env.bound_address() == "10.0.0.2"
+    assert ros_env.is_large(ros_env.FEW_ROBOTS + 1)
+    ros_env.write_profile(tmp_path / "Srobot1.xml", (7410, 7418), 41, "10.0.0.1")
+    tree = ElementTree.parse(tmp_path / "Srobot1.xml")
+    peers = [(node[0].text, node[1].text) for node in tree.iterfind(LOCATORS)]
+    assert peers[:2] == [("7410", "10.0.0.1"), ("7418", "10.0.0.1")]
+    assert {address for _, address in peers[2:]} == {"10.0.0.2"}
+    monkeypatch.setenv(ros_env.PROFILES, str(tmp_path / "Srobot1.xml"))
+    assert ros_env.bound_address() == "10.0.0.2"
+
+
+def test_ports_of_participants(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROS_DOMAIN_ID", "3")
+    first = ros_env.world_port()
+    assert ros_env.participant_id(first + 14) == 7
+    assert ros_env.is_discovery_port(first)
+    assert not ros_env.is_discovery_port(first + 1)  # of the same participant, for data
+    assert not ros_env.is_discovery_port(first + ros_env.DOMAIN_PORTS)  # of the next domain
+
+
+def test_a_swarm_is_large_only_where_discovery_is_ours(monkeypatch: pytest.MonkeyPatch) -> None:
+    ros_env.set_defaults()
+    assert ros_env.is_large(ros_env.FEW_ROBOTS + 1)
+    assert not ros_env.is_large(ros_env.FEW_ROBOTS)
+    monkeypatch.setenv(ros_env.PROFILES, "/my/profile.xml")
+    assert not ros_env.is_large(ros_env.FEW_ROBOTS + 1)
+
+
+@pytest.mark.parametrize("is_copy", [False, True])
+def test_our_own_profile_is_not_taken_for_the_users(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, is_copy: bool
+) -> None:
+    ros_env.set_defaults()
+    ours = os.environ[ros_env.PROFILES]
+    if is_copy:  # as runs of several hosts make one
+        path = tmp_path / "fastdds_host.xml"
+        path.write_text(Path(ours).read_text(encoding="utf-8"), encoding="utf-8")
+        monkeypatch.setenv(ros_env.PROFILES, str(path))
+        ours = str(path)
+    monkeypatch.setenv(ros_env.DISCOVERY_RANGE, "LOCALHOST")
+    ros_env.set_defaults()
+    # With LOCALHOST, rmw_fastrtps would add shared memory to the profile.
+    assert os.environ[ros_env.DISCOVERY_RANGE] == "SYSTEM_DEFAULT"
+    assert os.environ[ros_env.PROFILES] == ours
+
+
+@pytest.mark.parametrize("home", ["", "/proc/none", "/dev/null"])
+def test_rclpy_starts_without_a_home_folder(home: str, tmp_path: Path) -> None:
+    code = (
+        "from swarm_common.middleware import ros_env; ros_env.set_defaults()\n"
+        "from swarm_common.files.cache import cache_folder, kept\n"
+        "import os, rclpy; rclpy.init(); rclpy.shutdown()\n"
+        "assert kept('t', ['x'], lambda: 3) == 3; print(cache_folder(), os.environ['ROS_LOG_DIR'])"
+    )
+    environment = {
+        name: value
+        for name, value in os.environ.items()
+        if name not in ("HOME", "XDG_CACHE_HOME", "ROS_LOG_DIR", "ROS_HOME", "TMPDIR")
+    }
+    environment |= {"HOME": home} if home else {}
+    environment |= {"TMPDIR": str(tmp_path), "ROS_DOMAIN_ID": "228"}
+    done = subprocess.run(
+        (sys.executable, "-c", code), env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert str(tmp_path) in done.stdout.split()[-1]

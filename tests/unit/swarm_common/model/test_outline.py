@@ -1,0 +1,67 @@
+"""Outlines of bodies from above."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from swarm_common.files.meshes import hull_of
+from swarm_common.model.outline import bounds, outline_around, placed_corners, volume
+from swarm_common.model.shapes import Box, Cylinder, Part, Sphere, transform_from_xyz_rpy
+
+COORDINATE = st.floats(-1.0, 1.0).map(lambda value: round(value, 3))
+
+
+@settings(deadline=None)
+@given(st.lists(st.tuples(COORDINATE, COORDINATE), min_size=3, max_size=40), st.integers(4, 8))
+def test_an_outline_holds_its_points_and_is_convex(
+    points: list[tuple[float, float]], most: int
+) -> None:
+    array = np.array(points)
+    try:
+        outline = np.array(outline_around(array, most))
+    except ValueError:
+        return  # on a line
+    assert 3 <= len(outline) <= most
+    edges = np.roll(outline, -1, axis=0) - outline
+    for corner, edge in zip(outline, edges, strict=True):
+        aside = edge[0] * (array[:, 1] - corner[1]) - edge[1] * (array[:, 0] - corner[0])
+        assert aside.min() > -2e-3 * np.hypot(*edge) - 1e-4
+
+
+def test_points_on_a_line_have_no_outline() -> None:
+    with pytest.raises(ValueError, match="span no area"):
+        outline_around(np.array([(0.0, 0.0), (1.0, 1.0), (2.0, 2.0)]), 8)
+
+
+@pytest.mark.parametrize(
+    ("shape", "size", "content"),
+    [
+        (Box((1.0, 2.0, 3.0)), (3.0, 1.0, 2.0), 6.0),
+        (Cylinder(0.5, 3.0), (3.0, 1.0, 1.0), np.pi * 0.75),
+        (Sphere(0.5), (1.0, 1.0, 1.0), np.pi / 6.0),
+    ],
+)
+def test_bodies_turned_on_their_side(
+    shape: Box | Cylinder | Sphere, size: tuple[float, ...], content: float
+) -> None:
+    place = transform_from_xyz_rpy(1.0, 2.0, 3.0, np.pi / 2, 0.0, 0.0)
+    if not isinstance(shape, Sphere):
+        place[:3, :3] = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    low, high = bounds([Part(shape, place)])
+    np.testing.assert_allclose((low + high) / 2.0, [1.0, 2.0, 3.0], atol=1e-9)
+    np.testing.assert_allclose(high - low, size, rtol=6e-3)
+    assert volume(shape) == pytest.approx(content)
+
+
+def test_a_hull_has_the_corners_of_its_mesh() -> None:
+    corners = placed_corners([Part(Box((1.0, 1.0, 1.0)), np.eye(4))])
+    hull = hull_of(np.vstack([corners, np.zeros((1, 3))]), "cube")
+    assert len(hull.vertices) == 8
+    assert len(hull.faces) == 12
+    assert len(hull.edges()) == 18  # the sides of a cube are two triangles each
+    middle = np.array(hull.vertices)[list(hull.faces[0])].mean(axis=0)
+    a, b, c = (np.array(hull.vertices[i]) for i in hull.faces[0])
+    assert np.cross(b - a, c - a) @ middle > 0.0  # outwards

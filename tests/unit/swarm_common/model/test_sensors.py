@@ -1,0 +1,68 @@
+"""Reading of `sensors:`: what is right, what is refused, and what overrides what."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from swarm_common.model.errors import ConfigError, RobotModelError, UnknownNameError
+from swarm_common.model.sensors import IDEAL
+from swarm_common.robots.loading import load_robot, robot_names
+from swarm_common.robots.params import robot_from_parameters, robot_parameters
+from swarm_common.robots.sensors_io import sensor_errors
+
+
+def test_nothing_said_is_ideal_and_what_is_said_replaces_the_base() -> None:
+    assert sensor_errors({}, "x") == IDEAL
+    base = sensor_errors({"lidar": {"dropout": 0.1}, "imu": {"gyro_bias": 1}}, "x")
+    changed = sensor_errors({"lidar": {"sigma_share": 0.02}}, "x", base)
+    assert (changed.lidar.dropout, changed.lidar.sigma_share) == (0.1, 0.02)
+    assert changed.imu.gyro_bias == 1.0
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        ([], "robot.yaml: sensors is \\[\\]; expected 'key: value' lines"),
+        ({"lidar": 3}, "sensors.lidar is 3"),
+        ({"lidar": {"dropout": 0.7}}, "dropout is 0.7; it must be from 0 to 0.5"),
+        ({"lidar": {"ray_time": 1}}, "ray_time is 1; expected true or false"),
+        ({"odometry": {"slip": -0.1}}, "slip is -0.1; it must be 0 or more"),
+        ({"odometry": {"heading": "compass"}}, "heading is 'compass'; expected gyro or wheels"),
+        ({"imu": {"gyro_bias": "much"}}, "gyro_bias is 'much'; expected a number"),
+        ({"imu": {"gyro_noise": float("nan")}}, "gyro_noise is nan"),
+    ],
+)
+def test_bad_values_are_refused_with_their_place(data: Any, message: str) -> None:
+    with pytest.raises(RobotModelError, match=message):
+        sensor_errors(data, "robot.yaml: sensors", IDEAL, RobotModelError)
+
+
+@pytest.mark.parametrize("data", [{"lidars": {}}, {"lidar": {"dropouts": 0.1}}])
+def test_an_unknown_key_is_answered_with_the_closest_one(data: Any) -> None:
+    with pytest.raises(UnknownNameError, match="did you mean"):
+        sensor_errors(data, "robot.yaml: sensors")
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_every_robot_of_ours_says_how_its_sensors_err(name: str) -> None:
+    spec = load_robot(name)
+    assert spec.sensors != IDEAL
+    assert spec.sensors.lidar.sigma_share > 0.0
+    assert spec.sensors.imu.gyro_bias > 0.0
+
+
+def test_a_navigator_does_not_learn_how_its_sensors_err() -> None:
+    spec = load_robot("turtlebot3_waffle")
+    assert not any("sensors" in key for key in robot_parameters(spec))
+    assert robot_from_parameters(robot_parameters(spec)).sensors == IDEAL
+
+
+def test_the_world_section_of_a_parameter_file_overrides_all_robots() -> None:
+    from swarm_commander.run.world_params import parse_world
+
+    params = parse_world({"sensors": {"lidar": {"dropout": 0.2}}, "wall_limit": 3.0}, [], "p.yaml")
+    assert params.settings() == {"wall_limit": 3.0, "sensors": {"lidar": {"dropout": 0.2}}}
+    with pytest.raises(ConfigError, match=r"p.yaml: sensors.lidar.dropout is 2.0; it must be"):
+        parse_world({"sensors": {"lidar": {"dropout": 2}}}, [], "p.yaml")

@@ -1,0 +1,49 @@
+"""What is forked must have one thread; see `single_thread`."""
+
+import subprocess
+import sys
+import threading
+
+from swarm_common.process.single_thread import thread_count, without_threads
+
+PREPARED = """
+import os
+import swarm_nav.launch.host as host
+host._prepare()
+os.write(1, str(len(os.listdir("/proc/self/task"))).encode())
+os._exit(0)
+"""
+
+
+def test_the_nursery_has_one_thread_when_it_is_ready_to_fork() -> None:
+    """numpy, scipy, numba, rclpy and all type supports are loaded by then."""
+    command = (sys.executable, "-c", PREPARED)
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=250)
+    assert done.stdout == "1", done.stderr
+
+
+def test_threads_start_again_afterwards() -> None:
+    with without_threads():
+        pass
+    before = thread_count()
+    go_on = threading.Event()
+    thread = threading.Thread(target=go_on.wait)
+    thread.start()
+    assert thread_count() == before + 1
+    go_on.set()
+    thread.join()
+
+
+def test_within_it_no_thread_starts() -> None:
+    code = (
+        "import threading\n"
+        "from swarm_common.process.single_thread import without_threads\n"
+        "with without_threads():\n"
+        "    try:\n"
+        "        threading.Thread(target=int).start()\n"
+        "    except RuntimeError as error:\n"
+        "        print(error)\n"
+    )
+    command = (sys.executable, "-c", code)
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
+    assert "can't start new thread" in done.stdout

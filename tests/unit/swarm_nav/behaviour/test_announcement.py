@@ -1,0 +1,199 @@
+"""The beacon says what the robot holds, wants and means to do; its bytes survive the radio."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from swarm_common.model.beacon import (
+    BEACON_DTYPE,
+    BEACON_SIZE,
+    FLAG_ACTIVE,
+    FLAG_STUCK,
+    MODE_DONE,
+    MODE_DRIVE,
+    MODE_HOLD,
+    MODE_YIELD,
+    blank_beacon,
+    deserialize_beacon,
+    deserialize_neighbors,
+    pack_head,
+    record_of,
+    serialize_beacon,
+    serialize_neighbors,
+    words_of,
+)
+from swarm_common.model.records import Pose
+from swarm_common.model.sites import Sites
+from swarm_nav.behaviour.announcement import compose_beacon, compose_status
+from swarm_nav.core.priority import CLASS_DRIVING, CLASS_HOLDING, base_priority
+from swarm_nav.core.states import State
+from swarm_nav.traffic.gate import Gate
+from swarm_nav.traffic.holding import HoldingPattern, Lease
+from swarm_nav.traffic.right_of_way import RightOfWay
+from swarm_nav.traffic.situation import Situation
+from tests.standins.navigation import RADIUS, room, situation, waffle
+
+HALL = room(6.0, 6.0)
+STATION = (4.0, 4.0)
+
+
+def driving() -> Situation:
+    s = situation(HALL, Pose(1.0, 1.0, 0.5), robot_id=4)
+    s.tube.adopt(np.column_stack((np.arange(1.0, 4.0, 0.05), np.full(60, 1.0))))
+    s.tube.stop = 7
+    return s
+
+
+def announce(
+    s: Situation, state: State = State.DRIVING, has_goal: bool = True, is_active: bool = True,
+    right: RightOfWay | None = None,
+) -> np.void:  # fmt: skip
+    return compose_beacon(
+        s, waffle(), state, right or RightOfWay(), Lease(STATION, 70, 1), Gate(None),
+        HoldingPattern({}, []), 33, has_goal, is_active,
+    )  # fmt: skip
+
+
+def test_a_beacon_carries_the_claims_of_its_tick() -> None:
+    record = announce(driving())
+    assert (record["id"], record["tick"], record["sec"], record["nanosec"]) == (4, 100, 10, 0)
+    assert record["radius"] == pytest.approx(RADIUS, abs=1e-3)
+    assert (record["held_size"], record["wanted_size"], record["intent_size"]) == (8, 7, 27)
+    assert np.allclose(record["held"][0], (1.0, 1.0))
+    assert np.allclose(record["held"][7], (1.35, 1.0))
+    assert np.allclose(record["wanted"][0], (1.40, 1.0))
+    assert not record["held"][8:].any()
+    assert np.allclose(record["station"], STATION)
+    assert record["station_tick"] == 70
+    assert record["footprint_size"] == 8
+
+
+def test_the_priority_is_published_and_remembered() -> None:
+    s = driving()
+    record = announce(s)
+    published = (int(record["priority"][0]) << 32) | int(record["priority"][1])
+    assert published == s.priority == base_priority(CLASS_DRIVING, 33, 4)
+    announce(s, State.HOLDING)
+    assert s.priority == base_priority(CLASS_HOLDING, 33, 4)
+
+
+@pytest.mark.parametrize(
+    ("state", "has_goal", "mode"),
+    [
+        (State.IDLE, False, MODE_DONE),
+        (State.DRIVING, True, MODE_DRIVE),
+        (State.HOLDING, True, MODE_HOLD),
+    ],
+)
+def test_the_mode_follows_the_state(state: State, has_goal: bool, mode: int) -> None:
+    record = announce(driving(), state, has_goal)
+    assert record["mode"] == mode
+    assert np.isnan(record["target"]).all()
+
+
+def test_a_yielding_robot_announces_its_refuge_and_what_it_inherited() -> None:
+    s, right = driving(), RightOfWay()
+    s.yields_for, s.is_stuck, right.inherited = 9, True, 2**50 - 1
+    right._is_diverted = True
+    record = announce(s, State.YIELDING, right=right)
+    assert record["mode"] == MODE_YIELD
+    assert record["yields_for"] == 9
+    assert int(record["flags"]) & FLAG_STUCK
+    assert np.allclose(record["target"], s.tube.points[-1])
+    assert s.priority == 2**50 - 1
+
+
+def test_only_an_active_navigator_says_so() -> None:
+    assert int(announce(driving())["flags"]) & FLAG_ACTIVE
+    assert not int(announce(driving(), is_active=False)["flags"]) & FLAG_ACTIVE
+
+
+def status(  # type: ignore[no-untyped-def]
+    s: Situation, state: State, is_active: bool = True, place: int = 2, gate: Gate | None = None
+):
+    sites = Sites(stations={"loader_1": Pose(*STATION, 0.0)})
+    return compose_status(
+        s, is_active, state, None, Lease(STATION, 70, place), gate or Gate(None), sites,
+        HoldingPattern({}, []), 60, 1.3,
+    )  # fmt: skip
+
+
+def test_the_status_says_what_the_robot_waits_for() -> None:
+    s = driving()
+    shown = status(s, State.HOLDING)
+    assert (shown.state, shown.station, shown.queue_place) == ("holding", "loader_1", 2)
+    assert shown.detail == "parked, 2 before it at loader_1"
+    assert shown.holding_since_tick == 60
+    assert shown.estimated_time_remaining == pytest.approx(5.0)
+    s.blocked_ticks, s.blocked_by = 11, 7
+    assert (status(s, State.DRIVING).state, status(s, State.DRIVING).detail) == (
+        "waiting", "for Srobot7",
+    )  # fmt: skip
+    s.yields_for = 8
+    assert status(s, State.YIELDING).detail == "makes way for Srobot8"
+    assert status(s, State.DRIVING, is_active=False).state == "inactive"
+
+
+def test_a_robot_that_waits_at_the_gate_says_so() -> None:
+    shown = status(driving(), State.HOLDING, gate=Gate(None, asked_tick=50))
+    assert "narrow region" in shown.detail
+    assert int(announce(driving())["gate_tick"]) == 0
+
+
+words = st.integers(0, 2**32 - 1)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.binary(min_size=BEACON_SIZE, max_size=BEACON_SIZE))
+def test_any_beacon_survives_its_encoding(data: bytes) -> None:
+    record = np.frombuffer(data, BEACON_DTYPE)[0]
+    assert deserialize_beacon(serialize_beacon(record)).tobytes() == data
+
+
+@pytest.mark.parametrize("count", [0, 1, 3])
+def test_a_batch_survives_its_encoding(count: int) -> None:
+    batch = np.array([announce(driving()) for _ in range(count)], BEACON_DTYPE)
+    sec, nanosec, back = deserialize_neighbors(serialize_neighbors(12, 300_000_000, batch))
+    assert (sec, nanosec, len(back)) == (12, 300_000_000, count)
+    assert back.tobytes() == batch.tobytes()
+
+
+def test_messages_that_are_too_short_are_refused() -> None:
+    data = serialize_neighbors(0, 0, np.array([announce(driving())], BEACON_DTYPE))
+    with pytest.raises(ValueError, match="too short for 1 beacons"):
+        deserialize_neighbors(data[:-1])
+    with pytest.raises(ValueError, match="at least 16"):
+        deserialize_neighbors(data[:15])
+    with pytest.raises(ValueError, match="expected"):
+        deserialize_beacon(serialize_beacon(announce(driving()))[:-1])
+
+
+def test_a_beacon_has_no_padding() -> None:
+    assert BEACON_DTYPE.itemsize == sum(BEACON_DTYPE[name].itemsize for name in BEACON_DTYPE.names)
+    assert math.isclose(BEACON_SIZE / 1024, 0.76, abs_tol=0.1)
+
+
+def test_a_beacon_is_packed_in_the_order_of_its_members() -> None:
+    words = blank_beacon(((1.0, 2.0), (3.0, 4.0))).copy()
+    pack_head(words, range(1, 28))
+    record = record_of(words)
+    names = BEACON_DTYPE.names or ()
+    values = np.concatenate([np.ravel(record[name]) for name in names[: names.index("held")]])
+    assert values.tolist() == list(range(1, 28))
+    assert record["footprint"][:3].tolist() == [[1.0, 2.0], [3.0, 4.0], [0.0, 0.0]]
+    assert not record["held"].any()
+
+
+def test_words_are_those_of_the_beacons_whatever_their_buffer() -> None:
+    batch = np.frombuffer(np.random.default_rng(0).bytes(3 * BEACON_SIZE + 1), np.uint8)
+    for start in (0, 1):  # aligned and not
+        beacons = batch[start : start + 3 * BEACON_SIZE].view(BEACON_DTYPE)
+        words = words_of(beacons)
+        assert words.tobytes() == beacons.tobytes()
+        assert words.flags.writeable
+        assert words.flags.aligned

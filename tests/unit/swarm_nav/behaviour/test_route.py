@@ -1,0 +1,98 @@
+"""The route: when a plan is due, and where it starts."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from swarm_common.model.records import Pose, Twist
+from swarm_nav.behaviour.automaton import Automaton
+from swarm_nav.behaviour.pursuit import Pursuit
+from swarm_nav.behaviour.route import OBSTACLE_PATIENCE, REPLAN_PAUSE, Route
+from swarm_nav.behaviour.task import Task
+from swarm_nav.core.goals import ErrorCode, Goal, GoalEnded, GoalKind
+from swarm_nav.core.states import State
+from swarm_nav.traffic.departure import Departure
+from swarm_nav.traffic.gate import Gate
+from swarm_nav.traffic.holding import HoldingPattern, Lease
+from swarm_nav.traffic.right_of_way import RightOfWay
+from swarm_nav.traffic.situation import Situation
+from tests.standins.navigation import room, situation
+
+HALL = room(8.0, 8.0)
+QUIET = 101  # a tick that is not the robot's turn of periodic plans
+
+
+def driving(x: float = 6.0) -> tuple[Situation, Route, Task]:
+    """Return a robot at x = 2 m with a fresh plan to a goal."""
+    s = situation(HALL, Pose(2.0, 4.0, 0.0))
+    automaton = Automaton(s, HoldingPattern({}, []))
+    pursuit = Pursuit(s, automaton, Lease(), RightOfWay(), Departure(Gate(None), Lease()))
+    pursuit.set_goal(Goal(kind=GoalKind.NAVIGATE, poses_map=(Pose(x, 4.0, 0.0),)))
+    pursuit.begin_pending()
+    assert automaton.state is State.DRIVING
+    assert pursuit.task is not None
+    route, task = Route(s, pursuit), pursuit.task
+    s.tick = QUIET
+    route.update(task)
+    return s, route, task
+
+
+def replans(s: Situation, route: Route, task: Task, since: int) -> bool:
+    """Return whether the route is planned anew `since` ticks after the last plan."""
+    s.last_plan_tick = s.tick - since
+    route.update(task)
+    return s.last_plan_tick == s.tick
+
+
+def test_the_first_plan_leads_from_the_robot_to_the_goal() -> None:
+    s, _, task = driving()
+    assert task.is_planned
+    assert np.allclose(s.tube.points[[0, -1]], ((2.0, 4.0), (6.0, 4.0)))
+    assert s.counters.replans == 0
+
+
+def test_an_open_way_is_planned_once() -> None:
+    assert not replans(*driving(), since=18)
+
+
+@pytest.mark.parametrize("reason", ["robot", "obstacle", "end"])
+def test_a_plan_that_leads_nowhere_is_renewed_after_a_pause(reason: str) -> None:
+    s, route, task = driving()
+    s.blocked_ticks = s.ticks(s.config.traffic.replan_blocked) if reason == "robot" else 0
+    s.obstacle_ticks = s.ticks(OBSTACLE_PATIENCE) if reason == "obstacle" else 0
+    if reason == "end":
+        s.tube.cut()
+    pause = s.ticks(REPLAN_PAUSE)
+    assert not replans(s, route, task, since=pause - 1)
+    assert replans(s, route, task, since=pause)
+    assert s.counters.replans == (reason == "end")  # the others keep a path that is as good
+
+
+def test_robots_take_turns_with_periodic_plans() -> None:
+    s, route, task = driving()
+    period = s.ticks(s.config.planner.replan_period)
+    turns = []
+    for _ in range(3 * period):
+        s.tick += 1
+        if replans(s, route, task, since=period):
+            turns.append(s.tick)
+    assert len(turns) == 3
+    assert all((turn + 7 * s.robot_id) % period == 0 for turn in turns)
+
+
+def test_a_plan_back_along_held_space_starts_where_the_robot_can_stop() -> None:
+    s, route, task = driving(1.0)
+    s.tube.reset(s.pose)
+    s.tube.adopt(np.column_stack((np.arange(2.0, 4.0, 0.05), np.full(40, 4.0))))
+    s.tube.stop, s.twist = 30, Twist(0.26)
+    task.is_planned = False
+    route.update(task)
+    assert s.tube.stop == s.brake_points
+    assert np.allclose(s.tube.points[-1], (1.0, 4.0))
+
+
+def test_a_goal_off_the_map_ends_at_once() -> None:
+    s, _, _ = driving(50.0)
+    ends = [event for event in s.events if isinstance(event, GoalEnded)]
+    assert [end.error_code for end in ends] == [ErrorCode.GOAL_OUTSIDE_MAP]

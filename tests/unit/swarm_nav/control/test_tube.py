@@ -1,0 +1,189 @@
+"""The held tube: bookkeeping of claim and request."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from swarm_common.model.beacon import HELD_POINTS, INTENT_POINTS, WANTED_POINTS
+from swarm_common.model.records import Pose
+from swarm_nav.control.tube import Tube, padded
+from swarm_nav.core.config import TrafficConfig
+
+HOME = Pose(0.0, 0.0, 0.0)
+
+
+def tube_along_x(length: float = 2.0, confirmations: int = 3) -> Tube:
+    tube = Tube(HOME, confirmations, 0.35, 0.35)
+    tube.adopt(np.column_stack((np.arange(0.0, length, 0.05), np.zeros(round(length / 0.05)))))
+    return tube
+
+
+def test_a_new_tube_holds_the_place_under_the_robot_only() -> None:
+    tube = Tube(HOME, 3, 0.35, 0.35)
+    held, wanted, intent = tube.publish(HOME, 0)
+    assert held.tolist() == [[0.0, 0.0]]
+    assert len(wanted) == 0
+    assert len(intent) == 1
+    assert tube.is_complete
+
+
+def test_space_is_confirmed_after_it_was_requested_in_every_one_of_m_beacons() -> None:
+    tube = tube_along_x()
+    for _ in range(3):
+        assert tube.span[2] == -1
+        tube.publish(HOME, 0)
+    assert tube.span == (0, 7, 7)
+
+
+@pytest.mark.parametrize("change", ["withdraw", "adopt", "cut", "release", "reset"])
+def test_a_withdrawn_or_changed_request_starts_the_count_again(change: str) -> None:
+    tube = tube_along_x()
+    for _ in range(3):
+        tube.publish(HOME, 0)
+    match change:
+        case "withdraw":
+            tube.withdraw()
+            _, wanted, _ = tube.publish(HOME, 0)
+            assert len(wanted) == 0
+        case "adopt":
+            tube.adopt(np.array(((0.0, 0.0), (0.0, 0.05), (0.0, 0.1))))
+        case "cut":
+            tube.cut()
+        case "release":
+            tube.release_ahead(0)
+        case "reset":
+            tube.reset(HOME)
+    assert tube.span[2] == -1
+    for _ in range(2):
+        tube.publish(HOME, 0)
+        assert tube.span[2] == -1
+
+
+def test_a_withdrawal_lasts_for_one_beacon() -> None:
+    tube = tube_along_x()
+    tube.withdraw()
+    assert len(tube.publish(HOME, 0)[1]) == 0
+    assert len(tube.publish(HOME, 0)[1]) == 7
+
+
+def test_a_plan_continues_from_the_stop_point_and_keeps_what_is_held() -> None:
+    tube = tube_along_x()
+    tube.stop = 5
+    tube.near = 2
+    tube.adopt(np.array(((0.25, 0.0), (0.25, 0.05), (0.25, 0.1))))
+    assert (tube.near, tube.stop) == (0, 3)
+    assert np.allclose(tube.points[[0, 3, 5]], ((0.10, 0.0), (0.25, 0.0), (0.25, 0.1)))
+    assert tube.stop_point == pytest.approx((0.25, 0.0))
+
+
+def test_cutting_gives_up_what_is_not_held() -> None:
+    tube = tube_along_x()
+    tube.stop = 5
+    tube.cut()
+    assert len(tube.points) == 6
+    assert tube.is_complete
+
+
+def test_releasing_shrinks_and_never_grows() -> None:
+    tube = tube_along_x()
+    tube.near, tube.stop = 2, 9
+    tube.release_ahead(3)
+    assert tube.stop == 5
+    tube.release_ahead(30)
+    assert tube.stop == 5
+
+
+def test_the_beacon_starts_at_the_true_pose_and_fits_its_arrays() -> None:
+    tube = tube_along_x(6.0)
+    tube.near, tube.stop = 3, 19
+    held, wanted, intent = tube.publish(Pose(0.16, 0.01, 0.0), 0)
+    assert held[0] == pytest.approx((0.16, 0.01))
+    assert np.allclose(held[-1], (0.95, 0.0))
+    assert np.allclose(wanted[0], (1.0, 0.0))
+    assert len(held) <= HELD_POINTS
+    assert len(wanted) <= WANTED_POINTS
+    assert len(intent) == INTENT_POINTS
+    assert np.allclose(np.diff(intent, axis=0), (0.1, 0.0))
+
+
+def test_the_longest_claim_that_parameters_allow_fits_the_beacon() -> None:
+    longest = TrafficConfig(held_length=0.8, wanted_length=0.4)
+    tube = Tube(HOME, 3, longest.held_length, longest.wanted_length)
+    tube.adopt(np.column_stack((np.arange(0.0, 3.0, 0.05), np.zeros(60))))
+    tube.stop = tube.span[1]
+    held, wanted, _ = tube.publish(HOME, 0)
+    assert np.allclose(held[-1], tube.stop_point)
+    assert len(wanted) == WANTED_POINTS
+
+
+def test_the_robots_index_follows_it_but_not_across_a_loop() -> None:
+    out_and_back = np.column_stack((np.r_[0:1:20j, 1:0:20j], np.zeros(40)))
+    tube = Tube(HOME, 3, 0.35, 0.35)
+    tube.adopt(out_and_back)
+    tube.advance(Pose(0.2, 0.0, 0.0), 39)
+    assert tube.near == 4
+
+
+def test_corners_are_where_the_path_bends_more_than_the_limit() -> None:
+    tube = Tube(HOME, 3, 0.35, 0.35)
+    east = np.column_stack((np.arange(0.0, 0.5, 0.05), np.zeros(10)))
+    north = np.column_stack((np.full(5, 0.45), np.arange(0.05, 0.3, 0.05)))
+    tube.adopt(np.vstack((east, north)))
+    assert tube.corners == [9]
+    assert tube.next_corner() == 9
+    tube.near = 9
+    assert tube.next_corner() == len(tube.points) - 1
+
+
+def test_the_length_ahead_starts_at_the_robot() -> None:
+    tube = tube_along_x(1.0)
+    tube.near = 4
+    assert tube.length_ahead() == pytest.approx(0.75)
+
+
+def test_padding_cuts_at_the_capacity() -> None:
+    block, size = padded(np.ones((5, 2)), 3)
+    assert (block.shape, size) == ((3, 2), 3)
+    block, size = padded(np.ones((1, 2)), 3)
+    assert size == 1
+    assert block[1:].tolist() == [[0.0, 0.0], [0.0, 0.0]]
+
+
+def test_the_number_of_confirmations_is_a_parameter() -> None:
+    tube = tube_along_x(confirmations=5)
+    for count in range(5):
+        assert tube.span[2] == -1, count
+        tube.publish(HOME, 0)
+    assert tube.span[2] == 7
+
+
+def test_requests_are_remembered_with_their_ticks_until_one_changes() -> None:
+    tube = tube_along_x()
+    for tick in range(50):
+        tube.stop = min(tick // 10, 3)
+        tube.publish(HOME, tick)
+    assert tube.requests[-1].tolist() == [49, 10]
+    assert tube.requests[:, 0].tolist() == list(range(50 - len(tube.requests), 50))
+    assert (np.diff(tube.requests[:, 1]) >= 0).all()
+    tube.forget_requests()
+    assert len(tube.requests) == 0
+
+
+def test_what_is_published_has_zeros_behind_it() -> None:
+    tube = Tube(HOME, 3, 0.35, 0.35)
+    tube.adopt(np.column_stack((np.arange(0.0, 4.0, 0.05), np.zeros(80))))
+    tube.stop = 30
+    sizes = [len(points) for points in tube.publish(HOME, 0)]
+    assert sizes == [24, 7, 25]
+    tube.reset(HOME)
+    held, wanted, intent = tube.publish(HOME, 1)
+    assert (held.tolist(), len(wanted), len(intent)) == ([[0.0, 0.0]], 0, 1)
+    assert not tube.published.any()
+
+
+def test_more_requests_than_are_remembered_push_out_the_oldest() -> None:
+    tube = Tube(HOME, 3, 0.35, 0.35)
+    for tick in range(40):
+        tube.publish(HOME, tick)
+    assert tube.requests[:, 0].tolist() == list(range(8, 40))

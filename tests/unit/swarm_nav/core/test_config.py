@@ -1,0 +1,112 @@
+"""Parameters: their names, their checks and what a message about a bad one says."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+from swarm_common.model.errors import ConfigError, UnknownNameError
+from swarm_nav.core.config import NavConfig, config_from_parameters, parameter_values
+
+
+def test_parameters_survive_a_round_trip() -> None:
+    values = parameter_values(NavConfig())
+    assert config_from_parameters(values) == NavConfig()
+    assert values["max_vel_x"] == 0.26
+    assert values["goal_checker.xy_goal_tolerance"] == 0.25
+    assert not any(name.startswith("controller.") for name in values)
+
+
+def test_a_change_keeps_all_other_values() -> None:
+    base = config_from_parameters({"max_vel_x": 0.15})
+    changed = config_from_parameters({"holding.mode": "park"}, base)
+    assert changed.controller.max_vel_x == 0.15
+    assert changed.holding.mode == "park"
+    assert changed.traffic == NavConfig().traffic
+
+
+@pytest.mark.parametrize(
+    ("name", "closest"),
+    [
+        ("max_vel_xx", "max_vel_x"),
+        ("goal_checker.xy_goal_tolerence", "goal_checker.xy_goal_tolerance"),
+        ("holding.modes", "holding.mode"),
+    ],
+)
+def test_an_unknown_name_is_answered_with_the_closest_one(name: str, closest: str) -> None:
+    with pytest.raises(UnknownNameError, match=f"unknown parameter '{name}' in x.yaml") as error:
+        config_from_parameters({name: 1.0}, where="x.yaml")
+    assert f"'{closest}'" in str(error.value)
+    assert error.value.name == name
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "expected"),
+    [
+        ("max_vel_x", "fast", "must be a float"),
+        ("max_vel_x", True, "must be a float"),
+        ("vx_samples", 8.0, "must be a int"),
+        ("planner.allow_unknown", 1, "must be a bool"),
+        ("holding.mode", 3, "must be a str"),
+    ],
+)
+def test_a_wrong_type_is_named(name: str, value: Any, expected: str) -> None:
+    with pytest.raises(ConfigError, match=expected) as error:
+        config_from_parameters({name: value}, where="x.yaml")
+    assert f"'{name}' in x.yaml is {value!r}" in str(error.value)
+
+
+def test_an_integer_is_taken_for_a_float() -> None:
+    config = config_from_parameters({"acc_lim_x": 2})
+    assert config.controller.acc_lim_x == 2.0
+    assert isinstance(config.controller.acc_lim_x, float)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("max_vel_x", 0.0),
+        ("max_vel_x", -0.1),
+        ("max_vel_x", math.nan),
+        ("max_vel_theta", math.inf),
+        ("sim_time", 0.0),
+        ("vx_samples", 1),
+        ("vtheta_samples", 101),
+        ("path_distance_scale", -1.0),
+        ("planner.resolution", 0.0),
+        ("planner.tolerance", -0.1),
+        ("planner.lane_weight", -1.0),
+        ("costmap.inflation_radius", 0.0),
+        ("costmap.footprint_padding", -0.01),
+        ("costmap.scan_timeout", -1.0),
+        ("goal_checker.yaw_goal_tolerance", 0.0),
+        ("progress_checker.number_of_retries", -1),
+        ("behavior.backup_speed", 0.0),
+        ("traffic.safety_margin", 0.0),
+        ("traffic.held_length", 0.05),
+        ("traffic.held_length", 0.9),
+        ("traffic.wanted_length", 0.5),
+        ("traffic.confirmations", 0),
+        ("traffic.lost_ticks", 0),
+        ("traffic.patience", 0.0),
+        ("holding.mode", "circle"),
+        ("holding.approach_slots", 0),
+        ("holding.station_patience", -1.0),
+    ],
+)
+def test_an_impossible_value_is_refused_with_its_name(name: str, value: Any) -> None:
+    with pytest.raises(ConfigError, match=name.replace(".", r"\.")):
+        config_from_parameters({name: value})
+
+
+@pytest.mark.parametrize("name", ["sim_time", "costmap.local_size"])
+def test_a_value_that_would_exhaust_the_memory_is_refused(name: str) -> None:
+    with pytest.raises(ConfigError, match=name.replace(".", r"\.")):
+        config_from_parameters({name: 1e7})
+
+
+def test_an_unknown_holding_mode_lists_the_known_ones() -> None:
+    with pytest.raises(UnknownNameError, match=r"circuit"):
+        config_from_parameters({"holding.mode": "circuits"})

@@ -1,0 +1,35 @@
+"""Every number among the parameters has limits, and within them nothing is endless."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from swarm_common.model.errors import ConfigError
+from swarm_nav.core import limits
+from swarm_nav.core.config import NavConfig, config_from_parameters, parameter_values
+
+NUMBERS = {
+    name: value
+    for name, value in parameter_values(NavConfig()).items()
+    if not isinstance(value, (bool, str))
+}
+
+
+@pytest.mark.parametrize("name", sorted(NUMBERS))
+def test_no_parameter_may_be_absurd(name: str) -> None:
+    """`costmap.scan_timeout` of 1e308 s ended the navigator at b11a34e."""
+    kind = type(NUMBERS[name])
+    for value in (1e308, -1e308, 1e17) if kind is float else (2**62, -(2**62)):
+        with pytest.raises(ConfigError, match=name.rpartition(".")[2]):
+            config_from_parameters({name: kind(value)})
+    if kind is float:
+        for value in (math.nan, math.inf):
+            with pytest.raises(ConfigError):
+                config_from_parameters({name: value})
+
+
+def test_every_rule_is_of_a_parameter_and_has_its_default_within() -> None:
+    for name, (low, high) in limits.RANGES.items():
+        assert low <= NUMBERS[name] <= high

@@ -1,0 +1,93 @@
+"""What is worked out before the fork is what each robot would work out."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from swarm_common.model.grid import OCCUPIED, Grid
+from swarm_common.model.records import Pose
+from swarm_common.model.sites import Sites
+from swarm_common.robots.loading import load_robot
+from swarm_nav.core.config import NavConfig
+from swarm_nav.launch import common_ground
+from swarm_nav.launch.common_ground import MANY_PROCESSES, prepare
+from swarm_nav.planning.search import SearchSpace
+from swarm_nav.planning.terrain import Terrain
+from swarm_nav.ros.settings import FIXED, NodeSettings
+from swarm_nav.traffic.gate import narrow_region
+from swarm_nav.traffic.narrows import single_lanes
+from swarm_nav.traffic.situation import begin, terrain_of
+
+STATIONS = {"a": Pose(1.5, 2.0, 0.5), "b": Pose(7.0, 2.0, -3.0), "outside": Pose(-5.0, 0.0, 0.0)}
+
+
+@pytest.fixture
+def grid() -> Grid:
+    cells = np.zeros((80, 190), np.int8)
+    cells[0, :] = cells[-1, :] = cells[:, 0] = cells[:, -1] = OCCUPIED
+    cells[20:40, 60:70] = OCCUPIED
+    return Grid(cells, 0.05, 0.0, 0.0)
+
+
+@pytest.fixture
+def robots(monkeypatch: pytest.MonkeyPatch) -> list[NodeSettings]:
+    monkeypatch.setattr(NodeSettings, "sites", Sites(stations=STATIONS))
+    spec = load_robot("turtlebot3_waffle")
+    names = ["Srobot1", "Srobot2", "Srobot3"]
+    return [NodeSettings(n, NavConfig(), spec, FIXED | {"robot_id": int(n[-1])}) for n in names]
+
+
+def plans(robot: NodeSettings, grid: Grid) -> list[bytes]:
+    situation = begin(robot.config, robot.spec, grid, 1, STATIONS["a"])
+    planner = situation.planner
+    ways = [
+        planner.plan((4.5, 3.0), (pose.x, pose.y), planner.no_extra(), pose.yaw)
+        for pose in list(STATIONS.values())[:2]
+    ]
+    return [way.tobytes() for way in ways]
+
+
+def test_ways_are_found_once_and_are_the_same(
+    grid: Grid, robots: list[NodeSettings], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    terrain = terrain_of(robots[0].config, robots[0].spec, grid)
+    alone = Terrain(grid, robots[0].config.planner, robots[0].config.costmap, terrain.radius)
+    fresh = begin(robots[0].config, robots[0].spec, grid, 1, STATIONS["a"]).planner
+    fresh.terrain = alone
+    fields = [fresh.cost_to_go((p.x, p.y), p.yaw) for p in list(STATIONS.values())[:2]]
+    expected = plans(robots[0], grid)
+    terrain._cost_to_go.cache_clear()
+
+    prepare(robots, grid, MANY_PROCESSES)
+    count = terrain._cost_to_go.cache_info().misses
+    assert count == 2
+    monkeypatch.setattr(SearchSpace, "cost_to_go", None)  # nobody needs it any more
+    assert plans(robots[2], grid) == expected
+    planner = begin(robots[0].config, robots[0].spec, grid, 1, STATIONS["a"]).planner
+    for field, pose in zip(fields, STATIONS.values(), strict=False):
+        assert planner.cost_to_go((pose.x, pose.y), pose.yaw).tobytes() == field.tobytes()
+
+
+def test_few_processes_find_their_own_ways(grid: Grid, robots: list[NodeSettings]) -> None:
+    terrain = terrain_of(robots[0].config, robots[0].spec, grid)
+    terrain._cost_to_go.cache_clear()
+    prepare(robots, grid, MANY_PROCESSES - 1)
+    assert terrain._cost_to_go.cache_info().misses == 0
+
+
+def test_regions_are_found_once(grid: Grid, robots: list[NodeSettings]) -> None:
+    prepare(robots, grid, 1)
+    known = narrow_region.cache_info().misses, single_lanes.cache_info().misses
+    prepare(robots, grid, 1)
+    assert (narrow_region.cache_info().misses, single_lanes.cache_info().misses) == known
+
+
+def test_costs_of_many_stations_are_not_all_kept(
+    grid: Grid, robots: list[NodeSettings], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    terrain = terrain_of(robots[0].config, robots[0].spec, grid)
+    monkeypatch.setattr(terrain, "most_goals", 2)
+    terrain._cost_to_go.cache_clear()
+    common_ground.prepare(robots, grid, MANY_PROCESSES)
+    assert terrain._cost_to_go.cache_info().misses == 1

@@ -1,0 +1,89 @@
+"""The nursery and its children, with a navigator that does nothing."""
+
+import json
+import os
+import threading
+import time
+from types import SimpleNamespace
+
+import psutil
+import pytest
+
+from swarm_common.process.pipes import EventWriter, LineReader
+from swarm_nav.launch import nursery as module
+from swarm_nav.launch.group import Group
+from swarm_nav.launch.nursery import Nursery
+
+PACK = Group((SimpleNamespace(name="Srobot1"), SimpleNamespace(name="Srobot2")))
+
+
+def alone(name):
+    return Group((SimpleNamespace(name=name),))
+
+
+@pytest.fixture
+def pipe():
+    ends = os.pipe()
+    yield ends
+    for end in ends:
+        os.close(end)
+
+
+def hang(*_):
+    import signal
+
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    time.sleep(60.0)
+
+
+def child():
+    return [process.pid for process in psutil.Process().children()]
+
+
+def test_a_pack_that_hangs_is_killed_and_its_robots_are_started_anew(pipe, monkeypatch):
+    reading, writing = pipe
+    said, saying = os.pipe()
+    monkeypatch.setattr(module, "run_navigators", hang)
+    monkeypatch.setattr(module, "GRACE", 0.1)
+    before = set(child())
+    nursery = Nursery(EventWriter(saying))
+    events = LineReader(said)
+    heard = []
+
+    def tell(command, robot):
+        line = {"cmd": command, "robot": robot, "params": ""}
+        os.write(writing, json.dumps(line).encode() + b"\n")
+
+    def wait_for(kind, robots):
+        end = time.monotonic() + 20.0
+        while not robots <= {event["robot"] for event in heard if event["event"] == kind}:
+            assert time.monotonic() < end, heard
+            heard.extend(events.read())
+            time.sleep(0.05)
+
+    tell("go", "")
+    assert nursery.wait_for_go(reading)
+    nursery.fork(PACK, None)
+    (first,) = set(child()) - before
+    grouping = SimpleNamespace(log_dir=None, newcomer=lambda name, _: alone(name))
+    watch = threading.Thread(target=nursery.watch, args=(grouping,))
+    watch.start()
+    try:
+        tell("kill", "Srobot1")
+        wait_for("died", {"Srobot1", "Srobot2"})
+        assert not psutil.pid_exists(first)
+        heard.clear()
+        for name in ("Srobot1", "Srobot2"):
+            tell("start", name)
+        wait_for("forked", {"Srobot1", "Srobot2"})
+        assert len(set(child()) - before) == 2
+        heard.clear()
+        tell("start", "Srobot1")  # one of a pack that left the graph, while its process lives
+        wait_for("forked", {"Srobot1"})
+        assert len(set(child()) - before) == 3
+    finally:
+        nursery.stop()
+        watch.join()
+        for end in (said, saying):
+            os.close(end)
+    assert set(child()) <= before

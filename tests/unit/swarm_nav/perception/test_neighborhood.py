@@ -1,0 +1,396 @@
+"""Who is heard, how old that is, and the difference between having left and being gone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from swarm_common.model.beacon import (
+    BEACON_DTYPE,
+    FLAG_ACTIVE,
+    FLAG_DEAF,
+    FLAG_LEFT,
+    FLAG_STUCK,
+    reception_of,
+)
+from swarm_nav.core.config import TrafficConfig
+from swarm_nav.core.priority import base_priority
+from swarm_nav.perception.neighborhood import Neighborhood
+from swarm_nav.perception.neighborhood_kernels import UNHEARD
+from tests.standins.navigation import beacon
+
+
+def heard(hood: Neighborhood, tick: int, *records: np.void) -> None:
+    for record in records:
+        record["tick"] = tick
+    hood.receive(np.array(records), 0.0, 0.0)
+
+
+def hood() -> Neighborhood:
+    return Neighborhood(1, TrafficConfig())
+
+
+def test_rows_are_ordered_by_id_and_hold_the_newest_beacon() -> None:
+    here = hood()
+    heard(here, 10, beacon(7, 1.0, 0.0), beacon(3, 2.0, 0.0))
+    heard(here, 11, beacon(7, 1.5, 0.0))
+    here.refresh(12)
+    assert here.ids.tolist() == [3, 7]
+    assert here.ages.tolist() == [2, 1]
+    assert here.beacons[1]["pose"][0] == pytest.approx(1.5)
+    assert here.row(7) == 1
+    assert here.row(99) is None
+
+
+def test_who_was_last_heard_near_the_edge_of_the_range_may_have_left() -> None:
+    here = hood()
+    heard(here, 10, beacon(2, 5.5, 0.0))
+    here.refresh(26)
+    assert here.ids.tolist() == [2]
+    here.refresh(27)
+    assert here.ids.tolist() == []
+    listen(here, range(28, 500), 0.0)
+    assert here.ids.tolist() == []  # nothing is learned from afar
+
+
+def listen(here: Neighborhood, ticks: range, x: float, *records: np.void) -> None:
+    """Hear the same robots at each tick, from (x, 0)."""
+    for tick in ticks:
+        for record in records:
+            record["tick"] = tick - 1
+            record["heard"] = np.where(record["heard"] > 0, record["heard"] + 1, 0)
+        here.receive(np.array(list(records), BEACON_DTYPE), x, 0.0)
+        here.refresh(tick)
+        assert all(len(here.tubes(row)) for row in range(len(here.ids)))  # each is somewhere
+
+
+def acquainted(robot: int, x: float, other: int, tick: int) -> np.void:
+    """Return the beacon of a robot that has heard another one's of a tick."""
+    record = beacon(robot, x, 0.0)
+    record["heard"][5] = other << 16 | tick
+    return record
+
+
+@pytest.mark.parametrize("last_heard", [4.4, 5.5])
+def test_who_fell_silent_near_the_edge_and_is_near_is_gone(last_heard: float) -> None:
+    here = hood()
+    heard(here, 10, beacon(2, last_heard, 0.0, held=[(last_heard, 0.0), (last_heard, 0.1)]))
+    here.refresh(27)
+    listen(here, range(28, 90), 2.5)
+    assert here.gone.tolist() == [True]
+    assert len(here.tubes(0)) == 2
+    listen(here, range(90, 200), -3.0)
+    assert here.ids.tolist() == [2]
+    listen(here, range(200, 201), -3.0, beacon(2, 1.0, 0.0))
+    assert here.gone.tolist() == [False]
+
+
+def test_who_is_heard_by_others_where_we_should_hear_it_has_left() -> None:
+    here = hood()
+    heard(here, 10, beacon(2, 5.5, 0.0))
+    here.refresh(27)
+    listen(here, range(28, 90), 2.5, acquainted(3, 4.0, 2, 26))
+    assert here.ids.tolist() == [3]
+    listen(here, range(90, 200), 2.5)
+    assert here.ids.tolist() == [3]
+
+
+def test_who_is_heard_by_others_out_of_range_of_its_place_has_left() -> None:
+    here = hood()
+    heard(here, 10, beacon(2, 5.5, 0.0))
+    here.refresh(27)
+    listen(here, range(28, 60), -5.0, acquainted(3, -1.0, 2, 26))
+    listen(here, range(60, 200), 2.5, beacon(3, 2.5, 1.0))
+    assert here.ids.tolist() == [3]
+
+
+def test_that_others_remember_a_robot_does_not_show_that_it_lives() -> None:
+    here = hood()
+    heard(here, 10, beacon(2, 5.5, 0.0))
+    here.refresh(27)
+    for tick in range(28, 120):
+        listen(here, range(tick, tick + 1), 2.5, acquainted(3, 4.0, 2, 12))
+    assert here.ids.tolist() == [2, 3]
+    assert here.gone.tolist() == [True, False]
+
+
+def test_who_was_taken_out_of_the_world_is_not_waited_for() -> None:
+    here = hood()
+    heard(here, 10, beacon(2, 5.5, 0.0))
+    here.refresh(27)
+    listen(here, range(28, 30), 0.0, beacon(2, 0.0, 0.0, flags=FLAG_LEFT))
+    listen(here, range(30, 100), 2.5)
+    assert here.ids.tolist() == []
+
+
+def test_a_silent_robot_is_not_where_somebody_else_is() -> None:
+    here = hood()
+    heard(here, 10, beacon(2, 1.0, 0.0, held=[(1.0, 0.0), (1.05, 0.0), (1.2, 0.0)]))
+    here.refresh(27)
+    listen(here, range(105, 125), 0.0, beacon(3, 1.0, 0.0))
+    assert np.allclose(here.tubes(0), [(1.2, 0.0)])
+    listen(here, range(125, 140), 1.2)
+    assert here.ids.tolist() == [3]
+
+
+def test_who_falls_silent_well_inside_the_range_is_gone_and_stays() -> None:
+    here = hood()
+    heard(here, 10, beacon(2, 1.0, 0.0, held=[(1.0, 0.0)], wanted=[(1.05, 0.0), (1.1, 0.0)]))
+    here.refresh(26)
+    assert not here.gone.any()
+    assert len(here.tubes(0)) == 1
+    here.refresh(27)
+    assert here.gone.tolist() == [True]
+    assert here.stuck.tolist() == [True]
+    assert len(here.tubes(0)) == 3
+    here.refresh(5000)
+    assert here.ids.tolist() == [2]
+
+
+def test_who_is_heard_again_is_not_gone_any_more() -> None:
+    here = hood()
+    heard(here, 10, beacon(2, 1.0, 0.0))
+    here.refresh(100)
+    heard(here, 100, beacon(2, 1.0, 0.0))
+    here.refresh(101)
+    assert here.gone.tolist() == [False]
+
+
+def test_stuck_is_what_a_robot_says_of_itself() -> None:
+    here = hood()
+    heard(here, 1, beacon(2, 1.0, 0.0), beacon(3, 1.0, 2.0, flags=FLAG_STUCK | FLAG_ACTIVE))
+    here.refresh(2)
+    assert here.stuck.tolist() == [False, True]
+
+
+def test_gone_and_inactive_robots_cannot_be_pushed() -> None:
+    here = hood()
+    heard(here, 1, beacon(2, 1.0, 0.0))
+    heard(here, 40, beacon(3, 1.0, 2.0, flags=0), beacon(4, 1.0, 3.0))
+    here.refresh(41)
+    assert here.immovable.tolist() == here.stuck.tolist() == [True, True, False]
+
+
+def test_priorities_are_put_together_from_both_words() -> None:
+    here = hood()
+    priority = (2 << 48) | (0xFFFFFFFF << 16) | 5
+    heard(here, 1, beacon(2, 1.0, 0.0, priority=priority))
+    here.refresh(2)
+    assert here.priorities.tolist() == [priority]
+
+
+def test_any_number_of_robots_is_remembered() -> None:
+    here = hood()
+    heard(here, 1, *(beacon(number, 1.0, 0.0) for number in range(2, 150)))
+    here.refresh(2)
+    assert here.ids.tolist() == list(range(2, 150))
+
+
+def test_an_empty_batch_is_taken() -> None:
+    here = hood()
+    heard(here, 1, beacon(2, 1.0, 0.0))
+    here.receive(np.zeros(0, beacon(1, 0.0, 0.0).dtype), 0.0, 0.0)
+    here.refresh(3)
+    assert here.ages.tolist() == [2]
+
+
+def test_who_is_silent_for_long_keeps_only_the_place_where_it_stopped() -> None:
+    here = hood()
+    tube = [(1.0 + 0.05 * k, 0.0) for k in range(12)]
+    heard(here, 10, beacon(2, 1.0, 0.0, held=tube, wanted=[(1.6, 0.0), (1.65, 0.0)]))
+    dead = TrafficConfig().dead_ticks
+    here.refresh(10 + dead)
+    assert len(here.tubes(0)) == 14
+    here.refresh(11 + dead)
+    assert here.tubes(0)[-1].tolist() == pytest.approx([1.35, 0.0])
+
+
+def test_of_a_short_tube_the_request_is_kept_as_far_as_the_robot_can_have_come() -> None:
+    here = hood()
+    wanted = [(1.05 + 0.05 * k, 0.0) for k in range(8)]
+    heard(here, 10, beacon(2, 1.0, 0.0, wanted=wanted))
+    here.refresh(11 + TrafficConfig().dead_ticks)
+    assert len(here.tubes(0)) == 8
+
+
+def test_an_overtaken_beacon_is_dropped() -> None:
+    here = hood()
+    heard(here, 10, beacon(2, 1.0, 0.0))
+    heard(here, 8, beacon(2, 2.0, 0.0))
+    here.refresh(11)
+    assert here.ages.tolist() == [1]
+    assert here.beacons[0]["pose"][0] == 1.0
+
+
+def test_what_the_others_have_is_read_from_their_acknowledgements() -> None:
+    here = hood()
+    heard(
+        here, 70_000, acknowledging(2, 69_998), acknowledging(3, 69_000),
+        beacon(4, 1.0, 0.0), beacon(5, 1.0, 0.0, flags=FLAG_ACTIVE | FLAG_DEAF),
+    )  # fmt: skip
+    here.refresh(70_001)
+    assert here.acks.tolist() == [69_998, 69_000, UNHEARD, 70_001]
+    here.refresh(70_100)
+    assert here.acks.tolist() == [70_100] * 4  # gone: they cannot answer
+
+
+def test_the_nearest_robots_are_acknowledged_and_the_others_in_turn() -> None:
+    here = hood()
+    heard(here, 7, *(beacon(k, 0.1 * k, 0.0) for k in range(2, 72)))
+    here.refresh(8)
+    seen = {int(entry) >> 16 for entry in here.heard(8)}
+    assert set(range(2, 42)) <= seen
+    assert all(int(entry) & 0xFFFF == 7 for entry in here.heard(8))
+    for tick in range(9, 13):
+        seen |= {int(entry) >> 16 for entry in here.heard(tick)}
+    assert seen == set(range(2, 72))
+
+
+@pytest.mark.parametrize(
+    ("distance", "acknowledged", "stands"),
+    [(1.5, 90, False), (1.5, 80, True), (3.0, 80, True), (5.0, 80, False)],
+)
+def test_who_is_not_heard_by_a_near_robot_notices(
+    distance: float, acknowledged: int, stands: bool
+) -> None:
+    here = hood()
+    for tick in (80, 90, 100):
+        heard(here, tick, acknowledging(2, acknowledged, distance))
+        here.refresh(tick + 1)
+    assert (here.deaf_neighbor == 2) is stands
+
+
+def test_one_far_robot_that_does_not_hear_is_no_reason_if_another_does() -> None:
+    here = hood()
+    for tick in (80, 90, 100):
+        heard(here, tick, acknowledging(2, 80, 3.0), acknowledging(3, tick - 1, 3.0))
+        here.refresh(tick + 1)
+    assert here.deaf_neighbor == 0
+
+
+def acknowledging(robot: int, tick: int, x: float = 1.0) -> np.void:
+    record = beacon(robot, x, 0.0)
+    record["heard"][3] = 1 << 16 | (tick & 0xFFFF)
+    return record
+
+
+def test_more_robots_than_the_table_had_rows_are_all_kept() -> None:
+    here = hood()
+    heard(here, 1, *(beacon(robot, 1.0, 0.01 * robot) for robot in range(90, 1, -1)))
+    heard(here, 2, *(beacon(robot, 1.0, 0.01 * robot) for robot in range(3, 91, 3)))
+    here.refresh(3)
+    assert here.ids.tolist() == list(range(2, 91))
+    assert here.ages.tolist() == [1 if robot % 3 == 0 else 2 for robot in range(2, 91)]
+    assert [row["id"] for row in here.beacons] == here.ids.tolist()
+    assert here.beacons["pose"][:, 1] == pytest.approx(0.01 * here.ids)
+
+
+def test_a_batch_in_a_foreign_buffer_is_copied() -> None:
+    here = hood()
+    record = beacon(2, 1.0, 0.0)
+    batch = np.frombuffer(b"xyz" + record.tobytes(), record.dtype, 1, 3)
+    here.receive(batch, 0.0, 0.0)
+    here.refresh(1)
+    assert here.beacons[0].tobytes() == record.tobytes()
+    assert here.beacons.flags.writeable
+
+
+def test_the_highest_of_those_that_were_blocked_for_long_enough_pushes() -> None:
+    here = hood()
+
+    def blocked(robot: int, priority: int, ticks: int, by: int = 1) -> np.void:
+        record = beacon(robot, 1.0, 0.0, priority=priority)
+        record["blocked_by"], record["blocked_ticks"] = by, ticks
+        return record
+
+    assert here.highest_pusher(5, 3, 0) is None
+    helping = blocked(9, 99, 9)
+    helping["yields_for"] = 1
+    heard(here, 1, blocked(2, 7, 3), blocked(3, 9, 3), blocked(4, 9, 9), blocked(5, 99, 2),
+          blocked(6, 99, 9, by=7), blocked(8, 4, 9), helping)  # fmt: skip
+    here.refresh(2)
+    assert here.highest_pusher(5, 3, 0) == 1  # of equals the smaller id
+    assert here.highest_pusher(9, 3, 0) is None
+    assert here.highest_pusher(3, 9, 0) == 2
+    assert here.highest_pusher(3, 3, 9) == 1
+    assert here.highest_pusher(3, 3, 10) is None  # the chains are too long
+    here.refresh(40)
+    assert here.highest_pusher(5, 3, 0) is None  # all are gone
+
+
+def test_earlier_requests_for_the_same_station_count() -> None:
+    here = Neighborhood(5, TrafficConfig())
+
+    def asking(robot: int, tick: int, x: float) -> np.void:
+        record = beacon(robot, 1.0, 0.0)
+        record["station"], record["station_tick"] = (x, 0.0), tick
+        return record
+
+    heard(here, 20, asking(2, 10, 3.0), asking(3, 12, 3.0), asking(4, 11, 3.3), asking(6, 12, 3.0),
+          asking(7, 3, 5.0), asking(8, 0, 3.0), asking(9, 11, np.nan))  # fmt: skip
+    here.refresh(21)
+    assert here.earlier_requests((3.0, 0.0), 12, 0.6) == 3
+    assert here.earlier_requests((3.0, 0.0), 10, 0.6) == 1
+    assert here.earlier_requests((5.0, 0.0), 9, 0.6) == 1
+
+
+def test_the_highest_that_waits_for_a_station_counts() -> None:
+    here = hood()
+
+    def asking(robot: int, tick: int, x: float, priority: int) -> np.void:
+        record = beacon(robot, 1.0, 0.0, priority=priority)
+        record["station"], record["station_tick"] = (x, 0.0), tick
+        return record
+
+    own = [base_priority(2, 100 - robot, robot) for robot in range(6)]
+    assert here.highest_waiting((3.0, 0.0), 0.6) == 0
+    heard(here, 20, asking(2, 10, 3.0, own[2]), asking(3, 12, 3.3, own[3]),
+          asking(4, 0, 3.0, own[4]), asking(5, 9, 5.0, own[5]))  # fmt: skip
+    here.refresh(21)
+    assert here.highest_waiting((3.0, 0.0), 0.6) == own[3]
+    # who was pushed by the holder of the station must not lend it its own priority back
+    heard(here, 21, asking(3, 12, 3.3, base_priority(2, 50, 9) - 1))
+    here.refresh(22)
+    assert here.highest_waiting((3.0, 0.0), 0.6) == own[2]
+    here.refresh(60)
+    assert here.highest_waiting((3.0, 0.0), 0.6) == 0
+
+
+@pytest.mark.parametrize("removed", [2, 5, 9])
+def test_who_was_taken_out_of_the_world_is_forgotten_at_once(removed: int) -> None:
+    here = hood()
+    heard(here, 10, *[beacon(robot, 0.25 * robot, 0.0) for robot in (2, 5, 9)])
+    here.refresh(60)
+    assert here.gone.all()
+    farewell = beacon(removed, 0.0, 0.0)
+    farewell["flags"] = FLAG_LEFT
+    stranger = beacon(7, 0.0, 0.0)
+    stranger["flags"] = FLAG_LEFT
+    batch = sorted([farewell, stranger, beacon(6, 2.5, 0.0)], key=lambda record: record["id"])
+    heard(here, 60, *batch)
+    here.refresh(61)
+    left = sorted({2, 5, 6, 9} - {removed})
+    assert here.ids.tolist() == left
+    assert here.beacons["pose"][:, 0].tolist() == [2.5 if i == 6 else 0.25 * i for i in left]
+    heard(here, 62, beacon(removed, 3.0, 0.0))
+    here.refresh(63)
+    assert not here.gone[here.row(removed)]
+
+
+def test_points_are_kept_when_what_was_on_the_air_is_not() -> None:
+    here = hood()
+    past: list[np.ndarray] = []
+    tubes = {robot: [(0.1 * k, float(robot)) for k in range(robot)] for robot in (3, 5, 8)}
+    for tick, audible in ((10, (3, 5, 8)), (11, (5,)), (12, (8,)), (13, ())):
+        records = [beacon(i, 0.0, float(i), held=tubes[i], tick=tick) for i in audible]
+        on_the_air = reception_of(np.array(records, beacon(1, 0.0, 0.0).dtype))
+        here.take(on_the_air, 0.0, 0.0)
+        here.refresh(tick + 1)
+        if tick == 11:
+            assert len(here.beacons) == 3  # all are looked at, from the table on
+        if audible:
+            past.append(on_the_air.words)
+            for words in past[:-1]:
+                words[:] = 0
+    for row, robot in enumerate((3, 5, 8)):
+        assert np.allclose(here.tubes(row), tubes[robot])

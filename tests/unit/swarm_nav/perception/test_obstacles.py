@@ -1,0 +1,210 @@
+"""The obstacle layer: marks, clears, and knows walls and robots."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from swarm_common.model.records import LidarSpec, Pose, Scan
+from swarm_nav.control.tube import padded
+from swarm_nav.core.config import CostmapConfig
+from swarm_nav.perception import obstacle_kernels
+from swarm_nav.perception.obstacles import CELL, ObstacleLayer
+from swarm_nav.planning.distance_kernels import sample
+from swarm_nav.traffic.situation import Situation
+from tests.oracles import control as oracle
+from tests.standins.navigation import beacon, hear, room, situation, waffle
+
+HALL = room(6.0, 6.0)
+MIDDLE = Pose(3.0, 3.0, 0.0)
+LIDAR = LidarSpec(0.0, 0.0, 0.1)
+
+
+def scan(hits: dict[int, float], rays: int = 360, increment: float = math.tau / 360) -> Scan:
+    ranges = np.full(rays, np.inf, np.float32)
+    for ray, distance in hits.items():
+        ranges[ray] = distance
+    return Scan(0, 0.0, increment, 0.12, 3.5, ranges)
+
+
+def layer() -> ObstacleLayer:
+    return ObstacleLayer(CostmapConfig(), LIDAR)
+
+
+def test_an_unexplained_hit_is_marked_where_it_is() -> None:
+    s, marks = situation(HALL, MIDDLE), layer()
+    marks.update(scan({0: 1.0, 90: 0.8}), MIDDLE, s.terrain, s.hood)
+    assert sorted(map(tuple, marks.points.round(3).tolist())) == [(3.0, 3.8), (4.0, 3.0)]
+
+
+def test_marks_turn_with_the_robot_and_its_lidar() -> None:
+    mounted = LidarSpec(0.1, 0.0, 0.1, yaw=math.pi / 2)
+    s, marks = situation(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), mounted)
+    marks.update(scan({0: 1.0}), Pose(3.0, 3.0, math.pi / 2), s.terrain, s.hood)
+    assert marks.points.round(3).tolist() == [[2.0, 3.1]]
+
+
+def test_a_ray_that_passes_through_clears_and_one_that_ends_before_does_not() -> None:
+    s, marks = situation(HALL, MIDDLE), layer()
+    marks.update(scan({0: 1.0, 90: 1.0}), MIDDLE, s.terrain, s.hood)
+    marks.update(scan({0: 0.5, 90: 2.0}), MIDDLE, s.terrain, s.hood)
+    assert (4.0, 3.0) in map(tuple, marks.points.round(3).tolist())
+    assert (3.0, 4.0) not in map(tuple, marks.points.round(3).tolist())
+
+
+@pytest.mark.parametrize("distance", [2.6, 3.4])
+def test_a_hit_beyond_the_marking_range_is_not_marked(distance: float) -> None:
+    s, marks = situation(room(12.0, 12.0), Pose(6.0, 6.0, 0.0)), layer()
+    marks.update(scan({0: distance}), s.pose, s.terrain, s.hood)
+    assert len(marks.points) == 0
+
+
+def test_mapped_walls_are_not_marked() -> None:
+    s, marks = situation(HALL, Pose(1.0, 3.0, 0.0)), layer()
+    marks.update(scan({180: 0.93}), s.pose, s.terrain, s.hood)
+    assert len(marks.points) == 0
+
+
+def test_robots_that_say_where_they_are_are_not_marked_and_clear_old_marks() -> None:
+    s, marks = situation(HALL, MIDDLE), layer()
+    marks.update(scan({0: 1.0}), MIDDLE, s.terrain, s.hood)
+    assert len(marks.points) == 1
+    hear(s, beacon(2, 4.05, 3.0))
+    marks.update(scan({0: 1.0}), MIDDLE, s.terrain, s.hood)
+    assert len(marks.points) == 0
+
+
+def silent(s: Situation, ticks: int, **fields: object) -> None:
+    """Let the situation hear robot 2 at (4, 3), and nothing more for a time."""
+    hear(s, beacon(2, 4.0, 3.0, **fields))
+    s.tick += ticks
+    s.hood.refresh(s.tick)
+
+
+@pytest.mark.parametrize("ticks", [0, 10, 16, 17, 60, 200, 5000])
+def test_however_long_a_robot_is_silent_it_masks_its_own_space_only(ticks: int) -> None:
+    s, marks = situation(HALL, MIDDLE), layer()
+    silent(s, ticks)
+    hits = {0: 0.8, 21: 1.0, 339: 1.0, 33: 1.05}  # at 0.2, 0.36, 0.36, and 0.59 m from it
+    marks.update(scan(hits), MIDDLE, s.terrain, s.hood, 0.047)
+    assert len(marks.points) == 3
+
+
+@pytest.mark.parametrize("ticks", [10, 17, 60, 200, 5000])
+def test_no_mark_is_erased_because_of_an_old_beacon(ticks: int) -> None:
+    s, marks = situation(HALL, MIDDLE), layer()
+    marks.update(scan({0: 0.9}), MIDDLE, s.terrain, s.hood)
+    silent(s, ticks)
+    marks.update(scan({0: 0.5}), MIDDLE, s.terrain, s.hood, 0.047)  # does not see the place
+    assert (3.9, 3.0) in map(tuple, marks.points.round(3).tolist())
+
+
+def seeing() -> ObstacleLayer:
+    return ObstacleLayer(CostmapConfig(), LIDAR, waffle().footprint)
+
+
+def waffles_beacon(**fields: object) -> dict[str, object]:
+    points, size = padded(np.array(waffle().footprint), 8)
+    return {"footprint": points, "footprint_size": size, **fields}
+
+
+def test_a_silent_robot_is_forgotten_once_its_place_was_seen_empty() -> None:
+    s, marks = situation(HALL, MIDDLE), seeing()
+    held = [(4.0, 3.0 + 0.05 * k) for k in range(8)]
+    silent(s, 101, **waffles_beacon(held=held))
+    marks.update(scan({}), MIDDLE, s.terrain, s.hood)
+    s.hood.refresh(s.tick)
+    assert len(s.hood.tubes(0)) == 8  # one scan may be wrong
+    marks.update(scan({}), MIDDLE, s.terrain, s.hood)
+    s.hood.refresh(s.tick)
+    assert s.hood.ids.tolist() == []
+
+
+def test_only_the_places_seen_through_are_given_up() -> None:
+    s, marks = situation(HALL, MIDDLE), seeing()
+    held = [(4.0, 2.8 + 0.2 * k) for k in range(6)]
+    silent(s, 101, **waffles_beacon(held=held))
+    housing = {0: 0.97, 1: 0.96, 359: 0.98}  # of its LiDAR
+    for _ in range(4):
+        marks.update(scan(housing), MIDDLE, s.terrain, s.hood)
+        s.hood.refresh(s.tick)
+    assert np.allclose(s.hood.tubes(0), held[:3])
+    assert len(marks.points) == 0
+
+
+@pytest.mark.parametrize("case", ["other model", "hidden", "far", "not stopped", "lives"])
+def test_what_does_not_show_that_a_place_is_empty(case: str) -> None:
+    s, marks = situation(room(12.0, 6.0), MIDDLE), seeing()
+    x = 6.2 if case == "far" else 4.0
+    fields = {} if case == "other model" else waffles_beacon()
+    silent(s, 60 if case == "not stopped" else 101, held=[(x, 3.0)], **fields)
+    if case == "lives":
+        hear(s, beacon(2, 4.0, 3.0, **fields))
+    seen = scan({ray: 0.5 for ray in (0, 1, 5, 355)} if case == "hidden" else {})
+    for _ in range(4):
+        marks.update(seen, MIDDLE, s.terrain, s.hood)
+        s.hood.refresh(s.tick)
+    assert len(s.hood.tubes(0)) == 1
+
+
+def test_invalid_ranges_neither_mark_nor_clear() -> None:
+    s, marks = situation(HALL, MIDDLE), layer()
+    marks.update(scan({0: 1.0}), MIDDLE, s.terrain, s.hood)
+    marks.update(scan({0: math.nan, 90: math.nan, 180: 0.0}), MIDDLE, s.terrain, s.hood)
+    assert marks.points.round(3).tolist() == [[4.0, 3.0]]
+
+
+def test_a_lidar_that_looks_ahead_only_does_not_clear_behind() -> None:
+    half = LidarSpec(0.0, 0.0, 0.1, rays=180, angle_min=-math.pi / 2)
+    s, marks = situation(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), half)
+    ahead = Scan(0, -math.pi / 2, math.pi / 180, 0.12, 3.5, np.full(180, np.inf, np.float32))
+    ahead.ranges[90] = 1.0
+    marks.update(ahead, MIDDLE, s.terrain, s.hood)
+    assert len(marks.points) == 1
+    free = Scan(1, -math.pi / 2, math.pi / 180, 0.12, 3.5, np.full(180, np.inf, np.float32))
+    marks.update(free, Pose(3.0, 3.0, math.pi - 0.3), s.terrain, s.hood)
+    assert len(marks.points) == 1
+
+
+def test_marks_are_rounded_to_cells_and_forgotten_on_request() -> None:
+    s, marks = situation(HALL, MIDDLE), layer()
+    marks.update(scan({ray: 1.0 for ray in range(0, 30)}), MIDDLE, s.terrain, s.hood)
+    assert np.allclose(marks.points / CELL, np.round(marks.points / CELL))
+    assert len(np.unique(marks.points, axis=0)) == len(marks.points)
+    marks.clear()
+    assert len(marks.points) == 0
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_choice_of_hits_equals_its_slow_twin(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    s = situation(HALL, MIDDLE)
+    ranges = rng.uniform(0.0, 3.5, 360).astype(np.float32)
+    robots, reach = rng.uniform(1.0, 5.0, (3, 2)), rng.uniform(0.2, 0.6, 3).astype(np.float32)
+    pose = (*rng.uniform(2.0, 4.0, 2).tolist(), float(rng.uniform(-3.0, 3.0)))
+    out = np.empty((360, 2))
+    count = obstacle_kernels.unexplained(
+        ranges, (0.0, math.tau / 360, 0.12), pose, (2.5, 0.2),
+        s.terrain.distance, s.terrain.frame, robots, reach, out,
+    )  # fmt: skip
+    angles = pose[2] + np.arange(360) * math.tau / 360
+    hits = np.array(pose[:2]) + ranges[:, None] * np.column_stack((np.cos(angles), np.sin(angles)))
+    walls = np.array([sample(s.terrain.distance, *s.terrain.frame, x, y) for x, y in hits])
+    expected = oracle.unexplained(hits, ranges, (0.12, 2.5, 0.2), walls, robots, reach)
+    assert np.allclose(out[:count], expected)
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.integers(0, 10_000), st.integers(0, 30), st.integers(0, 30))
+def test_marks_are_the_distinct_cells_of_all_points(seed: int, old: int, new: int) -> None:
+    rng = np.random.default_rng(seed)
+    points = rng.uniform(-0.4, 0.4, (old + new, 2))
+    expected = np.unique(np.round(points / 0.05), axis=0) * 0.05
+    marks = obstacle_kernels.marked(points[:old], points[old:], 0.05, 2000)
+    assert np.allclose(marks, expected)
+    few = obstacle_kernels.marked(points[:old], points[old:], 0.05, 3)
+    assert np.allclose(few, expected[:3])

@@ -1,0 +1,168 @@
+"""The global planner: shortest ways, walls, tolerance and Nav2's error codes."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from swarm_common.model.grid import UNKNOWN, Grid
+from swarm_nav.core.config import NavConfig
+from swarm_nav.core.goals import ErrorCode, PlanError
+from swarm_nav.planning.planner import SPACING, Planner, path_length
+from swarm_nav.planning.search_kernels import WALL
+from swarm_nav.planning.terrain import terrain_for
+from tests.standins.navigation import config, room, waffle
+
+BODY = 0.238
+ROOM = room(6.0, 4.0, (2.5, 0.0, 2.65, 2.8))
+SPLIT = room(6.0, 4.0, (2.5, 0.0, 2.65, 4.0))
+
+
+def planner_for(grid: Grid, parameters: NavConfig | None = None) -> Planner:
+    parameters = parameters or NavConfig()
+    body = waffle().circumscribed_radius
+    terrain = terrain_for(grid, parameters.planner, parameters.costmap, body)
+    return Planner(terrain, parameters.planner, parameters.costmap)
+
+
+def plan(planner: Planner, start: tuple[float, float], goal: tuple[float, float]) -> np.ndarray:
+    return planner.plan(start, goal, planner.no_extra())
+
+
+def test_a_way_across_an_open_hall_is_straight() -> None:
+    path = plan(planner_for(room(16.0, 16.0)), (5.0, 8.0), (11.0, 8.6))
+    assert path_length(path) == pytest.approx(math.hypot(6.0, 0.6), rel=0.02)
+    assert np.allclose(path[[0, -1]], ((5.0, 8.0), (11.0, 8.6)))
+
+
+def test_a_plan_through_points_meets_each_once() -> None:
+    planner = planner_for(room(16.0, 16.0))
+    points = [(5.0, 8.0), (9.0, 8.0), (9.0, 12.0)]
+    path = planner.plan_through(points)
+    assert all((np.hypot(*(path - point).T) < 1e-6).sum() == 1 for point in points)
+    assert path_length(path) == pytest.approx(8.0, rel=0.02)
+    assert planner.plan_through(points[:1]).shape == (0, 2)
+
+
+def test_points_of_a_path_are_evenly_spaced() -> None:
+    steps = np.hypot(*np.diff(plan(planner_for(ROOM), (1.0, 1.0), (5.0, 1.0)), axis=0).T)
+    assert steps.max() < 1.25 * SPACING
+
+
+def clearances(planner: Planner, path: np.ndarray) -> np.ndarray:
+    return np.array([planner.terrain.clearance(x, y) for x, y in path])
+
+
+inside = st.tuples(st.floats(0.4, 5.6), st.floats(0.4, 3.6))
+
+
+@settings(max_examples=40, deadline=None)
+@given(inside, inside)
+def test_every_path_keeps_the_robot_off_walls(
+    start: tuple[float, float], goal: tuple[float, float]
+) -> None:
+    planner = planner_for(ROOM)
+    ends = min(planner.terrain.clearance(*start), planner.terrain.clearance(*goal))
+    if ends < BODY + 0.06:
+        return
+    path = plan(planner, start, goal)
+    assert np.allclose(path[[0, -1]], (start, goal), atol=0.011)
+    assert clearances(planner, path).min() > BODY + 0.01
+
+
+@settings(max_examples=30, deadline=None)
+@given(inside)
+def test_a_goal_near_a_wall_is_moved_by_at_most_the_tolerance(goal: tuple[float, float]) -> None:
+    planner = planner_for(ROOM)
+    path = plan(planner, (1.0, 1.0), goal)
+    assert math.dist(path[-1], goal) <= NavConfig().planner.tolerance
+    assert planner.terrain.clearance(*path[-1]) > BODY
+
+
+def test_without_tolerance_a_goal_at_a_wall_is_occupied() -> None:
+    strict = planner_for(ROOM, config(planner__tolerance=0.05))
+    with pytest.raises(PlanError, match=r"no place within 0\.05 m has room") as error:
+        plan(strict, (1.0, 1.0), (5.0, 0.12))
+    assert error.value.code is ErrorCode.GOAL_OCCUPIED
+
+
+@pytest.mark.parametrize(
+    ("start", "goal", "code", "reason"),
+    [
+        ((1.0, 1.0), (9.0, 1.0), ErrorCode.GOAL_OUTSIDE_MAP, r"goal \(9.00, 1.00\) lies outside"),
+        ((-1.0, 1.0), (1.0, 1.0), ErrorCode.START_OUTSIDE_MAP, r"start \(-1.00, 1.00\) lies"),
+        ((2.57, 1.0), (1.0, 1.0), ErrorCode.START_OCCUPIED, "the robot does not fit"),
+        ((1.0, 1.0), (5.0, 1.0), ErrorCode.NO_VALID_PATH, "every way is closed"),
+    ],
+)
+def test_a_refusal_names_nav2s_code_and_the_reason(
+    start: tuple[float, float], goal: tuple[float, float], code: ErrorCode, reason: str
+) -> None:
+    with pytest.raises(PlanError, match=reason) as error:
+        plan(planner_for(SPLIT), start, goal)
+    assert error.value.code is code
+
+
+def test_a_goal_deep_in_a_thick_wall_is_occupied() -> None:
+    planner = planner_for(room(6.0, 4.0, (2.0, 0.0, 4.0, 2.8)))
+    with pytest.raises(PlanError) as error:
+        plan(planner, (1.0, 1.0), (3.0, 1.0))
+    assert error.value.code is ErrorCode.GOAL_OCCUPIED
+
+
+def test_extra_costs_lead_around_a_crowd() -> None:
+    planner = planner_for(room(8.0, 6.0))
+    extra = planner.no_extra()
+    extra[20:40, 35:45] = 30.0
+    path = planner.plan((2.0, 3.0), (6.0, 3.0), extra)
+    inside = (np.abs(path - (4.0, 3.0)) < (0.4, 0.9)).all(axis=1)
+    assert not inside.any()
+
+
+def test_closed_cells_are_no_way_through() -> None:
+    planner = planner_for(ROOM)
+    extra = planner.no_extra()
+    extra[:, 20:22] = WALL
+    with pytest.raises(PlanError) as error:
+        planner.plan((1.0, 1.0), (5.0, 1.0), extra)
+    assert error.value.code is ErrorCode.NO_VALID_PATH
+
+
+def test_unknown_space_is_a_wall_unless_allowed() -> None:
+    cells = room(6.0, 4.0).cells.copy()
+    cells[:, 50:53] = UNKNOWN
+    grid = Grid(cells, 0.05, 0.0, 0.0)
+    assert len(plan(planner_for(grid), (1.0, 1.0), (5.0, 1.0))) > 2
+    with pytest.raises(PlanError):
+        plan(planner_for(grid, config(planner__allow_unknown=False)), (1.0, 1.0), (5.0, 1.0))
+
+
+def test_the_nearest_place_is_none_out_of_reach() -> None:
+    planner = planner_for(ROOM)
+    places = np.zeros(planner.lattice.base.shape, np.uint8)
+    places[10, 50] = 1
+    assert planner.nearest((1.0, 1.0), planner.no_extra(), places, 1.0) is None
+    path = planner.nearest((1.0, 1.0), planner.no_extra(), places, 20.0)
+    assert path is not None
+    assert np.allclose(path[-1], (5.05, 1.05))
+
+
+def test_a_start_outside_other_discs_is_preferred() -> None:
+    planner = planner_for(ROOM)
+    extra = planner.no_extra()
+    row, column = divmod(planner.lattice.node_of(1.0, 1.0) or 0, extra.shape[1])
+    extra[row, column] = WALL
+    node = planner.lattice.node_of(1.0, 1.0, extra)
+    assert node is not None
+    assert extra.ravel()[node] == 0.0
+
+
+def test_plans_are_equal_in_every_process() -> None:
+    planner = planner_for(ROOM)
+    first = plan(planner, (1.0, 1.0), (5.0, 1.0))
+    again = plan(planner_for(ROOM), (1.0, 1.0), (5.0, 1.0))
+    assert np.array_equal(first, again)

@@ -1,0 +1,159 @@
+"""Entry control: what a narrow region is, who counts, and that it stands below the priorities."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from swarm_common.model.records import Pose
+from swarm_nav.core.priority import SENIORITY
+from swarm_nav.traffic import gate_kernels as kernels
+from swarm_nav.traffic.gate import ADMITTED, NONE, Gate, narrow_region
+from tests.oracles import narrows as oracle
+from tests.standins.navigation import beacon, hear, room, situation
+
+FRAME = (-1.0, -0.5, 0.1)
+HALL = room(9.0, 9.0)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_kernels_equal_their_slow_twins(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    region = rng.random((30, 40)) < 0.4
+    places = rng.uniform((-0.9, -0.4), (3.5, 3.0), (12, 2))
+    for x, y in places:
+        expected = oracle.is_inside(region, FRAME, (x, y))
+        assert kernels.is_inside(region, FRAME, x, y) == expected
+    inside = [oracle.is_inside(region, FRAME, (x, y)) for x, y in places]
+    assert kernels.enters(region, FRAME, places) == any(inside)
+    ticks = rng.choice((0, 1, 50, 60, 70), 12).astype(np.uint32)
+    blocked = rng.choice((0, 30, 31), 12).astype(np.uint32)
+    gone = rng.random(12) < 0.2
+    seniority, rank = rng.integers(1, 4, 12), rng.integers(0, 3, 12)
+    ids = np.arange(1, 13, dtype=np.uint32)
+    poses = np.column_stack((places, np.zeros(12))).astype(np.float32)
+    robots = [
+        oracle.Neighbor(
+            (float(x), float(y)), int(ticks[k]), int(blocked[k]), (int(seniority[k]), -k - 1),
+            bool(rank[k]), bool(gone[k]),
+        )
+        for k, (x, y, _) in enumerate(poses)
+    ]  # fmt: skip
+    priorities = rank * (SENIORITY + 1) + seniority
+    counted = kernels.count_ahead(
+        region, FRAME, (poses, ticks, blocked), (ids, priorities, gone), (2, 6)
+    )
+    assert counted == oracle.count_ahead(region, FRAME, robots, (2, -6))
+    cells = kernels.cells_within(region, FRAME, (1.0, 1.0), 0.83)
+    assert cells == oracle.cells_within(region, FRAME, (1.0, 1.0), 0.83)
+
+
+def test_a_hall_alone_has_no_narrow_region() -> None:
+    s = situation(HALL, Pose(4.5, 4.5, 0.0))
+    assert narrow_region(s.terrain, ((4.5, 4.5),)) is None
+    assert narrow_region(s.terrain, ()) is None
+
+
+def gate_and_robot(*others: np.void) -> tuple[Gate, object]:
+    """Return a robot west of a region, with its way into it, and its gate."""
+    s = situation(HALL, Pose(3.0, 4.5, 0.0))
+    s.tube.adopt(np.column_stack((np.arange(3.0, 6.0, 0.05), np.full(60, 4.5))))
+    region = np.zeros(s.planner.lattice.base.shape, np.bool_)
+    region[:, 50:54] = True  # 3.6 m² of it, more or less, within radio range
+    if others:
+        hear(s, *others)
+    return Gate(region), s
+
+
+def ask(
+    gate: Gate, s: object, *, has_turn: bool = True, is_driving: bool = True, priority: int = 5
+) -> None:
+    gate.update(s, has_turn=has_turn, is_driving=is_driving, priority=priority)
+
+
+def crowd(priority: int, count: int = 12) -> list[np.void]:
+    """Return robots that fill the region, on their way to goals with a priority."""
+    driving = priority + (SENIORITY + 1)
+    return [beacon(k, 5.2, 0.6 * k - 0.6, priority=driving) for k in range(2, 2 + count)]
+
+
+def test_a_robot_whose_way_leads_in_asks_and_is_admitted_where_there_is_room() -> None:
+    gate, s = gate_and_robot()
+    ask(gate, s)
+    assert gate.asked_tick == s.tick
+    assert gate.is_admitted
+    assert gate.announced == ADMITTED
+    ask(gate, s, has_turn=False)
+    assert gate.announced == NONE
+
+
+def test_a_full_region_is_waited_for_until_room_or_rank_admits() -> None:
+    gate, s = gate_and_robot(*crowd(9))
+    start = s.tick
+    ask(gate, s)
+    assert gate.is_closed
+    assert gate.announced == start
+    s.tick += 20_000
+    hear(s, *crowd(9))
+    ask(gate, s)
+    assert gate.is_closed, "those inside rank above it"
+    hear(s, *crowd(4))
+    ask(gate, s)
+    assert gate.is_admitted, "nobody ranks above it"
+
+
+def test_the_holder_of_a_lease_enters_with_the_rank_of_who_waits_for_it() -> None:
+    """Gate and lease waited for each other for ever."""
+    gate, s = gate_and_robot(*crowd(7))
+    ask(gate, s, priority=5)
+    assert gate.is_closed
+    ask(gate, s, priority=8)  # inherited
+    assert gate.is_admitted
+
+
+def test_who_waits_for_a_lease_takes_no_place_at_the_gate() -> None:
+    gate, s = gate_and_robot(*crowd(9))
+    ask(gate, s)
+    ask(gate, s, has_turn=False)
+    assert gate.announced == NONE
+
+
+def test_who_is_blocked_before_the_mouth_takes_no_place() -> None:
+    for blocked, is_admitted in ((0, False), (31, True)):
+        others = [
+            beacon(k, 4.0, 0.6 * k - 0.6, priority=9 + SENIORITY + 1, gate_tick=ADMITTED,
+                   blocked_ticks=blocked)
+            for k in range(2, 14)
+        ]  # fmt: skip
+        gate, s = gate_and_robot(*others)
+        ask(gate, s)
+        assert gate.is_admitted is is_admitted
+
+
+def test_a_corner_is_no_region() -> None:
+    """Any corner within 2 m of two walls counted as narrow, and closed a free station in it."""
+    s = situation(HALL, Pose(4.5, 4.5, 0.0))
+    assert narrow_region(s.terrain, ((0.5, 0.5),)) is None
+
+
+def test_inside_nothing_is_asked() -> None:
+    gate, s = gate_and_robot()
+    s.pose = Pose(5.2, 4.5, 0.0)
+    ask(gate, s)
+    assert gate.announced == NONE
+
+
+def test_a_way_to_a_refuge_does_not_ask() -> None:
+    gate, s = gate_and_robot()
+    ask(gate, s, is_driving=False)
+    assert gate.announced == NONE
+
+
+def test_who_need_not_go_in_any_more_stops_waiting() -> None:
+    gate, s = gate_and_robot(*crowd(9))
+    ask(gate, s)
+    assert gate.is_closed
+    gate.recheck(s, np.array(((3.0, 4.5), (5.2, 4.5))))
+    assert gate.is_closed
+    gate.recheck(s, np.array(((3.0, 4.5), (3.0, 2.5))))
+    assert gate.announced == NONE

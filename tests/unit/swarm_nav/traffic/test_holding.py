@@ -1,0 +1,193 @@
+"""Leases in the order of request, and where a robot waits for its turn."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from swarm_common.model.beacon import FLAG_CIRCUIT
+from swarm_common.model.records import Pose
+from swarm_nav.core.config import HoldingConfig, NavConfig
+from swarm_nav.traffic.holding import PARKING_DISTANCE, HoldingPattern, Lease, parking_path
+from swarm_nav.traffic.situation import Situation
+from tests.standins.navigation import RADIUS, beacon, config, hear, room, situation
+
+HALL = room(12.0, 12.0)
+STATION = (6.0, 1.0)
+RING = ((3.0, 3.0), (9.0, 3.0), (9.0, 9.0), (3.0, 9.0))
+NEAR = Pose(6.0, 2.8, 0.0)
+
+
+def waiting(robot: int, tick: int, station: tuple[float, float] = STATION) -> np.void:
+    return beacon(robot, 2.0, 10.0, station=station, station_tick=tick)
+
+
+def lease_of(s: Situation, *others: np.void) -> Lease:
+    lease = Lease()
+    lease.aim(STATION)
+    hear(s, *others) if others else None
+    lease.update(s)
+    return lease
+
+
+def test_a_lease_is_requested_within_reach_of_the_station_and_keeps_its_tick() -> None:
+    s = situation(HALL, Pose(6.0, 1.1 + HoldingConfig().request_distance, 0.0))
+    lease = lease_of(s)
+    assert lease.tick == 0
+    s.pose = NEAR
+    s.tick = 150
+    lease.update(s)
+    assert lease.tick == 150
+    s.tick = 200
+    lease.update(s)
+    assert lease.tick == 150
+
+
+def test_the_place_is_the_number_of_earlier_requests_for_the_same_station() -> None:
+    s = situation(HALL, NEAR, robot_id=5)
+    lease = lease_of(
+        s,
+        waiting(2, 50),
+        waiting(3, 100),  # the same tick, smaller id
+        waiting(7, 100),  # the same tick, larger id
+        waiting(8, 101),
+        waiting(9, 0),  # has not requested yet
+        waiting(10, 40, (6.0, 9.0)),  # another station
+    )
+    assert lease.place == 2
+
+
+def test_a_gone_robot_holds_no_lease() -> None:
+    s = situation(HALL, NEAR, robot_id=5)
+    hear(s, waiting(2, 50), tick=60)
+    lease = Lease()
+    lease.aim(STATION)
+    lease.update(s)
+    assert lease.place == 0
+
+
+def test_all_contenders_agree_on_one_order() -> None:
+    requests = {2: 90, 3: 70, 4: 90, 5: 80}
+    places = {}
+    for robot, tick in requests.items():
+        s = situation(HALL, NEAR, robot_id=robot)
+        s.tick = tick
+        lease = lease_of(s)
+        s.tick = 100
+        hear(s, *(waiting(other, t) for other, t in requests.items() if other != robot))
+        lease.update(s)
+        places[robot] = lease.place
+    assert places == {3: 0, 5: 1, 2: 2, 4: 3}
+
+
+def test_a_new_target_gives_the_lease_back_and_the_same_one_keeps_it() -> None:
+    lease = lease_of(situation(HALL, NEAR))
+    lease.aim(STATION)
+    assert lease.tick == 100
+    lease.aim((1.0, 1.0))
+    assert (lease.tick, lease.place) == (0, 0)
+    lease.aim(None)
+    assert lease.station is None
+
+
+@pytest.mark.parametrize(("place", "slots", "turn"), [(0, 1, True), (1, 1, False), (2, 3, True)])
+def test_as_many_as_there_are_slots_may_approach(place: int, slots: int, turn: bool) -> None:
+    lease = Lease(STATION, 10, place)
+    assert lease.is_turn(HoldingConfig(approach_slots=slots)) is turn
+
+
+def pattern(with_circuit: bool = True) -> HoldingPattern:
+    return HoldingPattern({"ring": RING} if with_circuit else {}, [STATION])
+
+
+def holding(
+    mode: str, pose: Pose = NEAR, with_circuit: bool = True, *others: np.void
+) -> tuple[Situation, HoldingPattern]:
+    parameters: NavConfig = config(holding__mode=mode)
+    s, here = situation(HALL, pose, parameters=parameters), pattern(with_circuit)
+    if others:
+        hear(s, *others)
+    here.enter(s)
+    here.update(s)
+    return s, here
+
+
+def test_park_drives_to_a_place_off_lanes_and_stations() -> None:
+    s, here = holding("park")
+    assert not here.is_on_circuit
+    assert here.flags == 0
+    assert here.target is not None
+    assert math.dist(here.target, STATION) >= PARKING_DISTANCE
+    assert math.dist(here.target, s.tube.points[-1]) < 1e-9
+    node = s.planner.lattice.node_of(*here.target)
+    assert node is not None
+    assert s.planner.lattice.parking.ravel()[node] == 1
+
+
+def test_parked_robots_keep_apart_and_off_each_others_targets() -> None:
+    s = situation(HALL, NEAR)
+    free = parking_path(s, [STATION])
+    assert free is not None
+    goal = tuple(free[-1])
+    hear(s, beacon(2, *goal), beacon(3, 1.0, 11.0, target=(goal[0] + 0.7, goal[1])))
+    path = parking_path(s, [STATION])
+    assert path is not None
+    assert math.dist(path[-1], goal) >= 2 * RADIUS + 0.1
+    assert math.dist(path[-1], (goal[0] + 0.7, goal[1])) >= 2 * RADIUS + 0.1
+
+
+def test_there_is_no_parking_in_a_narrow_corridor() -> None:
+    s = situation(room(8.0, 1.8), Pose(2.0, 0.9, 0.0))
+    assert parking_path(s, []) is None
+
+
+def test_circuit_drives_around_in_the_order_of_its_points() -> None:
+    s, here = holding("circuit", Pose(6.0, 3.0, 0.0))
+    assert here.is_on_circuit
+    assert here.flags == FLAG_CIRCUIT
+    end = s.tube.points[-1]
+    assert end[0] > 8.5  # east along the south side, as the points are given
+    assert np.hypot(*np.diff(s.tube.points, axis=0).T).sum() > 2.5
+
+
+def test_the_circuit_goes_on_before_its_plan_ends() -> None:
+    s, here = holding("circuit", Pose(6.0, 3.0, 0.0))
+    s.tube.near = s.tube.stop = len(s.tube.points) - 10
+    s.tick += 20
+    here.update(s)
+    assert s.tube.length_ahead() > 2.0
+
+
+def test_auto_joins_the_circuit_while_there_is_room_and_parks_otherwise() -> None:
+    assert holding("auto")[1].is_on_circuit
+    crowd = [beacon(k + 2, x, 3.0) for k, x in enumerate((4.0, 5.2, 7.0, 8.5, 9.0))]
+    assert not holding("auto", NEAR, True, *crowd)[1].is_on_circuit
+
+
+@pytest.mark.parametrize("mode", ["auto", "circuit"])
+def test_without_a_circuit_a_robot_parks(mode: str) -> None:
+    _, here = holding(mode, NEAR, False)
+    assert not here.is_on_circuit
+    assert here.target is not None
+
+
+def test_a_circuit_that_cannot_be_reached_leads_to_a_parking_place() -> None:
+    walled = room(12.0, 12.0, (0.0, 6.0, 12.0, 6.15))
+    ring = ((3.0, 8.0), (9.0, 8.0), (9.0, 10.0))
+    s = situation(walled, Pose(6.0, 2.8, 0.0), parameters=config(holding__mode="circuit"))
+    here = HoldingPattern({"ring": ring}, [STATION])
+    here.enter(s)
+    for _ in range(5):
+        here.update(s)
+        s.tick += 20
+    assert not here.is_on_circuit
+    assert here.target is not None
+
+
+def test_leaving_gives_up_the_pattern() -> None:
+    _, here = holding("park")
+    here.leave()
+    assert here.target is None
+    assert not here.is_on_circuit

@@ -1,0 +1,108 @@
+"""Single-lane passages: where they are, and whose turn it is."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from swarm_common.model.grid import OCCUPIED, Grid
+from swarm_common.model.records import Pose
+from swarm_nav.traffic import narrows_kernels as kernels
+from swarm_nav.traffic.narrows import Narrows, single_lanes
+from swarm_nav.traffic.situation import Situation
+from tests.oracles import narrows as oracle
+from tests.standins.navigation import beacon, hear, room, situation
+
+HALL = room(8.0, 8.0)
+
+
+def with_door(width: float = 0.7) -> Grid:
+    """Return the hall with a wall across its middle and a door in it."""
+    cells = HALL.cells.copy()
+    middle = cells.shape[1] // 2
+    half = round(width / 2 / HALL.resolution)
+    cells[:, middle - 2 : middle + 2] = OCCUPIED
+    cells[cells.shape[0] // 2 - half : cells.shape[0] // 2 + half, middle - 2 : middle + 2] = 0
+    return Grid(cells, HALL.resolution, HALL.origin_x, HALL.origin_y)
+
+
+DOOR = with_door()
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_labels_are_the_connected_components(seed: int) -> None:
+    mask = np.random.default_rng(seed).random((14, 17)) < 0.35
+    labels = np.zeros(mask.shape, np.int16)
+    kernels.label(mask, labels)
+    groups = oracle.components(mask)
+    assert labels.max(initial=0) == len(groups)
+    for number, group in enumerate(groups, 1):
+        assert {(int(i), int(j)) for i, j in np.argwhere(labels == number)} == group
+
+
+def test_half_the_width_of_a_corridor_is_found_anywhere_in_it() -> None:
+    step, half = 0.1, 0.65
+    centre = (np.arange(40) + 0.5) * step
+    clearance = np.maximum(0.0, half - np.abs(centre - 2.0))[:, None].repeat(60, axis=1)
+    out = np.empty_like(clearance)
+    kernels.half_width(clearance, step, out)
+    inside = clearance[:, 30] > 0.15
+    assert np.allclose(out[inside, 30], half, atol=0.1)
+
+
+def test_a_door_is_a_single_lane_and_a_hall_has_none() -> None:
+    open_hall, walled = situation(HALL, Pose(1, 4, 0)), situation(DOOR, Pose(1, 4, 0))
+    assert single_lanes(open_hall.terrain, open_hall.radius) is None
+    labels = single_lanes(walled.terrain, walled.radius)
+    assert labels is not None
+    frame = walled.planner.lattice.frame
+    assert kernels.label_at(labels, frame, 4.0, 4.0) > 0
+    assert kernels.label_at(labels, frame, 1.0, 4.0) == 0
+    assert kernels.label_at(labels, frame, -5.0, 4.0) == 0
+
+
+def approaching(priority: int) -> Situation:
+    """Return a robot that is about to go east through the door."""
+    s = situation(DOOR, Pose(2.3, 4.0, 0.0))
+    s.tube.adopt(np.column_stack((np.arange(2.3, 6.0, 0.05), np.full(74, 4.0))))
+    s.priority = priority
+    return s
+
+
+def westward(priority: int, x: float = 6.3) -> np.void:
+    way = [(x - 0.1 * k, 4.0) for k in range(31)]
+    return beacon(2, x, 4.0, intent=way, priority=priority)
+
+
+def eastward(priority: int) -> np.void:
+    way = [(3.5 + 0.1 * k, 4.0) for k in range(31)]
+    return beacon(2, 3.5, 4.0, intent=way, priority=priority)
+
+
+@pytest.mark.parametrize(
+    ("other", "is_waited_for"),
+    [
+        (westward(9), True),  # it ranks above and comes the other way
+        (westward(1), False),  # it ranks below and is not inside
+        (westward(1, 4.2), False),  # it ranks below: it makes way, wherever it is
+        (eastward(9), False),  # it goes the same way
+    ],
+)
+def test_who_ranks_below_waits_before_the_mouth(other: np.void, is_waited_for: bool) -> None:
+    s = approaching(5)
+    hear(s, other)
+    last, row = Narrows().barrier(s, s.tube.stop + 7)
+    assert (row == 0) == is_waited_for
+    assert (last < s.tube.stop + 7) == is_waited_for
+
+
+def test_who_makes_way_may_go_anywhere() -> None:
+    s = approaching(5)
+    s.yields_for = 3
+    hear(s, westward(9))
+    assert Narrows().barrier(s, s.tube.stop + 7) == (s.tube.stop + 7, -1)
+
+
+def test_without_a_single_lane_nothing_is_in_the_way() -> None:
+    s = situation(HALL, Pose(2.0, 4.0, 0.0))
+    assert Narrows().barrier(s, 5) == (5, -1)

@@ -1,0 +1,73 @@
+"""The senses: when there is enough to drive on, and when to listen anew."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from swarm_common.model.beacon import BEACON_DTYPE
+from swarm_common.model.records import Pose, Scan
+from swarm_nav.traffic.senses import Senses
+from swarm_nav.traffic.situation import Situation
+from tests.standins.navigation import room, situation
+
+NOBODY = np.zeros(0, BEACON_DTYPE)
+
+
+def robot() -> tuple[Situation, Senses]:
+    s = situation(room(8.0, 8.0), Pose(4.0, 4.0, 0.0))
+    return s, Senses(s)
+
+
+def scan(tick: int) -> Scan:
+    return Scan(tick, 0.0, math.tau / 360, 0.12, 3.5, np.full(360, 1.0, np.float32))
+
+
+def test_an_empty_batch_is_enough_but_counts_for_one_tick_only() -> None:
+    s, senses = robot()
+    senses.on_scan(scan(s.tick))
+    assert not senses.update()
+    senses.on_neighbors(NOBODY)
+    assert senses.update()
+    assert not senses.update()
+
+
+def test_scans_that_stop_coming_stop_the_robot() -> None:
+    s, senses = robot()
+    senses.on_scan(scan(s.tick))
+    timeout = s.ticks(s.config.costmap.scan_timeout)
+    for wait, is_enough in ((timeout, True), (1, False)):
+        s.tick += wait
+        senses.on_neighbors(NOBODY)
+        assert senses.update() == is_enough
+
+
+@pytest.mark.parametrize("is_longer", [False, True])
+def test_after_a_long_silence_only_the_robot_listens_anew(is_longer: bool) -> None:
+    s, senses = robot()
+    for _ in range(s.config.traffic.lost_ticks + is_longer):
+        s.tick += 1
+        senses.update()
+    s.tick += 1
+    senses.on_neighbors(NOBODY)
+    senses.update()
+    assert s.listening_since == (s.tick if is_longer else 0)
+
+
+def test_a_scan_marks_nothing_before_the_robots_around_are_heard() -> None:
+    s, senses = robot()
+    s.listening_since = s.tick
+    senses.on_scan(scan(s.tick))
+    assert len(s.obstacles.points) == 0
+    senses.on_scan(scan(s.tick + s.config.traffic.listen_ticks))
+    assert len(s.obstacles.points) > 0
+
+
+def test_a_robot_that_never_gets_a_scan_stands_and_says_so() -> None:
+    s, senses = robot()
+    s.tick += s.ticks(s.config.costmap.scan_timeout) + 1
+    senses.on_neighbors(NOBODY)
+    assert not senses.update()
+    assert "no scan" in s.missing

@@ -1,0 +1,79 @@
+"""Robots that are too wide for every way to a station."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+
+from swarm_common.model.errors import ConfigError, WorldError
+from swarm_common.model.records import Pose, RobotSpec
+from swarm_common.model.sites import SpawnArea
+from swarm_common.robots.fleet import load_fleet
+from swarm_common.robots.loading import load_robot
+from swarm_sim.maps.passages import Ways, check_ways
+from swarm_sim.maps.spawn import deal_places
+from swarm_sim.sdf.reader import load_world
+
+WAFFLE, BURGER = load_robot("turtlebot3_waffle"), load_robot("turtlebot3_burger")
+
+
+def square(half: float) -> RobotSpec:
+    corners = ((-half, -half), (half, -half), (half, half), (-half, half))
+    return dataclasses.replace(WAFFLE, model="square", footprint=corners)
+
+
+def test_a_robot_too_wide_for_the_door_is_told_so() -> None:
+    scene = load_world("doorway")  # its door is 0.70 m wide
+    start = [Pose(-4.0, 0.0, 0.0)]
+    check_ways(scene, [WAFFLE], start)
+    with pytest.raises(WorldError) as caught:
+        check_ways(scene, [square(0.27)], start)
+    message = str(caught.value)
+    assert message.startswith("no square can get from its start at (-4.00, 0.00) to station 'east_")
+    assert message.endswith("this robot needs 0.83 m")
+    passage = Ways(scene, WAFFLE.height).narrowest(start[0], Pose(4.0, 0.0, 0.0))
+    assert passage is not None
+    assert passage.width == pytest.approx(0.70, abs=0.05)
+    assert abs(passage.x) < 0.15
+    assert abs(passage.y) < 0.1
+
+
+def test_a_station_behind_walls_has_no_way_at_all() -> None:
+    scene = load_world("slim_blockage")
+    sites = dataclasses.replace(scene.sites, stations={"inside": Pose(6.5, -3.0, 0.0)})
+    closed = dataclasses.replace(scene, sites=sites)
+    with pytest.raises(WorldError, match="no way at all"):
+        check_ways(closed, [BURGER], [Pose(0.0, 0.0, 0.0)])
+
+
+def test_groups_start_where_they_are_told() -> None:
+    scene = load_world("slim_blockage")
+    area = SpawnArea(4.5, 2.0, 8.5, 4.0, 1.0, 0.5)
+    poses = deal_places(scene, [BURGER, WAFFLE, BURGER], [area, "", area], WAFFLE)
+    assert [poses[i].x > 4.4 for i in range(3)] == [True, False, True]
+    assert poses[0].yaw == 0.5
+
+
+def test_a_group_that_does_not_fit_is_told_how_many_do() -> None:
+    scene = load_world("slim_blockage")
+    area = SpawnArea(4.5, 2.0, 5.5, 3.0)
+    with pytest.raises(WorldError, match="has room for 4 robots of model turtlebot3_burger; 5"):
+        deal_places(scene, [BURGER] * 5, [area] * 5, WAFFLE)
+
+
+def test_groups_in_each_others_way_are_refused() -> None:
+    scene = load_world("slim_blockage")
+    areas = [SpawnArea(4.5, 2.0, 8.5, 4.0), SpawnArea(4.6, 2.0, 8.5, 4.0)]
+    with pytest.raises(WorldError, match=r"robots 1 and 2 would both start at \(4\.60, 2\.00\)"):
+        deal_places(scene, [BURGER] * 2, areas, BURGER)
+
+
+def test_starts_of_a_fleet_are_checked(tmp_path_factory: pytest.TempPathFactory) -> None:
+    path = tmp_path_factory.mktemp("fleet") / "fleet.yaml"
+    group = "groups: [{model: turtlebot3_burger, count: 2, start: %s}]"
+    path.write_text(group % "{x_min: 0, y_min: 0, x_max: 3, y_max: 3}")
+    assert load_fleet(path).members[1].start == {"x_min": 0, "y_min": 0, "x_max": 3, "y_max": 3}
+    path.write_text(group % "{x_min: 0, y_min: 0, x_max: -3, y_max: 3}")
+    with pytest.raises(ConfigError, match=r"groups\[0\]: start is empty"):
+        load_fleet(path)
