@@ -32,8 +32,9 @@ LATTICE = 1e-6  # [m] to which corners are rounded where outlines are joined
 LEVELS = 3  # heights at which the bodies of the physics engine are felt
 NAMED = 8  # differences that a message lists
 CODE = (
-    "section", "mesh_section", "mesh_kernels", "polygon_pieces", "raw_triangles", "raster",
-    "world_check", "bullet_probe", "bullet_fixed", "bullet_objects", "bullet_shapes",
+    "scene/section", "scene/mesh_section", "scene/mesh_kernels", "scene/polygon_pieces",
+    "scene/raw_triangles", "maps/raster", "maps/world_check", "physics/bullet_probe",
+    "physics/bullet_fixed", "physics/bullet_objects", "physics/bullet_shapes",
 )  # fmt: skip
 
 
@@ -255,5 +256,6 @@ def _content(bodies: Sequence[Body]) -> Iterator[bytes]:
 
 def _code() -> Iterator[bytes]:
     """Return the code that the result depends on."""
+    package = Path(__file__).resolve().parents[1]
     for name in CODE:
-        yield (Path(__file__).with_name(name).with_suffix(".py")).read_bytes()
+        yield (package / f"{name}.py").read_bytes()
