@@ -171,7 +171,7 @@ class RealSwarm:
         names += [
             f"UDP port {item.laddr.port}"
             for item in psutil.net_connections("udp4")
-            if item.laddr.port in ports
+            if item.laddr.port in ports and item.pid != os.getpid()  # of nodes of the tests
         ]
         return names + [f"segment {name}" for name in self._segments if (SHARED / name).exists()]
 
