@@ -519,12 +519,13 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--only", default="", help="targets with this in their name")
     parser.add_argument("--keep", type=Path, help="folder for the logs")
+    parser.add_argument("--tick-limit", type=float, default=TICK_LIMIT, help="[s] of wall time")
     options = parser.parse_args()
     ros_env.set_defaults()  # no shared memory, as in the swarm
     warnings.filterwarnings("ignore", "overflow encountered", RuntimeWarning)  # of float32 fields
     folder = options.keep or Path(tempfile.mkdtemp(prefix="fuzz-"))
     folder.mkdir(parents=True, exist_ok=True)
-    outcome = fuzz(folder, options.count, options.seed, options.only)
+    outcome = fuzz(folder, options.count, options.seed, options.only, options.tick_limit)
     figures = {
         "sent": sum(outcome.sent.values()),
         "targets": len(outcome.sent),

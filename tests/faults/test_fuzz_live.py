@@ -1,29 +1,42 @@
 """Malformed inputs over every topic, service, action and parameter of a running swarm of three.
 
 `pytest -m long tests/faults/test_fuzz_live.py` throws 100,000 of them; by hand, with any seed:
-`python -m tests.fuzz_live --count 100000 --seed 0`.
+`python -m tests.fuzz_live --count 100000 --seed 0`. The fuzzer runs in a process of its own: what
+it publishes would reach the swarms of later tests, too.
 """
 
+import json
+import subprocess
+import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from tests.fuzz_live import fuzz
-
+ROOT = Path(__file__).resolve().parents[2]
 BUSY = 10.0  # [s] of wall time that a tick may take where other tests run beside this one
 
-pytestmark = pytest.mark.filterwarnings("ignore:overflow encountered:RuntimeWarning")
+
+def fuzz(folder: Path, count: int, *flags: str) -> dict[str, Any]:
+    command = (sys.executable, "-m", "tests.fuzz_live", "--count", str(count), "--seed", "0")
+    result = subprocess.run(
+        (*command, "--keep", str(folder), *flags),
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert result.returncode == 0, result.stdout + result.stderr
+    figures = json.loads(result.stdout)
+    assert isinstance(figures, dict)
+    return figures
 
 
 def test_nothing_that_is_malformed_ends_a_process(tmp_path: Path) -> None:
-    outcome = fuzz(tmp_path, 2000, seed=0, tick_limit=BUSY)
-    assert not outcome.problems, "\n".join(outcome.problems)
-    assert len(outcome.sent) > 100  # targets
+    assert fuzz(tmp_path, 2000, "--tick-limit", str(BUSY))["targets"] > 100
 
 
 @pytest.mark.long
 @pytest.mark.timeout(3600)
-@pytest.mark.parametrize("seed", [0])
-def test_a_hundred_thousand_times(tmp_path: Path, seed: int) -> None:
-    outcome = fuzz(tmp_path, 100_000, seed)
-    assert not outcome.problems, "\n".join(outcome.problems)
+def test_a_hundred_thousand_times(tmp_path: Path) -> None:
+    fuzz(tmp_path, 100_000)
