@@ -12,13 +12,15 @@ from swarm_nav.behaviour.navigator import Navigator
 from swarm_nav.traffic import gate_kernels
 from tests.standins.party import Bar, Party, bars_of_room
 
-WIDTH, DEPTH = 14.0, 7.0
-AISLE = (2.6, 4.4)  # y [m] from and to; from x = 6 m to the far wall, where it ends
-DOCK = Pose(12.5, 3.5, math.pi / 2)
+WIDTH, DEPTH = 22.0, 7.0  # the aisle is large enough for a gate
+MOUTH = 6.0  # x [m] where the aisle begins; it ends at the far wall
+AISLE = (2.6, 4.4)  # y [m] from and to
+DOCK = Pose(WIDTH - 1.5, 3.5, math.pi / 2)
+_MIDDLE, _LENGTH = (MOUTH + WIDTH) / 2, WIDTH - MOUTH
 BARS: list[Bar] = [
     *bars_of_room(WIDTH, DEPTH),
-    (10.0, AISLE[0] / 2, 8.0, AISLE[0], 0.0),
-    (10.0, (AISLE[1] + DEPTH) / 2, 8.0, DEPTH - AISLE[1], 0.0),
+    (_MIDDLE, AISLE[0] / 2, _LENGTH, AISLE[0], 0.0),
+    (_MIDDLE, (AISLE[1] + DEPTH) / 2, _LENGTH, DEPTH - AISLE[1], 0.0),
 ]
 HOMES = [
     Pose(0.8 + 1.1 * column, 0.8 + 1.1 * row, 0.0)
