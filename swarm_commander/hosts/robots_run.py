@@ -50,7 +50,7 @@ class RobotsRun(ProcessRun):
         robots_profile: Path,
         modules: Mapping[str, str] = MODULES,
     ) -> None:
-        own = {name: f"swarm_commander.{name}" for name in (AGENT, DISTRIBUTOR)}
+        own = {name: f"swarm_commander.hosts.{name}" for name in (AGENT, DISTRIBUTOR)}
         super().__init__(folder, progress, tally, {**modules, **own}, restarts=plan.restart)
         self.ending = ""
         self.silences: list[float] = []

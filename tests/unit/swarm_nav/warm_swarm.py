@@ -26,10 +26,10 @@ MUTE_AFTER = 150  # ticks, then the last robot falls silent
 def signatures() -> dict[str, set[str]]:
     """Return the compiled signatures of every kernel."""
     found: dict[str, set[str]] = {}
-    for module in pkgutil.iter_modules(swarm_nav.__path__):
+    for module in pkgutil.walk_packages(swarm_nav.__path__, "swarm_nav."):
         if not module.name.endswith("_kernels"):
             continue
-        for name, value in vars(importlib.import_module(f"swarm_nav.{module.name}")).items():
+        for name, value in vars(importlib.import_module(module.name)).items():
             if hasattr(value, "signatures"):
                 found[f"{module.name}.{name}"] = {str(item) for item in value.signatures}
     return found
