@@ -13,7 +13,7 @@ from swarm_nav.control.controller import Controller
 from swarm_nav.core.goals import ErrorCode, Outcome, PlanError
 from swarm_nav.core.states import Event, State
 from swarm_nav.traffic.gate import Gate
-from swarm_nav.traffic.holding import HoldingPattern, Lease
+from swarm_nav.traffic.holding import QUEUE_STEP, HoldingPattern, Lease
 from swarm_nav.traffic.situation import Situation
 
 GATE_RECHECK = 5.0  # [s] after which a robot that waits outside looks whether it still has to
@@ -41,6 +41,7 @@ class Conduct:
         self._gate = gate
         self._holding = holding
         self._controller = controller
+        self._held_place = 0  # in the queue when the robot began to wait
 
     def act(self) -> Twist:
         """Return the twist of this tick."""
@@ -97,13 +98,14 @@ class Conduct:
             return None if self._pursuit.task is task else self._controller.stop(s.twist)
         if task.has_arrived:
             return self._settle(task)
-        config = s.config.holding
         if self._gate.is_closed:
+            self._held_place = self._lease.place
             self._automaton.switch(Event.STATION_TAKEN)
             return None
         is_barred = self._lease.is_barred(s)
         if self._lease.station is not None and not is_barred and not self._has_turn():
-            if s.distance_to(*self._lease.station) <= config.hold_distance:
+            if self._lease.is_too_near(s):
+                self._held_place = self._lease.place
                 self._automaton.switch(Event.STATION_TAKEN)
                 return None
         if is_barred:
@@ -131,11 +133,18 @@ class Conduct:
         task.note_holding(s)
         if self._gate.is_closed and (s.tick + s.robot_id) % s.ticks(GATE_RECHECK) == 0:
             self._recheck_gate(task)
-        has_turn = self._has_turn() or self._lease.is_barred(s)
+        has_turn = self._has_turn() or self._lease.is_barred(s) or self._moves_up()
         if has_turn and not self._gate.is_closed:
             self._automaton.switch(Event.STATION_GRANTED)
         else:
-            self._holding.update(s, self._gate.region if self._gate.is_closed else None)
+            closed = self._gate.region if self._gate.is_closed else self._lease.kept_free(s)
+            self._holding.update(s, closed)
+
+    def _moves_up(self) -> bool:
+        """Whether the queue has become much shorter: then the robot waits nearer to the station."""
+        if 2 * self._lease.place > self._held_place:
+            return False
+        return not self._lease.is_too_near(self._s, QUEUE_STEP)
 
     def _recheck_gate(self, task: Task) -> None:
         s = self._s

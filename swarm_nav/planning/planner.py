@@ -93,6 +93,14 @@ class Planner:
         """
         return self.terrain.cost_to_go(self._goal_node(goal)[0], sector_of(yaw))
 
+    def costs_in_order(self, goal: tuple[float, float]) -> NDArray[np.float32]:
+        """Return the costs of driving to a goal from all nodes from where it is reached, rising.
+
+        Raises:
+            PlanError: With Nav2's code, if the goal is unusable.
+        """
+        return self.terrain.costs_in_order(self._goal_node(goal)[0])
+
     def cost_of(self, path: FloatArray, extra: NDArray[np.float32]) -> float:
         """Return the cost [m] of driving along a path (n, 2), other robots' share included."""
         lattice = self.lattice

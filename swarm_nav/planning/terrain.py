@@ -149,6 +149,7 @@ class Terrain:
         )
         self.most_goals = GOALS_MEMORY // self.lattice.base.nbytes + 1
         self._cost_to_go = functools.lru_cache(self.most_goals)(self._compute_cost_to_go)
+        self._costs_in_order = functools.lru_cache(self.most_goals)(self._sort_costs)
         self._approach_weight = 2.0 * planner.lane_weight
 
     def clearance(self, x: float, y: float) -> float:
@@ -158,6 +159,14 @@ class Terrain:
     def cost_to_go(self, node: int, sector: int = ANY_SECTOR) -> NDArray[np.float32]:
         """Return the cost of driving from every node to `node`, without other robots."""
         return self._cost_to_go(node, sector)
+
+    def costs_in_order(self, node: int) -> NDArray[np.float32]:
+        """Return the finite costs of driving to `node`, in rising order."""
+        return self._costs_in_order(node)
+
+    def _sort_costs(self, node: int) -> NDArray[np.float32]:
+        costs = self.cost_to_go(node)
+        return np.sort(costs[np.isfinite(costs)])
 
     def _compute_cost_to_go(self, node: int, sector: int) -> NDArray[np.float32]:
         with self.approach(node, sector):

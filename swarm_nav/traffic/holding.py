@@ -2,7 +2,9 @@
 
 The order is (tick of the request, id), as in Lamport's mutual exclusion, known to all contenders
 from their beacons: a request is made within radio range of the station, no centre is asked. The
-lease orders the approach; safety does not depend on it.
+lease orders the approach; safety does not depend on it. "Near" is by the way, not through walls:
+who queues waits beyond the floor that those before it need, and a dead end around a station
+belongs to one robot until it is out again.
 """
 
 from __future__ import annotations
@@ -34,6 +36,48 @@ CIRCUIT_RENEW = 1.5  # [m] before the end of a plan at which the next is made
 CIRCUIT_JOIN = 3.0  # [m] from the circuit up to which `auto` joins it
 CIRCUIT_CORRIDOR = 0.8  # [m] on either side of the circuit that counts as on it
 SEARCH_PAUSE = 2.0  # [s] between searches for a parking place
+DETOUR = 2.5  # times the distance: what is farther by way is behind a wall
+QUEUE_AREA = 2.0  # [m²] of floor that each robot before one in the queue needs
+DEAD_END_AREA = 1.5  # [m²] of floor within the hold distance that one robot has to itself
+DEAD_END_ROOM = 2.5  # [m²] that the next one leaves free, so that who comes out can pass
+DEAD_END_GAP = 0.3  # [m] before that room at which the next one waits
+LEAVING_PATIENCE = 3.0  # [s] without another target: the next one mostly follows at once
+QUEUE_STEP = 1.5  # [m] beyond its place in the queue from where a parked robot moves up
+
+
+class Approach:
+    """The floor around a station, by the way to it; distances are costs of planned ways [m].
+
+    Attributes:
+        depth: Distance out of the dead end that the station lies in, 0 if there is none: with so
+            little floor around it, who comes and who leaves cannot pass each other.
+        is_inside: Whether the robot is that near.
+    """
+
+    def __init__(self, situation: Situation, station: tuple[float, float]) -> None:
+        """Measure the ways to the station."""
+        self.lattice = situation.planner.lattice
+        try:
+            self.costs = situation.planner.cost_to_go(station, math.nan)
+            self._in_order = situation.planner.costs_in_order(station)
+        except PlanError:
+            self.costs = np.full(self.lattice.base.shape, np.inf, np.float32)
+            self._in_order = np.zeros(0, np.float32)
+        is_dead_end = self.reach_of(DEAD_END_AREA) > situation.config.holding.hold_distance
+        self.depth = self.reach_of(DEAD_END_ROOM) if is_dead_end else 0.0
+        self.is_inside = False
+
+    def way(self, situation: Situation) -> float:
+        """Return the distance from where the robot stops to the station."""
+        node = self.lattice.node_of(*situation.stop_point)
+        return math.inf if node is None else float(self.costs.ravel()[node])
+
+    def reach_of(self, area: float) -> float:
+        """Return the distance within which there are `area` [m²] of floor."""
+        if not len(self._in_order):
+            return 0.0
+        cells = min(int(area / self.lattice.step**2), len(self._in_order) - 1)
+        return float(self._in_order[cells])
 
 
 @dataclass(slots=True)
@@ -46,41 +90,127 @@ class Lease:
         place: Number of earlier requests known.
         inherited: Priority of the highest robot that waits for this one to leave the station
             (priority inheritance of a resource's holder: Sha, Rajkumar, Lehoczky 1990), 0 if none.
+        is_leaving: Whether the robot was there and keeps the lease until it is out of a dead end.
     """
 
     station: tuple[float, float] | None = None
     tick: int = 0
     place: int = 0
     inherited: int = 0
+    is_leaving: bool = False
+    _next: tuple[float, float] | None = None
+    _left_tick: int = 0  # since which it leaves without another target, 0 before that is known
+    _approach: Approach | None = None
 
     def aim(self, station: tuple[float, float] | None) -> None:
-        """Take a new target; the old lease is given back."""
-        if station != self.station:
-            self.station = station
-            self.tick = 0
-            self.place = 0
-            self.inherited = 0
+        """Take a new target; the old lease is given back, out of a dead end once it is left."""
+        if station == self.station:
+            self.is_leaving = False
+        elif self.is_leaving or (self._approach is not None and self._approach.is_inside):
+            self.is_leaving = True
+            self._next, self._left_tick = station, 0
+        else:
+            self._take(station)
+
+    def _take(self, station: tuple[float, float] | None) -> None:
+        self.station = station
+        self.tick = 0
+        self.place = 0
+        self.inherited = 0
+        self.is_leaving = False
+        self._approach = None
 
     def update(self, situation: Situation) -> None:
         """Request within range of the station and work out the place in the queue."""
+        if self.is_leaving:
+            self._leave(situation)
         if self.station is None:
             return
-        config = situation.config.holding
-        if self.tick == 0 and situation.distance_to(*self.station) <= config.request_distance:
+        if self.tick == 0 and self._is_at_tail(situation):
             self.tick = situation.tick
-        self.place = (
-            situation.hood.earlier_requests(self.station, self.tick, SAME_STATION)
-            if self.tick
-            else 0
-        )
-        if self.tick and not self.place:
-            # never less than before: a priority that comes and goes would delay all requests
-            highest = situation.hood.highest_waiting(self.station, SAME_STATION)
-            self.inherited = max(self.inherited, above(highest) if highest else 0)
+        self.place = self._earlier(situation, self.tick) if self.tick else 0
+        if self.tick:
+            approach = self._approach_of(situation)
+            approach.is_inside = self._is_inside(situation)
+            if not self.place:
+                # never less than before: a priority that comes and goes would delay all requests
+                highest = situation.hood.highest_waiting(self.station, SAME_STATION)
+                self.inherited = max(self.inherited, above(highest) if highest else 0)
+
+    def _leave(self, situation: Situation) -> None:
+        """Give the station back once the robot is out, or has had no other target for a while."""
+        self._left_tick = self._left_tick or situation.tick
+        has_stayed = situation.tick - self._left_tick > situation.ticks(LEAVING_PATIENCE)
+        if (self._next is None and has_stayed) or not self._is_inside(situation):
+            self._take(self._next)
+
+    def _earlier(self, situation: Situation, tick: int) -> int:
+        assert self.station is not None
+        return situation.hood.earlier_requests(self.station, tick, SAME_STATION)
+
+    def _is_at_tail(self, situation: Situation) -> bool:
+        """Whether the robot is near its station, or where the queue for it ends."""
+        assert self.station is not None
+        config = situation.config
+        if situation.distance_to(*self.station) > config.traffic.radio_range:
+            return False
+        if self._is_near(situation, config.holding.request_distance):
+            return True
+        place = self._earlier(situation, situation.tick)
+        return place > 0 and self._way(situation) <= self._queue(situation, place + 1)
+
+    def _is_near(self, situation: Situation, distance: float) -> bool:
+        """Whether the station is within `distance` [m], and not behind a wall."""
+        assert self.station is not None
+        if situation.distance_to(*self.station) > distance:
+            return False
+        return self._way(situation) <= DETOUR * distance
+
+    def _is_inside(self, situation: Situation, slack: float = 0.0) -> bool:
+        """Whether the robot is in the dead end of its station, or within `slack` [m] of it."""
+        depth = self._approach_of(situation).depth
+        return depth > 0.0 and self._way(situation) <= depth + slack
+
+    def _way(self, situation: Situation) -> float:
+        return self._approach_of(situation).way(situation)
+
+    def _queue(self, situation: Situation, place: int) -> float:
+        """Return the distance [m] that `place` robots of the queue need."""
+        return self._approach_of(situation).reach_of(place * QUEUE_AREA)
+
+    def _approach_of(self, situation: Situation) -> Approach:
+        assert self.station is not None
+        if self._approach is None or self._approach.lattice is not situation.planner.lattice:
+            self._approach = Approach(situation, self.station)
+        return self._approach
+
+    def is_too_near(self, situation: Situation, slack: float = 0.0) -> bool:
+        """Whether the robot is nearer to the station than its place in the queue allows.
+
+        Args:
+            situation: Of the robot.
+            slack: Distance [m] by which it is to be beyond its place.
+        """
+        if self.station is None or self.tick == 0 or self.is_leaving:
+            return False
+        config = situation.config.holding
+        if self.place < config.approach_slots:
+            return self._is_inside(situation, DEAD_END_GAP + slack)
+        if self._is_near(situation, config.hold_distance + slack):
+            return True
+        return self._way(situation) <= self._queue(situation, self.place) + slack
+
+    def kept_free(self, situation: Situation) -> NDArray[np.bool_] | None:
+        """Return the lattice cells that those earlier in the queue need, None without any."""
+        if self.station is None or self.tick == 0 or not self.place:
+            return None
+        approach = self._approach_of(situation)
+        return approach.costs <= max(self._queue(situation, self.place), approach.depth)
 
     def is_turn(self, config: HoldingConfig) -> bool:
-        """Whether the robot may drive the last metres."""
-        return self.place < config.approach_slots
+        """Whether the robot may drive the last metres; in a dead end one robot has the turn."""
+        is_dead_end = self._approach is not None and self._approach.depth > 0.0
+        return self.is_leaving or self.place < (1 if is_dead_end else config.approach_slots)
 
     def is_barred(self, situation: Situation) -> bool:
         """Whether a silent or inactive robot is on the station, and was waited for long enough."""
@@ -89,7 +219,7 @@ class Lease:
 
     def is_covered(self, situation: Situation) -> bool:
         """Whether a robot that will not move by itself is on the station."""
-        if self.station is None or self.tick == 0:
+        if self.station is None or self.tick == 0 or self.is_leaving:
             return False
         hood = situation.hood
         for row in np.flatnonzero(hood.immovable):

@@ -11,6 +11,8 @@ from swarm_bench.stage import RunOptions, check
 from swarm_common.model.errors import ConfigError, UnknownNameError
 
 SUITE = {
+    "loading_in_order": (50,),
+    "two_loaders": (60,),
     "circle": (8, 20, 40),
     "corridor": (20,),
     "crossing": (24,),

@@ -98,6 +98,81 @@ def test_as_many_as_there_are_slots_may_approach(place: int, slots: int, turn: b
     assert lease.is_turn(HoldingConfig(approach_slots=slots)) is turn
 
 
+def test_a_station_behind_a_wall_is_not_near() -> None:
+    """A robot in the next room would get its turn and then drive a long way through the queue."""
+    two_rooms = room(12.0, 12.0, (0.0, 4.0, 11.0, 4.2))
+    behind = situation(two_rooms, Pose(2.0, 5.0, 0.0))
+    before = situation(two_rooms, Pose(2.0, 3.0, 0.0))
+    for s, is_near in ((behind, False), (before, True)):
+        lease = Lease()
+        lease.aim((2.0, 1.5))
+        lease.update(s)
+        assert (lease.tick > 0) is is_near
+
+
+@pytest.mark.parametrize(("ahead", "holds"), [(2, False), (6, False), (30, True)])
+def test_a_long_queue_holds_farther_from_the_station(ahead: int, holds: bool) -> None:
+    s = situation(HALL, Pose(6.0, 4.9, 0.0), robot_id=60)
+    lease = lease_of(s, *(waiting(robot, 50) for robot in range(1, ahead + 1)))
+    assert lease.place == ahead
+    assert lease.is_too_near(s) is holds
+    free = lease.kept_free(s)
+    assert free is not None
+    assert free.ravel()[s.planner.lattice.node_of(*s.stop_point)] == holds
+
+
+def test_who_comes_to_the_tail_of_a_queue_joins_it() -> None:
+    s = situation(HALL, Pose(6.0, 6.0, 0.0), robot_id=60)
+    assert lease_of(s).tick == 0
+    lease = lease_of(s, *(waiting(robot, 50) for robot in range(1, 41)))
+    assert (lease.tick, lease.place) == (100, 40)
+
+
+ALCOVE = room(8.0, 8.0, (1.2, 6.4, 1.3, 8.0))  # 1.2 m wide and 1.6 m deep, in a corner
+DEAD_END = (0.45, 7.5)
+
+
+def in_alcove(robot: int, *others: np.void, pose: Pose) -> tuple[Situation, Lease]:
+    s = situation(ALCOVE, pose, robot_id=robot)
+    hear(s, *others) if others else None
+    lease = Lease()
+    lease.aim(DEAD_END)
+    lease.update(s)
+    return s, lease
+
+
+def test_a_dead_end_belongs_to_one_robot() -> None:
+    first = waiting(2, 50, DEAD_END)
+    s, lease = in_alcove(5, first, pose=Pose(0.9, 5.0, 0.0))
+    assert lease.place == 1
+    assert not lease.is_turn(s.config.holding)
+    s.pose = Pose(0.65, 6.6, 0.0)
+    s.tube.reset(s.pose)
+    assert lease.is_too_near(s)
+    assert lease_of(situation(HALL, NEAR, robot_id=5), waiting(2, 50)).is_turn(s.config.holding)
+
+
+@pytest.mark.parametrize("following", [(6.0, 2.0), None])
+def test_a_dead_end_is_given_back_once_the_robot_is_out(
+    following: tuple[float, float] | None,
+) -> None:
+    """Given back at the goal, the next robot would meet the one that leaves in the dead end."""
+    s, lease = in_alcove(5, pose=Pose(*DEAD_END, 0.0))
+    lease.aim(None)
+    lease.aim(following)
+    s.tick = 120
+    lease.update(s)
+    assert (lease.station, lease.tick) == (DEAD_END, 100)
+    assert lease.is_turn(s.config.holding)
+    if following is None:
+        s.tick = 200  # nobody waits longer for a robot that has nothing to do
+    else:
+        s.pose = Pose(4.0, 3.0, 0.0)
+        s.tube.reset(s.pose)
+    lease.update(s)
+    assert (lease.station, lease.tick > 0) == (following, following is not None)
+
+
 def pattern(with_circuit: bool = True) -> HoldingPattern:
     return HoldingPattern({"ring": RING} if with_circuit else {}, [STATION])
 
