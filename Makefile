@@ -1,6 +1,7 @@
 # make demo    all set-up, then 20 robots work through the factory hall
 # make test    all set-up, then style, types, layering and all tests
 # make setup   only the set-up that `demo` needs
+# make docs    serves the documentation at http://127.0.0.1:8000 until Ctrl-C
 # make clean   removes the environment and all runs
 #
 # Set-up is repeated only when what it depends on has changed. PYTHON=... names another Python.
@@ -11,7 +12,7 @@ export PYTHON
 inputs := pyproject.toml tools/bootstrap.sh $(shell find interfaces -type f)
 DEMO := --swarm-size 20 --world slim_blockage --mission loading_route --until-done
 
-.PHONY: help demo test setup clean
+.PHONY: help demo test setup docs clean
 
 help:
 	@sed -n 's/^# \{0,1\}//p' $(firstword $(MAKEFILE_LIST))
@@ -24,16 +25,24 @@ test: .venv/.ready-test
 	.venv/bin/ruff format --check --quiet .
 	.venv/bin/mypy
 	.venv/bin/lint-imports --no-logo
+	NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --strict --quiet
 	.venv/bin/pytest
 
 setup: .venv/.ready-run
+
+docs: .venv/.ready-docs
+	NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs serve
 
 .venv/.ready-run: $(inputs)
 	tools/bootstrap.sh
 	@touch $@
 
 .venv/.ready-test: $(inputs)
-	tools/bootstrap.sh dev,bench
+	tools/bootstrap.sh dev,bench,docs
+	@touch $@ .venv/.ready-run .venv/.ready-docs
+
+.venv/.ready-docs: $(inputs)
+	tools/bootstrap.sh docs
 	@touch $@ .venv/.ready-run
 
 clean:

@@ -4,7 +4,7 @@ The held tube H is the polyline from the pose to the committed stop; discs of th
 radius around it belong to the robot. Motion happens inside H only. H grows point by point along
 the path, and only over points whose request all near neighbours have acknowledged and that none
 of them holds or requests with a better priority (`tube_kernels.extend`, rules G1..G5 of
-ARCHITECTURE.md).
+docs/architecture/safety.md).
 Shrinking it is always safe.
 """
 

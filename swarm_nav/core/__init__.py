@@ -11,8 +11,8 @@ What a module imports of its folder stands above it:
     limits               Between which values every number among a navigator's parameters lies
     priority             A robot's priority as one number: class, seniority, id, and the depth
                          of its inheritance
-    states               The navigator's automaton as a table; the diagram in ARCHITECTURE.md is
-                         generated from it
+    states               The navigator's states as a table; docs/architecture/tick.md has the
+                         diagram made from it
     localisation_config  Parameters of localisation: AMCL's where AMCL has them, and what a lost
                          robot is
     config               Parameters of a navigator. A field is a ROS parameter: `group.name`,

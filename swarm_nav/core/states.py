@@ -1,4 +1,4 @@
-"""The navigator's automaton as a table; the diagram in ARCHITECTURE.md is generated from it."""
+"""The navigator's states as a table; docs/architecture/tick.md has the diagram made from it."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Robots that fell silent where they may have left the radio range: dead there, or gone away?
 
 They are no obstacles while they are far away: only near the place that such a robot held does it
-matter whether it still stands there. See "Silent robots" in ARCHITECTURE.md.
+matter whether it still stands there. See docs/architecture/safety.md, "Silent robots".
 """
 
 from __future__ import annotations

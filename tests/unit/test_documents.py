@@ -15,9 +15,10 @@ from swarm_commander.cli import main as commander_cli
 from swarm_map import cli as map_cli
 from swarm_nav.core.states import diagram
 from swarm_view import cli as view_cli
+from tools.write_reference import pages
 
 ROOT = Path(__file__).parents[2]
-DOCUMENTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
+DOCUMENTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
 DATED = ("CHANGELOG.md",)  # what was true then
 SCRIPTS = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["scripts"]
 LOADERS = {
@@ -100,5 +101,11 @@ def test_files_that_are_named_exist(document: Path) -> None:
     assert not [name for name in named | linked if not (ROOT / name).exists()]
 
 
-def test_the_state_diagram_in_the_architecture_is_the_automaton() -> None:
-    assert diagram() in (ROOT / "ARCHITECTURE.md").read_text()
+def test_the_state_diagram_in_the_documents_is_the_automaton() -> None:
+    assert diagram() in (ROOT / "docs" / "architecture" / "tick.md").read_text("utf-8")
+
+
+def test_the_reference_is_what_the_commands_and_classes_say() -> None:
+    for name, text in pages().items():
+        on_disk = (ROOT / "docs" / "reference" / name).read_text("utf-8")
+        assert on_disk == text, f"{name} is out of date: python -m tools.write_reference"

@@ -1,0 +1,223 @@
+"""Writes docs/reference/: commands from their options, parameters from their classes, topics.
+
+Usage: python -m tools.write_reference    (a test compares the pages with what it would write)
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from swarm_bench import cli as bench_cli
+from swarm_commander.cli import main as commander_cli
+from swarm_commander.cli.commander_command import commander_app
+from swarm_commander.cli.fleet_command import fleet_app
+from swarm_common.middleware.topic_table import ORDERS, ROBOT_TOPICS, WORLD_TOPICS, Topic
+from swarm_map import cli as map_cli
+from swarm_nav.core.config import NavConfig
+from swarm_nav.core.limits import MOST, RANGES
+from swarm_view import cli as view_cli
+from tools.write_params import field_comments
+
+FOLDER = Path(__file__).resolve().parent.parent / "docs" / "reference"
+WRITTEN = "<!-- written by tools/write_reference.py -->\n\n"
+APPS = {
+    "swarm-up": lambda: commander_cli._load_up(),
+    "swarm-commander": lambda: commander_app,
+    "swarm-commander ": lambda: fleet_app,
+    "swarm-view": lambda: view_cli._load(),
+    "swarm-report": lambda: commander_cli._load_report(),
+    "swarm-replay": lambda: commander_cli._load_replay(),
+    "swarm-map": lambda: map_cli._load(),
+    "swarm-bench": lambda: bench_cli._load(),
+    "swarm-doctor": lambda: commander_cli._load_doctor(),
+}
+
+
+def pages() -> dict[str, str]:
+    """Return the text of each page by its file name."""
+    return {"cli.md": cli_page(), "parameters.md": parameter_page(), "topics.md": topic_page()}
+
+
+# Commands
+
+
+def cli_page() -> str:
+    """Return the page of all commands with their arguments and options."""
+    parts = [
+        "# Commands\n\n",
+        WRITTEN,
+        "Each command prints the same with `--help`. `swarm-setup` takes no options; `ros2` takes"
+        " ros2cli's.\n",
+    ]
+    for name, load in APPS.items():
+        for path, command in _commands(name.strip(), typer.main.get_command(load())):
+            parts += _section(path, command)
+    return "".join(parts)
+
+
+def _commands(path: str, command: Any) -> Iterator[tuple[str, Any]]:
+    inner = getattr(command, "commands", {})
+    if not inner:
+        yield path, command
+    for name in sorted(inner):
+        yield from _commands(f"{path} {name}", inner[name])
+
+
+def _section(path: str, command: Any) -> Iterator[str]:
+    yield f"\n## {path}\n\n{_cell_free(inspect.cleandoc(command.help or ''))}\n"
+    shown = [item for item in command.params if not getattr(item, "hidden", False)]
+    if shown:
+        yield "\n| argument or option | default | what it does |\n|---|---|---|\n"
+    for item in shown:
+        names = ", ".join(f"`{name}`" for name in (*item.opts, *item.secondary_opts))
+        if item.param_type_name == "argument":
+            names = f"`{item.name.upper()}`" + (" …" if item.nargs == -1 else "")
+        text, stated = _help(item)
+        yield f"| {names} | {stated or _default(item)} | {text} |\n"
+
+
+def _help(item: Any) -> tuple[str, str]:
+    """Return what an option does, and the default that its text states."""
+    text = _cell(getattr(item, "help", "") or "")
+    match = re.fullmatch(r"(.*?) ?\[(?:default: )?([^\]]*)\]", text)
+    return (match[1], match[2]) if match else (text, "")
+
+
+def _default(item: Any) -> str:
+    if item.required:
+        return "required"
+    if item.secondary_opts:
+        names = item.opts if item.default else item.secondary_opts
+        return f"`{names[0]}`"
+    if item.default is None or isinstance(item.default, bool) or callable(item.default):
+        return ""
+    return f"`{item.default}`" if item.default not in ((), [], "") else ""
+
+
+# Parameters
+
+
+def parameter_page() -> str:
+    """Return the page of a navigator's parameters."""
+    parts = [
+        "# Parameters of a navigator\n\n",
+        WRITTEN,
+        "Give a ROS 2 parameter file to `--params`, or set them while a robot drives:"
+        " `ros2 param set /Srobot3/navigator traffic.patience 300.0`. `params/navigator.yaml` has"
+        " all of them to copy from. Limits of speed and acceleration follow the robot model"
+        " unless your file sets them.\n\nA range in brackets is the general limit, where no"
+        " narrower one is set; a group's own check may exclude values inside it (a time must be"
+        " positive, for example) and says so.\n",
+    ]
+    config = NavConfig()
+    for group in dataclasses.fields(config):
+        part = getattr(config, group.name)
+        prefix = "" if group.name == "controller" else f"{group.name}."
+        summary = (inspect.getdoc(type(part)) or "").splitlines()[0]
+        parts.append(f"\n## {group.name}\n\n{summary}\n\n")
+        parts.append("| parameter | default | unit | range | effect |\n|---|---|---|---|---|\n")
+        comments = field_comments(type(part))
+        for field in dataclasses.fields(part):
+            value = getattr(part, field.name)
+            name = prefix + field.name
+            unit, effect = _unit(comments.get(field.name, ""))
+            shown = str(value).lower() if isinstance(value, bool) else value
+            parts.append(
+                f"| `{name}` | {shown} | {unit} | {_range(name, value)} | {_cell(effect)} |\n"
+            )
+    return "".join(parts)
+
+
+def _unit(comment: str) -> tuple[str, str]:
+    match = re.match(r"\[([^\]]*)\]\s*(.*)", comment)
+    return (match[1], match[2]) if match else ("", comment)
+
+
+def _range(name: str, value: Any) -> str:
+    if isinstance(value, bool):
+        return "true, false"
+    if isinstance(value, str):
+        return ""
+    if name in RANGES:
+        low, high = RANGES[name]
+        return f"{low:g} to {high:g}"
+    return f"(-{MOST:g} to {MOST:g})"
+
+
+# Topics
+
+
+def topic_page() -> str:
+    """Return the page of topics, services and actions."""
+    quality = (
+        "*Reliable* topics resend what was lost; *latched* ones give latecomers the last message."
+        " Names of a robot are relative to its namespace, `/Srobot1` and so on.\n"
+    )
+    parts = ["# Topics, services, actions\n\n", WRITTEN, quality]
+    for title, topics in (
+        ("Of the world", WORLD_TOPICS),
+        ("Of a robot", ROBOT_TOPICS),
+        ("Taken by a robot", ORDERS),
+    ):
+        parts.append(f"\n## {title}\n\n| topic | type | quality |\n|---|---|---|\n")
+        parts += [f"| `{topic.name}` | `{topic.type}` | {_quality(topic)} |\n" for topic in topics]
+    return "".join(parts) + SERVICES
+
+
+def _quality(topic: Topic) -> str:
+    reliable = "reliable" if topic.is_reliable else "best effort"
+    return f"{reliable}, latched" if topic.is_latched else reliable
+
+
+SERVICES = """
+`plan`, `local_plan`, costmaps, `published_footprint`, `particle_cloud`, `imu` and what else is for
+viewers are published only while somebody subscribes.
+
+## Actions of a robot
+
+Nav2's (`nav2_msgs/action`), with Nav2's error codes in the result: `navigate_to_pose`,
+`navigate_through_poses`, `follow_waypoints`, `follow_path`, `spin`, `backup`, `drive_on_heading`,
+`wait`, `compute_path_to_pose`, `compute_path_through_poses`.
+
+## Services of a robot
+
+| service | type |
+|---|---|
+| `lifecycle_manager_navigation/manage_nodes` | `nav2_msgs/srv/ManageLifecycleNodes` |
+| `lifecycle_manager_navigation/is_active` | `std_srvs/srv/Trigger` |
+| `amcl/get_state`, `bt_navigator/get_state` | `lifecycle_msgs/srv/GetState` |
+| `map_server/load_map` | `nav2_msgs/srv/LoadMap` |
+| `X/clear_entirely_X`, X: `global_costmap`, `local_costmap` | `nav2_msgs/srv/ClearEntireCostmap` |
+| `X/get_costmap` | `nav2_msgs/srv/GetCostmap` |
+
+In a large swarm a server appears when its first client does.
+
+## Services of the world
+
+Those of `simulation_interfaces` under `/sim/`: `get_simulation_state`, `set_simulation_state`,
+`step_simulation`, `spawn_entity`, `delete_entity`, `get_entities`, `get_entities_states`,
+`get_entity_state`, `set_entity_state`, `reset_simulation`; limits and refusals are in
+[runtime](../runtime.md). The parameter `speed` of the node `/sim/world` is in times real time
+(0: as fast as possible).
+"""
+
+
+def _cell(text: str) -> str:
+    return " ".join(_cell_free(text).split()).replace("|", "\\|")
+
+
+def _cell_free(text: str) -> str:
+    return text.replace("\b", "").replace("<", "&lt;").replace("*", "\\*")
+
+
+if __name__ == "__main__":
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    for file_name, page in pages().items():
+        (FOLDER / file_name).write_text(page, encoding="utf-8")
