@@ -12,8 +12,8 @@ from swarm_bench.invariant import Invariant
 from swarm_bench.result import RobotResult, RunResult, finite
 from swarm_bench.stage import RunOptions, Stage
 from swarm_commander.mission.itinerary import Itinerary
-from swarm_commander.run.breach import Crash, Miss, Unfinished
 from swarm_commander.run.fairness import fairness
+from swarm_common.model.breaches import MissedGoal, UnfinishedGoal
 from swarm_common.model.records import CONTROL_PERIOD
 from swarm_nav.core.goals import Status
 from swarm_sim.world.verdict import RobotVerdict, Verdict
@@ -151,16 +151,13 @@ def _robot(itinerary: Itinerary, truth: RobotVerdict, status: Status) -> RobotRe
 
 
 def _first_collision(world: World) -> str:
-    if not world.collisions:
-        return ""
-    first = world.collisions[0]
-    return str(Crash(first.robots, first.obstacle, first.x, first.y, first.sim_time))
+    return str(world.collisions[0]) if world.collisions else ""
 
 
 def _first_miss(stage: Stage, alive: Sequence[int]) -> str:
     """Return who gave up a goal first, or else who was still under way."""
     misses = [
-        Miss(stage.world.names[i], o.stop.name, o.tick * CONTROL_PERIOD, o.reason)
+        MissedGoal(stage.world.names[i], o.stop.name, o.tick * CONTROL_PERIOD, o.reason)
         for i in alive
         for o in stage.itineraries[i].outcomes
         if not o.reached
@@ -172,5 +169,5 @@ def _first_miss(stage: Stage, alive: Sequence[int]) -> str:
             status = stage.drivers[index].status()
             goal = stage.itineraries[index].next_stop
             state = f"{status.state} {status.detail}".strip()
-            return str(Unfinished(stage.world.names[index], goal, state))
+            return str(UnfinishedGoal(stage.world.names[index], goal, state))
     return ""

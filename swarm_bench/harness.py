@@ -24,9 +24,9 @@ from swarm_bench.stage import RunOptions, Stage, build
 from swarm_commander.mission.itinerary import Order
 from swarm_common.middleware.wire import yaw_of
 from swarm_common.model.beacon import BEACON_DTYPE, BeaconArray, empty_beacons
+from swarm_common.model.breaches import Collision
 from swarm_common.model.records import CONTROL_PERIOD, Odometry, Pose, Twist
 from swarm_nav.core.goals import Goal, GoalEnded, GoalKind, Outcome, Output
-from swarm_sim.world.verdict import Collision
 from swarm_sim.world.world import Observation, World
 
 Watcher = Callable[[World, Sequence[Driver], Sequence[Output | None]], None]

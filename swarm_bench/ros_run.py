@@ -15,8 +15,8 @@ import yaml
 from swarm_bench.compose import COUNTERS, identity
 from swarm_bench.result import RobotResult, RunResult
 from swarm_bench.stage import RunOptions
-from swarm_commander.run.breach import Crash, Miss, Unfinished
 from swarm_common.files.resources import find_resource
+from swarm_common.model.breaches import Collision, MissedGoal, UnfinishedGoal
 from swarm_common.model.errors import SwarmError
 
 SWARM_UP = (sys.executable, "-c", "from swarm_commander.cli.main import swarm_up; swarm_up()")
@@ -138,7 +138,7 @@ def result_of_report(options: RunOptions, report: Mapping[str, Any]) -> RunResul
         goals_failed=total - goals["reached"],
         robot_robot=collisions["robot_robot"],
         robot_world=collisions["robot_world"],
-        first_collision=str(Crash.of(crashes[0])) if crashes else "",
+        first_collision=str(Collision.from_json(crashes[0])) if crashes else "",
         first_miss=_first_miss(misses, unfinished),
         near_misses=report["near_misses"],
         min_clearance=report["min_clearance"],
@@ -180,5 +180,5 @@ def _robot(item: Mapping[str, Any]) -> RobotResult:
 
 def _first_miss(misses: Sequence[Any], unfinished: Sequence[Any]) -> str:
     if misses:
-        return str(Miss(**misses[0]))
-    return str(Unfinished(**unfinished[0])) if unfinished else ""
+        return str(MissedGoal(**misses[0]))
+    return str(UnfinishedGoal(**unfinished[0])) if unfinished else ""

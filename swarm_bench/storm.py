@@ -23,10 +23,9 @@ from swarm_bench.scenario import Scenario
 from swarm_bench.stage import RunOptions, build, ground_of, nav_config
 from swarm_bench.storm_plan import FOR_EVER, Crate, Failure, Fault, StormPlan, draw_plan
 from swarm_commander.mission.leg import Stop
-from swarm_commander.run.breach import Crash
+from swarm_common.model.breaches import Collision
 from swarm_sim.scene.scene import Body, Box, Part, transform_from_xyz_rpy
 from swarm_sim.world.changing_world import ChangingWorld
-from swarm_sim.world.verdict import Collision
 
 MOST_GOALS = 3  # of each robot's mission
 TIME_LIMIT = 900.0  # [s]
@@ -309,7 +308,7 @@ class Storm(Harness):
             people=len(self.plan.walkers),
             moving_contacts=len(self.contacts),
             standing_contacts=len(self.stage.world.collisions) - len(self.contacts),
-            first_contact=_told(self.contacts[0]) if self.contacts else "",
+            first_contact=str(self.contacts[0]) if self.contacts else "",
             goals_sent=sent,
             goals_reached=sent - len(missed),
             goals_barred=len(missed) - len(owed),
@@ -329,10 +328,6 @@ class Storm(Harness):
             f"{self.stage.world.names[index]} missed {goal.name}, is {status.state} "
             f"{status.detail} at ({pose.x:.2f}, {pose.y:.2f}) {'; '.join(reasons[:1])}"
         )
-
-
-def _told(contact: Collision) -> str:
-    return str(Crash(contact.robots, contact.obstacle, contact.x, contact.y, contact.sim_time))
 
 
 def run_storm(options: StormOptions) -> StormResult:

@@ -21,6 +21,7 @@ from swarm_common.middleware.ros_poll import PolledTopic
 from swarm_common.middleware.topic_table import Topic
 from swarm_common.middleware.wire import TransformsReader
 from swarm_common.model.errors import SwarmError
+from swarm_common.process.messages import RecordingBegun, RecordingEnded, Refused
 from swarm_common.process.pipes import EventWriter
 from swarm_recording.filter import RateFilter
 from swarm_recording.ros_types import message_class, quality
@@ -112,7 +113,7 @@ def record(config: dict[str, Any], events: EventWriter) -> None:
     recorder = Recorder(node, config["robots"], config["topics"], tape, config["rate"])
     stopping: list[int] = []
     signal.signal(signal.SIGTERM, lambda number, _: stopping.append(number))
-    events.write("recording", path=str(path), topics=len(tape.counts))
+    events.write(RecordingBegun(str(path), len(tape.counts)))
     while not stopping:
         recorder.take()
         time.sleep(LOOK_PERIOD)
@@ -121,7 +122,7 @@ def record(config: dict[str, Any], events: EventWriter) -> None:
         recorder.take()
         time.sleep(LOOK_PERIOD)
     tape.close()
-    events.write("recorded", path=str(path), messages=sum(tape.counts.values()))
+    events.write(RecordingEnded(str(path), sum(tape.counts.values())))
 
 
 def main() -> int:
@@ -133,7 +134,7 @@ def main() -> int:
         try:
             record(config, events)
         except (SwarmError, OSError) as error:
-            events.write("error", message=f"recording to {config['path']}: {error}")
+            events.write(Refused(f"recording to {config['path']}: {error}"))
             return 2
     return 0
 

@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 from swarm_common.model.errors import SwarmError
+from swarm_common.process.messages import Refused, ViewerOpened
 from swarm_common.process.pipes import EventWriter
 from swarm_view.live import open_node, serve_live
 from swarm_view.server import Server
@@ -28,10 +29,10 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         server = Server(config["host"], config["port"])
     except SwarmError as error:
-        events.write("error", message=str(error))
+        events.write(Refused(str(error)))
         sys.stderr.write(f"{error}\n")
         return 2
-    events.write("viewer", url=server.url())
+    events.write(ViewerOpened(server.url()))
     serve_live(server, open_node())
     return 0
 

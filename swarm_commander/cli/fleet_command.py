@@ -27,6 +27,7 @@ from swarm_commander.run.domain import domain_id
 from swarm_common.middleware import ros_io
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
+from swarm_common.process.messages import RestartNavigator
 from swarm_common.robots.source import find_robot
 
 DEFAULT_ROBOT = "turtlebot3_waffle"
@@ -128,8 +129,7 @@ def list_() -> None:
 @fleet_app.command("restart")
 def restart(robot: Annotated[str, typer.Argument(help="Like Srobot3.")]) -> None:
     """Start a robot's navigator anew; its mission goes on with the goal in hand."""
-    wish = {"cmd": "restart", "robot": robot}
-    typer.echo(domain.ask(domain.domain_id(), wish, ACTIVE_LIMIT))
+    typer.echo(domain.ask(domain.domain_id(), RestartNavigator(robot), ACTIVE_LIMIT))
 
 
 @fleet_app.command("reset")

@@ -11,7 +11,6 @@ from rich.console import Console
 from rich.text import Text
 
 from swarm_commander.run import terminal
-from swarm_commander.run.breach import breach_lines, shortened
 from swarm_commander.run.bringup import Run
 from swarm_commander.run.domain import DomainLock, domain_id
 from swarm_commander.run.plan import RunPlan
@@ -31,6 +30,7 @@ from swarm_commander.viewers.foxglove import write_foxglove
 from swarm_commander.viewers.rviz import write_rviz
 from swarm_common.middleware import ros_env
 from swarm_common.middleware.secret import own_secret
+from swarm_common.model.breaches import breach_lines, shortened
 
 
 def bring_up(plan: RunPlan) -> int:

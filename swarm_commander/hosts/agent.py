@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import Any
+from typing import Any, assert_never
 
 from rclpy.node import Node
 from std_msgs.msg import String
@@ -18,12 +18,22 @@ from swarm_commander.hosts.link_probe import NOTHING, Asker, ProbeSocket
 from swarm_commander.hosts.roll import CHARTER, HOSTS, REPORT_PERIOD, ROLL, HostReport
 from swarm_common.middleware.ros_io import LATCHED, NEWEST
 from swarm_common.middleware.sealed import ForgedError, Letter, Opener, Sealer
+from swarm_common.process.messages import (
+    AGENT,
+    AgentCommand,
+    NetworkFault,
+    NetworkFigures,
+    ReportActive,
+    ReportDeath,
+    ReportUsage,
+    WorldSilent,
+)
 from swarm_common.process.pipes import EventWriter
 
 FAREWELLS, FAREWELL_PAUSE = 3, 0.05  # times the last report is sent, as one may get lost; [s]
 
 
-class Agent(LinkEnd):
+class Agent(LinkEnd[AgentCommand]):
     """Hears charter and roll, and says how this host is."""
 
     def __init__(
@@ -45,22 +55,25 @@ class Agent(LinkEnd):
         node.create_subscription(String, CHARTER, self._take_charter, LATCHED)
         node.create_subscription(String, ROLL, self._take_roll, NEWEST)
 
-    def take_command(self, command: dict[str, Any]) -> None:
-        """Obey a line from swarm-up."""
-        if command["cmd"] == "active":
-            self.envoy.note_active(command["robot"])
-        elif command["cmd"] == "died":
-            self.envoy.note_death(command["robot"], int(command["returncode"]))
-        elif command["cmd"] == "usage":
-            self.envoy.note_usage(command["cpu"], command["rss_mb"])
-            return
-        self._due = 0.0
+    def take_command(self, command: AgentCommand) -> None:
+        """Obey swarm-up."""
+        match command:
+            case ReportActive(robot=robot):
+                self.envoy.note_active(robot)
+                self._due = 0.0
+            case ReportDeath(robot=robot, returncode=code):
+                self.envoy.note_death(robot, code)
+                self._due = 0.0
+            case ReportUsage(cpu=cpu, rss_mb=rss_mb):
+                self.envoy.note_usage(cpu, rss_mb)
+            case _:
+                assert_never(command)
 
     def turn(self, now: float) -> None:
         """Do what is due at wall time `now`."""
         events = self.envoy.look(now)
         self._pass_on(events)
-        if any(event["event"] == "world_silent" for event in events):
+        if WorldSilent() in events:
             self._asker.restart()
         for question in self._asker.questions(now):
             self._probe.send(question, self._world_address)
@@ -90,7 +103,7 @@ class Agent(LinkEnd):
             self._send(time.monotonic())
             time.sleep(FAREWELL_PAUSE)
 
-        self._events.write("network", **self._asker.figures(time.monotonic()))
+        self._events.write(NetworkFigures(self._asker.figures(time.monotonic())))
 
     def _take_answer(self, data: bytes, _: str) -> None:
         self._asker.take(data, time.monotonic())
@@ -101,7 +114,7 @@ class Agent(LinkEnd):
         if found == NOTHING and not self.envoy.is_silent:
             return
         if found and found != self._found:
-            self._events.write("network_fault", message=text)
+            self._events.write(NetworkFault(text))
         self._found = found or self._found
 
     def _take_charter(self, message: String) -> None:
@@ -133,7 +146,7 @@ class Agent(LinkEnd):
 
 def main() -> None:
     """Run until SIGTERM, then say farewell."""
-    serve(lambda config: f"agent_{config['host']}", Agent)
+    serve(lambda config: f"agent_{config['host']}", Agent, AGENT)
 
 
 if __name__ == "__main__":

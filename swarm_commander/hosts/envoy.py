@@ -9,9 +9,27 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
+import msgspec
+
 from swarm_commander.hosts.charter import Charter, parse
-from swarm_commander.hosts.roll import LOST_AFTER, NOTICE_AFTER, Event, HostReport, Standing
+from swarm_commander.hosts.roll import LOST_AFTER, NOTICE_AFTER, HostReport, Standing
 from swarm_common.model.errors import SwarmError
+from swarm_common.process.messages import (
+    Event,
+    Figures,
+    Refused,
+    RobotTakenOut,
+    WorldFound,
+    WorldHasOtherSecret,
+    WorldHeard,
+    WorldLost,
+    WorldOver,
+    WorldProgress,
+    WorldSilent,
+    WorldUnanswered,
+    WorldUnansweredYet,
+    WorldUnhearing,
+)
 
 FIND_LIMIT = 600.0  # [s] of wall time for the world to answer first: hosts start in any order
 HINT_AFTER = 20.0  # [s] of it after which the user is told what may be wrong
@@ -98,7 +116,7 @@ class Envoy:
             charter = parse(text)
             charter.check(self._own_edition, self._stated, self._report["robots"])
         except SwarmError as error:
-            return self._end("error", message=str(error))
+            return self._end(Refused(str(error)))
         self.charter = charter
         return []
 
@@ -114,8 +132,8 @@ class Envoy:
             return []
         if self._is_welcome:
             message = "the world's host is silent, and another with another secret is there"
-            return self._end("world_lost", message=message)
-        return self._end("other_secret")
+            return self._end(WorldLost(message))
+        return self._end(WorldHasOtherSecret())
 
     def take_roll(self, run: str, answer: Mapping[str, Any], now: float) -> list[Event]:
         """Take how the world's host sees the hosts, and how run `run` goes."""
@@ -124,43 +142,46 @@ class Envoy:
         if run != self.charter.run:
             if not self._is_welcome:  # its charter comes
                 return []
-            return self._end("world_lost", message="another run has begun on the world's host")
+            return self._end(WorldLost("another run has begun on the world's host"))
         events: list[Event] = []
         if self._is_silent:
             self._is_silent = False
             self.silences.append(round(now - self._heard_at, 3))
-            events.append({"event": "world_heard", "seconds": self.silences[-1]})
+            events.append(WorldHeard(self.silences[-1]))
         self._heard_at = now
         own = self._report["host"]
         standing = answer["hosts"].get(own)
         if own in answer["refused"]:
-            return self._end("error", message=answer["refused"][own])
+            return self._end(Refused(answer["refused"][own]))
         if standing == Standing.LOST.value:
             message = "the world's host has given this one up after its silence"
-            return self._end("world_lost", message=message)
+            return self._end(WorldLost(message))
         if standing == Standing.LEFT.value:
-            return self._end("left")
+            return self._end()
         events += self._news(answer, standing)
         is_unheard = standing == Standing.SILENT.value
         if is_unheard and not self._is_unheard:
-            events.append({"event": "unheard"})
+            events.append(WorldUnhearing())
         self._is_unheard = is_unheard
         if answer["is_over"]:
             self.leave()
-            events += self._end("world_over", reason=answer.get("reason", ""))
+            events += self._end(WorldOver(answer.get("reason", "")))
         return events
 
     def _news(self, answer: Mapping[str, Any], standing: str | None) -> list[Event]:
         events: list[Event] = []
         if standing is not None and not self._is_welcome:
             self._is_welcome = True
-            events.append({"event": "welcome"})
+            events.append(WorldFound())
         if answer["figures"]:
-            events.append({"event": "progress", **answer["figures"]})
+            figures = msgspec.convert(answer["figures"], Figures)
+            events.append(
+                WorldProgress(figures.sim_time, figures.real_time_factor, figures.collisions)
+            )
         for robot in answer["removed"]:
             if robot in self._report["robots"] and robot not in self._removed:
                 self._removed.add(robot)
-                events.append({"event": "taken_out", "robot": robot})
+                events.append(RobotTakenOut(robot))
         return events
 
     def look(self, now: float) -> list[Event]:
@@ -173,23 +194,23 @@ class Envoy:
         events: list[Event] = []
         if waited > NOTICE_AFTER and not self._is_silent:
             self._is_silent = True
-            events.append({"event": "world_silent"})
+            events.append(WorldSilent())
         if waited > self._lost_after:
             message = f"nothing was heard of the world's host for {waited:.0f} s"
-            events += self._end("world_lost", message=message)
+            events += self._end(WorldLost(message))
         return events
 
     def _look_for_world(self, waited: float) -> list[Event]:
         if waited > self._find_limit:
-            return self._end("unanswered", seconds=waited)
+            return self._end(WorldUnanswered(waited))
         if waited > HINT_AFTER and not self._has_hinted:
             self._has_hinted = True
-            return [{"event": "unanswered_yet", "seconds": waited}]
+            return [WorldUnansweredYet(waited)]
         return []
 
-    def _end(self, kind: str, **values: Any) -> list[Event]:
+    def _end(self, *last: Event) -> list[Event]:
         self.is_over = True
-        return [{"event": kind, **values}]
+        return list(last)
 
 
 def names_of(robots: Sequence[str]) -> str:

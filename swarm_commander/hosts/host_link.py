@@ -9,22 +9,24 @@ import signal
 import sys
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Generic
 
+import msgspec
 import rclpy
 from rclpy.node import Node
 
 from swarm_common.middleware.ros_executor import SafeExecutor
 from swarm_common.middleware.secret import VARIABLE
-from swarm_common.process.pipes import EventWriter, LineReader
+from swarm_common.process.messages import Event, Kind
+from swarm_common.process.pipes import EventWriter, MessageReader
 
 FAREWELL = 4.0  # [s] of wall time for the hosts to say that they know of the end
 TURN = 0.1  # [s]
 
 
-class LinkEnd(ABC):
+class LinkEnd(ABC, Generic[Kind]):
     """One end of the line: hears swarm-up of its host, and the other end."""
 
     def __init__(self, events: EventWriter) -> None:
@@ -37,8 +39,8 @@ class LinkEnd(ABC):
         """Whether the other end knows that this one leaves."""
 
     @abstractmethod
-    def take_command(self, command: dict[str, Any]) -> None:
-        """Obey a line from swarm-up."""
+    def take_command(self, command: Kind) -> None:
+        """Obey swarm-up."""
 
     @abstractmethod
     def turn(self, now: float) -> None:
@@ -52,27 +54,28 @@ class LinkEnd(ABC):
     def close(self) -> None:
         """Say the last words, after the farewell or without an answer to it."""
 
-    def _pass_on(self, events: list[dict[str, Any]]) -> None:
+    def _pass_on(self, events: Sequence[Event]) -> None:
         for event in events:
-            values = {key: value for key, value in event.items() if key != "event"}
-            self._events.write(event["event"], **values)
+            self._events.write(event)
 
 
 def serve(
     name_of: Callable[[dict[str, Any]], str],
-    make: Callable[[Node, dict[str, Any], EventWriter, str], LinkEnd],
+    make: Callable[[Node, dict[str, Any], EventWriter, str], LinkEnd[Kind]],
+    decoder: msgspec.json.Decoder[Kind],
 ) -> None:
     """Be a process with one end of the line until SIGTERM, then say farewell.
 
     Args:
         name_of: Gives the node's name, from the process's configuration.
         make: Makes the end, with the secret that the hosts share.
+        decoder: Of the commands that it takes.
     """
     secret = os.environ.pop(VARIABLE)
     config = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
     flags = dict(zip(sys.argv[2::2], sys.argv[3::2], strict=True))
     events = EventWriter(int(flags["--event-fd"]))
-    commands = LineReader(int(flags["--control-fd"]))
+    commands = MessageReader(int(flags["--control-fd"]), decoder)
     stopping: list[int] = []
     signal.signal(signal.SIGTERM, lambda number, _: stopping.append(number))
     rclpy.init(signal_handler_options=rclpy.SignalHandlerOptions.NO)

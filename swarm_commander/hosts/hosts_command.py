@@ -14,7 +14,6 @@ from swarm_commander.hosts.envoy import names_of
 from swarm_commander.hosts.robots_plan import RobotsPlan
 from swarm_commander.hosts.robots_run import RobotsRun, robots_report
 from swarm_commander.run import terminal
-from swarm_commander.run.breach import shortened
 from swarm_commander.run.domain import domain_id
 from swarm_commander.run.progress import Progress
 from swarm_commander.run.report import COMPONENT_FAILED, OK, write_report
@@ -23,6 +22,7 @@ from swarm_commander.run.tally import Tally
 from swarm_commander.run.terminal import complain
 from swarm_common.middleware import dds_profile
 from swarm_common.middleware.ros_env import DISCOVERY_RANGE, PROFILES
+from swarm_common.model.breaches import shortened
 from swarm_setup.build import ensure_interfaces
 
 TOOLS_PROFILE = "fastdds_host.xml"  # of all that is not a navigator

@@ -8,8 +8,9 @@ from __future__ import annotations
 import json
 import sys
 import time
-from typing import Any
+from typing import Any, assert_never
 
+import msgspec
 from rclpy.node import Node
 from std_msgs.msg import String
 
@@ -20,10 +21,19 @@ from swarm_commander.hosts.roll import CHARTER, HOSTS, REPORT_PERIOD, ROLL, Roll
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.middleware.ros_io import LATCHED, NEWEST
 from swarm_common.middleware.sealed import Sealer
+from swarm_common.process.messages import (
+    REGISTRY,
+    HostsSummary,
+    HostUnanswered,
+    RegistryCommand,
+    RobotGone,
+    RunOver,
+    ShowFigures,
+)
 from swarm_common.process.pipes import EventWriter
 
 
-class Registry(LinkEnd):
+class Registry(LinkEnd[RegistryCommand]):
     """Publishes charter and roll, and hears the hosts."""
 
     def __init__(
@@ -62,21 +72,24 @@ class Registry(LinkEnd):
         self._is_over = True
         self._due = 0.0
 
-    def take_command(self, command: dict[str, Any]) -> None:
-        """Obey a line from swarm-up."""
-        if command["cmd"] == "figures":
-            self._figures = command["figures"]
-        elif command["cmd"] == "removed":
-            self._removed.append(command["robot"])
-        elif command["cmd"] == "over":
-            self._reason = command["reason"]
+    def take_command(self, command: RegistryCommand) -> None:
+        """Obey swarm-up."""
+        match command:
+            case ShowFigures(figures=figures):
+                self._figures = msgspec.to_builtins(figures)
+            case RobotGone(robot=robot):
+                self._removed.append(robot)
+            case RunOver(reason=reason):
+                self._reason = reason
+            case _:
+                assert_never(command)
 
     def turn(self, now: float) -> None:
         """Do what is due at wall time `now`."""
         self._pass_on(self._roll.look(now))
         self._rejections.tell(now)
         for address in self._answerer.deaf():
-            self._events.write("unhearing", address=address)
+            self._events.write(HostUnanswered(address))
         if now >= self._due:
             self._due = now + REPORT_PERIOD
             self._publish()
@@ -84,7 +97,7 @@ class Registry(LinkEnd):
     def close(self) -> None:
         """Give swarm-up the hosts for the report."""
         self._rejections.flush()
-        self._events.write("hosts", hosts=self._roll.summary())
+        self._events.write(HostsSummary(self._roll.summary()))
 
     def _take_report(self, message: String) -> None:
         report = self._door.take(message.data)
@@ -108,7 +121,7 @@ class Registry(LinkEnd):
 
 def main() -> None:
     """Run until SIGTERM, then say farewell."""
-    serve(lambda _: "registry", Registry)
+    serve(lambda _: "registry", Registry, REGISTRY)
 
 
 if __name__ == "__main__":

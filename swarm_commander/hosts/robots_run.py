@@ -7,7 +7,7 @@ import secrets
 import time
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, assert_never
 
 from swarm_commander.hosts.charter import SITES, Charter, parse
 from swarm_commander.hosts.envoy import names_of
@@ -23,6 +23,29 @@ from swarm_commander.run.usage import process_tree
 from swarm_common.files.edition import edition
 from swarm_common.middleware.ros_env import PROFILES
 from swarm_common.middleware.secret import VARIABLE
+from swarm_common.process.messages import (
+    AgentEvent,
+    EndNavigator,
+    Go,
+    NavigatorActive,
+    NavigatorDied,
+    NavigatorEvent,
+    NetworkFault,
+    NetworkFigures,
+    ReportActive,
+    ReportDeath,
+    ReportUsage,
+    RobotTakenOut,
+    WorldFound,
+    WorldHasOtherSecret,
+    WorldHeard,
+    WorldLost,
+    WorldOver,
+    WorldSilent,
+    WorldUnanswered,
+    WorldUnansweredYet,
+    WorldUnhearing,
+)
 
 AGENT, DISTRIBUTOR = "agent", "distributor"
 CHARTER_FILE = "charter.json"
@@ -86,8 +109,8 @@ class RobotsRun(ProcessRun):
 
     def _measure(self) -> None:
         self.usage.sample("navigators", process_tree(self._supervisor.pid(HOST)))
-        usage = {"cpu": self.usage.cpu("navigators"), "rss_mb": self.usage.rss_mb("navigators")}
-        self._tell(AGENT, {"cmd": "usage", **usage})
+        cpu, rss_mb = self.usage.cpu("navigators"), self.usage.rss_mb("navigators")
+        self._tell(AGENT, ReportUsage(cpu, rss_mb))
 
     def _measure_last(self) -> None:
         self.usage.sample_private("navigators", process_tree(self._supervisor.pid(HOST)))
@@ -105,7 +128,58 @@ class RobotsRun(ProcessRun):
 
     # What the world's host says
 
-    def _on_welcome_event(self, _: dict[str, Any]) -> None:
+    def _on_agent_event(self, event: AgentEvent) -> None:
+        address = self._plan.world_address
+        match event:
+            case WorldFound():
+                self._on_world_found()
+            case WorldUnansweredYet(seconds=seconds):
+                self._warn(f"{self._unanswered(seconds)} Waiting on.")
+            case WorldUnanswered(seconds=seconds):
+                self._refuse(self._unanswered(seconds))
+            case WorldHasOtherSecret():
+                self._refuse(
+                    f"the world at {address} has another secret; take the command that it shows,"
+                    f" or set {VARIABLE} to what stands there"
+                )
+            case NetworkFault(message=message):
+                self._warn(f"the network to {address}: {message}")
+            case NetworkFigures(figures=figures):
+                self.network = figures
+            case WorldUnhearing():
+                self._warn(
+                    f"the world at {address} is heard, but does not hear this host: packets from"
+                    " here to there are lost"
+                )
+            case WorldSilent():
+                self._warn(
+                    f"nothing is heard of the world at {address}; without data the robots stand"
+                )
+            case WorldHeard(seconds=seconds):
+                self.silences.append(seconds)
+                self._progress.note(f"the world is heard again after {seconds:.1f} s")
+            case WorldLost(message=message):
+                if not self._is_stopping:
+                    self.ending = message
+                    self._fail(message)
+                    self._stop("stopping")
+            case WorldOver(reason=reason):
+                self.ending = f"the world's host says: {reason}"
+                if not self._is_stopping:
+                    self._progress.note(self.ending)
+                self._stop("stopping")
+            case RobotTakenOut(robot=robot):
+                self.tally.robots[robot].left = True
+                self._keeper.remove(robot)
+                self._tell(HOST, EndNavigator(robot))
+            case _:
+                assert_never(event)
+
+    def _warn(self, message: str) -> None:
+        if not self._is_stopping:
+            self._progress.note(message, "yellow")
+
+    def _on_world_found(self) -> None:
         """Start the navigators with the parameters that the charter says."""
         if self._is_stopping:
             return
@@ -126,7 +200,7 @@ class RobotsRun(ProcessRun):
         self._configure(
             HOST, {"robots": robots, "pack": self._plan.pack, "log_dir": log_dir, **world}
         )
-        self._tell(HOST, {"cmd": "go"})
+        self._tell(HOST, Go())
 
     def _sites_file(self, charter: Charter) -> str:
         """Return the path of the sites file: the world's where this host has the same."""
@@ -139,95 +213,41 @@ class RobotsRun(ProcessRun):
         path.write_text(charter.sites, encoding="utf-8")
         return str(path)
 
-    def _on_unanswered_yet_event(self, event: dict[str, Any]) -> None:
-        if not self._is_stopping:
-            self._progress.note(f"{self._unanswered(event)} Waiting on.", "yellow")
-
-    def _on_unanswered_event(self, event: dict[str, Any]) -> None:
-        self._refuse(self._unanswered(event))
-
-    def _unanswered(self, event: dict[str, Any]) -> str:
+    def _unanswered(self, seconds: float) -> str:
         plan = self._plan
         return (
-            f"no world answers at {plan.world_address} within {event['seconds']:.0f} s (ROS domain"
+            f"no world answers at {plan.world_address} within {seconds:.0f} s (ROS domain"
             f" {plan.domain}, from {plan.own_address}); is swarm-up --role world running there, in"
             " the same ROS_DOMAIN_ID, bound to that address, and are its UDP ports open?"
         )
 
-    def _on_other_secret_event(self, _: dict[str, Any]) -> None:
-        self._refuse(
-            f"the world at {self._plan.world_address} has another secret; take the command that it"
-            f" shows, or set {VARIABLE} to what stands there"
-        )
-
-    def _on_network_fault_event(self, event: dict[str, Any]) -> None:
-        if not self._is_stopping:
-            self._progress.note(
-                f"the network to {self._plan.world_address}: {event['message']}", "yellow"
-            )
-
-    def _on_network_event(self, event: dict[str, Any]) -> None:
-        self.network = {name: value for name, value in event.items() if name != "event"}
-
-    def _on_unheard_event(self, _: dict[str, Any]) -> None:
-        if not self._is_stopping:
-            self._progress.note(
-                f"the world at {self._plan.world_address} is heard, but does not hear this host:"
-                " packets from here to there are lost",
-                "yellow",
-            )
-
-    def _on_world_silent_event(self, _: dict[str, Any]) -> None:
-        if not self._is_stopping:
-            self._progress.note(
-                f"nothing is heard of the world at {self._plan.world_address};"
-                " without data the robots stand",
-                "yellow",
-            )
-
-    def _on_world_heard_event(self, event: dict[str, Any]) -> None:
-        self.silences.append(event["seconds"])
-        self._progress.note(f"the world is heard again after {event['seconds']:.1f} s")
-
-    def _on_world_lost_event(self, event: dict[str, Any]) -> None:
-        if self._is_stopping:
-            return
-        self.ending = event["message"]
-        self._fail(event["message"])
-        self._stop("stopping")
-
-    def _on_world_over_event(self, event: dict[str, Any]) -> None:
-        self.ending = f"the world's host says: {event['reason']}"
-        if not self._is_stopping:
-            self._progress.note(self.ending)
-        self._stop("stopping")
-
-    def _on_taken_out_event(self, event: dict[str, Any]) -> None:
-        self.tally.robots[event["robot"]].left = True
-        self._keeper.remove(event["robot"])
-        self._tell(HOST, {"cmd": "end", "robot": event["robot"]})
-
-    def _refuse(self, message: str) -> None:
-        self._on_error_event({"message": message})
-
     # What the navigators say
 
-    def _on_active_event(self, event: dict[str, Any]) -> None:
-        if self._keeper.on_active(event["robot"]):
-            self._progress.note(f"{event['robot']} is active again")
-        self._tell(AGENT, {"cmd": "active", "robot": event["robot"]})
+    def _on_navigator_event(self, event: NavigatorEvent) -> None:
+        match event:
+            case NavigatorActive(robot=robot):
+                self._on_active(robot)
+            case NavigatorDied():
+                self._on_died(event)
+            case _:
+                assert_never(event)
+
+    def _on_active(self, robot: str) -> None:
+        if self._keeper.on_active(robot):
+            self._progress.note(f"{robot} is active again")
+        self._tell(AGENT, ReportActive(robot))
         if self.tally.active == len(self._plan.robots) and self.active_after_wall is None:
             self.active_after_wall = time.time() - self._started
             self._sample(now=True)
             self.usage.mark()
             self._progress.phase("running")
 
-    def _on_died_event(self, event: dict[str, Any]) -> None:
+    def _on_died(self, event: NavigatorDied) -> None:
         if self._is_stopping:
             return
-        robot, code = event["robot"], int(event["returncode"])
+        robot, code = event.robot, event.returncode
         if not self._take_death(robot, f"{robot} died: {describe_exit(code)}"):
-            self._tell(AGENT, {"cmd": "died", "robot": robot, "returncode": code})
+            self._tell(AGENT, ReportDeath(robot, code))
 
 
 def robots_report(run: RobotsRun, plan: RobotsPlan, code: int) -> dict[str, Any]:

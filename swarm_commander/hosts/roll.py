@@ -13,13 +13,23 @@ from enum import Enum
 from typing import Any
 
 from swarm_common.model.errors import ConfigError
+from swarm_common.process.messages import (
+    Event,
+    HostDeaf,
+    HostHeard,
+    HostJoined,
+    HostLeft,
+    HostLost,
+    HostRejected,
+    HostSilent,
+    NavigatorActive,
+    NavigatorDied,
+)
 
 CHARTER, ROLL, HOSTS = "/sim/charter", "/sim/roll", "/sim/hosts"  # topics
 REPORT_PERIOD = 0.5  # [s] of wall time between two reports of each side
 NOTICE_AFTER = 3.0  # [s] of silence that the user is told of
 LOST_AFTER = 30.0  # [s] of silence after which the other side is given up
-
-Event = dict[str, Any]
 
 
 class Standing(Enum):
@@ -130,7 +140,7 @@ class Roll:
         if host.standing is Standing.SILENT:
             host.standing = Standing.SERVING
             host.silences.append(round(now - host.heard_at, 3))
-            events.append(_event("heard", report, seconds=host.silences[-1]))
+            events.append(HostHeard(*_who(report), host.silences[-1]))
         host.report, host.heard_at = report, now
         return events + self._news(host)
 
@@ -141,11 +151,11 @@ class Roll:
             waited = now - host.heard_at
             if host.standing is Standing.SERVING and waited > self._notice_after:
                 host.standing = Standing.SILENT
-                events.append(_event("silent", host.report, seconds=waited))
+                events.append(HostSilent(*_who(host.report), waited))
             if host.standing is Standing.SILENT and waited > self._lost_after:
                 host.standing = Standing.LOST
                 host.silences.append(round(waited, 3))
-                events.append(_event("lost", host.report, seconds=host.silences[-1]))
+                events.append(HostLost(*_who(host.report), host.silences[-1]))
         return events
 
     def answer(self) -> dict[str, Any]:
@@ -182,37 +192,31 @@ class Roll:
                 self._refused[report.host] = (
                     f"{both[0]} is on {other.report.label} already; choose other --robots"
                 )
-                return [_event("turned_away", report, reason=self._refused[report.host])]
+                return [HostRejected(*_who(report), self._refused[report.host])]
         self._hosts[report.host] = host = _Host(report, now)
-        return [_event("enlisted", report), *self._news(host)]
+        return [HostJoined(*_who(report)), *self._news(host)]
 
     def _news(self, host: _Host) -> list[Event]:
         report = host.report
         events: list[Event] = []
         is_deaf = report.deaf_for > self._notice_after
         if is_deaf and not host.is_deaf and not report.is_leaving:
-            events.append(_event("deaf", report, seconds=report.deaf_for))
+            events.append(HostDeaf(*_who(report), report.deaf_for))
         host.is_deaf = is_deaf
         for robot in report.active:
             if robot not in host.active:
                 host.active.add(robot)
-                events.append({"event": "active", "robot": robot})
+                events.append(NavigatorActive(robot))
         for robot, code in report.died.items():
             if robot not in host.died:
                 host.died.add(robot)
-                died = {"robot": robot, "returncode": code, "host": report.label}
-                events.append({"event": "died", **died})
+                events.append(NavigatorDied(robot, code, report.label))
         if report.is_leaving:
             host.standing = Standing.LEFT
-            events.append(_event("left", report))
+            events.append(HostLeft(*_who(report)))
         return events
 
 
-def _event(kind: str, report: HostReport, **values: Any) -> Event:
-    return {
-        "event": kind,
-        "id": report.host,
-        "host": report.label,
-        "robots": list(report.robots),
-        **values,
-    }
+def _who(report: HostReport) -> tuple[str, str, tuple[str, ...]]:
+    """Return the first fields of a `HostEvent`."""
+    return report.host, report.label, report.robots

@@ -6,7 +6,7 @@ import os
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from typing import Any
+from typing import Any, assert_never
 
 from swarm_commander.hosts.charter import Charter, compose
 from swarm_commander.hosts.envoy import names_of
@@ -21,9 +21,33 @@ from swarm_commander.run.tally import Tally
 from swarm_common.files.edition import edition
 from swarm_common.middleware.secret import VARIABLE
 from swarm_common.model.records import Pose
+from swarm_common.process.messages import (
+    Figures,
+    HostDeaf,
+    HostHeard,
+    HostJoined,
+    HostLeft,
+    HostLost,
+    HostRejected,
+    HostSilent,
+    HostsSummary,
+    HostUnanswered,
+    NavigatorDied,
+    RegistryEvent,
+    RobotDead,
+    RobotGone,
+    RobotHeard,
+    RobotLate,
+    RobotRemoved,
+    RobotSilent,
+    RobotSpawned,
+    RunOver,
+    ServeHost,
+    ShowFigures,
+    WorldProgress,
+)
 
 REGISTRY = "registry"
-FIGURES = ("sim_time", "real_time_factor", "collisions")  # that the robots' hosts show
 
 
 class WorldRun(Run):
@@ -108,114 +132,110 @@ class WorldRun(Run):
 
     # What the hosts say
 
-    def _on_enlisted_event(self, event: dict[str, Any]) -> None:
-        self._unserved -= set(event["robots"])
-        where = {"host": event["id"], "run": self._run, "secret": self._secret}
-        self._tell(WORLD, {"cmd": "host", "robots": event["robots"], **where})
-        self._progress.note(f"{event['host']} has {names_of(event['robots'])}")
+    def _on_registry_event(self, event: RegistryEvent) -> None:
+        match event:
+            case HostJoined():
+                self._on_host_joined(event)
+            case HostRejected(host=host, reason=reason):
+                self._progress.note(f"{host} was turned away: {reason}")
+            case HostSilent():
+                self._on_host_silent(event)
+            case HostHeard(host=host, robots=robots, seconds=seconds):
+                for name in robots:
+                    self._tell(WORLD, RobotHeard(name))
+                    self._tell(RUNNER, RobotHeard(name))
+                self._progress.note(f"{host} is heard again after {seconds:.1f} s")
+            case HostDeaf(host=host, seconds=seconds):
+                self._warn(
+                    f"{host} is heard, but has not heard this host for {seconds:.0f} s: packets"
+                    " from here to there are lost"
+                )
+            case HostUnanswered(address=address):
+                self._progress.note(
+                    f"a robots' host at {address} calls, but hears no answer: UDP from here to"
+                    " there is blocked",
+                    "yellow",
+                )
+            case HostLost(host=host, robots=robots, seconds=seconds):
+                self._give_up(robots, f"nothing was heard of {host} for {seconds:.0f} s")
+            case HostLeft(host=host, robots=robots):
+                if not self._is_stopping:
+                    self._progress.note(f"{host} left; {names_of(robots)} stand")
+                    self._lose(robots)
+            case HostsSummary(hosts=hosts):
+                self.hosts = hosts
+            case _:
+                assert_never(event)
+
+    def _warn(self, message: str) -> None:
+        if not self._is_stopping:
+            self._progress.note(message, "yellow")
+
+    def _on_host_joined(self, event: HostJoined) -> None:
+        self._unserved -= set(event.robots)
+        self._tell(WORLD, ServeHost(event.robots, event.id, self._run, self._secret))
+        self._progress.note(f"{event.host} has {names_of(event.robots)}")
         if not self._unserved:
             self._progress.phase("starting navigators")
 
-    def _on_turned_away_event(self, event: dict[str, Any]) -> None:
-        self._progress.note(f"{event['host']} was turned away: {event['reason']}")
-
-    def _on_silent_event(self, event: dict[str, Any]) -> None:
+    def _on_host_silent(self, event: HostSilent) -> None:
         if self._is_stopping:
             return
-        for name in event["robots"]:
-            self._tell(WORLD, {"cmd": "silent", "robot": name, "seconds": event["seconds"]})
-        self._tell_of(RUNNER, "silent", event["robots"])
-        self._progress.note(
-            f"nothing is heard of {event['host']}; {names_of(event['robots'])} must stand", "yellow"
-        )
+        for name in event.robots:
+            self._tell(WORLD, RobotSilent(name, event.seconds))
+            self._tell(RUNNER, RobotSilent(name))
+        self._warn(f"nothing is heard of {event.host}; {names_of(event.robots)} must stand")
 
-    def _on_unhearing_event(self, event: dict[str, Any]) -> None:
-        self._progress.note(
-            f"a robots' host at {event['address']} calls, but hears no answer: UDP from here to"
-            " there is blocked",
-            "yellow",
-        )
-
-    def _on_deaf_event(self, event: dict[str, Any]) -> None:
-        if not self._is_stopping:
-            self._progress.note(
-                f"{event['host']} is heard, but has not heard this host for"
-                f" {event['seconds']:.0f} s: packets from here to there are lost",
-                "yellow",
-            )
-
-    def _on_heard_event(self, event: dict[str, Any]) -> None:
-        self._tell_of(WORLD, "heard", event["robots"])
-        self._tell_of(RUNNER, "heard", event["robots"])
-        self._progress.note(f"{event['host']} is heard again after {event['seconds']:.1f} s")
-
-    def _on_lost_event(self, event: dict[str, Any]) -> None:
-        self._give_up(event, f"nothing was heard of {event['host']} for {event['seconds']:.0f} s")
-
-    def _on_left_event(self, event: dict[str, Any]) -> None:
-        if self._is_stopping:
-            return
-        self._progress.note(f"{event['host']} left; {names_of(event['robots'])} stand")
-        self._lose(event["robots"])
-
-    def _on_late_event(self, event: dict[str, Any]) -> None:
+    def _on_late(self, event: RobotLate) -> None:
         """Whether a navigator hangs or cannot be heard is for its own host to find out."""
-        if not self._is_stopping:
-            self._progress.note(f"{event['robot']} does not answer; nobody waits for it", "yellow")
+        self._warn(f"{event.robot} does not answer; nobody waits for it")
 
-    def _on_died_event(self, event: dict[str, Any]) -> None:
+    def _on_died(self, event: NavigatorDied) -> None:
         if self._is_stopping:
             return
-        how = describe_exit(int(event["returncode"]))
-        self._fail(f"{event['robot']} died: {how}; its log is on {event['host']}")
-        self._lose([event["robot"]])
+        how = describe_exit(event.returncode)
+        self._fail(f"{event.robot} died: {how}; its log is on {event.host}")
+        self._lose([event.robot])
 
-    def _on_hosts_event(self, event: dict[str, Any]) -> None:
-        self.hosts = event["hosts"]
-
-    def _give_up(self, event: dict[str, Any], reason: str) -> None:
+    def _give_up(self, robots: Sequence[str], reason: str) -> None:
         if self._is_stopping:
             return
-        self._fail(f"{reason}: {names_of(event['robots'])} are lost")
-        self._lose(event["robots"])
+        self._fail(f"{reason}: {names_of(robots)} are lost")
+        self._lose(robots)
 
     def _lose(self, robots: Sequence[str]) -> None:
         """Go on without some robots."""
         for name in robots:
             self.tally.robots[name].died = True
-        self._tell_of(WORLD, "dead", robots)
-        self._tell_of(RUNNER, "dead", robots)
+            self._tell(WORLD, RobotDead(name))
+            self._tell(RUNNER, RobotDead(name))
         if all(self.tally.robots[name].died for name in self._navigated):
             self._stop("no robot is left")
 
-    def _tell_of(self, process: str, command: str, robots: Sequence[str]) -> None:
-        for name in robots:
-            self._tell(process, {"cmd": command, "robot": name})
-
     # What the world says
 
-    def _on_progress_event(self, event: dict[str, Any]) -> None:
-        super()._on_progress_event(event)
-        figures = {name: event[name] for name in FIGURES}
-        self._tell(REGISTRY, {"cmd": "figures", "figures": figures})
+    def _on_progress(self, event: WorldProgress) -> None:
+        super()._on_progress(event)
+        figures = Figures(event.sim_time, event.real_time_factor, event.collisions)
+        self._tell(REGISTRY, ShowFigures(figures))
 
-    def _on_spawned_event(self, event: dict[str, Any]) -> None:
+    def _on_spawned(self, event: RobotSpawned) -> None:
         """A robot that comes later has no host."""
         if not self._is_stopping:
-            name = event["robot"]
+            name = event.robot
             self._progress.note(f"{name} came, but has no navigator: no host was told of it")
-            self._tell(WORLD, {"cmd": "dead", "robot": name})
+            self._tell(WORLD, RobotDead(name))
 
-    def _on_removed_event(self, event: dict[str, Any]) -> None:
-        name = event["robot"]
+    def _on_removed(self, event: RobotRemoved) -> None:
+        name = event.robot
         self._navigated.discard(name)
         if not self._is_stopping:
-            self._tell(REGISTRY, {"cmd": "removed", "robot": name})
-            self._tell(RUNNER, {"cmd": "removed", "robot": name})
-            self._progress.note(f"{name} was taken out at t = {float(event['sim_time']):.1f} s")
+            self._tell(REGISTRY, RobotGone(name))
+            self._tell(RUNNER, RobotGone(name))
+            self._progress.note(f"{name} was taken out at t = {event.sim_time:.1f} s")
 
     def _stop(self, phase: str) -> None:
         if not self._is_stopping:
             reason = "stopped by its user" if self.is_stopped_by_user else phase
-            self._tell(REGISTRY, {"cmd": "over", "reason": reason})
+            self._tell(REGISTRY, RunOver(reason))
         super()._stop(phase)

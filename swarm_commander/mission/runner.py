@@ -12,7 +12,7 @@ import signal
 import sys
 import time
 from pathlib import Path
-from typing import Any
+from typing import Any, assert_never
 
 import rclpy
 from swarm_interfaces.msg import RobotStatus
@@ -27,9 +27,30 @@ from swarm_common.files.sites_io import load_sites
 from swarm_common.middleware.participants import Hubs, prepare
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.middleware.ros_executor import SafeExecutor
+from swarm_common.model.breaches import MissedGoal
 from swarm_common.model.records import CONTROL_PERIOD, Pose
 from swarm_common.model.sites import Sites
-from swarm_common.process.pipes import EventWriter, LineReader
+from swarm_common.process.messages import (
+    MISSION,
+    Alive,
+    GoalMissed,
+    GoalReached,
+    GoalSent,
+    GoalsRestored,
+    GoalWithdrawn,
+    MeetingPorts,
+    MissionCommand,
+    MissionDone,
+    MissionLoaded,
+    Note,
+    RobotDead,
+    RobotGone,
+    RobotHeard,
+    RobotSilent,
+    StatusReported,
+    WatchRobot,
+)
+from swarm_common.process.pipes import EventWriter, MessageReader
 
 BEAT_PERIOD = 2.0  # [s] of wall time between two signs of life
 TURN_PERIOD = 0.25  # [s] of wall time between two looks at everything else
@@ -38,17 +59,6 @@ LOST_TIME = 5.0  # [s] if the wall clock, too, has moved on by this much
 # [s] of wall time after which a silent robot's goals count as failed until it is heard again;
 # longer than swarm-up takes to notice a navigator that hangs and to start another.
 GIVE_UP_TIME = 60.0
-STATUS_FIGURES = (  # of a status that swarm-up sums up
-    "hold_time",
-    "wait_time",
-    "goals_reached",
-    "goals_failed",
-    "pushes",
-    "retreats",
-    "deadlocks_resolved",
-    "replans",
-    "number_of_recoveries",
-)
 LATE_STATUS = 2.0  # [s] of wall time to wait for the status of an end
 
 
@@ -87,41 +97,45 @@ class Runner:
         self._ended_at: dict[str, float] = {}
         if config["mission"] is not None:
             goals = sum(d.itinerary.total for d in self._drivers.values() if d.itinerary)
-            events.write("mission", goals=goals)
+            events.write(MissionLoaded(goals))
 
     def turn(self) -> None:
         """Do what is not an answer to a message: start, notice the lost, pass on the status."""
         if time.monotonic() - self._beat_at > BEAT_PERIOD:
             self._beat_at = time.monotonic()
-            self._events.write("alive")
+            self._events.write(Alive())
         if not self._is_started:
             self._start_when_ready()
         self._notice_lost()
         self._flush()
         self._rejections.tell(time.monotonic())
 
-    def take_command(self, command: dict[str, Any]) -> None:
-        """Obey a line from swarm-up."""
-        kind, name = command.get("cmd"), command.get("robot", "")
-        if kind == "watch":
-            self._dead.discard(name)
-            self._removed.discard(name)
-            if name not in self._drivers:
-                node = self._hubs.node_of(len(self._drivers))
-                self._drivers[name] = RobotDriver(node, name, None, self, door=self._door)
-        elif kind == "silent":
-            self._excused.add(name)
-            self._silent.add(name)
-        elif kind == "heard":
-            self._excused.discard(name)
-            self._silent.add(name)
-            self._heard_at[name] = time.monotonic()
-            self._hear_again(name)
-        elif kind in ("dead", "removed") and name in self._drivers:
-            self._dead.add(name)
-            if kind == "removed":
-                self._removed.add(name)
-            self._drivers[name].lose()
+    def take_command(self, command: MissionCommand) -> None:
+        """Obey swarm-up."""
+        name = command.robot
+        match command:
+            case WatchRobot():
+                self._dead.discard(name)
+                self._removed.discard(name)
+                if name not in self._drivers:
+                    node = self._hubs.node_of(len(self._drivers))
+                    self._drivers[name] = RobotDriver(node, name, None, self, door=self._door)
+            case RobotSilent():
+                self._excused.add(name)
+                self._silent.add(name)
+            case RobotHeard():
+                self._excused.discard(name)
+                self._silent.add(name)
+                self._heard_at[name] = time.monotonic()
+                self._hear_again(name)
+            case RobotDead() | RobotGone():
+                if name in self._drivers:
+                    self._dead.add(name)
+                    if isinstance(command, RobotGone):
+                        self._removed.add(name)
+                    self._drivers[name].lose()
+            case _:
+                assert_never(command)
 
     def finish(self) -> None:
         """Pass on the last status."""
@@ -134,7 +148,7 @@ class Runner:
         """Count a goal when it is sent first."""
         if order.number > self._sent.get(driver.name, 0):
             self._sent[driver.name] = order.number
-            self._events.write("sent", robot=driver.name, name=order.stop.name)
+            self._events.write(GoalSent(driver.name, order.stop.name))
             if self._diary is not None:
                 at = sim_seconds(max(order.start_tick, driver.tick))
                 self._diary.goal(driver.name, order.stop.name, "sent", at)
@@ -142,19 +156,14 @@ class Runner:
     def on_settled(self, driver: RobotDriver, outcome: Outcome) -> None:
         """Pass a settled stop on."""
         if driver.name in self._removed:
-            self._events.write("withdrawn", robot=driver.name, name=outcome.stop.name)
+            self._events.write(GoalWithdrawn(driver.name))
             return
         word, name = "reached" if outcome.reached else "failed", outcome.stop.name
         at, duration = sim_seconds(outcome.tick), round(outcome.duration, 3)
-        self._events.write(
-            "goal",
-            robot=driver.name,
-            outcome=word,
-            name=name,
-            sim_time=at,
-            duration=duration,
-            reason=outcome.reason,
-        )
+        if outcome.reached:
+            self._events.write(GoalReached(driver.name, name, at, duration))
+        else:
+            self._events.write(GoalMissed(MissedGoal(driver.name, name, at, outcome.reason)))
         if self._diary is not None:
             self._diary.goal(driver.name, name, word, at, duration)
 
@@ -164,7 +173,7 @@ class Runner:
             return True
         self._is_done = True
         self._flush()
-        self._events.write("done")
+        self._events.write(MissionDone())
         return not self._stands_still_at_end
 
     def on_status(self, driver: RobotDriver, status: RobotStatus) -> None:
@@ -199,7 +208,7 @@ class Runner:
         count = driver.find()
         if count and driver.order is not None:
             goal = driver.order.stop.name
-            self._events.write("found", robot=name, goals=count, name=goal)
+            self._events.write(GoalsRestored(name, count, goal))
 
     def _notice_lost(self) -> None:
         now = time.monotonic()
@@ -213,7 +222,7 @@ class Runner:
                     self._dead.add(name)
                     if not driver.is_over:
                         message = f"{name} is silent; its goals count as failed"
-                        self._events.write("note", message=message)
+                        self._events.write(Note(message))
                         driver.lose()
             self._hurry(driver)
             driver.robot.look()
@@ -230,19 +239,28 @@ class Runner:
         for name in sorted(self._fresh):
             status = self._drivers[name].robot.status
             if status is not None:
-                self._events.write("status", robot=name, **status_event(status))
+                self._events.write(status_event(name, status))
         self._fresh.clear()
 
 
-def status_event(status: RobotStatus) -> dict[str, Any]:
-    """Return what swarm-up wants to know of a status."""
-    return {
-        "state": status.state,
-        "detail": status.detail,
-        "has_goal": has_goal(status),
-        **{name: getattr(status, name) for name in STATUS_FIGURES},
-        "sim_time": status.stamp.sec + 1e-9 * status.stamp.nanosec,
-    }
+def status_event(robot: str, status: RobotStatus) -> StatusReported:
+    """Return what swarm-up wants to know of a robot's status."""
+    return StatusReported(
+        robot=robot,
+        state=status.state,
+        detail=status.detail,
+        has_goal=has_goal(status),
+        sim_time=status.stamp.sec + 1e-9 * status.stamp.nanosec,
+        hold_time=status.hold_time,
+        wait_time=status.wait_time,
+        goals_reached=status.goals_reached,
+        goals_failed=status.goals_failed,
+        pushes=status.pushes,
+        retreats=status.retreats,
+        deadlocks_resolved=status.deadlocks_resolved,
+        replans=status.replans,
+        number_of_recoveries=status.number_of_recoveries,
+    )
 
 
 def itineraries(config: dict[str, Any]) -> list[Itinerary | None]:
@@ -277,7 +295,7 @@ def main() -> None:
     config = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
     flags = dict(zip(sys.argv[2::2], sys.argv[3::2], strict=True))
     events = EventWriter(int(flags["--event-fd"]))
-    commands = LineReader(int(flags["--control-fd"]))
+    commands = MessageReader(int(flags["--control-fd"]), MISSION)
     count = len(config["robots"])
     profile = Path(sys.argv[1]).resolve().with_suffix(".xml")
     is_large = prepare(count, config.get("processes", count), profile)
@@ -293,7 +311,7 @@ def main() -> None:
     if is_large:
         ports = hubs.ports([robot["name"] for robot in config["robots"]])
         peers = {name: [port] for name, port in ports.items()}
-        events.write("meeting", party="mission", ports=peers)
+        events.write(MeetingPorts("mission", peers))
     due = 0.0
     with contextlib.suppress(BrokenPipeError):
         while not stopping:

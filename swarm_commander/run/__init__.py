@@ -2,8 +2,6 @@
 
 What a module imports of its folder stands above it:
 
-    breach        What must not happen, with place and time, as records and in words: contacts
-                  and missed goals
     domain        One swarm per ROS domain: two would answer to the same names. Who has it can
                   be spoken to
     fairness      How evenly a swarm was served

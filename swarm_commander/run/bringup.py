@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, assert_never
 
 import psutil
 
-from swarm_commander.run.breach import Crash, Miss
 from swarm_commander.run.domain import Request
 from swarm_commander.run.params import write_parameter_file
 from swarm_commander.run.plan import RunPlan
@@ -24,6 +23,40 @@ from swarm_commander.viewers.rviz import find_rviz, rviz_command, write_rviz
 from swarm_common.files.map_io import MAP_FILE
 from swarm_common.middleware import ros_env
 from swarm_common.model.records import Pose
+from swarm_common.process.messages import (
+    CollisionBegan,
+    EndNavigator,
+    Go,
+    GoalMissed,
+    GoalReached,
+    GoalSent,
+    GoalsRestored,
+    GoalWithdrawn,
+    MeetingPorts,
+    MissionDone,
+    MissionEvent,
+    MissionLoaded,
+    NavigatorActive,
+    NavigatorDied,
+    NavigatorEvent,
+    OnlookerEvent,
+    RecordingEnded,
+    RobotDead,
+    RobotGone,
+    RobotHeard,
+    RobotLate,
+    RobotRemoved,
+    RobotSilent,
+    RobotSpawned,
+    StartNavigator,
+    StatusReported,
+    TimeOver,
+    ViewerOpened,
+    WatchRobot,
+    WorldBuilt,
+    WorldEvent,
+    WorldProgress,
+)
 
 WORLD, HOST, RUNNER, RECORDER = "world", "navigators", "mission", "recorder"
 RVIZ, VIEWER = "rviz", "viewer"
@@ -89,7 +122,7 @@ class Run(ProcessRun):
 
     # Processes
 
-    def _start_robots(self, poses: list[list[float]]) -> None:
+    def _start_robots(self, poses: Sequence[tuple[float, float, float]]) -> None:
         homes = [Pose(*pose) for pose in poses]
         self._prepare_navigators(homes)
         if self._plan.options.record:
@@ -119,7 +152,7 @@ class Run(ProcessRun):
     def _release_navigators(self) -> None:
         self._is_released = True
         self._configure(HOST, self._host_config(self._robots))
-        self._tell(HOST, {"cmd": "go"})
+        self._tell(HOST, Go())
 
     def _host_config(self, robots: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         return {
@@ -138,54 +171,111 @@ class Run(ProcessRun):
 
     # What they say
 
-    def _on_spawn_event(self, event: dict[str, Any]) -> None:
+    def _on_world_event(self, event: WorldEvent) -> None:
+        match event:
+            case WorldBuilt():
+                self._on_world_built(event)
+            case MeetingPorts():
+                self._on_meeting_ports(event)
+            case RobotSpawned():
+                self._on_spawned(event)
+            case RobotRemoved():
+                self._on_removed(event)
+            case RobotLate():
+                self._on_late(event)
+            case CollisionBegan(collision=collision):
+                self._progress.breach("collisions", str(collision))
+            case TimeOver():
+                self._stop("time is up, stopping")
+            case _:
+                assert_never(event)
+
+    def _on_navigator_event(self, event: NavigatorEvent) -> None:
+        match event:
+            case NavigatorActive(robot=name):
+                self._on_active(name)
+            case NavigatorDied():
+                self._on_died(event)
+            case _:
+                assert_never(event)
+
+    def _on_mission_event(self, event: MissionEvent) -> None:
+        match event:
+            case StatusReported(robot=name):
+                self._suspects.pop(name, None)
+            case GoalsRestored(robot=name):
+                self._progress.note(f"{name} is heard again: its goals count again")
+            case GoalMissed(missed=missed):
+                self._progress.breach("missed goals", str(missed))
+            case MissionDone():
+                if self._plan.options.until_done:
+                    self._stop("mission done, stopping")
+                else:
+                    self._progress.phase("mission done")
+            case MissionLoaded() | GoalSent() | GoalReached() | GoalWithdrawn():
+                pass  # the tally counts them
+            case _:
+                assert_never(event)
+
+    def _on_onlooker_event(self, event: OnlookerEvent) -> None:
+        match event:
+            case RecordingEnded(path=path, messages=messages):
+                self._progress.note(f"recorded {messages} messages in {path}")
+            case ViewerOpened(url=url):
+                self._progress.note(f"viewer: {url}")
+            case _:
+                assert_never(event)
+
+    def _on_progress(self, event: WorldProgress) -> None:
+        self._has_ticked = True
+
+    def _on_world_built(self, event: WorldBuilt) -> None:
         if not self._is_stopping:
             self._progress.phase("starting navigators")
-            self.map_sha256 = str(event.get("map_sha256", ""))
-            self._start_robots(event["poses"])
+            self.map_sha256 = event.map_sha256
+            self._start_robots(event.poses)
 
-    def _on_meeting_event(self, event: dict[str, Any]) -> None:
+    def _on_meeting_ports(self, event: MeetingPorts) -> None:
         """Start the navigators when they can be told where to meet world and mission."""
         for robot in self._robots:
-            robot["peers"] += event["ports"].get(robot["name"], [])
-        self._unmet.discard(event["party"])
+            robot["peers"] += event.ports.get(robot["name"], [])
+        self._unmet.discard(event.party)
         if not self._unmet and not self._is_stopping and not self._is_released:
             self._release_navigators()
 
-    def _on_spawned_event(self, event: dict[str, Any]) -> None:
+    def _on_spawned(self, event: RobotSpawned) -> None:
         """Start the navigator of a robot that came while the run goes on."""
         if self._is_stopping:
             return
-        name, home = event["robot"], Pose(*event["pose"])
+        name, home = event.robot, Pose(*event.pose)
         self._navigated.add(name)
         path = self._folder.params / f"{name}.yaml"
         tree = self._plan.parameter_file_of_newcomer(
-            name, int(event["number"]), event["model"], home, self.map_sha256
+            name, event.number, event.model, home, self.map_sha256
         )
         write_parameter_file(path, tree)
         present = sorted(self._navigated, key=lambda robot: (len(robot), robot))
         write_rviz(self._folder.rviz, present, {name})
         write_foxglove(self._folder.foxglove, present, {name})
         self._keeper.params[name] = str(path)
-        self._tell(HOST, {"cmd": "start", "robot": name, "params": str(path)})
-        self._tell(RUNNER, {"cmd": "watch", "robot": name})
-        self._progress.note(f"{name} ({event['model']}) came at {_seconds(event)}")
+        self._tell(HOST, StartNavigator(name, str(path)))
+        self._tell(RUNNER, WatchRobot(name))
+        self._progress.note(f"{name} ({event.model}) came at t = {event.sim_time:.1f} s")
 
-    def _on_removed_event(self, event: dict[str, Any]) -> None:
+    def _on_removed(self, event: RobotRemoved) -> None:
         """End the navigator of a robot that was taken out."""
-        name = event["robot"]
+        name = event.robot
         self._navigated.discard(name)
         self._keeper.remove(name)
         if self._is_stopping:
             return
-        self._tell(HOST, {"cmd": "end", "robot": name})
-        self._tell(RUNNER, {"cmd": "removed", "robot": name})
-        self._progress.note(f"{name} was taken out at {_seconds(event)}")
+        self._tell(HOST, EndNavigator(name))
+        self._tell(RUNNER, RobotGone(name))
+        self._progress.note(f"{name} was taken out at t = {event.sim_time:.1f} s")
 
-    def _on_active_event(self, event: dict[str, Any]) -> None:
-        name = event["robot"]
+    def _on_active(self, name: str) -> None:
         if self._keeper.on_active(name):
-            self._tell(RUNNER, {"cmd": "heard", "robot": name})
+            self._tell(RUNNER, RobotHeard(name))
             self._progress.note(f"{name} is active again")
         for request in self._requests.pop(name, []):
             request.answer(f"the navigator of {name} is active again", is_done=True)
@@ -205,19 +295,19 @@ class Run(ProcessRun):
                     f"  source {self._folder.path / 'env.sh'}; swarm-commander Srobot1"
                 )
 
-    def _on_died_event(self, event: dict[str, Any]) -> None:
+    def _on_died(self, event: NavigatorDied) -> None:
         if self._is_stopping:
             return
-        name = event["robot"]
-        self._tell(WORLD, {"cmd": "dead", "robot": name})
-        message = f"{name} died: {describe_exit(int(event['returncode']))}"
+        name = event.robot
+        self._tell(WORLD, RobotDead(name))
+        message = f"{name} died: {describe_exit(event.returncode)}"
         if self._take_death(name, message):
-            self._tell(RUNNER, {"cmd": "silent", "robot": name})
+            self._tell(RUNNER, RobotSilent(name))
         else:
             self._lose_for_good(name)
 
     def _lose_for_good(self, name: str) -> None:
-        self._tell(RUNNER, {"cmd": "dead", "robot": name})
+        self._tell(RUNNER, RobotDead(name))
         for request in self._requests.pop(name, []):
             request.answer(f"the navigator of {name} died", is_done=False)
         if self._navigated <= self._keeper.given_up:
@@ -225,20 +315,17 @@ class Run(ProcessRun):
         else:
             self._note_start()
 
-    def _on_late_event(self, event: dict[str, Any]) -> None:
+    def _on_late(self, event: RobotLate) -> None:
         """A navigator hangs: the world waits for it no longer."""
-        name, silence = event["robot"], f"has not answered for {float(event['seconds']):.0f} s"
+        name, silence = event.robot, f"has not answered for {event.seconds:.0f} s"
         if self._is_stopping or name in self._keeper.down | self._keeper.given_up:
             return
-        if self._restarts.is_allowed and event["is_alone"]:
+        if self._restarts.is_allowed and event.is_alone:
             self._kill_hanging(name, silence)
             return
         self._progress.note(f"{name} {silence}; nobody waits for it any longer", "yellow")
         if self._restarts.is_allowed:  # most are late: is it the machine?
             self._suspects[name] = time.monotonic() + SUSPICION
-
-    def _on_status_event(self, event: dict[str, Any]) -> None:
-        self._suspects.pop(event["robot"], None)
 
     def _check_suspects(self) -> None:
         now = time.monotonic()
@@ -251,40 +338,15 @@ class Run(ProcessRun):
         self._note_incident(f"{name} {silence}: it hangs and is killed")
         self._keeper.kill(name)
 
-    def _on_found_event(self, event: dict[str, Any]) -> None:
-        self._progress.note(f"{event['robot']} is heard again: its goals count again")
-
-    def _on_collision_event(self, event: dict[str, Any]) -> None:
-        self._progress.breach("collisions", str(Crash.of(event)))
-
-    def _on_goal_event(self, event: dict[str, Any]) -> None:
-        if event["outcome"] != "reached":
-            self._progress.breach("missed goals", str(Miss.of(event)))
-
-    def _on_recorded_event(self, event: dict[str, Any]) -> None:
-        self._progress.note(f"recorded {event['messages']} messages in {event['path']}")
-
-    def _on_viewer_event(self, event: dict[str, Any]) -> None:
-        self._progress.note(f"viewer: {event['url']}")
-
-    def _on_done_event(self, _: dict[str, Any]) -> None:
-        if self._plan.options.until_done:
-            self._stop("mission done, stopping")
-        else:
-            self._progress.phase("mission done")
-
-    def _on_over_event(self, _: dict[str, Any]) -> None:
-        self._stop("time is up, stopping")
-
     def _is_fine(self, exit_: Exit) -> bool:
         return exit_.returncode == 0 and exit_.name.split("_")[0] == RVIZ  # its window was closed
 
     def _on_exit(self, exit_: Exit) -> None:
         if exit_.name == HOST and not self._is_stopping:
             for name in self._keeper.on_nursery_end():
-                self.tally.apply({"event": "died", "robot": name})
-                self._tell(WORLD, {"cmd": "dead", "robot": name})
-                self._tell(RUNNER, {"cmd": "silent", "robot": name})
+                self.tally.apply(NavigatorDied(name, exit_.returncode))
+                self._tell(WORLD, RobotDead(name))
+                self._tell(RUNNER, RobotSilent(name))
         super()._on_exit(exit_)
 
     def _revives(self, exit_: Exit) -> bool:
@@ -315,7 +377,7 @@ class Run(ProcessRun):
 
     def _revive_mission(self) -> None:
         """Start the mission process anew: it goes on with the goals that are not settled."""
-        self.tally.apply({"event": "mission_down"})
+        self.tally.on_mission_restart()
         robots = self.tally.robots.items()
         settled = {name: robot.reached + robot.failed for name, robot in robots}
         now = {"settled": settled, "resumed_at": self.tally.sim_time}
@@ -323,20 +385,19 @@ class Run(ProcessRun):
         known = {robot["name"] for robot in self._runner["robots"]}
         for name in self.tally.robots:
             if name not in known:
-                self._tell(RUNNER, {"cmd": "watch", "robot": name})
+                self._tell(RUNNER, WatchRobot(name))
         for name, robot in robots:
             if robot.left:
-                self._tell(RUNNER, {"cmd": "removed", "robot": name})
-        for command, names in (("dead", self._keeper.given_up), ("silent", self._keeper.down)):
-            for name in names:
-                self._tell(RUNNER, {"cmd": command, "robot": name})
+                self._tell(RUNNER, RobotGone(name))
+        for name in self._keeper.given_up:
+            self._tell(RUNNER, RobotDead(name))
+        for name in self._keeper.down:
+            self._tell(RUNNER, RobotSilent(name))
 
     def _obey(self, request: Request) -> None:
         """Start a robot's navigator anew; the answer follows when it is active."""
-        name = str(request.content.get("robot"))
-        if request.content.get("cmd") != "restart":
-            super()._obey(request)
-        elif self._is_stopping:
+        name = request.command.robot
+        if self._is_stopping:
             request.answer("the swarm is about to end", is_done=False)
         elif name not in self._keeper.params:
             known = ", ".join(self._keeper.params) or "none on this host"
@@ -384,9 +445,6 @@ class Run(ProcessRun):
             self._note_incident(f"the {RUNNER} process hangs and is killed")
             self._supervisor.kill_one(RUNNER)
 
-    def _on_progress_event(self, _: dict[str, Any]) -> None:
-        self._has_ticked = True
-
     def _check_mission(self) -> None:
         if self._plan.mission is None or self.active_after_wall is None or self._is_stopping:
             return
@@ -412,7 +470,3 @@ class Run(ProcessRun):
     def _measure_last(self) -> None:
         for group, name in (("world", WORLD), ("navigators", HOST)):
             self.usage.sample_private(group, process_tree(self._supervisor.pid(name)))
-
-
-def _seconds(event: Mapping[str, Any]) -> str:
-    return f"t = {float(event['sim_time']):.1f} s"

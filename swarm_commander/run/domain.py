@@ -8,9 +8,15 @@ import os
 import socket
 import struct
 from collections.abc import Mapping
-from typing import Any
 
 from swarm_common.model.errors import ConfigError
+from swarm_common.process.messages import (
+    USER,
+    RestartNavigator,
+    UnknownMessageError,
+    decode,
+    encode,
+)
 
 LONGEST = 4096  # [bytes] of a request or an answer
 SPEECH_LIMIT = 0.2  # [s] of wall time for a request to arrive
@@ -66,9 +72,11 @@ class DomainLock:
         connection.settimeout(SPEECH_LIMIT)
         with contextlib.suppress(OSError, ValueError):
             if _user_of(connection) in (os.getuid(), 0):
-                content = json.loads(connection.recv(LONGEST))
-                if isinstance(content, dict):
-                    return Request(connection, content)
+                line = connection.recv(LONGEST)
+                try:
+                    return Request(connection, decode(line, USER))
+                except UnknownMessageError as error:
+                    _answer(connection, f"swarm-up: {error}", is_done=False)
         connection.close()
         return None
 
@@ -81,28 +89,31 @@ class Request:
     """What another process of the same user wants of `swarm-up`.
 
     Attributes:
-        content: `{"cmd": ...}`.
+        command: What is to be done.
     """
 
-    def __init__(self, connection: socket.socket, content: Mapping[str, Any]) -> None:
+    def __init__(self, connection: socket.socket, command: RestartNavigator) -> None:
         """Keep the connection for the answer."""
-        self.content = content
+        self.command = command
         self._connection = connection
 
     def answer(self, message: str, *, is_done: bool) -> None:
         """Answer in words; who asked may be gone."""
-        with contextlib.suppress(OSError):
-            answer = {"is_done": is_done, "message": message}
-            self._connection.sendall(json.dumps(answer).encode())
+        _answer(self._connection, message, is_done=is_done)
         self._connection.close()
 
 
-def ask(domain: int, content: Mapping[str, Any], limit: float) -> str:
+def _answer(connection: socket.socket, message: str, *, is_done: bool) -> None:
+    with contextlib.suppress(OSError):
+        connection.sendall(json.dumps({"is_done": is_done, "message": message}).encode())
+
+
+def ask(domain: int, command: RestartNavigator, limit: float) -> str:
     """Ask the `swarm-up` of a domain for something; return its answer.
 
     Args:
         domain: ROS domain.
-        content: `{"cmd": ...}`.
+        command: What is to be done.
         limit: [s] of wall time to wait.
 
     Raises:
@@ -112,7 +123,7 @@ def ask(domain: int, content: Mapping[str, Any], limit: float) -> str:
         connection.settimeout(limit)
         try:
             connection.connect(_address(domain))
-            connection.sendall(json.dumps(content).encode())
+            connection.sendall(encode(command))
             answer = json.loads(connection.recv(LONGEST))
         except (OSError, ValueError) as error:
             raise ConfigError(

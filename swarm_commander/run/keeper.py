@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable
 
 from swarm_commander.run.restarts import Restarts
+from swarm_common.process.messages import KillNavigator, NurseryCommand, StartNavigator
 
 ANSWER_LIMIT = 60.0  # [s] of wall time for the nursery to do what it is told
 HANGING = 30.0  # [s] of wall time that a navigator may be behind the others at the start
@@ -26,7 +26,7 @@ class Keeper:
     def __init__(
         self,
         restarts: Restarts,
-        tell: Callable[[Mapping[str, Any]], None],
+        tell: Callable[[NurseryCommand], None],
         clock: Callable[[], float],
     ) -> None:
         """Begin without robots.
@@ -89,7 +89,7 @@ class Keeper:
         """End a navigator that hangs."""
         if name in self.params and name not in self.given_up:
             self._asked[name] = self._clock()
-            self._tell({"cmd": "kill", "robot": name})
+            self._tell(KillNavigator(name))
 
     def renew(self, name: str) -> None:
         """Start a navigator anew because the user wants it, in whatever state it is."""
@@ -117,7 +117,7 @@ class Keeper:
         for name in due:
             if name in self.down:
                 self._asked[name] = self._clock()
-                self._tell({"cmd": "start", "robot": name, "params": self.params[name]})
+                self._tell(StartNavigator(name, self.params[name]))
 
     def is_nursery_deaf(self) -> bool:
         """Whether it did not do in time what it was told."""

@@ -3,31 +3,30 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import os
 import signal
 import subprocess
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from swarm_commander.run.supervisor import ProcessSpec
 from swarm_common.process.lifetime import die_with
-from swarm_common.process.pipes import LineReader
+from swarm_common.process.messages import EVENTS, CommandBase, Event, encode
+from swarm_common.process.pipes import MessageReader
 
 
 class ProcessChild:
     """A process in a session of its own, with a pipe for its events and one for commands to it.
 
-    The child gets ``--event-fd N --control-fd M`` appended to its command line; both carry one
-    JSON object per line. It is killed by the kernel when this process dies.
+    The child gets ``--event-fd N --control-fd M`` appended to its command line; both carry
+    messages, see `messages`. It is killed by the kernel when this process dies.
     """
 
     def __init__(self, spec: ProcessSpec, log: Path, environment: Mapping[str, str]) -> None:
         self.event_fd, child_event = os.pipe()
         child_control, self._control_fd = os.pipe()
         os.set_blocking(self._control_fd, False)
-        self._events = LineReader(self.event_fd)
+        self._events = MessageReader(self.event_fd, EVENTS)
         flags = ("--event-fd", str(child_event), "--control-fd", str(child_control))
         parent = os.getpid()
         with log.open("ab") as output:
@@ -63,13 +62,17 @@ class ProcessChild:
         with contextlib.suppress(ProcessLookupError, PermissionError):
             os.killpg(self._process.pid, signal.SIGKILL)
 
-    def tell(self, command: Mapping[str, Any]) -> None:
+    def tell(self, command: CommandBase) -> None:
         """Send it a command; a process that has ended or does not listen misses it."""
         with contextlib.suppress(BrokenPipeError, BlockingIOError):
-            os.write(self._control_fd, json.dumps(command).encode() + b"\n")
+            os.write(self._control_fd, encode(command))
 
-    def read_events(self) -> list[dict[str, Any]]:
-        """Return the events that have arrived."""
+    def read_events(self) -> list[Event]:
+        """Return the events that have arrived.
+
+        Raises:
+            UnknownMessageError: If it reports something that is not an event.
+        """
         return self._events.read()
 
     def close(self) -> None:

@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, assert_never
 
 import psutil
 
@@ -27,6 +27,28 @@ from swarm_commander.run.tally import Tally
 from swarm_commander.run.usage import UsageLog, UsageMeter
 from swarm_common.files.journal import Journal
 from swarm_common.model.errors import SwarmError
+from swarm_common.process.messages import (
+    AgentEvent,
+    Alive,
+    CommandBase,
+    Event,
+    ForeignPublisher,
+    InputsRejected,
+    MissionEvent,
+    NavigatorEvent,
+    NavigatorForked,
+    Note,
+    OnlookerEvent,
+    ProcessEvent,
+    Ready,
+    RecordingBegun,
+    Refused,
+    RegistryEvent,
+    UnknownMessageError,
+    VerdictReached,
+    WorldEvent,
+    WorldProgress,
+)
 
 USAGE_FILE = "usage.jsonl"
 POLL_PERIOD = 0.1  # [s] of wall time
@@ -41,7 +63,7 @@ class RefusedError(SwarmError):
 class ProcessRun:
     """A run of some processes. `run` returns when nothing is left running.
 
-    What a process says, `{"event": kind, ...}`, goes to the tally and to `_on_KIND_event`.
+    Each event of a process goes to the tally and to the method of its group, see `messages`.
 
     Attributes:
         tally: Events added up.
@@ -165,7 +187,7 @@ class ProcessRun:
 
     def _obey(self, request: Request) -> None:
         """Do what the user asks for from another terminal."""
-        request.answer(f"swarm-up does not know {request.content.get('cmd')}", is_done=False)
+        request.answer("navigators run where the robots are, not here", is_done=False)
 
     # Turns
 
@@ -187,17 +209,88 @@ class ProcessRun:
         self._progress.update()
 
     def _read(self, name: str) -> None:
-        events = self._children[name].read_events()
+        try:
+            events = self._children[name].read_events()
+        except UnknownMessageError as error:
+            self._fail(f"the {name} process: {error}")
+            self._stop("stopping")
+            return
         if events:
             self._heartbeats.hear(name)
         for event in events:
             self.tally.apply(event)
-            handler = getattr(self, f"_on_{event.get('event')}_event", None)
-            if event.get("event") == "error" and name.split("_")[0] in self.onlookers:
+            if isinstance(event, Refused) and name.split("_")[0] in self.onlookers:
                 self._resigned.add(name)
-                self._fail(f"the {name} process gave up: {event['message']}")
-            elif handler is not None:
-                self._guard(partial(handler, event))
+                self._fail(f"the {name} process gave up: {event.message}")
+            else:
+                self._guard(partial(self._on_event, event))
+
+    def _on_event(self, event: Event) -> None:
+        if isinstance(event, ProcessEvent):
+            self._on_process_event(event)
+        elif isinstance(event, WorldEvent):
+            self._on_world_event(event)
+        elif isinstance(event, NavigatorEvent):
+            self._on_navigator_event(event)
+        elif isinstance(event, MissionEvent):
+            self._on_mission_event(event)
+        elif isinstance(event, OnlookerEvent):
+            self._on_onlooker_event(event)
+        elif isinstance(event, RegistryEvent):
+            self._on_registry_event(event)
+        elif isinstance(event, AgentEvent):
+            self._on_agent_event(event)
+        else:
+            assert_never(event)
+
+    def _on_process_event(self, event: ProcessEvent) -> None:
+        match event:
+            case NavigatorForked(robot=robot):
+                self._keeper.on_fork(robot)
+            case VerdictReached(verdict=verdict):
+                self.verdict = verdict
+            case Note(message=message):
+                self._progress.note(message)
+            case InputsRejected(notices=notices):
+                self._note_rejections(notices)
+            case ForeignPublisher(topic=topic, node=node):
+                notice = f"{node} publishes on {topic}: it is ignored"
+                self._progress.breach("foreign publishers", notice)
+            case Refused(message=message):
+                self._refuse(message)
+            case WorldProgress():
+                self._on_progress(event)
+            case Ready() | Alive() | RecordingBegun():
+                pass
+            case _:
+                assert_never(event)
+
+    def _on_progress(self, event: WorldProgress) -> None:
+        """Take how the world is."""
+
+    # A kind of run overrides these for the processes that it starts
+
+    def _on_world_event(self, event: WorldEvent) -> None:
+        self._reject(event)
+
+    def _on_navigator_event(self, event: NavigatorEvent) -> None:
+        self._reject(event)
+
+    def _on_mission_event(self, event: MissionEvent) -> None:
+        self._reject(event)
+
+    def _on_onlooker_event(self, event: OnlookerEvent) -> None:
+        self._reject(event)
+
+    def _on_registry_event(self, event: RegistryEvent) -> None:
+        self._reject(event)
+
+    def _on_agent_event(self, event: AgentEvent) -> None:
+        self._reject(event)
+
+    def _reject(self, event: Event) -> None:
+        self._fail(f"no process of this kind of run may report {event}")
+        self._stop("stopping")
 
     def _sample(self, *, now: bool = False) -> None:
         if self._is_stopping or (time.monotonic() < self._next_sample and not now):
@@ -234,7 +327,7 @@ class ProcessRun:
         self._selector.register(child.event_fd, selectors.EVENT_READ, lambda: self._read(spec.name))
         return child
 
-    def _tell(self, name: str, command: Mapping[str, Any]) -> None:
+    def _tell(self, name: str, command: CommandBase) -> None:
         """Send a command to a process, if it has been started."""
         if name in self._children:
             self._children[name].tell(command)
@@ -284,35 +377,22 @@ class ProcessRun:
         self._note_incident(f"{message}; it is started anew in {pause:g} s; {where}")
         return True
 
-    def _on_forked_event(self, event: dict[str, Any]) -> None:
-        self._keeper.on_fork(event["robot"])
-
     def _note_incident(self, message: str) -> None:
         self.incidents.append(f"t = {self.tally.sim_time:.1f} s: {message}")
         self._progress.breach("incidents", message)
 
     # The end
 
-    def _on_verdict_event(self, event: dict[str, Any]) -> None:
-        self.verdict = event["verdict"]
-
-    def _on_note_event(self, event: dict[str, Any]) -> None:
-        self._progress.note(event["message"])
-
-    def _on_rejected_event(self, event: dict[str, Any]) -> None:
+    def _note_rejections(self, notices: Mapping[str, str]) -> None:
         """Say what was rejected the first time that a kind of input was; the report counts."""
-        for kind, notice in event["notices"].items():
+        for kind, notice in notices.items():
             if kind not in self._rejected:
                 self._rejected.add(kind)
                 self._progress.note(notice)
 
-    def _on_foreign_event(self, event: dict[str, Any]) -> None:
-        node, topic = event["node"], event["topic"]
-        self._progress.breach("foreign publishers", f"{node} publishes on {topic}: it is ignored")
-
-    def _on_error_event(self, event: dict[str, Any]) -> None:
+    def _refuse(self, message: str) -> None:
         if self._refusal is None:
-            self._refusal = str(event["message"])
+            self._refusal = message
         self._stop("stopping")
 
     def _on_exit(self, exit_: Exit) -> None:

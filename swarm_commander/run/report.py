@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from swarm_commander.run.breach import Crash, as_json
 from swarm_commander.run.fairness import fairness
 from swarm_commander.run.options import UpOptions
 from swarm_commander.run.tally import COUNTS, RobotTally, Tally
 from swarm_commander.run.usage import UsageMeter
 from swarm_common.files.whole_file import write_whole
+from swarm_common.model.breaches import Collision, breaches_json
 
 SCHEMA = 1
 OK, MISSED, BAD_INPUT, COMPONENT_FAILED = range(4)  # exit codes
@@ -97,16 +97,16 @@ def compose_report(
         },
         "rss_mb": {group: _rounded(usage.rss_mb(group), 1) for group in ("world", "navigators")},
         "trajectory_sha256": verdict.get("trajectory_sha256"),
-        "breaches": as_json(_crashes(tally, verdict), tally.misses, tally.unfinished),
+        "breaches": breaches_json(_collisions(tally, verdict), tally.misses, tally.unfinished),
         "robots": _robots(tally, verdict.get("robots", {})),
     }
 
 
-def _crashes(tally: Tally, verdict: Mapping[str, Any]) -> list[Crash]:
+def _collisions(tally: Tally, verdict: Mapping[str, Any]) -> list[Collision]:
     """Return the contact episodes of the verdict; without one, those that were reported."""
     if "collisions" not in verdict:
-        return tally.crashes
-    return [Crash.of(collision) for collision in verdict["collisions"]]
+        return tally.collisions_seen
+    return [Collision.from_json(collision) for collision in verdict["collisions"]]
 
 
 def _service(tally: Tally) -> dict[str, Any]:

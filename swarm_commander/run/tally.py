@@ -4,14 +4,42 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import assert_never
 
 from swarm_commander.mission.itinerary import LOST_REASON
-from swarm_commander.run.breach import Crash, Miss, Unfinished
+from swarm_common.model.breaches import Collision, MissedGoal, UnfinishedGoal
+from swarm_common.process.messages import (
+    AgentEvent,
+    CollisionBegan,
+    Event,
+    ForeignPublisher,
+    GoalMissed,
+    GoalReached,
+    GoalSent,
+    GoalsRestored,
+    GoalWithdrawn,
+    InputsRejected,
+    MeetingPorts,
+    MissionDone,
+    MissionLoaded,
+    NavigatorActive,
+    NavigatorDied,
+    OnlookerEvent,
+    ProcessEvent,
+    RegistryEvent,
+    RobotLate,
+    RobotRemoved,
+    RobotSpawned,
+    StatusReported,
+    TimeOver,
+    WorldBuilt,
+    WorldProgress,
+)
 
 HOLDING = "holding"
+Uncounted = ProcessEvent | OnlookerEvent | RegistryEvent | AgentEvent
 # What robots count themselves: of a status event -> of the report
 COUNTS = {
     "pushes": "pushes",
@@ -68,6 +96,10 @@ class RobotTally:
     counts: dict[str, int] = field(default_factory=lambda: dict.fromkeys(COUNTS.values(), 0))
     meters: Meters = field(default_factory=Meters)
 
+    def drop_goal(self) -> None:
+        """Forget the goal in hand."""
+        self.goal, self.sent = "", self.reached + self.failed
+
 
 @dataclass(slots=True)
 class Tally:
@@ -83,7 +115,7 @@ class Tally:
         robot_robot: Collision episodes so far.
         robot_world: Likewise.
         last_goal_time: [s] of simulated time at which the latest goal was settled.
-        crashes: Contact episodes in order of time.
+        collisions_seen: Contact episodes in order of time.
         misses: Goals given up, in order of time.
         rejected: Inputs that the doors of the processes turned away, by kind.
         foreign: Topics with the names of nodes that should not publish there.
@@ -98,8 +130,8 @@ class Tally:
     robot_robot: int = 0
     robot_world: int = 0
     last_goal_time: float = math.nan
-    crashes: list[Crash] = field(default_factory=list)
-    misses: list[Miss] = field(default_factory=list)
+    collisions_seen: list[Collision] = field(default_factory=list)
+    misses: list[MissedGoal] = field(default_factory=list)
     rejected: Counter[str] = field(default_factory=Counter)
     foreign: list[tuple[str, str]] = field(default_factory=list)
 
@@ -108,11 +140,65 @@ class Tally:
         """Return the tally at the start."""
         return cls({name: RobotTally() for name in names}, has_mission)
 
-    def apply(self, event: Mapping[str, Any]) -> None:
+    def apply(self, event: Event) -> None:
         """Add an event; kinds that do not count are ignored."""
-        handler = getattr(self, f"_on_{event.get('event')}", None)
-        if handler is not None:
-            handler(event)
+        match event:
+            case NavigatorActive(robot=name):
+                robot = self.robots[name]
+                robot.active, robot.died = True, False
+            case NavigatorDied(robot=name):
+                robot = self.robots[name]
+                robot.died = True
+                robot.state = robot.detail = ""
+            case WorldProgress():
+                self.sim_time = event.sim_time
+                self.real_time_factor = event.real_time_factor
+                self.robot_robot = event.collisions.robot_robot
+                self.robot_world = event.collisions.robot_world
+            case RobotSpawned(robot=name):
+                robot = self.robots.setdefault(name, RobotTally())
+                robot.active = robot.died = robot.left = False
+                robot.state = robot.detail = ""
+            case RobotRemoved(robot=name):
+                self.robots[name].left = True
+                self.robots[name].drop_goal()
+            case CollisionBegan(collision=collision):
+                self.collisions_seen.append(collision)
+            case InputsRejected(counts=counts):
+                self.rejected.update(counts)
+            case ForeignPublisher(topic=topic, node=node):
+                self.foreign.append((topic, node))
+            case MissionLoaded(goals=goals):
+                self.total = goals
+            case GoalSent(robot=name, goal=goal):
+                self.robots[name].sent += 1
+                self.robots[name].goal = goal
+            case GoalReached():
+                self._add_reached(event)
+            case GoalMissed(missed=missed):
+                self.robots[missed.robot].failed += 1
+                self.robots[missed.robot].goal = ""
+                self.misses.append(missed)
+                self._settle(missed.sim_time)
+            case GoalWithdrawn(robot=name):
+                self.total -= 1
+                self.robots[name].drop_goal()
+            case GoalsRestored():
+                self._restore(event)
+            case StatusReported():
+                self._add_status(event)
+            case MissionDone():
+                self.is_done = True
+            case WorldBuilt() | MeetingPorts() | RobotLate() | TimeOver():
+                pass
+            case _:
+                if not isinstance(event, Uncounted):
+                    assert_never(event)
+
+    def on_mission_restart(self) -> None:
+        """Take back the goals in hand: the next mission process sends them again."""
+        for robot in self.robots.values():
+            robot.drop_goal()
 
     @property
     def active(self) -> int:
@@ -150,10 +236,10 @@ class Tally:
         return self.robot_robot + self.robot_world
 
     @property
-    def unfinished(self) -> list[Unfinished]:
+    def unfinished(self) -> list[UnfinishedGoal]:
         """Robots that are under way to a goal, and in which state."""
         return [
-            Unfinished(name, robot.goal, f"{robot.state} {robot.detail}".strip())
+            UnfinishedGoal(name, robot.goal, f"{robot.state} {robot.detail}".strip())
             for name, robot in self.robots.items()
             if robot.sent > robot.reached + robot.failed
         ]
@@ -167,102 +253,39 @@ class Tally:
             if robot.state == HOLDING and not robot.died and not robot.left
         ]
 
-    def _on_active(self, event: Mapping[str, Any]) -> None:
-        robot = self.robots[event["robot"]]
-        robot.active, robot.died = True, False
-
-    def _on_found(self, event: Mapping[str, Any]) -> None:
-        """Take back the goals that a robot had lost, as it is there again."""
-        name = event["robot"]
-        robot = self.robots[name]
-        robot.failed -= int(event["goals"])
-        robot.sent = robot.reached + robot.failed + 1  # the one in hand
-        robot.goal = str(event["name"])
-        self.misses = [
-            miss for miss in self.misses if (miss.robot, miss.reason) != (name, LOST_REASON)
-        ]
-
-    def _on_died(self, event: Mapping[str, Any]) -> None:
-        robot = self.robots[event["robot"]]
-        robot.died = True
-        robot.state = robot.detail = ""
-
-    def _on_mission_down(self, _: Mapping[str, Any]) -> None:
-        """Take back the goals in hand: the next mission process sends them again."""
-        for robot in self.robots.values():
-            robot.goal, robot.sent = "", robot.reached + robot.failed
-
-    def _on_spawned(self, event: Mapping[str, Any]) -> None:
-        robot = self.robots.setdefault(event["robot"], RobotTally())
-        robot.active = robot.died = robot.left = False
-        robot.state = robot.detail = ""
-
-    def _on_removed(self, event: Mapping[str, Any]) -> None:
-        robot = self.robots[event["robot"]]
-        robot.left = True
-        robot.goal, robot.sent = "", robot.reached + robot.failed
-
-    def _on_withdrawn(self, event: Mapping[str, Any]) -> None:
-        """Count a goal of the mission no longer: its robot was taken out."""
-        robot = self.robots[event["robot"]]
-        self.total -= 1
-        robot.goal, robot.sent = "", robot.reached + robot.failed
-
-    def _on_progress(self, event: Mapping[str, Any]) -> None:
-        self.sim_time = float(event["sim_time"])
-        self.real_time_factor = float(event["real_time_factor"])
-        self.robot_robot = int(event["collisions"]["robot_robot"])
-        self.robot_world = int(event["collisions"]["robot_world"])
-
-    def _on_mission(self, event: Mapping[str, Any]) -> None:
-        self.total = int(event["goals"])
-
-    def _on_rejected(self, event: Mapping[str, Any]) -> None:
-        self.rejected.update(event["counts"])
-
-    def _on_foreign(self, event: Mapping[str, Any]) -> None:
-        self.foreign.append((event["topic"], event["node"]))
-
-    def _on_done(self, _: Mapping[str, Any]) -> None:
-        self.is_done = True
-
-    def _on_collision(self, event: Mapping[str, Any]) -> None:
-        self.crashes.append(Crash.of(event))
-
-    def _on_sent(self, event: Mapping[str, Any]) -> None:
-        robot = self.robots[event["robot"]]
-        robot.sent += 1
-        robot.goal = str(event["name"])
-
-    def _on_goal(self, event: Mapping[str, Any]) -> None:
-        robot = self.robots[event["robot"]]
-        if event["outcome"] == "reached":
-            robot.reached += 1
-            robot.sent = max(robot.sent, robot.reached)
-            robot.durations.append(float(event["duration"]))
-        else:
-            robot.failed += 1
-            self.misses.append(Miss.of(event))
+    def _add_reached(self, event: GoalReached) -> None:
+        robot = self.robots[event.robot]
+        robot.reached += 1
+        robot.sent = max(robot.sent, robot.reached)
+        robot.durations.append(event.duration)
         robot.goal = ""
-        self._settle(float(event["sim_time"]))
+        self._settle(event.sim_time)
 
-    def _on_status(self, event: Mapping[str, Any]) -> None:
-        robot = self.robots[event["robot"]]
+    def _restore(self, event: GoalsRestored) -> None:
+        """Take back the goals that a robot had lost, as it is there again."""
+        robot = self.robots[event.robot]
+        robot.failed -= event.goals
+        robot.sent = robot.reached + robot.failed + 1  # the one in hand
+        robot.goal = event.goal
+        lost = (event.robot, LOST_REASON)
+        self.misses = [miss for miss in self.misses if (miss.robot, miss.reason) != lost]
+
+    def _add_status(self, event: StatusReported) -> None:
+        robot = self.robots[event.robot]
         if robot.left:  # said before it went
             return
-        robot.state = event["state"]
-        robot.detail = event.get("detail", "")
+        robot.state, robot.detail = event.state, event.detail
         count = robot.meters.count
-        robot.hold_time = count("hold_time", float(event["hold_time"]))
-        robot.wait_time = count("wait_time", float(event["wait_time"]))
-        robot.counts = {name: int(count(key, event[key])) for key, name in COUNTS.items()}
+        robot.hold_time = count("hold_time", event.hold_time)
+        robot.wait_time = count("wait_time", event.wait_time)
+        robot.counts = {name: int(count(key, getattr(event, key))) for key, name in COUNTS.items()}
         if not self.has_mission:
             settled = robot.reached + robot.failed
-            robot.reached = int(count("goals_reached", event["goals_reached"]))
-            robot.failed = int(count("goals_failed", event["goals_failed"]))
-            robot.sent = robot.reached + robot.failed + bool(event["has_goal"])
+            robot.reached = int(count("goals_reached", event.goals_reached))
+            robot.failed = int(count("goals_failed", event.goals_failed))
+            robot.sent = robot.reached + robot.failed + event.has_goal
             if robot.reached + robot.failed > settled:
-                self._settle(float(event["sim_time"]))
+                self._settle(event.sim_time)
 
     def _settle(self, sim_time: float) -> None:
         if not self.last_goal_time >= sim_time:

@@ -11,6 +11,7 @@ from collections import Counter
 from collections.abc import Callable
 
 from swarm_common.model.errors import SwarmError
+from swarm_common.process.messages import InputsRejected
 from swarm_common.process.pipes import EventWriter
 
 TELL_PERIOD = 0.5  # [s] of wall time between two events
@@ -73,7 +74,7 @@ class Rejections:
         new = self.counts - self._told
         if new:
             notices, self._notices = self._notices, {}
-            self._events.write("rejected", counts=dict(new), notices=notices)
+            self._events.write(InputsRejected(dict(new), notices))
             self._told = self.counts.copy()
 
 

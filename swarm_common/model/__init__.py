@@ -3,6 +3,7 @@
 What a module imports of its folder stands above it:
 
     errors   Errors that carry a message for the user: what was found, where, what to do
+    breaches What must not happen in a run: collisions, and goals that are not reached
     sensors  What is wrong with a robot's sensors: the section `sensors:` of robot.yaml, all
              zero if ideal
     shapes   Collision shapes and where they sit: the vocabulary of world files and robot

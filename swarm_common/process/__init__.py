@@ -6,10 +6,12 @@ What a module imports of its folder stands above it:
                    each, with where
     lifetime       What processes ask of the kernel: to end with their parent, not to interrupt
                    each other
-    pipes          JSON lines through the pipes between swarm-up and its processes
+    messages       Messages between swarm-up and the processes that it starts: every kind, with
+                   its fields
+    pipes          Pipes between swarm-up and its processes; one message per line
     quick_start    What a process does before its work begins costs time that its user waits for
     single_thread  Forking is safe only in a process of one thread; this keeps libraries from
                    starting others
 
-May import nothing else of swarm_common.
+May import `model` of swarm_common.
 """

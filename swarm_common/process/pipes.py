@@ -1,43 +1,51 @@
-"""JSON lines through the pipes between swarm-up and its processes."""
+"""Pipes between swarm-up and its processes; one message per line, see `messages`."""
 
 from __future__ import annotations
 
 import contextlib
-import json
 import os
-from typing import Any
+from typing import Generic
+
+import msgspec
+
+from swarm_common.process.messages import Event, Kind, decode, encode
 
 
-class LineReader:
-    """Reader that never waits."""
+class MessageReader(Generic[Kind]):
+    """Reader of messages that never waits."""
 
-    def __init__(self, descriptor: int) -> None:
-        """Switch the descriptor to non-blocking."""
+    def __init__(self, descriptor: int, decoder: msgspec.json.Decoder[Kind]) -> None:
+        """Switch the descriptor to non-blocking; `decoder` knows the kinds of messages."""
         os.set_blocking(descriptor, False)
         self._descriptor = descriptor
+        self._decoder = decoder
         self._partial = b""
 
-    def read(self) -> list[dict[str, Any]]:
-        """Return the objects that have arrived; a line that is not whole yet waits."""
+    def read(self) -> list[Kind]:
+        """Return the messages that have arrived; a line that is not whole yet waits.
+
+        Raises:
+            UnknownMessageError: If a line is not a message of a known kind.
+        """
         with contextlib.suppress(BlockingIOError):
             while chunk := os.read(self._descriptor, 65536):
                 self._partial += chunk
         *lines, self._partial = self._partial.split(b"\n")
-        return [json.loads(line) for line in lines if line.strip()]
+        return [decode(line, self._decoder) for line in lines if line.strip()]
 
 
 class EventWriter:
-    """Writer of `{"event": kind, ...}`; without a descriptor it writes nothing."""
+    """Writer of events; without a descriptor it writes nothing."""
 
     def __init__(self, descriptor: int | None) -> None:
         """Keep the descriptor of a pipe's writing end."""
         self._descriptor = descriptor
 
-    def write(self, kind: str, **values: Any) -> None:
+    def write(self, event: Event) -> None:
         """Write one event; nobody left to read it is not an error."""
         if self._descriptor is None:
             return
-        data = json.dumps({"event": kind, **values}).encode() + b"\n"
+        data = encode(event)
         try:
             while data:
                 data = data[os.write(self._descriptor, data) :]

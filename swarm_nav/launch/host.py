@@ -15,6 +15,7 @@ import traceback
 
 from swarm_common.middleware import ros_env
 from swarm_common.model.errors import SwarmError
+from swarm_common.process.messages import Ready, Refused
 from swarm_common.process.pipes import EventWriter
 from swarm_common.process.quick_start import load_numba, without_collector
 from swarm_common.process.single_thread import without_threads
@@ -40,9 +41,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("config", help="JSON file: robots, their parameter files, pack, log_dir")
     parser.add_argument("--event-fd", type=int, help="pipe to which events are written")
     parser.add_argument("--control-fd", type=int, help="pipe from which commands are read")
-    parser.add_argument(
-        "--wait", action="store_true", help='read CONFIG only when told {"cmd": "go"}'
-    )
+    parser.add_argument("--wait", action="store_true", help="read CONFIG only when told to go")
     options = parser.parse_args(arguments)
     ros_env.set_defaults()
     events = EventWriter(options.event_fd)
@@ -58,7 +57,7 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         grouping = Grouping(options.config)
     except SwarmError as error:
-        events.write("error", message=str(error))
+        events.write(Refused(str(error)))
         sys.stderr.write(f"{error}\n")
         return 2
     if not options.wait:
@@ -67,7 +66,7 @@ def main(arguments: list[str] | None = None) -> int:
         grouping.share_terrain()
     for group in grouping.groups:
         nursery.fork(group, grouping.log_dir)
-    events.write("ready")
+    events.write(Ready())
     nursery.watch(grouping)
     return 0
 

@@ -8,13 +8,23 @@ import signal
 import sys
 import time
 import traceback
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import assert_never
 
 from swarm_common.model.errors import SwarmError
 from swarm_common.process.lifetime import die_with, interrupt_nobody
-from swarm_common.process.pipes import EventWriter, LineReader
+from swarm_common.process.messages import (
+    NURSERY,
+    EndNavigator,
+    Go,
+    KillNavigator,
+    NavigatorDied,
+    NavigatorForked,
+    Note,
+    NurseryCommand,
+    StartNavigator,
+)
+from swarm_common.process.pipes import EventWriter, MessageReader
 from swarm_common.process.single_thread import thread_count
 from swarm_nav.launch.group import Group, Grouping
 from swarm_nav.launch.pack import run_navigators
@@ -35,7 +45,7 @@ class Nursery:
         self._leaving: set[str] = set()  # robots that are to have no navigator
         self._ending: set[int] = set()  # processes that have been told to end
         self._is_stopping = False
-        self._commands: LineReader | None = None
+        self._commands: MessageReader[NurseryCommand] | None = None
 
     def stop(self) -> None:
         """Make `watch` end the children and return."""
@@ -43,17 +53,17 @@ class Nursery:
 
     def listen(self, control_fd: int) -> None:
         """Take commands from a pipe."""
-        self._commands = LineReader(control_fd)
+        self._commands = MessageReader(control_fd, NURSERY)
 
     def wait_for_go(self, control_fd: int) -> bool:
         """Return True once the pipe says go, False if it ends before or `stop` was called."""
-        self._commands = LineReader(control_fd)
+        self._commands = MessageReader(control_fd, NURSERY)
         while not self._is_stopping:
             is_readable = select.select([control_fd], [], [], WAIT_SLICE)[0]
             commands = self._commands.read()
             for command in commands:
                 self._obey(command)
-            if any(command.get("cmd") == "go" for command in commands):
+            if Go() in commands:
                 return True
             if is_readable and not commands:
                 return False
@@ -69,7 +79,7 @@ class Nursery:
         if pid:
             self._children[pid] = group.names
             for name in sorted(group.names):
-                self._events.write("forked", robot=name, pid=pid)
+                self._events.write(NavigatorForked(name, pid))
             return
         code = 1
         try:
@@ -103,18 +113,19 @@ class Nursery:
             time.sleep(0.1)
         self._end_children()
 
-    def _obey(self, command: Mapping[str, Any]) -> None:
-        """Start `{"cmd": "start", "robot": name, "params": file}`, end `{"cmd": "end", ...}`.
-
-        `{"cmd": "kill", "robot": name}` kills its process, which hangs; that it died is reported.
-        """
-        name = str(command.get("robot"))
-        if command.get("cmd") == "start":
-            self._starts[name] = str(command["params"])
-        elif command.get("cmd") == "kill":
-            self._kill(name)
-        elif command.get("cmd") == "end" and self._starts.pop(name, None) is None:
-            self._end(name)
+    def _obey(self, command: NurseryCommand) -> None:
+        match command:
+            case Go():  # see `wait_for_go`
+                pass
+            case StartNavigator(robot=name, params=params):
+                self._starts[name] = params
+            case KillNavigator(robot=name):
+                self._kill(name)
+            case EndNavigator(robot=name):
+                if self._starts.pop(name, None) is None:
+                    self._end(name)
+            case _:
+                assert_never(command)
 
     def _start_waiting(self, grouping: Grouping) -> None:
         """Start navigators whose predecessors of the same name have ended."""
@@ -125,8 +136,8 @@ class Nursery:
             try:
                 group = grouping.newcomer(name, self._starts.pop(name))
             except SwarmError as error:
-                self._events.write("note", message=f"{name} has no navigator: {error}")
-                self._events.write("died", robot=name, returncode=2)
+                self._events.write(Note(f"{name} has no navigator: {error}"))
+                self._events.write(NavigatorDied(name, 2))
                 continue
             self.fork(group, grouping.log_dir)
 
@@ -158,7 +169,7 @@ class Nursery:
                 if name in self._leaving:
                     self._leaving.discard(name)
                     continue
-                self._events.write("died", robot=name, returncode=code)
+                self._events.write(NavigatorDied(name, code))
 
     def _end_children(self) -> None:
         self._is_stopping = True

@@ -14,6 +14,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.signals import SignalHandlerOptions
 
 from swarm_common.middleware.ros_executor import SafeExecutor
+from swarm_common.process.messages import NavigatorActive, NavigatorDied
 from swarm_common.process.pipes import EventWriter
 from swarm_nav.ros.loop import Seat, TickLoop
 from swarm_nav.ros.node import NavigatorNode
@@ -41,13 +42,13 @@ def run_navigators(group: Sequence[NodeSettings], events: EventWriter) -> None:
         while not is_stopped:
             for seat, error in loop.turn():
                 traceback.print_exception(error)
-                events.write("died", robot=seat.name, returncode=1)
+                events.write(NavigatorDied(seat.name, 1))
     loop.end()
 
 
 def _seat(settings: NodeSettings, context: Context, events: EventWriter) -> Seat:
     def tell() -> None:
-        events.write("active", robot=settings.name, pid=os.getpid())
+        events.write(NavigatorActive(settings.name, os.getpid()))
 
     node = NavigatorNode(settings, context, tell, events)
     return Seat(settings.name, node, SafeExecutor(context=context))

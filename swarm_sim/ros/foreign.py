@@ -8,6 +8,7 @@ from rclpy.node import Node
 
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.middleware.ros_poll import UNKNOWN_NODE, full_name
+from swarm_common.process.messages import ForeignPublisher
 from swarm_common.process.pipes import EventWriter
 
 MOST_KNOWN = 1000  # that are named; a forger has as many names as he likes
@@ -46,7 +47,7 @@ class Foreigners:
         """Report a foreign publisher, once."""
         if (topic, node) not in self._known and len(self._known) < MOST_KNOWN:
             self._known.add((topic, node))
-            self._events.write("foreign", topic=topic, node=node)
+            self._events.write(ForeignPublisher(topic, node))
 
     def look(self, seats: Sequence[tuple[Node, str]], *, is_free_run: bool) -> None:
         """Look for foreign publishers that have sent nothing yet; each time at a few robots.

@@ -19,6 +19,7 @@ from swarm_common.middleware import ros_env
 from swarm_common.middleware.participants import prepare
 from swarm_common.middleware.ros_io import map_digest
 from swarm_common.model.errors import SwarmError
+from swarm_common.process.messages import Note, Ready, Refused, TimeOver, WorldBuilt
 from swarm_common.process.pipes import EventWriter
 from swarm_common.process.quick_start import load_numba, without_collector
 from swarm_sim.ros.build import build
@@ -40,13 +41,13 @@ def main(arguments: list[str] | None = None) -> int:
             load_numba()
             stage = build(settings)
     except SwarmError as error:
-        events.write("error", message=str(error))
+        events.write(Refused(str(error)))
         sys.stderr.write(f"{error}\n")
         return 2
     for note in stage.scene.notes:
-        events.write("note", message=note)
-    poses = [[pose.x, pose.y, pose.yaw] for pose in stage.poses_map]
-    events.write("spawn", poses=poses, map_sha256=map_digest(stage.grid))
+        events.write(Note(note))
+    poses = [(pose.x, pose.y, pose.yaw) for pose in stage.poses_map]
+    events.write(WorldBuilt(poses, map_digest(stage.grid)))
     ros_env.set_defaults()
     robots = len(settings.robots)
     profile = Path(options.config).resolve().with_suffix(".xml")
@@ -57,11 +58,11 @@ def main(arguments: list[str] | None = None) -> int:
         signal.signal(number, lambda *_: node.stop())
     if options.control_fd is not None:
         node.listen(options.control_fd)
-    events.write("ready")
+    events.write(Ready())
     node.run()
     node.finish()
     if node.is_over:
-        events.write("over")
+        events.write(TimeOver())
     node.destroy()
     return 0
 

@@ -14,10 +14,16 @@ from swarm_interfaces.msg import Verdict as VerdictMsg
 
 from swarm_common.files.whole_file import write_whole
 from swarm_common.middleware import ros_io
+from swarm_common.model.breaches import Collision
+from swarm_common.process.messages import (
+    CollisionBegan,
+    CollisionCounts,
+    VerdictReached,
+    WorldProgress,
+)
 from swarm_common.process.pipes import EventWriter
 from swarm_sim.ros.barrier import Barrier
 from swarm_sim.ros.pacing import SpeedMeter
-from swarm_sim.world.verdict import Collision
 from swarm_sim.world.world import World
 
 
@@ -52,25 +58,19 @@ class Reporter:
         message.late_ticks = self._barrier.late_ticks
         self._verdict.publish(message)
         self._events.write(
-            "progress",
-            sim_time=verdict.sim_time,
-            real_time_factor=round(self._meter.factor, 3),
-            collisions={"robot_robot": verdict.robot_robot, "robot_world": verdict.robot_world},
-            min_clearance=verdict.as_json()["min_clearance"],
-            late_ticks=self._barrier.late_ticks,
-            answering=message.answering,
+            WorldProgress(
+                sim_time=verdict.sim_time,
+                real_time_factor=round(self._meter.factor, 3),
+                collisions=CollisionCounts(verdict.robot_robot, verdict.robot_world),
+                min_clearance=verdict.as_json()["min_clearance"],
+                late_ticks=self._barrier.late_ticks,
+                answering=message.answering,
+            )
         )
 
     def collision(self, collision: Collision) -> None:
         """Tell of a collision."""
-        self._events.write(
-            "collision",
-            robots=list(collision.robots),
-            obstacle=collision.obstacle,
-            x=collision.x,
-            y=collision.y,
-            sim_time=collision.sim_time,
-        )
+        self._events.write(CollisionBegan(collision))
 
     def final(self, path: str | None) -> dict[str, Any]:
         """Return the verdict of the run, and write it if `path` says where."""
@@ -84,7 +84,7 @@ class Reporter:
             "cpu_s": usage.ru_utime + usage.ru_stime,
             "rss_mb": usage.ru_maxrss / 1024.0,
         }
-        self._events.write("verdict", verdict=data)  # in case that the disk is full
+        self._events.write(VerdictReached(data))  # in case that the disk is full
         if path is not None:
             with contextlib.suppress(OSError):
                 write_whole(Path(path), json.dumps(data, indent=1))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import Any
+from typing import Any, assert_never
 
 import rclpy
 from nav_msgs.msg import OccupancyGrid
@@ -18,7 +18,19 @@ from swarm_common.middleware.ros_executor import SafeExecutor
 from swarm_common.middleware.ros_poll import drain
 from swarm_common.model.records import CONTROL_PERIOD, Pose
 from swarm_common.process.last_resort import FaultLog
-from swarm_common.process.pipes import EventWriter, LineReader
+from swarm_common.process.messages import (
+    WORLD,
+    MeetingPorts,
+    RobotDead,
+    RobotHeard,
+    RobotLate,
+    RobotRemoved,
+    RobotSilent,
+    RobotSpawned,
+    ServeHost,
+    WorldCommand,
+)
+from swarm_common.process.pipes import EventWriter, MessageReader
 from swarm_sim.ros.barrier import Barrier
 from swarm_sim.ros.build import Stage
 from swarm_sim.ros.control import Control
@@ -82,7 +94,7 @@ class WorldNode:
         self._start_rate = Rate(START_PERIOD)
         self._request_rate = Rate(REQUEST_PERIOD)
         self._observations: list[Observation] = []
-        self._control: LineReader | None = None
+        self._control: MessageReader[WorldCommand] | None = None
         self._trace: Trace | None = None
         if settings.trace_dir is not None:
             self._trace = begin_trace(Path(settings.trace_dir), stage)
@@ -111,7 +123,7 @@ class WorldNode:
         self._state = RunState()
         self._services = Control(self._node, self._state, speed, self._set_speed)
         if is_large:
-            events.write("meeting", party="world", ports=self._links.meeting_ports)
+            events.write(MeetingPorts("world", self._links.meeting_ports))
 
     def stop(self) -> None:
         """Make `run` return; the tick in hand is not executed."""
@@ -119,7 +131,7 @@ class WorldNode:
 
     def listen(self, control_fd: int) -> None:
         """Take commands from a pipe."""
-        self._control = LineReader(control_fd)
+        self._control = MessageReader(control_fd, WORLD)
 
     def run(self) -> None:
         """Run tick after tick until stopped or the duration is over."""
@@ -154,12 +166,13 @@ class WorldNode:
         self._scenery.renew(self._crew.robots)
         pose = arrival.pose_map
         self._events.write(
-            "spawned",
-            robot=arrival.name,
-            number=arrival.number,
-            model=arrival.model,
-            pose=[pose.x, pose.y, pose.yaw],
-            sim_time=self._world.sim_time,
+            RobotSpawned(
+                arrival.name,
+                arrival.number,
+                arrival.model,
+                (pose.x, pose.y, pose.yaw),
+                self._world.sim_time,
+            )
         )
 
     def on_removal(self, robot: int) -> None:
@@ -168,7 +181,7 @@ class WorldNode:
         name = self._links.remove(robot)
         self._barrier.lose(robot)
         self._scenery.renew(self._crew.robots)
-        self._events.write("removed", robot=name, sim_time=self._world.sim_time)
+        self._events.write(RobotRemoved(name, self._world.sim_time))
 
     def on_move(self, robot: int, pose_map: Pose) -> None:
         """Tell a robot that it was put elsewhere; it stands until its beacon says so, too."""
@@ -255,7 +268,7 @@ class WorldNode:
         self._barrier.close()
         for robot, is_alone in self._barrier.take_late():
             name, limit = self._links.names[robot], self._settings.wall_limit
-            self._events.write("late", robot=name, seconds=limit, is_alone=is_alone)
+            self._events.write(RobotLate(name, limit, is_alone))
         commands, beacons = self._links.answers()
         for robot in self._moves.hold(commands, beacons):
             self._crew.settle(robot)
@@ -289,22 +302,21 @@ class WorldNode:
         """Go on although a callback failed: whatever was sent, it must not end the world."""
         self._rejections.reject("callback", "unknown", self._faults.note(error))
 
-    def _obey(self, command: dict[str, Any]) -> None:
-        if command["cmd"] == "host":
-            self._links.move_out(
-                command["host"], command["robots"], command["run"], command["secret"]
-            )
-            return
+    def _obey(self, command: WorldCommand) -> None:
         names = self._links.names
-        if command.get("robot") not in names:
-            return
-        robot = names.index(command["robot"])
-        if command["cmd"] == "dead":
-            self._barrier.lose(robot)
-        elif command["cmd"] == "silent":  # its host is
-            self._barrier.note_silence(robot, time.monotonic() - float(command["seconds"]))
-        elif command["cmd"] == "heard":
-            self._barrier.end_silence(robot)
+        if isinstance(command, ServeHost):
+            self._links.move_out(command.host, command.robots, command.run, command.secret)
+        elif command.robot in names:
+            robot = names.index(command.robot)
+            match command:
+                case RobotDead():
+                    self._barrier.lose(robot)
+                case RobotSilent(seconds=seconds):  # its host is
+                    self._barrier.note_silence(robot, time.monotonic() - seconds)
+                case RobotHeard():
+                    self._barrier.end_silence(robot)
+                case _:
+                    assert_never(command)
 
     def finish(self) -> dict[str, Any]:
         """Return the verdict of the run, and write it if the settings say where."""

@@ -11,30 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from swarm_common.model.breaches import Collision
 from swarm_common.model.records import CONTROL_PERIOD
 from swarm_sim.physics.engine import Approach, Touch
 from swarm_sim.world.close_calls import EPISODE_GAP, CloseCalls, NearMiss
 
 FloatArray = NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True)
-class Collision:
-    """A contact episode.
-
-    Attributes:
-        robots: Names of the one or two robots in it.
-        obstacle: Name of the obstacle; empty if two robots met.
-        x: [m] where it began.
-        y: [m] where it began.
-        sim_time: [s] when it began.
-    """
-
-    robots: tuple[str, ...]
-    obstacle: str
-    x: float
-    y: float
-    sim_time: float
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from swarm_common.model.beacon import BeaconArray, Reception
+from swarm_common.model.breaches import Collision
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import (
     CONTROL_PERIOD,
@@ -37,7 +38,7 @@ from swarm_sim.sensing import radio_kernels
 from swarm_sim.sensing.lidar import Lidars
 from swarm_sim.sensing.motion_sensors import Imu, MotionSensors
 from swarm_sim.sensing.radio import Radio, RadioConfig
-from swarm_sim.world.verdict import Collision, Judge, Verdict
+from swarm_sim.world.verdict import Judge, Verdict
 
 ENGINES = ("bullet", "planar")
 MAX_NOISE = 0.2  # of the speeds

@@ -23,7 +23,6 @@ from rclpy.node import Node
 
 from swarm_common.files.resources import find_resource, share_directory
 from swarm_common.process.lifetime import die_with
-from swarm_common.process.pipes import LineReader
 from swarm_common.robots.loading import load_robot
 from swarm_common.robots.params import robot_parameters
 from swarm_nav.core.config import NavConfig, parameter_values
@@ -50,7 +49,8 @@ class Process:
         self.events: list[dict[str, Any]] = []
         reading, writing = os.pipe()
         control, self.control_fd = os.pipe()
-        self._reader = LineReader(reading)
+        os.set_blocking(reading, False)
+        self._partial = b""
         self._reading = reading
         self._log = log
         flags = ("--event-fd", str(writing), "--control-fd", str(control))
@@ -71,7 +71,11 @@ class Process:
     def read(self, timeout: float = 0.0) -> list[dict[str, Any]]:
         """Return all events so far, after waiting for new ones for a while."""
         select.select([self._reading], [], [], timeout)
-        self.events += self._reader.read()
+        with contextlib.suppress(BlockingIOError):
+            while chunk := os.read(self._reading, 65536):
+                self._partial += chunk
+        *lines, self._partial = self._partial.split(b"\n")
+        self.events += [json.loads(line) for line in lines]
         return self.events
 
     def named(self, kind: str) -> list[dict[str, Any]]:

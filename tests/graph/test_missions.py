@@ -117,9 +117,10 @@ def runner(tmp_path: Path) -> Iterator[Callable[..., Runner]]:
 
 def goals(events: list[dict[str, Any]], robot: str) -> list[tuple[str, float]]:
     return [
-        (event["outcome"], event["sim_time"])
+        (event["event"], goal["sim_time"])
         for event in events
-        if event["event"] == "goal" and event["robot"] == robot
+        if event["event"] in ("reached", "missed")
+        and (goal := event.get("missed", event))["robot"] == robot
     ]
 
 
@@ -145,17 +146,17 @@ def test_a_silent_robot_loses_its_goals_and_the_others_go_on(robots: Robots, run
     robots("2", "--mute", "Srobot2")
     events = runner(2, goals_per_robot=8).events_until("done")
     assert [outcome for outcome, _ in goals(events, "Srobot1")] == ["reached"] * 8
-    assert [outcome for outcome, _ in goals(events, "Srobot2")][-1] == "failed"
+    assert [outcome for outcome, _ in goals(events, "Srobot2")][-1] == "missed"
     assert len(goals(events, "Srobot2")) == 8
 
 
 def test_a_dead_robot_loses_its_goals_at_once(robots: Robots, runner: Any) -> None:
     robots("2")
     process = runner(2)
-    process.events_until("goal")
+    process.events_until("reached")
     process.tell({"cmd": "dead", "robot": "Srobot2"})
     events = process.events_until("done")
-    assert [outcome for outcome, _ in goals(events, "Srobot2")][-1] == "failed"
+    assert [outcome for outcome, _ in goals(events, "Srobot2")][-1] == "missed"
     assert [outcome for outcome, _ in goals(events, "Srobot1")][-1] == "reached"
 
 
@@ -214,7 +215,7 @@ def test_the_commander_drives_to_one_goal(robots: Robots) -> None:
 def test_a_robot_on_a_mission_is_left_alone_but_takes_a_goal(robots: Robots, runner: Any) -> None:
     robots("1")
     process = runner(1, goals_per_robot=None, laps=1000)  # not over before the end of the test
-    events = process.events_until("goal")
+    events = process.events_until("reached")
     refused = commander("Srobot1")
     assert refused.returncode == 2, refused.stdout
     assert "is on a mission already" in refused.stderr
@@ -222,7 +223,7 @@ def test_a_robot_on_a_mission_is_left_alone_but_takes_a_goal(robots: Robots, run
     assert taken.returncode == 0, taken.stderr
     reached_at = float(taken.stdout.partition("reached at t = ")[2].split()[0])
     while goals(events, "Srobot1")[-1][1] < reached_at + 5.0:
-        events += process.events_until("goal")
+        events += process.events_until("reached")
     # The mission went on; its goal that gave way was sent again and not counted as missed.
     outcomes = [outcome for outcome, _ in goals(events, "Srobot1")]
     assert outcomes == ["reached"] * len(outcomes)

@@ -12,7 +12,7 @@ _, config_path, wait, *rest = sys.argv
 assert wait == "--wait"
 flags = dict(zip(rest[::2], rest[1::2], strict=True))
 event_fd = int(flags["--event-fd"])
-if os.read(int(flags["--control-fd"]), 1000) != b'{"cmd": "go"}\n':
+if os.read(int(flags["--control-fd"]), 1000) != b'{"cmd":"go"}\n':
     sys.exit(0)
 config = json.loads(Path(config_path).read_text(encoding="utf-8"))
 mood = os.environ.get("STANDIN_HOST", "")

@@ -22,20 +22,15 @@ mood = os.environ.get("STANDIN_RUNNER", "")
 if config["mission"] is not None and mood != "mute":
     say("mission", goals=len(config["robots"]))
     for robot in config["robots"]:
-        say("sent", robot=robot["name"], name="shipping")
+        say("sent", robot=robot["name"], goal="shipping")
         if mood == "slow":
             (Path(sys.argv[1]).parent / "begun").touch()
             break
-        outcome = "failed" if mood == "miss" else "reached"
-        say(
-            "goal",
-            robot=robot["name"],
-            outcome=outcome,
-            name="shipping",
-            sim_time=10.0,
-            duration=8.0,
-            reason="error 208: every way is closed [by walls]" if mood == "miss" else "",
-        )
+        goal = {"robot": robot["name"], "goal": "shipping", "sim_time": 10.0}
+        if mood == "miss":
+            say("missed", missed=goal | {"reason": "error 208: every way is closed [by walls]"})
+        else:
+            say("reached", **goal, duration=8.0)
     if mood != "slow":
         say("done")
 while True:

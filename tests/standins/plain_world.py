@@ -54,7 +54,7 @@ if mood == "refuse":
 say("spawn", poses=[[float(i), 0.0, 0.0] for i in range(len(config["robots"]))])
 say("ready")
 if mood == "collision":
-    say("collision", **COLLISION)
+    say("collision", collision=COLLISION)
 if mood == "crash":
     sys.stderr.write("the physics engine fell over\n")
     sys.exit(7)

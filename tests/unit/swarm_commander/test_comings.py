@@ -7,32 +7,33 @@ from swarm_commander.run.plan import check_plan
 from swarm_commander.run.roster import shown_state
 from swarm_commander.run.tally import Tally
 from swarm_common.model.records import Pose
+from swarm_common.process import messages as say
 
 
 def test_a_newcomer_counts_once_it_is_active() -> None:
     tally = Tally.of(["Srobot1"], False)
-    tally.apply({"event": "active", "robot": "Srobot1"})
-    tally.apply({"event": "spawned", "robot": "Srobot4", "number": 4})
+    tally.apply(say.NavigatorActive("Srobot1"))
+    tally.apply(say.RobotSpawned("Srobot4", 4, "waffle", (0.0, 0.0, 0.0), 1.0))
     assert tally.active == 1
-    tally.apply({"event": "active", "robot": "Srobot4"})
+    tally.apply(say.NavigatorActive("Srobot4"))
     assert (tally.active, list(tally.robots)) == (2, ["Srobot1", "Srobot4"])
 
 
 def test_goals_of_a_robot_that_was_taken_out_do_not_count() -> None:
     tally = Tally.of(["Srobot1", "Srobot2"], True)
     for robot in tally.robots:
-        tally.apply({"event": "active", "robot": robot})
-    tally.apply({"event": "mission", "goals": 6})
-    tally.apply({"event": "sent", "robot": "Srobot2", "name": "Loader1"})
-    tally.apply({"event": "removed", "robot": "Srobot2", "sim_time": 4.0})
+        tally.apply(say.NavigatorActive(robot))
+    tally.apply(say.MissionLoaded(6))
+    tally.apply(say.GoalSent("Srobot2", "Loader1"))
+    tally.apply(say.RobotRemoved("Srobot2", 4.0))
     for _ in range(3):
-        tally.apply({"event": "withdrawn", "robot": "Srobot2", "name": "Loader1"})
+        tally.apply(say.GoalWithdrawn("Srobot2"))
     assert (tally.total, tally.sent, tally.pending, tally.failed) == (3, 0, 3, 0)
     assert tally.unfinished == []
     assert tally.active == 1
     assert shown_state(tally.robots["Srobot2"]) == "gone"
-    tally.apply({"event": "spawned", "robot": "Srobot2", "number": 2})
-    tally.apply({"event": "active", "robot": "Srobot2"})
+    tally.apply(say.RobotSpawned("Srobot2", 2, "waffle", (0.0, 0.0, 0.0), 1.0))
+    tally.apply(say.NavigatorActive("Srobot2"))
     assert tally.active == 2
 
 

@@ -21,7 +21,9 @@ from swarm_commander.run.supervisor import describe_exit
 from swarm_commander.run.tally import Tally
 from swarm_commander.run.terminal import Outlet
 from swarm_common.files.whole_file import write_whole
+from swarm_common.model.breaches import MissedGoal
 from swarm_common.model.errors import ConfigError
+from swarm_common.process import messages as say
 from tests.standins.small_disk import fill, small_disk
 from tests.unit.swarm_commander.run.test_bringup import DOMAIN, MISSION, ROOT, Up, wait_for
 
@@ -169,20 +171,10 @@ def test_a_folder_whose_name_is_no_text_is_refused(tmp_path: Path) -> None:
 
 def test_goals_that_were_never_sent_are_not_counted_as_sent() -> None:
     tally = Tally.of(["Srobot1"], has_mission=True)
-    tally.apply({"event": "mission", "goals": 3})
-    tally.apply({"event": "sent", "robot": "Srobot1", "name": "a"})
+    tally.apply(say.MissionLoaded(3))
+    tally.apply(say.GoalSent("Srobot1", "a"))
     for name in "abc":  # the robot died on its way to the first
-        tally.apply(
-            {
-                "event": "goal",
-                "robot": "Srobot1",
-                "outcome": "failed",
-                "name": name,
-                "sim_time": 5.0,
-                "duration": 0.0,
-                "reason": "",
-            }
-        )
+        tally.apply(say.GoalMissed(MissedGoal("Srobot1", name, 5.0, "")))
     assert (tally.sent, tally.reached, tally.failed, tally.pending) == (1, 0, 3, 0)
     assert tally.unfinished == []
 

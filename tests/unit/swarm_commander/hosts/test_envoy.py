@@ -5,11 +5,13 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
+import msgspec
 import pytest
 
 from swarm_commander.hosts.charter import Charter
 from swarm_commander.hosts.envoy import Envoy, names_of
 from swarm_commander.hosts.roll import HostReport
+from swarm_common.process import messages as say
 
 FACTS = {"world": "slim_blockage", "seed": 3, "robot": "turtlebot3_waffle", "swarm_size": 2}
 CHARTER = Charter("run", "1 (abc)", FACTS, {"Srobot1": {}, "Srobot2": {}}, {})
@@ -35,12 +37,12 @@ def welcome() -> Envoy:
     assert one.report(0.5) is None  # nothing to say before it is known that both sides agree
     assert one.take_charter(CHARTER.to_text(), 1.0) == []
     assert one.take_roll("run", roll(hosts={}), 1.5) == []
-    assert one.take_roll("run", roll(), 2.0) == [{"event": "welcome"}]
+    assert one.take_roll("run", roll(), 2.0) == [say.WorldFound()]
     assert one.take_roll("run", roll(), 2.5) == []
     return one
 
 
-def only(events: list[dict[str, Any]]) -> dict[str, Any]:
+def only(events: list[say.Event]) -> say.Event:
     (event,) = events
     return event
 
@@ -53,19 +55,18 @@ def test_welcome_and_news() -> None:
     report = one.report(2.5)
     assert report is not None
     assert (report["active"], report["died"], report["cpu"]) == (["Srobot1"], {"Srobot2": -11}, 1.5)
-    events = one.take_roll(
-        "run", roll(figures={"sim_time": 4.0}, removed=["Srobot2", "Srobot9"]), 3.0
-    )
-    assert events[0] == {"event": "progress", "sim_time": 4.0}
-    assert events[1:] == [{"event": "taken_out", "robot": "Srobot2"}]
+    counts = say.CollisionCounts(0, 1)
+    figures = msgspec.to_builtins(say.Figures(4.0, 2.0, counts))
+    events = one.take_roll("run", roll(figures=figures, removed=["Srobot2", "Srobot9"]), 3.0)
+    assert events == [say.WorldProgress(4.0, 2.0, counts), say.RobotTakenOut("Srobot2")]
 
 
 def test_nobody_answers() -> None:
     one = envoy()
     assert one.look(20.0) == []
-    assert only(one.look(20.1))["event"] == "unanswered_yet"
+    assert only(one.look(20.1)) == say.WorldUnansweredYet(20.1)
     assert one.look(60.0) == []
-    assert only(one.look(60.5))["event"] == "unanswered"
+    assert only(one.look(60.5)) == say.WorldUnanswered(60.5)
     assert one.is_over
     assert one.look(61.0) == []
 
@@ -85,48 +86,50 @@ def test_disagreement_is_one_error(
 ) -> None:
     one = Envoy(HostReport("a", "first", robots), edition, stated, 0.0)
     event = only(one.take_charter(CHARTER.to_text(), 1.0))
-    assert event["event"] == "error"
-    assert words in event["message"]
+    assert isinstance(event, say.Refused)
+    assert words in event.message
     assert one.is_over
 
 
 def test_something_else_than_a_charter() -> None:
     event = only(envoy().take_charter("[]", 1.0))
-    assert "something else than a charter" in event["message"]
+    assert isinstance(event, say.Refused)
+    assert "something else than a charter" in event.message
 
 
 def test_refused() -> None:
     one = envoy()
     one.take_charter(CHARTER.to_text(), 1.0)
     event = only(one.take_roll("run", roll(hosts={}, refused={"a": "Srobot1 is taken"}), 2.0))
-    assert event == {"event": "error", "message": "Srobot1 is taken"}
+    assert event == say.Refused("Srobot1 is taken")
 
 
 def test_a_silence_and_its_end() -> None:
     one = welcome()
     assert one.look(5.0) == []
-    assert only(one.look(6.0))["event"] == "world_silent"
+    assert only(one.look(6.0)) == say.WorldSilent()
     assert one.look(20.0) == []
-    assert only(one.take_roll("run", roll(), 22.5)) == {"event": "world_heard", "seconds": 20.0}
+    assert only(one.take_roll("run", roll(), 22.5)) == say.WorldHeard(20.0)
     assert one.silences == [20.0]
 
 
 @pytest.mark.parametrize(("run", "standing"), [("run", "lost"), ("another", "serving")])
 def test_given_up_by_the_world(run: str, standing: str) -> None:
     one = welcome()
-    assert only(one.take_roll(run, roll(hosts={"a": standing}), 3.0))["event"] == "world_lost"
+    event = only(one.take_roll(run, roll(hosts={"a": standing}), 3.0))
+    assert isinstance(event, say.WorldLost)
     assert one.is_over
 
 
 def test_the_world_is_lost() -> None:
     one = welcome()
-    assert [event["event"] for event in one.look(33.0)] == ["world_silent", "world_lost"]
+    assert [type(event) for event in one.look(33.0)] == [say.WorldSilent, say.WorldLost]
 
 
 def test_the_end_is_acknowledged() -> None:
     one = welcome()
     event = only(one.take_roll("run", roll(is_over=True, reason="mission done"), 3.0))
-    assert event == {"event": "world_over", "reason": "mission done"}
+    assert event == say.WorldOver("mission done")
     report = one.report(3.0)
     assert report is not None
     assert report["is_leaving"]
@@ -145,14 +148,14 @@ def test_a_host_that_still_waits_joins_the_run_that_has_begun_since() -> None:
     one.take_charter(CHARTER.to_text(), 1.0)
     assert one.take_roll("later", roll(hosts={}), 2.0) == []
     one.take_charter(dataclasses.replace(CHARTER, run="later").to_text(), 2.5)
-    assert one.take_roll("later", roll(), 3.0) == [{"event": "welcome"}]
+    assert one.take_roll("later", roll(), 3.0) == [say.WorldFound()]
 
 
 def test_another_secret_is_an_error_where_no_other_world_is_heard() -> None:
     one = envoy()
     assert one.note_forgery(1.0) == []
     assert one.note_forgery(6.0) == []
-    assert only(one.note_forgery(6.1))["event"] == "other_secret"
+    assert only(one.note_forgery(6.1)) == say.WorldHasOtherSecret()
 
 
 def test_forgeries_beside_the_true_world_change_nothing() -> None:
@@ -167,13 +170,13 @@ def test_a_world_that_crashed_and_came_back_with_another_secret_is_not_waited_fo
     one = welcome()
     one.take_roll("run", roll(), 3.0)
     assert one.note_forgery(6.0) == []
-    assert only(one.note_forgery(11.5))["event"] == "world_lost"
+    assert isinstance(only(one.note_forgery(11.5)), say.WorldLost)
 
 
 def test_who_is_not_heard_is_told_once() -> None:
     one = welcome()
     silent = {"a": "silent"}
-    assert one.take_roll("run", roll(hosts=silent), 5.0) == [{"event": "unheard"}]
+    assert one.take_roll("run", roll(hosts=silent), 5.0) == [say.WorldUnhearing()]
     assert one.take_roll("run", roll(hosts=silent), 5.5) == []
     assert one.take_roll("run", roll(), 6.0) == []
     report = one.report(8.5)

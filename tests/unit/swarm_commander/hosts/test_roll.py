@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
 
 import pytest
 
 from swarm_commander.hosts.roll import HostReport, Roll, parse_report
 from swarm_common.model.errors import ConfigError
+from swarm_common.process import messages as say
 
 ROBOTS = ["Srobot1", "Srobot2", "Srobot3"]
 FIRST = HostReport("a", "first (10.0.0.2)", ("Srobot1", "Srobot2"))
 SECOND = HostReport("b", "second (10.0.0.3)", ("Srobot3",))
 
 
-def kinds(events: list[dict[str, Any]]) -> list[str]:
-    return [event["event"] for event in events]
+def kinds(events: list[say.Event]) -> list[type[say.Event]]:
+    return [type(event) for event in events]
 
 
 def roll() -> Roll:
@@ -27,9 +27,9 @@ def roll() -> Roll:
 
 def test_hosts_take_on_robots_until_none_is_left() -> None:
     roll = Roll(ROBOTS)
-    assert kinds(roll.hear(FIRST, 0.0)) == ["enlisted"]
+    assert kinds(roll.hear(FIRST, 0.0)) == [say.HostJoined]
     assert roll.unserved == ["Srobot3"]
-    assert kinds(roll.hear(SECOND, 0.0)) == ["enlisted"]
+    assert kinds(roll.hear(SECOND, 0.0)) == [say.HostJoined]
     assert roll.unserved == []
     assert roll.answer()["hosts"] == {"a": "serving", "b": "serving"}
 
@@ -37,7 +37,7 @@ def test_hosts_take_on_robots_until_none_is_left() -> None:
 def test_a_robot_has_one_host() -> None:
     other = HostReport("c", "third", ("Srobot2", "Srobot3"))
     table = roll()
-    assert kinds(table.hear(other, 1.0)) == ["turned_away"]
+    assert kinds(table.hear(other, 1.0)) == [say.HostRejected]
     assert "Srobot2 is on first (10.0.0.2) already" in table.answer()["refused"]["c"]
     assert table.hear(other, 1.5) == []
     assert "c" not in table.answer()["hosts"]
@@ -48,8 +48,8 @@ def test_what_happened_to_navigators_is_told_once() -> None:
     news = dataclasses.replace(FIRST, active=("Srobot1",), died={"Srobot2": -9})
     events = table.hear(news, 0.5)
     assert events == [
-        {"event": "active", "robot": "Srobot1"},
-        {"event": "died", "robot": "Srobot2", "returncode": -9, "host": FIRST.label},
+        say.NavigatorActive("Srobot1"),
+        say.NavigatorDied("Srobot2", -9, FIRST.label),
     ]
     assert table.hear(news, 1.0) == []
 
@@ -57,17 +57,15 @@ def test_what_happened_to_navigators_is_told_once() -> None:
 def test_a_short_silence_is_noticed_and_over() -> None:
     table = roll()
     assert table.look(3.0) == []
-    (silent,) = table.look(3.5)
-    assert (silent["event"], silent["seconds"]) == ("silent", 3.5)
+    assert table.look(3.5) == [say.HostSilent("a", FIRST.label, FIRST.robots, 3.5)]
     assert table.look(20.0) == []
-    (heard,) = table.hear(FIRST, 21.0)
-    assert (heard["event"], heard["seconds"]) == ("heard", 21.0)
+    assert table.hear(FIRST, 21.0) == [say.HostHeard("a", FIRST.label, FIRST.robots, 21.0)]
     assert table.summary()[0]["silences"] == [21.0]
 
 
 def test_a_long_silence_is_for_good() -> None:
     table = roll()
-    assert kinds(table.look(31.0)) == ["silent", "lost"]
+    assert kinds(table.look(31.0)) == [say.HostSilent, say.HostLost]
     assert table.hear(FIRST, 32.0) == []  # it is told, and ends
     assert table.answer()["hosts"] == {"a": "lost"}
     assert table.all_have_left
@@ -77,12 +75,12 @@ def test_robots_of_a_lost_host_may_go_on_on_another() -> None:
     table = roll()
     table.look(31.0)
     again = HostReport("d", "first again", FIRST.robots)
-    assert kinds(table.hear(again, 40.0)) == ["enlisted"]
+    assert kinds(table.hear(again, 40.0)) == [say.HostJoined]
 
 
 def test_a_host_that_leaves_is_no_loss() -> None:
     table = roll()
-    assert kinds(table.hear(dataclasses.replace(FIRST, is_leaving=True), 1.0)) == ["left"]
+    assert kinds(table.hear(dataclasses.replace(FIRST, is_leaving=True), 1.0)) == [say.HostLeft]
     assert table.look(100.0) == []
     assert table.answer()["hosts"] == {"a": "left"}
 
@@ -99,7 +97,7 @@ def test_reports_pass_through_messages() -> None:
 def test_a_host_that_hears_nothing_is_told_of_once() -> None:
     table = roll()
     deaf = dataclasses.replace(FIRST, deaf_for=3.5)
-    assert kinds(table.hear(deaf, 1.0)) == ["deaf"]
+    assert kinds(table.hear(deaf, 1.0)) == [say.HostDeaf]
     assert table.hear(dataclasses.replace(FIRST, deaf_for=4.0), 1.5) == []
     table.hear(FIRST, 2.0)
-    assert kinds(table.hear(deaf, 8.0)) == ["deaf"]
+    assert kinds(table.hear(deaf, 8.0)) == [say.HostDeaf]

@@ -4,10 +4,20 @@ from typing import Any
 
 import pytest
 
+from swarm_commander.mission.itinerary import LOST_REASON
 from swarm_commander.run.heartbeat import STALL, Heartbeats
 from swarm_commander.run.keeper import ANSWER_LIMIT, HANGING, START_LIMIT, Keeper
 from swarm_commander.run.restarts import Restarts
 from swarm_commander.run.tally import Meters, Tally
+from swarm_common.model.breaches import MissedGoal
+from swarm_common.process.messages import (
+    GoalMissed,
+    GoalSent,
+    GoalsRestored,
+    KillNavigator,
+    MissionLoaded,
+    StartNavigator,
+)
 
 
 class Clock:
@@ -48,7 +58,7 @@ def test_a_dead_navigator_is_started_anew(case: Case) -> None:
     case.turn(0.5)
     assert case.told == []
     case.turn(0.5)
-    assert case.told == [{"cmd": "start", "robot": "Srobot1", "params": "1.yaml"}]
+    assert case.told == [StartNavigator("Srobot1", "1.yaml")]
     case.fork("Srobot1")
     assert case.keeper.on_active("Srobot1")
     assert not case.keeper.on_active("Srobot2"), "which was never down"
@@ -61,10 +71,10 @@ def test_one_that_is_wanted_anew_is_killed_first_and_its_deaths_do_not_count(cas
     case.told.clear()
     case.keeper.renew("Srobot1")
     case.turn(0.1)
-    assert case.told == [{"cmd": "kill", "robot": "Srobot1"}], "not started before it is dead"
+    assert case.told == [KillNavigator("Srobot1")], "not started before it is dead"
     assert case.keeper.on_death("Srobot1") == 0.0
     case.turn(0.1)
-    assert case.told[1]["cmd"] == "start"
+    assert isinstance(case.told[1], StartNavigator)
     assert case.keeper.on_death("Srobot1") is not None
 
 
@@ -72,7 +82,7 @@ def test_one_that_stays_down_may_be_wanted_again(case: Case) -> None:
     case.keeper.given_up.add("Srobot1")
     case.keeper.renew("Srobot1")
     case.turn(0.0)
-    assert [command["cmd"] for command in case.told] == ["start"]
+    assert case.told == [StartNavigator("Srobot1", "1.yaml")]
     assert case.keeper.given_up == set()
 
 
@@ -146,15 +156,13 @@ def test_figures_of_a_new_navigator_are_added_to_those_of_the_last() -> None:
 
 def test_goals_of_a_robot_that_is_found_again_are_not_missed() -> None:
     tally = Tally.of(["Srobot1"], True)
-    tally.apply({"event": "mission", "goals": 3})
-    tally.apply({"event": "sent", "robot": "Srobot1", "name": "a"})
-    goal = {"event": "goal", "robot": "Srobot1", "sim_time": 5.0, "duration": 5.0}
-    tally.apply(goal | {"name": "a", "outcome": "failed", "reason": "closed"})
-    for name in ("b", "c"):
-        tally.apply(goal | {"name": name, "outcome": "failed", "reason": "the robot was lost"})
+    tally.apply(MissionLoaded(3))
+    tally.apply(GoalSent("Srobot1", "a"))
+    for name, reason in (("a", "closed"), ("b", LOST_REASON), ("c", LOST_REASON)):
+        tally.apply(GoalMissed(MissedGoal("Srobot1", name, 5.0, reason)))
     assert (tally.failed, tally.pending) == (3, 0)
-    tally.apply({"event": "found", "robot": "Srobot1", "goals": 2, "name": "b"})
+    tally.apply(GoalsRestored("Srobot1", 2, "b"))
     assert (tally.sent, tally.failed, tally.pending) == (2, 1, 2)
     assert [miss.goal for miss in tally.misses] == ["a"]
-    tally.apply({"event": "mission_down"})
+    tally.on_mission_restart()
     assert (tally.sent, tally.pending) == (1, 2), "the goal in hand will be sent again"

@@ -1,4 +1,3 @@
-import os
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -10,7 +9,6 @@ from swarm_commander.run.domain import DomainLock, domain_id
 from swarm_commander.run.options import UpOptions, parse_speed
 from swarm_commander.run.rundir import create_run_folder, write_env_sh
 from swarm_common.model.errors import ConfigError
-from swarm_common.process.pipes import EventWriter, LineReader
 
 NOW = datetime(2024, 5, 6, 7, 8, 9)
 
@@ -125,19 +123,6 @@ def test_another_terminal_finds_the_environment(tmp_path: Path) -> None:
     text = (folder.path / "env.sh").read_text(encoding="utf-8")
     assert "export ROS_DOMAIN_ID=5" in text
     assert "HOME" not in text
-
-
-def test_half_a_line_waits_for_its_other_half() -> None:
-    read_end, write_end = os.pipe()
-    reader = LineReader(read_end)
-    os.write(write_end, b'{"event": "ready"}\n{"eve')
-    assert reader.read() == [{"event": "ready"}]
-    os.write(write_end, b'nt": "a"}\n\n')
-    EventWriter(write_end).write("b", x=1)
-    assert reader.read() == [{"event": "a"}, {"event": "b", "x": 1}]
-    os.close(write_end)
-    assert reader.read() == []
-    os.close(read_end)
 
 
 def moment(sim_time: float, state: str, place: int = 0) -> Moment:

@@ -6,7 +6,6 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from swarm_commander.run.breach import breach_lines
 from swarm_commander.run.options import UpOptions
 from swarm_commander.run.progress import summary_line, summary_table
 from swarm_commander.run.report import (
@@ -19,6 +18,8 @@ from swarm_commander.run.report import (
 from swarm_commander.run.roster import roster
 from swarm_commander.run.tally import Tally
 from swarm_commander.run.usage import UsageMeter
+from swarm_common.model.breaches import Collision, MissedGoal, breach_lines
+from swarm_common.process import messages as say
 
 ROBOTS = ("Srobot1", "Srobot2")
 VERDICT: dict[str, Any] = {
@@ -41,27 +42,26 @@ KEYS = {
 }  # fmt: skip
 
 
-def tally_of(*events: dict[str, Any], has_mission: bool = True) -> Tally:
+def tally_of(*events: say.Event, has_mission: bool = True) -> Tally:
     tally = Tally.of(ROBOTS, has_mission)
     for event in events:
         tally.apply(event)
     return tally
 
 
-def goal(robot: str, outcome: str, sim_time: float) -> dict[str, Any]:
-    return {
-        "event": "goal", "robot": robot, "outcome": outcome, "name": "a", "sim_time": sim_time,
-        "duration": sim_time - 10.0, "reason": "" if outcome == "reached" else "error 208: closed",
-    }  # fmt: skip
+def goal(robot: str, outcome: str, sim_time: float) -> say.Event:
+    if outcome == "reached":
+        return say.GoalReached(robot, "a", sim_time, sim_time - 10.0)
+    return say.GoalMissed(MissedGoal(robot, "a", sim_time, "error 208: closed"))
 
 
-def status(robot: str, **values: Any) -> dict[str, Any]:
+def status(robot: str, **values: Any) -> say.Event:
     usual = {
         "state": "driving", "detail": "", "hold_time": 0.0, "wait_time": 0.0,
         "goals_reached": 0, "goals_failed": 0, "has_goal": False, "sim_time": 1.0, "pushes": 0,
         "retreats": 0, "deadlocks_resolved": 0, "replans": 0, "number_of_recoveries": 0,
     }  # fmt: skip
-    return {"event": "status", "robot": robot} | usual | values
+    return say.StatusReported(robot, **usual | values)
 
 
 def report_of(tally: Tally, verdict: dict[str, Any] | None = None) -> dict[str, Any]:
@@ -99,8 +99,8 @@ def test_the_report_has_what_tools_outside_rely_on() -> None:
 def test_inputs_turned_away_by_all_processes_are_summed_by_kind() -> None:
     """A forged input leaves a trace."""
     events = (
-        {"event": "rejected", "counts": {"odom": 2, "goal": 1}, "notices": {}},
-        {"event": "rejected", "counts": {"goal": 40}, "notices": {}},
+        say.InputsRejected({"odom": 2, "goal": 1}, {}),
+        say.InputsRejected({"goal": 40}, {}),
     )
     assert report_of(tally_of(*events))["rejected"] == {"goal": 41, "odom": 2}
     assert report_of(tally_of())["rejected"] == {}
@@ -140,9 +140,9 @@ CRASH = {"robots": ["Srobot2"], "obstacle": "wall_3", "x": 1.234, "y": 5.0, "sim
 
 
 def test_breaches_are_told_with_robots_place_and_time() -> None:
-    events = ({"event": "collision", **CRASH}, goal("Srobot1", "failed", 80.0))
+    events = (say.CollisionBegan(Collision.from_json(CRASH)), goal("Srobot1", "failed", 80.0))
     driving = status("Srobot2", state="waiting", detail="for Srobot1", has_goal=True)
-    sent = {"event": "sent", "robot": "Srobot2", "name": "loader_4"}
+    sent = say.GoalSent("Srobot2", "loader_4")
     breaches = report_of(tally_of(*events, sent, driving))["breaches"]
     told = [
         "collision of Srobot2 and wall_3 at (1.23, 5.00), t = 7.2 s",
@@ -162,10 +162,7 @@ def test_the_verdict_knows_collisions_that_nobody_reported() -> None:
 
 
 def test_a_report_without_a_verdict_says_what_is_unknown() -> None:
-    progress = {
-        "event": "progress", "sim_time": 40.0, "real_time_factor": 2.0,
-        "collisions": {"robot_robot": 1, "robot_world": 2},
-    }  # fmt: skip
+    progress = say.WorldProgress(40.0, 2.0, say.CollisionCounts(1, 2))
     report = report_of(tally_of(progress), {})
     assert report["sim_time"] == 40.0
     assert report["collisions"] == {"robot_robot": 1, "robot_world": 2}
@@ -187,7 +184,7 @@ def test_an_unreadable_verdict_is_an_empty_one(tmp_path: Path) -> None:
     assert load_verdict(tmp_path / "half.json") == {}
 
 
-SENT = {"event": "sent", "robot": "Srobot1", "name": "a"}
+SENT = say.GoalSent("Srobot1", "a")
 
 
 @pytest.mark.parametrize(
@@ -204,7 +201,7 @@ SENT = {"event": "sent", "robot": "Srobot1", "name": "a"}
     ],
 )
 def test_the_exit_code_follows_from_the_report(
-    events: list[dict[str, Any]],
+    events: list[say.Event],
     verdict: dict[str, Any],
     is_unfinished: bool,
     component_failed: bool,
@@ -215,7 +212,7 @@ def test_the_exit_code_follows_from_the_report(
 
 
 def test_goals_of_the_mission_that_were_never_sent_are_pending() -> None:
-    events = (SENT, goal("Srobot1", "reached", 1.0), {"event": "mission", "goals": 6})
+    events = (SENT, goal("Srobot1", "reached", 1.0), say.MissionLoaded(6))
     assert report_of(tally_of(*events))["goals"] == {
         "sent": 1, "reached": 1, "failed": 0, "pending": 5
     }  # fmt: skip
@@ -233,18 +230,18 @@ def test_without_a_mission_goals_are_what_the_robots_report() -> None:
 
 
 def test_events_that_do_not_count_are_ignored() -> None:
-    assert tally_of({"event": "spawn", "poses": []}, {"event": "done"}).sent == 0
+    assert tally_of(say.WorldBuilt([]), say.MissionDone()).sent == 0
 
 
 def test_a_dead_robot_neither_holds_nor_is_active() -> None:
     tally = tally_of(
-        {"event": "active", "robot": "Srobot1", "pid": 1},
-        {"event": "active", "robot": "Srobot2", "pid": 2},
+        say.NavigatorActive("Srobot1", 1),
+        say.NavigatorActive("Srobot2", 2),
         status("Srobot1", state="holding", detail="for loader_1"),
         status("Srobot2", state="holding"),
     )
     assert (tally.active, tally.holding) == (2, ["Srobot1", "Srobot2"])
-    tally.apply({"event": "died", "robot": "Srobot2", "returncode": -9})
+    tally.apply(say.NavigatorDied("Srobot2", -9))
     assert (tally.active, tally.holding) == (1, ["Srobot1"])
     lines = [str(line).split() for line in roster(tally)]
     assert lines[0][:2] == ["Srobot1", "holding"]

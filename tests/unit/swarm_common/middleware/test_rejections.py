@@ -5,12 +5,13 @@ from __future__ import annotations
 import os
 
 from swarm_common.middleware.rejections import REASON_LENGTH, SOURCES_PER_KIND, Rejections
-from swarm_common.process.pipes import EventWriter, LineReader
+from swarm_common.process.messages import EVENTS, Event, InputsRejected
+from swarm_common.process.pipes import EventWriter, MessageReader
 
 
-def _pipe() -> tuple[LineReader, EventWriter]:
+def _pipe() -> tuple[MessageReader[Event], EventWriter]:
     reading, writing = os.pipe()
-    return LineReader(reading), EventWriter(writing)
+    return MessageReader(reading, EVENTS), EventWriter(writing)
 
 
 def test_counts_by_kind_reach_the_pipe_once_and_the_first_reason_of_each_kind() -> None:
@@ -25,16 +26,15 @@ def test_counts_by_kind_reach_the_pipe_once_and_the_first_reason_of_each_kind() 
     first = reader.read()
     rejections.flush()
     assert first == [
-        {
-            "event": "rejected",
-            "counts": {"odom": 3, "goal": 1},
-            "notices": {
+        InputsRejected(
+            {"odom": 3, "goal": 1},
+            {
                 "odom": "rejected: odom from the world: a number is nan",
                 "goal": "rejected: goal from a client: x is 1e+308 m",
             },
-        }
+        )
     ]
-    assert reader.read() == [{"event": "rejected", "counts": {"goal": 1}, "notices": {}}]
+    assert reader.read() == [InputsRejected({"goal": 1}, {})]
     rejections.flush()
     assert reader.read() == []
 

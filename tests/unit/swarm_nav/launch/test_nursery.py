@@ -1,6 +1,5 @@
 """The nursery and its children, with a navigator that does nothing."""
 
-import json
 import os
 import threading
 import time
@@ -9,7 +8,8 @@ from types import SimpleNamespace
 import psutil
 import pytest
 
-from swarm_common.process.pipes import EventWriter, LineReader
+from swarm_common.process import messages as say
+from swarm_common.process.pipes import EventWriter, MessageReader
 from swarm_nav.launch import nursery as module
 from swarm_nav.launch.group import Group
 from swarm_nav.launch.nursery import Nursery
@@ -47,21 +47,20 @@ def test_a_pack_that_hangs_is_killed_and_its_robots_are_started_anew(pipe, monke
     monkeypatch.setattr(module, "GRACE", 0.1)
     before = set(child())
     nursery = Nursery(EventWriter(saying))
-    events = LineReader(said)
+    events = MessageReader(said, say.EVENTS)
     heard = []
 
-    def tell(command, robot):
-        line = {"cmd": command, "robot": robot, "params": ""}
-        os.write(writing, json.dumps(line).encode() + b"\n")
+    def tell(command):
+        os.write(writing, say.encode(command))
 
     def wait_for(kind, robots):
         end = time.monotonic() + 20.0
-        while not robots <= {event["robot"] for event in heard if event["event"] == kind}:
+        while not robots <= {event.robot for event in heard if isinstance(event, kind)}:
             assert time.monotonic() < end, heard
             heard.extend(events.read())
             time.sleep(0.05)
 
-    tell("go", "")
+    tell(say.Go())
     assert nursery.wait_for_go(reading)
     nursery.fork(PACK, None)
     (first,) = set(child()) - before
@@ -69,17 +68,19 @@ def test_a_pack_that_hangs_is_killed_and_its_robots_are_started_anew(pipe, monke
     watch = threading.Thread(target=nursery.watch, args=(grouping,))
     watch.start()
     try:
-        tell("kill", "Srobot1")
-        wait_for("died", {"Srobot1", "Srobot2"})
+        tell(say.KillNavigator("Srobot1"))
+        wait_for(say.NavigatorDied, {"Srobot1", "Srobot2"})
         assert not psutil.pid_exists(first)
         heard.clear()
         for name in ("Srobot1", "Srobot2"):
-            tell("start", name)
-        wait_for("forked", {"Srobot1", "Srobot2"})
+            tell(say.StartNavigator(name, ""))
+        wait_for(say.NavigatorForked, {"Srobot1", "Srobot2"})
         assert len(set(child()) - before) == 2
         heard.clear()
-        tell("start", "Srobot1")  # one of a pack that left the graph, while its process lives
-        wait_for("forked", {"Srobot1"})
+        tell(
+            say.StartNavigator("Srobot1", "")
+        )  # one of a pack that left the graph, while its process lives
+        wait_for(say.NavigatorForked, {"Srobot1"})
         assert len(set(child()) - before) == 3
     finally:
         nursery.stop()

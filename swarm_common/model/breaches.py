@@ -1,4 +1,4 @@
-"""What must not happen, with place and time, as records and in words: contacts and missed goals."""
+"""What must not happen in a run, with place and time: collisions and goals that are not reached."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ SHOWN = 10  # breaches of a kind that the summary spells out
 
 
 @dataclass(frozen=True, slots=True)
-class Crash:
-    """A contact episode, as the world saw it.
+class Collision:
+    """A contact episode, from the judge of the world to the report.
 
     Attributes:
-        robots: The one or two robots in it.
-        obstacle: What the one robot touched; empty if two robots met.
-        x: [m] in map.
-        y: [m] in map.
-        sim_time: [s] at which it began.
+        robots: Names of the one or two robots in it.
+        obstacle: Name of what the one robot touched; empty if two robots met.
+        x: [m] in map, where it began.
+        y: [m] in map, where it began.
+        sim_time: [s] when it began.
     """
 
     robots: tuple[str, ...]
@@ -28,10 +28,10 @@ class Crash:
     sim_time: float
 
     @classmethod
-    def of(cls, event: Mapping[str, Any]) -> Crash:
-        """Return the episode in an event, or in the world's verdict."""
-        place = (float(event["x"]), float(event["y"]))
-        return cls(tuple(event["robots"]), event["obstacle"], *place, float(event["sim_time"]))
+    def from_json(cls, item: Mapping[str, Any]) -> Collision:
+        """Return the episode in an item of a report or of a verdict."""
+        place = (float(item["x"]), float(item["y"]))
+        return cls(tuple(item["robots"]), item["obstacle"], *place, float(item["sim_time"]))
 
     def __str__(self) -> str:
         members = [*self.robots, *([self.obstacle] if self.obstacle else [])]
@@ -40,13 +40,13 @@ class Crash:
 
 
 @dataclass(frozen=True, slots=True)
-class Miss:
+class MissedGoal:
     """A goal that was given up.
 
     Attributes:
-        robot: Whose.
+        robot: Name of the robot.
         goal: Name of the station or place.
-        sim_time: [s] at which it was given up.
+        sim_time: [s] when it was given up.
         reason: Error code and message, as far as known.
     """
 
@@ -55,24 +55,19 @@ class Miss:
     sim_time: float
     reason: str
 
-    @classmethod
-    def of(cls, event: Mapping[str, Any]) -> Miss:
-        """Return the miss in an event about a goal."""
-        return cls(event["robot"], event["name"], float(event["sim_time"]), event["reason"])
-
     def __str__(self) -> str:
         why = f": {self.reason}" if self.reason else ""
         return f"{self.robot} missed {self.goal} at t = {self.sim_time:.1f} s{why}"
 
 
 @dataclass(frozen=True, slots=True)
-class Unfinished:
-    """A robot that was still under way to a goal when the run ended.
+class UnfinishedGoal:
+    """A goal that a robot was still under way to when the run ended.
 
     Attributes:
-        robot: Name.
-        goal: Where to; empty if no goal had been sent.
-        state: Its state, and whom or what it waited for.
+        robot: Name of the robot.
+        goal: Name of the station or place; empty if no goal had been sent.
+        state: State of the robot, and what it waited for.
     """
 
     robot: str
@@ -83,14 +78,16 @@ class Unfinished:
         return f"{self.robot} did not get to {self.goal or 'its goal'}: {self.state or 'silent'}"
 
 
-def as_json(
-    crashes: Sequence[Crash], misses: Sequence[Miss], unfinished: Sequence[Unfinished]
+def breaches_json(
+    collisions: Sequence[Collision],
+    missed: Sequence[MissedGoal],
+    unfinished: Sequence[UnfinishedGoal],
 ) -> dict[str, Any]:
     """Return the `breaches` of a report."""
     return {
-        "collisions": [asdict(crash) | {"robots": list(crash.robots)} for crash in crashes],
-        "missed_goals": [asdict(miss) for miss in misses],
-        "unfinished_goals": [asdict(rest) for rest in unfinished],
+        "collisions": [asdict(item) | {"robots": list(item.robots)} for item in collisions],
+        "missed_goals": [asdict(item) for item in missed],
+        "unfinished_goals": [asdict(item) for item in unfinished],
     }
 
 
@@ -101,14 +98,15 @@ def breach_lines(
 
     Args:
         breaches: Of the report.
-        had_to_finish: Whether goals under way at the end of the run count as missed.
+        had_to_finish: True if goals under way at the end of the run count as missed.
     """
-    kinds: dict[str, list[Crash] | list[Miss] | list[Unfinished]] = {
-        "collisions": [Crash.of(item) for item in breaches["collisions"]],
-        "missed goals": [Miss(**item) for item in breaches["missed_goals"]],
+    kinds: dict[str, list[Collision] | list[MissedGoal] | list[UnfinishedGoal]] = {
+        "collisions": [Collision.from_json(item) for item in breaches["collisions"]],
+        "missed goals": [MissedGoal(**item) for item in breaches["missed_goals"]],
     }
     if had_to_finish:
-        kinds["unfinished goals"] = [Unfinished(**item) for item in breaches["unfinished_goals"]]
+        unfinished = [UnfinishedGoal(**item) for item in breaches["unfinished_goals"]]
+        kinds["unfinished goals"] = unfinished
     lines: list[str] = []
     for name, items in kinds.items():
         lines += shortened([str(item) for item in items], name)
