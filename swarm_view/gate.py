@@ -17,14 +17,11 @@ import hmac
 import http
 from collections.abc import Collection
 from dataclasses import dataclass
-from pathlib import Path
 from urllib.parse import parse_qs, urlsplit
 
-import viser
-
 from swarm_common.model.errors import SwarmError
+from swarm_view.viser_compat import PAGE
 
-PAGE = Path(viser.__file__).parent / "client" / "build" / "index.html"
 HEAD_LIMIT = 32768  # bytes of a request's head
 HEAD_TIMEOUT = 10.0  # [s] for it to arrive
 HTTP_PORT = 80  # which browsers leave out

@@ -24,7 +24,7 @@ from simulation_interfaces.srv import (
 from unique_identifier_msgs.msg import UUID
 
 from swarm_common.middleware import ros_io
-from swarm_common.middleware.ros_executor import SafeExecutor
+from swarm_common.middleware.rclpy_compat import SafeExecutor
 from swarm_common.middleware.ros_poll import drain
 from swarm_common.model.records import Pose
 

@@ -18,11 +18,11 @@ from swarm_view.overlay import Overlay
 from swarm_view.panel import Panel, assign
 from swarm_view.panel_text import robot_html, stations_html, verdict_html
 from swarm_view.robot_layers import RobotLayers
-from swarm_view.server import look
 from swarm_view.shapes import lifted, nearest_to_ray
 from swarm_view.swarm import Swarm
 from swarm_view.tool import Hand, Post, Tool
 from swarm_view.topics import Layer
+from swarm_view.viser_compat import look
 
 PANEL_PERIOD = 0.5  # [s] of wall time between two looks of the panel
 SLOW_PERIOD = 0.25  # [s] of wall time between two updates of trails, names and claims

@@ -11,30 +11,15 @@ from collections.abc import Callable
 from typing import Any
 
 import viser
-from viser import _messages
 
 from swarm_common.middleware.addresses import own_addresses
-from swarm_common.model.records import FloatArray
 from swarm_view.gate import KEY_HEADER, Gate, query_of
-from swarm_view.inner import admitting
+from swarm_view.viser_compat import admitting, request_of
 
 EVERYWHERE = ("0.0.0.0", "::")
 LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
 AMBIENT, SUN = 1.9, 1.5
 START_TIMEOUT = 10.0  # [s]
-
-
-def look(client: Any, target: FloatArray, position: FloatArray) -> None:
-    """Make a page look from a position (3,) at a target (3,), both in map.
-
-    viser's own setters work out the camera's orientation twice, which nobody asks for.
-    """
-    queue = client._websock_connection.queue_message
-    x, y, z = position.tolist()
-    target_x, target_y, target_z = target.tolist()
-    with client.atomic():
-        queue(_messages.SetCameraPositionMessage((x, y, z)))
-        queue(_messages.SetCameraLookAtMessage((target_x, target_y, target_z)))
 
 
 class Server:
@@ -102,19 +87,13 @@ class Server:
 
         @self.viser.on_client_connect
         async def _(client: Any) -> None:
-            request = self._request_of(client.client_id)
+            request = request_of(self.viser, client.client_id)
             if request is not None and request.headers.get(KEY_HEADER) == self._key:
                 on_open(client, query_of(request.path, "robot"))
 
         @self.viser.on_client_disconnect
         async def _(client: Any) -> None:
             on_close(client.client_id)
-
-    def _request_of(self, client_id: int) -> Any:
-        # viser has no public access to a connection's address.
-        connections = self.viser._websock_server._live_connections
-        connection = connections.get(client_id)
-        return None if connection is None else connection.request
 
     def stop(self) -> None:
         """Listen no more."""

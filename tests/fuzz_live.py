@@ -50,7 +50,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
 
 from swarm_common.middleware import ros_env
-from swarm_common.middleware.ros_executor import SafeExecutor
+from swarm_common.middleware.rclpy_compat import SafeExecutor
 from swarm_common.middleware.ros_io import pose_stamped
 from swarm_common.middleware.ros_poll import PolledTopic, drain
 from swarm_common.model.records import Pose

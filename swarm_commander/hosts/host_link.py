@@ -17,7 +17,7 @@ import msgspec
 import rclpy
 from rclpy.node import Node
 
-from swarm_common.middleware.ros_executor import SafeExecutor
+from swarm_common.middleware.rclpy_compat import SafeExecutor
 from swarm_common.middleware.secret import VARIABLE
 from swarm_common.process.messages import Event, Kind
 from swarm_common.process.pipes import EventWriter, MessageReader

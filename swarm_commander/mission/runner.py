@@ -25,8 +25,8 @@ from swarm_commander.mission.status_door import StatusDoor
 from swarm_common.files.journal import Journal
 from swarm_common.files.sites_io import load_sites
 from swarm_common.middleware.participants import Hubs, prepare
+from swarm_common.middleware.rclpy_compat import SafeExecutor
 from swarm_common.middleware.rejections import Rejections
-from swarm_common.middleware.ros_executor import SafeExecutor
 from swarm_common.model.breaches import MissedGoal
 from swarm_common.model.records import CONTROL_PERIOD, Pose
 from swarm_common.model.sites import Sites

@@ -4,14 +4,14 @@ What a module imports of its folder stands above it:
 
     addresses           Addresses of this machine and of others: what a server listens on, what
                         hosts bind to
-    parameter_services  A node's parameter services, which answer whatever is asked
     rcl_take            Takes serialized messages from rcl itself, which says who sent them;
                         rclpy leaves that out
+    rclpy_compat        The private parts of rclpy that we use, all in one place; written for
+                        rclpy 7.1 (Jazzy)
     rejections          What the doors of a process turn away: counted by kind, said once per
                         kind and source
     ros_env             Environment of ROS 2 that every process of a swarm wants; set before
                         rclpy is imported
-    ros_executor        rclpy's EventsExecutor, but a task that fails does not end the process
     sealed              Messages between hosts under a seal: who knows the secret wrote them,
                         for this run, just now
     secret              The secret that the hosts of a swarm share: made and shown by the

@@ -4,7 +4,7 @@ An executor of rclpy spends a tenth of a millisecond on each message before a ca
 process that knows what it waits for can wait for that one topic and take the others' messages
 without waiting. Everything that comes rarely stays with an executor, which is emptied in between.
 
-The subscriptions here are rclpy's own handles; there is no public class for them.
+The subscriptions here are rclpy's own handles, see `rclpy_compat`.
 """
 
 from __future__ import annotations
@@ -16,12 +16,11 @@ from typing import Any
 
 from rclpy.context import Context
 from rclpy.executors import Executor
-from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
-from rclpy.qos import QoSProfile, qos_profile_services_default
+from rclpy.qos import QoSProfile
 from rclpy.topic_endpoint_info import TopicEndpointInfo
-from rclpy.type_support import check_for_type_support
 
+from swarm_common.middleware import rclpy_compat
 from swarm_common.middleware.rcl_take import NOBODY, Sender, Taker, sender_of
 
 NANOSECONDS = 1_000_000_000
@@ -53,12 +52,10 @@ class PolledTopic:
             name: Topic, relative to the node's namespace or absolute.
             quality: Its depth is how many messages wait.
         """
-        check_for_type_support(kind)
         self.sender = NOBODY
         self.received = 0
         self._taker = Taker()
-        with node.handle:
-            self.handle = _rclpy.Subscription(node.handle, kind, name, quality.get_c_qos_profile())
+        self.handle = rclpy_compat.subscription(node, kind, name, quality)
         self._pointer: int = self.handle.pointer
 
     def take(self) -> bytes | None:
@@ -182,12 +179,8 @@ class PolledService:
 
     def __init__(self, node: Node, kind: Any, name: str) -> None:
         """Offer it; requests wait until they are taken."""
-        check_for_type_support(kind)
         self._kind = kind
-        with node.handle:
-            self._handle = _rclpy.Service(
-                node.handle, kind, name, qos_profile_services_default.get_c_qos_profile()
-            )
+        self._handle = rclpy_compat.service(node, kind, name)
 
     def take(self) -> tuple[Any, Any] | None:
         """Return a request that waits, and what `answer` wants to know of it.
@@ -215,8 +208,7 @@ class Waiter:
 
     def __init__(self, context: Context, capacity: int = 1) -> None:
         """Prepare to wait for up to `capacity` topics at a time."""
-        with context.handle:
-            self._set = _rclpy.WaitSet(capacity, 0, 0, 0, 0, 0, context.handle)
+        self._set = rclpy_compat.wait_set(context, capacity)
 
     def wait(self, topics: Sequence[PolledTopic], timeout: float) -> None:
         """Return when a message waits on one of the topics, or after `timeout` [s]."""

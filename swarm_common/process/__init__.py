@@ -9,6 +9,8 @@ What a module imports of its folder stands above it:
     messages       Messages between swarm-up and the processes that it starts: every kind, with
                    its fields
     pipes          Pipes between swarm-up and its processes; one message per line
+    private_parts  Parts of libraries that are private to them: a version that moved one is told
+                   in plain words
     quick_start    What a process does before its work begins costs time that its user waits for
     single_thread  Forking is safe only in a process of one thread; this keeps libraries from
                    starting others

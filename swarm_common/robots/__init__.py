@@ -11,6 +11,8 @@ What a module imports of its folder stands above it:
     urdf_tree     A URDF text as a checked XML tree: one root, no loops, every number finite
     description   Reading of a robot's description (URDF): links, joints, collision shapes,
                   masses
+    xacro_compat  The private parts of xacro that we use, all in one place; written for xacro
+                  2.1
     xacro_io      Expansion of xacro files, with errors that name file and line
     drive_train   Which joints drive a robot, and what follows from where its wheels are
     lidar_choice  Which of a description's ray sensors is the LiDAR, and how it is mounted

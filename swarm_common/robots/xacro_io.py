@@ -7,7 +7,7 @@ import io
 import os
 import re
 import xml.parsers.expat
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -38,17 +38,13 @@ def expand(path: Path, arguments: Mapping[str, str], finder: PackageFinder) -> s
     Raises:
         RobotModelError: If xacro refuses it; the message names the file and, if it can, the line.
     """
-    import xacro  # slow to import, and not needed for plain URDF
+    from swarm_common.robots import xacro_compat  # slow to import, not needed for plain URDF
 
     noise = io.StringIO()  # xacro prints its deprecation warnings
     try:
-        with contextlib.redirect_stderr(noise), _packages_from(finder):
-            document = xacro.parse(None, str(path))
-            _fill_placeholders(document)
-            xacro.init_stacks(str(path))
-            xacro.all_includes.clear()
-            xacro.process_doc(document, mappings=dict(arguments))
-            return str(document.toxml())
+        find = xacro_compat.packages_from(lambda package: str(finder.share(package)))
+        with contextlib.redirect_stderr(noise), find:
+            return xacro_compat.expand(path, arguments, _fill_placeholders)
     except RecursionError:
         raise RobotModelError(f"{path}: xacro cannot expand it: it includes itself") from None
     except Exception as cause:  # xacro raises its own and bare exceptions
@@ -66,7 +62,7 @@ def expand(path: Path, arguments: Mapping[str, str], finder: PackageFinder) -> s
                 faults.check()
             except RobotModelError as error:
                 raise error from cause
-        place = _place(path, cause, [*reversed(xacro.filestack or []), *xacro.all_includes])
+        place = _place(path, cause, xacro_compat.open_files())
         message = " ".join(str(cause).split())[:LONGEST] or type(cause).__name__
         raise RobotModelError(f"{place}: xacro cannot expand it: {message}") from cause
 
@@ -120,22 +116,6 @@ def _own_error(error: BaseException | None) -> SwarmError | None:
     while error is not None and not isinstance(error, SwarmError):
         error = error.__cause__ or error.__context__
     return error
-
-
-@contextlib.contextmanager
-def _packages_from(finder: PackageFinder) -> Iterator[None]:
-    """Let `$(find package)` ask our finder; xacro itself knows installed packages only."""
-    from xacro import substitution_args
-
-    def find(package: str) -> str:
-        return str(finder.share(package))
-
-    before: Any = substitution_args._eval_find
-    substitution_args._eval_find = substitution_args._eval_dict["find"] = find
-    try:
-        yield
-    finally:
-        substitution_args._eval_find = substitution_args._eval_dict["find"] = before
 
 
 def _fill_placeholders(document: Any) -> None:

@@ -13,7 +13,7 @@ from rclpy.context import Context
 from rclpy.executors import ExternalShutdownException
 from rclpy.signals import SignalHandlerOptions
 
-from swarm_common.middleware.ros_executor import SafeExecutor
+from swarm_common.middleware.rclpy_compat import SafeExecutor
 from swarm_common.process.messages import NavigatorActive, NavigatorDied
 from swarm_common.process.pipes import EventWriter
 from swarm_nav.ros.loop import Seat, TickLoop

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from action_msgs.msg import GoalStatus
-from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.action import CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
+from swarm_common.middleware.rclpy_compat import PatientActionServer
 from swarm_common.process.last_resort import FaultLog
 from swarm_nav.core.goals import Outcome
 
@@ -27,7 +27,7 @@ Begin = Callable[["TickActionServer", ServerGoalHandle], None]
 Cancel = Callable[[ServerGoalHandle], None]
 
 
-class TickActionServer(ActionServer):  # type: ignore[misc]  # rclpy has no types
+class TickActionServer(PatientActionServer):
     """Accepts goals at once and ends them with `finish`, between two ticks.
 
     rclpy runs an execute callback per goal and polls it while it waits. Here nothing runs, and
@@ -82,31 +82,6 @@ class TickActionServer(ActionServer):  # type: ignore[misc]  # rclpy has no type
         del execute_callback
         self._begin(self, goal_handle)
 
-    async def _execute_goal_request(self, request_header_and_message: Any) -> None:
-        """Begin an accepted goal also if its client cannot be told so; rclpy would forget it.
-
-        Then the client has not been found yet: it asks once more.
-        """
-        await super()._execute_goal_request(request_header_and_message)
-        goal_id = bytes(request_header_and_message[1].goal_id.uuid)
-        handle = self._goal_handles.get(goal_id)
-        if handle is not None and handle.status == GoalStatus.STATUS_ACCEPTED:
-            handle.execute()
-
-    async def _execute_expire_goals(self, expired_goals: Any) -> None:
-        """Forget goals that rcl has forgotten, but not one that has got the same id since.
-
-        rclpy would free that one, which rcl still has: from then on it reads freed memory.
-        """
-        for goal in expired_goals:
-            if self._handle.goal_exists(goal):
-                continue
-            goal_id = bytes(goal.goal_id.uuid)
-            if (handle := self._goal_handles.pop(goal_id, None)) is not None:
-                handle.destroy()
-            if (future := self._result_futures.pop(goal_id, None)) is not None:
-                self.remove_future(future)
-
     async def execute(self, taken_data: Any) -> None:
         """Do what was asked for; rclpy's executor ends the process if this raises."""
         try:
@@ -117,7 +92,7 @@ class TickActionServer(ActionServer):  # type: ignore[misc]  # rclpy has no type
     @property
     def has_listeners(self) -> bool:
         """Whether somebody wants feedback."""
-        return bool(self._node.count_subscribers(self._feedback_topic) > 0)
+        return self.count_subscribers(self._feedback_topic) > 0
 
     def finish(self, handle: ServerGoalHandle, outcome: Outcome, result: Any) -> None:
         """End a goal and send its result."""
@@ -129,9 +104,6 @@ class TickActionServer(ActionServer):  # type: ignore[misc]  # rclpy has no type
             handle.canceled()
         else:
             handle.abort()
-        # Not in a task, as rclpy does: it raises if the goal is forgotten before its turn comes.
-        future = self._result_futures.get(bytes(handle.goal_id.uuid))
-        if future is not None:
-            response = self.kind.Impl.GetResultService.Response()
-            response.status, response.result = handle.status, result
-            future.set_result(response)
+        response = self.kind.Impl.GetResultService.Response()
+        response.status, response.result = handle.status, result
+        self.answer(bytes(handle.goal_id.uuid), response)

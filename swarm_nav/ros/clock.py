@@ -10,6 +10,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
 
+from swarm_common.middleware.rclpy_compat import time_source_without_topic
 from swarm_common.middleware.ros_io import time_msg
 
 USE_SIM_TIME = "use_sim_time"
@@ -20,9 +21,7 @@ class TickClock:
 
     def __init__(self, node: Node) -> None:
         """Switch the node to simulated time."""
-        self._source = node._time_source
-        # rclpy offers no other way to have the parameter without the subscription.
-        self._source._subscribe_to_clock_topic = lambda: None
+        self._source = time_source_without_topic(node)
         node.set_parameters([Parameter(USE_SIM_TIME, value=True)])
 
     def set(self, tick: int) -> None:

@@ -9,7 +9,7 @@ from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from swarm_common.middleware.parameter_services import CheckedParameterService
+from swarm_common.middleware.rclpy_compat import CheckedParameterService
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.model.errors import SwarmError
 from swarm_common.robots.params import robot_parameters

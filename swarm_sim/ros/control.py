@@ -12,7 +12,7 @@ from rclpy.parameter import Parameter
 from simulation_interfaces.msg import Result, SimulationState
 from simulation_interfaces.srv import GetSimulationState, SetSimulationState, StepSimulation
 
-from swarm_common.middleware.parameter_services import CheckedParameterService
+from swarm_common.middleware.rclpy_compat import CheckedParameterService
 from swarm_common.middleware.ros_poll import PolledService
 from swarm_sim.ros.run_state import MOST_STEPS, Answer, RunState
 

@@ -13,8 +13,8 @@ from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
 
 from swarm_common.middleware import ros_io
+from swarm_common.middleware.rclpy_compat import SafeExecutor
 from swarm_common.middleware.rejections import Rejections
-from swarm_common.middleware.ros_executor import SafeExecutor
 from swarm_common.middleware.ros_poll import drain
 from swarm_common.model.records import CONTROL_PERIOD, Pose
 from swarm_common.process.last_resort import FaultLog

@@ -12,7 +12,7 @@ from nav2_msgs.action import Wait
 from rclpy.context import Context
 from rclpy.qos import qos_profile_action_status_default
 
-from swarm_common.middleware.ros_executor import SafeExecutor
+from swarm_common.middleware.rclpy_compat import SafeExecutor
 from swarm_common.middleware.ros_poll import drain
 from swarm_common.model.records import CONTROL_PERIOD
 from swarm_nav.core.goals import Outcome

@@ -1,0 +1,231 @@
+"""The private parts of rclpy that we use, all in one place; written for rclpy 7.1 (Jazzy).
+
+rclpy has no public way to take a message without an executor, to go on after a task that raised,
+to answer parameter requests that make no sense, or to know the goals of an action server.
+"""
+
+from __future__ import annotations
+
+import faulthandler
+import inspect
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import rclpy
+from action_msgs.msg import GoalStatus
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.action import ActionServer
+from rclpy.context import Context
+from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.parameter_service import ParameterService
+from rclpy.qos import QoSProfile, qos_profile_services_default
+from rclpy.time_source import TimeSource
+from rclpy.type_support import check_for_type_support
+
+from swarm_common.process.last_resort import FaultLog, shown
+from swarm_common.process.private_parts import require
+
+MOST = 1000  # parameters of a request
+LONGEST = 256  # letters of a name
+PARTS: tuple[tuple[Any, str], ...] = (
+    (_rclpy, "EventsExecutor"),
+    (_rclpy, "Service"),
+    (_rclpy, "Subscription"),
+    (_rclpy, "WaitSet"),
+    (_rclpy.Subscription, "pointer"),
+    (_rclpy.Subscription, "destroy_when_not_in_use"),
+    (_rclpy.Service, "service_take_request"),
+    (_rclpy.Service, "service_send_response"),
+    (_rclpy.WaitSet, "add_subscription"),
+    (_rclpy.WaitSet, "clear_entities"),
+    (_rclpy.WaitSet, "wait"),
+    (ActionServer, "_execute_expire_goals"),
+    (ActionServer, "_execute_goal_request"),
+    (ActionServer.__init__, "_goal_handles"),
+    (ActionServer.__init__, "_handle"),
+    (ActionServer.__init__, "_node"),
+    (ActionServer.__init__, "_result_futures"),
+    (Node.__init__, "_time_source"),
+    (ParameterService, "_describe_parameters_callback"),
+    (ParameterService, "_get_parameter_types_callback"),
+    (ParameterService, "_get_parameters_callback"),
+    (ParameterService, "_list_parameters_callback"),
+    (ParameterService, "_set_parameters_atomically_callback"),
+    (ParameterService, "_set_parameters_callback"),
+    (TimeSource, "_subscribe_to_clock_topic"),
+    (TimeSource, "clock_callback"),
+)
+require("ros-jazzy-rclpy", __name__, PARTS)
+
+
+# Topics and services that no executor knows
+
+
+def subscription(node: Node, kind: Any, name: str, quality: QoSProfile) -> Any:
+    """Return the handle of a subscription; `pointer` is the address of its rcl_subscription_t."""
+    check_for_type_support(kind)
+    with node.handle:
+        return _rclpy.Subscription(node.handle, kind, name, quality.get_c_qos_profile())
+
+
+def service(node: Node, kind: Any, name: str) -> Any:
+    """Return the handle of a service."""
+    check_for_type_support(kind)
+    quality = qos_profile_services_default.get_c_qos_profile()
+    with node.handle:
+        return _rclpy.Service(node.handle, kind, name, quality)
+
+
+def wait_set(context: Context, capacity: int) -> Any:
+    """Return a wait set for a number of subscriptions."""
+    with context.handle:
+        return _rclpy.WaitSet(capacity, 0, 0, 0, 0, 0, context.handle)
+
+
+class SafeExecutor(_rclpy.EventsExecutor):  # type: ignore[misc]  # rclpy has no types
+    """An EventsExecutor whose tasks never raise: what they raise goes to the log.
+
+    rclpy 7.1 ends the process by SIGSEGV when a task raises and the executor has one node: it takes
+    the first of a set of nodes by `nodes_[0]`, which in pybind11 is a null pointer to a name.
+    """
+
+    def __init__(self, *, context: Context | None = None) -> None:
+        """Begin without nodes; the rest is what rclpy.experimental does.
+
+        Args:
+            context: Of its nodes; None for the default one.
+        """
+        context = context or rclpy.get_default_context()
+        faulthandler.enable()
+        super().__init__(context)
+        context.on_shutdown(self.wake)
+        self._faults = FaultLog("task")
+
+    def create_task(self, callback: Callable[..., Any], *args: Any, **options: Any) -> Any:
+        """Schedule a function or a coroutine function; rclpy itself does so for what is done."""
+        note = self._faults.note
+        if inspect.iscoroutinefunction(callback):
+
+            async def wait_for(*args: Any, **options: Any) -> Any:
+                try:
+                    return await callback(*args, **options)
+                except Exception as error:
+                    note(error)
+
+            return super().create_task(wait_for, *args, **options)
+
+        def call(*args: Any, **options: Any) -> Any:
+            try:
+                return callback(*args, **options)
+            except Exception as error:
+                note(error)
+
+        return super().create_task(call, *args, **options)
+
+
+class CheckedParameterService(ParameterService):  # type: ignore[misc]  # rclpy has no types
+    """The six parameter services of a node that was created without them.
+
+    Those of rclpy raise at types that there are not, which ends the process. These answer whatever
+    is asked.
+    """
+
+    def __init__(self, node: Node) -> None:
+        """Offer them."""
+        self._node = node
+        super().__init__(node)
+
+    def _describe_parameters_callback(self, request: Any, response: Any) -> Any:
+        known = _are_known(request.names)
+        return super()._describe_parameters_callback(request, response) if known else response
+
+    def _get_parameters_callback(self, request: Any, response: Any) -> Any:
+        known = _are_known(request.names)
+        return super()._get_parameters_callback(request, response) if known else response
+
+    def _get_parameter_types_callback(self, request: Any, response: Any) -> Any:
+        known = _are_known(request.names)
+        return super()._get_parameter_types_callback(request, response) if known else response
+
+    def _list_parameters_callback(self, request: Any, response: Any) -> Any:
+        known = _are_known(request.prefixes)
+        return super()._list_parameters_callback(request, response) if known else response
+
+    def _set_parameters_callback(self, request: Any, response: Any) -> Any:
+        for message in request.parameters[:MOST]:
+            response.results.append(self._set([message]))
+        return response
+
+    def _set_parameters_atomically_callback(self, request: Any, response: Any) -> Any:
+        response.result = self._set(request.parameters)
+        return response
+
+    def _set(self, messages: Sequence[Any]) -> SetParametersResult:
+        if not _are_known([message.name for message in messages]):
+            reason = f"at most {MOST} names of at most {LONGEST} letters are read"
+            return SetParametersResult(successful=False, reason=reason)
+        try:
+            parameters = [Parameter.from_parameter_msg(message) for message in messages]
+            return self._node.set_parameters_atomically(parameters)
+        except Exception as error:  # of rclpy: types, names and values that it does not take
+            reason = shown(str(error) or type(error).__name__)
+            return SetParametersResult(successful=False, reason=reason)
+
+
+def _are_known(names: Sequence[str]) -> bool:
+    """Whether names may be those of parameters at all."""
+    return len(names) <= MOST and all(len(name) <= LONGEST for name in names)
+
+
+class PatientActionServer(ActionServer):  # type: ignore[misc]  # rclpy has no types
+    """An action server that neither forgets a goal that it has accepted nor frees a foreign one."""
+
+    async def _execute_goal_request(self, request_header_and_message: Any) -> None:
+        """Begin an accepted goal also if its client cannot be told so; rclpy would forget it.
+
+        Then the client has not been found yet: it asks once more.
+        """
+        await super()._execute_goal_request(request_header_and_message)
+        goal_id = bytes(request_header_and_message[1].goal_id.uuid)
+        handle = self._goal_handles.get(goal_id)
+        if handle is not None and handle.status == GoalStatus.STATUS_ACCEPTED:
+            handle.execute()
+
+    async def _execute_expire_goals(self, expired_goals: Any) -> None:
+        """Forget goals that rcl has forgotten, but not one that has got the same id since.
+
+        rclpy would free that one, which rcl still has: from then on it reads freed memory.
+        """
+        for goal in expired_goals:
+            if self._handle.goal_exists(goal):
+                continue
+            goal_id = bytes(goal.goal_id.uuid)
+            if (handle := self._goal_handles.pop(goal_id, None)) is not None:
+                handle.destroy()
+            if (future := self._result_futures.pop(goal_id, None)) is not None:
+                self.remove_future(future)
+
+    def count_subscribers(self, topic: str) -> int:
+        """Return how many subscribers a topic of the node has."""
+        return int(self._node.count_subscribers(topic))
+
+    def answer(self, goal_id: bytes, response: Any) -> None:
+        """Give the result of a goal to all who ask for it.
+
+        Not in a task, as rclpy does: that raises if the goal is forgotten before its turn comes.
+        """
+        future = self._result_futures.get(goal_id)
+        if future is not None:
+            future.set_result(response)
+
+
+def time_source_without_topic(node: Node) -> TimeSource:
+    """Return the time source of a node, which will not subscribe to /clock.
+
+    rclpy offers no other way to have `use_sim_time` without the subscription.
+    """
+    source = node._time_source
+    source._subscribe_to_clock_topic = lambda: None
+    return source

@@ -1,0 +1,63 @@
+"""The private parts of xacro that we use, all in one place; written for xacro 2.1.
+
+xacro has no public way to find packages in other places than an installed ROS, to expand a
+document that was changed after parsing, or to know which files were open when it gave up.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import xacro
+from xacro import substitution_args
+
+from swarm_common.process.private_parts import require
+
+PARTS: tuple[tuple[Any, str], ...] = (
+    (xacro, "all_includes"),
+    (xacro, "filestack"),
+    (xacro, "init_stacks"),
+    (xacro, "parse"),
+    (xacro, "process_doc"),
+    (substitution_args, "_eval_dict"),
+    (substitution_args, "_eval_find"),
+)
+require("xacro", __name__, PARTS)
+
+
+def expand(path: Path, arguments: Mapping[str, str], prepare: Callable[[Any], None]) -> str:
+    """Return a xacro file as URDF text.
+
+    Args:
+        path: Of the file.
+        arguments: Values of `xacro:arg`s by name.
+        prepare: Changes the parsed document before it is expanded.
+
+    Raises:
+        Exception: Of xacro's own kinds, and bare ones.
+    """
+    document = xacro.parse(None, str(path))
+    prepare(document)
+    xacro.init_stacks(str(path))
+    xacro.all_includes.clear()
+    xacro.process_doc(document, mappings=dict(arguments))
+    return str(document.toxml())
+
+
+def open_files() -> list[str]:
+    """Return the files that xacro had open when it gave up, the innermost first."""
+    return [*reversed(xacro.filestack or []), *xacro.all_includes]
+
+
+@contextlib.contextmanager
+def packages_from(find: Callable[[str], str]) -> Iterator[None]:
+    """Let `$(find package)` ask a function of ours."""
+    before: Any = substitution_args._eval_find
+    substitution_args._eval_find = substitution_args._eval_dict["find"] = find
+    try:
+        yield
+    finally:
+        substitution_args._eval_find = substitution_args._eval_dict["find"] = before

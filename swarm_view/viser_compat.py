@@ -1,0 +1,84 @@
+"""The private parts of viser that we use, all in one place; written for viser 1.1.
+
+viser has no public way to serve its page to some only, to know the address that a page was opened
+with, or to set a camera's position and target without its orientation.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hmac
+import http
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import viser
+import websockets.asyncio.server as websockets_server
+from viser import _messages
+from viser.infra import WebsockServer
+from websockets.asyncio.server import ServerConnection
+from websockets.http11 import Request, Response
+
+from swarm_common.model.records import FloatArray
+from swarm_common.process.private_parts import require
+
+PAGE = Path(viser.__file__).parent / "client" / "build" / "index.html"
+PARTS: tuple[tuple[Any, str], ...] = (
+    (_messages, "SetCameraLookAtMessage"),
+    (_messages, "SetCameraPositionMessage"),
+    (viser.ClientHandle.__init__, "_websock_connection"),
+    (viser.ViserServer.__init__, "_websock_server"),
+    (WebsockServer.__init__, "_live_connections"),
+)
+require("viser", __name__, PARTS)
+
+Answer = Callable[[ServerConnection, Request], Response | None]
+
+
+@contextlib.contextmanager
+def admitting(header: str, key: str) -> Iterator[None]:
+    """Let the viser server that is created within take only requests with a key.
+
+    viser has no setting for it: it answers every page and every websocket of whatever origin. So
+    what it serves with is given one question more. A test asks the port without the key.
+
+    Args:
+        header: Name of the header that carries the key.
+        key: Its value.
+    """
+    serve = websockets_server.serve
+
+    def serve_guarded(*arguments: Any, process_request: Answer | None, **options: Any) -> Any:
+        def answer(connection: ServerConnection, request: Request) -> Response | None:
+            keys = request.headers.get_all(header)
+            if len(keys) != 1 or not hmac.compare_digest(keys[0].encode(), key.encode()):
+                return connection.respond(http.HTTPStatus.FORBIDDEN, "Not this way.\n")
+            return None if process_request is None else process_request(connection, request)
+
+        return serve(*arguments, process_request=answer, **options)
+
+    websockets_server.serve = serve_guarded  # type: ignore[assignment, misc]
+    try:
+        yield
+    finally:
+        websockets_server.serve = serve  # type: ignore[misc]
+
+
+def look(client: viser.ClientHandle, target: FloatArray, position: FloatArray) -> None:
+    """Make a page look from a position (3,) at a target (3,), both in map.
+
+    viser's own setters work out the camera's orientation twice, which nobody asks for.
+    """
+    queue = client._websock_connection.queue_message
+    x, y, z = position.tolist()
+    target_x, target_y, target_z = target.tolist()
+    with client.atomic():
+        queue(_messages.SetCameraPositionMessage((x, y, z)))
+        queue(_messages.SetCameraLookAtMessage((target_x, target_y, target_z)))
+
+
+def request_of(server: viser.ViserServer, client_id: int) -> Any:
+    """Return the request that a page's connection was opened with; None if it is gone."""
+    connection: Any = server._websock_server._live_connections.get(client_id)
+    return None if connection is None else connection.request
