@@ -15,14 +15,7 @@ def main() -> None:
 
 
 def _load() -> typer.Typer:
-    from swarm_bench import (  # noqa: F401  # add theirs
-        decisions_command,
-        floor_command,
-        halls_command,
-        peers_command,
-        scale_command,
-        storm_command,
-    )
+    from swarm_bench import halls_command, scale_command, storm_command  # noqa: F401  # add theirs
     from swarm_bench.bench_command import bench_app
 
     return bench_app

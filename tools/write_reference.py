@@ -14,6 +14,7 @@ from typing import Any
 
 import typer
 
+from benchmarks.app import load as load_benchmarks
 from swarm_bench import cli as bench_cli
 from swarm_commander.cli import main as commander_cli
 from swarm_commander.cli.commander_command import commander_app
@@ -37,6 +38,7 @@ APPS = {
     "swarm-map": lambda: map_cli._load(),
     "swarm-bench": lambda: bench_cli._load(),
     "swarm-doctor": lambda: commander_cli._load_doctor(),
+    "python -m benchmarks": load_benchmarks,
 }
 
 

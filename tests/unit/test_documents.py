@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 import typer
 
+from benchmarks.app import load as load_benchmarks
 from swarm_bench import cli as bench_cli
 from swarm_commander.cli import main as commander_cli
 from swarm_map import cli as map_cli
@@ -29,9 +30,10 @@ LOADERS = {
     "swarm-bench": bench_cli._load,
     "swarm-map": map_cli._load,
     "swarm-view": view_cli._load,
+    "benchmarks": load_benchmarks,  # python -m benchmarks
 }
 OTHERS = {"swarm-setup", "ros2"}  # scripts that take no options of typer
-FOLDERS = r"(?:docs|params|worlds|robots|maps|tests|tools|swarm_[a-z0-9]+)"
+FOLDERS = r"(?:docs|params|worlds|robots|maps|tests|tools|benchmarks|swarm_[a-z0-9]+)"
 ENDINGS = r"(?:md|yaml|py|sdf|sh|png|svg|gif|webm|xml)"
 MENTION = re.compile(rf"(?<![\w/.-]){FOLDERS}/[\w./-]*\w\.{ENDINGS}\b")
 LINK = re.compile(r"\]\((?!https?://|#)([^)#]+)")
@@ -51,9 +53,11 @@ def command_lines(text: str) -> Iterator[list[str]]:
     blocks = [line.strip() for line in joined.splitlines() if line.startswith("    ")]
     blocks += [line for fence in re.findall(r"```\w*\n(.*?)```", joined, re.S)
                for line in fence.splitlines()]  # fmt: skip
-    for line in [*blocks, *re.findall(r"`(swarm-[^`]+)`", joined)]:
-        code = re.sub(r"^\.venv/bin/", "", line.strip())
-        if not re.match(r"swarm-[a-z]+(?!:)\b", code):  # with a colon: what a command prints
+    for line in [*blocks, *re.findall(r"`((?:swarm-|python -m benchmarks)[^`]+)`", joined)]:
+        code = re.sub(r"^(\.venv/bin/)?(python -m (?=benchmarks\b))?", "", line.strip())
+        if not re.match(
+            r"(swarm-[a-z]+(?!:)|benchmarks )\b", code
+        ):  # with a colon: what a command prints
             continue
         try:
             yield shlex.split(code, comments=True)
@@ -84,7 +88,7 @@ def commander_app(words: list[str]) -> typer.Typer:
 def test_commands_and_their_options_exist(document: Path) -> None:
     wrong = []
     for words in command_lines(document.read_text("utf-8")):
-        if words[0] not in SCRIPTS:
+        if words[0] not in {*SCRIPTS, *LOADERS}:
             wrong.append(words[0])
         elif words[0] not in OTHERS:
             used = {word.split("=")[0] for word in words[1:] if re.match(r"--[a-z]", word)}

@@ -1,4 +1,4 @@
-"""The command `swarm-bench decisions`: its options."""
+"""The command `python -m benchmarks decisions`: its options."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
-from swarm_bench.bench_command import bench_app, new_console
-from swarm_bench.decisions import decision_markdown, measure_decisions
+from benchmarks.app import benchmarks_app
+from benchmarks.decisions import decision_markdown, measure_decisions
+from swarm_bench.bench_command import new_console
 from swarm_bench.document import replace_part
 from swarm_bench.machine import machine_line
 from swarm_bench.scenario import check_size
@@ -17,7 +18,7 @@ from swarm_bench.selection import select
 from swarm_common.model.errors import ConfigError
 
 
-@bench_app.command()
+@benchmarks_app.command()
 def decisions(
     scenario: Annotated[str, typer.Option(help="Name or file.")] = "slim_blockage",
     robots: Annotated[int, typer.Option(help="Swarm size.")] = 50,

@@ -1,4 +1,4 @@
-"""The commands `swarm-bench floor` and `swarm-bench profile`."""
+"""The commands `python -m benchmarks floor` and `python -m benchmarks profile`."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
-from swarm_bench.bench_command import bench_app, new_console
+from benchmarks.app import benchmarks_app
+from benchmarks.floor import floor_markdown, measure_floor
+from benchmarks.profile_parts import profile_harness, profile_markdown
+from swarm_bench.bench_command import new_console
 from swarm_bench.document import replace_part
-from swarm_bench.floor import floor_markdown, measure_floor
 from swarm_bench.machine import machine_line
-from swarm_bench.profile_parts import profile_harness, profile_markdown
 from swarm_bench.scale_plan import GRAPH
 from swarm_bench.scale_result import read_scale_results
 from swarm_bench.scale_row import rows_of
@@ -24,7 +25,7 @@ Output = Annotated[
 Robots = Annotated[int, typer.Option(help="Swarm size.")]
 
 
-@bench_app.command()
+@benchmarks_app.command()
 def floor(
     robots: Robots = 20,
     measured: Annotated[
@@ -39,7 +40,7 @@ def floor(
     _show(floor_markdown(measure_floor(robots), rows), "floor", output)
 
 
-@bench_app.command()
+@benchmarks_app.command()
 def profile(
     robots: Robots = 20,
     engine: Annotated[str, typer.Option(help="bullet or planar.")] = "bullet",

@@ -10,7 +10,7 @@ from typing import Any
 
 import irsim
 
-from swarm_bench.peers.job import PERIOD, run
+from benchmarks.peers.job import PERIOD, run
 
 HORIZON = 3.0  # [s] of ORCA
 

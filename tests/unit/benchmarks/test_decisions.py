@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from swarm_bench.decisions import decision_markdown, measure_decisions
+from benchmarks.decisions import decision_markdown, measure_decisions
 from swarm_bench.scenario import load_scenario
 from swarm_bench.stage import RunOptions
 

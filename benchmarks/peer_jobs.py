@@ -33,7 +33,7 @@ class PeerSystem:
     """A peer in one of its modes.
 
     Attributes:
-        module: In `swarm_bench.peers`.
+        module: In `benchmarks.peers`.
         package: On PyPI.
         behavior: Mode, for the module.
         includes: What its figures pay for.
@@ -87,7 +87,7 @@ def run_peer(job: ScaleJob, python: Path, machine: str) -> ScaleResult:
     """
     system = PEERS[job.system]
     with _import_path() as folder:
-        script = Path(folder) / "swarm_bench" / "peers" / f"{system.module}.py"
+        script = Path(folder) / "benchmarks" / "peers" / f"{system.module}.py"
         command = (str(python), str(script), json.dumps(peer_job(job)))
         said, others = run_program(command, {"PYTHONPATH": folder, "PATH": "/usr/bin:/bin"})
     return result_of(job, said, others, version_of(python, system.package), machine)
@@ -166,5 +166,5 @@ def version_of(python: Path, package: str) -> str:
 def _import_path() -> Iterator[str]:
     """Yield a folder that has this package alone, so that nothing else of ours is imported."""
     with tempfile.TemporaryDirectory(prefix="swarm-peer-") as folder:
-        (Path(folder) / "swarm_bench").symlink_to(Path(__file__).resolve().parent)
+        (Path(folder) / "benchmarks").symlink_to(Path(__file__).resolve().parent)
         yield folder

@@ -72,7 +72,7 @@ class Stopwatch:
 
 def measure_floor(robots: int) -> list[Unit]:
     """Return the unit costs, measured with this many robots at work in the factory hall."""
-    from swarm_bench.floor_messages import measure_messages  # needs the interface packages
+    from benchmarks.floor_messages import measure_messages  # needs the interface packages
 
     message = 1000.0 * measure_messages(robots) / MESSAGES_PER_TICK
     step, scan = _physics_and_rays(robots)

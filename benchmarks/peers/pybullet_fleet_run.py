@@ -8,7 +8,7 @@ from pybullet_fleet import AgentSpawnParams, MultiRobotSimulationCore, Pose, Sim
 from pybullet_fleet.agent_manager import AgentManager
 from pybullet_fleet.sim_object import ShapeParams
 
-from swarm_bench.peers.job import PERIOD, run
+from benchmarks.peers.job import PERIOD, run
 
 PHYSICS = "physics"
 PHYSICS_STEPS = 10  # of a period, with rigid bodies

@@ -7,7 +7,7 @@ from typing import Any
 
 from navground import core, sim
 
-from swarm_bench.peers.job import PERIOD, run
+from benchmarks.peers.job import PERIOD, run
 
 HORIZON = 5.0  # [m] within which neighbours are known
 

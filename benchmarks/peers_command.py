@@ -1,4 +1,4 @@
-"""The command `swarm-bench peers`: other simulators and ours on the same workload."""
+"""The command `python -m benchmarks peers`: other simulators and ours on the same workload."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from typing import Annotated
 
 import typer
 
-from swarm_bench.bench_command import bench_app, new_console
+from benchmarks.app import benchmarks_app
+from benchmarks.peer_jobs import OURS_INCLUDES, PEERS, check_python, run_peer
+from swarm_bench.bench_command import new_console
 from swarm_bench.document import replace_part
-from swarm_bench.peer_jobs import OURS_INCLUDES, PEERS, check_python, run_peer
 from swarm_bench.scale_plan import HARNESS, ScaleJob, plan_jobs
 from swarm_bench.scale_process import run_harness
 from swarm_bench.scale_result import ScaleResult
@@ -25,7 +26,7 @@ ALL = "all"
 PART = "peers"
 
 
-@bench_app.command()
+@benchmarks_app.command()
 def peers(
     python: Annotated[Path, typer.Option(help="Interpreter of the environment with the peers.")],
     robots: Annotated[str, typer.Option(help="Swarm sizes.")] = "1,5,20,50,100",

@@ -1,0 +1,19 @@
+"""The command `python -m benchmarks`, to which the modules of this folder add theirs."""
+
+from __future__ import annotations
+
+import typer
+
+benchmarks_app = typer.Typer(add_completion=False, rich_markup_mode=None, no_args_is_help=True)
+
+
+@benchmarks_app.callback()
+def benchmarks() -> None:
+    """Measure ourselves against others, and what things cost."""
+
+
+def load() -> typer.Typer:
+    """Return the command with all of its parts."""
+    from benchmarks import decisions_command, floor_command, peers_command  # noqa: F401  # add theirs
+
+    return benchmarks_app
