@@ -8,6 +8,10 @@ from contextlib import contextmanager
 from swarm_common.model.errors import SwarmError
 
 
+LISTED = 50
+"""So many faults are listed; of the others a message tells the number."""
+
+
 class Faults:
     """Collects errors, so that who mends a file sees all of them at the first attempt."""
 
@@ -20,7 +24,7 @@ class Faults:
         """
         self._where = where
         self._error = error
-        self._found: list[SwarmError] = []
+        self._found: dict[str, SwarmError] = {}
 
     def __bool__(self) -> bool:
         """Whether something is wrong."""
@@ -37,8 +41,7 @@ class Faults:
     def add(self, error: SwarmError) -> None:
         """Note an error; one that tells of several counts as these."""
         for single in error.faults or (error,):
-            if str(single) not in map(str, self._found):
-                self._found.append(single)
+            self._found.setdefault(str(single), single)
 
     def tell(self, messages: Iterable[str]) -> None:
         """Note messages as errors."""
@@ -49,11 +52,14 @@ class Faults:
         """Raise what was noted, if anything: one error as it was, several as a list."""
         if not self._found:
             return
-        if len(self._found) == 1:
-            raise self._found[0]
+        faults = tuple(self._found.values())
+        if len(faults) == 1:
+            raise faults[0]
         start = f"{self._where}: "
-        lines = [str(error).removeprefix(start) for error in self._found]
-        message = f"{start}{len(lines)} things are wrong:"
+        lines = [str(fault).removeprefix(start) for fault in faults[:LISTED]]
+        if len(faults) > LISTED:
+            lines.append(f"and {len(faults) - LISTED} more")
+        message = f"{start}{len(faults)} things are wrong:"
         error = self._error("\n  - ".join([message, *lines]))
-        error.faults = tuple(self._found)
-        raise error from self._found[0]
+        error.faults = faults
+        raise error from faults[0]

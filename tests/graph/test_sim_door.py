@@ -138,9 +138,6 @@ def test_names(swarm, name):
     check(spawn(swarm, ROBOT, name="Srobot1"), NAMES.NAME_NOT_UNIQUE, "Srobot1")
 
 
-@pytest.mark.xfail(
-    strict=False, reason="20,000 joints take over 30 s since all faults are told at once"
-)
 def test_models_that_are_none(swarm, tmp_path):
     fifo = tmp_path / "pipe.sdf"
     os.mkfifo(fifo)
