@@ -7,7 +7,6 @@ from contextlib import contextmanager
 
 from swarm_common.model.errors import SwarmError
 
-
 LISTED = 50
 """So many faults are listed; of the others a message tells the number."""
 

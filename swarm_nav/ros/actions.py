@@ -1,16 +1,23 @@
-"""Action servers that never block: a goal is handed to the brain and its result sent at the end."""
+"""Action servers that never block: a goal is handed to the brain and its result sent at the end.
+
+An action is three services and two topics (https://design.ros2.org/articles/actions.html), and so
+it is built here. rclpy's server polls a coroutine per goal, and rcl forgets goals by timers: when
+many are due at a time, rclpy's EventsExecutor calls back for them again and again, for seconds.
+"""
 
 from __future__ import annotations
 
+import contextlib
+from collections import deque
 from collections.abc import Callable
 from typing import Any
 
-from rclpy.action import CancelResponse, GoalResponse
-from rclpy.action.server import ServerGoalHandle
+from action_msgs.msg import GoalInfo, GoalStatus, GoalStatusArray
+from action_msgs.srv import CancelGoal
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
+from rclpy.qos import QoSProfile, qos_profile_action_status_default
+from rclpy.time import Time
 
-from swarm_common.middleware.rclpy_compat import PatientActionServer
 from swarm_common.process.last_resort import FaultLog
 from swarm_nav.core.goals import Outcome
 
@@ -19,20 +26,52 @@ from swarm_nav.core.goals import Outcome
 BURST = QoSProfile(depth=2000)
 # [s] of the node's clock. Each status message lists all goals whose results are kept; rclpy's own
 # 15 min are for clients that ask long after the end.
-RESULT_TIMEOUT = 60
+RESULT_TIMEOUT = 60.0
+ACTIVE = (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING, GoalStatus.STATUS_CANCELING)
+MOST_ASKED = 100  # requests for the result of a goal that has not ended; the oldest get none
+ANY_GOAL = bytes(16)  # in a request to cancel: whichever the stamp says
 FAULTS = FaultLog("request of an action")
 
 Consider = Callable[[Any], bool]
-Begin = Callable[["TickActionServer", ServerGoalHandle], None]
-Cancel = Callable[[ServerGoalHandle], None]
+Begin = Callable[["TickActionServer", "GoalHandle"], None]
+Cancel = Callable[["GoalHandle"], None]
+Respond = Callable[[Any, Any], None]
 
 
-class TickActionServer(PatientActionServer):
-    """Accepts goals at once and ends them with `finish`, between two ticks.
+class GoalHandle:
+    """A goal that was accepted.
 
-    rclpy runs an execute callback per goal and polls it while it waits. Here nothing runs, and
-    the execute callback is never called.
+    Attributes:
+        request: The goal as its client sent it.
+        info: Its id and when it was accepted.
+        status: As in `action_msgs/GoalStatus`.
+        accepted_at, ended_at: [ns] of the node's clock.
     """
+
+    def __init__(self, request: Any, info: GoalInfo, accepted_at: int) -> None:
+        """Take it as executing: goals begin when they are accepted."""
+        self.request = request
+        self.info = info
+        self.status = GoalStatus.STATUS_EXECUTING
+        self.accepted_at = accepted_at
+        self.ended_at = 0
+        self.response: Any = None  # to whom asks for the result, once it has ended
+        # Headers of the requests for the result until then.
+        self.asked: deque[Any] = deque(maxlen=MOST_ASKED)
+
+    @property
+    def is_active(self) -> bool:
+        """Whether it has not ended."""
+        return self.status in ACTIVE
+
+    @property
+    def is_cancel_requested(self) -> bool:
+        """Whether its client wants it canceled."""
+        return bool(self.status == GoalStatus.STATUS_CANCELING)
+
+
+class TickActionServer:
+    """Accepts goals at once and ends them with `finish`, between two ticks."""
 
     def __init__(
         self,
@@ -43,7 +82,7 @@ class TickActionServer(PatientActionServer):
         begin: Begin,
         cancel: Cancel,
     ) -> None:
-        """Create the server.
+        """Create the server; it ends with the node.
 
         Args:
             node: To create it on.
@@ -54,56 +93,161 @@ class TickActionServer(PatientActionServer):
             cancel: Called when a client wants a goal canceled; it ends some ticks later.
         """
         self.kind = kind
-        self._begin = begin
-        self._feedback_topic = f"{name}/_action/feedback"
-
-        def on_goal(request: Any) -> GoalResponse:
-            return GoalResponse.ACCEPT if consider(request) else GoalResponse.REJECT
-
-        def on_cancel(handle: ServerGoalHandle) -> CancelResponse:
-            cancel(handle)
-            return CancelResponse.ACCEPT
-
-        super().__init__(
-            node,
-            kind,
-            name,
-            execute_callback=lambda _: kind.Result(),
-            goal_callback=on_goal,
-            cancel_callback=on_cancel,
-            goal_service_qos_profile=BURST,
-            result_service_qos_profile=BURST,
-            cancel_service_qos_profile=BURST,
-            result_timeout=RESULT_TIMEOUT,
+        self._node = node
+        self._consider, self._begin, self._cancel = consider, begin, cancel
+        self._goals: dict[bytes, GoalHandle] = {}  # in the order in which they were accepted
+        topics = f"{name}/_action"
+        self._feedback = node.create_publisher(kind.Impl.FeedbackMessage, f"{topics}/feedback", 10)
+        self._status = node.create_publisher(
+            GoalStatusArray, f"{topics}/status", qos_profile_action_status_default
+        )
+        services = kind.Impl
+        self._respond_to_goal = self._serve(
+            f"{topics}/send_goal", services.SendGoalService, self._on_goal
+        )
+        self._serve(f"{topics}/cancel_goal", services.CancelGoalService, self._on_cancel)
+        self._respond_to_result = self._serve(
+            f"{topics}/get_result", services.GetResultService, self._on_result
         )
 
-    def notify_execute(self, goal_handle: ServerGoalHandle, execute_callback: Any) -> None:
-        """Begin the goal instead of running a callback for it."""
-        del execute_callback
-        self._begin(self, goal_handle)
+    def _serve(self, name: str, kind: Any, on_request: Callable[[Any, Any, Any], Any]) -> Respond:
+        """Offer a service whose response may be sent later.
 
-    async def execute(self, taken_data: Any) -> None:
-        """Do what was asked for; rclpy's executor ends the process if this raises."""
-        try:
-            await super().execute(taken_data)
-        except Exception as error:
-            FAULTS.note(error)
+        rclpy's executor calls the callback, and then `send_response` with what that returned and
+        the header of the request.
+
+        Args:
+            name: Of the service.
+            kind: Its type.
+            on_request: Takes request, empty response and header; returns the response, or None if
+                it is sent elsewhere.
+
+        Returns:
+            What sends a response to the one with a header.
+        """
+        service = self._node.create_service(
+            kind, name, lambda request, _: request, qos_profile=BURST
+        )
+        send_response = service.send_response
+
+        def respond(response: Any, header: Any) -> None:
+            with contextlib.suppress(RuntimeError):  # RCLError: who asked is gone, or unknown yet
+                send_response(response, header)
+
+        def send(request: Any, header: Any) -> None:
+            try:
+                response = on_request(request, kind.Response(), header)
+                if response is not None:
+                    respond(response, header)
+            except Exception as error:  # would end rclpy's executor
+                FAULTS.note(error)
+
+        service.send_response = send
+        return respond
+
+    # What clients ask for
+
+    def _on_goal(self, request: Any, response: Any, header: Any) -> None:
+        self._forget()
+        goal_id = bytes(request.goal_id.uuid)
+        response.accepted = goal_id not in self._goals and bool(self._consider(request.goal))
+        goal = None
+        if response.accepted:
+            now = self._now()
+            response.stamp = Time(nanoseconds=now).to_msg()
+            goal = GoalHandle(
+                request.goal, GoalInfo(goal_id=request.goal_id, stamp=response.stamp), now
+            )
+            self._goals[goal_id] = goal
+        self._respond_to_goal(response, header)
+        if goal is not None:
+            self._publish_status()
+            self._begin(self, goal)
+
+    def _on_cancel(self, request: Any, response: Any, header: Any) -> Any:
+        """Cancel one goal, all that were accepted until a stamp, or simply all."""
+        del header
+        wanted, goal_id = [], bytes(request.goal_info.goal_id.uuid)
+        stamp = request.goal_info.stamp
+        until = 10**9 * stamp.sec + stamp.nanosec
+        is_all = goal_id == ANY_GOAL and until == 0
+        for key, goal in self._goals.items():
+            is_older = until > 0 and goal.accepted_at <= until
+            is_meant = is_all or is_older or key == goal_id
+            if is_meant and goal.status == GoalStatus.STATUS_EXECUTING:
+                wanted.append(goal)
+        if goal_id != ANY_GOAL and not wanted:
+            response.return_code = self._why_not(goal_id)
+        for goal in wanted:
+            self._cancel(goal)
+            goal.status = GoalStatus.STATUS_CANCELING
+        response.goals_canceling = [goal.info for goal in wanted]
+        if wanted:
+            self._publish_status()
+        return response
+
+    def _why_not(self, goal_id: bytes) -> int:
+        """Return why a goal cannot be canceled."""
+        if (goal := self._goals.get(goal_id)) is None:
+            return int(CancelGoal.Response.ERROR_UNKNOWN_GOAL_ID)
+        if goal.is_active:  # it is being canceled
+            return int(CancelGoal.Response.ERROR_REJECTED)
+        return int(CancelGoal.Response.ERROR_GOAL_TERMINATED)
+
+    def _on_result(self, request: Any, response: Any, header: Any) -> Any:
+        goal = self._goals.get(bytes(request.goal_id.uuid))
+        if goal is None:
+            response.status = GoalStatus.STATUS_UNKNOWN
+            return response
+        if goal.response is None:
+            goal.asked.append(header)
+        return goal.response
+
+    # What the brain says
 
     @property
     def has_listeners(self) -> bool:
         """Whether somebody wants feedback."""
-        return self.count_subscribers(self._feedback_topic) > 0
+        return bool(self._feedback.get_subscription_count() > 0)
 
-    def finish(self, handle: ServerGoalHandle, outcome: Outcome, result: Any) -> None:
+    def publish_feedback(self, goal: GoalHandle, feedback: Any) -> None:
+        """Tell those who listen how a goal goes on."""
+        self._feedback.publish(
+            self.kind.Impl.FeedbackMessage(goal_id=goal.info.goal_id, feedback=feedback)
+        )
+
+    def finish(self, goal: GoalHandle, outcome: Outcome, result: Any) -> None:
         """End a goal and send its result."""
-        if not handle.is_active:
+        if not goal.is_active:
             return
         if outcome is Outcome.SUCCEEDED:
-            handle.succeed()
-        elif handle.is_cancel_requested:
-            handle.canceled()
+            goal.status = GoalStatus.STATUS_SUCCEEDED
+        elif goal.is_cancel_requested:
+            goal.status = GoalStatus.STATUS_CANCELED
         else:
-            handle.abort()
-        response = self.kind.Impl.GetResultService.Response()
-        response.status, response.result = handle.status, result
-        self.answer(bytes(handle.goal_id.uuid), response)
+            goal.status = GoalStatus.STATUS_ABORTED
+        goal.ended_at = self._now()
+        goal.request = None
+        goal.response = self.kind.Impl.GetResultService.Response(status=goal.status, result=result)
+        while goal.asked:
+            self._respond_to_result(goal.response, goal.asked.popleft())
+        self._publish_status()
+
+    def _now(self) -> int:
+        return int(self._node.get_clock().now().nanoseconds)
+
+    def _forget(self) -> None:
+        """Forget results that nobody asks for any more."""
+        oldest = self._now() - round(1e9 * RESULT_TIMEOUT)
+        old = [key for key, goal in self._goals.items() if not goal.is_active]
+        for key in old:
+            if self._goals[key].ended_at < oldest:
+                del self._goals[key]
+
+    def _publish_status(self) -> None:
+        goals = self._goals.values()
+        self._status.publish(
+            GoalStatusArray(
+                status_list=[GoalStatus(goal_info=goal.info, status=goal.status) for goal in goals]
+            )
+        )

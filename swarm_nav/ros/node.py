@@ -9,7 +9,6 @@ from typing import Any
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid
 from nav_msgs.msg import Odometry as OdometryMsg
-from rclpy.action import ActionServer
 from rclpy.context import Context
 from sensor_msgs.msg import LaserScan
 from swarm_interfaces.msg import Mission, NeighborArray, RobotStatus
@@ -365,7 +364,4 @@ class NavigatorNode:
         if self._brain is not None:
             for _, topic, _ in self._incoming:
                 topic.destroy()
-        for server in list(self.node.waitables):
-            if isinstance(server, ActionServer):  # one that is left keeps the node alive
-                server.destroy()
         self.node.destroy_node()

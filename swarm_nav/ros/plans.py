@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import ComputePathThroughPoses, ComputePathToPose
-from rclpy.action.server import ServerGoalHandle
 from rclpy.node import Node
 
 from swarm_common.middleware.rejections import RejectedError, Rejections
@@ -20,7 +19,7 @@ from swarm_common.middleware.ros_io import path_msg
 from swarm_common.model.records import FloatArray, Pose
 from swarm_nav.behaviour.navigator import Navigator
 from swarm_nav.core.goals import ErrorCode, Outcome, PlanError
-from swarm_nav.ros.actions import TickActionServer
+from swarm_nav.ros.actions import GoalHandle, TickActionServer
 from swarm_nav.ros.demand import OnDemand
 from swarm_nav.ros.goals import CLIENT, ToMap, check_count, duration_msg, plan_error_code
 
@@ -43,7 +42,7 @@ class Job:
 
     name: str
     server: TickActionServer
-    handle: ServerGoalHandle
+    handle: GoalHandle
     goals: Sequence[PoseStamped]
     stops: list[Pose]
     started: float
@@ -96,7 +95,7 @@ class Plans:
                 return False
             return self._is_open()
 
-        def begin(server: TickActionServer, handle: ServerGoalHandle) -> None:
+        def begin(server: TickActionServer, handle: GoalHandle) -> None:
             request = handle.request
             goals = request.goals if action is ComputePathThroughPoses else [request.goal]
             job = Job(name, server, handle, goals, [], time.perf_counter())

@@ -9,14 +9,13 @@ from functools import partial
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped
-from rclpy.action.server import ServerGoalHandle
 from rclpy.node import Node
 
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.middleware.ros_io import RELIABLE, unpacked
 from swarm_nav.behaviour.navigator import Navigator
 from swarm_nav.core.goals import Goal, GoalEnded, GoalKind
-from swarm_nav.ros.actions import TickActionServer
+from swarm_nav.ros.actions import GoalHandle, TickActionServer
 from swarm_nav.ros.demand import OnDemand
 from swarm_nav.ros.goals import (
     ACTIONS,
@@ -39,7 +38,7 @@ class Running:
     """An action goal that the brain has not ended yet."""
 
     server: TickActionServer
-    handle: ServerGoalHandle
+    handle: GoalHandle
     goal: Goal
     started_tick: int = 0
     has_listeners: bool = False
@@ -91,7 +90,7 @@ class Tasks:
         def is_sensible(request: Any) -> bool:
             return self._is_open() and self._parse(kind, request) is not None
 
-        def begin(server: TickActionServer, handle: ServerGoalHandle) -> None:
+        def begin(server: TickActionServer, handle: GoalHandle) -> None:
             goal = self._parse(kind, handle.request)
             assert goal is not None  # accepted a moment ago
             self._last_id = goal.goal_id
@@ -124,7 +123,7 @@ class Tasks:
             self._last_id = goal.goal_id
             self._start(goal)
 
-    def _cancel(self, handle: ServerGoalHandle) -> None:
+    def _cancel(self, handle: GoalHandle) -> None:
         for goal_id, running in self._running.items():
             if running.handle == handle and self._brain.goal_id == goal_id:
                 self._brain.cancel_goal()
@@ -146,6 +145,5 @@ class Tasks:
             running.has_listeners = running.server.has_listeners
         feedback = self._brain.feedback() if running.has_listeners else None
         if feedback is not None:
-            running.handle.publish_feedback(
-                feedback_msg(running.goal, feedback, running.started_tick, tick)
-            )
+            message = feedback_msg(running.goal, feedback, running.started_tick, tick)
+            running.server.publish_feedback(running.handle, message)

@@ -33,7 +33,9 @@ from swarm_sim.world.world import Observation
 
 BASE = "base_footprint"
 IMU_FRAME = "imu_link"
-LOCAL_LIMIT = 0.25  # [s] before an answer is asked for again on one host, where few are lost
+# [s] before an answer is asked for again on one host, at least and at most: no link there comes and
+# goes, but what others send may push a message out of a queue.
+LOCAL_LIMITS = 0.25, 0.4
 NEWCOMER_REPEATS = 4  # for one side of a topic may know the other earlier than the reverse
 
 
@@ -79,7 +81,7 @@ class RobotLink:
         self.command: Twist | None = None
         self.beacon: np.void | None = None
         self._robot_id = robot_id
-        self.trip = RoundTrip(LOCAL_LIMIT)
+        self.trip = RoundTrip(*LOCAL_LIMITS)
         self._on_answer = on_answer
         self._foreigners = foreigners
         self._listeners = 0

@@ -16,7 +16,7 @@ from swarm_common.model.records import Pose, Twist, wrap_angle
 
 # [s] of wall time for which the tick waits; then the robot is told between the ticks, and stands
 # until its beacon says that it knows.
-LIMIT = 0.8
+LIMIT = 0.5
 # [s] of wall time between two times of telling: the navigator may not know our topic yet, or hear
 REPEAT_PERIOD = 0.3  # somebody else in between
 SLICE = 0.01  # [s] of wall time between two looks whether it has

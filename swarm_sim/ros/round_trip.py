@@ -23,14 +23,15 @@ class RoundTrip:
         is_hurried: Whether it was sent again before its time.
     """
 
-    def __init__(self, least: float) -> None:
+    def __init__(self, least: float, longest: float = LONGEST) -> None:
         """Know nothing yet.
 
         Args:
             least: [s] that the limit never falls below.
+            longest: [s] that it never exceeds.
         """
         self.limit = max(FIRST, least)
-        self._least = least
+        self._least, self._longest = least, longest
         self._smooth: float | None = None
         self._deviation = 0.0
         self._first_at = self._sent_at = 0.0
@@ -49,7 +50,7 @@ class RoundTrip:
     def repeat(self, now: float) -> None:
         """It was sent again."""
         self._sent_at = now
-        self.limit = min(2.0 * self.limit, LONGEST)
+        self.limit = min(2.0 * self.limit, self._longest)
 
     @property
     def due_at(self) -> float:
@@ -68,4 +69,4 @@ class RoundTrip:
             self._deviation += DEVIATION_GAIN * (abs(self._smooth - time) - self._deviation)
             self._smooth += GAIN * (time - self._smooth)
         limit = self._smooth + DEVIATIONS * self._deviation
-        self.limit = min(max(limit, self._least), LONGEST)
+        self.limit = min(max(limit, self._least), self._longest)

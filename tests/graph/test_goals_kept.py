@@ -1,13 +1,13 @@
-"""What an action server keeps of goals that have ended: not for ever."""
+"""What an action server keeps of its goals, and which of them it cancels."""
 
 from __future__ import annotations
 
-import asyncio
 import time
 
 import pytest
 import rclpy
 from action_msgs.msg import GoalStatus, GoalStatusArray
+from action_msgs.srv import CancelGoal
 from nav2_msgs.action import Wait
 from rclpy.context import Context
 from rclpy.qos import qos_profile_action_status_default
@@ -46,14 +46,19 @@ class Server:
         TickActionServer(node, Wait, "wait", lambda _: True, begin, lambda _: None)
         self._goals = node.create_client(Wait.Impl.SendGoalService, "wait/_action/send_goal")
         self._results = node.create_client(Wait.Impl.GetResultService, "wait/_action/get_result")
+        self.cancels = node.create_client(CancelGoal, "wait/_action/cancel_goal")
+        assert self.cancels.wait_for_service(20.0)
         assert self._goals.wait_for_service(20.0)
         assert self._results.wait_for_service(20.0)
 
     def send(self, number: int) -> None:
+        assert self.try_to_send(number)
+        self.settle(0.05)
+
+    def try_to_send(self, number: int) -> bool:
         request = Wait.Impl.SendGoalService.Request()
         request.goal_id.uuid = [number] * 16
-        assert self.wait_for(self._goals.call_async(request)).accepted
-        self.settle(0.05)
+        return self.wait_for(self._goals.call_async(request)).accepted
 
     def ask(self, number: int):
         request = Wait.Impl.GetResultService.Request()
@@ -115,22 +120,50 @@ def test_who_waits_for_the_result_of_a_goal_gets_it_however_long_it_takes(node, 
     server.executor.shutdown()
 
 
-def test_a_goal_with_the_id_of_one_that_is_being_forgotten_is_not_freed_with_it(node):
+def test_the_id_of_a_goal_that_is_forgotten_may_be_used_again(node):
     begun = []
     server = Server(node, lambda *goal: begun.append(goal))
     server.send(0)
     actions, old = begun[0]
     actions.finish(old, DONE, Wait.Result())
     server.settle(0.2)
+    assert not server.try_to_send(0), "its result is kept"
     server.clock.set(after(RESULT_TIMEOUT + 5.0))
-    expired = actions._handle.expire_goals(1)  # as rclpy does, some callbacks before the rest
-    assert len(expired) == 1
     server.send(0)
-    asyncio.run(actions._execute_expire_goals(expired))
     result = server.ask(0)
     server.settle(0.2)
     actions.finish(begun[1][1], DONE, Wait.Result())
     assert server.wait_for(result).status == GoalStatus.STATUS_SUCCEEDED
+    server.executor.shutdown()
+
+
+def test_goals_are_canceled_by_id_by_stamp_or_all_together(node):
+    begun = []
+    server = Server(node, lambda *goal: begun.append(goal))
+    for number in range(1, 6):
+        server.clock.set(after(10.0 * number))
+        server.send(number)
+
+    def cancel(number: int | None = None, seconds: int = 0):
+        request = CancelGoal.Request()
+        request.goal_info.stamp.sec = seconds
+        if number is not None:
+            request.goal_info.goal_id.uuid = [number] * 16
+        response = server.wait_for(server.cancels.call_async(request))
+        return response.return_code, [goal.goal_id.uuid[0] for goal in response.goals_canceling]
+
+    assert cancel(5) == (CancelGoal.Response.ERROR_NONE, [5])
+    assert cancel(5) == (CancelGoal.Response.ERROR_REJECTED, [])
+    assert cancel(9) == (CancelGoal.Response.ERROR_UNKNOWN_GOAL_ID, [])
+    assert cancel(seconds=-5) == (CancelGoal.Response.ERROR_NONE, [])
+    assert cancel(seconds=20) == (CancelGoal.Response.ERROR_NONE, [1, 2])
+    actions, handle = begun[4]
+    result = server.ask(5)
+    server.settle(0.2)
+    actions.finish(handle, Outcome.CANCELED, Wait.Result())
+    assert server.wait_for(result).status == GoalStatus.STATUS_CANCELED
+    assert cancel(5) == (CancelGoal.Response.ERROR_GOAL_TERMINATED, [])
+    assert cancel() == (CancelGoal.Response.ERROR_NONE, [3, 4])
     server.executor.shutdown()
 
 

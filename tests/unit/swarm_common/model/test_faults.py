@@ -7,7 +7,7 @@ from swarm_common.model.faults import LISTED, Faults
 def test_one_fault_is_raised_as_it_is():
     faults = Faults("a.urdf", RobotModelError)
     faults.tell(["a.urdf: no link"] * 3)
-    with pytest.raises(RobotModelError, match="^a.urdf: no link$"):
+    with pytest.raises(RobotModelError, match=r"^a\.urdf: no link$"):
         faults.check()
 
 
