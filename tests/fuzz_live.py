@@ -47,7 +47,8 @@ from nav2_msgs.action import (
 )
 from nav_msgs.msg import Odometry
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.serialization import serialize_message
+from rclpy.serialization import deserialize_message, serialize_message
+from swarm_interfaces.msg import Mission
 
 from swarm_common.middleware import ros_env
 from swarm_common.middleware.rclpy_compat import SafeExecutor
@@ -94,6 +95,13 @@ TEXTS = (
 LENGTHS = (0, 0, 1, 2, 3, 17, 2000)
 # Requests that are in order and mean harm: what an operator may do is no malformed input.
 HARMLESS = {"state": (0, 1, 3, 77, 255), "command": (0, 2, 5, 77, 255)}
+
+
+def is_order(data: bytes, kind: type) -> bool:
+    """Whether bytes are an operator's mission: for its next goal the swarm waits, up to 10 s."""
+    with contextlib.suppress(Exception):
+        return kind is Mission and deserialize_message(data, kind).active
+    return False
 
 
 class Inventor:
@@ -294,12 +302,15 @@ class Fuzzer:
         def throw() -> str:
             if rng.random() < 0.4:
                 message = self._inventor.message(kind)
-                publisher.publish(message)
+                if not is_order(serialize_message(message), kind):
+                    publisher.publish(message)
                 return f"{name}: {str(message)[:300]}"
             pattern = self._patterns.get(name)
             if pattern is None or rng.random() < 0.3:
                 pattern = serialize_message(self._inventor.message(kind))
             data = mutated(rng, pattern)
+            if is_order(data, kind):
+                return f"{name}: nothing"
             with contextlib.suppress(RuntimeError):  # DDS itself sends no empty message
                 publisher.publish(data)
             return f"{name}: {len(data)} bytes {data[:80].hex()}"
