@@ -1,7 +1,7 @@
 """The private parts of rclpy that we use, all in one place; written for rclpy 7.1 (Jazzy).
 
-rclpy has no public way to take a message without an executor, to go on after a task that raised,
-to answer parameter requests that make no sense, or to know the goals of an action server.
+rclpy has no public way to take a message without an executor, to go on after a task that raised, or
+to answer parameter requests that make no sense.
 """
 
 from __future__ import annotations
@@ -12,9 +12,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import rclpy
-from action_msgs.msg import GoalStatus
 from rcl_interfaces.msg import SetParametersResult
-from rclpy.action import ActionServer
 from rclpy.context import Context
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
@@ -41,12 +39,6 @@ PARTS: tuple[tuple[Any, str], ...] = (
     (_rclpy.WaitSet, "add_subscription"),
     (_rclpy.WaitSet, "clear_entities"),
     (_rclpy.WaitSet, "wait"),
-    (ActionServer, "_execute_expire_goals"),
-    (ActionServer, "_execute_goal_request"),
-    (ActionServer.__init__, "_goal_handles"),
-    (ActionServer.__init__, "_handle"),
-    (ActionServer.__init__, "_node"),
-    (ActionServer.__init__, "_result_futures"),
     (Node.__init__, "_time_source"),
     (ParameterService, "_describe_parameters_callback"),
     (ParameterService, "_get_parameter_types_callback"),
@@ -177,48 +169,6 @@ class CheckedParameterService(ParameterService):  # type: ignore[misc]  # rclpy 
 def _are_known(names: Sequence[str]) -> bool:
     """Whether names may be those of parameters at all."""
     return len(names) <= MOST and all(len(name) <= LONGEST for name in names)
-
-
-class PatientActionServer(ActionServer):  # type: ignore[misc]  # rclpy has no types
-    """An action server that neither forgets a goal that it has accepted nor frees a foreign one."""
-
-    async def _execute_goal_request(self, request_header_and_message: Any) -> None:
-        """Begin an accepted goal also if its client cannot be told so; rclpy would forget it.
-
-        Then the client has not been found yet: it asks once more.
-        """
-        await super()._execute_goal_request(request_header_and_message)
-        goal_id = bytes(request_header_and_message[1].goal_id.uuid)
-        handle = self._goal_handles.get(goal_id)
-        if handle is not None and handle.status == GoalStatus.STATUS_ACCEPTED:
-            handle.execute()
-
-    async def _execute_expire_goals(self, expired_goals: Any) -> None:
-        """Forget goals that rcl has forgotten, but not one that has got the same id since.
-
-        rclpy would free that one, which rcl still has: from then on it reads freed memory.
-        """
-        for goal in expired_goals:
-            if self._handle.goal_exists(goal):
-                continue
-            goal_id = bytes(goal.goal_id.uuid)
-            if (handle := self._goal_handles.pop(goal_id, None)) is not None:
-                handle.destroy()
-            if (future := self._result_futures.pop(goal_id, None)) is not None:
-                self.remove_future(future)
-
-    def count_subscribers(self, topic: str) -> int:
-        """Return how many subscribers a topic of the node has."""
-        return int(self._node.count_subscribers(topic))
-
-    def answer(self, goal_id: bytes, response: Any) -> None:
-        """Give the result of a goal to all who ask for it.
-
-        Not in a task, as rclpy does: that raises if the goal is forgotten before its turn comes.
-        """
-        future = self._result_futures.get(goal_id)
-        if future is not None:
-            future.set_result(response)
 
 
 def time_source_without_topic(node: Node) -> TimeSource:
