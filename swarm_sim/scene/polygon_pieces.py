@@ -13,6 +13,7 @@ Point = tuple[float, float]
 DETAIL = 0.001  # [m] by which a piece with too many corners is simplified at first
 MAX_CORNERS = 32  # of a piece
 DENT = 0.0005  # [m] mean depth of dents in a polygon that counts as convex
+MARGIN = 1e-9  # [m²] of an area, for rounding
 DEPTH = 0.005  # [m] of the deepest of them, and of what is cut off a piece's corners
 
 
@@ -83,14 +84,17 @@ def _joined(ring: list[Point], other: list[Point], a: Point, b: Point) -> list[P
 def _is_nearly_convex(ring: list[Point]) -> bool:
     points = np.array(ring)
     before, after = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
-    if (before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0] >= 0.0).all():
-        return True
+    cross = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+    if (cross >= 0.0).all():
+        turns = np.arctan2(cross, (before * after).sum(axis=1)).sum() / (2.0 * np.pi)
+        return bool(turns < 1.5)  # a ring that goes round twice overlaps itself
     return _is_convex(shapely.Polygon(ring))
 
 
 def _is_convex(polygon: Any) -> bool:
     hull = shapely.convex_hull(polygon)
-    if hull.area - polygon.area >= DENT * hull.length:
+    dents = hull.area - polygon.area
+    if not -MARGIN <= dents < DENT * hull.length:  # what overlaps itself has more area than its hull
         return False
     corners = shapely.points(shapely.get_coordinates(polygon))  # a dent is deepest at a corner
     return bool((shapely.distance(corners, shapely.boundary(hull)) <= DEPTH).all())
