@@ -1,8 +1,8 @@
 """Byte code of our modules where Python is told not to keep any (PYTHONDONTWRITEBYTECODE).
 
-pip compiles what it installs whatever that variable says, as each start would else compile it
-anew, in every process. It does not see interface packages, which are built here, and sources that
-are used where they lie.
+pip compiles what it installs regardless of that variable; otherwise every process would compile it
+again at every start. pip does not see the interface packages, which are built here, nor sources of
+an editable installation.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def own_packages() -> list[Path]:
 def ensure_bytecode(folders: Iterable[Path]) -> None:
     """Compile the modules in folders whose byte code is missing or out of date.
 
-    Does nothing where Python does it, and where nothing can be written.
+    Does nothing if Python keeps byte code itself, or if the folder cannot be written.
     """
     if not sys.dont_write_bytecode:
         return

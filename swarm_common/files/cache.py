@@ -52,7 +52,7 @@ def kept(kind: str, parts: Iterable[str | bytes], make: Callable[[], Result]) ->
 
 
 def _write(path: Path, data: bytes) -> None:
-    """Write a file whole or not at all, whoever else writes it."""
+    """Write a file completely or not at all, even if another process writes it at the same time."""
     path.parent.mkdir(parents=True, exist_ok=True)
     descriptor, name = tempfile.mkstemp(dir=path.parent)
     try:

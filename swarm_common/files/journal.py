@@ -1,4 +1,4 @@
-"""Append-only files of JSON lines: whatever happens to the writer, what it wrote can be read."""
+"""Append-only files of JSON lines: everything written stays readable if the writer is killed."""
 
 from __future__ import annotations
 

@@ -6,5 +6,5 @@ import logging
 
 
 def quiet_trimesh() -> None:
-    """Keep trimesh from printing tracebacks of what it catches (a missing texture, a bad file)."""
+    """Keep trimesh from printing exceptions that it handles (a missing texture, a bad file)."""
     logging.getLogger("trimesh").setLevel(logging.CRITICAL + 1)

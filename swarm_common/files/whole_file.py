@@ -8,14 +8,14 @@ from pathlib import Path
 
 
 def write_whole(path: Path, text: str) -> None:
-    """Write a file in place of what was there, which stays until all of the new one is on disk.
+    """Replace a file; the old contents stay until all of the new ones are on disk.
 
     Args:
         path: Of the file; its folder is there.
         text: Written as UTF-8.
 
     Raises:
-        OSError: If it cannot be written; what was there before is there still.
+        OSError: If it cannot be written; the old contents are then unchanged.
     """
     descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}-")
     try:

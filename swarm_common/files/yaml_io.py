@@ -1,4 +1,4 @@
-"""Strict reading of YAML files: what is malformed, unknown or of a wrong type is an error."""
+"""Strict reading of YAML files: malformed text, unknown keys and wrong types are errors."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ def check_keys(data: dict[str, Any], known: Iterable[str], where: str) -> None:
 
 
 def number(value: object, what: str, error: type[SwarmError] = ConfigError) -> float:
-    """Return a finite number, or raise naming what it should have been."""
+    """Return a finite number; otherwise raise an error that says what was expected."""
     if isinstance(value, bool) or not isinstance(value, int | float) or abs(value) > LARGEST:
         raise error(f"{what} is {_shown(value)}; expected a number")
     if not math.isfinite(value):

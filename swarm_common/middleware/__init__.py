@@ -8,17 +8,17 @@ What a module imports of its folder stands above it:
                         rclpy leaves that out
     rclpy_compat        The private parts of rclpy that we use, all in one place; written for
                         rclpy 7.1 (Jazzy)
-    rejections          What the doors of a process turn away: counted by kind, said once per
-                        kind and source
+    rejections          Inputs that the doors of a process reject: counted by kind, reported
+                        once per kind and source
     ros_env             Environment of ROS 2 that every process of a swarm wants; set before
                         rclpy is imported
-    sealed              Messages between hosts under a seal: who knows the secret wrote them,
-                        for this run, just now
+    sealed              Sealed messages between hosts: written by a holder of the secret, for
+                        this run, just now
     secret              The secret that the hosts of a swarm share: made and shown by the
                         world's host
     topic_table         Every topic of a swarm that people look at or record: name, type,
                         quality. Knows no ROS
-    beacon_batch        What the radio brings to all robots of one host at a tick, as one
+    beacon_batch        All beacons that the robots of one host receive at a tick, as one
                         message: each beacon once
     dds_profile         DDS profiles of a swarm on several hosts: one address to bind to, peers
                         by unicast only
@@ -26,8 +26,8 @@ What a module imports of its folder stands above it:
                         strings
     participants        DDS participants over which a process spreads the topics of a large
                         swarm
-    ros_poll            Topics that are looked at, not called back: the cheap way to take what
-                        comes every tick
+    ros_poll            Topics that are polled instead of called back: the cheap way to receive
+                        messages every tick
     beacon_kernels      Numba kernel of the radio's door: which beacons say what no robot can
                         mean
     wire                CDR bytes of the messages sent every tick: odometry, scan, command

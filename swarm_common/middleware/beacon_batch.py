@@ -1,7 +1,8 @@
-"""What the radio brings to all robots of one host at a tick, as one message: each beacon once.
+"""All beacons that the robots of one host receive at a tick, as one message: each beacon once.
 
 On one host every robot gets a message of its own, with the beacons that it hears. Between hosts
-that would carry each beacon once per hearer, most of the traffic. A batch names who hears which;
+this would send each beacon once per receiver, which would be most of the traffic. A batch names who
+hears which;
 it is compressed, as most of a beacon's points are unused, and sealed like all that hosts say to
 each other. On the wire it is a std_msgs/UInt8MultiArray.
 """

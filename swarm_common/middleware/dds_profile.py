@@ -15,13 +15,13 @@ TEMPLATE = Path(__file__).resolve().parent / "fastdds.xml"
 FOREIGN = (PROFILES, "FASTDDS_DEFAULT_PROFILES_FILE", "ROS_DISCOVERY_SERVER")
 WORLD_IDS = 40  # ids on the world's host that tools announce themselves to
 # The same for navigators, which are many: world, mission, registry, and tools. In a large swarm the
-# world's host tells each navigator whom to meet.
+# world's host tells each navigator which participants to announce itself to.
 WORLD_IDS_OF_ROBOTS = 16
 HELPERS = (0, 1)  # ids on a robots' host before its navigators': agent and distributor
 MOST_PROCESSES = 90  # navigators' on one host: Fast DDS gives out about 100 ids, tools need some
-# Longer than a host's silence is borne: what was sent during it is sent again by DDS itself.
+# Longer than the silence of a host that is tolerated: DDS itself repeats what was sent meanwhile.
 LEASE = 60  # [s]
-# Of DDS itself; what is larger DDS sends in parts, and repeats the parts that got lost. Datagrams
+# Of DDS itself; it sends larger messages in parts, and repeats lost parts. Datagrams
 # of up to 64 kB would be fragmented by IP: with one fragment the whole is lost, some firewalls drop
 # them all, and where the MTU is smaller than both ends believe, nothing large ever arrives.
 DATAGRAM = 1300  # bytes
@@ -32,7 +32,7 @@ ANNOUNCEMENT = 3  # [s]
 
 @dataclass(frozen=True, slots=True)
 class Peers:
-    """Whom a participant announces itself to.
+    """The participants that a participant announces itself to.
 
     Attributes:
         address: Of the host.
@@ -53,7 +53,7 @@ def profile(own_address: str, peers: Sequence[Peers], domain: int, lease: int = 
 
     Args:
         own_address: IPv4 address of this host; the only one that is bound to and announced.
-        peers: Whom to announce oneself to.
+        peers: Participants to announce oneself to.
         domain: ROS domain.
         lease: [s] of silence after which a participant counts as gone.
     """
@@ -89,7 +89,7 @@ def _add_locator(known: ElementTree.Element, address: str, port: int | None) -> 
 
 
 def peers_of_tools(own_address: str, world_address: str) -> list[Peers]:
-    """Return the peers of whoever wants to see the graph from one of its hosts."""
+    """Return the peers of a tool that looks at the graph from one of its hosts."""
     own = Peers(own_address)
     if world_address == own_address:
         return [own]

@@ -1,7 +1,8 @@
 """DDS participants over which a process spreads the topics of a large swarm.
 
-Who meets a DDS participant is told of every topic it has, and once more of all of them whenever
-one is added. If the world had one participant, each of 100 navigators would be told of 1000 topics
+A process that discovers a DDS participant is told of all its topics, and of all of them again
+whenever one is added. If the world had one participant, each of 100 navigators would be told of
+1000 topics
 of which it needs eleven; that costs more than all its work. So in a large swarm
 (`ros_env.is_large`) the topics of each `HUB_SIZE` robots have a participant of their own, a hub,
 and a navigator announces itself to the hubs it needs. Other terminals meet everybody.
@@ -125,8 +126,8 @@ def _discovery_ports() -> set[int]:
     """Return the ports on which this process listens for announcements of participants.
 
     Raises:
-        ConfigError: If it listens elsewhere than our profile says: Fast DDS has discarded it and
-            would meet whoever is on the network.
+        ConfigError: If it listens elsewhere than our profile says: Fast DDS has discarded the
+            profile and would connect to anybody on the network.
     """
     sockets = [item.laddr for item in psutil.Process().net_connections("udp4")]
     ports = {socket.port for socket in sockets if ros_env.is_discovery_port(socket.port)}

@@ -32,7 +32,7 @@ def read_beacon(data: bytes, robot_id: int, now: int) -> np.void:
 
     Args:
         data: Message, of either byte order.
-        robot_id: Whose beacon it has to be; 0 for anybody's.
+        robot_id: Id that the beacon must have; 0 accepts any.
         now: Tick after which no beacon can be.
 
     Raises:

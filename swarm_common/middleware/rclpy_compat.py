@@ -77,7 +77,7 @@ def wait_set(context: Context, capacity: int) -> Any:
 
 
 class SafeExecutor(_rclpy.EventsExecutor):  # type: ignore[misc]  # rclpy has no types
-    """An EventsExecutor whose tasks never raise: what they raise goes to the log.
+    """An EventsExecutor whose tasks never raise: their exceptions go to the log.
 
     rclpy 7.1 ends the process by SIGSEGV when a task raises and the executor has one node: it takes
     the first of a set of nodes by `nodes_[0]`, which in pybind11 is a null pointer to a name.
@@ -96,7 +96,7 @@ class SafeExecutor(_rclpy.EventsExecutor):  # type: ignore[misc]  # rclpy has no
         self._faults = FaultLog("task")
 
     def create_task(self, callback: Callable[..., Any], *args: Any, **options: Any) -> Any:
-        """Schedule a function or a coroutine function; rclpy itself does so for what is done."""
+        """Schedule a function or a coroutine function; rclpy does so for completed futures."""
         note = self._faults.note
         if inspect.iscoroutinefunction(callback):
 

@@ -1,8 +1,8 @@
-"""What the doors of a process turn away: counted by kind, said once per kind and source.
+"""Inputs that the doors of a process reject: counted by kind, reported once per kind and source.
 
-A door is the one place where bytes of somebody else become checked values. It either returns a
-value or raises `RejectedError`; whoever holds the door drops the input, tells `Rejections`, and
-goes on. The counts reach report.json as `rejected`.
+A door is the one place where bytes from another process become checked values. It either returns a
+value or raises `RejectedError`; the caller drops the input, tells `Rejections`, and continues. The
+counts reach report.json as `rejected`.
 """
 
 from __future__ import annotations
@@ -64,13 +64,13 @@ class Rejections:
         self._say(_line(kind, source, reason))
 
     def tell(self, now: float) -> None:
-        """Send what is new to swarm-up; not more often than it is read. `now` is wall time."""
+        """Send new rejections to swarm-up, no more often than it reads them. `now` is wall time."""
         if now >= self._due and self.counts != self._told:
             self._due = now + TELL_PERIOD
             self.flush()
 
     def flush(self) -> None:
-        """Send what is new, at the end of the process."""
+        """Send the remaining rejections, at the end of the process."""
         new = self.counts - self._told
         if new:
             notices, self._notices = self._notices, {}

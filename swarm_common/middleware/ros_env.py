@@ -29,7 +29,7 @@ _PEERS = re.compile(r"<initialPeersList>.*</initialPeersList>", re.DOTALL)
 
 
 def set_defaults() -> None:
-    """Set what the user has not set.
+    """Set the variables that the user has not set.
 
     The graph stays on this host unless the user chose another range; then Fast DDS is left as it
     is, too. For one host the range is put into effect by our profile (fastdds.xml): it binds to
@@ -69,7 +69,8 @@ def bound_address() -> str:
 def is_large(robots: int) -> bool:
     """Whether a swarm is so large that its topics are spread (`participants`).
 
-    Then navigators are told whom to meet, and create rarely used servers when these are wanted.
+    Then navigators are told which participants to announce themselves to, and create rarely used
+    servers only when a client appears.
     """
     return robots > FEW_ROBOTS and bool(bound_address())
 
@@ -99,8 +100,8 @@ def write_profile(path: Path, ports: Iterable[int], first_free: int, host: str =
     """Write the profile of a process that announces itself to few others.
 
     Robots need not know each other in DDS (their beacons go through the world's radio), and in
-    large swarms that knowledge costs more than all their work. Who looks around for everybody, as
-    the tools do, finds the robots anyway; here are added the ids that the next newcomers get, so
+    large swarms that knowledge costs more than all their work. Tools that search for all
+    participants find the robots anyway; this adds the ids that the next newcomers get, so
     that a tool without our environment finds the robots, too.
 
     Args:
@@ -124,7 +125,7 @@ def write_profile(path: Path, ports: Iterable[int], first_free: int, host: str =
 
 
 def world_port() -> int:
-    """Return the port of who came first in the domain: in a small swarm, that is the world."""
+    """Return the port of the first participant of the domain: in a small swarm, the world."""
     return _unicast_port(0)
 
 

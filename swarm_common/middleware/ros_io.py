@@ -36,7 +36,7 @@ from swarm_common.model.records import FloatArray, Pose, stamp_from_tick, tick_f
 MOST_CELLS = 100_000_000  # of a map
 RELIABLE = QoSProfile(depth=10)
 LATEST = QoSProfile(depth=1)
-# For whole states that are said again and again. A reliable topic would hold back what comes after
+# For complete states that are sent repeatedly. A reliable topic would hold back what comes after
 # a lost message until that is there, seconds later, although nobody needs it any more.
 NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 SENSOR = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)

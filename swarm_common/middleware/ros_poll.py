@@ -1,8 +1,8 @@
-"""Topics that are looked at, not called back: the cheap way to take what comes every tick.
+"""Topics that are polled instead of called back: the cheap way to receive messages every tick.
 
 An executor of rclpy spends a tenth of a millisecond on each message before a callback sees it. A
-process that knows what it waits for can wait for that one topic and take the others' messages
-without waiting. Everything that comes rarely stays with an executor, which is emptied in between.
+process that knows which message it needs can wait for that one topic and take the messages of the
+others without waiting. Rare messages stay with an executor, which is emptied in between.
 
 The subscriptions here are rclpy's own handles, see `rclpy_compat`.
 """
@@ -75,9 +75,10 @@ class PolledTopic:
 class SoleTopic(PolledTopic):
     """A topic of which the messages of one publisher count.
 
-    That is the publisher of the rightful node, or whoever came first while there is none. Once the
-    rightful one was there, nobody else gets in; another rightful one takes its place when it has
-    left the graph or is silent, as DDS lists a process that was killed for 10 s.
+    That is the publisher of the rightful node, or the first publisher while there is no rightful
+    one. Once the rightful one has appeared, no other is accepted. A new rightful one takes its
+    place when the old one has left the graph or is silent, because DDS lists a killed process for
+    10 s.
     """
 
     def __init__(
@@ -195,7 +196,7 @@ class PolledService:
 
     def answer(self, response: Any, request_id: Any) -> None:
         """Answer a request."""
-        with contextlib.suppress(RuntimeError):  # RCLError: who asked is gone
+        with contextlib.suppress(RuntimeError):  # RCLError: the client is gone
             self._handle.service_send_response(response, request_id)
 
     def destroy(self) -> None:

@@ -1,7 +1,7 @@
-"""Messages between hosts under a seal: who knows the secret wrote them, for this run, just now.
+"""Sealed messages between hosts: written by a holder of the secret, for this run, just now.
 
-HMAC-SHA256 (RFC 2104) over kind, run, sender, number and content. The kind keeps what one side says
-from being held against it as if the other had said it; the run keeps an earlier run's messages out
+HMAC-SHA256 (RFC 2104) over kind, run, sender, number and content. The kind prevents a message of
+one side from being accepted as one of the other side; the run keeps an earlier run's messages out
 of this one; the number, which only grows, keeps a message from being heard twice.
 """
 
@@ -23,7 +23,7 @@ TAG = 32  # bytes of a seal
 
 
 class ForgedError(SwarmError):
-    """A message was not made by who knows the secret, or was made for something else."""
+    """A message was not made by a holder of the secret, or was made for another purpose."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,7 @@ from swarm_common.model.errors import ConfigError
 
 VARIABLE = "SWARM_SECRET"
 FILE_VARIABLE = "SWARM_SECRET_FILE"
-LEAST = 16  # characters; a short one could be guessed from what is heard
+LEAST = 16  # characters; a short one could be guessed from the messages
 MOST = 1024
 BYTES = 16  # of one that is made
 

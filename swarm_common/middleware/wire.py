@@ -38,7 +38,7 @@ from swarm_common.model.records import (
 
 LITTLE_ENDIAN = b"\x00\x01\x00\x00"
 MOST_DISTANCE = 1e5  # [m] that any sensor of ours measures
-MOST_SPEED = 1e3  # [m/s] and [rad/s] likewise, and that anybody asks for
+MOST_SPEED = 1e3  # [m/s] and [rad/s], largest speed in a message or a command
 MOST_RAYS = 100_000
 MOST_TURN = 2.0 * math.tau  # [rad] that the rays of a scan span
 COVARIANCE = struct.pack("<36d", *([0.0] * 36))

@@ -29,7 +29,7 @@ MODE_DRIVE, MODE_HOLD, MODE_YIELD, MODE_PAUSE, MODE_DONE = range(5)
 FLAG_STUCK = 1
 FLAG_ACTIVE = 2  # the navigator is active (lifecycle)
 FLAG_CIRCUIT = 4  # driving the holding circuit
-FLAG_DEAF = 8  # stands because it hears nothing; listens anew before it claims again
+FLAG_DEAF = 8  # stands because it hears nothing; it listens again before it claims space
 FLAG_LEFT = 16  # was taken out of the world, says the radio: it holds nothing, forget it
 
 BEACON_DTYPE = np.dtype(
@@ -125,7 +125,7 @@ def words_of(beacons: BeaconArray) -> NDArray[np.uint32]:
 
 @value_type
 class Reception:
-    """What one robot hears at a tick: some rows of what is on the air, which all share.
+    """The beacons that one robot hears at a tick: rows of an array that all robots share.
 
     Attributes:
         words: (s, BEACON_WORDS) beacons as words.

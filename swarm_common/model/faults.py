@@ -12,7 +12,7 @@ LISTED = 50
 
 
 class Faults:
-    """Collects errors, so that who mends a file sees all of them at the first attempt."""
+    """Collects errors, so that the author of a file sees all of them at the first attempt."""
 
     def __init__(self, where: str, error: type[SwarmError]) -> None:
         """Start without any.
@@ -48,7 +48,7 @@ class Faults:
             self.add(self._error(message))
 
     def check(self) -> None:
-        """Raise what was noted, if anything: one error as it was, several as a list."""
+        """Raise the collected errors, if any: a single one unchanged, several as a list."""
         if not self._found:
             return
         faults = tuple(self._found.values())

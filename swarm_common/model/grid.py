@@ -64,10 +64,10 @@ class Grid:
         return bool(0.0 <= row < self.height and 0.0 <= column < self.width)
 
     def upright(self) -> Grid:
-        """Return the grid with axes parallel to the map frame: itself, or one drawn anew.
+        """Return the grid with axes parallel to the map frame: itself, or a resampled one.
 
-        Each new cell takes the value of the old one that its centre lies in; what the old grid
-        does not cover is unknown.
+        Each new cell takes the value of the old one that its centre lies in; cells that the old
+        grid does not cover are unknown.
         """
         if self.origin_yaw == 0.0:
             return self

@@ -25,9 +25,9 @@ T = TypeVar("T")
 
 @dataclass_transform(frozen_default=True)
 def value_type(cls: type[T]) -> type[T]:
-    """Make a dataclass that is frozen for mypy alone, for what is made in every tick.
+    """Make a dataclass that is frozen for mypy only, for values that are created in every tick.
 
-    Freezing at run time would make each three times as costly to make.
+    Freezing at run time would make their creation three times as expensive.
     """
     return dataclass(slots=True, unsafe_hash=True)(cls)
 

@@ -1,7 +1,8 @@
 """What is wrong with a robot's sensors: the section `sensors:` of robot.yaml, all zero if ideal.
 
 A value that is called bias or scale is the standard deviation over robots of an error that each
-robot keeps for a whole run; the others describe noise that is drawn anew for every reading.
+robot keeps for a whole run; the others describe noise that is drawn independently for every
+reading.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ import sys
 import traceback
 from collections import Counter
 
-LONGEST_MESSAGE = 600  # letters; a message may quote what somebody has sent
+LONGEST_MESSAGE = 600  # letters; a message may quote an input of any length
 MOST_KINDS = 100  # of which the traceback is printed
 
 
@@ -24,7 +24,7 @@ class FaultLog:
         self.counts: Counter[str] = Counter()
 
     def note(self, error: Exception) -> str:
-        """Count a fault; return what to say to who caused it."""
+        """Count a fault; return the message for the client that caused it."""
         frame = traceback.extract_tb(error.__traceback__)[-1]
         key = f"{type(error).__name__} in {frame.name}, line {frame.lineno}"
         self.counts[key] += 1

@@ -517,7 +517,7 @@ class WatchRobot(RobotCommand, frozen=True, tag="watch"):
 
 
 class ServeHost(CommandBase, frozen=True, tag="host"):
-    """A robots' host serves these robots; its name, the run and the secret seal what it hears."""
+    """A robots' host serves these robots; its messages are sealed with name, run and secret."""
 
     robots: tuple[str, ...]
     host: str

@@ -14,7 +14,7 @@ BLAS = "scipy.linalg.cython_blas"
 
 @contextlib.contextmanager
 def without_collector() -> Iterator[None]:
-    """Within it, nobody looks for garbage; what is there at its end is never looked at again.
+    """Disable garbage collection within it; objects alive at its end are never collected.
 
     Imports and compiled kernels make a million objects and hardly any garbage.
     """
@@ -33,7 +33,7 @@ def load_numba() -> None:
     """
     if BLAS in sys.modules:
         return
-    hidden: dict[str, ModuleType | None] = {BLAS: None}  # whoever imports it gets ImportError
+    hidden: dict[str, ModuleType | None] = {BLAS: None}  # importing it raises ImportError
     sys.modules.update(hidden)  # type: ignore[arg-type]
     try:
         importlib.import_module("numba.np.arraymath")

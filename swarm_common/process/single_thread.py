@@ -1,7 +1,8 @@
 """Forking is safe only in a process of one thread; this keeps libraries from starting others.
 
-Of a process of several threads a fork copies one. A lock that another one holds at that moment is
-locked in the copy for ever, and who wants it hangs. Two libraries start a thread when they are
+A fork copies only one thread of a process. A lock that another thread holds at that moment stays
+locked in the copy for ever, and any thread that wants it hangs. Two libraries start a thread when
+they are
 imported, long before anybody needs it:
 
 - OpenBLAS (numpy): its workers; `OPENBLAS_NUM_THREADS=1` keeps it from that.

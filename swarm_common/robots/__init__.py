@@ -24,8 +24,7 @@ What a module imports of its folder stands above it:
                   those derived
     loading       Robot models: what world and navigator must agree on, from `robot.yaml` and
                   the description
-    fleet         Fleets of several robot models (`--fleet`): who is of which model, with which
-                  limits
+    fleet         Fleets of several robot models (`--fleet`): the model and limits of each robot
 
 May import of swarm_common: `files`, `model`, `process`.
 """

@@ -1,4 +1,4 @@
-"""Fleets of several robot models (`--fleet`): who is of which model, with which limits."""
+"""Fleets of several robot models (`--fleet`): the model and limits of each robot."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from swarm_common.robots.description import RobotModel
 from swarm_common.robots.gazebo_tags import RaySensor
 
 TILT = 0.1  # [rad] by which a scan plane may lean
-FEWEST_RAYS = 8  # of a LiDAR; what has fewer is a range finder
+FEWEST_RAYS = 8  # of a LiDAR; a sensor with fewer is a range finder
 NARROWEST = 0.5  # [rad] field of view of a LiDAR
 POSE = ("x", "y", "z")
 

@@ -157,8 +157,9 @@ def _asked(source: RobotSource, faults: Faults) -> Asked:
 def _merged(source: RobotSource, described: Described | None, faults: Faults) -> dict[str, Any]:
     """Return the values of robot.yaml over those of the description.
 
-    What is in neither is a fault; its message names the file and the keys. Of a description that
-    is unusable nothing is known, and only limits are missed, which most do not tell.
+    A value that is in neither is a fault; its message names the file and the keys. If the
+    description is unusable, only limits are reported as missing, because most descriptions lack
+    them.
     """
     seen = {} if described is None else described.values
     merged = {**seen, **source.data}

@@ -22,7 +22,7 @@ FIND = re.compile(r"\$\(find(?:-pkg-share)?\s+([^)\s]+)\s*\)")
 ARGUMENT = re.compile(r"\$\(arg\s+([^)\s]+)\s*\)")
 DECLARED = re.compile(r"<xacro:arg\b[^>]*?\bname=[\"']([^\"']+)[\"'][^>]*?\bdefault=")
 INCLUDE = re.compile(r"<(?:xacro:)?include\b[^>]*?\bfilename=[\"']([^\"']+)[\"']")
-MOST_FILES = 200  # that are looked through for what is missing
+MOST_FILES = 200  # that are searched for missing packages
 PLACEHOLDERS = ("namespace", "robot_namespace", "ns", "prefix", "tf_prefix", "frame_prefix")
 LONGEST = 300  # characters of xacro's own message that are shown
 
@@ -119,7 +119,7 @@ def _own_error(error: BaseException | None) -> SwarmError | None:
 
 
 def _fill_placeholders(document: Any) -> None:
-    """Define the properties that packages leave to whoever spawns the robot, as empty."""
+    """Define as empty the properties that packages expect from the spawner of the robot."""
     root = document.documentElement
     for name in reversed(PLACEHOLDERS):
         element = document.createElement("xacro:property")
