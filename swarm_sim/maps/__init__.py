@@ -2,7 +2,7 @@
 
 What a module imports of its folder stands above it:
 
-    raster_kernels  Numba kernel on occupancy cells: what is connected with what
+    raster_kernels  Numba kernel on occupancy cells: the connected parts of free space
     raster          Drawing of a section onto an occupancy grid
     draw_map        The map of a world: what a LiDAR sees of it, and what robots can touch
                     beside that
@@ -10,8 +10,8 @@ What a module imports of its folder stands above it:
                     drawn
     spawn           Where robots start: lattices that keep off walls, stations and circuits, or
                     a circle
-    world_check     Is a world on the map, in the LiDARs and in the physics engine as its file
-                    has it?
+    world_check     Checks that map, LiDARs and physics engine show a world as its file
+                    describes it
     check           Checks at the start: does the map show this world, and is there room at the
                     stations?
     passages        Can every robot get to every station? If not: which passage is too narrow,

@@ -15,7 +15,7 @@ from swarm_sim.scene.section import GROUND_GAP, FloatArray, Section, joined, sec
 
 SCAN_HEIGHT = 0.132  # [m] above ground of a TurtleBot3 waffle's scan plane
 Reach = tuple[float, float]  # [m] heights between which robots can touch something
-OPEN_ROOM = 5.0  # [m] of map around who starts in the open, beyond all obstacles
+OPEN_ROOM = 5.0  # [m] of map around robots that start in the open, beyond all obstacles
 
 
 def draw_world(
@@ -68,7 +68,7 @@ def with_touchable(grid: Grid, scene: Scene, height: float, reach: Reach) -> Gri
 
 
 def _open_ground(section: Section, starts: Sequence[Pose]) -> FloatArray:
-    """Return the corners (n, 2) of the ground around those who start beyond the obstacles."""
+    """Return the corners (n, 2) of the ground around robots that start beyond all obstacles."""
     x_min, y_min, x_max, y_max = section.bounds()
     corners = [
         (pose.x + side * OPEN_ROOM, pose.y + side * OPEN_ROOM)

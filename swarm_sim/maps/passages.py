@@ -82,7 +82,7 @@ def _message(
 
 
 class Ways:
-    """Distances from what stands between ground and a robot's height, on a grid."""
+    """Distances to the nearest obstacle between ground and a robot's height, on a grid."""
 
     def __init__(self, scene: Scene, height: float) -> None:
         """Draw the grid."""
@@ -137,7 +137,7 @@ class Ways:
         return Passage(x, y, 2.0 * float(gaps.max(axis=1).min()))
 
     def _parts(self, room: float) -> NDArray[np.int32]:
-        """Return which connected part each cell belongs to whose clearance is enough, else 0."""
+        """Return the connected part of each cell with enough clearance, 0 for all other cells."""
         from scipy.ndimage import label
 
         if room not in self._labels:

@@ -53,7 +53,7 @@ def draw_grid(
         raise MapError(
             f"a map of {x_max - origin_x:.0f} x {y_max - origin_y:.0f} m at {resolution:g} m "
             f"per cell has {width * height:.1e} cells; expected at most {MAX_CELLS:.0e}: take a "
-            "coarser resolution, or look for what lies far away or is in another unit"
+            "coarser resolution, or look for objects that lie far away or are in another unit"
         )
     grid = draw_on((height, width), resolution, origin_x, origin_y, section)
     if len(seeds):

@@ -1,4 +1,4 @@
-"""Numba kernel on occupancy cells: what is connected with what."""
+"""Numba kernel on occupancy cells: the connected parts of free space."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Is a world on the map, in the LiDARs and in the physics engine as its file has it?
+"""Checks that map, LiDARs and physics engine show a world as its file describes it.
 
-Each fixed body's raw triangles are compared with what is made of them. The result is kept in the
-cache: a world is looked at once, as long as neither its geometry nor this code changes.
+The raw triangles of each fixed body are compared with the three representations. The result is
+cached: a world is checked once, as long as neither its geometry nor this code changes.
 """
 
 from __future__ import annotations

@@ -13,26 +13,25 @@ What a module imports of its folder stands above it:
                          distance from robots
     bullet_fixed         Bodies of pybullet that nothing pushes, the ground, obstacles, walkers;
                          and collision groups
-    loops                What walkers and vehicles share: closed paths by a script, pauses, and
-                         whom they run into
+    loops                What walkers and vehicles share: closed scripted paths, pauses, and
+                         contacts with robots
     planar_kernels       Numba kernels of the kinematic engine
     vehicle_kernels      Numba kernel of vehicles on scripted paths: drive, turn on the spot,
-                         wait for who stands
+                         wait for standing robots
     bullet_kernels       Numba kernels around the rigid-body engine: speed ramps and the search
                          for near pairs
     bullet_robots        Rigid bodies of robots for pybullet
-    vehicles             Forklifts and the like on scripted paths: where they are, and whom they
-                         run into
-    walkers              People who walk among the robots: where they are, and whom they run
-                         into
+    vehicles             Forklifts and other vehicles on scripted paths: poses, and contacts
+                         with robots
+    walkers              People who walk among the robots: positions, and contacts with robots
     objects              What moves in a world beside robots and walkers: things that can be
                          pushed, and vehicles
     bullet_objects       Concave meshes, things that can be pushed, and vehicles, for pybullet
     planar               Kinematic twin of the physics engine: fast, for thousands of traffic
                          runs
-    bullet_contacts      Who is near whom in the rigid-body engine, and who touches whom
+    bullet_contacts      Near pairs and contacts of bodies in the rigid-body engine
     bullet_probe         What the physics engine has where a body should be
-    bullet_surroundings  All that robots can touch in the rigid-body engine: what stands,
+    bullet_surroundings  All that robots can touch in the rigid-body engine: fixed bodies,
                          objects, and walkers
     bullet               Rigid-body engine: pybullet without a window, wheels turned by velocity
                          motors

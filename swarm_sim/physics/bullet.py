@@ -47,8 +47,8 @@ class BulletEngine:
             models: One per robot.
             poses: Start poses in the map frame, one per robot.
             physics_period: [s] of a step.
-            walkers: Who moves beside the robots.
-            objects: What can be pushed, and vehicles.
+            walkers: People who move among the robots.
+            objects: Bodies that can be pushed, and vehicles.
         """
         count = len(specs)
         self._steps = round(CONTROL_PERIOD / physics_period)

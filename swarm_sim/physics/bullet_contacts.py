@@ -1,4 +1,4 @@
-"""Who is near whom in the rigid-body engine, and who touches whom."""
+"""Near pairs and contacts of bodies in the rigid-body engine."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class Contacts:
         walker_speeds: FloatArray,
         tiles: tuple[FloatArray, list[tuple[int, str]]],
     ) -> None:
-        """Take what there is beside robots; `measure` has to follow.
+        """Take over the bodies that are not robots; `measure` has to follow.
 
         Args:
             obstacles: Body and name of each outline, then of each walker.
@@ -147,7 +147,7 @@ class Contacts:
         return pairs + [(robot, -1, obstacle) for robot, obstacle in sorted(walls)]
 
     def _near_tiles(self) -> set[tuple[int, tuple[int, str]]]:
-        """Return who could touch a triangle of a mesh, whatever the mesh's outlines are."""
+        """Return the robots that could touch a triangle of a mesh, judged without its outlines."""
         x, y = self._poses[:, None, 0], self._poses[:, None, 1]
         x_min, y_min, x_max, y_max = self._tiles.T
         aside = np.maximum(np.maximum(x_min - x, x - x_max), 0.0)

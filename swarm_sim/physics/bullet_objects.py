@@ -119,12 +119,12 @@ class BulletObjects:
         self._wake()
 
     def part(self, others: Sequence[tuple[int, str]]) -> None:
-        """Push what is loose out of what it reaches into by centimetres; refuse what is deeper.
+        """Push loose bodies out of bodies that they overlap by centimetres; refuse deeper overlaps.
 
         Bodies move without gathering speed, so that nothing is thrown about.
 
         Args:
-            others: Ids and names of what stands.
+            others: Ids and names of the fixed bodies.
 
         Raises:
             WorldError: Naming both, the place and the depth.

@@ -1,4 +1,4 @@
-"""All that robots can touch in the rigid-body engine: what stands, objects, and walkers."""
+"""All that robots can touch in the rigid-body engine: fixed bodies, objects, and walkers."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Surroundings:
         self._configure()
         low = solid_bodies(bodies, *objects.heights)
         self._later = [] if self._has_loose else [b for b in bodies if not _is_in(b, low)]
-        self._fixed: list[tuple[int, str]] = []  # of each outline of what stands: body, name
+        self._fixed: list[tuple[int, str]] = []  # of each outline of a fixed body: body, name
         self._outlines: list[FloatArray] = []
         self._standing: list[tuple[int, str]] = []  # of each body
         self._tiles: list[FloatArray] = []  # of the meshes among them
@@ -76,7 +76,7 @@ class Surroundings:
 
     @property
     def outlines(self) -> FloatArray:
-        """Packed polygons (m, c, 2) of what stands, then of objects."""
+        """Packed polygons (m, c, 2) of fixed bodies, then of objects."""
         moving = self.objects.outlines() if len(self.objects) else ()
         return pack_polygons([*self._outlines, *moving])
 

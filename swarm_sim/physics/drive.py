@@ -115,7 +115,7 @@ class Odometer:
         self._yaws = np.append(self._yaws, 0.0)
 
     def restart(self, robot: int) -> None:
-        """Begin anew at the origin; what wheels and gyro report begins at 0, too."""
+        """Begin again at the origin; the readings of wheels and gyro begin at 0, too."""
         self._poses[robot] = 0.0
         self._travels[robot] = 0.0
         self._yaws[robot] = 0.0

@@ -80,7 +80,7 @@ class Engine(Protocol):
 
         Args:
             spec: Its model.
-            model: Its bodies; None will do for who does without.
+            model: Its bodies; None for an engine that needs none.
             pose: x, y, yaw in the map frame.
         """
         ...

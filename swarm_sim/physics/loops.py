@@ -1,4 +1,4 @@
-"""What walkers and vehicles share: closed paths by a script, pauses, and whom they run into."""
+"""What walkers and vehicles share: closed scripted paths, pauses, and contacts with robots."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ class Loops(Generic[Spec]):
         self._touches[:] = -1
 
     def touches(self) -> list[Touch]:
-        """Return who of them ran into whom in this control period."""
+        """Return the contacts that walkers or vehicles caused in this control period."""
         return [
             Touch(int(i), -1, self.specs[k].name, *self._place(k), int(self._touches[i, k]))
             for i, k in np.argwhere(self._touches >= 0)

@@ -44,7 +44,7 @@ class PlanarEngine:
             specs: One per robot.
             poses: Start poses in the map frame, one per robot.
             physics_period: [s] of a step.
-            walkers: Who moves beside the robots.
+            walkers: People who move among the robots.
             objects: Vehicles, and things that could be pushed, which stay where they are here.
         """
         count = len(specs)
@@ -189,7 +189,7 @@ class PlanarEngine:
 
     @property
     def _obstacles(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Outlines of what stands, their bounds, and the walkers' discs."""
+        """Outlines of fixed bodies, their bounds, and the walkers' discs."""
         return self._walls, self._bounds, self._walkers.discs
 
     def _touches(self) -> list[Touch]:

@@ -93,7 +93,7 @@ class Trial:
 
 
 def check_trial(spec: RobotSpec, model: RobotModel, period: float) -> Trial:
-    """Let a robot model drive once, or recall how it did.
+    """Let a robot model drive once, or take the result of its last trial from the cache.
 
     Args:
         spec: The model.

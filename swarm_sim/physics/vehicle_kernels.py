@@ -1,4 +1,4 @@
-"""Numba kernel of vehicles on scripted paths: drive, turn on the spot, wait for who stands."""
+"""Numba kernel of vehicles on scripted paths: drive, turn on the spot, wait for standing robots."""
 
 from __future__ import annotations
 

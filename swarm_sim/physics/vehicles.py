@@ -1,4 +1,4 @@
-"""Forklifts and the like on scripted paths: where they are, and whom they run into."""
+"""Forklifts and other vehicles on scripted paths: poses, and contacts with robots."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""People who walk among the robots: where they are, and whom they run into."""
+"""People who walk among the robots: positions, and contacts with robots."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 
 What a module imports of its folder stands above it:
 
-    actors           Who moves in a world beside the robots: people who walk, and vehicles
+    actors           The people and vehicles that move in a world beside the robots
                      (`actors.yaml`)
     mesh_kernels     Numba kernels on the cut through a mesh: which points are inside
     polygon_kernels  Numba kernels on convex polygons: overlap and distance
@@ -12,12 +12,12 @@ What a module imports of its folder stands above it:
                      named places
     mesh_section     What of a triangle mesh lies between two heights, from above, as convex
                      polygons
-    overlaps         Models that lie inside others: a slip of whoever made the world
+    overlaps         Models that lie inside others: a mistake of the world's author
     raw_triangles    The triangles of bodies as their files have them: the truth that all else
                      is compared with
     robot_model      A robot's bodies as bodies of the scene
-    section          Flat views of a scene: what lies between two heights, as convex polygons
-                     and discs
+    section          Flat views of a scene: bodies between two heights as convex polygons and
+                     discs
     floor            The floor that robots stand on: a slab of a world, where there is one, put
                      at height 0
 

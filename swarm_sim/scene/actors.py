@@ -1,4 +1,4 @@
-"""Who moves in a world beside the robots: people who walk, and vehicles (`actors.yaml`)."""
+"""The people and vehicles that move in a world beside the robots (`actors.yaml`)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ MAX_PLACE = 10_000.0  # [m] from the origin
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WalkerSpec:
-    """A person who walks round a loop, stops for nobody, and does not step into who stands.
+    """A person who walks in a loop, yields to nobody, and does not step into a standing robot.
 
     Attributes:
         name: As collisions name it.
@@ -100,7 +100,7 @@ class Actors:
 
 
 def load_actors(path: str | Path) -> Actors:
-    """Return who is in a file with lists `walkers:` and `forklifts:`.
+    """Return the actors in a file with lists `walkers:` and `forklifts:`.
 
     Raises:
         ConfigError: If the file is malformed; the message names file and key.

@@ -59,7 +59,7 @@ class Placed:
 def polygons_between(
     mesh: Mesh, world_from_part: Transform, low: float, high: float
 ) -> tuple[FloatArray, ...]:
-    """Return convex polygons (k, 2), counter-clockwise, that cover what lies in the slab."""
+    """Return convex polygons (k, 2), counter-clockwise, that cover the mesh inside the slab."""
     return _polygons(mesh, tuple(np.ravel(world_from_part[:3]).tolist()), low, high)
 
 
@@ -127,7 +127,7 @@ def _outlines(shapes: NDArray[Any]) -> NDArray[Any]:
 def _uncovered(lines: NDArray[Any], area: Any) -> FloatArray:
     """Return the segments (n, 2, 2) of lines and points that are not in an area, or on its rim.
 
-    What is so short that it might vanish on the lattice is a segment without length.
+    A line so short that it might vanish on the lattice becomes a segment of length 0.
     """
     if not area.is_empty and len(lines):
         grown = area.buffer(DETAIL + SHEET / 2.0)
@@ -164,7 +164,7 @@ def _bars(segments: FloatArray) -> list[FloatArray]:
 
 
 def _inside(placed: Placed, level: float) -> Any:
-    """Return what of a plane at a height is inside the closed parts.
+    """Return the part of a plane at a height that is inside the closed parts.
 
     The lines in which the parts meet the plane divide it into cells. One of them is inside if the
     lines wind around it, or if it is inside by the odd number of lines on the way out of it, each

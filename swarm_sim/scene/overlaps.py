@@ -1,4 +1,4 @@
-"""Models that lie inside others: a slip of whoever made the world."""
+"""Models that lie inside others: a mistake of the world's author."""
 
 from __future__ import annotations
 

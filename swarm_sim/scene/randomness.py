@@ -1,7 +1,7 @@
 """Random numbers that depend on what they are for and on nothing else.
 
-A generator with a state gives other numbers as soon as somebody draws one more or in another
-order. Here each number follows from its coordinates: seed, tick, sender, receiver.
+A generator with a state gives different numbers as soon as one more is drawn, or in another order.
+Here each number follows from its coordinates: seed, tick, sender, receiver.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Flat views of a scene: what lies between two heights, as convex polygons and discs.
+"""Flat views of a scene: bodies between two heights as convex polygons and discs.
 
 At one height this is what a LiDAR sees and a map shows; over a robot's height it is what the
 robot can touch.
@@ -71,7 +71,7 @@ def section_at(scene: Scene, height: float) -> Section:
 
 
 def section_between(bodies: Iterable[Body], low: float, high: float) -> Section:
-    """Return what lies between two heights, seen from above; planes (the ground) excepted."""
+    """Return the bodies between two heights, seen from above, without planes (the ground)."""
     polygons: list[FloatArray] = []
     discs: list[tuple[float, float, float]] = []
     polygon_names: list[str] = []

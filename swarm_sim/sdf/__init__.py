@@ -10,8 +10,8 @@ What a module imports of its folder stands above it:
     shapes       Geometry of collisions and visuals in an SDF file, and the colours of materials
     source       SDF files as elements: parsing, versions, files that are missing, and what is
                  ignored
-    actors       Actors of an SDF world: who moves on a script becomes a walker, or a vehicle if
-                 it has a box
+    actors       Actors of an SDF world: an actor with a script becomes a walker, or a vehicle
+                 if it has a box
     models       The tree of models in an SDF world: models in models, and models included from
                  other files
     state        The `<state>` of an SDF world: poses that models and links had when the world

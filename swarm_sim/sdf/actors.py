@@ -1,4 +1,4 @@
-"""Actors of an SDF world: who moves on a script becomes a walker, or a vehicle if it has a box."""
+"""Actors of an SDF world: an actor with a script becomes a walker, or a vehicle if it has a box."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def _script(actor: ET.Element, name: str) -> tuple[Points, float]:
 
 
 def _closed(points: Points) -> Points:
-    """Return a loop; who does not come back to the start goes back the way it came."""
+    """Return a loop; an actor that does not come back to its start returns the way it came."""
     if len(points) > 2 and math.dist(points[0], points[-1]) <= SAME_PLACE:
         return points[:-1]
     return points + points[-2:0:-1]

@@ -47,7 +47,7 @@ def load_mesh(path: Path, scale: tuple[float, ...], submesh: str = "") -> Mesh:
             f"{path}: the mesh is {extent:g} m long with <scale> {factor}; "
             f"expected {MIN_EXTENT:g} to {MAX_EXTENT:g} m{_advice(extent)}"
         )
-    if 0.0 in scale:  # what was upright may be a line now
+    if 0.0 in scale:  # an upright triangle may be a line now
         a, b, c = (scaled[faces[:, k]] for k in range(3))
         faces = faces[np.linalg.norm(np.cross(b - a, c - a), axis=1) > MIN_AREA]
     if np.prod(scale) < 0.0:  # mirrored: turn the triangles round

@@ -31,7 +31,7 @@ class Model:
         is_merged: Whether its names count as its parent's.
         scope: Its frames.
         children: Models inside.
-        outer_pose: Pose and what that refers to, if whoever includes it says so.
+        outer_pose: Pose and its reference frame, if the including element gives one.
         placement: Frame of it that stands at its pose.
     """
 

@@ -37,8 +37,8 @@ class WorldFile:
 
     Attributes:
         bodies: All links of all models, in file order.
-        actors: Who moves on a script.
-        notes: What is ignored.
+        actors: Actors with a script.
+        notes: Elements that are ignored.
     """
 
     bodies: tuple[Body, ...]

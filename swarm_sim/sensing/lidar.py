@@ -1,4 +1,4 @@
-"""The LiDARs of all robots: what is at the height of each scan plane, and when scans are due."""
+"""The LiDARs of all robots: the section of the world at each scan plane, and when scans are due."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class LidarGroup:
         Args:
             spec: The LiDAR.
             members: Indices of the robots that carry it.
-            world: What stands still at the height of the scan plane.
+            world: Fixed bodies at the height of the scan plane.
             robots: The section of every robot at that height, in its base_footprint.
             walkers: Number of discs that move on their own.
             errors: Of the ranges, beside `spec.sigma`.

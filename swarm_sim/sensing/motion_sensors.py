@@ -1,4 +1,4 @@
-"""Wheel encoders and IMUs of all robots: what they report of a motion, with their errors."""
+"""Wheel encoders and IMUs of all robots: their readings of a motion, with errors."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class MotionSensors:
     def __init__(
         self, specs: Sequence[RobotSpec], errors: Sequence[SensorErrors], seed: int
     ) -> None:
-        """Draw what each robot keeps for the whole run.
+        """Draw the errors that each robot keeps for the whole run.
 
         Args:
             specs: One per robot.
@@ -106,7 +106,7 @@ class MotionSensors:
         return longer
 
     def restart(self, robot: int) -> None:
-        """Report 0 again of a robot whose wheels and gyro begin anew."""
+        """Restart the readings of a robot's wheels and gyro at 0."""
         for name in STATE:
             getattr(self, name)[robot] = 0.0
 

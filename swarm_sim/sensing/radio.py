@@ -1,4 +1,4 @@
-"""The radio: who hears whose beacon at a tick, with range, loss and delay.
+"""The radio: which robots hear which beacons at a tick, with range, loss and delay.
 
 Whether a message is lost depends only on (seed, tick, sender, receiver), so that no order of
 arrival and no other random number can change it.
@@ -27,7 +27,7 @@ from swarm_common.model.records import CONTROL_PERIOD, stamp_from_tick
 from swarm_sim.sensing import radio_kernels
 
 FloatArray = NDArray[np.float64]
-FAREWELL_TICKS = 50  # for which all are told that a robot was taken out; who is late hears it, too
+FAREWELL_TICKS = 50  # for which all are told that a robot was removed; late robots hear it, too
 ID = word_of("id")
 
 
@@ -50,7 +50,7 @@ class RadioConfig:
 
 
 class Radio:
-    """Keeps the beacons under way and says who hears what."""
+    """Keeps the beacons in transit and decides which robot hears which."""
 
     def __init__(self, config: RadioConfig, count: int, seed: int) -> None:
         """Start with silence.
@@ -75,10 +75,10 @@ class Radio:
             wave.add_receiver()
 
     def forget(self, robot_id: int, tick: int) -> None:
-        """Take a robot out: what it sent is lost, and all are told that it holds no space.
+        """Remove a robot: its beacons in transit are lost, and all are told that it holds no space.
 
-        It is the radio that says so, to everybody, whatever the range and the losses: a robot
-        that merely fell silent would stay an obstacle to the others for good.
+        The radio tells every robot, regardless of range and losses, because a robot that only
+        fell silent would stay an obstacle to the others for ever.
         """
         for wave in self._under_way:
             wave.drop(robot_id)
@@ -131,10 +131,10 @@ class Radio:
 
 
 class _Wave:
-    """What was sent at one tick, and who hears it."""
+    """The beacons sent at one tick, and their receivers."""
 
     def __init__(self, sent: NDArray[np.uint32], heard: NDArray[np.bool_], count: int) -> None:
-        """Keep beacons as words (s, words), (n, s) who hears which, and the number of messages."""
+        """Keep beacons (s, words), a mask (n, s) of their receivers, and the number of messages."""
         self._sent = sent
         self._heard = heard
         self._count = count
@@ -142,7 +142,7 @@ class _Wave:
         self._rows: NDArray[np.int64] = np.zeros(0, np.int64)
 
     def add_receiver(self) -> None:
-        """Let another robot listen, who hears nothing of this."""
+        """Add a robot that hears none of these beacons."""
         self._heard = np.vstack([self._heard, np.zeros((1, len(self._sent)), np.bool_)])
         self._starts = []
 

@@ -1,4 +1,4 @@
-"""Numba kernels of the radio: who hears whom, and what each receiver hears."""
+"""Numba kernels of the radio: which robots hear each other, and the beacons each receives."""
 
 from __future__ import annotations
 
@@ -73,10 +73,10 @@ def listen(
 
 @numba.njit(cache=True)
 def rows_heard(heard: NDArray[np.bool_], starts: IntArray, rows: IntArray) -> None:
-    """List what each receiver hears, one receiver after the other.
+    """List the beacons that each receiver hears, one receiver after the other.
 
     Args:
-        heard: (n, s) who hears which.
+        heard: (n, s) true where receiver n hears sender s.
         starts: (n + 1,) receives where each one's list begins.
         rows: (messages,) receives the senders' columns.
     """

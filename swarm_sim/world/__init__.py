@@ -10,8 +10,7 @@ What a module imports of its folder stands above it:
     request_checks  The one door of `/sim`: what a request may hold at all, whatever it asks for
     verdict         Ground truth about a run: collisions, clearances, distances and a hash of
                     all trajectories
-    model_reader    Reads models for the world in a process of its own: `python -m
-                    swarm_sim.world.model_reader FD PARENT`
+    model_reader    Reads models for the world in a process of its own
     world           The world in lockstep: observe all robots at a tick, take their commands,
                     advance one tick
     changing_world  A world in which robots come and go, and robots and things are put
@@ -19,8 +18,9 @@ What a module imports of its folder stands above it:
     things          Room for things that come or are put elsewhere while robots drive
     vacancy         Whether a robot may be put somewhere while others drive: room to stand, and
                     nobody on the way
-    crew            Who is in the world, and who may come, go or be put elsewhere; no ROS
-    stock           What is in the world beside robots and can come, go or be put elsewhere; no
+    crew            The robots in the world: which may come, go or be put elsewhere. Knows no
+                    ROS
+    stock           The objects in the world: which may come, go or be put elsewhere. Knows no
                     ROS
 
 May import of swarm_sim: `sensing`, `maps`, `physics`, `sdf`, `scene`; and swarm_common.

@@ -109,7 +109,7 @@ class ChangingWorld(World):
         self._renew_lidars()
 
     def readmit(self, robot: int, robot_id: int, pose: Pose) -> None:
-        """Take a robot in again that had been taken out; its odometry begins anew."""
+        """Return a removed robot to the world; its odometry begins again at 0."""
         self.absent.discard(robot)
         self._engine.restart(robot)
         self._motion_sensors.restart(robot)
@@ -128,7 +128,7 @@ class ChangingWorld(World):
             self._lidars.forget(robot, place)
 
     def mute(self, robot_id: int) -> None:
-        """Tell all that a robot holds nothing of what it held where it was."""
+        """Tell all that a robot no longer holds the space at its former place."""
         self._radio.forget(robot_id, self.tick)
 
     def unmute(self, robot_id: int) -> None:
@@ -137,7 +137,7 @@ class ChangingWorld(World):
 
     @property
     def loose(self) -> tuple[Body, ...]:
-        """What can be pushed, and what came at run time, where it was at first."""
+        """Bodies that can be pushed, and objects spawned at run time, at their first poses."""
         return self._objects.loose
 
     def place_of(self, index: int) -> Transform:

@@ -63,7 +63,7 @@ class CloseCalls:
         self._open.pop(key, None)
 
     def observe(self, time: float, approaches: Iterable[Approach], poses: FloatArray) -> None:
-        """Take in what was close at the end of a control period.
+        """Take the near pairs at the end of a control period.
 
         Args:
             time: [s] simulated.

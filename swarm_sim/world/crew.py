@@ -1,4 +1,4 @@
-"""Who is in the world, and who may come, go or be put elsewhere; no ROS."""
+"""The robots in the world: which may come, go or be put elsewhere. Knows no ROS."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class Crew:
         self._first = len(homes)  # robots that came with the world
         self._highest = max([number_of(name) for name in world.names], default=0)
 
-    # Who is there
+    # Robots present
 
     @property
     def robots(self) -> list[str]:

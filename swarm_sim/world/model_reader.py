@@ -2,8 +2,9 @@
 
 Started as `python -m swarm_sim.world.model_reader FD PARENT`.
 
-Whoever may spawn names the files, or sends the text. A FIFO, a mesh of a hundred million
-triangles or a parser that runs for minutes must hold up nobody but this process: the world ends
+Any client that spawns names the files, or sends the text. A FIFO, a mesh of a hundred million
+triangles or a parser that runs for minutes must block no other process than this one: the world
+ends
 it after a while, and starts another for the next request. See `model_loader`.
 """
 
@@ -83,7 +84,7 @@ def read_model(request: ModelRequest) -> Model:
         raise RefusedError(Reason.BAD_MODEL, str(error)) from error
     except OSError as error:
         raise RefusedError(Reason.NO_MODEL, f"cannot read {request.uri}: {error}") from error
-    except Exception as error:  # whatever libraries raise at what they do not expect
+    except Exception as error:  # any exception that a library raises on unexpected input
         traceback.print_exc()
         raise RefusedError(
             Reason.BAD_MODEL, f"cannot be read: {type(error).__name__}: {error}"

@@ -30,7 +30,7 @@ LIKE_A_ROBOT = re.compile(r"/?Srobot\d+")
 
 
 def is_object(uri: str, text: str, name: str, beside: Path) -> bool:
-    """Return whether what is to come is a thing, and not a robot with a navigator.
+    """Return whether the requested entity is an object, and not a robot with a navigator.
 
     Args:
         uri: Name of a robot model, path or URI.

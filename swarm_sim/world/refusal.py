@@ -28,7 +28,7 @@ class RefusedError(SwarmError):
     """A change of the world that is not made.
 
     Attributes:
-        reason: For who does not read the message.
+        reason: Code for clients that do not read the message.
     """
 
     def __init__(self, reason: Reason, message: str) -> None:

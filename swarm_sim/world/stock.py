@@ -1,4 +1,4 @@
-"""What is in the world beside robots and can come, go or be put elsewhere; no ROS."""
+"""The objects in the world: which may come, go or be put elsewhere. Knows no ROS."""
 
 from __future__ import annotations
 

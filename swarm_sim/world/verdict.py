@@ -115,7 +115,7 @@ class Judge:
             touches: Contacts in it, in order of steps; one pair may occur several times.
             poses: True poses (n, 3) at its end.
             clearances: (n, 2) at its end.
-            approaches: What is very close at its end.
+            approaches: Very close pairs at its end.
         """
         for touch in touches:
             self._touch(touch, start + (touch.step + 1) * physics_period)
