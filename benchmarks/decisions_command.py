@@ -22,11 +22,11 @@ from swarm_common.model.errors import ConfigError
 def decisions(
     scenario: Annotated[str, typer.Option(help="Name or file.")] = "slim_blockage",
     robots: Annotated[int, typer.Option(help="Swarm size.")] = 50,
-    ticks: Annotated[int, typer.Option(help="Of 0.1 s, that are measured.")] = 300,
-    seed: Annotated[int, typer.Option(help="Of everything random.")] = 0,
+    ticks: Annotated[int, typer.Option(help="Number of ticks to measure.")] = 300,
+    seed: Annotated[int, typer.Option(help="Seed of all random numbers.")] = 0,
     lidar: Annotated[bool, typer.Option(help="With scans and costmaps.")] = False,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Document whose part to write.")
+        Path | None, typer.Option("-o", "--output", help="Document in which to replace the part.")
     ] = None,
 ) -> None:
     """Measure one robot's decision in CPU time, by the number of neighbours that it hears."""

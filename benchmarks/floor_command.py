@@ -20,7 +20,7 @@ from swarm_bench.scale_row import rows_of
 from swarm_bench.scenario import check_size
 
 Output = Annotated[
-    Path | None, typer.Option("-o", "--output", help="Document whose part to write.")
+    Path | None, typer.Option("-o", "--output", help="Document in which to replace the part.")
 ]
 Robots = Annotated[int, typer.Option(help="Swarm size.")]
 

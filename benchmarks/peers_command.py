@@ -38,7 +38,7 @@ def peers(
         typer.Option("--json", help="File of JSON lines to add to; runs in it are not repeated."),
     ] = None,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Document whose part to write.")
+        Path | None, typer.Option("-o", "--output", help="Document in which to replace the part.")
     ] = None,
 ) -> None:
     """Measure other simulators and our harness: same hall, starts and goals.

@@ -21,7 +21,7 @@ from swarm_common.model.errors import ConfigError
 MISSED = 1
 PIPE_WIDTH = 170  # columns of tables that nobody looks at on a terminal
 
-Jobs = Annotated[int, typer.Option(help="Processes.")]
+Jobs = Annotated[int, typer.Option(help="Number of processes.")]
 
 bench_app = typer.Typer(add_completion=False, rich_markup_mode=None, no_args_is_help=True)
 
@@ -42,7 +42,7 @@ def traffic(
         str, typer.Option(help=f"Seeds like 0-19 or 1,5,7; {SUITE}: as many as the scenario says.")
     ] = "0-2",
     loss: Annotated[float | None, typer.Option(help="Share of beacons that are lost.")] = None,
-    delay: Annotated[float | None, typer.Option(help="[s] by which beacons are late.")] = None,
+    delay: Annotated[float | None, typer.Option(help="Delay of beacons [s].")] = None,
     engine: Annotated[
         str | None,
         typer.Option(
@@ -56,7 +56,7 @@ def traffic(
     realistic: Annotated[
         bool,
         typer.Option(
-            "--realistic/--ideal", help="Sensors that err, with LiDARs, and localisation by AMCL."
+            "--realistic/--ideal", help="Noisy sensors with LiDARs, and localisation by AMCL."
         ),
     ] = False,
     method: Annotated[str, typer.Option(help="ours, dwa or orca.")] = "ours",
@@ -65,7 +65,7 @@ def traffic(
         typer.Option("--set", help="Parameter of the navigators: traffic.safety_margin=0.06"),
     ] = None,
     jobs: Jobs = 1,
-    ros: Annotated[bool, typer.Option("--ros", help="By swarm-up, on the real ROS graph.")] = False,
+    ros: Annotated[bool, typer.Option("--ros", help="Run swarm-up on the real ROS graph.")] = False,
     json_: Annotated[
         Path | None,
         typer.Option("--json", help="File of JSON lines to add to; runs in it are not repeated."),
@@ -106,8 +106,8 @@ def suite(
     seeds: Annotated[
         str, typer.Option(help=f"Of the bench runs; {SUITE}: as many as each scenario says.")
     ] = SUITE,
-    baseline_seeds: Annotated[str, typer.Option(help="Of dwa and orca; none: without.")] = "0-2",
-    ros_seeds: Annotated[str, typer.Option(help="On the ROS graph; none: without.")] = "0-2",
+    baseline_seeds: Annotated[str, typer.Option(help="Seeds of dwa and orca, or none.")] = "0-2",
+    ros_seeds: Annotated[str, typer.Option(help="Seeds on the ROS graph, or none.")] = "0-2",
     ros_most: Annotated[int, typer.Option(help="Largest swarm on the ROS graph.")] = 50,
 ) -> None:
     """Run the whole suite, the baselines and the ROS rows, and write the document.
@@ -130,7 +130,8 @@ def report_traffic(
     files: Annotated[list[Path], typer.Argument(help="Files of `swarm-bench traffic --json`.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="Markdown file to write.")],
     machine: Annotated[
-        str, typer.Option(help="Where it was measured.  [default: here]", show_default=False)
+        str,
+        typer.Option(help="Machine of the measurement.  [default: this one]", show_default=False),
     ] = "",
 ) -> None:
     """Write the tables of runs that were made before."""

@@ -45,7 +45,8 @@ def scale(
     ] = AUTO,
     seconds: Annotated[float, typer.Option(help="Simulated seconds of a run, at most.")] = 120.0,
     goals_per_robot: Annotated[
-        int, typer.Option(help="End when every robot has this many; 0: after --seconds.")
+        int,
+        typer.Option(help="End when every robot has reached this many; 0: end after --seconds."),
     ] = 0,
     pack: Annotated[
         int | None,
@@ -65,7 +66,9 @@ def scale(
     ] = None,
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", help="Document whose part to write, with a plot beside it."),
+        typer.Option(
+            "-o", "--output", help="Document in which to replace the part, with a plot beside it."
+        ),
     ] = None,
     compared: Annotated[
         tuple[str, str] | None,

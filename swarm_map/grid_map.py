@@ -107,7 +107,7 @@ def _blocked(path: Path) -> Mask:
 
 
 def _agents(path: Path, blocked: Mask) -> list[Agent]:
-    """Return the agents of a scenario: lines whose start and goal no earlier one has."""
+    """Return the agents of a scenario: lines whose start and goal no earlier line uses."""
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as cause:

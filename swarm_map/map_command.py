@@ -29,10 +29,10 @@ map_app = typer.Typer(
 console = Console(highlight=False, soft_wrap=True)
 
 World = Annotated[str, typer.Argument(help="Name of a world, or path of a .sdf or .world file.")]
-Height = Annotated[float, typer.Option(help="Of the LiDAR's plane above the ground [m].")]
-Resolution = Annotated[float, typer.Option(help="[m] per cell, or per pixel of a picture.")]
+Height = Annotated[float, typer.Option(help="Height of the LiDAR's plane above the ground [m].")]
+Resolution = Annotated[float, typer.Option(help="Size of a cell, or of a pixel of a picture [m].")]
 SkipMissing = Annotated[
-    bool, typer.Option("--skip-missing", help="Leave out models and meshes that are nowhere.")
+    bool, typer.Option("--skip-missing", help="Leave out models and meshes that are not found.")
 ]
 SkipBroken = Annotated[
     bool, typer.Option("--skip-broken", help="Leave out models that are unusable.")
@@ -86,15 +86,15 @@ def check(
     ] = Path("map_difference.png"),
     height: Height = SCAN_HEIGHT,
     max_share: Annotated[
-        float, typer.Option(help="Of the occupied cells that may disagree.")
+        float, typer.Option(help="Share of the occupied cells that may disagree.")
     ] = MAX_SHARE,
     skip_missing: SkipMissing = False,
     skip_broken: SkipBroken = False,
 ) -> None:
     """Compare a map with a world, and draw where they differ.
 
-    Without a map: compare what is made of the world for the map, the LiDARs and the physics
-    engine with the triangles in its files. That is also done when a world is first started.
+    Without a map: compare the world as map, LiDARs and physics engine represent it with the
+    triangles in its files. This also happens when a world is first started.
 
     Exit code: 0 they agree; 1 more than --max-share of the occupied cells disagree; 2 bad input.
     """
@@ -120,21 +120,23 @@ def new(
         Path, typer.Argument(help="Floor plan: a YAML file, a picture (.png), or a .map grid.")
     ],
     output: Annotated[
-        Path, typer.Option("-o", "--output", help="Folder in which the world's folder is made.")
+        Path, typer.Option("-o", "--output", help="Folder in which the world's folder is created.")
     ] = Path("."),
-    name: Annotated[str | None, typer.Option(help="Of the world.  [default: the plan's]")] = None,
+    name: Annotated[
+        str | None, typer.Option(help="Name of the world.  [default: the plan's]")
+    ] = None,
     resolution: Resolution = 0.05,
     origin: Annotated[
         tuple[float, float] | None,
         typer.Option(help="x y [m] of a picture's lower left corner.  [default: centred]"),
     ] = None,
-    wall_height: Annotated[float, typer.Option(help="Of the walls in a picture [m].")] = 2.5,
-    cell: Annotated[float, typer.Option(help="[m] of a cell of a .map grid.")] = 1.0,
+    wall_height: Annotated[float, typer.Option(help="Height of the walls in a picture [m].")] = 2.5,
+    cell: Annotated[float, typer.Option(help="Size of a cell of a .map grid [m].")] = 1.0,
     scenario: Annotated[
         Path | None,
         typer.Option("--scen", help="MovingAI .scen file with the starts and goals of a .map."),
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite what is there.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
 ) -> None:
     """Make a world from a floor plan: world.sdf, sites.yaml, and its map.
 

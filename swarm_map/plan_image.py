@@ -165,7 +165,7 @@ def _pixels(path: Path) -> NDArray[np.uint8]:
                     f"{path}: {opened.width} x {opened.height} pixels; expected at most "
                     f"{MAX_PIXELS:.0e}"
                 )
-            flat = Image.new("RGBA", opened.size, "white")  # what is transparent is floor
+            flat = Image.new("RGBA", opened.size, "white")  # transparent pixels are floor
             flat.alpha_composite(opened.convert("RGBA"))
             return np.asarray(flat.convert("RGB"))
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as cause:

@@ -60,8 +60,8 @@ def write_world(plan: FloorPlan, folder: Path, resolution: float = 0.05) -> Scen
     """Write `world.sdf`, `sites.yaml` and `map.yaml` with its image; return the world as read.
 
     Args:
-        plan: What is to be there.
-        folder: Made if need be; what is in it is overwritten.
+        plan: Contents of the world.
+        folder: Created if necessary; its files are overwritten.
         resolution: [m] per cell of the map, which is made finer if navigation needs it.
 
     Raises:

@@ -1,4 +1,4 @@
-"""A recorded bag: its topics, its messages in order of time, what was last said before a time."""
+"""A recorded bag: its topics, its messages in order of time, and the last ones before a time."""
 
 from __future__ import annotations
 

@@ -14,13 +14,13 @@ TRANSFORMS = "tf2_msgs/msg/TFMessage"
 
 
 class BagFeed:
-    """Plays a bag: what is wanted comes when its time has come.
+    """Plays a bag: each wanted message is returned once its time has come.
 
-    A look that comes late gets the newest message of each topic only (of each sender, for
-    transforms), so that any speed can be watched.
+    A late call gets only the newest message of each topic (of each sender, for transforms), so
+    that any speed can be watched.
 
     Attributes:
-        bag: What is played.
+        bag: The recording.
         span: Its first and last time [s].
         is_playing: Whether time goes on.
     """
@@ -66,7 +66,7 @@ class BagFeed:
         self._speed = value
 
     def play(self) -> None:
-        """Let time go on; from the end it begins anew."""
+        """Continue playing; from the end, start again at the beginning."""
         self._go_on()
         if self._now >= self.span[1]:
             self.seek(self.span[0])
@@ -97,7 +97,7 @@ class BagFeed:
         self._begin_stream()
 
     def take(self) -> list[tuple[str, bytes]]:
-        """Return (topic, serialized message) of what has come since the last call."""
+        """Return (topic, serialized message) of each message since the last call."""
         return [(topic, data) for topic, _, data in self.take_stamped()]
 
     def take_stamped(self) -> list[Item]:
@@ -122,7 +122,7 @@ class BagFeed:
         return round(self._now * NANOSECONDS)
 
     def _go_on(self) -> None:
-        """Advance the time of the bag by what has passed on the clock."""
+        """Advance the time of the bag by the time that has passed on the clock."""
         now = self._clock()
         if self.is_playing:
             self._now = min(self._now + self._speed * (now - self._read_at), self.span[1])

@@ -43,7 +43,8 @@ class Player:
         """Play once to the end; return the number of messages.
 
         Args:
-            start: [s] where to begin; what was last said on each topic before comes first.
+            start: [s] where to begin; the last message of each topic before that is published
+                first.
             speed: Times real time; None for as fast as possible.
             tell: Called with the time in the bag [s] now and then.
             is_stopped: Asked whether to stop.

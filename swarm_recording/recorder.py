@@ -30,7 +30,7 @@ from swarm_recording.tape import Tape
 
 LOOK_PERIOD = 0.02  # [s] of wall time between two looks at all topics
 DEPTH = 200  # messages of a topic that may come in between
-LAST_LOOK = 0.3  # [s] for what is under way when the run ends
+LAST_LOOK = 0.3  # [s] in which messages under way still arrive when the run ends
 CLOCK, PLACES = "/clock", "/sim/tf"
 
 
@@ -47,7 +47,7 @@ class Recorder:
 
         Args:
             node: Appears as the subscriber in the graph.
-            robots: Who is there.
+            robots: Names of the robots.
             patterns: Of the topics to record, see `select`.
             tape: To write on.
             rate: See `RateFilter`.
@@ -72,7 +72,7 @@ class Recorder:
         self._inputs.append((topic, PolledTopic(self._node, kind, topic.name, depth)))
 
     def take(self) -> None:
-        """Record what has come."""
+        """Record the messages that have arrived."""
         latest = b""
         for topic, source in self._inputs:
             while (data := source.take()) is not None:
@@ -89,7 +89,7 @@ class Recorder:
         """Begin with robots that have come, and end with those that are gone."""
         try:
             _, frames, _ = self._reader.read(transforms)
-        except ValueError:  # from somebody else; the recording has it all the same
+        except ValueError:  # from a foreign publisher; it is recorded all the same
             return
         robots = {frame.partition("/")[0] for frame in frames}
         for robot in self._robots - robots:

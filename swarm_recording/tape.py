@@ -1,7 +1,8 @@
 """A bag in the making: an MCAP file (profile ros2) that is whole after every write.
 
 An MCAP file ends with a summary that most readers need. Here each write appends a chunk and a new
-summary in place of the old one, in a single call, so whoever is killed leaves a file that opens.
+summary in place of the old one, in a single call, so a recorder that is killed leaves a file that
+opens.
 """
 
 from __future__ import annotations
@@ -22,13 +23,13 @@ CHUNK_SIZE = 4 * 2**20  # [bytes] before compression
 
 
 class _Sheet:
-    """The file below the writer: collects what is written until it is laid down at once."""
+    """The file below the writer: collects writes until they are flushed in one call."""
 
     def __init__(self, path: Path) -> None:
         self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC, 0o644)
         self._start = 0
         self._pending = bytearray()
-        self._tail = b""  # what is on disk from `_start` on: the summary
+        self._tail = b""  # the summary, which is on disk from `_start` on
 
     def write(self, data: bytes) -> int:
         self._pending += data
@@ -41,7 +42,7 @@ class _Sheet:
         """Keep collecting: only `lay_down` writes."""
 
     def lay_down(self, keep: int) -> None:
-        """Write all of it; later writes begin at `keep`, over what lies behind it.
+        """Write everything; later writes begin at `keep` and overwrite the rest.
 
         Raises:
             OSError: If there is no room; the file is as it was then.
@@ -133,7 +134,7 @@ class Tape:
             self.save()
 
     def save(self) -> None:
-        """Write everything so far, such that the file is whole."""
+        """Write everything so far, so that the file is complete."""
         self._writer.flush()  # type: ignore[no-untyped-call]
         end = self._sheet.tell()
         self._writer.finish()  # type: ignore[no-untyped-call]

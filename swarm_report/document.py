@@ -131,7 +131,7 @@ def makespan(report: Mapping[str, Any]) -> float | None:
 
 
 def number(value: float | None, unit: str = "") -> str:
-    """Return a number with its unit; a dash for what is not known."""
+    """Return a number with its unit; a dash for an unknown one."""
     if value is None:
         return "–"
     digits = ".0f" if abs(value) >= 1000.0 else ".4g"

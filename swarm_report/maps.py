@@ -23,7 +23,7 @@ from swarm_report.style import (
 
 FEW = 8  # robots that a colour each can tell apart
 WIDE = 20.0  # from this ratio of largest to smallest on, the scale is logarithmic
-PALEST = 0.2  # of a colour scale: what is paler does not stand out from white paper
+PALEST = 0.2  # of a colour scale: paler colours do not stand out from white paper
 CELL = 0.25  # [m] of the heat maps
 HOLDING = "holding"
 

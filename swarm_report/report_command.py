@@ -1,4 +1,4 @@
-"""The command `swarm-report`: draws the report of a run anew, or compares several."""
+"""The command `swarm-report`: draws the report of a run again, or compares several runs."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def report(
         Path, typer.Option("--output", "-o", help="Page that compares several runs.")
     ] = Path("comparison.html"),
 ) -> None:
-    """Draw report.html of a run anew, or compare several runs in a table and a page.
+    """Draw report.html of a run again, or compare several runs in a table and a page.
 
     One RUN: its report.html and plots/ are written, also for a run that was killed.
     Several: a table is printed, and the page of --output is written with its plots beside it.

@@ -141,7 +141,7 @@ class RunData:
         good = [line for line in self._samples if 0 < len(line["x"]) <= count]
         if not good:
             return None
-        for line in good:  # who is not there has no place
+        for line in good:  # an absent robot has no place
             for key in ("x", "y", "yaw", "to_robot", "to_world"):
                 line[key] += [None] * (count - len(line[key]))
         poses = np.array([[line["x"], line["y"], line["yaw"]] for line in good], float) / 1000.0

@@ -13,7 +13,7 @@ from swarm_view.robot_mesh import RobotMesh
 from swarm_view.shapes import lifted, quaternions
 from swarm_view.wheels import Hubs, rolled
 
-AWAY = -100.0  # [m] height of what is not seen
+AWAY = -100.0  # [m] height of hidden bodies
 PLAIN = 100_000  # [bytes] of a mesh up to which a simpler one is not worth drawing
 Rows = NDArray[np.intp]
 
@@ -52,7 +52,7 @@ class Bodies:
         self._angles = np.zeros((len(members), len(mesh.wheels)))
 
     def remove(self) -> None:
-        """Draw nobody any more."""
+        """Remove all bodies."""
         for batch in (self._whole, self._body, *(batch for batch, _ in self._wheels)):
             if batch is not None:
                 batch.remove()

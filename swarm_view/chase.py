@@ -18,7 +18,7 @@ SAME = 5e-3  # [m] between two views that are one
 ECHOES = 30  # views of late that a page may still report
 LOOK_PERIOD = 1.0  # [s] of wall time between two looks whether the camera has come
 APPROACH = 10.0  # [s] for which that is doubted: a page that loads may put it elsewhere
-PATIENCE = 0.25  # [s] of wall time for which a reader who turns the view is let be
+PATIENCE = 0.25  # [s] of wall time for which the camera stays with a reader who turns the view
 
 # Called with a target (3,) and the position (3,) from which to look at it, both in map.
 Look = Callable[[FloatArray, FloatArray], None]
@@ -27,19 +27,19 @@ Look = Callable[[FloatArray, FloatArray], None]
 class Chase:
     """Keeps a robot in the middle of one page; its reader turns and zooms as before.
 
-    What a page reports of its camera is late, and mostly an echo of what it was told. So the
-    camera's place is never built on a report; only a way from robot to camera that nobody told
-    the page is taken over: the reader's.
+    The camera position that a page reports is late, and mostly an echo of our own orders. So the
+    camera is never placed by a report; only an offset from robot to camera that we did not order is
+    taken over, because it is the reader's.
 
     Attributes:
         look: Makes the page look.
     """
 
     def __init__(self, camera: Any, look: Look) -> None:
-        """Follow nobody yet.
+        """Follow no robot yet.
 
         Args:
-            camera: What the page reports: `position` and `look_at`, each (3,).
+            camera: The page's report: `position` and `look_at`, each (3,).
             look: Makes the page look.
         """
         self._camera = camera

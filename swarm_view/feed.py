@@ -19,10 +19,10 @@ class Feed(Protocol):
         """
 
     def take(self) -> list[tuple[str, bytes]]:
-        """Return (topic, CDR bytes) of what has come since the last call, oldest first."""
+        """Return (topic, CDR bytes) of the messages since the last call, oldest first."""
 
     def close(self) -> None:
-        """Release what it holds."""
+        """Release all resources."""
 
 
 class Recording(Feed, Protocol):

@@ -18,19 +18,19 @@ from swarm_view.shapes import lifted, quaternions, ring
 RING_HEIGHT = 0.012  # [m]
 RING_WIDTH = 0.07  # [m]
 NEAR = 6.0  # [m] from a page's camera within which turning wheels can be seen
-NEAR_ROBOTS = 16  # whose wheels turn, at most; those of others cost nothing
+NEAR_ROBOTS = 16  # robots whose wheels turn, at most; all others cost nothing
 
 
 class Fleet:
     """The robots' bodies, shared by all pages.
 
     Attributes:
-        names: Who is drawn, in the order of all arrays.
+        names: Of the robots that are drawn, in the order of all arrays.
         meshes: Model of each robot, as far as it is known.
     """
 
     def __init__(self, server: viser.ViserServer) -> None:
-        """Draw nobody yet."""
+        """Draw no robot yet."""
         self.names: list[str] = []
         self.meshes: dict[str, RobotMesh] = {}
         self._server = server
@@ -40,7 +40,7 @@ class Fleet:
         self._colors: list[tuple[int, int, int]] = []
 
     def assemble(self, names: list[str], urdfs: Mapping[str, str]) -> None:
-        """Draw these robots from now on; who has no description yet is only a ring."""
+        """Draw these robots from now on; a robot without a description is only a ring."""
         for bodies in self._bodies:
             bodies.remove()
         self._bodies = []

@@ -1,4 +1,4 @@
-"""The view of the live graph: a node, and a server that shows what it hears."""
+"""The view of the live graph: a node, and a server that shows the messages it receives."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from swarm_common.middleware.ros_poll import PolledTopic
 from swarm_view.decode import message_class
 from swarm_view.topics import STATUS, VERDICT, is_latched, type_of
 
-# Nobody waits for a viewer that is slow: what is not taken in time is lost.
+# No process waits for a slow viewer: messages that it does not take in time are lost.
 STREAM = QoSProfile(depth=4, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 EVENTS = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
@@ -42,7 +42,7 @@ class LiveFeed:
             self._topics[topic] = PolledTopic(self._node, kind, topic, _quality(topic))
 
     def take(self) -> list[tuple[str, bytes]]:
-        """Return what has come."""
+        """Return the messages that have arrived."""
         self._turn = (self._turn + 1) % STATUS_TURN
         taken = []
         for topic, polled in self._topics.items():

@@ -8,7 +8,7 @@ PERIOD = 2.0  # [s] of wall time between two readings
 
 
 class CpuMeter:
-    """Reads the machine's load now and then; costs nothing while nobody asks."""
+    """Reads the machine's load now and then; costs nothing while the load is not asked for."""
 
     def __init__(self) -> None:
         """Begin without a reading."""

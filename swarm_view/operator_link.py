@@ -29,9 +29,9 @@ from swarm_common.middleware.ros_poll import drain
 from swarm_common.model.records import Pose
 
 POSITION_VARIANCE, YAW_VARIANCE = 0.25, 0.0685  # what RViz's tool sends
-PATIENCE = 5.0  # [s] of wall time for somebody to listen
+PATIENCE = 5.0  # [s] of wall time in which a listener must appear
 ASK_PERIOD = 1.0  # [s] of wall time between two looks at the state of the simulation
-Tell = Callable[[str], None]  # what became of an order, for the reader who gave it
+Tell = Callable[[str], None]  # outcome of an order, for the reader who gave it
 
 
 class OperatorLink:
@@ -43,7 +43,7 @@ class OperatorLink:
     """
 
     def __init__(self, node: Node) -> None:
-        """Take a node that nobody else spins."""
+        """Take a node that is spun only here."""
         self.is_paused: bool | None = None
         self.speed: float | None = None
         self._node = node
@@ -56,7 +56,7 @@ class OperatorLink:
         self._busy: set[str] = set()
 
     def turn(self, now: float) -> None:
-        """Do what is due: answers, what waits for a listener, a look at the world's state."""
+        """Process answers, orders that wait for a listener, and the world's state."""
         drain(self._executor)
         waiting, self._waiting = self._waiting, []
         for deadline, attempt, what, tell in waiting:
@@ -97,7 +97,7 @@ class OperatorLink:
         self._publish(f"/{robot}/initialpose", message, tell)
 
     def cancel(self, robot: str, tell: Tell) -> None:
-        """Cancel what a robot is doing, whoever asked for it."""
+        """Cancel the goal of a robot, including goals of other clients."""
 
         def done(response: Any) -> None:
             count = len(response.goals_canceling)

@@ -1,4 +1,4 @@
-"""One page in a browser: which robot it looks at, what it shows, and what it asks for."""
+"""One page in a browser: the robot it follows, its layers, and its orders to the swarm."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Page:
         Args:
             client: viser's handle of it.
             robot: That it opens with; empty for none.
-            swarm: What is known.
+            swarm: The swarm's state as received.
             fleet: The robots' bodies.
             link: To the swarm; None for a recording.
             url: Returns the address of a robot's page.
@@ -150,12 +150,12 @@ class Page:
     # Drawing
 
     def update(self, poses: FloatArray, now: float, cpu: str) -> None:
-        """Draw what has changed.
+        """Draw the changes.
 
         Args:
             poses: Where the robots are drawn (n, 3), in map.
             now: Wall time [s].
-            cpu: What the panel says of the CPU.
+            cpu: Text of the panel about the CPU.
         """
         self._draw_robot(poses, now)
         if now >= self._slow_due:

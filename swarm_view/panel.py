@@ -1,4 +1,4 @@
-"""The panel of one page: what it shows and what it asks for. Widgets only, no decisions."""
+"""The panel of one page: its displays and buttons. Widgets only, no decisions."""
 
 from __future__ import annotations
 

@@ -103,7 +103,7 @@ def robot_html(
 
 
 def stations_html(states: Mapping[str, RobotState]) -> str:
-    """Return who holds which station, and who waits for it in which order."""
+    """Return the robot that holds each station, and the queue of robots that wait for it."""
     queues: dict[str, list[tuple[int, str]]] = {}
     for robot, state in states.items():
         if state.station:

@@ -25,7 +25,7 @@ class Playback:
 
         Args:
             gui: viser's, of the server.
-            recording: What is played.
+            recording: The bag that is played.
             on_jump: Called after time has jumped.
             post: Brings a call to the thread that draws.
         """
@@ -51,7 +51,7 @@ class Playback:
         )
 
     def update(self) -> None:
-        """Show what has become of it."""
+        """Show the state of the playback."""
         label = "Pause" if self._recording.is_playing else "Play"
         if self._play.label != label:
             self._play.label = label

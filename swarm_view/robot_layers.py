@@ -33,7 +33,7 @@ class RobotLayers:
     def draw(
         self, swarm: Swarm, robot: str, mesh: RobotMesh | None, layers: Collection[Layer]
     ) -> None:
-        """Draw what has changed of a robot's layers, and remove those that are not shown."""
+        """Draw the changes of a robot's layers, and remove layers that are not shown."""
         for layer in [layer for layer in self._drawn if layer not in layers]:
             self._remove(layer)
         for layer in layers:

@@ -1,4 +1,4 @@
-"""What stands still, drawn once: floor map, bodies, stations, circuits; and walkers."""
+"""The fixed scene, drawn once: floor map, bodies, stations, circuits; and the walkers."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def draw_image(scene: Any, name: str, raster: Raster, image: Any, height: float)
 
 
 class Scenery:
-    """The part of the scene that all pages share and nobody touches."""
+    """The part of the scene that all pages share and no page changes."""
 
     def __init__(self, server: viser.ViserServer) -> None:
         """Draw nothing yet."""
@@ -112,7 +112,7 @@ class Scenery:
         )  # fmt: skip
 
     def draw_movers(self, markers: list[Any]) -> None:
-        """Draw who and what is there beside the robots; what is not among the markers goes."""
+        """Draw the people and objects among the markers; remove those that are no longer there."""
         known, self._movers = self._movers, {}
         for marker in markers:
             if marker.action != Marker.ADD or marker.type not in (*UNIT, Marker.TRIANGLE_LIST):

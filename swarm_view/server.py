@@ -1,4 +1,4 @@
-"""viser behind our gate: who has come in, and with which address."""
+"""viser behind our gate: the pages that connected, and their addresses."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class Server:
     ) -> None:
         """Call back, on the event loop, for each page with the robot in its address.
 
-        Who did not come through the gate is not told of.
+        Connections that did not come through the gate are not reported.
         """
 
         @self.viser.on_client_connect

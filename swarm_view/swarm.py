@@ -1,4 +1,4 @@
-"""All that is known of the swarm while somebody looks: messages go in, the view reads it."""
+"""The state of the swarm while a page is open: messages update it, the view reads it."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ DECODERS: dict[Layer, Callable[[Any], Any]] = {
 
 
 class Swarm:
-    """What the messages so far say.
+    """The swarm's state according to the messages so far.
 
     Attributes:
         names: Of the robots, in the order of all arrays.
@@ -39,7 +39,7 @@ class Swarm:
         track: Where they are.
         trails: Where they have been.
         markers: Of the scene; None before it is known.
-        movers: Markers of what else moves.
+        movers: Markers of the other moving bodies.
         map: None before it is known.
         verdict: swarm_interfaces/Verdict; None before the first.
         tick: Newest control tick seen.
@@ -76,12 +76,12 @@ class Swarm:
         return self.tick * CONTROL_PERIOD
 
     def meet(self, robots: list[str]) -> None:
-        """Learn who there is."""
+        """Update the list of robots."""
         if robots != self.names and not self._has_truth:
             self._rename(robots)
 
     def _rename(self, names: list[str]) -> None:
-        """Go on with other robots; who is not among them is forgotten."""
+        """Continue with another list of robots; forget robots that are not in it."""
         known = {name: row for row, name in enumerate(self.names)}
         self.trails.rearrange([known.get(name, -1) for name in names])
         self._history.clear()  # its rows are those of the robots before
@@ -200,7 +200,7 @@ class Swarm:
         return self._decoded[topic]
 
     def drop_layers(self, wanted: set[str]) -> None:
-        """Forget layers that nobody shows any more, so that they are not shown out of date."""
+        """Forget layers that no page shows any more, so that no outdated layer is shown later."""
         for topic in self._layers.keys() - wanted:
             del self._layers[topic]
             self._decoded.pop(topic, None)

@@ -36,7 +36,7 @@ class Hand:
     """The tool of one page, and the floor that it points at. Runs on the main thread.
 
     Attributes:
-        tool: What is in hand.
+        tool: The selected one.
     """
 
     def __init__(self, scene: Any, use: Use, post: Post) -> None:

@@ -1,4 +1,4 @@
-"""Where robots are between two messages: they glide from what is shown to what is true."""
+"""Robot poses between two messages: they glide from the shown pose to the true one."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Track:
     """
 
     def __init__(self) -> None:
-        """Know nobody."""
+        """Begin without robots."""
         self._from = self._to = np.zeros((0, 3))
         self._since = 0.0
         self._interval = 0.1
@@ -58,7 +58,7 @@ class Track:
         return result
 
     def is_settled(self, now: float) -> bool:
-        """Whether nobody moves any more until the next message."""
+        """True if no robot moves before the next message."""
         return now - self._since > self._interval
 
 
@@ -71,13 +71,13 @@ class Trails:
         self._spacing = spacing
 
     def add(self, poses: FloatArray) -> None:
-        """Take poses (n, 3); kept when somebody has moved far enough."""
+        """Take poses (n, 3); keep them when a robot has moved far enough."""
         places = poses[:, :2].copy()
         if self._points and len(self._points[-1]) != len(places):
             self._points.clear()
         if self._points:
             moved = np.hypot(*(places - self._points[-1]).T)
-            if (moved < self._spacing).all():  # who is new has not been anywhere: NaN
+            if (moved < self._spacing).all():  # a new robot has no past poses: NaN
                 return
         self._points.append(places)
 
@@ -86,7 +86,7 @@ class Trails:
         self._points.clear()
 
     def rearrange(self, rows: Sequence[int]) -> None:
-        """Go on with other robots: each one's old row, -1 for who is new."""
+        """Continue with another list of robots: the old row of each, -1 for a new one."""
         old = list(self._points)
         self._points.clear()
         for places in old:

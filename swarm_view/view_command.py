@@ -24,9 +24,12 @@ view_app = typer.Typer(add_completion=False, rich_markup_mode=None)
 
 @view_app.command()
 def view(
-    port: Annotated[int, typer.Option(help="To listen on; 0 for a free one.")] = VIEWER_PORT,
+    port: Annotated[
+        int, typer.Option(help="TCP port to listen on; 0 for a free one.")
+    ] = VIEWER_PORT,
     host: Annotated[
-        str, typer.Option(help="To listen on; other than 127.0.0.1 opens it to them.")
+        str,
+        typer.Option(help="Address to listen on; others than 127.0.0.1 open it to the network."),
     ] = LOOPBACK,
 ) -> None:
     """Show a running swarm in the browser, until Ctrl-C."""

@@ -1,4 +1,4 @@
-"""The viewer's loop: messages in, frames out, and nothing at all while nobody looks."""
+"""The viewer's loop: messages in, frames out, and no work while no page is open."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from swarm_view.server import Server
 from swarm_view.swarm import Swarm
 
 FRAME_PERIOD = 0.04  # [s] of wall time: 25 frames per second
-LOOK_PERIOD = 3.0  # [s] of wall time between two looks at who there is
+LOOK_PERIOD = 3.0  # [s] of wall time between two updates of the list of robots
 SLOW_PERIOD = 0.25  # [s] of wall time between two looks at a recording's time
-NEAR_PERIOD = 0.25  # [s] of wall time between two looks at who is near a camera
+NEAR_PERIOD = 0.25  # [s] of wall time between two searches for robots near a camera
 COLOR_PERIOD = 0.2  # [s] of wall time between two looks at the states' colours
 PANEL_SHARE = 0.08  # of the map's width by which the camera looks past its middle
 ALWAYS = {topics.TF, topics.VERDICT, topics.MOVERS}
@@ -109,7 +109,7 @@ class Viewer:
         self._feed.close()
 
     def frame(self, now: float) -> None:
-        """Take what has come and draw one frame; `now` is wall time."""
+        """Process the messages that have arrived and draw one frame; `now` is wall time."""
         swarm = self._swarm
         if now >= self._look_due:
             self._look_due = now + LOOK_PERIOD

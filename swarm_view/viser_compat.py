@@ -40,8 +40,8 @@ Answer = Callable[[ServerConnection, Request], Response | None]
 def admitting(header: str, key: str) -> Iterator[None]:
     """Let the viser server that is created within take only requests with a key.
 
-    viser has no setting for it: it answers every page and every websocket of whatever origin. So
-    what it serves with is given one question more. A test asks the port without the key.
+    viser has no setting for it: it answers every page and every websocket of any origin. So its
+    request handler is wrapped with one more check. A test asks the port without the key.
 
     Args:
         header: Name of the header that carries the key.
@@ -68,7 +68,7 @@ def admitting(header: str, key: str) -> Iterator[None]:
 def look(client: viser.ClientHandle, target: FloatArray, position: FloatArray) -> None:
     """Make a page look from a position (3,) at a target (3,), both in map.
 
-    viser's own setters work out the camera's orientation twice, which nobody asks for.
+    viser's own setters compute the camera's orientation twice, which is wasted work.
     """
     queue = client._websock_connection.queue_message
     x, y, z = position.tolist()

@@ -29,13 +29,15 @@ commander_app = typer.Typer(add_completion=False, rich_markup_mode=None)
 
 @commander_app.command()
 def command(
-    robots: Annotated[list[str] | None, typer.Argument(help="Like Srobot3.")] = None,
+    robots: Annotated[
+        list[str] | None, typer.Argument(help="Names of robots, like Srobot3.")
+    ] = None,
     mission: Annotated[str, typer.Option(help="Name or file of a mission.")] = "loading_route",
     goal: Annotated[
         tuple[float, float, float] | None,
         typer.Option(help="X Y YAW in the map, instead of a mission."),
     ] = None,
-    seed: Annotated[int, typer.Option(help="Of the order of the stations.")] = 0,
+    seed: Annotated[int, typer.Option(help="Seed of the order of the stations.")] = 0,
     all_: Annotated[bool, typer.Option("--all", help="Drive every robot.")] = False,
 ) -> None:
     """Drive robots of a running swarm through a mission, or to one goal.

@@ -21,7 +21,7 @@ doctor_app = typer.Typer(add_completion=False, rich_markup_mode=None)
 
 @doctor_app.command()
 def doctor(
-    swarm_size: Annotated[int, typer.Option(help="Robots that are to run.")] = 100,
+    swarm_size: Annotated[int, typer.Option(help="Number of robots to check for.")] = 100,
     pack: Annotated[int, typer.Option(help="Navigators per process.")] = 1,
 ) -> None:
     """Check whether this machine is fit for a swarm, and say what to change.

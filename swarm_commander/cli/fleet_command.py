@@ -38,34 +38,36 @@ ACTIVE_LIMIT = 60.0  # [s] of wall time for a new navigator to be there
 fleet_app = typer.Typer(
     add_completion=False,
     rich_markup_mode=None,
-    help="Robots and things come to a running swarm, go, and are put elsewhere.",
+    help="Add, remove and move robots and objects of a running swarm.",
 )
 
 
 @fleet_app.command("spawn")
 def spawn(
     name: Annotated[
-        str, typer.Argument(help="Like Srobot7, or a thing's.  [default: the next free]")
+        str, typer.Argument(help="Name, like Srobot7, or an object's.  [default: the next free]")
     ] = "",
     robot: Annotated[str, typer.Option(help="Name or path of a robot model.")] = DEFAULT_ROBOT,
     pose: Annotated[
         tuple[float, float, float] | None,
         typer.Option(
-            help="X Y YAW in the map; things need one.  [default: a free place of the start area]"
+            help="X Y YAW in the map; required for objects.  [default: a free start place]"
         ),
     ] = None,
     thing: Annotated[
-        str, typer.Option("--object", help="A thing instead: .sdf, .urdf, or model://NAME.")
+        str, typer.Option("--object", help="Spawn an object: .sdf, .urdf, or model://NAME.")
     ] = "",
     box: Annotated[
-        tuple[float, float, float] | None, typer.Option(help="A box instead: X Y Z edges [m].")
+        tuple[float, float, float] | None, typer.Option(help="Spawn a box with edges X Y Z [m].")
     ] = None,
     cylinder: Annotated[
-        tuple[float, float] | None, typer.Option(help="A cylinder instead: RADIUS HEIGHT [m].")
+        tuple[float, float] | None, typer.Option(help="Spawn a cylinder with RADIUS HEIGHT [m].")
     ] = None,
     mass: Annotated[
         float | None,
-        typer.Option(help="Of box or cylinder [kg], which can be pushed then; else it stands."),
+        typer.Option(
+            help="Mass of a box or cylinder that can be pushed [kg]; without it, it is fixed."
+        ),
     ] = None,
 ) -> None:
     """Add a robot to a running swarm, with its navigator, or a thing."""
@@ -90,7 +92,7 @@ def spawn(
 
 @fleet_app.command("remove")
 def remove(
-    names: Annotated[list[str], typer.Argument(help="Like Srobot7, or a thing.")],
+    names: Annotated[list[str], typer.Argument(help="Names of robots or objects.")],
 ) -> None:
     """Take robots, whose navigators end, or things out of a running swarm."""
     with _node() as node:
@@ -101,7 +103,7 @@ def remove(
 
 @fleet_app.command("move")
 def move(
-    name: Annotated[str, typer.Argument(help="A robot or a thing, see list.")],
+    name: Annotated[str, typer.Argument(help="Name of a robot or object, see list.")],
     pose: Annotated[tuple[float, float, float], typer.Option(help="X Y YAW in the map.")],
 ) -> None:
     """Put a robot or a thing elsewhere; a robot's navigator is told."""
@@ -127,7 +129,7 @@ def list_() -> None:
 
 
 @fleet_app.command("restart")
-def restart(robot: Annotated[str, typer.Argument(help="Like Srobot3.")]) -> None:
+def restart(robot: Annotated[str, typer.Argument(help="Name of the robot, like Srobot3.")]) -> None:
     """Start a robot's navigator anew; its mission goes on with the goal in hand."""
     typer.echo(domain.ask(domain.domain_id(), RestartNavigator(robot), ACTIVE_LIMIT))
 

@@ -29,18 +29,21 @@ def replay(
         Path,
         typer.Argument(metavar="[BAG]", help="File, or folder of a run.  [default: runs/latest]"),
     ] = Path("runs/latest"),
-    info: Annotated[bool, typer.Option("--info", help="Only list what is in it.")] = False,
+    info: Annotated[
+        bool, typer.Option("--info", help="Only list the topics and messages.")
+    ] = False,
     ros: Annotated[
         bool, typer.Option("--ros", help="Play on the ROS graph, for RViz and any node.")
     ] = False,
     speed: Annotated[
-        str, typer.Option(help="Times real time; with --ros also max.", show_default=True)
+        str, typer.Option(help="Multiple of real time; with --ros also max.", show_default=True)
     ] = "1",
     start: Annotated[
-        float | None, typer.Option(help="Where to begin [s].", show_default=False)
+        float | None,
+        typer.Option(help="Time in the recording at which to begin [s].", show_default=False),
     ] = None,
-    loop: Annotated[bool, typer.Option("--loop", help="Begin anew at the end.")] = False,
-    port: Annotated[int, typer.Option(help="Of the viewer.")] = 8080,
+    loop: Annotated[bool, typer.Option("--loop", help="Start again at the end.")] = False,
+    port: Annotated[int, typer.Option(help="TCP port of the viewer.")] = 8080,
 ) -> None:
     """Play a run that was recorded with `swarm-up --record`.
 

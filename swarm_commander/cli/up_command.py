@@ -51,23 +51,35 @@ def up(
         list[Path] | None,
         typer.Option("--package-path", help="Folder in which a robot's ROS packages are."),
     ] = None,
-    map_: Annotated[Path | None, typer.Option("--map", help="Map yaml of your own.")] = None,
+    map_: Annotated[
+        Path | None, typer.Option("--map", help="Nav2 map (.yaml) to use instead of the world's.")
+    ] = None,
     skip_missing: Annotated[
         bool,
-        typer.Option("--skip-missing", help="Leave out models and meshes of a world not found."),
+        typer.Option(
+            "--skip-missing", help="Leave out models and meshes of the world that are not found."
+        ),
     ] = False,
     skip_broken: Annotated[
         bool,
-        typer.Option("--skip-broken", help="Leave out models of a world that are unusable."),
+        typer.Option("--skip-broken", help="Leave out models of the world that are unusable."),
     ] = False,
-    params: Annotated[Path | None, typer.Option(help="ROS 2 parameter file.")] = None,
+    params: Annotated[
+        Path | None, typer.Option(help="ROS 2 parameter file for navigators and world.")
+    ] = None,
     mission: Annotated[str | None, typer.Option(help="Name or file of a mission.")] = None,
-    laps: Annotated[int, typer.Option(help="Times that the mission is driven.")] = 1,
-    goals_per_robot: Annotated[int | None, typer.Option(help="Cut the mission.")] = None,
-    seed: Annotated[int, typer.Option(help="Of everything random.")] = 0,
+    laps: Annotated[
+        int, typer.Option(help="Number of times that each robot drives the mission.")
+    ] = 1,
+    goals_per_robot: Annotated[
+        int | None, typer.Option(help="End each robot's mission after this many goals.")
+    ] = None,
+    seed: Annotated[
+        int, typer.Option(help="Seed of all random numbers; the same seed repeats the run.")
+    ] = 0,
     realistic: Annotated[
         bool,
-        typer.Option("--realistic/--ideal", help="Sensors that err, and localisation by AMCL."),
+        typer.Option("--realistic/--ideal", help="Noisy sensors and localisation by AMCL."),
     ] = False,
     drive: Annotated[
         str | None,
@@ -79,11 +91,13 @@ def up(
     speed: Annotated[
         str | None,
         typer.Option(
-            help="Times real time, or max.  [default: 1.0 with a viewer or without a mission]",
+            help="Multiple of real time, or max.  [default: 1.0 with a viewer or without a mission]",
             show_default=False,
         ),
     ] = None,
-    free_run: Annotated[bool, typer.Option("--free-run", help="Without lockstep.")] = False,
+    free_run: Annotated[
+        bool, typer.Option("--free-run", help="No lockstep; runs no longer repeat.")
+    ] = False,
     pack: Annotated[int, typer.Option(help="Navigators per process.")] = 1,
     until_done: Annotated[
         bool, typer.Option("--until-done", help="Stop when the mission is done.")
@@ -91,11 +105,11 @@ def up(
     duration: Annotated[
         float | None, typer.Option(help="Stop after this many simulated seconds.")
     ] = None,
-    headless: Annotated[bool, typer.Option("--headless", help="Without any window.")] = False,
+    headless: Annotated[bool, typer.Option("--headless", help="Open no window.")] = False,
     viewer: Annotated[bool, typer.Option(help="3D view in the browser.")] = False,
-    port: Annotated[int, typer.Option(help="Of the viewer.")] = VIEWER_PORT,
+    port: Annotated[int, typer.Option(help="TCP port of the viewer.")] = VIEWER_PORT,
     viewer_host: Annotated[
-        str, typer.Option(help="Address of the viewer, on which other hosts reach it.")
+        str, typer.Option(help="Address that the viewer listens on.")
     ] = LOOPBACK,
     rviz: Annotated[
         str | None,
@@ -104,20 +118,20 @@ def up(
             metavar="[NAMES]",
         ),
     ] = None,
-    autostart: Annotated[bool, typer.Option(help="Activate the navigators.")] = True,
+    autostart: Annotated[bool, typer.Option(help="Activate the navigators at the start.")] = True,
     record: Annotated[
         bool, typer.Option("--record", help="Record the topics to recording/ (MCAP).")
     ] = False,
     record_topics: Annotated[
         str,
         typer.Option(
-            help="Names or patterns, separated by commas, like scan,*costmap,/Srobot1/*; or all.",
+            help="Topics to record, like scan,*costmap,/Srobot1/*; or all.",
             show_default=False,
         ),
     ] = "",
     record_rate: Annotated[
         float | None,
-        typer.Option(help="Messages of a topic per simulated second.  [default: all]"),
+        typer.Option(help="Most messages of a topic per simulated second.  [default: all]"),
     ] = None,
     page: Annotated[
         bool, typer.Option("--report/--no-report", help="Draw report.html at the end.")
@@ -128,7 +142,7 @@ def up(
     ] = None,
     restart: Annotated[
         bool,
-        typer.Option("--restart/--no-restart", help="Start processes anew that died or hang."),
+        typer.Option("--restart/--no-restart", help="Restart processes that died or hang."),
     ] = True,
     over_limit: Annotated[
         bool, typer.Option("--over-limit", help="Allow more than 100 robots.")
@@ -136,22 +150,24 @@ def up(
     role: Annotated[
         Role | None,
         typer.Option(
-            help="On several hosts: what this one is for.  [default: all of it]",
+            help="On several hosts: the part of this host.  [default: the whole swarm]",
             show_default=False,
         ),
     ] = None,
     robots: Annotated[
         str | None,
-        typer.Option(help="With --role robots: which, like 1-50.", show_default=False),
+        typer.Option(
+            help="With --role robots: numbers of the robots, like 1-50.", show_default=False
+        ),
     ] = None,
     connect: Annotated[
         str | None,
-        typer.Option(help="With --role robots: the world's host.", show_default=False),
+        typer.Option(help="With --role robots: address of the world's host.", show_default=False),
     ] = None,
     bind: Annotated[
         str | None,
         typer.Option(
-            help="Own address or interface; nothing else is used.  [robots: the way to --connect]",
+            help="Address or interface to use.  [default: the route to --connect]",
             show_default=False,
         ),
     ] = None,

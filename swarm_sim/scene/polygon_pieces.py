@@ -94,7 +94,9 @@ def _is_nearly_convex(ring: list[Point]) -> bool:
 def _is_convex(polygon: Any) -> bool:
     hull = shapely.convex_hull(polygon)
     dents = hull.area - polygon.area
-    if not -MARGIN <= dents < DENT * hull.length:  # what overlaps itself has more area than its hull
+    if (
+        not -MARGIN <= dents < DENT * hull.length
+    ):  # what overlaps itself has more area than its hull
         return False
     corners = shapely.points(shapely.get_coordinates(polygon))  # a dent is deepest at a corner
     return bool((shapely.distance(corners, shapely.boundary(hull)) <= DEPTH).all())
