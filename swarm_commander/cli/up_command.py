@@ -91,7 +91,7 @@ def up(
     speed: Annotated[
         str | None,
         typer.Option(
-            help="Multiple of real time, or max.  [default: 1.0 with a viewer or without a mission]",
+            help="Multiple of real time, or max.  [default: 1.0 with viewer or without mission]",
             show_default=False,
         ),
     ] = None,
