@@ -2,31 +2,32 @@
 
 What a module imports of its folder stands above it:
 
-    charter        What the world's host tells the robots' hosts: who the robots are, and all of
-                   their parameters
-    distributor    On a robots' host: gives each robot its part of the batch of beacons that
-                   came from the world
-    host_link      What both ends of the line between the world's host and a robots' host have
-                   in common
-    host_options   Options of a run on several hosts, checked once: --role, --robots, --connect,
-                   --bind
-    link_probe     What the network between two hosts lets through: sizes, directions, losses,
-                   round trips
-    roll           The world's host's list of the robots' hosts: who serves which robots, who is
-                   silent, who left
-    envoy          A robots' host towards the world's: what it says of itself, and what it makes
-                   of the answers
-    host_door      Where messages of robots' hosts come in on the world's: nothing unsealed gets
-                   any further
-    robots_plan    The checked input of `swarm-up --role robots`
-    agent          A robots' host towards the world's: a process of `swarm-up --role robots`
-    registry       The world's host towards the robots' hosts: a process of `swarm-up --role
-                   world`
-    robots_run     `swarm-up --role robots`: the navigators of some robots on this host, the
-                   world on another
-    world_run      `swarm-up --role world`: world and mission on this host, navigators on others
-    hosts_command  What `swarm-up --role` does beside a run on one host: profiles of DDS, and
-                   the robots' side
+    run_description  What the world's host tells the robots' hosts: who the robots are, and all
+                     of their parameters
+    distributor      On a robots' host: gives each robot its part of the batch of beacons that
+                     came from the world
+    host_link        What both ends of the line between the world's host and a robots' host have
+                     in common
+    host_options     Options of a run on several hosts, checked once: --role, --robots,
+                     --connect, --bind
+    link_probe       What the network between two hosts lets through: sizes, directions, losses,
+                     round trips
+    host_table       The world's host's list of the robots' hosts: who serves which robots, who
+                     is silent, who left
+    client_state     A robots' host towards the world's: what it says of itself, and what it
+                     makes of the answers
+    host_door        Where messages of robots' hosts come in on the world's: nothing unsealed
+                     gets any further
+    robots_plan      The checked input of `swarm-up --role robots`
+    host_client      A robots' host towards the world's: a process of `swarm-up --role robots`
+    host_server      The world's host towards the robots' hosts: a process of `swarm-up --role
+                     world`
+    robots_run       `swarm-up --role robots`: the navigators of some robots on this host, the
+                     world on another
+    world_run        `swarm-up --role world`: world and mission on this host, navigators on
+                     others
+    hosts_command    What `swarm-up --role` does beside a run on one host: profiles of DDS, and
+                     the robots' side
 
 May import of swarm_commander: `run`, `mission`, `viewers`; and swarm_common.
 """

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from swarm_commander.hosts.roll import HOSTS, HostReport, parse_report
+from swarm_commander.hosts.host_table import HOSTS, HostReport, parse_report
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.middleware.sealed import ForgedError, Opener
 from swarm_common.model.errors import SwarmError

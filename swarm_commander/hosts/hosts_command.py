@@ -10,7 +10,7 @@ from pathlib import Path
 
 from rich.text import Text
 
-from swarm_commander.hosts.envoy import names_of
+from swarm_commander.hosts.client_state import names_of
 from swarm_commander.hosts.robots_plan import RobotsPlan
 from swarm_commander.hosts.robots_run import RobotsRun, robots_report
 from swarm_commander.run import terminal

@@ -32,7 +32,7 @@ class RobotsPlan:
         own_address: That is bound to.
         world_address: Of the world's host.
         domain: ROS domain.
-        stated: What the user says of the run, to be compared; see `Charter.facts`.
+        stated: What the user says of the run, to be compared; see `RunDescription.facts`.
         label: Name and address of this host, for people.
         secret: That this host shares with the world's.
         run_dir: --run-dir.

@@ -9,9 +9,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, assert_never
 
-from swarm_commander.hosts.charter import SITES, Charter, parse
-from swarm_commander.hosts.envoy import names_of
+from swarm_commander.hosts.client_state import names_of
 from swarm_commander.hosts.robots_plan import RobotsPlan
+from swarm_commander.hosts.run_description import SITES, RunDescription, parse
 from swarm_commander.run.bringup import HOST, MODULES
 from swarm_commander.run.params import write_parameter_file
 from swarm_commander.run.process_run import ProcessRun
@@ -24,7 +24,7 @@ from swarm_common.files.edition import edition
 from swarm_common.middleware.ros_env import PROFILES
 from swarm_common.middleware.secret import VARIABLE
 from swarm_common.process.messages import (
-    AgentEvent,
+    ClientEvent,
     EndNavigator,
     Go,
     NavigatorActive,
@@ -47,8 +47,12 @@ from swarm_common.process.messages import (
     WorldUnhearing,
 )
 
-AGENT, DISTRIBUTOR = "agent", "distributor"
-CHARTER_FILE = "charter.json"
+CLIENT, DISTRIBUTOR = "client", "distributor"
+OWN_MODULES = {
+    CLIENT: "swarm_commander.hosts.host_client",
+    DISTRIBUTOR: "swarm_commander.hosts.distributor",
+}
+DESCRIPTION_FILE = "run_description.json"
 START_LIMIT = 600.0  # [s] for all to be active; the first start compiles the kernels
 
 
@@ -62,7 +66,7 @@ class RobotsRun(ProcessRun):
     """
 
     nursery = HOST
-    stop_order = (AGENT, HOST, DISTRIBUTOR)  # the world is told before the navigators end
+    stop_order = (CLIENT, HOST, DISTRIBUTOR)  # the world is told before the navigators end
 
     def __init__(
         self,
@@ -73,26 +77,25 @@ class RobotsRun(ProcessRun):
         robots_profile: Path,
         modules: Mapping[str, str] = MODULES,
     ) -> None:
-        own = {name: f"swarm_commander.hosts.{name}" for name in (AGENT, DISTRIBUTOR)}
-        super().__init__(folder, progress, tally, {**modules, **own}, restarts=plan.restart)
+        super().__init__(folder, progress, tally, {**modules, **OWN_MODULES}, restarts=plan.restart)
         self.ending = ""
         self.silences: list[float] = []
         self.network: dict[str, float] = {}
         self._plan = plan
         self._host = secrets.token_hex(8)  # name of this start
         self._robots_profile = robots_profile
-        self._charter_path = folder.configs / CHARTER_FILE
+        self._description_path = folder.configs / DESCRIPTION_FILE
         self._welcomed: float | None = None  # [s] from the start until the world's host answered
 
     def _environment(self, name: str) -> Mapping[str, str]:
-        if name in (AGENT, DISTRIBUTOR):
+        if name in (CLIENT, DISTRIBUTOR):
             return {**os.environ, VARIABLE: self._plan.secret}
         return {**os.environ, PROFILES: str(self._robots_profile)}
 
     def _begin(self) -> None:
         plan = self._plan
         self._start(
-            AGENT,
+            CLIENT,
             {
                 "host": self._host,
                 "label": plan.label,
@@ -102,7 +105,7 @@ class RobotsRun(ProcessRun):
                 "robots": list(plan.robots),
                 "edition": edition(),
                 "stated": dict(plan.stated),
-                "charter_path": str(self._charter_path),
+                "description_path": str(self._description_path),
             },
         )
         self._start(HOST, {}, "--wait")  # imports and compiles meanwhile
@@ -110,7 +113,7 @@ class RobotsRun(ProcessRun):
     def _measure(self) -> None:
         self.usage.sample("navigators", process_tree(self._supervisor.pid(HOST)))
         cpu, rss_mb = self.usage.cpu("navigators"), self.usage.rss_mb("navigators")
-        self._tell(AGENT, ReportUsage(cpu, rss_mb))
+        self._tell(CLIENT, ReportUsage(cpu, rss_mb))
 
     def _measure_last(self) -> None:
         self.usage.sample_private("navigators", process_tree(self._supervisor.pid(HOST)))
@@ -128,7 +131,7 @@ class RobotsRun(ProcessRun):
 
     # What the world's host says
 
-    def _on_agent_event(self, event: AgentEvent) -> None:
+    def _on_client_event(self, event: ClientEvent) -> None:
         address = self._plan.world_address
         match event:
             case WorldFound():
@@ -180,37 +183,39 @@ class RobotsRun(ProcessRun):
             self._progress.note(message, "yellow")
 
     def _on_world_found(self) -> None:
-        """Start the navigators with the parameters that the charter says."""
+        """Start the navigators with the parameters that the description says."""
         if self._is_stopping:
             return
         self._welcomed = time.time() - self._started
         self._progress.phase("starting navigators")
-        charter = parse(self._charter_path.read_text(encoding="utf-8"))
-        sites = self._sites_file(charter)
+        description = parse(self._description_path.read_text(encoding="utf-8"))
+        sites = self._sites_file(description)
         numbers = {int(name.removeprefix("Srobot")): name for name in self._plan.robots}
-        self._start(DISTRIBUTOR, {"host": self._host, "run": charter.run, "robots": numbers})
+        self._start(DISTRIBUTOR, {"host": self._host, "run": description.run, "robots": numbers})
         robots = []
         for name in self._plan.robots:
             path = self._folder.params / f"{name}.yaml"
             self._keeper.params[name] = str(path)
-            write_parameter_file(path, charter.parameter_file(name, sites))
-            robots.append({"name": name, "params": str(path), "peers": charter.peers.get(name, [])})
+            write_parameter_file(path, description.parameter_file(name, sites))
+            robots.append(
+                {"name": name, "params": str(path), "peers": description.peers.get(name, [])}
+            )
         log_dir = str(self._folder.logs)
-        world = {"world": self._plan.world_address} if charter.peers else {}
+        world = {"world": self._plan.world_address} if description.peers else {}
         self._configure(
             HOST, {"robots": robots, "pack": self._plan.pack, "log_dir": log_dir, **world}
         )
         self._tell(HOST, Go())
 
-    def _sites_file(self, charter: Charter) -> str:
+    def _sites_file(self, description: RunDescription) -> str:
         """Return the path of the sites file: the world's where this host has the same."""
-        if not charter.sites:
+        if not description.sites:
             return ""
-        theirs = Path(str(charter.common.get(SITES, "")))
-        if theirs.is_file() and theirs.read_text(encoding="utf-8") == charter.sites:
+        theirs = Path(str(description.common.get(SITES, "")))
+        if theirs.is_file() and theirs.read_text(encoding="utf-8") == description.sites:
             return str(theirs)
         path = self._folder.configs / "sites.yaml"
-        path.write_text(charter.sites, encoding="utf-8")
+        path.write_text(description.sites, encoding="utf-8")
         return str(path)
 
     def _unanswered(self, seconds: float) -> str:
@@ -235,7 +240,7 @@ class RobotsRun(ProcessRun):
     def _on_active(self, robot: str) -> None:
         if self._keeper.on_active(robot):
             self._progress.note(f"{robot} is active again")
-        self._tell(AGENT, ReportActive(robot))
+        self._tell(CLIENT, ReportActive(robot))
         if self.tally.active == len(self._plan.robots) and self.active_after_wall is None:
             self.active_after_wall = time.time() - self._started
             self._sample(now=True)
@@ -247,7 +252,7 @@ class RobotsRun(ProcessRun):
             return
         robot, code = event.robot, event.returncode
         if not self._take_death(robot, f"{robot} died: {describe_exit(code)}"):
-            self._tell(AGENT, ReportDeath(robot, code))
+            self._tell(CLIENT, ReportDeath(robot, code))
 
 
 def robots_report(run: RobotsRun, plan: RobotsPlan, code: int) -> dict[str, Any]:

@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any, assert_never
 
-from swarm_commander.hosts.charter import Charter, compose
-from swarm_commander.hosts.envoy import names_of
+from swarm_commander.hosts.client_state import names_of
+from swarm_commander.hosts.run_description import RunDescription, compose
 from swarm_commander.run.bringup import HOST, MODULES, RUNNER, STOP_ORDER, WORLD, Run
 from swarm_commander.run.domain import domain_id
 from swarm_commander.run.params import write_parameter_file
@@ -33,7 +33,6 @@ from swarm_common.process.messages import (
     HostsSummary,
     HostUnanswered,
     NavigatorDied,
-    RegistryEvent,
     RobotDead,
     RobotGone,
     RobotHeard,
@@ -43,24 +42,26 @@ from swarm_common.process.messages import (
     RobotSpawned,
     RunOver,
     ServeHost,
+    ServerEvent,
     ShowFigures,
     WorldProgress,
 )
 
-REGISTRY = "registry"
+SERVER = "server"
+OWN_MODULES = {SERVER: "swarm_commander.hosts.host_server"}
 
 
 class WorldRun(Run):
     """The world's side of a run on several hosts.
 
-    It owns every fact about the run and says it to the robots' hosts (`charter`); the mission
-    runs here, too: goals, collisions and the report are then in one hand, wherever a robot is.
+    It owns every fact about the run and says it to the robots' hosts (`run_description`); the
+    mission runs here, too: goals, collisions and the report are then in one hand, wherever a robot is.
 
     Attributes:
         hosts: Of the robots, for the report.
     """
 
-    stop_order = (*(name for name in STOP_ORDER if name != HOST), REGISTRY)
+    stop_order = (*(name for name in STOP_ORDER if name != HOST), SERVER)
 
     def __init__(
         self,
@@ -71,9 +72,7 @@ class WorldRun(Run):
         secret: str,
         modules: Mapping[str, str] = MODULES,
     ) -> None:
-        super().__init__(
-            plan, folder, progress, tally, {**modules, REGISTRY: "swarm_commander.hosts.registry"}
-        )
+        super().__init__(plan, folder, progress, tally, {**modules, **OWN_MODULES})
         self.hosts: list[dict[str, Any]] = []
         self._secret = secret
         self._run = f"{folder.path.name}-{time.time_ns():x}"
@@ -93,7 +92,7 @@ class WorldRun(Run):
         report["rss_mb"]["navigators"] = round(sum(host["rss_mb"] for host in self.hosts), 1)
 
     def _environment(self, name: str) -> Mapping[str, str]:
-        return {**os.environ, VARIABLE: self._secret} if name == REGISTRY else os.environ
+        return {**os.environ, VARIABLE: self._secret} if name == SERVER else os.environ
 
     def _begin(self) -> None:
         trace = {"trace_dir": str(self._folder.trace)}
@@ -108,7 +107,7 @@ class WorldRun(Run):
                 write_parameter_file(self._folder.params / f"{name}.yaml", self._trees[name])
                 self._robots.append({"name": name, "peers": []})
 
-    def _charter(self) -> Charter:
+    def _description(self) -> RunDescription:
         options = self._plan.options
         facts = {name: getattr(options, name) for name in ("world", "seed", "robot", "swarm_size")}
         peers = {robot["name"]: robot["peers"] for robot in self._robots if robot["peers"]}
@@ -117,7 +116,7 @@ class WorldRun(Run):
     def _release_navigators(self) -> None:
         """Say what the robots' hosts need to start them."""
         where = {"address": self._plan.options.bind, "domain": domain_id()}
-        self._start(REGISTRY, {"charter": asdict(self._charter()), **where})
+        self._start(SERVER, {"description": asdict(self._description()), **where})
         self._progress.phase("waiting for the robots' hosts")
         first, last = (self._plan.alive[i].removeprefix("Srobot") for i in (0, -1))
         self._progress.note(
@@ -132,7 +131,7 @@ class WorldRun(Run):
 
     # What the hosts say
 
-    def _on_registry_event(self, event: RegistryEvent) -> None:
+    def _on_server_event(self, event: ServerEvent) -> None:
         match event:
             case HostJoined():
                 self._on_host_joined(event)
@@ -217,7 +216,7 @@ class WorldRun(Run):
     def _on_progress(self, event: WorldProgress) -> None:
         super()._on_progress(event)
         figures = Figures(event.sim_time, event.real_time_factor, event.collisions)
-        self._tell(REGISTRY, ShowFigures(figures))
+        self._tell(SERVER, ShowFigures(figures))
 
     def _on_spawned(self, event: RobotSpawned) -> None:
         """A robot that comes later has no host."""
@@ -230,12 +229,12 @@ class WorldRun(Run):
         name = event.robot
         self._navigated.discard(name)
         if not self._is_stopping:
-            self._tell(REGISTRY, RobotGone(name))
+            self._tell(SERVER, RobotGone(name))
             self._tell(RUNNER, RobotGone(name))
             self._progress.note(f"{name} was taken out at t = {event.sim_time:.1f} s")
 
     def _stop(self, phase: str) -> None:
         if not self._is_stopping:
             reason = "stopped by its user" if self.is_stopped_by_user else phase
-            self._tell(REGISTRY, RunOver(reason))
+            self._tell(SERVER, RunOver(reason))
         super()._stop(phase)

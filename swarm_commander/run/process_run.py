@@ -28,8 +28,8 @@ from swarm_commander.run.usage import UsageLog, UsageMeter
 from swarm_common.files.journal import Journal
 from swarm_common.model.errors import SwarmError
 from swarm_common.process.messages import (
-    AgentEvent,
     Alive,
+    ClientEvent,
     CommandBase,
     Event,
     ForeignPublisher,
@@ -43,7 +43,7 @@ from swarm_common.process.messages import (
     Ready,
     RecordingBegun,
     Refused,
-    RegistryEvent,
+    ServerEvent,
     UnknownMessageError,
     VerdictReached,
     WorldEvent,
@@ -236,10 +236,10 @@ class ProcessRun:
             self._on_mission_event(event)
         elif isinstance(event, OnlookerEvent):
             self._on_onlooker_event(event)
-        elif isinstance(event, RegistryEvent):
-            self._on_registry_event(event)
-        elif isinstance(event, AgentEvent):
-            self._on_agent_event(event)
+        elif isinstance(event, ServerEvent):
+            self._on_server_event(event)
+        elif isinstance(event, ClientEvent):
+            self._on_client_event(event)
         else:
             assert_never(event)
 
@@ -282,10 +282,10 @@ class ProcessRun:
     def _on_onlooker_event(self, event: OnlookerEvent) -> None:
         self._reject(event)
 
-    def _on_registry_event(self, event: RegistryEvent) -> None:
+    def _on_server_event(self, event: ServerEvent) -> None:
         self._reject(event)
 
-    def _on_agent_event(self, event: AgentEvent) -> None:
+    def _on_client_event(self, event: ClientEvent) -> None:
         self._reject(event)
 
     def _reject(self, event: Event) -> None:

@@ -11,7 +11,7 @@ from typing import assert_never
 from swarm_commander.mission.itinerary import LOST_REASON
 from swarm_common.model.breaches import Collision, MissedGoal, UnfinishedGoal
 from swarm_common.process.messages import (
-    AgentEvent,
+    ClientEvent,
     CollisionBegan,
     Event,
     ForeignPublisher,
@@ -28,10 +28,10 @@ from swarm_common.process.messages import (
     NavigatorDied,
     OnlookerEvent,
     ProcessEvent,
-    RegistryEvent,
     RobotLate,
     RobotRemoved,
     RobotSpawned,
+    ServerEvent,
     StatusReported,
     TimeOver,
     WorldBuilt,
@@ -39,7 +39,7 @@ from swarm_common.process.messages import (
 )
 
 HOLDING = "holding"
-Uncounted = ProcessEvent | OnlookerEvent | RegistryEvent | AgentEvent
+Uncounted = ProcessEvent | OnlookerEvent | ServerEvent | ClientEvent
 # What robots count themselves: of a status event -> of the report
 COUNTS = {
     "pushes": "pushes",

@@ -14,10 +14,10 @@ NAMESPACE = "http://www.eprosima.com"
 TEMPLATE = Path(__file__).resolve().parent / "fastdds.xml"
 FOREIGN = (PROFILES, "FASTDDS_DEFAULT_PROFILES_FILE", "ROS_DISCOVERY_SERVER")
 WORLD_IDS = 40  # ids on the world's host that tools announce themselves to
-# The same for navigators, which are many: world, mission, registry, and tools. In a large swarm the
-# world's host tells each navigator which participants to announce itself to.
+# The same for navigators, which are many: world, mission, host server, and tools. In a large swarm
+# the world's host tells each navigator which participants to announce itself to.
 WORLD_IDS_OF_ROBOTS = 16
-HELPERS = (0, 1)  # ids on a robots' host before its navigators': agent and distributor
+HELPERS = (0, 1)  # ids on a robots' host before its navigators': host client and distributor
 MOST_PROCESSES = 90  # navigators' on one host: Fast DDS gives out about 100 ids, tools need some
 # Longer than the silence of a host that is tolerated: DDS itself repeats what was sent meanwhile.
 LEASE = 60  # [s]

@@ -425,7 +425,7 @@ MissionEvent = (
     | StatusReported
 )
 OnlookerEvent = RecordingEnded | ViewerOpened
-RegistryEvent = (
+ServerEvent = (
     HostJoined
     | HostRejected
     | HostSilent
@@ -436,7 +436,7 @@ RegistryEvent = (
     | HostUnanswered
     | HostsSummary
 )
-AgentEvent = (
+ClientEvent = (
     WorldFound
     | WorldUnansweredYet
     | WorldUnanswered
@@ -456,8 +456,8 @@ Event = (
     | NavigatorEvent
     | MissionEvent
     | OnlookerEvent
-    | RegistryEvent
-    | AgentEvent
+    | ServerEvent
+    | ClientEvent
 )
 
 
@@ -569,13 +569,13 @@ class RestartNavigator(RobotCommand, frozen=True, tag="restart"):
 NurseryCommand = Go | StartNavigator | EndNavigator | KillNavigator
 WorldCommand = ServeHost | RobotDead | RobotSilent | RobotHeard
 MissionCommand = WatchRobot | RobotSilent | RobotHeard | RobotDead | RobotGone
-RegistryCommand = ShowFigures | RobotGone | RunOver
-AgentCommand = ReportActive | ReportDeath | ReportUsage
+ServerCommand = ShowFigures | RobotGone | RunOver
+ClientCommand = ReportActive | ReportDeath | ReportUsage
 
 EVENTS: msgspec.json.Decoder[Event] = msgspec.json.Decoder(Event)
 NURSERY: msgspec.json.Decoder[NurseryCommand] = msgspec.json.Decoder(NurseryCommand)
 WORLD: msgspec.json.Decoder[WorldCommand] = msgspec.json.Decoder(WorldCommand)
 MISSION: msgspec.json.Decoder[MissionCommand] = msgspec.json.Decoder(MissionCommand)
-REGISTRY: msgspec.json.Decoder[RegistryCommand] = msgspec.json.Decoder(RegistryCommand)
-AGENT: msgspec.json.Decoder[AgentCommand] = msgspec.json.Decoder(AgentCommand)
+SERVER: msgspec.json.Decoder[ServerCommand] = msgspec.json.Decoder(ServerCommand)
+CLIENT: msgspec.json.Decoder[ClientCommand] = msgspec.json.Decoder(ClientCommand)
 USER: msgspec.json.Decoder[RestartNavigator] = msgspec.json.Decoder(RestartNavigator)

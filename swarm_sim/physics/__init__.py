@@ -13,7 +13,7 @@ What a module imports of its folder stands above it:
                          distance from robots
     bullet_fixed         Bodies of pybullet that nothing pushes, the ground, obstacles, walkers;
                          and collision groups
-    loops                What walkers and vehicles share: closed scripted paths, pauses, and
+    scripted_paths       What walkers and vehicles share: closed scripted paths, pauses, and
                          contacts with robots
     planar_kernels       Numba kernels of the kinematic engine
     vehicle_kernels      Numba kernel of vehicles on scripted paths: drive, turn on the spot,

@@ -8,7 +8,7 @@ import numpy as np
 
 from swarm_common.model.records import Pose, RobotSpec
 from swarm_sim.physics.engine import FloatArray
-from swarm_sim.physics.loops import Loops
+from swarm_sim.physics.scripted_paths import ScriptedPaths
 from swarm_sim.physics.vehicle_kernels import drive, heading_at
 from swarm_sim.scene.actors import VehicleSpec
 from swarm_sim.scene.scene import Body, Box, Part, transform_from_xyz_rpy
@@ -18,7 +18,7 @@ GROUND_GAP = 0.02  # [m] under a vehicle
 WORDS = (74, 75)  # what the random numbers of starts and pauses are for
 
 
-class Vehicles(Loops[VehicleSpec]):
+class Vehicles(ScriptedPaths[VehicleSpec]):
     """All vehicles of a world.
 
     Attributes:
@@ -32,7 +32,7 @@ class Vehicles(Loops[VehicleSpec]):
         poses_map: Sequence[Pose],
         seed: int,
     ) -> None:
-        """Place the vehicles on their paths, away from the robots; see `Loops`."""
+        """Place the vehicles on their paths, away from the robots; see `ScriptedPaths`."""
         super().__init__(specs, robots, poses_map, seed, WORDS, SEARCH_STEP)
         self._traits = np.array(
             [[s.speed, s.turn_speed, s.step_length, s.patience, s.length, s.width] for s in specs]

@@ -8,7 +8,7 @@ import numpy as np
 
 from swarm_common.model.records import Pose, RobotSpec
 from swarm_sim.physics.engine import FloatArray
-from swarm_sim.physics.loops import Loops
+from swarm_sim.physics.scripted_paths import ScriptedPaths
 from swarm_sim.physics.walker_kernels import walk
 from swarm_sim.scene.actors import WalkerSpec
 
@@ -16,7 +16,7 @@ SEARCH_STEP = 0.1  # [m] along the path when looking for a place to start
 WORDS = (71, 72)  # what the random numbers of starts and pauses are for
 
 
-class Walkers(Loops[WalkerSpec]):
+class Walkers(ScriptedPaths[WalkerSpec]):
     """All walkers of a world.
 
     Attributes:
@@ -32,7 +32,7 @@ class Walkers(Loops[WalkerSpec]):
         poses_map: Sequence[Pose],
         seed: int,
     ) -> None:
-        """Place the walkers on their paths, away from the robots; see `Loops`."""
+        """Place the walkers on their paths, away from the robots; see `ScriptedPaths`."""
         super().__init__(specs, robots, poses_map, seed, WORDS, SEARCH_STEP)
         self.names = [spec.name for spec in specs]
         self.speeds = np.array([spec.speed for spec in specs])

@@ -29,7 +29,7 @@ PICTURE = "map_difference.png"
 
 
 @dataclass(frozen=True, slots=True)
-class Stage:
+class WorldSetup:
     """A world that is ready to run.
 
     Attributes:
@@ -49,7 +49,7 @@ class Stage:
     poses_map: tuple[Pose, ...]
 
 
-def build(settings: Settings) -> Stage:
+def build(settings: Settings) -> WorldSetup:
     """Return the world that the settings ask for.
 
     Raises:
@@ -100,7 +100,7 @@ def build(settings: Settings) -> Stage:
         {robot.spec.model: robot.model for robot in robots.values()},
     )
     urdfs = tuple(robots[entry.model].urdf for entry in settings.robots)
-    return Stage(scene, world, grid, specs, urdfs, tuple(poses))
+    return WorldSetup(scene, world, grid, specs, urdfs, tuple(poses))
 
 
 def _robots(settings: Settings) -> dict[str, Robot]:

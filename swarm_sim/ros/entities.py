@@ -43,11 +43,11 @@ from swarm_sim.ros.places import (
 )
 from swarm_sim.scene.scene import Body
 from swarm_sim.world.changing_world import ChangingWorld
-from swarm_sim.world.crew import Arrival, Crew
 from swarm_sim.world.model_reader import Model, ModelRequest
+from swarm_sim.world.object_registry import ObjectRegistry
 from swarm_sim.world.refusal import Reason, RefusedError
 from swarm_sim.world.request_checks import Reach, check_request
-from swarm_sim.world.stock import Stock
+from swarm_sim.world.robot_registry import Arrival, RobotRegistry
 
 SPAWN = "spawn"  # frame id of a robot's pose: any free place of the start area
 GROUND = "ground"  # frame id of a thing's pose: in the map, z such that it stands on the ground
@@ -95,8 +95,8 @@ class Entities:
         self,
         node: Node,
         world: ChangingWorld,
-        crew: Crew,
-        stock: Stock,
+        robots: RobotRegistry,
+        objects: ObjectRegistry,
         reach: Reach,
         host: Host,
         rejections: Rejections,
@@ -106,13 +106,13 @@ class Entities:
         Args:
             node: Of the world.
             world: To ask for poses.
-            crew: The robots.
-            stock: The things.
+            robots: The robots.
+            objects: The things.
             reach: Where things may be put.
             host: Is told of changes.
             rejections: Count what is not let in.
         """
-        self._world, self._crew, self._stock, self._host = world, crew, stock, host
+        self._world, self._robots, self._objects, self._host = world, robots, objects, host
         self._reach = reach
         self._loader = ModelLoader()
         self._rejections = rejections
@@ -192,7 +192,7 @@ class Entities:
             position = stamped.pose.position
             self._reach.check((position.x, position.y, position.z))
         wanted = ModelRequest(
-            resource.uri, resource.resource_string, request.name, self._stock.folder
+            resource.uri, resource.resource_string, request.name, self._objects.folder
         )
         self._loader.ask((request, request_id), wanted)
 
@@ -219,7 +219,7 @@ class Entities:
         at_start = stamped.header.frame_id == SPAWN
         pose = None if at_start else pose_in_map(stamped.header.frame_id, stamped.pose)
         model = request.entity_resource.uri.removeprefix("file://")
-        arrival = self._crew.spawn(name or space, request.allow_renaming, model, robot, pose)
+        arrival = self._robots.spawn(name or space, request.allow_renaming, model, robot, pose)
         self._host.on_arrival(arrival)
         return arrival.name
 
@@ -228,7 +228,7 @@ class Entities:
         is_floored = stamped.header.frame_id == GROUND
         if not is_floored:
             check_frame(stamped.header.frame_id)
-        name = self._stock.spawn(
+        name = self._objects.spawn(
             request.name,
             request.allow_renaming,
             body,
@@ -239,23 +239,23 @@ class Entities:
         return name
 
     def _delete(self, request: Any) -> None:
-        if request.entity in self._stock.names:
-            self._stock.remove(request.entity)
+        if request.entity in self._objects.names:
+            self._objects.remove(request.entity)
             self._host.on_things()
         else:
-            self._host.on_removal(self._crew.remove(request.entity))
+            self._host.on_removal(self._robots.remove(request.entity))
 
     def _move(self, request: Any) -> None:
         name, state = request.entity, request.state
         position = state.pose.position
         self._reach.check((position.x, position.y, position.z))
-        if name in self._stock.names:
+        if name in self._objects.names:
             check_frame(state.header.frame_id)
-            self._stock.move(name, place_in_map(state.pose))
+            self._objects.move(name, place_in_map(state.pose))
             self._host.on_things()
         else:
             pose = pose_in_map(state.header.frame_id, state.pose)
-            self._host.on_move(self._crew.move(name, pose), pose)
+            self._host.on_move(self._robots.move(name, pose), pose)
 
     def _reset(self, request: Any) -> None:
         scope = request.scope or STATE | SPAWNED
@@ -266,15 +266,15 @@ class Entities:
                 "spawned) or both, which is the default",
             )
         if scope & SPAWNED:
-            for name in self._crew.spawned:
-                self._host.on_removal(self._crew.remove(name))
-            for name in self._stock.spawned:
-                self._stock.remove(name)
+            for name in self._robots.spawned:
+                self._host.on_removal(self._robots.remove(name))
+            for name in self._objects.spawned:
+                self._objects.remove(name)
         if scope & STATE:
-            self._stock.check_homes()
-            for robot, home in self._crew.send_home():
+            self._objects.check_homes()
+            for robot, home in self._robots.send_home():
                 self._host.on_move(robot, home)
-            self._stock.send_home()
+            self._objects.send_home()
         self._host.on_things()
 
     # Questions
@@ -309,8 +309,8 @@ class Entities:
             raise RefusedError(Reason.UNSUPPORTED, "filters by tags and bounds are not supported")
         wanted = {category.category for category in filters.categories}
         kinds = (
-            (EntityCategory.CATEGORY_ROBOT, self._crew.robots),
-            (EntityCategory.CATEGORY_OBJECT, self._stock.names),
+            (EntityCategory.CATEGORY_ROBOT, self._robots.robots),
+            (EntityCategory.CATEGORY_OBJECT, self._objects.names),
         )
         names = [name for kind, names in kinds if not wanted or kind in wanted for name in names]
         try:
@@ -323,10 +323,10 @@ class Entities:
 
     def _state_of(self, name: str) -> EntityState:
         header = ros_io.header(self._world.tick, MAP)
-        if name in self._stock.names:
-            pose = message_of(self._stock.place_of(name))
+        if name in self._objects.names:
+            pose = message_of(self._objects.place_of(name))
             return EntityState(header=header, pose=pose, acceleration=Accel())
-        robot = self._crew.robot(name)
+        robot = self._robots.robot(name)
         pose_map, twist = self._world.ground_truth()[robot]
         return EntityState(
             header=header, pose=ros_io.pose_msg(pose_map), twist=twist_in_map(twist, pose_map.yaw)

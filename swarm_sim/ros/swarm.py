@@ -12,12 +12,12 @@ from swarm_common.middleware.participants import Hubs
 from swarm_common.middleware.ros_poll import Waiter
 from swarm_common.model.records import RobotSpec, Twist
 from swarm_sim.ros.barrier import Barrier
-from swarm_sim.ros.build import Stage
+from swarm_sim.ros.build import WorldSetup
 from swarm_sim.ros.foreign import Foreigners
 from swarm_sim.ros.hosts import Hosts
 from swarm_sim.ros.links import RobotLink
 from swarm_sim.ros.settings import Settings
-from swarm_sim.world.crew import number_of
+from swarm_sim.world.robot_registry import number_of
 from swarm_sim.world.world import Observation, World
 
 TOGETHER = 0.005  # [s] within which repeats that are due go into one batch
@@ -32,7 +32,7 @@ class Links:
     def __init__(
         self,
         node: Node,
-        stage: Stage,
+        stage: WorldSetup,
         settings: Settings,
         barrier: Barrier,
         foreigners: Foreigners,

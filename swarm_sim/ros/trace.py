@@ -13,7 +13,7 @@ from swarm_common.files.map_io import save_map
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray
 from swarm_sim.physics.engine import NEAR
-from swarm_sim.ros.build import Stage
+from swarm_sim.ros.build import WorldSetup
 
 MAP_FILE, SERIES_FILE = "map.yaml", "world.jsonl"
 
@@ -76,7 +76,7 @@ def _whole(values: FloatArray) -> NDArray[np.int64]:
     return np.rint(np.nan_to_num(values) * THOUSANDTHS).astype(np.int64)
 
 
-def begin_trace(folder: Path, stage: Stage) -> Trace:
+def begin_trace(folder: Path, stage: WorldSetup) -> Trace:
     """Write the map that the robots get into a folder, and begin the time series beside it.
 
     Raises:

@@ -32,7 +32,7 @@ from swarm_common.process.messages import (
 )
 from swarm_common.process.pipes import EventWriter, MessageReader
 from swarm_sim.ros.barrier import Barrier
-from swarm_sim.ros.build import Stage
+from swarm_sim.ros.build import WorldSetup
 from swarm_sim.ros.control import Control
 from swarm_sim.ros.entities import Entities
 from swarm_sim.ros.foreign import Foreigners
@@ -44,9 +44,9 @@ from swarm_sim.ros.scenery import Scenery
 from swarm_sim.ros.settings import Settings
 from swarm_sim.ros.swarm import Links
 from swarm_sim.ros.trace import Trace, begin_trace
-from swarm_sim.world.crew import Arrival, Crew
+from swarm_sim.world.object_registry import ObjectRegistry
 from swarm_sim.world.request_checks import Reach
-from swarm_sim.world.stock import Stock
+from swarm_sim.world.robot_registry import Arrival, RobotRegistry
 from swarm_sim.world.world import Observation
 
 REPEAT_PERIOD = 0.25  # [s] of wall time after which the first tick is published again,
@@ -65,7 +65,7 @@ class WorldNode:
     """
 
     def __init__(
-        self, stage: Stage, settings: Settings, events: EventWriter, *, is_large: bool = False
+        self, stage: WorldSetup, settings: Settings, events: EventWriter, *, is_large: bool = False
     ) -> None:
         """Create all topics; rclpy must be initialised.
 
@@ -113,11 +113,11 @@ class WorldNode:
             self._node, stage, settings, self._barrier, foreigners, is_large=is_large
         )
         self._scenery = Scenery(self._node, stage.scene, stage.world)
-        self._crew = Crew(stage.world, stage.grid, stage.poses_map, settings.spawn)
-        stock = Stock(stage.world)
+        self._robots = RobotRegistry(stage.world, stage.grid, stage.poses_map, settings.spawn)
+        objects = ObjectRegistry(stage.world)
         reach = Reach.of(stage.grid)
         self._entities = Entities(
-            self._node, stage.world, self._crew, stock, reach, self, self._rejections
+            self._node, stage.world, self._robots, objects, reach, self, self._rejections
         )
         self._moves = Moves(self._node)
         self._state = RunState()
@@ -163,7 +163,7 @@ class WorldNode:
             self._barrier.add()
         else:
             self._barrier.welcome(robot)
-        self._scenery.renew(self._crew.robots)
+        self._scenery.renew(self._robots.robots)
         pose = arrival.pose_map
         self._events.write(
             RobotSpawned(
@@ -180,7 +180,7 @@ class WorldNode:
         self._moves.forget(robot)
         name = self._links.remove(robot)
         self._barrier.lose(robot)
-        self._scenery.renew(self._crew.robots)
+        self._scenery.renew(self._robots.robots)
         self._events.write(RobotRemoved(name, self._world.sim_time))
 
     def on_move(self, robot: int, pose_map: Pose) -> None:
@@ -193,7 +193,7 @@ class WorldNode:
 
     def on_things(self) -> None:
         """Show things that have come, gone or been put elsewhere, also while the world is held."""
-        self._scenery.renew(self._crew.robots)
+        self._scenery.renew(self._robots.robots)
 
     # A tick
 
@@ -271,7 +271,7 @@ class WorldNode:
             self._events.write(RobotLate(name, limit, is_alone))
         commands, beacons = self._links.answers()
         for robot in self._moves.hold(commands, beacons):
-            self._crew.settle(robot)
+            self._robots.settle(robot)
         collisions = self._world.step(commands, beacons)
         for collision in collisions:
             self._reporter.collision(collision)
@@ -296,7 +296,7 @@ class WorldNode:
         self._links.look_for_viewers()
         self._links.look_for_foreigners()
         self._scenery.look_for_viewers(self._tick)
-        self._reporter.report(self._tick, len(self._crew.robots))
+        self._reporter.report(self._tick, len(self._robots.robots))
 
     def _on_fault(self, error: Exception) -> None:
         """Go on although a callback failed: whatever was sent, it must not end the world."""
@@ -321,7 +321,7 @@ class WorldNode:
     def finish(self) -> dict[str, Any]:
         """Return the verdict of the run, and write it if the settings say where."""
         data = self._reporter.final(self._settings.verdict_path)
-        self._reporter.report(self._tick, len(self._crew.robots))
+        self._reporter.report(self._tick, len(self._robots.robots))
         self._rejections.flush()
         self._world.close()
         return data

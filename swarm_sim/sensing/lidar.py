@@ -230,7 +230,7 @@ class Lidars:
             self._groups.append(LidarGroup(lidar, members, world, robots, walkers, lidar_errors))
 
     def remember(self, earlier: Lidars, poses: FloatArray) -> None:
-        """Take over what LiDARs of another crew remember; robots new to them stood at `poses`."""
+        """Take over what earlier LiDARs remember; robots new to them stood at `poses`."""
         known = {group.kind: group for group in earlier._groups}
         for group in self._groups:
             if group.kind in known:

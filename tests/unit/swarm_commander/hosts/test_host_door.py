@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from swarm_commander.hosts.host_door import FORGED, STALE, UNREADABLE, HostDoor
-from swarm_commander.hosts.roll import HOSTS, ROLL, HostReport
+from swarm_commander.hosts.host_table import HOSTS, ROLL, HostReport
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.middleware.sealed import Sealer
 from swarm_common.process.pipes import EventWriter

@@ -1,4 +1,4 @@
-"""Options of several hosts, the charter that carries all else, and the robots' plan."""
+"""Options of several hosts, the description that carries all else, and the robots' plan."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from swarm_commander.hosts.charter import compose, parse
 from swarm_commander.hosts.host_options import Role, check_combination, parse_robots
 from swarm_commander.hosts.robots_plan import robots_plan
+from swarm_commander.hosts.run_description import compose, parse
 from swarm_commander.run.options import UpOptions
 from swarm_commander.run.plan import check_plan
 from swarm_common.model.errors import ConfigError
@@ -80,10 +80,10 @@ def test_a_charter_gives_every_robot_the_parameters_of_a_run_on_one_host() -> No
     plan = check_plan(UpOptions(swarm_size=3, mission="loading_route"))
     trees = {f"Srobot{n}": plan.parameter_file(n, Pose(n, 2.0, 0.5)) for n in (1, 2, 3)}
     facts = {"world": "slim_blockage", "seed": 0, "robot": "turtlebot3_waffle", "swarm_size": 3}
-    charter = parse(compose("run", "1", facts, trees, plan.sites_path, {}).to_text())
+    description = parse(compose("run", "1", facts, trees, plan.sites_path, {}).to_text())
     for name, tree in trees.items():
-        assert charter.parameter_file(name, str(plan.sites_path)) == tree
-        assert len(charter.robots[name]) < 5
-    assert charter.sites == Path(str(plan.sites_path)).read_text(encoding="utf-8")
-    own = charter.parameter_file("Srobot1", "/elsewhere/sites.yaml")
+        assert description.parameter_file(name, str(plan.sites_path)) == tree
+        assert len(description.robots[name]) < 5
+    assert description.sites == Path(str(plan.sites_path)).read_text(encoding="utf-8")
+    own = description.parameter_file("Srobot1", "/elsewhere/sites.yaml")
     assert own["/Srobot1/navigator"]["ros__parameters"]["sites"] == "/elsewhere/sites.yaml"

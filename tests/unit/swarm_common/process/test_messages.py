@@ -16,8 +16,8 @@ COMMANDS = (
     say.NurseryCommand
     | say.WorldCommand
     | say.MissionCommand
-    | say.RegistryCommand
-    | say.AgentCommand
+    | say.ServerCommand
+    | say.ClientCommand
     | say.RestartNavigator
 )
 

@@ -14,7 +14,7 @@ from swarm_common.robots.loading import open_robot
 from swarm_sim.sdf.reader import load_world
 from swarm_sim.sensing.radio import FAREWELL_TICKS, RadioConfig
 from swarm_sim.world.changing_world import ChangingWorld
-from swarm_sim.world.vacancy import check_vacancy
+from swarm_sim.world.robot_placement import check_robot_place
 from swarm_sim.world.world import WorldConfig
 
 WAFFLE, BURGER = open_robot("turtlebot3_waffle"), open_robot("turtlebot3_burger")
@@ -160,15 +160,15 @@ def test_everybody_is_told_that_a_robot_was_taken_out() -> None:
 def test_room_is_asked_for() -> None:
     world = make_world("planar", Pose(0.0, 0.0, 0.0))
     spec = WAFFLE.spec
-    check_vacancy(world, spec, Pose(2.0, 0.0, 0.0))
+    check_robot_place(world, spec, Pose(2.0, 0.0, 0.0))
     for pose, words in (
         (Pose(0.3, 0.0, 0.0), "Srobot1 stands"),
         (Pose(5.9, 0.0, 0.0), "wall_east"),
         (Pose(math.nan, 0.0, 0.0), "no place"),
     ):
         with pytest.raises(WorldError, match=words):
-            check_vacancy(world, spec, pose)
-    check_vacancy(world, spec, Pose(0.3, 0.0, 0.0), robot=0)
+            check_robot_place(world, spec, pose)
+    check_robot_place(world, spec, Pose(0.3, 0.0, 0.0), robot=0)
 
 
 @pytest.mark.parametrize("part", ["held", "wanted"])
@@ -180,5 +180,5 @@ def test_space_that_another_robot_may_drive_into_is_not_free(part: str) -> None:
     beacon[f"{part}_size"] = 2
     world.step([None], [beacon])
     with pytest.raises(WorldError, match="Srobot1 is about to drive"):
-        check_vacancy(world, WAFFLE.spec, Pose(1.2, 0.4, 0.0))
-    check_vacancy(world, WAFFLE.spec, Pose(1.2, 0.9, 0.0))
+        check_robot_place(world, WAFFLE.spec, Pose(1.2, 0.4, 0.0))
+    check_robot_place(world, WAFFLE.spec, Pose(1.2, 0.9, 0.0))

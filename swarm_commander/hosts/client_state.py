@@ -1,6 +1,6 @@
 """A robots' host towards the world's: what it says of itself, and what it makes of the answers.
 
-No clock, no I/O; the counterpart of `roll`.
+No clock, no I/O; the counterpart of `host_table`.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from typing import Any
 
 import msgspec
 
-from swarm_commander.hosts.charter import Charter, parse
-from swarm_commander.hosts.roll import LOST_AFTER, NOTICE_AFTER, HostReport, Standing
+from swarm_commander.hosts.host_table import LOST_AFTER, NOTICE_AFTER, HostReport, Standing
+from swarm_commander.hosts.run_description import RunDescription, parse
 from swarm_common.model.errors import SwarmError
 from swarm_common.process.messages import (
     Event,
@@ -36,11 +36,11 @@ HINT_AFTER = 20.0  # [s] of it after which the user is told what may be wrong
 SECRET_LIMIT = 5.0  # [s] for the right world to answer, once one with another secret was heard
 
 
-class Envoy:
+class ClientState:
     """Speaks for the robots of one host.
 
     Attributes:
-        charter: Of the run; None until the world's host has sent one that fits.
+        description: Of the run; None until the world's host has sent one that fits.
         is_over: Whether there is nothing more to be said: the run has ended, or was given up.
         silences: [s] that each silence of the world's host lasted.
     """
@@ -59,12 +59,12 @@ class Envoy:
         Args:
             report: With the robots to serve; none active yet.
             own_edition: Of the software on this host.
-            stated: What the user says of the run, see `Charter.facts`.
+            stated: What the user says of the run, see `RunDescription.facts`.
             now: Wall time [s].
             find_limit: [s] to find it in.
             lost_after: [s] of silence after which it is given up.
         """
-        self.charter: Charter | None = None
+        self.description: RunDescription | None = None
         self.is_over = False
         self.silences: list[float] = []
         self._report = asdict(report) | {"active": [], "died": {}}
@@ -82,7 +82,7 @@ class Envoy:
 
     def report(self, now: float) -> dict[str, Any] | None:
         """Return what is to be said now; None before there is anything to say."""
-        if self.charter is None:
+        if self.description is None:
             return None
         return {**self._report, "deaf_for": round(now - self._heard_at, 3)}
 
@@ -107,17 +107,17 @@ class Envoy:
         """The user wants this host to stop."""
         self._report["is_leaving"] = True
 
-    def take_charter(self, text: str, now: float) -> list[Event]:
+    def take_description(self, text: str, now: float) -> list[Event]:
         """Take what the world's host says of the run."""
         if self._is_welcome or self.is_over:
             return []
         self._heard_at = now
         try:
-            charter = parse(text)
-            charter.check(self._own_edition, self._stated, self._report["robots"])
+            description = parse(text)
+            description.check(self._own_edition, self._stated, self._report["robots"])
         except SwarmError as error:
             return self._end(Refused(str(error)))
-        self.charter = charter
+        self.description = description
         return []
 
     def note_forgery(self, now: float) -> list[Event]:
@@ -135,12 +135,12 @@ class Envoy:
             return self._end(WorldLost(message))
         return self._end(WorldHasOtherSecret())
 
-    def take_roll(self, run: str, answer: Mapping[str, Any], now: float) -> list[Event]:
+    def take_table(self, run: str, answer: Mapping[str, Any], now: float) -> list[Event]:
         """Take how the world's host sees the hosts, and how run `run` goes."""
-        if self.charter is None or self.is_over:
+        if self.description is None or self.is_over:
             return []
-        if run != self.charter.run:
-            if not self._is_welcome:  # its charter comes
+        if run != self.description.run:
+            if not self._is_welcome:  # its description comes
                 return []
             return self._end(WorldLost("another run has begun on the world's host"))
         events: list[Event] = []

@@ -1,6 +1,6 @@
 """A robots' host towards the world's: a process of `swarm-up --role robots`.
 
-python -m swarm_commander.hosts.agent CONFIG.json --event-fd N --control-fd M
+python -m swarm_commander.hosts.host_client CONFIG.json --event-fd N --control-fd M
 """
 
 from __future__ import annotations
@@ -12,15 +12,15 @@ from typing import Any, assert_never
 from rclpy.node import Node
 from std_msgs.msg import String
 
-from swarm_commander.hosts.envoy import Envoy
+from swarm_commander.hosts.client_state import ClientState
 from swarm_commander.hosts.host_link import LinkEnd, serve
+from swarm_commander.hosts.host_table import CHARTER, HOSTS, REPORT_PERIOD, ROLL, HostReport
 from swarm_commander.hosts.link_probe import NOTHING, Asker, ProbeSocket
-from swarm_commander.hosts.roll import CHARTER, HOSTS, REPORT_PERIOD, ROLL, HostReport
 from swarm_common.middleware.ros_io import LATCHED, NEWEST
 from swarm_common.middleware.sealed import ForgedError, Letter, Opener, Sealer
 from swarm_common.process.messages import (
-    AGENT,
-    AgentCommand,
+    CLIENT,
+    ClientCommand,
     NetworkFault,
     NetworkFigures,
     ReportActive,
@@ -33,45 +33,45 @@ from swarm_common.process.pipes import EventWriter
 FAREWELLS, FAREWELL_PAUSE = 3, 0.05  # times the last report is sent, as one may get lost; [s]
 
 
-class Agent(LinkEnd[AgentCommand]):
-    """Hears charter and roll, and says how this host is."""
+class HostClient(LinkEnd[ClientCommand]):
+    """Hears description and table, and says how this host is."""
 
     def __init__(
         self, node: Node, config: dict[str, Any], events: EventWriter, secret: str
     ) -> None:
         """Begin to look for the world's host; see `RobotsRun`."""
         super().__init__(events)
-        self._charters, self._rolls = Opener(secret, CHARTER), Opener(secret, ROLL)
+        self._descriptions, self._tables = Opener(secret, CHARTER), Opener(secret, ROLL)
         self._sealer = Sealer(secret, HOSTS, config["host"])
         report = HostReport(config["host"], config["label"], tuple(config["robots"]))
-        self.envoy = Envoy(report, config["edition"], config["stated"], time.monotonic())
-        self._charter_path = Path(config["charter_path"])
+        self.state = ClientState(report, config["edition"], config["stated"], time.monotonic())
+        self._description_path = Path(config["description_path"])
         self._due = 0.0
         self._world_address = config["world_address"]
         self._asker = Asker(secret, config["host"])
         self._probe = ProbeSocket(config["own_address"], config["domain"], self._take_answer)
         self._found = ""
         self._reports = node.create_publisher(String, HOSTS, NEWEST)
-        node.create_subscription(String, CHARTER, self._take_charter, LATCHED)
-        node.create_subscription(String, ROLL, self._take_roll, NEWEST)
+        node.create_subscription(String, CHARTER, self._take_description, LATCHED)
+        node.create_subscription(String, ROLL, self._take_table, NEWEST)
 
-    def take_command(self, command: AgentCommand) -> None:
+    def take_command(self, command: ClientCommand) -> None:
         """Obey swarm-up."""
         match command:
             case ReportActive(robot=robot):
-                self.envoy.note_active(robot)
+                self.state.note_active(robot)
                 self._due = 0.0
             case ReportDeath(robot=robot, returncode=code):
-                self.envoy.note_death(robot, code)
+                self.state.note_death(robot, code)
                 self._due = 0.0
             case ReportUsage(cpu=cpu, rss_mb=rss_mb):
-                self.envoy.note_usage(cpu, rss_mb)
+                self.state.note_usage(cpu, rss_mb)
             case _:
                 assert_never(command)
 
     def turn(self, now: float) -> None:
         """Do what is due at wall time `now`."""
-        events = self.envoy.look(now)
+        events = self.state.look(now)
         self._pass_on(events)
         if WorldSilent() in events:
             self._asker.restart()
@@ -83,19 +83,19 @@ class Agent(LinkEnd[AgentCommand]):
             self._send(now)
 
     def _send(self, now: float) -> None:
-        charter, report = self.envoy.charter, self.envoy.report(now)
-        if charter is not None and report is not None:
-            self._reports.publish(String(data=self._sealer.seal(charter.run, report)))
+        description, report = self.state.description, self.state.report(now)
+        if description is not None and report is not None:
+            self._reports.publish(String(data=self._sealer.seal(description.run, report)))
 
     def leave(self) -> None:
         """Say that this host leaves."""
-        self.envoy.leave()
+        self.state.leave()
         self._due = 0.0
 
     @property
     def is_through(self) -> bool:
         """Whether the world's host knows, or there is none to tell."""
-        return self.envoy.is_over or self.envoy.charter is None
+        return self.state.is_over or self.state.description is None
 
     def close(self) -> None:
         """Send the last report."""
@@ -111,28 +111,28 @@ class Agent(LinkEnd[AgentCommand]):
     def _look_at_network(self, now: float) -> None:
         """Say once what is wrong; before the world is there, no answer means nothing."""
         found, text = self._asker.finding(now)
-        if found == NOTHING and not self.envoy.is_silent:
+        if found == NOTHING and not self.state.is_silent:
             return
         if found and found != self._found:
             self._events.write(NetworkFault(text))
         self._found = found or self._found
 
-    def _take_charter(self, message: String) -> None:
-        letter = self._open(self._charters, message)
+    def _take_description(self, message: String) -> None:
+        letter = self._open(self._descriptions, message)
         if letter is None:
             return
-        text = str(letter.content["charter"])
-        events = self.envoy.take_charter(text, time.monotonic())
-        if self.envoy.charter is not None and self.envoy.charter.run == letter.run:
-            self._charter_path.write_text(text, encoding="utf-8")
+        text = str(letter.content["description"])
+        events = self.state.take_description(text, time.monotonic())
+        if self.state.description is not None and self.state.description.run == letter.run:
+            self._description_path.write_text(text, encoding="utf-8")
         self._pass_on(events)
 
-    def _take_roll(self, message: String) -> None:
-        letter = self._open(self._rolls, message)
+    def _take_table(self, message: String) -> None:
+        letter = self._open(self._tables, message)
         if letter is None:
             return
-        self._pass_on(self.envoy.take_roll(letter.run, letter.content, time.monotonic()))
-        if self.envoy.is_over:
+        self._pass_on(self.state.take_table(letter.run, letter.content, time.monotonic()))
+        if self.state.is_over:
             self._due = 0.0
 
     def _open(self, opener: Opener, message: String) -> Letter | None:
@@ -140,13 +140,13 @@ class Agent(LinkEnd[AgentCommand]):
         try:
             return opener.open(message.data)
         except ForgedError:
-            self._pass_on(self.envoy.note_forgery(time.monotonic()))
+            self._pass_on(self.state.note_forgery(time.monotonic()))
             return None
 
 
 def main() -> None:
     """Run until SIGTERM, then say farewell."""
-    serve(lambda config: f"agent_{config['host']}", Agent, AGENT)
+    serve(lambda config: f"agent_{config['host']}", HostClient, CLIENT)
 
 
 if __name__ == "__main__":

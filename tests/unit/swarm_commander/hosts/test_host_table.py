@@ -6,7 +6,7 @@ import dataclasses
 
 import pytest
 
-from swarm_commander.hosts.roll import HostReport, Roll, parse_report
+from swarm_commander.hosts.host_table import HostReport, HostTable, parse_report
 from swarm_common.model.errors import ConfigError
 from swarm_common.process import messages as say
 
@@ -19,24 +19,24 @@ def kinds(events: list[say.Event]) -> list[type[say.Event]]:
     return [type(event) for event in events]
 
 
-def roll() -> Roll:
-    roll = Roll(ROBOTS, notice_after=3.0, lost_after=30.0)
-    roll.hear(FIRST, 0.0)
-    return roll
+def table_of_first() -> HostTable:
+    host_table = HostTable(ROBOTS, notice_after=3.0, lost_after=30.0)
+    host_table.hear(FIRST, 0.0)
+    return host_table
 
 
 def test_hosts_take_on_robots_until_none_is_left() -> None:
-    roll = Roll(ROBOTS)
-    assert kinds(roll.hear(FIRST, 0.0)) == [say.HostJoined]
-    assert roll.unserved == ["Srobot3"]
-    assert kinds(roll.hear(SECOND, 0.0)) == [say.HostJoined]
-    assert roll.unserved == []
-    assert roll.answer()["hosts"] == {"a": "serving", "b": "serving"}
+    host_table = HostTable(ROBOTS)
+    assert kinds(host_table.hear(FIRST, 0.0)) == [say.HostJoined]
+    assert host_table.unserved == ["Srobot3"]
+    assert kinds(host_table.hear(SECOND, 0.0)) == [say.HostJoined]
+    assert host_table.unserved == []
+    assert host_table.answer()["hosts"] == {"a": "serving", "b": "serving"}
 
 
 def test_a_robot_has_one_host() -> None:
     other = HostReport("c", "third", ("Srobot2", "Srobot3"))
-    table = roll()
+    table = table_of_first()
     assert kinds(table.hear(other, 1.0)) == [say.HostRejected]
     assert "Srobot2 is on first (10.0.0.2) already" in table.answer()["refused"]["c"]
     assert table.hear(other, 1.5) == []
@@ -44,7 +44,7 @@ def test_a_robot_has_one_host() -> None:
 
 
 def test_what_happened_to_navigators_is_told_once() -> None:
-    table = roll()
+    table = table_of_first()
     news = dataclasses.replace(FIRST, active=("Srobot1",), died={"Srobot2": -9})
     events = table.hear(news, 0.5)
     assert events == [
@@ -55,7 +55,7 @@ def test_what_happened_to_navigators_is_told_once() -> None:
 
 
 def test_a_short_silence_is_noticed_and_over() -> None:
-    table = roll()
+    table = table_of_first()
     assert table.look(3.0) == []
     assert table.look(3.5) == [say.HostSilent("a", FIRST.label, FIRST.robots, 3.5)]
     assert table.look(20.0) == []
@@ -64,7 +64,7 @@ def test_a_short_silence_is_noticed_and_over() -> None:
 
 
 def test_a_long_silence_is_for_good() -> None:
-    table = roll()
+    table = table_of_first()
     assert kinds(table.look(31.0)) == [say.HostSilent, say.HostLost]
     assert table.hear(FIRST, 32.0) == []  # it is told, and ends
     assert table.answer()["hosts"] == {"a": "lost"}
@@ -72,14 +72,14 @@ def test_a_long_silence_is_for_good() -> None:
 
 
 def test_robots_of_a_lost_host_may_go_on_on_another() -> None:
-    table = roll()
+    table = table_of_first()
     table.look(31.0)
     again = HostReport("d", "first again", FIRST.robots)
     assert kinds(table.hear(again, 40.0)) == [say.HostJoined]
 
 
 def test_a_host_that_leaves_is_no_loss() -> None:
-    table = roll()
+    table = table_of_first()
     assert kinds(table.hear(dataclasses.replace(FIRST, is_leaving=True), 1.0)) == [say.HostLeft]
     assert table.look(100.0) == []
     assert table.answer()["hosts"] == {"a": "left"}
@@ -95,7 +95,7 @@ def test_reports_pass_through_messages() -> None:
 
 
 def test_a_host_that_hears_nothing_is_told_of_once() -> None:
-    table = roll()
+    table = table_of_first()
     deaf = dataclasses.replace(FIRST, deaf_for=3.5)
     assert kinds(table.hear(deaf, 1.0)) == [say.HostDeaf]
     assert table.hear(dataclasses.replace(FIRST, deaf_for=4.0), 1.5) == []

@@ -21,7 +21,7 @@ SITES = "sites"  # the one parameter that is a path on the world's host
 
 
 @dataclass(frozen=True, slots=True)
-class Charter:
+class RunDescription:
     """Of a run on several hosts.
 
     Attributes:
@@ -86,8 +86,8 @@ def compose(
     trees: Mapping[str, Mapping[str, Any]],
     sites_path: Path | None,
     peers: Mapping[str, Sequence[int]],
-) -> Charter:
-    """Return the charter of a run.
+) -> RunDescription:
+    """Return the description of a run.
 
     Args:
         run: Name of the run.
@@ -95,7 +95,7 @@ def compose(
         facts: World, seed, robot and swarm size.
         trees: Parameter file of each robot.
         sites_path: Sites file, if there is one.
-        peers: See `Charter`.
+        peers: See `RunDescription`.
     """
     flats = {robot: flatten(tree[f"/{robot}/{NODE}"][SECTION]) for robot, tree in trees.items()}
     first = next(iter(flats.values()))
@@ -109,19 +109,19 @@ def compose(
         for robot, flat in flats.items()
     }
     sites = sites_path.read_text(encoding="utf-8") if sites_path is not None else ""
-    return Charter(run, edition, dict(facts), robots, common, sites, dict(peers))
+    return RunDescription(run, edition, dict(facts), robots, common, sites, dict(peers))
 
 
-def parse(text: str) -> Charter:
-    """Return the charter in a message.
+def parse(text: str) -> RunDescription:
+    """Return the description in a message.
 
     Raises:
         ConfigError: If it is none.
     """
     try:
-        return Charter(**json.loads(text))
+        return RunDescription(**json.loads(text))
     except (ValueError, TypeError) as cause:
         raise ConfigError(
-            f"the world's host sent something else than a charter ({cause});"
+            f"the world's host sent something else than a run description ({cause});"
             " install the same edition of the software on both"
         ) from cause

@@ -8,21 +8,21 @@ from typing import Any
 import msgspec
 import pytest
 
-from swarm_commander.hosts.charter import Charter
-from swarm_commander.hosts.envoy import Envoy, names_of
-from swarm_commander.hosts.roll import HostReport
+from swarm_commander.hosts.client_state import ClientState, names_of
+from swarm_commander.hosts.host_table import HostReport
+from swarm_commander.hosts.run_description import RunDescription
 from swarm_common.process import messages as say
 
 FACTS = {"world": "slim_blockage", "seed": 3, "robot": "turtlebot3_waffle", "swarm_size": 2}
-CHARTER = Charter("run", "1 (abc)", FACTS, {"Srobot1": {}, "Srobot2": {}}, {})
+DESCRIPTION = RunDescription("run", "1 (abc)", FACTS, {"Srobot1": {}, "Srobot2": {}}, {})
 
 
-def envoy(**stated: object) -> Envoy:
+def client(**stated: object) -> ClientState:
     report = HostReport("a", "first", ("Srobot1", "Srobot2"))
-    return Envoy(report, "1 (abc)", stated, 0.0, find_limit=60.0, lost_after=30.0)
+    return ClientState(report, "1 (abc)", stated, 0.0, find_limit=60.0, lost_after=30.0)
 
 
-def roll(**values: Any) -> dict[str, Any]:
+def table(**values: Any) -> dict[str, Any]:
     answer: dict[str, Any] = {
         "hosts": {"a": "serving"},
         "refused": {},
@@ -32,13 +32,13 @@ def roll(**values: Any) -> dict[str, Any]:
     return answer | {"is_over": False} | values
 
 
-def welcome() -> Envoy:
-    one = envoy(seed=3, world="slim_blockage")
+def welcome() -> ClientState:
+    one = client(seed=3, world="slim_blockage")
     assert one.report(0.5) is None  # nothing to say before it is known that both sides agree
-    assert one.take_charter(CHARTER.to_text(), 1.0) == []
-    assert one.take_roll("run", roll(hosts={}), 1.5) == []
-    assert one.take_roll("run", roll(), 2.0) == [say.WorldFound()]
-    assert one.take_roll("run", roll(), 2.5) == []
+    assert one.take_description(DESCRIPTION.to_text(), 1.0) == []
+    assert one.take_table("run", table(hosts={}), 1.5) == []
+    assert one.take_table("run", table(), 2.0) == [say.WorldFound()]
+    assert one.take_table("run", table(), 2.5) == []
     return one
 
 
@@ -57,12 +57,12 @@ def test_welcome_and_news() -> None:
     assert (report["active"], report["died"], report["cpu"]) == (["Srobot1"], {"Srobot2": -11}, 1.5)
     counts = say.CollisionCounts(0, 1)
     figures = msgspec.to_builtins(say.Figures(4.0, 2.0, counts))
-    events = one.take_roll("run", roll(figures=figures, removed=["Srobot2", "Srobot9"]), 3.0)
+    events = one.take_table("run", table(figures=figures, removed=["Srobot2", "Srobot9"]), 3.0)
     assert events == [say.WorldProgress(4.0, 2.0, counts), say.RobotTakenOut("Srobot2")]
 
 
 def test_nobody_answers() -> None:
-    one = envoy()
+    one = client()
     assert one.look(20.0) == []
     assert only(one.look(20.1)) == say.WorldUnansweredYet(20.1)
     assert one.look(60.0) == []
@@ -84,23 +84,23 @@ def test_nobody_answers() -> None:
 def test_disagreement_is_one_error(
     edition: str, stated: dict[str, object], robots: tuple[str, ...], words: str
 ) -> None:
-    one = Envoy(HostReport("a", "first", robots), edition, stated, 0.0)
-    event = only(one.take_charter(CHARTER.to_text(), 1.0))
+    one = ClientState(HostReport("a", "first", robots), edition, stated, 0.0)
+    event = only(one.take_description(DESCRIPTION.to_text(), 1.0))
     assert isinstance(event, say.Refused)
     assert words in event.message
     assert one.is_over
 
 
 def test_something_else_than_a_charter() -> None:
-    event = only(envoy().take_charter("[]", 1.0))
+    event = only(client().take_description("[]", 1.0))
     assert isinstance(event, say.Refused)
-    assert "something else than a charter" in event.message
+    assert "something else than a run description" in event.message
 
 
 def test_refused() -> None:
-    one = envoy()
-    one.take_charter(CHARTER.to_text(), 1.0)
-    event = only(one.take_roll("run", roll(hosts={}, refused={"a": "Srobot1 is taken"}), 2.0))
+    one = client()
+    one.take_description(DESCRIPTION.to_text(), 1.0)
+    event = only(one.take_table("run", table(hosts={}, refused={"a": "Srobot1 is taken"}), 2.0))
     assert event == say.Refused("Srobot1 is taken")
 
 
@@ -109,14 +109,14 @@ def test_a_silence_and_its_end() -> None:
     assert one.look(5.0) == []
     assert only(one.look(6.0)) == say.WorldSilent()
     assert one.look(20.0) == []
-    assert only(one.take_roll("run", roll(), 22.5)) == say.WorldHeard(20.0)
+    assert only(one.take_table("run", table(), 22.5)) == say.WorldHeard(20.0)
     assert one.silences == [20.0]
 
 
 @pytest.mark.parametrize(("run", "standing"), [("run", "lost"), ("another", "serving")])
 def test_given_up_by_the_world(run: str, standing: str) -> None:
     one = welcome()
-    event = only(one.take_roll(run, roll(hosts={"a": standing}), 3.0))
+    event = only(one.take_table(run, table(hosts={"a": standing}), 3.0))
     assert isinstance(event, say.WorldLost)
     assert one.is_over
 
@@ -128,7 +128,7 @@ def test_the_world_is_lost() -> None:
 
 def test_the_end_is_acknowledged() -> None:
     one = welcome()
-    event = only(one.take_roll("run", roll(is_over=True, reason="mission done"), 3.0))
+    event = only(one.take_table("run", table(is_over=True, reason="mission done"), 3.0))
     assert event == say.WorldOver("mission done")
     report = one.report(3.0)
     assert report is not None
@@ -144,15 +144,15 @@ def test_names_in_few_words() -> None:
 
 def test_a_host_that_still_waits_joins_the_run_that_has_begun_since() -> None:
     """The world crashed and was started again before it had answered."""
-    one = envoy()
-    one.take_charter(CHARTER.to_text(), 1.0)
-    assert one.take_roll("later", roll(hosts={}), 2.0) == []
-    one.take_charter(dataclasses.replace(CHARTER, run="later").to_text(), 2.5)
-    assert one.take_roll("later", roll(), 3.0) == [say.WorldFound()]
+    one = client()
+    one.take_description(DESCRIPTION.to_text(), 1.0)
+    assert one.take_table("later", table(hosts={}), 2.0) == []
+    one.take_description(dataclasses.replace(DESCRIPTION, run="later").to_text(), 2.5)
+    assert one.take_table("later", table(), 3.0) == [say.WorldFound()]
 
 
 def test_another_secret_is_an_error_where_no_other_world_is_heard() -> None:
-    one = envoy()
+    one = client()
     assert one.note_forgery(1.0) == []
     assert one.note_forgery(6.0) == []
     assert only(one.note_forgery(6.1)) == say.WorldHasOtherSecret()
@@ -163,12 +163,12 @@ def test_forgeries_beside_the_true_world_change_nothing() -> None:
     for turn in range(100):
         now = 3.0 + 0.5 * turn
         assert one.note_forgery(now) == []
-        assert one.take_roll("run", roll(), now) == []
+        assert one.take_table("run", table(), now) == []
 
 
 def test_a_world_that_crashed_and_came_back_with_another_secret_is_not_waited_for() -> None:
     one = welcome()
-    one.take_roll("run", roll(), 3.0)
+    one.take_table("run", table(), 3.0)
     assert one.note_forgery(6.0) == []
     assert isinstance(only(one.note_forgery(11.5)), say.WorldLost)
 
@@ -176,9 +176,9 @@ def test_a_world_that_crashed_and_came_back_with_another_secret_is_not_waited_fo
 def test_who_is_not_heard_is_told_once() -> None:
     one = welcome()
     silent = {"a": "silent"}
-    assert one.take_roll("run", roll(hosts=silent), 5.0) == [say.WorldUnhearing()]
-    assert one.take_roll("run", roll(hosts=silent), 5.5) == []
-    assert one.take_roll("run", roll(), 6.0) == []
+    assert one.take_table("run", table(hosts=silent), 5.0) == [say.WorldUnhearing()]
+    assert one.take_table("run", table(hosts=silent), 5.5) == []
+    assert one.take_table("run", table(), 6.0) == []
     report = one.report(8.5)
     assert report is not None
     assert report["deaf_for"] == 2.5

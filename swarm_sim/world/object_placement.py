@@ -19,11 +19,11 @@ GAP = 0.05  # [m] between a thing and a robot's circle, or the space that it hol
 DEPTH = 0.01  # [m] by which a thing may reach into something else, or the ground
 
 
-def check_room_for(world: ChangingWorld, body: Body, index: int | None = None) -> None:
+def check_object_place(world: ChangingWorld, body: Body, index: int | None = None) -> None:
     """Refuse a place where a thing must not be.
 
     What a robot holds or has requested in its last beacon counts as its space, as for robots
-    (`vacancy`): only there can it drive before it sees the newcomer.
+    (`robot_placement`): only there can it drive before it sees the newcomer.
 
     Args:
         world: With all that is in it.

@@ -11,16 +11,16 @@ from swarm_common.model.errors import WorldError
 from swarm_common.model.shapes import Transform
 from swarm_sim.scene.scene import Body
 from swarm_sim.world.changing_world import ChangingWorld
+from swarm_sim.world.object_placement import check_apart, check_object_place, height_range
 from swarm_sim.world.object_source import LIKE_A_ROBOT
 from swarm_sim.world.refusal import Reason, RefusedError
-from swarm_sim.world.things import check_apart, check_room_for, height_range
 
 LIMIT = 500  # things at a time
 MOST_SHAPES = 5000  # of all things
 LONGEST_NAME = 64  # letters
 
 
-class Stock:
+class ObjectRegistry:
     """Lets things come and go; call what changes the world only between two ticks."""
 
     def __init__(self, world: ChangingWorld) -> None:
@@ -162,7 +162,7 @@ class Stock:
 
     def _check_room(self, body: Body, index: int | None = None) -> None:
         try:
-            check_room_for(self._world, body, index)
+            check_object_place(self._world, body, index)
         except WorldError as error:
             raise RefusedError(Reason.BAD_PLACE, str(error)) from error
 

@@ -99,7 +99,7 @@ class _Host:
     is_deaf: bool = False
 
 
-class Roll:
+class HostTable:
     """Follows the hosts."""
 
     def __init__(

@@ -14,10 +14,10 @@ from swarm_common.model.records import Pose, RobotSpec
 from swarm_common.robots.loading import Robot
 from swarm_sim.maps.spawn import spawn_poses
 from swarm_sim.world.changing_world import ChangingWorld
+from swarm_sim.world.object_placement import outline_of
 from swarm_sim.world.refusal import Reason, RefusedError
 from swarm_sim.world.request_checks import Reach
-from swarm_sim.world.things import outline_of
-from swarm_sim.world.vacancy import check_height, check_vacancy
+from swarm_sim.world.robot_placement import check_height, check_robot_place
 
 NAME = re.compile(r"Srobot([1-9][0-9]{0,4})")
 MOST = 65535  # number of a robot, which beacons carry in 16 bits
@@ -46,7 +46,7 @@ class Arrival:
     pose_map: Pose
 
 
-class Crew:
+class RobotRegistry:
     """Lets robots come and go; call what changes the world only between two ticks."""
 
     def __init__(self, world: ChangingWorld, grid: Grid, homes: Sequence[Pose], spawn: str) -> None:
@@ -218,7 +218,7 @@ class Crew:
     def _check_place(self, spec: RobotSpec, pose: Pose, robot: int | None = None) -> None:
         self._reach.check((pose.x, pose.y))
         try:
-            check_vacancy(self._world, spec, pose, robot)
+            check_robot_place(self._world, spec, pose, robot)
         except WorldError as error:
             raise RefusedError(Reason.BAD_PLACE, str(error)) from error
         row, column = self._grid.cell_of(pose.x, pose.y)
@@ -242,7 +242,7 @@ class Crew:
             places = []
         for place in places:
             try:
-                check_vacancy(world, spec, place)
+                check_robot_place(world, spec, place)
             except WorldError:
                 continue
             return place

@@ -20,7 +20,7 @@ START_GAP = 0.4  # [m] from any robot's circle at the start
 Spec = TypeVar("Spec", bound=WalkerSpec | VehicleSpec)
 
 
-class Loops(Generic[Spec]):
+class ScriptedPaths(Generic[Spec]):
     """Everybody of one kind on their closed paths.
 
     Attributes:

@@ -17,7 +17,7 @@ GAP = 0.05  # [m] between the robot's circle and anything
 MARGIN = 0.047  # [m] by which a navigator's disc is larger than its body (traffic.safety_margin)
 
 
-def check_vacancy(
+def check_robot_place(
     world: ChangingWorld, spec: RobotSpec, pose: Pose, robot: int | None = None
 ) -> None:
     """Refuse a place where a robot must not be put now.

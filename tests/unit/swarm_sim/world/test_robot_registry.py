@@ -1,0 +1,139 @@
+"""Who may come, go and be put elsewhere, and what is refused."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from swarm_common.model.records import Pose
+from swarm_sim.ros.build import build
+from swarm_sim.ros.settings import RobotEntry, Settings
+from swarm_sim.world.model_reader import read_robot
+from swarm_sim.world.refusal import Reason, RefusedError
+from swarm_sim.world.robot_registry import Arrival, RobotRegistry
+from tests.standins.own_robots import Own, box, caster, inertial, lidar, link, pair, robot
+
+WAFFLE, BURGER = "turtlebot3_waffle", "turtlebot3_burger"
+FREE = Pose(3.0, 3.0, 1.0)
+
+
+def make_crew() -> RobotRegistry:
+    robots = tuple(RobotEntry(f"Srobot{i}", WAFFLE) for i in (1, 2))
+    stage = build(Settings(world="slim_blockage", robots=robots, engine="planar"))
+    return RobotRegistry(stage.world, stage.grid, stage.poses_map, "")
+
+
+@pytest.fixture
+def robots() -> RobotRegistry:
+    return make_crew()
+
+
+def spawn(robots: RobotRegistry, name: str, rename: bool, model: str, pose: Pose | None) -> Arrival:
+    return robots.spawn(name, rename, model, read_robot(model), pose)
+
+
+def refused(do: Callable[[], object]) -> RefusedError:
+    with pytest.raises(RefusedError) as caught:
+        do()
+    return caught.value
+
+
+def test_a_robot_gets_the_next_number_and_a_place_of_its_own(robots: RobotRegistry) -> None:
+    first = spawn(robots, "", False, BURGER, FREE)
+    second = spawn(robots, "", False, WAFFLE, None)
+    assert (first.name, first.number, first.index) == ("Srobot3", 3, 2)
+    assert second.name == "Srobot4"
+    assert robots.robots == ["Srobot1", "Srobot2", "Srobot3", "Srobot4"]
+    assert robots.spawned == ["Srobot3", "Srobot4"]
+    robots.remove("Srobot3")
+    assert robots.robots == ["Srobot1", "Srobot2", "Srobot4"]
+    assert spawn(robots, "", False, WAFFLE, None).name == "Srobot5"  # numbers are not used twice
+
+
+def test_a_name_can_come_back_with_the_same_model_only(robots: RobotRegistry) -> None:
+    robots.remove("Srobot2")
+    error = refused(lambda: spawn(robots, "Srobot2", False, BURGER, FREE))
+    assert error.reason is Reason.NAME_TAKEN
+    assert "was a turtlebot3_waffle" in str(error)
+    again = spawn(robots, "Srobot2", False, WAFFLE, FREE)
+    assert (again.index, again.pose_map) == (1, FREE)
+    assert robots.robots == ["Srobot1", "Srobot2"]
+
+
+def test_a_robot_that_does_not_drive_does_not_come(tmp_path: Path) -> None:
+    robots = (RobotEntry("Srobot1", WAFFLE),)
+    stage = build(Settings(world="hall_12", robots=robots, engine="bullet"))
+    robots = RobotRegistry(stage.world, stage.grid, stage.poses_map, "")
+    heavy = link("base_link", box(0.4, 0.26, 0.1), inertial(6.0, 5000.0), xyz="0 0 0.1")
+    own = Own(robot("heavy", [heavy, *pair(), caster("caster", -0.15), lidar()]))
+    path = str(own.write(tmp_path))
+    error = refused(lambda: spawn(robots, "", False, path, FREE))
+    stage.world.close()
+    assert error.reason is Reason.BAD_MODEL
+    assert "Cause: inertia" in str(error)
+    assert robots.robots == ["Srobot1"]
+
+
+@pytest.mark.parametrize("name", ["Hans", "Srobot", "Srobot0", "Srobot99999", "robot1", "/Srobot5"])
+def test_names_that_no_robot_may_have(robots: RobotRegistry, name: str) -> None:
+    assert refused(lambda: spawn(robots, name, True, WAFFLE, FREE)).reason is Reason.NAME_INVALID
+
+
+def test_bad_input_changes_nothing(robots: RobotRegistry, tmp_path: Path) -> None:
+    broken = tmp_path / "broken.urdf"
+    broken.write_text("<robot", encoding="utf-8")
+    cases: list[tuple[Callable[[], object], Reason, str]] = [
+        (
+            lambda: spawn(robots, "Srobot2", False, WAFFLE, FREE),
+            Reason.NAME_TAKEN,
+            "Srobot3 would be",
+        ),
+        (lambda: spawn(robots, "", False, "", FREE), Reason.NO_MODEL, "no robot model"),
+        (lambda: spawn(robots, "", False, "turtlebot9", FREE), Reason.BAD_MODEL, "did you mean"),
+        (lambda: spawn(robots, "", False, str(broken), FREE), Reason.BAD_MODEL, "broken.urdf"),
+        (lambda: spawn(robots, "", False, WAFFLE, Pose(99.0, 0, 0)), Reason.BAD_PLACE, "99.00"),
+        (
+            lambda: spawn(robots, "", False, WAFFLE, Pose(math.inf, 0, 0)),
+            Reason.BAD_PLACE,
+            "out of",
+        ),
+        (lambda: spawn(robots, "", False, WAFFLE, Pose(0, 1e308, 0)), Reason.BAD_PLACE, "out of"),
+        (
+            lambda: spawn(robots, "", False, WAFFLE, Pose(0, 0, math.nan)),
+            Reason.BAD_PLACE,
+            "no place",
+        ),
+        (lambda: spawn(robots, "", False, WAFFLE, Pose(12, 0, 0)), Reason.BAD_PLACE, "no free"),
+        (
+            lambda: spawn(robots, "", False, WAFFLE, Pose(-1.4, -0.6, 0)),
+            Reason.BAD_PLACE,
+            "Srobot1",
+        ),
+        (lambda: robots.remove("Srobot7"), Reason.UNKNOWN, "there are Srobot1, Srobot2"),
+        (lambda: robots.move("Srobot7", FREE), Reason.UNKNOWN, "no 'Srobot7'"),
+        (lambda: robots.move("Srobot1", Pose(0.1, -0.6, 0)), Reason.BAD_PLACE, "Srobot2 stands"),
+    ]
+    for do, reason, words in cases:
+        error = refused(do)
+        assert error.reason is reason, error
+        assert words in str(error)
+    assert robots.robots == ["Srobot1", "Srobot2"]
+
+
+def test_another_name_will_do_if_it_may(robots: RobotRegistry) -> None:
+    assert spawn(robots, "Srobot2", True, WAFFLE, FREE).name == "Srobot3"
+
+
+def test_all_go_home(robots: RobotRegistry) -> None:
+    robots.move("Srobot1", FREE)
+    spawn(robots, "", False, WAFFLE, Pose(-1.4, -0.6, 0.0))  # where Srobot1 was
+    error = refused(robots.send_home)
+    assert error.reason is Reason.BAD_PLACE
+    assert "nothing was moved" in str(error)
+    robots.remove("Srobot3")
+    homes = robots.send_home()
+    assert [robot for robot, _ in homes] == [0, 1]
+    assert homes[0][1].distance(Pose(-1.4, -0.6, 0.0)) < 1e-9
