@@ -15,14 +15,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from swarm_bench.compose import compose_result
 from swarm_bench.invariant import Invariant
 from swarm_bench.methods import Driver
 from swarm_bench.pose_error import PoseErrors
 from swarm_bench.result import RunResult
+from swarm_bench.result_builder import compose_result
 from swarm_bench.stage import RunOptions, Stage, build
 from swarm_commander.mission.itinerary import Order
-from swarm_common.middleware.wire import yaw_of
+from swarm_common.middleware.cdr import yaw_of
 from swarm_common.model.beacon import BEACON_DTYPE, BeaconArray, empty_beacons
 from swarm_common.model.breaches import Collision
 from swarm_common.model.records import CONTROL_PERIOD, Odometry, Pose, Twist

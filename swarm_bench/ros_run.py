@@ -12,8 +12,8 @@ from typing import Any
 
 import yaml
 
-from swarm_bench.compose import COUNTERS, identity
 from swarm_bench.result import RobotResult, RunResult
+from swarm_bench.result_builder import COUNTERS, identity
 from swarm_bench.stage import RunOptions
 from swarm_common.files.resources import find_resource
 from swarm_common.model.breaches import Collision, MissedGoal, UnfinishedGoal

@@ -13,7 +13,7 @@ MEGABYTE = 1e6
 NANOSECOND = 1e-9
 DDS = "dds."  # with what Fast DDS begins the names of its threads
 # everything else: other
-MODULES = {"swarm_sim.ros.node": "world", "swarm_nav.launch.host": "navigators"}
+MODULES = {"swarm_sim.ros.node": "world", "swarm_nav.launch.fork_server_main": "navigators"}
 
 
 class ThreadTimes:

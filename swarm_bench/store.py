@@ -6,9 +6,9 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, TextIO
 
-from swarm_bench.compose import conditions
 from swarm_bench.json_lines import append_json_line, read_json_lines
 from swarm_bench.result import RunResult, result_from_json
+from swarm_bench.result_builder import conditions
 from swarm_bench.ros_run import ENGINE as ROS
 from swarm_bench.stage import RunOptions
 

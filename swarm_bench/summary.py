@@ -6,8 +6,8 @@ import statistics
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from swarm_bench.compose import conditions
 from swarm_bench.result import RunResult
+from swarm_bench.result_builder import conditions
 from swarm_bench.scenario import Scenario, load_scenario, scenario_names
 from swarm_bench.stage import RunOptions
 

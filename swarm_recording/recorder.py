@@ -17,9 +17,9 @@ from typing import Any
 import rclpy
 from rclpy.node import Node
 
+from swarm_common.middleware.cdr import TransformsReader
 from swarm_common.middleware.ros_poll import PolledTopic
 from swarm_common.middleware.topic_table import Topic
-from swarm_common.middleware.wire import TransformsReader
 from swarm_common.model.errors import SwarmError
 from swarm_common.process.messages import RecordingBegun, RecordingEnded, Refused
 from swarm_common.process.pipes import EventWriter

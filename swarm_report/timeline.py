@@ -22,7 +22,7 @@ AT_STATION = 0.5  # [m] from a station within which a robot counts as there
 
 
 def timeline(run: RunData) -> Figure | None:
-    """Return a bar per robot, coloured by its state; None without a diary."""
+    """Return a bar per robot, coloured by its state; None without a state log."""
     spans = run.spans
     if not spans:
         return None

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rclpy.serialization import deserialize_message
 
-from swarm_common.middleware import layout, wire
+from swarm_common.middleware import cdr, cdr_layout
 from swarm_common.model.beacon import deserialize_beacon
 from swarm_common.model.records import Pose, Scan
 from swarm_view.topics import type_of
@@ -117,7 +117,7 @@ def motion(data: bytes) -> Motion:
 
 def scan(data: bytes) -> Scan:
     """Return sensor_msgs/LaserScan."""
-    return wire.read_scan(data)
+    return cdr.read_scan(data)
 
 
 def scan_points(scan: Scan) -> FloatArray:
@@ -134,17 +134,17 @@ _NUMBERS = struct.Struct("<I2fiI2f3I")
 
 def robot_state(data: bytes) -> RobotState:
     """Return swarm_interfaces/RobotStatus; taken apart here, as many come every second."""
-    texts, offset = [], layout.HEAD + layout.STAMP.size
+    texts, offset = [], cdr_layout.HEAD + cdr_layout.STAMP.size
     for _ in range(3):  # robot, state, detail
         text, offset = _string(data, offset)
         texts.append(text)
-    offset = layout.aligned(offset, 8)
+    offset = cdr_layout.aligned(offset, 8)
     x, y, yaw, goal_x, goal_y, goal_yaw = _POSES.unpack_from(data, offset)
     station, offset = _string(data, offset + _POSES.size)
-    numbers = _NUMBERS.unpack_from(data, layout.aligned(offset, 4))
+    numbers = _NUMBERS.unpack_from(data, cdr_layout.aligned(offset, 4))
     queue_place, remaining, _, _, _, hold_time, wait_time, _, reached, failed = numbers
     return RobotState(
-        tick=wire.read_tick(data),
+        tick=cdr.read_tick(data),
         state=texts[1],
         detail=texts[2],
         pose_map=Pose(x, y, yaw),
@@ -161,6 +161,6 @@ def robot_state(data: bytes) -> RobotState:
 
 def _string(data: bytes, offset: int) -> tuple[str, int]:
     """Return the CDR string that starts at `offset` (4-aligned), and the offset behind it."""
-    offset = layout.aligned(offset, 4)
-    end = layout.after_string(data, offset)
+    offset = cdr_layout.aligned(offset, 4)
+    end = cdr_layout.after_string(data, offset)
     return data[offset + 4 : end - 1].decode(), end

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from swarm_common.middleware import wire
+from swarm_common.middleware import cdr
 from swarm_common.middleware.ros_io import tick_of
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose
 from swarm_view import decode, topics
@@ -67,7 +67,7 @@ class Swarm:
         self._history: dict[int, FloatArray] = {}
         self._places: dict[str, Pose] = {}  # of statuses, where there is no ground truth
         self._has_truth = False
-        self._reader = wire.TransformsReader()
+        self._reader = cdr.TransformsReader()
         self._frames: list[str] = []
 
     @property

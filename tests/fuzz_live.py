@@ -460,7 +460,7 @@ class Fuzzer:
             time.sleep(ahead)
         swarm = self._swarm
         swarm.world.read()  # or it waits for us, as its pipe is full
-        for process, name in ((swarm.world, "world"), (swarm.host, "nursery")):
+        for process, name in ((swarm.world, "world"), (swarm.host, "fork_server")):
             if process.popen.poll() is not None:
                 self.outcome.problems.append(f"the {name} ended: {process.popen.returncode}")
         for event in swarm.host.named("died"):

@@ -4,7 +4,7 @@ What a module imports of its folder stands above it:
 
     doctor             Is this machine fit for a swarm of some size? What would be in the way,
                        and what to change
-    narrator           What `swarm-commander` prints about a robot on its way
+    console            What `swarm-commander` prints about a robot on its way
     replay_command     The command `swarm-replay`: a recorded run in the viewer, or on the ROS
                        graph
     session            A session of `swarm-up`: a checked plan from the run's folder to the

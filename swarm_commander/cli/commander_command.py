@@ -11,7 +11,7 @@ import typer
 from rclpy.node import Node
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_commander.cli.narrator import Moment, Narrator
+from swarm_commander.cli.console import Moment, StatusConsole
 from swarm_commander.mission.discovery import find_robots, read_home, read_sites, robot_on_mission
 from swarm_commander.mission.driver import RobotDriver, has_goal, sim_seconds
 from swarm_commander.mission.itinerary import Itinerary, Order, Outcome
@@ -73,7 +73,7 @@ class Commander:
         self._names = names
         self._drivers: dict[str, RobotDriver] = {}
         period = CALM_PERIOD if calm else 2.0
-        self._narrators = {name: Narrator(name, period) for name in names}
+        self._narrators = {name: StatusConsole(name, period) for name in names}
         self._failed = 0
 
     def drive(self, mission: Mission, seed: int) -> int:

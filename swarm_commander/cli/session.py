@@ -11,8 +11,8 @@ from rich.console import Console
 from rich.text import Text
 
 from swarm_commander.run import terminal
-from swarm_commander.run.bringup import Run
 from swarm_commander.run.domain import DomainLock, domain_id
+from swarm_commander.run.local_run import LocalRun
 from swarm_commander.run.plan import RunPlan
 from swarm_commander.run.progress import Progress, summary_table
 from swarm_commander.run.report import (
@@ -23,8 +23,8 @@ from swarm_commander.run.report import (
     load_verdict,
     write_report,
 )
+from swarm_commander.run.run_statistics import RunStatistics
 from swarm_commander.run.rundir import RunFolder, create_run_folder, write_env_sh
-from swarm_commander.run.tally import Tally
 from swarm_commander.run.terminal import complain
 from swarm_commander.viewers.foxglove import write_foxglove
 from swarm_commander.viewers.rviz import write_rviz
@@ -46,13 +46,13 @@ def bring_up(plan: RunPlan) -> int:
             use_profile(folder, plan.options.bind, plan.options.bind)
         write_env_sh(folder, os.environ)
         console = terminal.console()
-        tally = Tally.of(plan.options.robot_names, plan.mission is not None)
-        progress = Progress(console, tally, time.monotonic)
+        statistics = RunStatistics.of(plan.options.robot_names, plan.mission is not None)
+        progress = Progress(console, statistics, time.monotonic)
         write_rviz(folder.rviz, plan.options.robot_names)
         write_foxglove(folder.foxglove, plan.options.robot_names)
         progress.phase("starting world")
         progress.start()
-        run = _run_of(plan, folder, progress, tally)
+        run = _run_of(plan, folder, progress, statistics)
         run.serve(lock)
         try:
             run.run()
@@ -65,17 +65,17 @@ def bring_up(plan: RunPlan) -> int:
     return code
 
 
-def _conclude(plan: RunPlan, folder: RunFolder, run: Run, console: Console) -> int:
+def _conclude(plan: RunPlan, folder: RunFolder, run: LocalRun, console: Console) -> int:
     """Write the report, say how it went; return the exit code."""
-    tally = run.tally
+    statistics = run.statistics
     verdict = run.verdict or load_verdict(folder.verdict)
     if not verdict:  # whatever else is known, nobody can vouch for this run
         run.failures.append("there is no verdict: the world process did not live to give one")
     times = RunTimes(run.wall_time, run.active_after_wall, run.restarts)
-    report = compose_report(plan.options, tally, verdict, run.usage, times)
+    report = compose_report(plan.options, statistics, verdict, run.usage, times)
     run.complete(report)
     must_finish = plan.options.until_done and not run.is_stopped_by_user
-    is_unfinished = must_finish and not tally.is_done
+    is_unfinished = must_finish and not statistics.is_done
     code = exit_code(report, is_unfinished=is_unfinished, component_failed=bool(run.failures))
     report |= {"exit_code": code, "failures": list(run.failures)}
     report["incidents"] = list(run.incidents)
@@ -91,13 +91,15 @@ def _conclude(plan: RunPlan, folder: RunFolder, run: Run, console: Console) -> i
     return code
 
 
-def _run_of(plan: RunPlan, folder: RunFolder, progress: Progress, tally: Tally) -> Run:
+def _run_of(
+    plan: RunPlan, folder: RunFolder, progress: Progress, statistics: RunStatistics
+) -> LocalRun:
     """Return the run of a plan: all of it, or the world's side of one on several hosts."""
     if not plan.options.bind:
-        return Run(plan, folder, progress, tally)
+        return LocalRun(plan, folder, progress, statistics)
     from swarm_commander.hosts.world_run import WorldRun
 
-    return WorldRun(plan, folder, progress, tally, own_secret(os.environ))
+    return WorldRun(plan, folder, progress, statistics, own_secret(os.environ))
 
 
 def _draw_page(folder: RunFolder, console: Console) -> Path:

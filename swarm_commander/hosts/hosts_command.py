@@ -17,8 +17,8 @@ from swarm_commander.run import terminal
 from swarm_commander.run.domain import domain_id
 from swarm_commander.run.progress import Progress
 from swarm_commander.run.report import COMPONENT_FAILED, OK, write_report
+from swarm_commander.run.run_statistics import RunStatistics
 from swarm_commander.run.rundir import RunFolder, create_run_folder, write_env_sh
-from swarm_commander.run.tally import Tally
 from swarm_commander.run.terminal import complain
 from swarm_common.middleware import dds_profile
 from swarm_common.middleware.ros_env import DISCOVERY_RANGE, PROFILES
@@ -55,14 +55,14 @@ def bring_up_robots(plan: RobotsPlan) -> int:
     write_env_sh(folder, os.environ)
     os.environ.setdefault("ROS_LOG_DIR", str(folder.logs / "ros"))
     console = terminal.console()
-    tally = Tally.of(plan.robots, has_mission=True)
-    progress = Progress(console, tally, time.monotonic)
+    statistics = RunStatistics.of(plan.robots, has_mission=True)
+    progress = Progress(console, statistics, time.monotonic)
     progress.note(
         f"{names_of(plan.robots)} on {plan.own_address}, for the world at {plan.world_address}"
     )
     progress.phase("looking for the world's host")
     progress.start()
-    run = RobotsRun(plan, folder, progress, tally, robots_profile)
+    run = RobotsRun(plan, folder, progress, statistics, robots_profile)
     try:
         run.run()
     finally:

@@ -12,13 +12,13 @@ from typing import Any, assert_never
 from swarm_commander.hosts.client_state import names_of
 from swarm_commander.hosts.robots_plan import RobotsPlan
 from swarm_commander.hosts.run_description import SITES, RunDescription, parse
-from swarm_commander.run.bringup import HOST, MODULES
+from swarm_commander.run.local_run import HOST, MODULES
 from swarm_commander.run.params import write_parameter_file
 from swarm_commander.run.process_run import ProcessRun
 from swarm_commander.run.progress import Progress
+from swarm_commander.run.run_statistics import RunStatistics
 from swarm_commander.run.rundir import RunFolder
 from swarm_commander.run.supervisor import describe_exit
-from swarm_commander.run.tally import Tally
 from swarm_commander.run.usage import process_tree
 from swarm_common.files.edition import edition
 from swarm_common.middleware.ros_env import PROFILES
@@ -65,7 +65,7 @@ class RobotsRun(ProcessRun):
         network: What probes found, see `link_probe`.
     """
 
-    nursery = HOST
+    fork_server = HOST
     stop_order = (CLIENT, HOST, DISTRIBUTOR)  # the world is told before the navigators end
 
     def __init__(
@@ -73,11 +73,13 @@ class RobotsRun(ProcessRun):
         plan: RobotsPlan,
         folder: RunFolder,
         progress: Progress,
-        tally: Tally,
+        statistics: RunStatistics,
         robots_profile: Path,
         modules: Mapping[str, str] = MODULES,
     ) -> None:
-        super().__init__(folder, progress, tally, {**modules, **OWN_MODULES}, restarts=plan.restart)
+        super().__init__(
+            folder, progress, statistics, {**modules, **OWN_MODULES}, restarts=plan.restart
+        )
         self.ending = ""
         self.silences: list[float] = []
         self.network: dict[str, float] = {}
@@ -122,7 +124,7 @@ class RobotsRun(ProcessRun):
         if self._welcomed is None or self.active_after_wall is not None or self._is_stopping:
             return
         waited = time.time() - self._started - self._welcomed
-        missing = [name for name in self._plan.robots if not self.tally.robots[name].active]
+        missing = [name for name in self._plan.robots if not self.statistics.robots[name].active]
         if waited > START_LIMIT:
             self._fail(f"after {waited:.0f} s not active: {names_of(missing)}")
             self._stop("stopping")
@@ -172,7 +174,7 @@ class RobotsRun(ProcessRun):
                     self._progress.note(self.ending)
                 self._stop("stopping")
             case RobotTakenOut(robot=robot):
-                self.tally.robots[robot].left = True
+                self.statistics.robots[robot].left = True
                 self._keeper.remove(robot)
                 self._tell(HOST, EndNavigator(robot))
             case _:
@@ -241,7 +243,7 @@ class RobotsRun(ProcessRun):
         if self._keeper.on_active(robot):
             self._progress.note(f"{robot} is active again")
         self._tell(CLIENT, ReportActive(robot))
-        if self.tally.active == len(self._plan.robots) and self.active_after_wall is None:
+        if self.statistics.active == len(self._plan.robots) and self.active_after_wall is None:
             self.active_after_wall = time.time() - self._started
             self._sample(now=True)
             self.usage.mark()
@@ -257,7 +259,7 @@ class RobotsRun(ProcessRun):
 
 def robots_report(run: RobotsRun, plan: RobotsPlan, code: int) -> dict[str, Any]:
     """Return the report of a robots' host; the verdict is in that of the world's."""
-    tally = run.tally
+    statistics = run.statistics
     return {
         "schema": 1,
         "role": "robots",
@@ -267,15 +269,18 @@ def robots_report(run: RobotsRun, plan: RobotsPlan, code: int) -> dict[str, Any]
         "ending": run.ending or ("stopped by its user" if run.is_stopped_by_user else ""),
         "wall_time": round(run.wall_time, 3),
         "active_after_wall": _rounded(run.active_after_wall),
-        "active": tally.active,
+        "active": statistics.active,
         "restarts": run.restarts,
         "incidents": list(run.incidents),
-        "died": [name for name, robot in tally.robots.items() if robot.died],
+        "died": [name for name, robot in statistics.robots.items() if robot.died],
         "silences": run.silences,
         "network": run.network,
         "world": {
-            "sim_time": round(tally.sim_time, 3),
-            "collisions": {"robot_robot": tally.robot_robot, "robot_world": tally.robot_world},
+            "sim_time": round(statistics.sim_time, 3),
+            "collisions": {
+                "robot_robot": statistics.robot_robot,
+                "robot_world": statistics.robot_world,
+            },
         },
         "cpu_s": round(run.usage.cpu("navigators"), 3),
         "rss_mb": round(run.usage.rss_mb("navigators"), 1),

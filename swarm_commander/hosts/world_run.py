@@ -10,14 +10,14 @@ from typing import Any, assert_never
 
 from swarm_commander.hosts.client_state import names_of
 from swarm_commander.hosts.run_description import RunDescription, compose
-from swarm_commander.run.bringup import HOST, MODULES, RUNNER, STOP_ORDER, WORLD, Run
 from swarm_commander.run.domain import domain_id
+from swarm_commander.run.local_run import HOST, MODULES, RUNNER, STOP_ORDER, WORLD, LocalRun
 from swarm_commander.run.params import write_parameter_file
 from swarm_commander.run.plan import RunPlan
 from swarm_commander.run.progress import Progress
+from swarm_commander.run.run_statistics import RunStatistics
 from swarm_commander.run.rundir import RunFolder
 from swarm_commander.run.supervisor import describe_exit
-from swarm_commander.run.tally import Tally
 from swarm_common.files.edition import edition
 from swarm_common.middleware.secret import VARIABLE
 from swarm_common.model.records import Pose
@@ -51,11 +51,11 @@ SERVER = "server"
 OWN_MODULES = {SERVER: "swarm_commander.hosts.host_server"}
 
 
-class WorldRun(Run):
+class WorldRun(LocalRun):
     """The world's side of a run on several hosts.
 
-    It owns every fact about the run and says it to the robots' hosts (`run_description`); the
-    mission runs here, too: goals, collisions and the report are then in one hand, wherever a robot is.
+    It owns every fact about the run and says it to the robots' hosts (`run_description`). The
+    mission runs here, too: goals, collisions and the report are in one hand, wherever a robot is.
 
     Attributes:
         hosts: Of the robots, for the report.
@@ -68,11 +68,11 @@ class WorldRun(Run):
         plan: RunPlan,
         folder: RunFolder,
         progress: Progress,
-        tally: Tally,
+        statistics: RunStatistics,
         secret: str,
         modules: Mapping[str, str] = MODULES,
     ) -> None:
-        super().__init__(plan, folder, progress, tally, {**modules, **OWN_MODULES})
+        super().__init__(plan, folder, progress, statistics, {**modules, **OWN_MODULES})
         self.hosts: list[dict[str, Any]] = []
         self._secret = secret
         self._run = f"{folder.path.name}-{time.time_ns():x}"
@@ -205,10 +205,10 @@ class WorldRun(Run):
     def _lose(self, robots: Sequence[str]) -> None:
         """Go on without some robots."""
         for name in robots:
-            self.tally.robots[name].died = True
+            self.statistics.robots[name].died = True
             self._tell(WORLD, RobotDead(name))
             self._tell(RUNNER, RobotDead(name))
-        if all(self.tally.robots[name].died for name in self._navigated):
+        if all(self.statistics.robots[name].died for name in self._navigated):
             self._stop("no robot is left")
 
     # What the world says

@@ -4,7 +4,7 @@ What a module imports of its folder stands above it:
 
     delivery     A goal on its way to an action server and back, over services that may lose a
                  message
-    diary        What the robots did and when, for the report: a line whenever the state of one
+    state_log    What the robots did and when, for the report: a line whenever the state of one
                  changes
     discovery    Which robots run, and what they know: asked over ROS, as any other terminal
                  would

@@ -17,10 +17,10 @@ from typing import Any, assert_never
 import rclpy
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_commander.mission.diary import FILE, Diary
 from swarm_commander.mission.driver import RobotDriver, has_goal, sim_seconds
 from swarm_commander.mission.itinerary import Itinerary, Order, Outcome
 from swarm_commander.mission.mission import load_mission
+from swarm_commander.mission.state_log import FILE, StateLog
 from swarm_commander.mission.status_door import StatusDoor
 from swarm_common.files.journal import Journal
 from swarm_common.files.sites_io import load_sites
@@ -81,7 +81,7 @@ class Runner:
             )
         }
         folder = config.get("trace_dir")
-        self._diary = Diary(Journal(Path(folder) / FILE)) if folder else None
+        self._state_log = StateLog(Journal(Path(folder) / FILE)) if folder else None
         self._dead: set[str] = set()  # that nobody starts again
         self._silent: set[str] = set()  # whose goal in hand may have been forgotten
         self._removed: set[str] = set()  # taken out by the operator: their goals do not count
@@ -149,9 +149,9 @@ class Runner:
         if order.number > self._sent.get(driver.name, 0):
             self._sent[driver.name] = order.number
             self._events.write(GoalSent(driver.name, order.stop.name))
-            if self._diary is not None:
+            if self._state_log is not None:
                 at = sim_seconds(max(order.start_tick, driver.tick))
-                self._diary.goal(driver.name, order.stop.name, "sent", at)
+                self._state_log.goal(driver.name, order.stop.name, "sent", at)
 
     def on_settled(self, driver: RobotDriver, outcome: Outcome) -> None:
         """Pass a settled stop on."""
@@ -164,8 +164,8 @@ class Runner:
             self._events.write(GoalReached(driver.name, name, at, duration))
         else:
             self._events.write(GoalMissed(MissedGoal(driver.name, name, at, outcome.reason)))
-        if self._diary is not None:
-            self._diary.goal(driver.name, name, word, at, duration)
+        if self._state_log is not None:
+            self._state_log.goal(driver.name, name, word, at, duration)
 
     def on_over(self, driver: RobotDriver) -> bool:
         """Say so when all are done; keep the last from answering so that time stands still."""
@@ -178,8 +178,8 @@ class Runner:
 
     def on_status(self, driver: RobotDriver, status: RobotStatus) -> None:
         """Remember to pass it on."""
-        if self._diary is not None:
-            self._diary.note(driver.name, status)
+        if self._state_log is not None:
+            self._state_log.note(driver.name, status)
         self._fresh.add(driver.name)
         self._heard_at[driver.name] = time.monotonic()
         if driver.name not in self._excused:

@@ -7,7 +7,7 @@ import time
 
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_common.middleware.layout import check_stamp
+from swarm_common.middleware.cdr_layout import check_stamp
 from swarm_common.middleware.rejections import RejectedError, Rejections
 from swarm_common.model.records import tick_from_stamp
 

@@ -18,23 +18,23 @@ What a module imports of its folder stands above it:
     terminal      Output that may end before the run does: a pipe into `head`, a terminal that
                   is closed
     usage         CPU time and memory of the processes of a run
-    keeper        Which navigators run, which are to be started anew, and whether the nursery
-                  obeys
+    keeper        Which navigators run, which are to be started anew, and whether the fork
+                  server obeys
     launch        Starting of a child process with its log and its two pipes, such that it never
                   outlives us
-    tally         What is known of a run while it goes: events of the processes added up
+    statistics    What is known of a run while it goes: events of the processes added up
     world_params  The section `/world:` of a --params file: radio, engine, robots that are
                   broken
     params        Parameter files of the navigators: defaults, the robot's data, the user's
                   overrides
     report        `report.json`: the result of a run in the form that tools outside rely on
-    roster        The robots in a few lines: a letter each, one line per group, however large
+    status_table  The robots in a few lines: a letter each, one line per group, however large
                   the swarm
     plan          Everything that is checked and loaded before a run starts a single process
     progress      What the user sees while a run goes, and the table at its end
     process_run   Processes of a run: started, listened to, and ended together
     recording     What swarm-up tells the recorder process, and where the bag goes
-    bringup       A run from the first process to the report: what `swarm-up` does after its
+    local_run     A run from the first process to the report: what `swarm-up` does after its
                   input is checked
 
 May import of swarm_commander: `mission`, `viewers`; and swarm_common.

@@ -1,19 +1,19 @@
-"""Which navigators run, which are to be started anew, and whether the nursery obeys."""
+"""Which navigators run, which are to be started anew, and whether the fork server obeys."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
 from swarm_commander.run.restarts import Restarts
-from swarm_common.process.messages import KillNavigator, NurseryCommand, StartNavigator
+from swarm_common.process.messages import ForkServerCommand, KillNavigator, StartNavigator
 
-ANSWER_LIMIT = 60.0  # [s] of wall time for the nursery to do what it is told
+ANSWER_LIMIT = 60.0  # [s] of wall time for the fork server to do what it is told
 HANGING = 30.0  # [s] of wall time that a navigator may be behind the others at the start
 START_LIMIT = 60.0  # [s] of wall time for one that was started anew to be active
 
 
 class Keeper:
-    """Tells the nursery to start navigators anew that died or hang.
+    """Tells the fork server to start navigators anew that died or hang.
 
     A navigator that hangs is killed first: that it died is then reported like any other death.
 
@@ -26,14 +26,14 @@ class Keeper:
     def __init__(
         self,
         restarts: Restarts,
-        tell: Callable[[NurseryCommand], None],
+        tell: Callable[[ForkServerCommand], None],
         clock: Callable[[], float],
     ) -> None:
         """Begin without robots.
 
         Args:
             restarts: Decides when.
-            tell: Tells the nursery.
+            tell: Tells the fork server.
             clock: Wall time [s].
         """
         self.params: dict[str, str] = {}
@@ -62,7 +62,7 @@ class Keeper:
         return pause
 
     def on_fork(self, name: str) -> None:
-        """The nursery has started a navigator."""
+        """The fork server has started a navigator."""
         self._asked.pop(name, None)
         if name in self.down:
             self._starting[name] = self._clock()
@@ -74,8 +74,8 @@ class Keeper:
         self._starting.pop(name, None)
         return was_down
 
-    def on_nursery_end(self) -> list[str]:
-        """The nursery ended, and all navigators with it; return the robots that it will start."""
+    def on_fork_server_end(self) -> list[str]:
+        """The fork server ended with all navigators; return the robots that it will start."""
         self._asked.clear()
         self._starting.clear()
         self._wanted.clear()
@@ -119,7 +119,7 @@ class Keeper:
                 self._asked[name] = self._clock()
                 self._tell(StartNavigator(name, self.params[name]))
 
-    def is_nursery_deaf(self) -> bool:
+    def is_fork_server_deaf(self) -> bool:
         """Whether it did not do in time what it was told."""
         return any(self._clock() - asked > ANSWER_LIMIT for asked in self._asked.values())
 

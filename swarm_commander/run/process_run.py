@@ -20,10 +20,10 @@ from swarm_commander.run.keeper import Keeper
 from swarm_commander.run.launch import ProcessChild
 from swarm_commander.run.progress import Progress
 from swarm_commander.run.restarts import MOST, Restarts
+from swarm_commander.run.run_statistics import RunStatistics
 from swarm_commander.run.rundir import RunFolder, last_line
 from swarm_commander.run.signals import SignalCounter
 from swarm_commander.run.supervisor import Exit, ProcessSpec, Supervisor, describe_exit
-from swarm_commander.run.tally import Tally
 from swarm_commander.run.usage import UsageLog, UsageMeter
 from swarm_common.files.journal import Journal
 from swarm_common.model.errors import SwarmError
@@ -63,10 +63,10 @@ class RefusedError(SwarmError):
 class ProcessRun:
     """A run of some processes. `run` returns when nothing is left running.
 
-    Each event of a process goes to the tally and to the method of its group, see `messages`.
+    Each event of a process goes to the statistics and to the method of its group, see `messages`.
 
     Attributes:
-        tally: Events added up.
+        statistics: Events added up.
         usage: CPU time and memory.
         failures: What broke, for the user; empty if nothing did.
         incidents: What broke and was started anew, for the user.
@@ -77,7 +77,7 @@ class ProcessRun:
     """
 
     _awaits_activity = True  # whether a navigator becomes active by itself
-    nursery = ""  # the process that starts navigators
+    fork_server = ""  # the process that starts navigators
     stop_order: Sequence[str] = ()  # who is ended first, then next; the others after them
     onlookers: Sequence[str] = ()  # the run goes on without them
 
@@ -85,12 +85,12 @@ class ProcessRun:
         self,
         folder: RunFolder,
         progress: Progress,
-        tally: Tally,
+        statistics: RunStatistics,
         modules: Mapping[str, str],
         *,
         restarts: bool = True,
     ) -> None:
-        self.tally = tally
+        self.statistics = statistics
         self.usage = UsageMeter()
         self.failures: list[str] = []
         self.incidents: list[str] = []
@@ -112,7 +112,7 @@ class ProcessRun:
         self._is_stopping = False
         self._restarts = Restarts(is_allowed=restarts)
         self._keeper = Keeper(
-            self._restarts, lambda command: self._tell(self.nursery, command), time.monotonic
+            self._restarts, lambda command: self._tell(self.fork_server, command), time.monotonic
         )
         self._heartbeats = Heartbeats(time.monotonic)
         self._signals = SignalCounter()
@@ -218,7 +218,7 @@ class ProcessRun:
         if events:
             self._heartbeats.hear(name)
         for event in events:
-            self.tally.apply(event)
+            self.statistics.apply(event)
             if isinstance(event, Refused) and name.split("_")[0] in self.onlookers:
                 self._resigned.add(name)
                 self._fail(f"the {name} process gave up: {event.message}")
@@ -297,9 +297,12 @@ class ProcessRun:
             return
         self._next_sample = time.monotonic() + SAMPLE_PERIOD
         self._measure()
-        tally = self.tally
+        statistics = self.statistics
         self._usage_log.write(
-            time.time() - self._started, tally.sim_time, tally.real_time_factor, self.usage
+            time.time() - self._started,
+            statistics.sim_time,
+            statistics.real_time_factor,
+            self.usage,
         )
 
     # Processes
@@ -335,29 +338,31 @@ class ProcessRun:
     # Navigators that die or hang
 
     def _restart_due(self) -> None:
-        """Start anew what is due; notice a nursery that does not do so."""
+        """Start anew what is due; notice a fork server that does not do so."""
         if self._is_stopping:
             return
         due = self._restarts.take_due(time.monotonic())
         self._keeper.turn(due)
         for name in due:
-            if name in self.tally.robots:
-                self.tally.robots[name].restarts += 1
+            if name in self.statistics.robots:
+                self.statistics.robots[name].restarts += 1
             else:
                 self._revive(name)
         for name in self._keeper.overdue() if self._awaits_activity else ():
             self._note_incident(f"{name} did not become active again: it hangs and is killed")
             self._keeper.kill(name)
-        if self._keeper.is_nursery_deaf() and self._supervisor.pid(self.nursery):
-            self._note_incident(f"the {self.nursery} process does not start anybody: it is killed")
-            self._keeper.on_nursery_end()
-            self._supervisor.kill_one(self.nursery)
+        if self._keeper.is_fork_server_deaf() and self._supervisor.pid(self.fork_server):
+            self._note_incident(
+                f"the {self.fork_server} process does not start anybody: it is killed"
+            )
+            self._keeper.on_fork_server_end()
+            self._supervisor.kill_one(self.fork_server)
 
     def _kill_stragglers(self, missing: Sequence[str]) -> None:
         """End navigators at the start that hang; they are started anew like any that die."""
         if not self._restarts.is_allowed:
             return
-        for name in self._keeper.stragglers(self.tally.active, list(missing)):
+        for name in self._keeper.stragglers(self.statistics.active, list(missing)):
             self._note_incident(f"{name} did not become active with the others: it hangs")
             self._keeper.kill(name)
 
@@ -378,7 +383,7 @@ class ProcessRun:
         return True
 
     def _note_incident(self, message: str) -> None:
-        self.incidents.append(f"t = {self.tally.sim_time:.1f} s: {message}")
+        self.incidents.append(f"t = {self.statistics.sim_time:.1f} s: {message}")
         self._progress.breach("incidents", message)
 
     # The end

@@ -11,8 +11,8 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from swarm_commander.run.roster import roster
-from swarm_commander.run.tally import Tally
+from swarm_commander.run.run_statistics import RunStatistics
+from swarm_commander.run.status_table import status_table
 
 REFRESH = 0.25  # [s] of wall time between two pictures
 LINE_PERIOD = 5.0  # [s] between two lines where there is no terminal
@@ -25,13 +25,15 @@ class Progress:
 
     Args:
         console: Where to.
-        tally: What to show.
+        statistics: What to show.
         clock: Wall clock [s].
     """
 
-    def __init__(self, console: Console, tally: Tally, clock: Callable[[], float]) -> None:
+    def __init__(
+        self, console: Console, statistics: RunStatistics, clock: Callable[[], float]
+    ) -> None:
         self._console = console
-        self._tally = tally
+        self._statistics = statistics
         self._clock = clock
         self._due = 0.0
         self._phase = "starting"
@@ -86,22 +88,22 @@ class Progress:
                 self._live.update(Group(*picture), refresh=True)
             return
         self._due = now + LINE_PERIOD
-        line = summary_line(self._phase, self._tally)
+        line = summary_line(self._phase, self._statistics)
         if line != self._last_line:
             self._console.print(Text(line), soft_wrap=True)
             self._last_line = line
 
     def _picture(self) -> list[Text]:
-        collided = self._tally.collisions or self._tally.failed
-        head = packed(_parts(self._phase, self._tally), self._console.width)
+        collided = self._statistics.collisions or self._statistics.failed
+        head = packed(_parts(self._phase, self._statistics), self._console.width)
         style = "red" if collided else ""
         rest = [Text(line, style="red") for line in self._untold()]
-        return [*(Text(line, style=style) for line in head), *roster(self._tally), *rest]
+        return [*(Text(line, style=style) for line in head), *status_table(self._statistics), *rest]
 
 
-def summary_line(phase: str, tally: Tally) -> str:
+def summary_line(phase: str, statistics: RunStatistics) -> str:
     """Return the state of the run in one line."""
-    return SEPARATOR.join(_parts(phase, tally))
+    return SEPARATOR.join(_parts(phase, statistics))
 
 
 def packed(parts: Sequence[str], width: int) -> list[str]:
@@ -116,16 +118,18 @@ def packed(parts: Sequence[str], width: int) -> list[str]:
     return lines
 
 
-def _parts(phase: str, tally: Tally) -> list[str]:
-    goals = f"{tally.reached}/{tally.total}" if tally.total else str(tally.reached)
+def _parts(phase: str, statistics: RunStatistics) -> list[str]:
+    goals = (
+        f"{statistics.reached}/{statistics.total}" if statistics.total else str(statistics.reached)
+    )
     return [
         phase,
-        f"active {tally.active}/{tally.there}",
-        f"goals {goals}" + (f" ({tally.failed} failed)" if tally.failed else ""),
-        f"collisions {tally.collisions}",
-        f"holding {len(tally.holding)}",
-        f"t = {tally.sim_time:.1f} s",
-        f"{tally.real_time_factor:.2f}x real time",
+        f"active {statistics.active}/{statistics.there}",
+        f"goals {goals}" + (f" ({statistics.failed} failed)" if statistics.failed else ""),
+        f"collisions {statistics.collisions}",
+        f"holding {len(statistics.holding)}",
+        f"t = {statistics.sim_time:.1f} s",
+        f"{statistics.real_time_factor:.2f}x real time",
     ]
 
 

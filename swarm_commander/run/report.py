@@ -11,7 +11,7 @@ from typing import Any
 
 from swarm_commander.run.fairness import fairness
 from swarm_commander.run.options import UpOptions
-from swarm_commander.run.tally import COUNTS, RobotTally, Tally
+from swarm_commander.run.run_statistics import COUNTS, RobotStatistics, RunStatistics
 from swarm_commander.run.usage import UsageMeter
 from swarm_common.files.whole_file import write_whole
 from swarm_common.model.breaches import Collision, breaches_json
@@ -31,7 +31,7 @@ class RunTimes:
 
 def compose_report(
     options: UpOptions,
-    tally: Tally,
+    statistics: RunStatistics,
     verdict: Mapping[str, Any],
     usage: UsageMeter,
     times: RunTimes,
@@ -40,12 +40,12 @@ def compose_report(
 
     Args:
         options: Of the run.
-        tally: Events added up.
+        statistics: Events added up.
         verdict: What the world measured; empty if it could not say.
         usage: CPU time and memory.
         times: Wall clock, and restarts.
     """
-    sim_time = float(verdict.get("sim_time", tally.sim_time))
+    sim_time = float(verdict.get("sim_time", statistics.sim_time))
     seconds = options.swarm_size * sim_time
     cpu = {group: usage.cpu(group) for group in ("world", "navigators", "operator")}
     cpu["onlookers"] = usage.cpu("recorder") + usage.cpu("viewer")
@@ -55,7 +55,7 @@ def compose_report(
         "onlookers": cpu["onlookers"],
         "total": sum(cpu.values()),
     }
-    makespan = tally.last_goal_time if math.isfinite(tally.last_goal_time) else None
+    makespan = statistics.last_goal_time if math.isfinite(statistics.last_goal_time) else None
     return {
         "schema": SCHEMA,
         "has_verdict": bool(verdict),
@@ -66,28 +66,32 @@ def compose_report(
         "seed": options.seed,
         "sim_time": _rounded(sim_time),
         "wall_time": _rounded(times.wall_time),
-        "real_time_factor": _rounded(verdict.get("real_time_factor", tally.real_time_factor)),
+        "real_time_factor": _rounded(verdict.get("real_time_factor", statistics.real_time_factor)),
         "active_after_wall": _rounded(times.active_after_wall),
         "goals": {
-            "sent": tally.sent,
-            "reached": tally.reached,
-            "failed": tally.failed,
-            "pending": tally.pending,
+            "sent": statistics.sent,
+            "reached": statistics.reached,
+            "failed": statistics.failed,
+            "pending": statistics.pending,
         },
         "collisions": {
             # without a verdict nobody can vouch that there was none
-            "robot_robot": verdict.get("robot_robot", tally.robot_robot or None),
-            "robot_world": verdict.get("robot_world", tally.robot_world or None),
+            "robot_robot": verdict.get("robot_robot", statistics.robot_robot or None),
+            "robot_world": verdict.get("robot_world", statistics.robot_world or None),
         },
         "near_misses": verdict.get("near_misses"),
         "min_clearance": _rounded(verdict.get("min_clearance"), 4),
         "makespan": _rounded(makespan),
-        "throughput_per_minute": _rounded(60.0 * tally.reached / makespan if makespan else 0.0),
-        **_service(tally),
+        "throughput_per_minute": _rounded(
+            60.0 * statistics.reached / makespan if makespan else 0.0
+        ),
+        **_service(statistics),
         "late_ticks": verdict.get("late_ticks"),
         "restarts": times.restarts,
-        "rejected": dict(sorted(tally.rejected.items())),
-        "foreign_publishers": [{"topic": topic, "node": node} for topic, node in tally.foreign],
+        "rejected": dict(sorted(statistics.rejected.items())),
+        "foreign_publishers": [
+            {"topic": topic, "node": node} for topic, node in statistics.foreign
+        ],
         "cpu_ms_per_robot_second": {
             name: _rounded(1000.0 * value / seconds) if seconds else None
             for name, value in per_second.items()
@@ -97,21 +101,23 @@ def compose_report(
         },
         "rss_mb": {group: _rounded(usage.rss_mb(group), 1) for group in ("world", "navigators")},
         "trajectory_sha256": verdict.get("trajectory_sha256"),
-        "breaches": breaches_json(_collisions(tally, verdict), tally.misses, tally.unfinished),
-        "robots": _robots(tally, verdict.get("robots", {})),
+        "breaches": breaches_json(
+            _collisions(statistics, verdict), statistics.misses, statistics.unfinished
+        ),
+        "robots": _robots(statistics, verdict.get("robots", {})),
     }
 
 
-def _collisions(tally: Tally, verdict: Mapping[str, Any]) -> list[Collision]:
+def _collisions(statistics: RunStatistics, verdict: Mapping[str, Any]) -> list[Collision]:
     """Return the contact episodes of the verdict; without one, those that were reported."""
     if "collisions" not in verdict:
-        return tally.collisions_seen
+        return statistics.collisions_seen
     return [Collision.from_json(collision) for collision in verdict["collisions"]]
 
 
-def _service(tally: Tally) -> dict[str, Any]:
+def _service(statistics: RunStatistics) -> dict[str, Any]:
     """Return how the robots were served, and what they did about each other, in total."""
-    robots = tally.robots.values()
+    robots = statistics.robots.values()
     served = fairness([duration for robot in robots for duration in robot.durations])
     return {
         "hold_time": _rounded(sum(robot.hold_time for robot in robots)),
@@ -123,11 +129,11 @@ def _service(tally: Tally) -> dict[str, Any]:
     }
 
 
-def _total_wait(robot: RobotTally) -> float:
+def _total_wait(robot: RobotStatistics) -> float:
     return robot.hold_time + robot.wait_time
 
 
-def _robots(tally: Tally, measured: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+def _robots(statistics: RunStatistics, measured: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
     return {
         name: {
             "goals_reached": robot.reached,
@@ -142,7 +148,7 @@ def _robots(tally: Tally, measured: Mapping[str, Mapping[str, Any]]) -> dict[str
             "near_misses": measured.get(name, {}).get("near_misses"),
             "min_clearance": _rounded(measured.get(name, {}).get("min_clearance"), 4),
         }
-        for name, robot in tally.robots.items()
+        for name, robot in statistics.robots.items()
     }
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from swarm_common.middleware.layout import MOST_SECONDS
+from swarm_common.middleware.cdr_layout import MOST_SECONDS
 from swarm_common.model.beacon import (
     FLAG_LEFT,
     FOOTPRINT_POINTS,

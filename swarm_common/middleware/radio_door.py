@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_common.middleware.beacon_kernels import FAULTS, SOUND, fault, sift
-from swarm_common.middleware.layout import BIG, HEAD, LITTLE, byte_order, check_stamp
+from swarm_common.middleware.cdr_layout import BIG, HEAD, LITTLE, byte_order, check_stamp
 from swarm_common.middleware.rejections import RejectedError
 from swarm_common.model.beacon import (
     BEACON_DTYPE,

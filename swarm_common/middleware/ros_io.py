@@ -1,7 +1,7 @@
 """Every ROS message that is not sent each tick, to and from our records; and the QoS profiles.
 
 The messages of the tick itself (odom, scan, cmd_vel, beacon, neighbors) travel as bytes, see
-`wire` and `beacon`.
+`cdr` and `beacon`.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ from rclpy.serialization import deserialize_message
 from std_msgs.msg import Header
 
 from swarm_common.files.map_io import MAX_PLACE, MAX_RESOLUTION, MIN_RESOLUTION
+from swarm_common.middleware.cdr import yaw_of
 from swarm_common.middleware.rejections import RejectedError
-from swarm_common.middleware.wire import yaw_of
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import FloatArray, Pose, stamp_from_tick, tick_from_stamp
 

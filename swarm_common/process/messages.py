@@ -158,7 +158,7 @@ class TimeOver(EventBase, frozen=True, tag="over"):
 
 
 class NavigatorForked(EventBase, frozen=True, tag="forked"):
-    """The nursery has started the navigator of a robot."""
+    """The fork server has started the navigator of a robot."""
 
     robot: str
     pid: int
@@ -566,14 +566,14 @@ class RestartNavigator(RobotCommand, frozen=True, tag="restart"):
     """The user of another terminal wants a navigator started again."""
 
 
-NurseryCommand = Go | StartNavigator | EndNavigator | KillNavigator
+ForkServerCommand = Go | StartNavigator | EndNavigator | KillNavigator
 WorldCommand = ServeHost | RobotDead | RobotSilent | RobotHeard
 MissionCommand = WatchRobot | RobotSilent | RobotHeard | RobotDead | RobotGone
 ServerCommand = ShowFigures | RobotGone | RunOver
 ClientCommand = ReportActive | ReportDeath | ReportUsage
 
 EVENTS: msgspec.json.Decoder[Event] = msgspec.json.Decoder(Event)
-NURSERY: msgspec.json.Decoder[NurseryCommand] = msgspec.json.Decoder(NurseryCommand)
+FORK_SERVER: msgspec.json.Decoder[ForkServerCommand] = msgspec.json.Decoder(ForkServerCommand)
 WORLD: msgspec.json.Decoder[WorldCommand] = msgspec.json.Decoder(WorldCommand)
 MISSION: msgspec.json.Decoder[MissionCommand] = msgspec.json.Decoder(MissionCommand)
 SERVER: msgspec.json.Decoder[ServerCommand] = msgspec.json.Decoder(ServerCommand)

@@ -9,7 +9,7 @@ from rclpy.node import Node
 from swarm_interfaces.msg import Beacon, Mission
 
 from swarm_common.middleware import ros_io
-from swarm_common.middleware.wire import CommandWriter
+from swarm_common.middleware.cdr import CommandWriter
 from swarm_common.model.beacon import serialize_beacon
 from swarm_nav.core.goals import Output
 from swarm_nav.ros.withholding import Withholding

@@ -21,9 +21,9 @@ from nav2_msgs.action import (
 )
 from nav2_msgs.msg import MissedWaypoint
 
+from swarm_common.middleware.cdr import MOST_SPEED
 from swarm_common.middleware.rejections import RejectedError
 from swarm_common.middleware.ros_io import pose_stamped, tick_of
-from swarm_common.middleware.wire import MOST_SPEED
 from swarm_common.model.records import CONTROL_PERIOD, Pose
 from swarm_nav.core.goals import ErrorCode, Feedback, Goal, GoalEnded, GoalKind, PlanError
 from swarm_nav.ros.reach import Reach

@@ -22,7 +22,7 @@ PACK_SLICE = 0.01  # [s] while some navigators of the process wait for a tick an
 
 
 @dataclass(frozen=True, slots=True)
-class Seat:
+class Slot:
     """One navigator of a process.
 
     Attributes:
@@ -45,19 +45,19 @@ class TickLoop:
     answer is withheld until the next goal, the executor is what is waited for.
     """
 
-    def __init__(self, seats: Sequence[Seat], context: Context) -> None:
+    def __init__(self, slots: Sequence[Slot], context: Context) -> None:
         """Take the navigators of the process."""
-        self._seats = list(seats)
-        self._waiter = Waiter(context, len(seats))
+        self._slots = list(slots)
+        self._waiter = Waiter(context, len(slots))
         self._requests_due = 0.0
         self._request_period = REQUEST_PERIOD
         self._tick = 0
         self._tick_at = 0.0
-        self._failures: list[tuple[Seat, Exception]] = []
-        for seat in seats:
-            seat.executor.add_node(seat.node.node)
+        self._failures: list[tuple[Slot, Exception]] = []
+        for slot in slots:
+            slot.executor.add_node(slot.node.node)
 
-    def turn(self) -> list[tuple[Seat, Exception]]:
+    def turn(self) -> list[tuple[Slot, Exception]]:
         """Wait for something to do, and do it.
 
         Returns:
@@ -67,66 +67,66 @@ class TickLoop:
             Exception: Whatever the last navigator fails with.
         """
         self._wait()
-        for seat in self._seats:
-            self._try(seat, seat.node.take_inputs)
+        for slot in self._slots:
+            self._try(slot, slot.node.take_inputs)
         now = time.monotonic()
         if now >= self._requests_due:
             self._note_ticks(now)
             self._requests_due = now + self._request_period
-            for seat in self._seats:
-                self._try(seat, lambda seat=seat: drain(seat.executor))  # type: ignore[misc]
-                self._try(seat, lambda seat=seat: seat.node.look_around(now))  # type: ignore[misc]
+            for slot in self._slots:
+                self._try(slot, lambda slot=slot: drain(slot.executor))  # type: ignore[misc]
+                self._try(slot, lambda slot=slot: slot.node.look_around(now))  # type: ignore[misc]
         return self._dismiss()
 
     def end(self) -> None:
         """Tell what has not been told yet."""
-        for seat in self._seats:
-            seat.node.rejections.flush()
+        for slot in self._slots:
+            slot.node.rejections.flush()
 
     def _note_ticks(self, now: float) -> None:
         """Look for requests more often while no ticks come."""
-        tick = self._seats[0].node.tick
+        tick = self._slots[0].node.tick
         if tick != self._tick:
             self._tick, self._tick_at = tick, now
         is_busy = now - self._tick_at < BUSY_TIME
-        busy_period = LARGE_PERIOD if self._seats[0].node.is_in_large_swarm else BUSY_PERIOD
+        busy_period = LARGE_PERIOD if self._slots[0].node.is_in_large_swarm else BUSY_PERIOD
         self._request_period = busy_period if is_busy else REQUEST_PERIOD
 
     def _wait(self) -> None:
         topics = []
         idle = None
-        for seat in self._seats:
-            if (topic := seat.node.awaited) is not None:
+        for slot in self._slots:
+            if (topic := slot.node.awaited) is not None:
                 topics.append(topic)
             elif idle is None:
-                idle = seat
+                idle = slot
         if idle is None:
             self._waiter.wait(topics, self._request_period)
             return
-        period = WAIT_SLICE if len(self._seats) == 1 else PACK_SLICE
+        period = WAIT_SLICE if len(self._slots) == 1 else PACK_SLICE
         self._try(idle, lambda: idle.executor.spin_once(timeout_sec=period))
 
-    def _try(self, seat: Seat, work: Callable[[], object]) -> None:
+    def _try(self, slot: Slot, work: Callable[[], object]) -> None:
         """Work for one navigator whose failure is not to be that of the others."""
         try:
             work()
         except ExternalShutdownException:
             raise
         except Exception as error:
-            if len(self._seats) == 1:
+            if len(self._slots) == 1:
                 raise
-            self._failures.append((seat, error))
+            self._failures.append((slot, error))
 
-    def _dismiss(self) -> list[tuple[Seat, Exception]]:
+    def _dismiss(self) -> list[tuple[Slot, Exception]]:
         """Let those that failed leave the graph."""
         failures, self._failures = self._failures, []
-        known: dict[str, tuple[Seat, Exception]] = {}
-        for seat, error in failures:
-            if seat.name not in known:
-                known[seat.name] = seat, error
-                self._seats.remove(seat)
-                seat.executor.remove_node(seat.node.node)
+        known: dict[str, tuple[Slot, Exception]] = {}
+        for slot, error in failures:
+            if slot.name not in known:
+                known[slot.name] = slot, error
+                self._slots.remove(slot)
+                slot.executor.remove_node(slot.node.node)
                 with contextlib.suppress(Exception):  # half of it may be gone
-                    seat.node.destroy()
-                seat.executor.shutdown()  # only this lets go of what is removed
+                    slot.node.destroy()
+                slot.executor.shutdown()  # only this lets go of what is removed
         return list(known.values())

@@ -13,7 +13,7 @@ from rclpy.context import Context
 from sensor_msgs.msg import LaserScan
 from swarm_interfaces.msg import Mission, NeighborArray, RobotStatus
 
-from swarm_common.middleware import ros_io, wire
+from swarm_common.middleware import cdr, ros_io
 from swarm_common.middleware.radio_door import read_neighbors
 from swarm_common.middleware.rejections import RejectedError, Rejections
 from swarm_common.middleware.ros_poll import PolledTopic, SoleTopic
@@ -231,7 +231,7 @@ class NavigatorNode:
         return self._inputs.add_odom(odom)
 
     def _take_scan(self, data: bytes) -> TickInput | None:
-        return self._inputs.add_scan(wire.read_scan(data))
+        return self._inputs.add_scan(cdr.read_scan(data))
 
     def _take_neighbors(self, data: bytes) -> TickInput | None:
         tick, beacons, reason = read_neighbors(data, self._settings.robot_id)
@@ -331,7 +331,7 @@ class NavigatorNode:
     def _measure(self, grid: Grid) -> None:
         """Learn how far anything can be away on a map."""
         self._reach = Reach.of(grid)
-        self._odometry_reader = wire.OdometryReader(self._reach.most_odometry)
+        self._odometry_reader = cdr.OdometryReader(self._reach.most_odometry)
 
     def _reconfigure(self, config: NavConfig) -> None:
         self._config = config

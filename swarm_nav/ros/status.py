@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 import struct
 
-from swarm_common.middleware.layout import STAMP, aligned
-from swarm_common.middleware.wire import LITTLE_ENDIAN, encode_string
+from swarm_common.middleware.cdr import LITTLE_ENDIAN, encode_string
+from swarm_common.middleware.cdr_layout import STAMP, aligned
 from swarm_common.model.records import Pose, stamp_from_tick
 from swarm_nav.core.goals import Status
 

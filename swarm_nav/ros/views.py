@@ -10,7 +10,7 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from tf2_msgs.msg import TFMessage
 
-from swarm_common.middleware import ros_io, wire
+from swarm_common.middleware import cdr, ros_io
 from swarm_common.model.records import Pose
 from swarm_nav.behaviour.costmap import Costmap
 from swarm_nav.behaviour.navigator import Navigator
@@ -37,7 +37,7 @@ class Views:
         self._amcl_pose = make(PoseWithCovarianceStamped, "amcl_pose", ros_io.LATCHED)
         self._particles = make(ParticleCloud, "particle_cloud", ros_io.SENSOR)
         self._tf = make(TFMessage, "tf", ros_io.TRANSFORMS)
-        self._pose_writer = wire.CovariantPoseWriter("map")
+        self._pose_writer = cdr.CovariantPoseWriter("map")
         self._wanted: set[Publisher] = set()
         self._footprint_base = np.array(brain.spec.footprint)
 

@@ -18,7 +18,7 @@ from std_msgs.msg import String
 from swarm_interfaces.msg import Beacon, NeighborArray
 from tf2_msgs.msg import TFMessage
 
-from swarm_common.middleware import ros_io, wire
+from swarm_common.middleware import cdr, ros_io
 from swarm_common.middleware.radio_door import read_beacon
 from swarm_common.middleware.rejections import RejectedError
 from swarm_common.middleware.ros_poll import PolledTopic, SoleTopic
@@ -90,13 +90,13 @@ class RobotLink:
         self._tick = 0
         self._other: Twist | None = None
         self._joints: list[Joint] = read_joints(urdf)
-        self._odom_writer = wire.OdometryWriter("odom", BASE)
-        self._truth_writer = wire.OdometryWriter("map", BASE)
-        self._scan_writer = wire.ScanWriter("base_scan", 1.0 / spec.lidar.rate)
+        self._odom_writer = cdr.OdometryWriter("odom", BASE)
+        self._truth_writer = cdr.OdometryWriter("map", BASE)
+        self._scan_writer = cdr.ScanWriter("base_scan", 1.0 / spec.lidar.rate)
         self._create_publishers(node, gallery, f"/{name}")
         self._publish_description(urdf)
         kind: Any = TwistStamped if settings.cmd_vel_stamped else TwistMsg
-        self._command_reader = wire.CommandReader()
+        self._command_reader = cdr.CommandReader()
         self._read_command = self._take_stamped if settings.cmd_vel_stamped else self._take_plain
         self._commands = self._subscribe(node, kind, "cmd_vel")
         self._beacons = self._subscribe(node, Beacon, "beacon")
@@ -278,7 +278,7 @@ class RobotLink:
         self._take(twist, tick == self._tick)
 
     def _take_plain(self, data: bytes) -> None:
-        self._take(wire.read_plain_command(data), False)
+        self._take(cdr.read_plain_command(data), False)
 
     def _take(self, twist: Twist, is_answer: bool) -> None:
         if self._is_free_run:  # in lockstep, a late answer is not a command for this tick

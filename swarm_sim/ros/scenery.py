@@ -10,7 +10,7 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
 from swarm_common.middleware import ros_io
-from swarm_common.middleware.wire import TransformsWriter
+from swarm_common.middleware.cdr import TransformsWriter
 from swarm_common.model.records import Pose
 from swarm_sim.ros.markers import body_markers, marker_of, set_scale
 from swarm_sim.ros.movers import Movers

@@ -22,7 +22,7 @@ UP = "from swarm_commander.cli.main import swarm_up; swarm_up()"
 MODULES = {
     "world": "swarm_sim.ros.node",
     "mission": "swarm_commander.mission.runner",
-    "nursery": "swarm_nav.launch.host",
+    "fork_server": "swarm_nav.launch.fork_server_main",
     "recorder": "swarm_recording.recorder",
     "viewer": "swarm_view.process",
 }
@@ -65,7 +65,7 @@ class RealSwarm:
     # Processes
 
     def pid_of(self, component: str) -> int | None:
-        """Return the process id of world, mission, nursery, recorder, viewer or swarm-up."""
+        """Return the process id of world, mission, fork_server, recorder, viewer or swarm-up."""
         if component == "swarm-up":
             return self.popen.pid
         for child in _children(self.popen.pid):
@@ -76,9 +76,9 @@ class RealSwarm:
 
     def navigators(self) -> dict[str, int]:
         """Return the process ids of the navigators by robot: their output is in its log."""
-        nursery = self.pid_of("nursery")
+        fork_server = self.pid_of("fork_server")
         found = {}
-        for child in _children(nursery) if nursery is not None else ():
+        for child in _children(fork_server) if fork_server is not None else ():
             with contextlib.suppress(OSError):
                 log = Path(os.readlink(f"/proc/{child.pid}/fd/1"))
                 if log.stem.startswith("Srobot"):

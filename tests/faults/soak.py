@@ -30,7 +30,7 @@ PERIOD = 60.0  # [s] of wall time between two faults
 LAPS = 1000  # more than an hour holds
 SETTLED = 0.2  # share of the samples at the start that is not compared: caches fill
 GROWTH = {"rss_mb": 1.05, "fds": 1.02, "threads": 1.02}  # from the first to the last third
-COMPONENTS = ("swarm-up", "world", "mission", "nursery")
+COMPONENTS = ("swarm-up", "world", "mission", "fork_server")
 
 
 def sample(swarm: RealSwarm, began: float) -> dict[str, Any]:

@@ -77,7 +77,7 @@ def test_the_user_restarts_a_navigator(start) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("component", ["mission", "nursery"])
+@pytest.mark.parametrize("component", ["mission", "fork_server"])
 def test_the_mission_goes_on_with_a_new_process(start, component: str) -> None:
     swarm = start(*FEW, *TO_THE_END)
     swarm.wait_until(lambda: swarm.sim_time() > 5.0)

@@ -45,8 +45,8 @@ STORMS = [
     Storm("world", signal.SIGTERM, (3,)),
     Storm("mission", KILL, (0,)),
     Storm("mission", STOP, (0,)),
-    Storm("nursery", KILL, (0,)),
-    Storm("nursery", STOP, (0,)),
+    Storm("fork_server", KILL, (0,)),
+    Storm("fork_server", STOP, (0,)),
     Storm("recorder", KILL, (3,), ("--record",)),
     Storm("viewer", KILL, (3,), ("--viewer", "--port", "0")),
     Storm("swarm-up", KILL, (-KILL,)),
@@ -95,12 +95,12 @@ def rage(swarm: RealSwarm, storm: Storm, rng: random.Random) -> None:
 
 PHASES = {
     "the world has begun": lambda swarm: swarm.pid_of("world"),
-    "the nursery imports": lambda swarm: swarm.pid_of("nursery"),
+    "the fork server imports": lambda swarm: swarm.pid_of("fork_server"),
     "navigators are forked": lambda swarm: swarm.navigators(),
     "the mission has begun": lambda swarm: swarm.pid_of("mission"),
     "robots are active": lambda swarm: "active 1/" in swarm.output or swarm.sim_time() > 0.0,
 }
-VICTIMS = ("world", "mission", "nursery", "swarm-up", "Srobot2")
+VICTIMS = ("world", "mission", "fork_server", "swarm-up", "Srobot2")
 
 
 @pytest.mark.parametrize("victim", VICTIMS)

@@ -43,7 +43,7 @@ def reserved_domain() -> Iterator[int]:
 
 
 class Process:
-    """The world or the nursery, with its events."""
+    """The world or the fork server, with its events."""
 
     def __init__(self, module: str, config: Path, domain: int, log: Path) -> None:
         self.events: list[dict[str, Any]] = []
@@ -119,7 +119,7 @@ class Swarm:
         self.executor = SingleThreadedExecutor(context=self.context)
         self.executor.add_node(self.node)
         self.pack = options.pop("pack", 1)
-        self.nursery = options.pop("nursery", "swarm_nav.launch.host")
+        self.fork_server = options.pop("fork_server", "swarm_nav.launch.fork_server_main")
         self.world = self._start_world(options.pop("world", {}))
         self.host = self._start_host(options)
 
@@ -148,7 +148,7 @@ class Swarm:
         path = self.folder / "host.json"
         config = {"robots": robots, "pack": self.pack, "log_dir": str(self.folder)}
         path.write_text(json.dumps(config), encoding="utf-8")
-        return Process(self.nursery, path, self.domain, self.folder / "host.log")
+        return Process(self.fork_server, path, self.domain, self.folder / "host.log")
 
     def wait_until_active(self) -> None:
         """Wait until every navigator is active and time runs."""

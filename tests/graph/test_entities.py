@@ -80,7 +80,9 @@ def start_navigator(swarm, event):
     path.write_text(yaml.safe_dump({f"/{name}/navigator": {"ros__parameters": values}}))
     config = swarm.folder / "newcomer.json"
     config.write_text(json.dumps({"robots": [{"name": name, "params": str(path)}]}))
-    return Process("swarm_nav.launch.host", config, swarm.domain, swarm.folder / "newcomer.log")
+    return Process(
+        "swarm_nav.launch.fork_server_main", config, swarm.domain, swarm.folder / "newcomer.log"
+    )
 
 
 def answering(swarm):

@@ -61,7 +61,9 @@ def restart(swarm, name):
     config = swarm.folder / "again.json"
     robots = [{"name": name, "params": str(swarm.folder / f"{name}.yaml")}]
     config.write_text(json.dumps({"robots": robots}), encoding="utf-8")
-    return Process("swarm_nav.launch.host", config, swarm.domain, swarm.folder / "again.log")
+    return Process(
+        "swarm_nav.launch.fork_server_main", config, swarm.domain, swarm.folder / "again.log"
+    )
 
 
 @pytest.mark.timeout(400)

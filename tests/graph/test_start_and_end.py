@@ -42,7 +42,7 @@ def test_navigators_do_not_interrupt_each_other(sleeping):
 
 
 def test_the_world_writes_its_verdict_and_nobody_survives_the_nursery(sleeping):
-    """Last for this swarm: it is ended here, the nursery with a SIGKILL."""
+    """Last for this swarm: it is ended here, the fork server with a SIGKILL."""
     sleeping.host.wait_for("active")
     navigator = psutil.Process(sleeping.pid_of("Srobot1"))
     sleeping.host.popen.send_signal(signal.SIGKILL)
@@ -62,7 +62,7 @@ def test_the_nursery_refuses_bad_parameters(tmp_path):
     robots = [{"name": "Srobot1", "params": str(path)}]
     config.write_text(json.dumps({"robots": robots}), encoding="utf-8")
     domain = int(os.environ["ROS_DOMAIN_ID"])
-    host = Process("swarm_nav.launch.host", config, domain, tmp_path / "log")
+    host = Process("swarm_nav.launch.fork_server_main", config, domain, tmp_path / "log")
     assert host.popen.wait(START_LIMIT) == 2
     assert "did you mean 'max_vel_x'" in host.named("error")[0]["message"]
     host.end()

@@ -77,7 +77,9 @@ class Swarm:
         """Return the processes of the robots, in order."""
         assert self.process is not None
         everything = psutil.Process(self.process.pid).children(recursive=True)
-        hosts = [p for p in everything if "swarm_nav.launch.host" in " ".join(p.cmdline())]
+        hosts = [
+            p for p in everything if "swarm_nav.launch.fork_server_main" in " ".join(p.cmdline())
+        ]
         return sorted((p for p in hosts if p.ppid() in {h.pid for h in hosts}), key=lambda p: p.pid)
 
 

@@ -1,4 +1,4 @@
-"""The nursery, with navigators of which one fails: `python -m tests.standins.failing_host CONFIG`.
+"""The fork server, with one navigator that fails: `python -m tests.standins.failing_host CONFIG`.
 
 That one is Srobot2, and it does so when its process gets SIGUSR1.
 """
@@ -9,7 +9,7 @@ import os
 import signal
 import sys
 
-from swarm_nav.launch import host, pack
+from swarm_nav.launch import fork_server_main, navigator_process
 from swarm_nav.ros.inputs import TickInput
 from swarm_nav.ros.node import NavigatorNode
 
@@ -28,7 +28,7 @@ class FailingNode(NavigatorNode):
 
 if __name__ == "__main__":
     signal.signal(signal.SIGUSR1, lambda number, _: signals.append(number))
-    pack.NavigatorNode = FailingNode  # type: ignore[misc]
-    code = host.main()
+    navigator_process.NavigatorNode = FailingNode  # type: ignore[misc]
+    code = fork_server_main.main()
     sys.stdout.flush()
     os._exit(code)

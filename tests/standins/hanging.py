@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 
 import psutil
 
-NURSERY = "swarm_nav.launch.host"
+FORK_SERVER = "swarm_nav.launch.fork_server_main"
 
 
 def hang_one(processes: Callable[[], Iterable[int]], limit: float) -> int:
@@ -35,10 +35,14 @@ def descendants(pid: int) -> Callable[[], list[int]]:
 
 
 def _is_navigator(pid: int) -> bool:
-    """Whether a process is a child of the nursery; both have the same command line."""
+    """Whether a process is a child of the fork server; both have the same command line."""
     try:
         process = psutil.Process(pid)
         parent = process.parent()
-        return parent is not None and NURSERY in process.cmdline() and NURSERY in parent.cmdline()
+        return (
+            parent is not None
+            and FORK_SERVER in process.cmdline()
+            and FORK_SERVER in parent.cmdline()
+        )
     except psutil.Error:  # it has just ended
         return False

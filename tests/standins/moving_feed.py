@@ -15,8 +15,8 @@ from visualization_msgs.msg import MarkerArray
 
 from swarm_common.files.map_io import load_map, map_path
 from swarm_common.middleware import ros_io
+from swarm_common.middleware.cdr import ScanWriter, TransformsWriter
 from swarm_common.middleware.topic_table import ROBOT_TOPICS, WORLD_TOPICS
-from swarm_common.middleware.wire import ScanWriter, TransformsWriter
 from swarm_common.model.records import Scan
 from swarm_common.robots.loading import description
 from swarm_sim.ros.scenery import scene_markers

@@ -27,9 +27,9 @@ if mood == "refuse":
     sys.exit(2)
 for robot in config["robots"]:
     assert Path(robot["params"]).is_file()
-    nursery = os.getpid()
+    fork_server = os.getpid()
     if os.fork() == 0:
-        die_with(nursery)
+        die_with(fork_server)
         while True:
             time.sleep(1.0)
     say("active", robot=robot["name"], pid=0)

@@ -4,7 +4,7 @@ import os
 import sys
 
 from swarm_commander.cli import main as cli
-from swarm_commander.run import bringup, restarts
+from swarm_commander.run import local_run, restarts
 
 for name, module in (
     ("WORLD", "world"),
@@ -12,9 +12,9 @@ for name, module in (
     ("RUNNER", "runner"),
     ("RECORDER", "recorder"),
 ):
-    bringup.MODULES[getattr(bringup, name)] = f"tests.standins.plain_{module}"  # type: ignore[index]
+    local_run.MODULES[getattr(local_run, name)] = f"tests.standins.plain_{module}"  # type: ignore[index]
 if os.environ.get("STANDIN_RUNNER") == "mute":
-    bringup.MISSION_LIMIT = 1.0
+    local_run.MISSION_LIMIT = 1.0
 if os.environ.get("STANDIN_HOST") == "deaths":
     restarts.FIRST_PAUSE = 0.05
 sys.exit(cli.swarm_up())

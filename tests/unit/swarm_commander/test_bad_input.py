@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from swarm_commander.cli import main as cli
-from swarm_commander.run import bringup
+from swarm_commander.run import local_run
 from swarm_commander.run.domain import DomainLock
 from swarm_commander.run.supervisor import ProcessSpec
 
@@ -38,7 +38,7 @@ def refusal(
 
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("ROS_DOMAIN_ID", str(DOMAIN))
-    monkeypatch.setattr(bringup.Run, "_spawn", must_not_start)
+    monkeypatch.setattr(local_run.Run, "_spawn", must_not_start)
     yield run
     assert not (tmp_path / "runs").exists()
 

@@ -1,40 +1,45 @@
-"""The tally of robots that come and go, and the parameters that a newcomer gets."""
+"""the statistics of robots that come and go, and the parameters that a newcomer gets."""
 
 from __future__ import annotations
 
 from swarm_commander.run.options import UpOptions
 from swarm_commander.run.plan import check_plan
-from swarm_commander.run.roster import shown_state
-from swarm_commander.run.tally import Tally
+from swarm_commander.run.run_statistics import RunStatistics
+from swarm_commander.run.status_table import shown_state
 from swarm_common.model.records import Pose
 from swarm_common.process import messages as say
 
 
 def test_a_newcomer_counts_once_it_is_active() -> None:
-    tally = Tally.of(["Srobot1"], False)
-    tally.apply(say.NavigatorActive("Srobot1"))
-    tally.apply(say.RobotSpawned("Srobot4", 4, "waffle", (0.0, 0.0, 0.0), 1.0))
-    assert tally.active == 1
-    tally.apply(say.NavigatorActive("Srobot4"))
-    assert (tally.active, list(tally.robots)) == (2, ["Srobot1", "Srobot4"])
+    statistics = RunStatistics.of(["Srobot1"], False)
+    statistics.apply(say.NavigatorActive("Srobot1"))
+    statistics.apply(say.RobotSpawned("Srobot4", 4, "waffle", (0.0, 0.0, 0.0), 1.0))
+    assert statistics.active == 1
+    statistics.apply(say.NavigatorActive("Srobot4"))
+    assert (statistics.active, list(statistics.robots)) == (2, ["Srobot1", "Srobot4"])
 
 
 def test_goals_of_a_robot_that_was_taken_out_do_not_count() -> None:
-    tally = Tally.of(["Srobot1", "Srobot2"], True)
-    for robot in tally.robots:
-        tally.apply(say.NavigatorActive(robot))
-    tally.apply(say.MissionLoaded(6))
-    tally.apply(say.GoalSent("Srobot2", "Loader1"))
-    tally.apply(say.RobotRemoved("Srobot2", 4.0))
+    statistics = RunStatistics.of(["Srobot1", "Srobot2"], True)
+    for robot in statistics.robots:
+        statistics.apply(say.NavigatorActive(robot))
+    statistics.apply(say.MissionLoaded(6))
+    statistics.apply(say.GoalSent("Srobot2", "Loader1"))
+    statistics.apply(say.RobotRemoved("Srobot2", 4.0))
     for _ in range(3):
-        tally.apply(say.GoalWithdrawn("Srobot2"))
-    assert (tally.total, tally.sent, tally.pending, tally.failed) == (3, 0, 3, 0)
-    assert tally.unfinished == []
-    assert tally.active == 1
-    assert shown_state(tally.robots["Srobot2"]) == "gone"
-    tally.apply(say.RobotSpawned("Srobot2", 2, "waffle", (0.0, 0.0, 0.0), 1.0))
-    tally.apply(say.NavigatorActive("Srobot2"))
-    assert tally.active == 2
+        statistics.apply(say.GoalWithdrawn("Srobot2"))
+    assert (statistics.total, statistics.sent, statistics.pending, statistics.failed) == (
+        3,
+        0,
+        3,
+        0,
+    )
+    assert statistics.unfinished == []
+    assert statistics.active == 1
+    assert shown_state(statistics.robots["Srobot2"]) == "gone"
+    statistics.apply(say.RobotSpawned("Srobot2", 2, "waffle", (0.0, 0.0, 0.0), 1.0))
+    statistics.apply(say.NavigatorActive("Srobot2"))
+    assert statistics.active == 2
 
 
 def test_a_newcomer_gets_the_parameters_of_its_model() -> None:

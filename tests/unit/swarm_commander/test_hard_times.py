@@ -14,18 +14,18 @@ from typing import IO, cast
 
 import pytest
 from rich.console import Console
+from tests.unit.swarm_commander.run.test_bringup import DOMAIN, MISSION, ROOT, Up, wait_for
 
 from swarm_commander.run.report import write_report
+from swarm_commander.run.run_statistics import RunStatistics
 from swarm_commander.run.rundir import RunFolder, create_run_folder
 from swarm_commander.run.supervisor import describe_exit
-from swarm_commander.run.tally import Tally
 from swarm_commander.run.terminal import Outlet
 from swarm_common.files.whole_file import write_whole
 from swarm_common.model.breaches import MissedGoal
 from swarm_common.model.errors import ConfigError
 from swarm_common.process import messages as say
 from tests.standins.small_disk import fill, small_disk
-from tests.unit.swarm_commander.run.test_bringup import DOMAIN, MISSION, ROOT, Up, wait_for
 
 OTHER_DOMAIN = "229"
 
@@ -170,13 +170,18 @@ def test_a_folder_whose_name_is_no_text_is_refused(tmp_path: Path) -> None:
 
 
 def test_goals_that_were_never_sent_are_not_counted_as_sent() -> None:
-    tally = Tally.of(["Srobot1"], has_mission=True)
-    tally.apply(say.MissionLoaded(3))
-    tally.apply(say.GoalSent("Srobot1", "a"))
+    statistics = RunStatistics.of(["Srobot1"], has_mission=True)
+    statistics.apply(say.MissionLoaded(3))
+    statistics.apply(say.GoalSent("Srobot1", "a"))
     for name in "abc":  # the robot died on its way to the first
-        tally.apply(say.GoalMissed(MissedGoal("Srobot1", name, 5.0, "")))
-    assert (tally.sent, tally.reached, tally.failed, tally.pending) == (1, 0, 3, 0)
-    assert tally.unfinished == []
+        statistics.apply(say.GoalMissed(MissedGoal("Srobot1", name, 5.0, "")))
+    assert (statistics.sent, statistics.reached, statistics.failed, statistics.pending) == (
+        1,
+        0,
+        3,
+        0,
+    )
+    assert statistics.unfinished == []
 
 
 def test_sigbus_is_explained() -> None:

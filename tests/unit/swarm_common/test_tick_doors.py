@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from swarm_common.middleware import wire
+from swarm_common.middleware import cdr
 from swarm_common.middleware.radio_door import read_beacon, read_neighbors
 from swarm_common.middleware.rejections import RejectedError
 from swarm_common.model.beacon import (
@@ -41,22 +41,22 @@ def beacons(count: int, tick: int = NOW) -> BeaconArray:
 
 def scan_message() -> bytes:
     ranges = np.array([1.0, np.inf, np.nan], np.float32)
-    return wire.ScanWriter("base_scan", 0.2).encode(Scan(NOW, 0.0, 0.1, 0.12, 3.5, ranges))
+    return cdr.ScanWriter("base_scan", 0.2).encode(Scan(NOW, 0.0, 0.1, 0.12, 3.5, ranges))
 
 
 MESSAGES: dict[str, bytes] = {
-    "odom": wire.OdometryWriter("odom", "base").encode(NOW, Pose(1.0, -2.0, 0.5), Twist(0.2)),
+    "odom": cdr.OdometryWriter("odom", "base").encode(NOW, Pose(1.0, -2.0, 0.5), Twist(0.2)),
     "scan": scan_message(),
-    "cmd_vel": wire.CommandWriter("base").encode(NOW, Twist(0.2, 0.0, -0.1)),
-    "plain cmd_vel": wire.LITTLE_ENDIAN + struct.pack("<6d", 0.2, 0.0, 0.0, 0.0, 0.0, 1.0),
+    "cmd_vel": cdr.CommandWriter("base").encode(NOW, Twist(0.2, 0.0, -0.1)),
+    "plain cmd_vel": cdr.LITTLE_ENDIAN + struct.pack("<6d", 0.2, 0.0, 0.0, 0.0, 0.0, 1.0),
     "beacon": serialize_beacon(beacons(1)[0]),
     "neighbors": serialize_neighbors(*stamp_from_tick(NOW), beacons(5)),
 }
 READERS: dict[str, Callable[[bytes], object]] = {
-    "odom": lambda data: wire.OdometryReader(100.0).read(data),
-    "scan": wire.read_scan,
-    "cmd_vel": lambda data: wire.CommandReader().read(data),
-    "plain cmd_vel": wire.read_plain_command,
+    "odom": lambda data: cdr.OdometryReader(100.0).read(data),
+    "scan": cdr.read_scan,
+    "cmd_vel": lambda data: cdr.CommandReader().read(data),
+    "plain cmd_vel": cdr.read_plain_command,
     "beacon": lambda data: read_beacon(data, 10, NOW),
     "neighbors": lambda data: read_neighbors(data, OWN_ID),
 }
@@ -173,7 +173,7 @@ def test_big_endian_messages_are_read(name: str) -> None:
 
 
 def test_one_reader_takes_both_byte_orders_in_turn() -> None:
-    reader = wire.OdometryReader()
+    reader = cdr.OdometryReader()
     for _ in range(2):
         assert reader.read(MESSAGES["odom"]) == reader.read(big_endian("odom"))
 
@@ -264,18 +264,18 @@ def test_a_stamp_that_no_simulated_time_has_is_rejected(name: str, stamp: tuple[
 def test_odometry_beyond_the_map_at_hand_is_rejected(value: float, place: int) -> None:
     xy = [0.0, 0.0]
     xy[place] = value
-    data = wire.OdometryWriter("odom", "base").encode(NOW, Pose(*xy, 0.0), Twist())
+    data = cdr.OdometryWriter("odom", "base").encode(NOW, Pose(*xy, 0.0), Twist())
     with pytest.raises(RejectedError, match="position"):
-        wire.OdometryReader(100.0).read(data)
+        cdr.OdometryReader(100.0).read(data)
 
 
 @pytest.mark.parametrize("twist", [Twist(math.nan), Twist(1e308), Twist(0.0, 0.0, math.inf)])
 def test_commands_and_odometry_with_absurd_speeds_are_rejected(twist: Twist) -> None:
     with pytest.raises(RejectedError, match="twist"):
-        wire.CommandReader().read(wire.CommandWriter("base").encode(NOW, twist))
-    odometry = wire.OdometryWriter("odom", "b").encode(NOW, Pose(0.0, 0.0, 0.0), twist)
+        cdr.CommandReader().read(cdr.CommandWriter("base").encode(NOW, twist))
+    odometry = cdr.OdometryWriter("odom", "b").encode(NOW, Pose(0.0, 0.0, 0.0), twist)
     with pytest.raises(RejectedError, match="twist"):
-        wire.OdometryReader().read(odometry)
+        cdr.OdometryReader().read(odometry)
 
 
 @pytest.mark.parametrize(
@@ -287,10 +287,10 @@ def test_a_scan_whose_geometry_makes_no_sense_is_rejected(geometry: tuple[float,
     """An increment of 0 divided by zero in a kernel."""
     scan = Scan(NOW, *geometry, np.ones(9, np.float32))
     with pytest.raises(RejectedError):
-        wire.read_scan(wire.ScanWriter("base_scan", 0.2).encode(scan))
+        cdr.read_scan(cdr.ScanWriter("base_scan", 0.2).encode(scan))
 
 
 def test_a_scan_without_rays_is_rejected() -> None:
     scan = Scan(NOW, 0.0, 0.1, 0.1, 3.5, np.zeros(0, np.float32))
     with pytest.raises(RejectedError, match="0 ranges"):
-        wire.read_scan(wire.ScanWriter("base_scan", 0.2).encode(scan))
+        cdr.read_scan(cdr.ScanWriter("base_scan", 0.2).encode(scan))

@@ -1,4 +1,4 @@
-"""Navigators that die, hang, or are wanted anew by the user; the nursery is a list."""
+"""Navigators that die, hang, or are wanted anew by the user; the fork server is a list."""
 
 from typing import Any
 
@@ -8,7 +8,7 @@ from swarm_commander.mission.itinerary import LOST_REASON
 from swarm_commander.run.heartbeat import STALL, Heartbeats
 from swarm_commander.run.keeper import ANSWER_LIMIT, HANGING, START_LIMIT, Keeper
 from swarm_commander.run.restarts import Restarts
-from swarm_commander.run.tally import Meters, Tally
+from swarm_commander.run.run_statistics import Meters, RunStatistics
 from swarm_common.model.breaches import MissedGoal
 from swarm_common.process.messages import (
     GoalMissed,
@@ -89,9 +89,9 @@ def test_one_that_stays_down_may_be_wanted_again(case: Case) -> None:
 def test_a_nursery_that_does_not_answer_is_noticed(case: Case) -> None:
     case.keeper.kill("Srobot1")
     case.turn(ANSWER_LIMIT + 0.1)
-    assert case.keeper.is_nursery_deaf()
+    assert case.keeper.is_fork_server_deaf()
     case.keeper.on_death("Srobot1")
-    assert not case.keeper.is_nursery_deaf()
+    assert not case.keeper.is_fork_server_deaf()
 
 
 def test_one_that_hangs_when_it_is_started_anew_is_noticed_once(case: Case) -> None:
@@ -123,7 +123,7 @@ def test_when_the_nursery_ends_all_navigators_are_down_and_none_is_started_twice
 ) -> None:
     case.keeper.on_death("Srobot1")
     case.keeper.given_up.add("Srobot2")
-    assert case.keeper.on_nursery_end() == ["Srobot1"]
+    assert case.keeper.on_fork_server_end() == ["Srobot1"]
     case.turn(60.0)
     assert case.told == []
 
@@ -155,14 +155,14 @@ def test_figures_of_a_new_navigator_are_added_to_those_of_the_last() -> None:
 
 
 def test_goals_of_a_robot_that_is_found_again_are_not_missed() -> None:
-    tally = Tally.of(["Srobot1"], True)
-    tally.apply(MissionLoaded(3))
-    tally.apply(GoalSent("Srobot1", "a"))
+    statistics = RunStatistics.of(["Srobot1"], True)
+    statistics.apply(MissionLoaded(3))
+    statistics.apply(GoalSent("Srobot1", "a"))
     for name, reason in (("a", "closed"), ("b", LOST_REASON), ("c", LOST_REASON)):
-        tally.apply(GoalMissed(MissedGoal("Srobot1", name, 5.0, reason)))
-    assert (tally.failed, tally.pending) == (3, 0)
-    tally.apply(GoalsRestored("Srobot1", 2, "b"))
-    assert (tally.sent, tally.failed, tally.pending) == (2, 1, 2)
-    assert [miss.goal for miss in tally.misses] == ["a"]
-    tally.on_mission_restart()
-    assert (tally.sent, tally.pending) == (1, 2), "the goal in hand will be sent again"
+        statistics.apply(GoalMissed(MissedGoal("Srobot1", name, 5.0, reason)))
+    assert (statistics.failed, statistics.pending) == (3, 0)
+    statistics.apply(GoalsRestored("Srobot1", 2, "b"))
+    assert (statistics.sent, statistics.failed, statistics.pending) == (2, 1, 2)
+    assert [miss.goal for miss in statistics.misses] == ["a"]
+    statistics.on_mission_restart()
+    assert (statistics.sent, statistics.pending) == (1, 2), "the goal in hand will be sent again"

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from swarm_commander.cli.narrator import Moment, Narrator
+from swarm_commander.cli.console import Moment, StatusConsole
 from swarm_commander.run.domain import DomainLock, domain_id
 from swarm_commander.run.options import UpOptions, parse_speed
 from swarm_commander.run.rundir import create_run_folder, write_env_sh
@@ -130,13 +130,13 @@ def moment(sim_time: float, state: str, place: int = 0) -> Moment:
 
 
 def test_the_narrator_speaks_on_change_and_now_and_then() -> None:
-    narrator = Narrator("Srobot3", period=2.0)
-    assert narrator.line("1/8 loader_3", moment(1.0, "driving")) == (
+    console = StatusConsole("Srobot3", period=2.0)
+    assert console.line("1/8 loader_3", moment(1.0, "driving")) == (
         "Srobot3  1/8 loader_3     driving: 3.20 m, 14 s to go"
     )
-    assert narrator.line("1/8 loader_3", moment(1.5, "driving")) is None
-    held = narrator.line("1/8 loader_3", moment(2.0, "holding", 2))
+    assert console.line("1/8 loader_3", moment(1.5, "driving")) is None
+    held = console.line("1/8 loader_3", moment(2.0, "holding", 2))
     assert held is not None
     assert "holding for loader_3, place 2" in held
-    assert narrator.line("1/8 loader_3", moment(3.9, "holding", 2)) is None
-    assert narrator.line("1/8 loader_3", moment(4.0, "holding", 2)) is not None
+    assert console.line("1/8 loader_3", moment(3.9, "holding", 2)) is None
+    assert console.line("1/8 loader_3", moment(4.0, "holding", 2)) is not None

@@ -9,11 +9,11 @@ import pytest
 
 from swarm_bench import scale_watch
 from swarm_commander.hosts import robots_run, world_run
-from swarm_commander.run import bringup
+from swarm_commander.run import local_run
 
 NAMES = set(
     chain(
-        bringup.MODULES.values(),
+        local_run.MODULES.values(),
         robots_run.OWN_MODULES.values(),
         world_run.OWN_MODULES.values(),
         scale_watch.MODULES,

@@ -6,30 +6,32 @@ import pytest
 from rich.console import Console
 
 from swarm_commander.run.progress import SHOWN_NOTES, Progress, packed, summary_line
-from swarm_commander.run.roster import LINES, roster
-from swarm_commander.run.tally import Tally
+from swarm_commander.run.run_statistics import RunStatistics
+from swarm_commander.run.status_table import LINES, status_table
 
 
-def swarm(count: int) -> Tally:
-    tally = Tally.of([f"Srobot{number}" for number in range(1, count + 1)], has_mission=True)
-    for number, robot in enumerate(tally.robots.values()):
+def swarm(count: int) -> RunStatistics:
+    statistics = RunStatistics.of(
+        [f"Srobot{number}" for number in range(1, count + 1)], has_mission=True
+    )
+    for number, robot in enumerate(statistics.robots.values()):
         robot.active = True
         robot.state = ("driving", "holding", "waiting", "idle")[number % 4]
         robot.detail, robot.goal, robot.reached = "for Srobot2", "loader_1", number % 3
-    return tally
+    return statistics
 
 
 def test_each_robot_of_a_small_swarm_has_a_line() -> None:
-    lines = [str(line) for line in roster(swarm(5))]
+    lines = [str(line) for line in status_table(swarm(5))]
     assert lines[1].split() == ["Srobot2", "holding", "1", "goal", "loader_1", "for", "Srobot2"]
     assert len(lines) == 5
 
 
 @pytest.mark.parametrize(("count", "first"), [(13, "Srobot1-2 "), (100, "Srobot1-10 ")])
 def test_a_large_swarm_has_a_line_per_group(count: int, first: str) -> None:
-    tally = swarm(count)
-    tally.robots["Srobot3"].died = True
-    lines = [str(line) for line in roster(tally)]
+    statistics = swarm(count)
+    statistics.robots["Srobot3"].died = True
+    lines = [str(line) for line in status_table(statistics)]
     assert len(lines) <= LINES + 1
     assert lines[0].startswith(first)
     assert sum(line.count("X") for line in lines[:-1]) == 1
@@ -37,33 +39,33 @@ def test_a_large_swarm_has_a_line_per_group(count: int, first: str) -> None:
 
 
 def test_missed_goals_stand_apart_from_what_follows() -> None:
-    tally = swarm(100)
-    tally.robots["Srobot5"].failed = 3
-    assert "9 goals, 3 missed  3 holding" in str(roster(tally)[0])
+    statistics = swarm(100)
+    statistics.robots["Srobot5"].failed = 3
+    assert "9 goals, 3 missed  3 holding" in str(status_table(statistics)[0])
 
 
 def test_a_hundred_robots_with_ten_at_a_line() -> None:
-    line = str(roster(swarm(100))[0])
+    line = str(status_table(swarm(100))[0])
     assert line.split("  ")[0] == "Srobot1-10"
     assert "dhw.dhw.dh  9 goals" in line
     assert line.endswith("3 holding, 2 waiting")
 
 
 def test_the_legend_has_the_letters_that_are_seen() -> None:
-    tally = swarm(100)
-    assert str(roster(tally)[-1]) == "d driving  h holding  w waiting  . idle"
-    tally.robots["Srobot1"].state = ""
-    tally.robots["Srobot2"].died = True
-    assert str(roster(tally)[-1]).endswith(". idle  - inactive  X dead")
+    statistics = swarm(100)
+    assert str(status_table(statistics)[-1]) == "d driving  h holding  w waiting  . idle"
+    statistics.robots["Srobot1"].state = ""
+    statistics.robots["Srobot2"].died = True
+    assert str(status_table(statistics)[-1]).endswith(". idle  - inactive  X dead")
 
 
 def test_the_first_lines_are_broken_between_their_parts() -> None:
-    tally = swarm(100)
-    tally.total = 800
-    lines = packed(summary_line("starting navigators", tally).split(" | "), 80)
+    statistics = swarm(100)
+    statistics.total = 800
+    lines = packed(summary_line("starting navigators", statistics).split(" | "), 80)
     assert [len(line) <= 80 for line in lines] == [True, True]
     assert lines[1].endswith("x real time")
-    assert " | ".join(lines) == summary_line("starting navigators", tally)
+    assert " | ".join(lines) == summary_line("starting navigators", statistics)
 
 
 def progress(*, is_terminal: bool) -> tuple[Progress, io.StringIO, list[float]]:
@@ -77,7 +79,7 @@ def test_a_log_file_gets_a_plain_line_now_and_then() -> None:
     shown.start()
     for second in range(11):
         now[0] = float(second)
-        shown._tally.sim_time = 3.0 * second
+        shown._statistics.sim_time = 3.0 * second
         shown.update()
     shown.stop()
     lines = output.getvalue().splitlines()

@@ -15,8 +15,8 @@ from swarm_commander.run.report import (
     load_verdict,
     write_report,
 )
-from swarm_commander.run.roster import roster
-from swarm_commander.run.tally import Tally
+from swarm_commander.run.run_statistics import RunStatistics
+from swarm_commander.run.status_table import status_table
 from swarm_commander.run.usage import UsageMeter
 from swarm_common.model.breaches import Collision, MissedGoal, breach_lines
 from swarm_common.process import messages as say
@@ -42,11 +42,11 @@ KEYS = {
 }  # fmt: skip
 
 
-def tally_of(*events: say.Event, has_mission: bool = True) -> Tally:
-    tally = Tally.of(ROBOTS, has_mission)
+def statistics_of(*events: say.Event, has_mission: bool = True) -> RunStatistics:
+    statistics = RunStatistics.of(ROBOTS, has_mission)
     for event in events:
-        tally.apply(event)
-    return tally
+        statistics.apply(event)
+    return statistics
 
 
 def goal(robot: str, outcome: str, sim_time: float) -> say.Event:
@@ -64,10 +64,10 @@ def status(robot: str, **values: Any) -> say.Event:
     return say.StatusReported(robot, **usual | values)
 
 
-def report_of(tally: Tally, verdict: dict[str, Any] | None = None) -> dict[str, Any]:
+def report_of(statistics: RunStatistics, verdict: dict[str, Any] | None = None) -> dict[str, Any]:
     return compose_report(
         UpOptions(swarm_size=2, seed=4),
-        tally,
+        statistics,
         VERDICT if verdict is None else verdict,
         UsageMeter(),
         RunTimes(wall_time=15.0, active_after_wall=2.0, restarts=1),
@@ -75,7 +75,9 @@ def report_of(tally: Tally, verdict: dict[str, Any] | None = None) -> dict[str, 
 
 
 def test_the_report_has_what_tools_outside_rely_on() -> None:
-    report = report_of(tally_of(goal("Srobot1", "reached", 50.0), goal("Srobot2", "failed", 80.0)))
+    report = report_of(
+        statistics_of(goal("Srobot1", "reached", 50.0), goal("Srobot2", "failed", 80.0))
+    )
     assert set(report) >= KEYS
     assert report["goals"] == {"sent": 1, "reached": 1, "failed": 1, "pending": 0}
     assert (report["wall_time"], report["restarts"]) == (15.0, 1)
@@ -102,13 +104,13 @@ def test_inputs_turned_away_by_all_processes_are_summed_by_kind() -> None:
         say.InputsRejected({"odom": 2, "goal": 1}, {}),
         say.InputsRejected({"goal": 40}, {}),
     )
-    assert report_of(tally_of(*events))["rejected"] == {"goal": 41, "odom": 2}
-    assert report_of(tally_of())["rejected"] == {}
+    assert report_of(statistics_of(*events))["rejected"] == {"goal": 41, "odom": 2}
+    assert report_of(statistics_of())["rejected"] == {}
 
 
 def test_the_document_names_every_field() -> None:
     text = (Path(__file__).resolve().parents[4] / "docs" / "report.md").read_text("utf-8")
-    report = report_of(tally_of())
+    report = report_of(statistics_of())
     for part in (report, report["robots"]["Srobot1"], report["breaches"], report["goals"]):
         assert [name for name in part if f"`{name}`" not in text] == []
 
@@ -116,7 +118,7 @@ def test_the_document_names_every_field() -> None:
 def test_waits_and_counters_are_summed_over_the_robots() -> None:
     counts = {"pushes": 3, "retreats": 1, "deadlocks_resolved": 2, "replans": 7}
     report = report_of(
-        tally_of(
+        statistics_of(
             status("Srobot1", hold_time=4.0, wait_time=1.5, number_of_recoveries=1, **counts),
             status("Srobot2", hold_time=2.0, wait_time=8.0, **counts),
         )
@@ -130,10 +132,10 @@ def test_waits_and_counters_are_summed_over_the_robots() -> None:
 def test_fairness_is_the_longest_over_the_median_time_of_a_goal() -> None:
     times = [("Srobot1", 20.0), ("Srobot1", 30.0), ("Srobot2", 90.0)]
     events = [goal(robot, "reached", time) for robot, time in times]
-    report = report_of(tally_of(*events, goal("Srobot2", "failed", 500.0)))
+    report = report_of(statistics_of(*events, goal("Srobot2", "failed", 500.0)))
     assert report["goal_duration"] == {"median": 20.0, "worst": 80.0}
     assert report["fairness"] == 4.0
-    assert report_of(tally_of())["fairness"] is None
+    assert report_of(statistics_of())["fairness"] is None
 
 
 CRASH = {"robots": ["Srobot2"], "obstacle": "wall_3", "x": 1.234, "y": 5.0, "sim_time": 7.25}
@@ -143,7 +145,7 @@ def test_breaches_are_told_with_robots_place_and_time() -> None:
     events = (say.CollisionBegan(Collision.from_json(CRASH)), goal("Srobot1", "failed", 80.0))
     driving = status("Srobot2", state="waiting", detail="for Srobot1", has_goal=True)
     sent = say.GoalSent("Srobot2", "loader_4")
-    breaches = report_of(tally_of(*events, sent, driving))["breaches"]
+    breaches = report_of(statistics_of(*events, sent, driving))["breaches"]
     told = [
         "collision of Srobot2 and wall_3 at (1.23, 5.00), t = 7.2 s",
         "Srobot1 missed a at t = 80.0 s: error 208: closed",
@@ -154,7 +156,7 @@ def test_breaches_are_told_with_robots_place_and_time() -> None:
 
 
 def test_the_verdict_knows_collisions_that_nobody_reported() -> None:
-    report = report_of(tally_of(), VERDICT | {"collisions": [CRASH, CRASH]})
+    report = report_of(statistics_of(), VERDICT | {"collisions": [CRASH, CRASH]})
     assert len(report["breaches"]["collisions"]) == 2
     crashes = {**report["breaches"], "collisions": [CRASH] * 12}
     lines = breach_lines(crashes, had_to_finish=True)
@@ -163,7 +165,7 @@ def test_the_verdict_knows_collisions_that_nobody_reported() -> None:
 
 def test_a_report_without_a_verdict_says_what_is_unknown() -> None:
     progress = say.WorldProgress(40.0, 2.0, say.CollisionCounts(1, 2))
-    report = report_of(tally_of(progress), {})
+    report = report_of(statistics_of(progress), {})
     assert report["sim_time"] == 40.0
     assert report["collisions"] == {"robot_robot": 1, "robot_world": 2}
     assert report["min_clearance"] is None
@@ -173,7 +175,7 @@ def test_a_report_without_a_verdict_says_what_is_unknown() -> None:
 
 
 def test_a_report_is_strict_json(tmp_path: Path) -> None:
-    report = report_of(tally_of(), {**VERDICT, "min_clearance": math.inf})
+    report = report_of(statistics_of(), {**VERDICT, "min_clearance": math.inf})
     write_report(tmp_path / "report.json", report)
     assert json.loads((tmp_path / "report.json").read_text(encoding="utf-8")) == report
 
@@ -207,52 +209,57 @@ def test_the_exit_code_follows_from_the_report(
     component_failed: bool,
     code: int,
 ) -> None:
-    report = report_of(tally_of(*events), VERDICT | verdict)
+    report = report_of(statistics_of(*events), VERDICT | verdict)
     assert code == exit_code(report, is_unfinished=is_unfinished, component_failed=component_failed)
 
 
 def test_goals_of_the_mission_that_were_never_sent_are_pending() -> None:
     events = (SENT, goal("Srobot1", "reached", 1.0), say.MissionLoaded(6))
-    assert report_of(tally_of(*events))["goals"] == {
+    assert report_of(statistics_of(*events))["goals"] == {
         "sent": 1, "reached": 1, "failed": 0, "pending": 5
     }  # fmt: skip
 
 
 def test_without_a_mission_goals_are_what_the_robots_report() -> None:
-    tally = tally_of(
+    statistics = statistics_of(
         status("Srobot1", goals_reached=2, has_goal=True, sim_time=9.0),
         status("Srobot2", goals_reached=1, goals_failed=1, sim_time=12.0),
         status("Srobot2", goals_reached=1, goals_failed=1, sim_time=14.0),
         has_mission=False,
     )
-    assert (tally.sent, tally.reached, tally.failed, tally.pending) == (5, 3, 1, 1)
-    assert tally.last_goal_time == 12.0
+    assert (statistics.sent, statistics.reached, statistics.failed, statistics.pending) == (
+        5,
+        3,
+        1,
+        1,
+    )
+    assert statistics.last_goal_time == 12.0
 
 
 def test_events_that_do_not_count_are_ignored() -> None:
-    assert tally_of(say.WorldBuilt([]), say.MissionDone()).sent == 0
+    assert statistics_of(say.WorldBuilt([]), say.MissionDone()).sent == 0
 
 
 def test_a_dead_robot_neither_holds_nor_is_active() -> None:
-    tally = tally_of(
+    statistics = statistics_of(
         say.NavigatorActive("Srobot1", 1),
         say.NavigatorActive("Srobot2", 2),
         status("Srobot1", state="holding", detail="for loader_1"),
         status("Srobot2", state="holding"),
     )
-    assert (tally.active, tally.holding) == (2, ["Srobot1", "Srobot2"])
-    tally.apply(say.NavigatorDied("Srobot2", -9))
-    assert (tally.active, tally.holding) == (1, ["Srobot1"])
-    lines = [str(line).split() for line in roster(tally)]
+    assert (statistics.active, statistics.holding) == (2, ["Srobot1", "Srobot2"])
+    statistics.apply(say.NavigatorDied("Srobot2", -9))
+    assert (statistics.active, statistics.holding) == (1, ["Srobot1"])
+    lines = [str(line).split() for line in status_table(statistics)]
     assert lines[0][:2] == ["Srobot1", "holding"]
     assert lines[1][:2] == ["Srobot2", "dead"]
-    assert summary_line("running", tally).startswith("running | active 1/2 | goals 0 | ")
+    assert summary_line("running", statistics).startswith("running | active 1/2 | goals 0 | ")
 
 
 def test_the_table_shows_the_report() -> None:
     console = Console(width=100, record=True, file=None, quiet=False)
     with console.capture() as captured:
-        console.print(summary_table(report_of(tally_of()), 1))
+        console.print(summary_table(report_of(statistics_of()), 1))
     text = captured.get()
     assert "0.1235 m" in text
     assert "2 robots in slim_blockage, seed 4" in text

@@ -13,7 +13,7 @@ from swarm_common.process.messages import UnknownMessageError, decode, encode
 from swarm_common.process.pipes import EventWriter, MessageReader
 
 COMMANDS = (
-    say.NurseryCommand
+    say.ForkServerCommand
     | say.WorldCommand
     | say.MissionCommand
     | say.ServerCommand
@@ -68,7 +68,7 @@ def test_a_line_that_is_no_known_event_is_an_error_that_names_it(line: bytes, wo
 
 
 def test_a_process_takes_only_its_own_commands() -> None:
-    assert decode(encode(say.Go()), say.NURSERY) == say.Go()
+    assert decode(encode(say.Go()), say.FORK_SERVER) == say.Go()
     with pytest.raises(UnknownMessageError, match="go"):
         decode(encode(say.Go()), say.WORLD)
 

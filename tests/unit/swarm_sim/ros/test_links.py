@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from swarm_common.middleware.cdr import CommandWriter
 from swarm_common.middleware.rejections import Rejections
-from swarm_common.middleware.wire import CommandWriter
 from swarm_common.model.beacon import BEACON_DTYPE, serialize_beacon
 from swarm_common.model.records import Twist
 from swarm_common.process.pipes import EventWriter

@@ -1,4 +1,6 @@
-"""The nursery: `python -m swarm_nav.launch.host CONFIG.json [--event-fd N] [--control-fd M]`.
+"""The process of the fork server.
+
+python -m swarm_nav.launch.fork_server_main CONFIG.json [--event-fd N] [--control-fd M]
 
 Imports everything and warms the kernels once, then forks one process per robot (or per pack of
 robots). A fork costs almost nothing; a fresh interpreter costs a CPU second and 60 MB. It has one
@@ -21,8 +23,8 @@ from swarm_common.process.quick_start import load_numba, without_collector
 from swarm_common.process.single_thread import without_threads
 
 with without_threads():  # which OpenBLAS and rclpy would start
-    from swarm_nav.launch.group import Grouping
-    from swarm_nav.launch.nursery import Nursery
+    from swarm_nav.launch.fork_server import ForkServer
+    from swarm_nav.launch.process_groups import Grouping
     from swarm_nav.launch.warm_up import warm_up
     from swarm_nav.ros.types import load_type_supports
 
@@ -45,15 +47,15 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     ros_env.set_defaults()
     events = EventWriter(options.event_fd)
-    nursery = Nursery(events)
+    fork_server = ForkServer(events)
     for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, lambda *_: nursery.stop())
+        signal.signal(number, lambda *_: fork_server.stop())
     if options.wait:
         _prepare()
-        if not nursery.wait_for_go(options.control_fd):
+        if not fork_server.wait_for_go(options.control_fd):
             return 0
     elif options.control_fd is not None:
-        nursery.listen(options.control_fd)
+        fork_server.listen(options.control_fd)
     try:
         grouping = Grouping(options.config)
     except SwarmError as error:
@@ -65,9 +67,9 @@ def main(arguments: list[str] | None = None) -> int:
     with without_collector():  # what the children share must not be touched by it
         grouping.share_terrain()
     for group in grouping.groups:
-        nursery.fork(group, grouping.log_dir)
+        fork_server.fork(group, grouping.log_dir)
     events.write(Ready())
-    nursery.watch(grouping)
+    fork_server.watch(grouping)
     return 0
 
 

@@ -14,27 +14,27 @@ from typing import assert_never
 from swarm_common.model.errors import SwarmError
 from swarm_common.process.lifetime import die_with, interrupt_nobody
 from swarm_common.process.messages import (
-    NURSERY,
+    FORK_SERVER,
     EndNavigator,
+    ForkServerCommand,
     Go,
     KillNavigator,
     NavigatorDied,
     NavigatorForked,
     Note,
-    NurseryCommand,
     StartNavigator,
 )
 from swarm_common.process.pipes import EventWriter, MessageReader
 from swarm_common.process.single_thread import thread_count
-from swarm_nav.launch.group import Group, Grouping
-from swarm_nav.launch.pack import run_navigators
+from swarm_nav.launch.navigator_process import run_navigators
+from swarm_nav.launch.process_groups import Group, Grouping
 
 WAIT_SLICE = 0.25  # [s] of wall time between two looks at signals
 FORKED_BESIDE = "a navigator was forked beside"  # a fault of ours: it may hang
 GRACE = 5.0  # [s] for the children to end when asked to
 
 
-class Nursery:
+class ForkServer:
     """Forks, watches and ends the navigators' processes."""
 
     def __init__(self, events: EventWriter) -> None:
@@ -45,7 +45,7 @@ class Nursery:
         self._leaving: set[str] = set()  # robots that are to have no navigator
         self._ending: set[int] = set()  # processes that have been told to end
         self._is_stopping = False
-        self._commands: MessageReader[NurseryCommand] | None = None
+        self._commands: MessageReader[ForkServerCommand] | None = None
 
     def stop(self) -> None:
         """Make `watch` end the children and return."""
@@ -53,11 +53,11 @@ class Nursery:
 
     def listen(self, control_fd: int) -> None:
         """Take commands from a pipe."""
-        self._commands = MessageReader(control_fd, NURSERY)
+        self._commands = MessageReader(control_fd, FORK_SERVER)
 
     def wait_for_go(self, control_fd: int) -> bool:
         """Return True once the pipe says go, False if it ends before or `stop` was called."""
-        self._commands = MessageReader(control_fd, NURSERY)
+        self._commands = MessageReader(control_fd, FORK_SERVER)
         while not self._is_stopping:
             is_readable = select.select([control_fd], [], [], WAIT_SLICE)[0]
             commands = self._commands.read()
@@ -113,7 +113,7 @@ class Nursery:
             time.sleep(0.1)
         self._end_children()
 
-    def _obey(self, command: NurseryCommand) -> None:
+    def _obey(self, command: ForkServerCommand) -> None:
         match command:
             case Go():  # see `wait_for_go`
                 pass

@@ -68,7 +68,7 @@ class Meters:
 
 
 @dataclass(slots=True)
-class RobotTally:
+class RobotStatistics:
     """Of one robot.
 
     Attributes:
@@ -102,7 +102,7 @@ class RobotTally:
 
 
 @dataclass(slots=True)
-class Tally:
+class RunStatistics:
     """Of all; `apply` is told every event.
 
     Attributes:
@@ -121,7 +121,7 @@ class Tally:
         foreign: Topics with the names of nodes that should not publish there.
     """
 
-    robots: dict[str, RobotTally]
+    robots: dict[str, RobotStatistics]
     has_mission: bool
     total: int = 0
     is_done: bool = False
@@ -136,9 +136,9 @@ class Tally:
     foreign: list[tuple[str, str]] = field(default_factory=list)
 
     @classmethod
-    def of(cls, names: Iterable[str], has_mission: bool) -> Tally:
-        """Return the tally at the start."""
-        return cls({name: RobotTally() for name in names}, has_mission)
+    def of(cls, names: Iterable[str], has_mission: bool) -> RunStatistics:
+        """Return the statistics at the start."""
+        return cls({name: RobotStatistics() for name in names}, has_mission)
 
     def apply(self, event: Event) -> None:
         """Add an event; kinds that do not count are ignored."""
@@ -156,7 +156,7 @@ class Tally:
                 self.robot_robot = event.collisions.robot_robot
                 self.robot_world = event.collisions.robot_world
             case RobotSpawned(robot=name):
-                robot = self.robots.setdefault(name, RobotTally())
+                robot = self.robots.setdefault(name, RobotStatistics())
                 robot.active = robot.died = robot.left = False
                 robot.state = robot.detail = ""
             case RobotRemoved(robot=name):

@@ -30,7 +30,7 @@ class Moment:
     time_left: float
 
 
-class Narrator:
+class StatusConsole:
     """Decides which statuses of one robot are worth a line."""
 
     def __init__(self, robot: str, period: float = PERIOD) -> None:

@@ -1,4 +1,4 @@
-"""The nursery and its children, with a navigator that does nothing."""
+"""The fork server and its children, with a navigator that does nothing."""
 
 import os
 import threading
@@ -10,9 +10,9 @@ import pytest
 
 from swarm_common.process import messages as say
 from swarm_common.process.pipes import EventWriter, MessageReader
-from swarm_nav.launch import nursery as module
-from swarm_nav.launch.group import Group
-from swarm_nav.launch.nursery import Nursery
+from swarm_nav.launch import fork_server as module
+from swarm_nav.launch.fork_server import ForkServer
+from swarm_nav.launch.process_groups import Group
 
 PACK = Group((SimpleNamespace(name="Srobot1"), SimpleNamespace(name="Srobot2")))
 
@@ -46,7 +46,7 @@ def test_a_pack_that_hangs_is_killed_and_its_robots_are_started_anew(pipe, monke
     monkeypatch.setattr(module, "run_navigators", hang)
     monkeypatch.setattr(module, "GRACE", 0.1)
     before = set(child())
-    nursery = Nursery(EventWriter(saying))
+    fork_server = ForkServer(EventWriter(saying))
     events = MessageReader(said, say.EVENTS)
     heard = []
 
@@ -61,11 +61,11 @@ def test_a_pack_that_hangs_is_killed_and_its_robots_are_started_anew(pipe, monke
             time.sleep(0.05)
 
     tell(say.Go())
-    assert nursery.wait_for_go(reading)
-    nursery.fork(PACK, None)
+    assert fork_server.wait_for_go(reading)
+    fork_server.fork(PACK, None)
     (first,) = set(child()) - before
     grouping = SimpleNamespace(log_dir=None, newcomer=lambda name, _: alone(name))
-    watch = threading.Thread(target=nursery.watch, args=(grouping,))
+    watch = threading.Thread(target=fork_server.watch, args=(grouping,))
     watch.start()
     try:
         tell(say.KillNavigator("Srobot1"))
@@ -83,7 +83,7 @@ def test_a_pack_that_hangs_is_killed_and_its_robots_are_started_anew(pipe, monke
         wait_for(say.NavigatorForked, {"Srobot1"})
         assert len(set(child()) - before) == 3
     finally:
-        nursery.stop()
+        fork_server.stop()
         watch.join()
         for end in (said, saying):
             os.close(end)

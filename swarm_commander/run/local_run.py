@@ -14,9 +14,9 @@ from swarm_commander.run.plan import RunPlan
 from swarm_commander.run.process_run import ProcessRun
 from swarm_commander.run.progress import Progress
 from swarm_commander.run.recording import recorder_config
+from swarm_commander.run.run_statistics import RunStatistics
 from swarm_commander.run.rundir import RunFolder
 from swarm_commander.run.supervisor import Exit, describe_exit
-from swarm_commander.run.tally import Tally
 from swarm_commander.run.usage import process_tree
 from swarm_commander.viewers.foxglove import write_foxglove
 from swarm_commander.viewers.rviz import find_rviz, rviz_command, write_rviz
@@ -62,7 +62,7 @@ WORLD, HOST, RUNNER, RECORDER = "world", "navigators", "mission", "recorder"
 RVIZ, VIEWER = "rviz", "viewer"
 MODULES = {
     WORLD: "swarm_sim.ros.node",
-    HOST: "swarm_nav.launch.host",
+    HOST: "swarm_nav.launch.fork_server_main",
     RUNNER: "swarm_commander.mission.runner",
     RECORDER: "swarm_recording.recorder",
     RVIZ: "swarm_commander.viewers.window",
@@ -80,10 +80,10 @@ MISSION_LIMIT = 60.0  # [s] from then to the mission's first goal,
 MISSION_LIMIT_PER_ROBOT = 1.0  # [s] and this much more for each robot to connect to
 
 
-class Run(ProcessRun):
+class LocalRun(ProcessRun):
     """A run on one host: world, navigators, mission."""
 
-    nursery = HOST
+    fork_server = HOST
     stop_order: Sequence[str] = STOP_ORDER
     onlookers: Sequence[str] = ONLOOKERS
 
@@ -92,21 +92,21 @@ class Run(ProcessRun):
         plan: RunPlan,
         folder: RunFolder,
         progress: Progress,
-        tally: Tally,
+        statistics: RunStatistics,
         modules: Mapping[str, str] = MODULES,
     ) -> None:
-        super().__init__(folder, progress, tally, modules, restarts=plan.options.restart)
+        super().__init__(folder, progress, statistics, modules, restarts=plan.options.restart)
         self._plan = plan
         self._awaits_activity = plan.options.autostart
         self._runner: dict[str, Any] = {}  # what the mission process is started with
-        self._is_released = False  # whether the nursery was told to start the navigators
+        self._is_released = False  # whether the fork server was told to start the navigators
         self._has_ticked = False
         self._suspects: dict[str, float] = {}  # that may hang: until when they may be silent
         self._requests: dict[str, list[Request]] = {}  # answered when a robot is active again
         self._navigated = set(plan.alive)  # robots that have a navigator, or had one that died
         self._unmet = set(MEETING) if ros_env.is_large(plan.options.swarm_size) else set()
         self.map_sha256 = ""  # of the map that the world will send
-        self._robots: list[dict[str, Any]] = []  # what the nursery is to start
+        self._robots: list[dict[str, Any]] = []  # what the fork server is to start
 
     def _check(self) -> None:
         self._check_start()
@@ -137,7 +137,7 @@ class Run(ProcessRun):
         self._start(RUNNER, self._runner)
 
     def _prepare_navigators(self, homes: Sequence[Pose]) -> None:
-        """Write their parameters and what the nursery is to read."""
+        """Write their parameters and what the fork server is to read."""
         for number, (name, home) in enumerate(
             zip(self._plan.options.robot_names, homes, strict=True), 1
         ):
@@ -213,7 +213,7 @@ class Run(ProcessRun):
                 else:
                     self._progress.phase("mission done")
             case MissionLoaded() | GoalSent() | GoalReached() | GoalWithdrawn():
-                pass  # the tally counts them
+                pass  # the statistics counts them
             case _:
                 assert_never(event)
 
@@ -284,7 +284,7 @@ class Run(ProcessRun):
     def _note_start(self) -> None:
         """Notice that all navigators are active that are not given up."""
         awaited = set(self._plan.alive) - self._keeper.given_up
-        if self.active_after_wall is None and self.tally.active >= len(awaited):
+        if self.active_after_wall is None and self.statistics.active >= len(awaited):
             self.active_after_wall = time.time() - self._started
             self._sample(now=True)
             self.usage.mark()
@@ -343,8 +343,8 @@ class Run(ProcessRun):
 
     def _on_exit(self, exit_: Exit) -> None:
         if exit_.name == HOST and not self._is_stopping:
-            for name in self._keeper.on_nursery_end():
-                self.tally.apply(NavigatorDied(name, exit_.returncode))
+            for name in self._keeper.on_fork_server_end():
+                self.statistics.apply(NavigatorDied(name, exit_.returncode))
                 self._tell(WORLD, RobotDead(name))
                 self._tell(RUNNER, RobotSilent(name))
         super()._on_exit(exit_)
@@ -377,13 +377,13 @@ class Run(ProcessRun):
 
     def _revive_mission(self) -> None:
         """Start the mission process anew: it goes on with the goals that are not settled."""
-        self.tally.on_mission_restart()
-        robots = self.tally.robots.items()
+        self.statistics.on_mission_restart()
+        robots = self.statistics.robots.items()
         settled = {name: robot.reached + robot.failed for name, robot in robots}
-        now = {"settled": settled, "resumed_at": self.tally.sim_time}
+        now = {"settled": settled, "resumed_at": self.statistics.sim_time}
         self._start(RUNNER, self._runner | now)
         known = {robot["name"] for robot in self._runner["robots"]}
-        for name in self.tally.robots:
+        for name in self.statistics.robots:
             if name not in known:
                 self._tell(RUNNER, WatchRobot(name))
         for name, robot in robots:
@@ -417,7 +417,7 @@ class Run(ProcessRun):
         missing = [
             name
             for name in self._plan.alive
-            if not self.tally.robots[name].active and name not in self._keeper.given_up
+            if not self.statistics.robots[name].active and name not in self._keeper.given_up
         ]
         if waited > START_LIMIT:
             self._fail(f"after {waited:.0f} s not active: {', '.join(missing)}")
@@ -427,7 +427,7 @@ class Run(ProcessRun):
 
     def _check_world(self) -> None:
         """End a run whose world hangs: it speaks twice a second, also while it is paused."""
-        limit = WORLD_SILENCE if self.tally.sim_time > 0.0 else WORLD_START_SILENCE
+        limit = WORLD_SILENCE if self.statistics.sim_time > 0.0 else WORLD_START_SILENCE
         if self._is_stopping or WORLD not in self._children:
             return
         silence = self._heartbeats.silence(WORLD) if self._has_ticked else 0.0
@@ -449,8 +449,8 @@ class Run(ProcessRun):
         if self._plan.mission is None or self.active_after_wall is None or self._is_stopping:
             return
         waited = time.time() - self._started - self.active_after_wall
-        limit = MISSION_LIMIT + MISSION_LIMIT_PER_ROBOT * len(self.tally.robots)
-        if waited > limit and not self.tally.sent and not self.tally.is_done:
+        limit = MISSION_LIMIT + MISSION_LIMIT_PER_ROBOT * len(self.statistics.robots)
+        if waited > limit and not self.statistics.sent and not self.statistics.is_done:
             log = self._folder.log(RUNNER)
             self._fail(
                 f"the {RUNNER} process has sent no goal {waited:.0f} s after all robots were"

@@ -16,7 +16,7 @@ from rclpy.signals import SignalHandlerOptions
 from swarm_common.middleware.rclpy_compat import SafeExecutor
 from swarm_common.process.messages import NavigatorActive, NavigatorDied
 from swarm_common.process.pipes import EventWriter
-from swarm_nav.ros.loop import Seat, TickLoop
+from swarm_nav.ros.loop import Slot, TickLoop
 from swarm_nav.ros.node import NavigatorNode
 from swarm_nav.ros.settings import NodeSettings
 
@@ -37,18 +37,18 @@ def run_navigators(group: Sequence[NodeSettings], events: EventWriter) -> None:
         signal.signal(number, stop)
     context = Context()
     rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
-    loop = TickLoop([_seat(settings, context, events) for settings in group], context)
+    loop = TickLoop([_slot(settings, context, events) for settings in group], context)
     with contextlib.suppress(ExternalShutdownException):
         while not is_stopped:
-            for seat, error in loop.turn():
+            for slot, error in loop.turn():
                 traceback.print_exception(error)
-                events.write(NavigatorDied(seat.name, 1))
+                events.write(NavigatorDied(slot.name, 1))
     loop.end()
 
 
-def _seat(settings: NodeSettings, context: Context, events: EventWriter) -> Seat:
+def _slot(settings: NodeSettings, context: Context, events: EventWriter) -> Slot:
     def tell() -> None:
         events.write(NavigatorActive(settings.name, os.getpid()))
 
     node = NavigatorNode(settings, context, tell, events)
-    return Seat(settings.name, node, SafeExecutor(context=context))
+    return Slot(settings.name, node, SafeExecutor(context=context))

@@ -13,7 +13,7 @@ from swarm_common.files.map_io import load_map
 from swarm_common.middleware import ros_env
 from swarm_common.middleware.dds_profile import HELPERS
 from swarm_common.model.errors import ConfigError
-from swarm_nav.launch.common_ground import prepare
+from swarm_nav.launch.shared_precomputation import prepare
 from swarm_nav.ros.settings import NodeSettings, read_node_settings
 
 PROFILES = "fastdds"  # folder of the processes' profiles, beside the configuration

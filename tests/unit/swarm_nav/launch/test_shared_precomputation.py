@@ -10,8 +10,8 @@ from swarm_common.model.records import Pose
 from swarm_common.model.sites import Sites
 from swarm_common.robots.loading import load_robot
 from swarm_nav.core.config import NavConfig
-from swarm_nav.launch import common_ground
-from swarm_nav.launch.common_ground import MANY_PROCESSES, prepare
+from swarm_nav.launch import shared_precomputation
+from swarm_nav.launch.shared_precomputation import MANY_PROCESSES, prepare
 from swarm_nav.planning.search import SearchSpace
 from swarm_nav.planning.terrain import Terrain
 from swarm_nav.ros.settings import FIXED, NodeSettings
@@ -89,5 +89,5 @@ def test_costs_of_many_stations_are_not_all_kept(
     terrain = terrain_of(robots[0].config, robots[0].spec, grid)
     monkeypatch.setattr(terrain, "most_goals", 2)
     terrain._cost_to_go.cache_clear()
-    common_ground.prepare(robots, grid, MANY_PROCESSES)
+    shared_precomputation.prepare(robots, grid, MANY_PROCESSES)
     assert terrain._cost_to_go.cache_info().misses == 1

@@ -10,7 +10,7 @@ FILE = "robots.jsonl"
 WAIT_STEP = 1.0  # [s] of waiting between two lines about it
 
 
-class Diary:
+class StateLog:
     """Writes changes of state with their stamps, goals sent and goals settled."""
 
     def __init__(self, journal: Journal) -> None:

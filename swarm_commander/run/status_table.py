@@ -8,7 +8,7 @@ from itertools import pairwise
 
 from rich.text import Text
 
-from swarm_commander.run.tally import RobotTally, Tally
+from swarm_commander.run.run_statistics import RobotStatistics, RunStatistics
 
 LINES = 10  # at most this many groups
 ALONE = 12  # up to this many robots get a line each
@@ -30,27 +30,27 @@ MARKS = {
 COUNTED = ("holding", "waiting", "recovering", "dead")
 
 
-def roster(tally: Tally) -> list[Text]:
+def status_table(statistics: RunStatistics) -> list[Text]:
     """Return a line per robot of a small swarm, a line per group of a large one."""
-    names = list(tally.robots)
+    names = list(statistics.robots)
     if len(names) <= ALONE:
         width = max(len(name) for name in names)
-        return [_robot_line(name.ljust(width), tally.robots[name]) for name in names]
+        return [_robot_line(name.ljust(width), statistics.robots[name]) for name in names]
     size = -(-len(names) // LINES)
     starts = [*range(0, len(names), size), len(names)]
     groups = [names[start:end] for start, end in pairwise(starts)]
     labels = [_label(group) for group in groups]
     width = max(map(len, labels))
     lines = [
-        _group_line(label.ljust(width), [tally.robots[name] for name in group], size)
+        _group_line(label.ljust(width), [statistics.robots[name] for name in group], size)
         for label, group in zip(labels, groups, strict=True)
     ]
-    return [*lines, legend(tally)]
+    return [*lines, legend(statistics)]
 
 
-def legend(tally: Tally) -> Text:
+def legend(statistics: RunStatistics) -> Text:
     """Return what the letters mean that are to be seen now."""
-    seen = {shown_state(robot) or "inactive" for robot in tally.robots.values()}
+    seen = {shown_state(robot) or "inactive" for robot in statistics.robots.values()}
     line = Text()
     for state, (letter, style) in MARKS.items():
         if state in seen and letter.strip():
@@ -59,14 +59,14 @@ def legend(tally: Tally) -> Text:
     return line
 
 
-def shown_state(robot: RobotTally) -> str:
+def shown_state(robot: RobotStatistics) -> str:
     """Return the state that counts: those dead or taken out say nothing any more."""
     if robot.left:
         return "gone"
     return "dead" if robot.died else robot.state
 
 
-def _robot_line(label: str, robot: RobotTally) -> Text:
+def _robot_line(label: str, robot: RobotStatistics) -> Text:
     state = shown_state(robot)
     detail = (
         robot.detail if len(robot.detail) <= SHOWN_DETAIL else f"{robot.detail[:SHOWN_DETAIL]}…"
@@ -77,7 +77,7 @@ def _robot_line(label: str, robot: RobotTally) -> Text:
     return line.append(f"{robot.goal} {detail}".strip(), style="dim")
 
 
-def _group_line(label: str, robots: Sequence[RobotTally], width: int) -> Text:
+def _group_line(label: str, robots: Sequence[RobotStatistics], width: int) -> Text:
     line = Text(f"{label}  ")
     for robot in robots:
         line.append(*_mark(shown_state(robot)))

@@ -16,7 +16,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.middleware.layout import (
+from swarm_common.middleware.cdr_layout import (
     HEAD,
     LITTLE,
     STAMP,
