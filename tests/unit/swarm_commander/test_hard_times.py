@@ -14,7 +14,7 @@ from typing import IO, cast
 
 import pytest
 from rich.console import Console
-from tests.unit.swarm_commander.run.test_bringup import DOMAIN, MISSION, ROOT, Up, wait_for
+from tests.unit.swarm_commander.run.test_local_run import DOMAIN, MISSION, ROOT, Up, wait_for
 
 from swarm_commander.run.report import write_report
 from swarm_commander.run.run_statistics import RunStatistics
