@@ -14,7 +14,6 @@ from typing import IO, cast
 
 import pytest
 from rich.console import Console
-from tests.unit.swarm_commander.run.test_local_run import DOMAIN, MISSION, ROOT, Up, wait_for
 
 from swarm_commander.run.report import write_report
 from swarm_commander.run.run_statistics import RunStatistics
@@ -26,6 +25,7 @@ from swarm_common.model.breaches import MissedGoal
 from swarm_common.model.errors import ConfigError
 from swarm_common.process import messages as say
 from tests.standins.small_disk import fill, small_disk
+from tests.unit.swarm_commander.run.test_local_run import DOMAIN, MISSION, ROOT, Up, wait_for
 
 OTHER_DOMAIN = "229"
 
