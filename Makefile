@@ -10,9 +10,11 @@ PYTHON ?=
 export PYTHON
 
 inputs := pyproject.toml tools/bootstrap.sh $(shell find interfaces -type f)
+live := tests/faults tests/graph tests/hosts tests/scenario
+pure := $(filter-out $(live),$(patsubst %/,%,$(wildcard tests/*/)))
 DEMO := --swarm-size 20 --world slim_blockage --mission loading_route --until-done
 
-.PHONY: help demo test setup docs clean
+.PHONY: help demo test test-live test-pure setup docs clean
 
 help:
 	@sed -n 's/^# \{0,1\}//p' $(firstword $(MAKEFILE_LIST))
@@ -26,7 +28,11 @@ test: .venv/.ready-test
 	.venv/bin/mypy
 	.venv/bin/lint-imports --no-logo
 	NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --strict --quiet
-	.venv/bin/pytest
+	$(MAKE) --jobs=2 --output-sync=target --no-print-directory test-live test-pure
+
+# Swarms that run, and everything else: a core each.
+test-live test-pure: test-%: .venv/.ready-test
+	.venv/bin/pytest $($*)
 
 setup: .venv/.ready-run
 
