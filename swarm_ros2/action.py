@@ -1,9 +1,10 @@
-"""`ros2 action`: list, info, send_goal."""
+"""`ros2 action`: list, info, type, send_goal."""
 
 from __future__ import annotations
 
 import argparse
 import contextlib
+import sys
 from typing import Any
 
 from action_msgs.msg import GoalStatus
@@ -50,6 +51,9 @@ def add_verbs(verbs: Any) -> None:
         help="Only display the number of actions discovered",
     )
     verb.set_defaults(run=_list)
+    verb = verbs.add_parser("type", help="Print a action's type")
+    verb.add_argument("action_name", help="Name of the ROS action to get info (e.g. '/fibonacci')")
+    verb.set_defaults(run=_type)
     verb = verbs.add_parser("send_goal", help="Send an action goal")
     verb.add_argument("action_name", help="Name of the ROS action (e.g. '/fibonacci')")
     verb.add_argument(
@@ -77,6 +81,14 @@ def _info(options: argparse.Namespace) -> None:
         print(f"Action {side}: {len(users)}")
         for name, types in [] if options.count else users:
             print(f"    {name} [{', '.join(types)}]" if options.show_types else f"    {name}")
+
+
+def _type(options: argparse.Namespace) -> None:
+    with graph.open_node() as node:
+        rows = dict(graph.settled(node, lambda: get_action_names_and_types(node)))
+    if options.action_name not in rows:
+        sys.exit(1)
+    print("\n".join(rows[options.action_name]))
 
 
 def _sides(node: Node, action: str) -> dict[str, graph.NamesAndTypes]:

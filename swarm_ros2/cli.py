@@ -11,16 +11,23 @@ from pathlib import Path
 
 from swarm_common.middleware import ros_env
 from swarm_common.model.errors import SwarmError
+from swarm_ros2 import launcher
 from swarm_ros2.handover import clean_environment, find_real_ros2
 
 COMMANDS = {
     "action": "Various action related sub-commands",
+    "bag": "Various rosbag related sub-commands",
+    "doctor": "Check the machine for common problems (swarm-doctor)",
     "interface": "Show information about ROS interfaces",
+    "launch": "Run a launch file",
+    "lifecycle": "Various lifecycle related sub-commands",
     "node": "Various node related sub-commands",
     "param": "Various param related sub-commands",
+    "run": "Run a package specific executable",
     "service": "Various service related sub-commands",
     "topic": "Various topic related sub-commands",
 }
+LIKE_PROGRAMS = ("doctor", "launch", "run")  # commands without verbs
 EPILOG = (
     "This is the small ros2 of the swarm workbench. Where ROS 2 is installed (another ros2 on"
     " PATH), that one runs instead, with all of its commands."
@@ -71,7 +78,11 @@ def _parser(arguments: Sequence[str]) -> argparse.ArgumentParser:
     wanted = next((word for word in arguments if not word.startswith("-")), None)
     for name, text in COMMANDS.items():
         command = commands.add_parser(name, help=text, description=text)
-        if name == wanted:
+        if name != wanted:
+            continue
+        if name in LIKE_PROGRAMS:
+            launcher.add_arguments(name, command)
+        else:
             verbs = command.add_subparsers(metavar="verb", required=True)
             importlib.import_module(f"swarm_ros2.{name}").add_verbs(verbs)
     return parser

@@ -1,4 +1,4 @@
-"""`ros2 interface`: show, list."""
+"""`ros2 interface`: show, list, package, packages, proto."""
 
 from __future__ import annotations
 
@@ -13,7 +13,9 @@ from ament_index_python import get_package_share_directory, get_resource, get_re
 from ament_index_python.packages import PackageNotFoundError
 
 from swarm_common.model.errors import SwarmError
+from swarm_ros2 import interfaces, text
 
+INDEX = "rosidl_interfaces"
 KINDS = {"msg": "Messages", "srv": "Services", "action": "Actions"}
 FIELD = re.compile(
     r"^(?P<type>[A-Za-z]\w*(?:/\w+)*)(?:\[[^\]]*\])?\s+[a-z]\w*\s*(?:#.*|$|[^=\s].*)"
@@ -25,16 +27,27 @@ def add_verbs(verbs: Any) -> None:
     # The wheels install to this environment without saying so to the ament index.
     prefixes = [*os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep), sys.prefix]
     os.environ["AMENT_PREFIX_PATH"] = os.pathsep.join(filter(None, prefixes))
-    verb = verbs.add_parser("list", help="List all interface types available")
-    for kind, title in KINDS.items():
-        verb.add_argument(
-            f"-{kind[0]}",
-            f"--only-{kind}s",
-            action="store_true",
-            dest=kind,
-            help=f"Print out only the {title.lower()}",
-        )
-    verb.set_defaults(run=_list)
+    for name, text_, run in (
+        ("list", "List all interface types available", _list),
+        ("package", "Output a list of available interface types within one package", _package),
+        ("packages", "Output a list of packages that provide interfaces", _packages),
+    ):
+        verb = verbs.add_parser(name, help=text_)
+        for kind, title in KINDS.items():
+            verb.add_argument(
+                f"-{kind[0]}",
+                f"--only-{kind}s",
+                action="store_true",
+                dest=kind,
+                help=f"Print out only the {title.lower()}",
+            )
+        verb.set_defaults(run=run)
+        if name == "package":
+            verb.add_argument("package_name", help="Name of the ROS package (e.g. 'std_msgs')")
+    verb = verbs.add_parser("proto", help="Output an interface prototype")
+    verb.add_argument("type", help="An interface (e.g. 'std_msgs/msg/String')")
+    verb.add_argument("--no-quotes", action="store_true", help="Output has no outer quotes")
+    verb.set_defaults(run=_proto)
     verb = verbs.add_parser("show", help="Output the interface definition")
     verb.add_argument("type", help="Show an interface definition (e.g. 'std_msgs/msg/String')")
     verb.add_argument("--no-comments", action="store_true", help="Show no comments")
@@ -42,16 +55,43 @@ def add_verbs(verbs: Any) -> None:
 
 
 def _list(options: argparse.Namespace) -> None:
-    names = [
-        f"{package}/{Path(line).with_suffix('')}"
-        for package in get_resources("rosidl_interfaces")
-        for line in get_resource("rosidl_interfaces", package)[0].splitlines()
-        if line.endswith(".idl")
-    ]
-    wanted = [kind for kind in KINDS if getattr(options, kind)] or list(KINDS)
-    for kind in wanted:
+    names = [name for package in get_resources(INDEX) for name in _names(package)]
+    for kind in _wanted(options):
         print(f"{KINDS[kind]}:")
         print("\n".join(f"    {name}" for name in sorted(names) if f"/{kind}/" in name))
+
+
+def _package(options: argparse.Namespace) -> None:
+    package, wanted = options.package_name, _wanted(options)
+    if package not in get_resources(INDEX):
+        raise SwarmError(f"Unknown package '{package}'")
+    print("\n".join(name for name in sorted(_names(package)) if name.split("/")[1] in wanted))
+
+
+def _packages(options: argparse.Namespace) -> None:
+    wanted = _wanted(options)
+    for package in sorted(get_resources(INDEX)):
+        if any(name.split("/")[1] in wanted for name in _names(package)):
+            print(package)
+
+
+def _proto(options: argparse.Namespace) -> None:
+    _definition(options.type)  # for the message if there is none
+    kind = options.type.split("/")[1]
+    found = interfaces.load(kind, options.type)
+    found = {"msg": found, "srv": getattr(found, "Request", None),
+             "action": getattr(found, "Goal", None)}[kind]  # fmt: skip
+    prototype = text.to_yaml(found())
+    print(prototype if options.no_quotes else f'"{prototype}"')
+
+
+def _names(package: str) -> list[str]:
+    lines = get_resource(INDEX, package)[0].splitlines()
+    return [f"{package}/{Path(line).with_suffix('')}" for line in lines if line.endswith(".idl")]
+
+
+def _wanted(options: argparse.Namespace) -> list[str]:
+    return [kind for kind in KINDS if getattr(options, kind)] or list(KINDS)
 
 
 def _show(options: argparse.Namespace) -> None:

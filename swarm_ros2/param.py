@@ -1,13 +1,15 @@
-"""`ros2 param`: list, get, set, dump."""
+"""`ros2 param`: list, get, set, dump, load, describe, delete."""
 
 from __future__ import annotations
 
 import argparse
+import sys
+from pathlib import Path
 from typing import Any
 
 import yaml
 from rcl_interfaces.msg import Parameter, ParameterType
-from rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
+from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParameters
 from rclpy.node import Node
 from rclpy.parameter import get_parameter_value, parameter_value_to_python
 
@@ -25,12 +27,35 @@ LABELS = {
     ParameterType.PARAMETER_DOUBLE_ARRAY: "Double values are:",
     ParameterType.PARAMETER_STRING_ARRAY: "String values are:",
 }
+TYPES = (
+    "not set", "boolean", "integer", "double", "string", "byte array", "boolean array",
+    "integer array", "double array", "string array",
+)  # fmt: skip
 ANSWER = 6.0  # [s] that a node has for an answer
 ASK_PERIOD = 2.0  # [s] after which it is asked again
 
 
 def add_verbs(verbs: Any) -> None:
     """Add the verbs of `ros2 param`."""
+    verb = verbs.add_parser("delete", help="Delete parameter")
+    verb.add_argument("node_name", help="Name of the ROS node")
+    verb.add_argument("parameter_name", help="Name of the parameter")
+    verb.set_defaults(run=_delete)
+    verb = verbs.add_parser(
+        "describe", help="Show descriptive information about declared parameters"
+    )
+    verb.add_argument("node_name", help="Name of the ROS node")
+    verb.add_argument("parameter_names", nargs="+", help="Names of the parameters")
+    verb.set_defaults(run=_describe)
+    verb = verbs.add_parser("load", help="Load parameter file for a node")
+    verb.add_argument("node_name", help="Name of the ROS node")
+    verb.add_argument("parameter_file", type=Path, help="Parameter file")
+    verb.add_argument(
+        "--no-use-wildcard",
+        action="store_true",
+        help="Do not load parameters in the '/**' namespace into the node",
+    )
+    verb.set_defaults(run=_load)
     verb = verbs.add_parser("dump", help="Show all parameters of a node in a YAML file format")
     verb.add_argument("node_name", help="Name of the ROS node")
     verb.set_defaults(run=_dump)
@@ -49,7 +74,12 @@ def add_verbs(verbs: Any) -> None:
     verb.set_defaults(run=_set)
 
 
-def _call(node: Node, owner: str, kind: Any, service: str, request: Any) -> Any:
+def call(node: Node, owner: str, kind: Any, service: str, request: Any) -> Any:
+    """Return the answer of a service of a node; its server may come only for us.
+
+    Raises:
+        SwarmError: If there is no such service, or no answer.
+    """
     client = node.create_client(kind, f"{owner}/{service}")
     if not graph.wait_for(client.service_is_ready):
         raise SwarmError(f"{owner} offers no service {service}")
@@ -70,13 +100,13 @@ def _spin_for(node: Node, future: Any) -> None:
 
 
 def _names(node: Node, owner: str) -> list[str]:
-    answer = _call(node, owner, ListParameters, "list_parameters", ListParameters.Request())
+    answer = call(node, owner, ListParameters, "list_parameters", ListParameters.Request())
     return sorted(answer.result.names)
 
 
 def _values(node: Node, owner: str, names: list[str]) -> list[Any]:
     request = GetParameters.Request(names=names)
-    return list(_call(node, owner, GetParameters, "get_parameters", request).values)
+    return list(call(node, owner, GetParameters, "get_parameters", request).values)
 
 
 def _list(options: argparse.Namespace) -> None:
@@ -110,11 +140,87 @@ def _set(options: argparse.Namespace) -> None:
     )
     with graph.open_node() as node:
         owner = graph.require_node(node, options.node_name)
-        result = _call(node, owner, SetParameters, "set_parameters", request).results[0]
+        result = call(node, owner, SetParameters, "set_parameters", request).results[0]
     reason = f": {result.reason}" if result.reason else ""
     if not result.successful:
         raise SwarmError(f"Setting parameter failed{reason}")
     print(f"Set parameter successful{reason}")
+
+
+def _delete(options: argparse.Namespace) -> None:
+    request = SetParameters.Request(parameters=[Parameter(name=options.parameter_name)])
+    with graph.open_node() as node:
+        owner = graph.require_node(node, options.node_name)
+        result = call(node, owner, SetParameters, "set_parameters", request).results[0]
+    reason = f": {result.reason}" if result.reason else ""
+    if result.successful:
+        print(f"Deleted parameter successfully{reason}")
+    else:
+        print(f"Deleting parameter failed{reason}", file=sys.stderr)
+
+
+def _describe(options: argparse.Namespace) -> None:
+    request = DescribeParameters.Request(names=options.parameter_names)
+    with graph.open_node() as node:
+        owner = graph.require_node(node, options.node_name)
+        answer = call(node, owner, DescribeParameters, "describe_parameters", request)
+    for found in answer.descriptors:
+        print(f"Parameter name: {found.name}\n  Type: {TYPES[found.type]}")
+        if found.description:
+            print(f"  Description: {found.description}")
+        print("  Constraints:")
+        if found.read_only:
+            print("    Read only: true")
+        for limits in [*found.floating_point_range, *found.integer_range][:1]:
+            print(f"    Min value: {limits.from_value}\n    Max value: {limits.to_value}")
+            if limits.step:
+                print(f"    Step: {limits.step}")
+        if found.additional_constraints:
+            print(f"    Additional constraints: {found.additional_constraints}")
+
+
+def _load(options: argparse.Namespace) -> None:
+    file = options.parameter_file
+    try:
+        tree = yaml.safe_load(file.read_text(encoding="utf-8"))
+    except (OSError, UnicodeError, yaml.YAMLError) as error:
+        raise SwarmError(f"{file}: {error}") from error
+    with graph.open_node() as node:
+        owner = graph.require_node(node, options.node_name)
+        values: dict[str, Any] = {}
+        for key in ("/**", owner.removeprefix("/"), owner):
+            section = tree.get(key) if isinstance(tree, dict) else None
+            is_wanted = key != "/**" or not options.no_use_wildcard
+            if isinstance(section, dict) and is_wanted:
+                values |= _flat(section.get("ros__parameters") or {})
+        if not values:
+            raise SwarmError(f"Param file does not contain any valid parameters for {owner}")
+        parameters = [
+            Parameter(name=name, value=get_parameter_value(_text(value)))
+            for name, value in values.items()
+        ]
+        request = SetParameters.Request(parameters=parameters)
+        results = call(node, owner, SetParameters, "set_parameters", request).results
+    for name, result in zip(values, results, strict=True):
+        reason = f": {result.reason}" if result.reason else ""
+        if result.successful:
+            print(f"Set parameter {name} successful{reason}")
+        else:
+            print(f"Set parameter {name} failed{reason}", file=sys.stderr)
+
+
+def _flat(tree: dict[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Return nested parameters under their dotted names."""
+    flat: dict[str, Any] = {}
+    for name, value in tree.items():
+        branch = isinstance(value, dict)
+        flat |= _flat(value, f"{prefix}{name}.") if branch else {f"{prefix}{name}": value}
+    return flat
+
+
+def _text(value: Any) -> str:
+    """Return a value as YAML in one line, a text in quotes."""
+    return str(yaml.safe_dump(value, default_flow_style=True, width=sys.maxsize)).partition("\n")[0]
 
 
 def _dump(options: argparse.Namespace) -> None:

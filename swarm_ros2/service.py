@@ -1,4 +1,4 @@
-"""`ros2 service`: list, type, find, call."""
+"""`ros2 service`: list, type, find, call, info."""
 
 from __future__ import annotations
 
@@ -28,6 +28,9 @@ def add_verbs(verbs: Any) -> None:
     verb = verbs.add_parser("find", help="Output a list of available services of a given type")
     verb.add_argument("service_type", help="Name of the ROS service type to filter for")
     verb.set_defaults(run=_find)
+    verb = verbs.add_parser("info", help="Print information about a service")
+    verb.add_argument("service_name", help="Name of the ROS service to get info")
+    verb.set_defaults(run=_info)
     verb = verbs.add_parser("list", help="Output a list of available services")
     verb.add_argument(
         "-t", "--show-types", action="store_true", help="Additionally show the service type"
@@ -55,6 +58,18 @@ def _list(options: argparse.Namespace) -> None:
             if options.include_hidden_services or not graph.is_hidden(name)
         ]
     graph.print_names(rows, types=options.show_types, count=options.count_services)
+
+
+def _info(options: argparse.Namespace) -> None:
+    service = graph.absolute(options.service_name)
+    with graph.open_node() as node:
+        kind = graph.service_type(node, service)
+        if kind is None:
+            raise SwarmError(f"Unknown service '{options.service_name}'")
+        counts = graph.settled(
+            node, lambda: (node.count_clients(service), node.count_services(service))
+        )
+    print(f"Type: {kind}\nClients count: {counts[0]}\nServices count: {counts[1]}")
 
 
 def _find(options: argparse.Namespace) -> None:

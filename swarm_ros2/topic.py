@@ -21,7 +21,7 @@ def add_verbs(verbs: Any) -> None:
     verb = verbs.add_parser("find", help="Output a list of available topics of a given type")
     verb.add_argument("topic_type", help="Name of the ROS topic type to filter for")
     verb.set_defaults(run=_find)
-    topic_hz.add_verb(verbs)
+    topic_hz.add_verbs(verbs)
     verb = verbs.add_parser("info", help="Print information about a topic")
     verb.add_argument("topic_name", help="Name of the ROS topic to get info (e.g. '/chatter')")
     verb.add_argument(

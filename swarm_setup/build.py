@@ -9,6 +9,7 @@ from __future__ import annotations
 import fcntl
 import importlib.util
 import os
+import re
 import shutil
 import sys
 import tempfile
@@ -28,6 +29,10 @@ from swarm_setup.rosidl import generate, install, packages, toolchain
 from swarm_setup.rosidl.packages import InterfacePackage
 
 Report = Callable[[int], None]
+INDEX = Path("share/ament_index/resource_index/packages")
+# Least release of each major that has what we use, for packages that others may have installed.
+RELEASES = {"simulation_interfaces": ((1, 5), (2, 1)), "nav2_msgs": ((1, 3),)}
+VERSION = re.compile(r"<version>\s*(\d+)\.(\d+)[\d.]*\s*</version>")
 
 
 def ensure_interfaces(*, quiet: bool = False) -> list[str]:
@@ -43,7 +48,7 @@ def ensure_interfaces(*, quiet: bool = False) -> list[str]:
         SwarmError: A tool is missing or the build failed.
     """
     environment = install.Environment.current()
-    wanted = _wanted(environment)
+    wanted = _wanted()
     stale = _stale(wanted, environment)
     if not stale:
         return []
@@ -65,7 +70,7 @@ def ensure_interfaces(*, quiet: bool = False) -> list[str]:
 def stale_interfaces() -> list[str]:
     """Return the names of the interface packages that are missing or out of date."""
     environment = install.Environment.current()
-    return [package.name for package in _stale(_wanted(environment), environment)]
+    return [package.name for package in _stale(_wanted(), environment)]
 
 
 def builds_folder() -> Path:
@@ -77,6 +82,20 @@ def interface_packages() -> list[Path]:
     """Return the folders of the interface packages that were installed by us."""
     environment = install.Environment.current()
     return [environment.site_packages / name for name in environment.installed()]
+
+
+def foreign_interfaces() -> dict[str, Path]:
+    """Return the interface packages that somebody else installed, and where.
+
+    Raises:
+        SwarmError: If one is of a release that does not have what we use.
+    """
+    environment = install.Environment.current()
+    names = [package.name for package in _packages()]
+    found = {name: prefix for name in names if (prefix := _provider(name, environment))}
+    for name, prefix in found.items():
+        _check_release(name, prefix)
+    return found
 
 
 def main() -> None:
@@ -96,13 +115,14 @@ def main() -> None:
     )
 
 
-def _wanted(environment: install.Environment) -> list[InterfacePackage]:
+def _wanted() -> list[InterfacePackage]:
     """Return the packages of ours that nobody else provides."""
-    return [
-        package
-        for package in packages.load_packages(share_directory("interfaces") / "interfaces")
-        if not _is_provided(package.name, environment)
-    ]
+    foreign = foreign_interfaces()
+    return [package for package in _packages() if package.name not in foreign]
+
+
+def _packages() -> list[InterfacePackage]:
+    return packages.load_packages(share_directory("interfaces") / "interfaces")
 
 
 def _stale(
@@ -113,12 +133,30 @@ def _stale(
     return [p for p in wanted if installed.get(p.name) != _source_key(p, wanted)]
 
 
-def _is_provided(name: str, environment: install.Environment) -> bool:
-    """Tell whether somebody else installed a package (importable and in an ament index)."""
+def _provider(name: str, environment: install.Environment) -> Path | None:
+    """Return where somebody else installed a package (importable and in an ament index)."""
     if name in environment.installed() or importlib.util.find_spec(name) is None:
-        return False
-    marker = Path("share/ament_index/resource_index/packages") / name
-    return any((prefix / marker).exists() for prefix in toolchain.ros_prefixes(os.environ))
+        return None
+    prefixes = toolchain.ros_prefixes(os.environ)
+    return next((prefix for prefix in prefixes if (prefix / INDEX / name).exists()), None)
+
+
+def _check_release(name: str, prefix: Path) -> None:
+    file = prefix / "share" / name / "package.xml"
+    match = VERSION.search(file.read_text(encoding="utf-8")) if file.is_file() else None
+    if match is None or name not in RELEASES:
+        return
+    major, minor = int(match[1]), int(match[2])
+    if any(major == least[0] and minor >= least[1] for least in RELEASES[name]):
+        return
+    wanted = " or ".join(
+        f"{least[0]}.{least[1]} and later {least[0]}.x" for least in RELEASES[name]
+    )
+    raise SwarmError(
+        f"{name} {major}.{minor} in {prefix} does not have all that is used here; expected"
+        f" {wanted}:"
+        " update it, or leave it out of AMENT_PREFIX_PATH and PYTHONPATH to have ours built"
+    )
 
 
 def _closure(package: InterfacePackage, among: list[InterfacePackage]) -> list[InterfacePackage]:

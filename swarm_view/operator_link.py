@@ -26,6 +26,7 @@ from unique_identifier_msgs.msg import UUID
 from swarm_common.middleware import ros_io
 from swarm_common.middleware.rclpy_compat import SafeExecutor
 from swarm_common.middleware.ros_poll import drain
+from swarm_common.middleware.simulation import resource_in
 from swarm_common.model.records import Pose
 
 POSITION_VARIANCE, YAW_VARIANCE = 0.25, 0.0685  # what RViz's tool sends
@@ -133,7 +134,7 @@ class OperatorLink:
     def spawn(self, model: str, pose_map: Pose | None, tell: Tell) -> None:
         """Add a robot; without a pose at a free place of the start area."""
         request = SpawnEntity.Request()
-        request.entity_resource.uri = model
+        resource_in(request).uri = model
         request.initial_pose.header.frame_id = "spawn" if pose_map is None else "map"
         if pose_map is not None:
             request.initial_pose.pose = ros_io.pose_msg(pose_map)

@@ -24,7 +24,8 @@ from swarm_common.middleware.ros_env import (
     TERMINALS,
     participants_of,
 )
-from swarm_setup.build import stale_interfaces
+from swarm_common.model.errors import SwarmError
+from swarm_setup.build import foreign_interfaces, stale_interfaces
 
 CPU_PER_ROBOT = 0.02  # [s] of CPU per simulated second; 0.019 measured with 20 robots
 WORLD_MEMORY = 350  # [MiB] of world, mission and the process that navigators are forked from
@@ -69,6 +70,8 @@ class Facts:
         ephemeral: First port that the kernel gives to anybody.
         ports: UDP ports in use on this host.
         rmw: RMW_IMPLEMENTATION, empty if not set.
+        foreign_interfaces: Interface packages of somebody else, which are used, and where they are.
+        wrong_interfaces: What is wrong with them; empty for nothing.
         stale_interfaces: Interface packages that have to be built first.
         has_compiler: Whether a C++ compiler was found.
         cache: Folder in which compiled kernels are kept; None if it is not writable.
@@ -91,6 +94,8 @@ class Facts:
     cache: Path | None
     shm: float = 0.0
     own_dds: str = ""
+    foreign_interfaces: tuple[str, ...] = ()
+    wrong_interfaces: str = ""
 
 
 def look(environment: Mapping[str, str] = os.environ) -> Facts:
@@ -100,6 +105,14 @@ def look(environment: Mapping[str, str] = os.environ) -> Facts:
         processes if processes >= 0 else 1 << 30, int(_kernel("kernel/threads-max", "1073741824"))
     )
     running = sum(p.info["num_threads"] or 0 for p in psutil.process_iter(["num_threads"]))
+    foreign: tuple[str, ...] = ()
+    stale: tuple[str, ...] = ()
+    wrong = ""
+    try:
+        foreign = tuple(f"{name} of {prefix}" for name, prefix in foreign_interfaces().items())
+        stale = tuple(stale_interfaces())
+    except SwarmError as error:
+        wrong = str(error)
     return Facts(
         cpus=len(os.sched_getaffinity(0)),
         load=os.getloadavg()[0],
@@ -110,7 +123,9 @@ def look(environment: Mapping[str, str] = os.environ) -> Facts:
         ephemeral=int(_kernel("net/ipv4/ip_local_port_range", "32768 60999").split()[0]),
         ports=frozenset(c.laddr.port for c in psutil.net_connections("udp4") if c.laddr),
         rmw=environment.get("RMW_IMPLEMENTATION", ""),
-        stale_interfaces=tuple(stale_interfaces()),
+        stale_interfaces=stale,
+        foreign_interfaces=foreign,
+        wrong_interfaces=wrong,
         has_compiler=any(shutil.which(name) for name in ("g++", "c++", "clang++")),
         cache=_kernel_cache(environment),
         shm=shutil.disk_usage(SHM).free / 2**20 if SHM.is_dir() else 0.0,
@@ -232,8 +247,11 @@ def _rmw(facts: Facts) -> Finding:
 
 
 def _interfaces(facts: Facts) -> Finding:
+    if facts.wrong_interfaces:
+        return Finding(Level.ERROR, "ROS interfaces", facts.wrong_interfaces)
     if not facts.stale_interfaces:
-        return Finding(Level.GOOD, "ROS interfaces", "built")
+        found = "; ".join(["built", *facts.foreign_interfaces])
+        return Finding(Level.GOOD, "ROS interfaces", found)
     found = f"not built yet: {', '.join(facts.stale_interfaces)}"
     if facts.has_compiler:
         return Finding(Level.WARNING, "ROS interfaces", found, "swarm-setup builds them")

@@ -25,6 +25,7 @@ from swarm_commander.cli.thing_request import thing_request
 from swarm_commander.run import domain
 from swarm_commander.run.domain import domain_id
 from swarm_common.middleware import ros_io
+from swarm_common.middleware.simulation import resource_in
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
 from swarm_common.process.messages import RestartNavigator
@@ -79,7 +80,7 @@ def spawn(
         return
     find_robot(robot)
     request = SpawnEntity.Request(name=name)
-    request.entity_resource.uri = robot
+    resource_in(request).uri = robot
     request.initial_pose.header.frame_id = "spawn" if pose is None else "map"
     if pose is not None:
         request.initial_pose.pose = ros_io.pose_msg(Pose(*pose))

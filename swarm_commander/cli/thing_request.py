@@ -9,6 +9,7 @@ from typing import Any
 from simulation_interfaces.srv import SpawnEntity
 
 from swarm_common.middleware import ros_io
+from swarm_common.middleware.simulation import resource_in
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
 
@@ -50,9 +51,9 @@ def thing_request(
     request.initial_pose.header.frame_id = GROUND
     request.initial_pose.pose = ros_io.pose_msg(Pose(*pose))
     if source:
-        request.entity_resource.uri = str(Path(source).absolute()) if _is_path(source) else source
+        resource_in(request).uri = str(Path(source).absolute()) if _is_path(source) else source
     else:
-        request.entity_resource.resource_string = _model(box, cylinder, mass)
+        resource_in(request).resource_string = _model(box, cylinder, mass)
     return request
 
 

@@ -103,7 +103,7 @@ class RobotCommander:
     # Tasks; each replaces the one before
 
     def goToPose(self, pose: PoseStamped, behavior_tree: str = "") -> Task:
-        """Drive to a pose; a stamp in the future is when to set off."""
+        """Drive to a pose; `ros_io.start_text(tick)` as behavior_tree is when to set off."""
         goal = NavigateToPose.Goal(pose=pose, behavior_tree=behavior_tree)
         return self.send("navigate_to_pose", NavigateToPose, goal)
 

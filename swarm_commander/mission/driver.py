@@ -14,7 +14,13 @@ from swarm_commander.mission.client import RobotCommander
 from swarm_commander.mission.itinerary import Itinerary, Order, Outcome, State
 from swarm_commander.mission.status_door import StatusDoor
 from swarm_commander.mission.task import Task, TaskResult
-from swarm_common.middleware.ros_io import LATCHED, pose_stamped, tick_of, time_msg
+from swarm_common.middleware.ros_io import (
+    LATCHED,
+    pose_stamped,
+    start_text,
+    tick_of,
+    time_msg,
+)
 from swarm_common.model.records import CONTROL_PERIOD
 
 SAME_GOAL = 1e-3  # [m]
@@ -146,7 +152,10 @@ class RobotDriver:
         self.order = order
         self._sent += 1
         self._listener.on_sent(self, order)
-        goal = NavigateToPose.Goal(pose=pose_stamped(order.stop.pose_map, order.start_tick))
+        goal = NavigateToPose.Goal(
+            pose=pose_stamped(order.stop.pose_map, self.tick),
+            behavior_tree=start_text(order.start_tick),
+        )
         self.robot.send("navigate_to_pose", NavigateToPose, goal, self._take_end)
 
     @property

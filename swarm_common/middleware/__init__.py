@@ -20,6 +20,9 @@ What a module imports of its folder stands above it:
                     Knows no ROS
     beacon_batch    All beacons that the robots of one host receive at a tick, as one message:
                     each beacon once
+    tick_action     Action servers that never block: a goal is handed on and its result sent at
+                    the end
+    simulation      Where messages of simulation_interfaces 1.x and 2.x differ
     dds_profile     DDS profiles of a swarm on several hosts: one address to bind to, peers by
                     unicast only
     cdr_layout      Where the numbers of a CDR message are that begins with a stamp and some

@@ -19,6 +19,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.parameter_service import ParameterService
 from rclpy.qos import QoSProfile, qos_profile_services_default
+from rclpy.service import Service
 from rclpy.time_source import TimeSource
 from rclpy.type_support import check_for_type_support
 
@@ -29,6 +30,7 @@ MOST = 1000  # parameters of a request
 LONGEST = 256  # letters of a name
 PARTS: tuple[tuple[Any, str], ...] = (
     (_rclpy, "EventsExecutor"),
+    (_rclpy, "Node"),
     (_rclpy, "Service"),
     (_rclpy, "Subscription"),
     (_rclpy, "WaitSet"),
@@ -39,7 +41,9 @@ PARTS: tuple[tuple[Any, str], ...] = (
     (_rclpy.WaitSet, "add_subscription"),
     (_rclpy.WaitSet, "clear_entities"),
     (_rclpy.WaitSet, "wait"),
+    (Node.__init__, "_services"),
     (Node.__init__, "_time_source"),
+    (Node, "_wake_executor"),
     (ParameterService, "_describe_parameters_callback"),
     (ParameterService, "_get_parameter_types_callback"),
     (ParameterService, "_get_parameters_callback"),
@@ -68,6 +72,36 @@ def service(node: Node, kind: Any, name: str) -> Any:
     quality = qos_profile_services_default.get_c_qos_profile()
     with node.handle:
         return _rclpy.Service(node.handle, kind, name, quality)
+
+
+def name_in_graph(node: Node, name: str) -> Any:
+    """Return the handle of a node that has only a name, beside another one in its namespace."""
+    context = node.context.handle
+    with context:
+        return _rclpy.Node(name, node.get_namespace(), context, None, False, False)
+
+
+def service_of_name(
+    node: Node, owner: Any, kind: Any, name: str, answer: Callable[[Any, Any], Any]
+) -> None:
+    """Offer a service of a node that has only a name; the executor of a real node answers.
+
+    Args:
+        node: The real one.
+        owner: What `name_in_graph` returned.
+        kind: Type of the service.
+        name: Relative to the namespace of both.
+        answer: Takes request and response, returns the response.
+    """
+    check_for_type_support(kind)
+    quality = qos_profile_services_default
+    with owner:
+        handle = _rclpy.Service(owner, kind, name, quality.get_c_qos_profile())
+    group = node.default_callback_group
+    wrapped = Service(handle, kind, name, answer, group, quality)
+    group.add_entity(wrapped)
+    node._services.append(wrapped)
+    node._wake_executor()
 
 
 def wait_set(context: Context, capacity: int) -> Any:

@@ -45,6 +45,7 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 TICK_INPUT = QoSProfile(depth=20, reliability=ReliabilityPolicy.BEST_EFFORT)
 STATIC_TRANSFORMS = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 TRANSFORMS = QoSProfile(depth=100)
+START, MOST_DIGITS = "start_at_tick ", 12  # of a goal that begins later
 
 
 def time_msg(tick: int) -> Time:
@@ -56,6 +57,18 @@ def time_msg(tick: int) -> Time:
 def tick_of(stamp: Time) -> int:
     """Return the control tick nearest to a stamp."""
     return tick_from_stamp(stamp.sec, stamp.nanosec)
+
+
+def start_text(tick: int) -> str:
+    """Return what a goal's `behavior_tree` holds if it is to begin at a tick, not at once."""
+    return f"{START}{tick}" if tick else ""
+
+
+def start_in(behavior_tree: str) -> int:
+    """Return the tick at which a goal is to begin, from its `behavior_tree`; 0 for at once."""
+    digits = behavior_tree.removeprefix(START)
+    is_start = digits != behavior_tree and digits.isascii() and digits.isdigit()
+    return int(digits[:MOST_DIGITS]) if is_start else 0
 
 
 def header(tick: int, frame: str) -> Header:

@@ -8,12 +8,20 @@ from dataclasses import dataclass
 from swarm_common.model.records import CONTROL_PERIOD, Pose, Twist, wrap_angle
 from swarm_nav.control.controller import Controller
 from swarm_nav.core.goals import ErrorCode, Goal, GoalKind
-from swarm_nav.planning.planner import straight_path
+from swarm_nav.planning.planner import path_length, straight_path
 from swarm_nav.traffic.situation import Situation
 
 SPIN_DONE = 0.03  # [rad]
+TELEOP_TICKS = 5  # without a new wish after which a steered robot stops
+TELEOP_REACH = 2.0  # [m] of the straight way that is asked for ahead of a steered robot
+TELEOP_TURN = 0.5  # [rad] that it turns on, until the wish changes
+TELEOP_LEAST = 0.02  # [m/s], [rad/s] of a wish; less is none
 DRIVE_DONE = 0.05  # [m]
-DRIVE_TIMEOUTS = {GoalKind.BACKUP: ErrorCode.BACKUP_TIMEOUT}
+TIMEOUTS = {
+    GoalKind.SPIN: ErrorCode.SPIN_TIMEOUT,
+    GoalKind.BACKUP: ErrorCode.BACKUP_TIMEOUT,
+    GoalKind.TELEOP: ErrorCode.TELEOP_TIMEOUT,
+}
 DRIVE_COLLISIONS = {GoalKind.BACKUP: ErrorCode.BACKUP_COLLISION_AHEAD}
 
 
@@ -26,7 +34,7 @@ class BehaviorEnd:
 
 
 class Behavior:
-    """One run of SPIN, BACKUP, DRIVE_ON_HEADING or WAIT."""
+    """One run of SPIN, BACKUP, DRIVE_ON_HEADING, WAIT or TELEOP."""
 
     def __init__(self, goal: Goal, situation: Situation) -> None:
         """Start at the present pose."""
@@ -39,6 +47,17 @@ class Behavior:
         self._driven = 0.0  # [m] before the last interruption
         self._traveled = 0.0  # [m] at the last step
         self._end: BehaviorEnd | None = None
+        self._wish, self._wish_tick = Twist(), situation.tick
+        self._room = 0.0  # [m] of the way in hand
+        self._way = 0  # of a steered robot: 1 ahead, -1 back, 0 neither
+
+    def steer(self, wish: Twist, tick: int) -> None:
+        """Take what an operator wants now; counts for TELEOP."""
+        self._wish, self._wish_tick = wish, tick
+
+    def finish(self) -> None:
+        """End as a success at the next step."""
+        self._end = BehaviorEnd()
 
     def resume(self, situation: Situation) -> None:
         """Go on with what is left after the robot made way for another one."""
@@ -59,13 +78,13 @@ class Behavior:
                 self._end = BehaviorEnd()
             return controller.stop(situation.twist)
         if self.goal.duration > 0.0 and elapsed > self.goal.duration:
-            code = ErrorCode.SPIN_TIMEOUT
-            if kind is not GoalKind.SPIN:
-                code = DRIVE_TIMEOUTS.get(kind, ErrorCode.DRIVE_TIMEOUT)
+            code = TIMEOUTS.get(kind, ErrorCode.DRIVE_TIMEOUT)
             self._end = BehaviorEnd(code, f"not done after {self.goal.duration:.1f} s")
             return controller.stop(situation.twist)
         if kind is GoalKind.SPIN:
             return self._spin(situation, controller)
+        if kind is GoalKind.TELEOP:
+            return self._teleop(situation, controller)
         return self._drive(situation, controller)
 
     @property
@@ -84,6 +103,44 @@ class Behavior:
             return controller.stop(situation.twist)
         step = max(-1.5, min(1.5, rest))
         return controller.turn_to(situation.pose.yaw + step, situation.pose, situation.twist)
+
+    def _teleop(self, situation: Situation, controller: Controller) -> Twist:
+        """Turn on the spot, or drive straight as far as there is room: never into anything."""
+        tube, twist = situation.tube, situation.twist
+        wish = self._wish if situation.tick - self._wish_tick <= TELEOP_TICKS else Twist()
+        is_turn = abs(wish.wz) > max(TELEOP_LEAST, abs(wish.vx))
+        way = 0 if is_turn or abs(wish.vx) < TELEOP_LEAST else (1 if wish.vx > 0.0 else -1)
+        if way != self._way:
+            self._way, self._is_pathed = way, False
+            tube.cut()
+        if not self._is_pathed:
+            if not situation.is_standing:
+                if not is_turn or abs(twist.vx) > TELEOP_LEAST:
+                    return controller.stop(twist)
+            elif way:
+                path = straight_path(situation.pose, way * TELEOP_REACH)
+                floor = situation.body_radius + situation.config.costmap.footprint_padding
+                clear = [situation.terrain.clearance(x, y) >= floor for x, y in path.tolist()]
+                room = clear.index(False, 1) if False in clear[1:] else len(clear)
+                if room > 2:
+                    tube.reset(situation.pose)
+                    tube.adopt(path[:room])
+                    tube.is_reverse = way < 0
+                    self._is_pathed, self._start = True, situation.pose
+                    self._room = float(path_length(path[:room]))
+        if is_turn:
+            yaw = situation.pose.yaw + math.copysign(TELEOP_TURN, wish.wz)
+            turn = controller.turn_to(yaw, situation.pose, twist)
+            return Twist(0.0, 0.0, max(-abs(wish.wz), min(abs(wish.wz), turn.wz)))
+        if not self._is_pathed:
+            return controller.stop(twist)
+        if self._start.distance(situation.pose) > self._room - DRIVE_DONE:
+            self._is_pathed = False
+            tube.cut()
+            return controller.stop(twist)
+        follow = controller.follow(tube, situation.pose, twist)
+        limit = abs(wish.vx)
+        return Twist(max(-limit, min(limit, follow.vx)), follow.vy, follow.wz)
 
     def _drive(self, situation: Situation, controller: Controller) -> Twist:
         is_reverse = self.goal.kind is GoalKind.BACKUP

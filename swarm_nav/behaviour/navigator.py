@@ -20,7 +20,7 @@ from swarm_nav.behaviour.pursuit import Pursuit
 from swarm_nav.behaviour.task import Task
 from swarm_nav.control.omni import make_controller
 from swarm_nav.core.config import NavConfig
-from swarm_nav.core.goals import Feedback, Goal, Outcome, Output, Status
+from swarm_nav.core.goals import Feedback, Goal, GoalKind, Outcome, Output, Status
 from swarm_nav.core.priority import CLASS_DRIVING, base_priority
 from swarm_nav.core.states import State
 from swarm_nav.localisation.localiser import START_DEVIATION, make_localiser
@@ -181,6 +181,36 @@ class Navigator:
         """Forget what the LiDAR saw."""
         self._s.obstacles.clear()
 
+    def clear_square(self, centre: Pose, half: float, is_except: bool) -> None:
+        """Forget what the LiDAR saw in a square, or outside it.
+
+        Args:
+            centre: In map; the square's sides are along its axes.
+            half: [m] of an edge.
+            is_except: Whether it is the rest that is forgotten.
+        """
+        self._s.obstacles.clear_square(centre.x, centre.y, half, is_except)
+
+    def steer(self, twist: Twist) -> None:
+        """Take what an operator wants of an assisted teleoperation in hand."""
+        if self._pursuit.behavior is not None:
+            self._pursuit.behavior.steer(twist, self._s.tick)
+
+    def end_teleop(self) -> None:
+        """End an assisted teleoperation in hand as a success."""
+        behavior = self._pursuit.behavior
+        if behavior is not None and behavior.goal.kind is GoalKind.TELEOP:
+            behavior.finish()
+
+    def smooth(self, points: FloatArray) -> FloatArray:
+        """Return a polyline (n, 2) smoothed and lifted off walls, as plans are."""
+        return self._s.planner.smooth(points)
+
+    def is_clear(self, points: FloatArray) -> bool:
+        """Whether the robot's body fits everywhere on a polyline (n, 2), by the map."""
+        terrain, radius = self._s.terrain, self.spec.inscribed_radius
+        return all(terrain.clearance(x, y) >= radius for x, y in points.tolist())
+
     def set_goal(self, goal: Goal) -> None:
         """Take a goal; the one in hand ends as canceled (preempted)."""
         self._pursuit.set_goal(goal)
@@ -295,11 +325,11 @@ class Navigator:
         return 0.0 if self._task is None else self._task.distance_remaining(self._s)
 
     def feedback(self) -> Feedback | None:
-        """Return the progress of the goal in hand, None without one."""
+        """Return the progress of the goal in hand or pending, None without one."""
         pursuit = self._pursuit
-        if not pursuit.has_goal:
+        if pursuit.goal_id is None:
             return None
-        return compose_feedback(self._s, pursuit.goal_id or 0, pursuit.task, pursuit.behavior)
+        return compose_feedback(self._s, pursuit.goal_id, pursuit.task, pursuit.behavior)
 
     def status(self) -> Status:
         """Return the state for the operator."""

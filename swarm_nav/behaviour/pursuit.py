@@ -12,7 +12,9 @@ from swarm_nav.traffic.holding import Lease
 from swarm_nav.traffic.right_of_way import RightOfWay
 from swarm_nav.traffic.situation import Situation
 
-BEHAVIOR_KINDS = (GoalKind.SPIN, GoalKind.BACKUP, GoalKind.DRIVE_ON_HEADING, GoalKind.WAIT)
+BEHAVIOR_KINDS = (
+    GoalKind.SPIN, GoalKind.BACKUP, GoalKind.DRIVE_ON_HEADING, GoalKind.WAIT, GoalKind.TELEOP
+)  # fmt: skip
 
 
 class Pursuit:

@@ -22,6 +22,7 @@ class GoalKind(enum.Enum):
     BACKUP = "backup"
     DRIVE_ON_HEADING = "drive_on_heading"
     WAIT = "wait"
+    TELEOP = "assisted_teleop"
 
 
 class Outcome(enum.Enum):
@@ -80,12 +81,16 @@ class ErrorCode(enum.IntEnum):
     PLAN_TIMEOUT = 207
     NO_VALID_PATH = 208
     NO_VIAPOINTS_GIVEN = 309
+    SMOOTH_BAD_ID = 501
+    SMOOTH_COLLISION = 503
+    SMOOTH_BAD_PATH = 505
     WAYPOINTS_UNKNOWN = 600
     SPIN_TIMEOUT = 701
     BACKUP_TIMEOUT = 711
     BACKUP_COLLISION_AHEAD = 714
     DRIVE_TIMEOUT = 721
     DRIVE_COLLISION_AHEAD = 723
+    TELEOP_TIMEOUT = 731
 
 
 # What a goal without poses ends with; Jazzy's FollowWaypoints has no code of its own for it.

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 TRANSITIONS: dict[str, dict[str, str]] = {
-    "unconfigured": {"startup": "active", "reset": "unconfigured", "shutdown": "finalized"},
+    "unconfigured": {
+        "startup": "active",
+        "configure": "inactive",
+        "reset": "unconfigured",
+        "shutdown": "finalized",
+    },
     "inactive": {
         "startup": "active",
         "resume": "active",
         "pause": "inactive",
+        "cleanup": "unconfigured",
         "reset": "unconfigured",
         "shutdown": "finalized",
     },

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from swarm_common.model.beacon import blank_beacon, record_of
 from swarm_common.model.records import FloatArray, LidarSpec, Pose, Scan
@@ -51,6 +52,13 @@ class ObstacleLayer:
         """Forget all marks."""
         self.points = np.zeros((0, 2))
         self._movers.clear()
+
+    def clear_square(self, x: float, y: float, half: float, is_except: bool) -> None:
+        """Forget the marks in a square of edge 2 `half` [m] in map, or all but those."""
+        distance = np.abs(self.points - (x, y)).max(axis=1, initial=0.0)
+        keep: NDArray[np.bool_] = (distance <= half) == is_except
+        self.points = self.points[keep]
+        self._movers.keep(keep)
 
     def restless_gap(self, x: float, y: float, tick: int) -> float:
         """Return the distance [m] of a point in map from what may be somebody who walks on."""

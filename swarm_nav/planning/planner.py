@@ -153,6 +153,10 @@ class Planner:
             return self._through_slots(slots, course, extra, smooth)
         return self._course(course, extra, smooth)
 
+    def smooth(self, points: FloatArray) -> FloatArray:
+        """Return a polyline (n, 2) smoothed and lifted off walls, its ends unchanged."""
+        return self._course(points, self.no_extra(), True)
+
     def _through_slots(
         self, slots: Slots, course: FloatArray, extra: NDArray[np.float32], smooth: bool
     ) -> FloatArray:

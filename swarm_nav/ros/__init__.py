@@ -2,8 +2,6 @@
 
 What a module imports of its folder stands above it:
 
-    actions      Action servers that never block: a goal is handed to the brain and its result
-                 sent at the end
     clock        Simulated time of a navigator's node, from the ticks that it sees anyway
     demand       Servers that exist only once somebody looks for them, or that come after the
                  start
@@ -22,7 +20,9 @@ What a module imports of its folder stands above it:
     goals        Nav2's action goals, feedback and results, to and from the brain's
     params       The ROS parameters of a navigator: the brain's can be set while it runs, the
                  others not
-    services     Nav2's services on the node: lifecycle, costmaps, map
+    lifecycle_services  Nav2's nodes as the graph shows them: names with lifecycle services, in one
+                 process and state
+    services     Nav2's services on the node: lifecycle manager, costmaps, map
     plans        Nav2's planning actions on the node: a leg at a time, so that no plan keeps a
                  tick waiting
     poses        Poses that arrive with a frame, in map

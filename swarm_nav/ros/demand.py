@@ -11,6 +11,7 @@ take as long as all the rest of a robot's start.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -18,6 +19,7 @@ from rclpy.expand_topic_name import expand_topic_name
 from rclpy.node import Node
 
 LOOK_PERIOD = 0.5  # [s] of wall time between two looks for clients
+LOOK_NAMES = 24  # services of which one look counts the clients; the others have the next turns
 START_TIME = 10.0  # [s] of wall time after which a swarm that has not begun is not waited for
 
 
@@ -36,46 +38,58 @@ class OnDemand:
         """Take the node to look from; an eager one needs no clients, only a little time."""
         self._node = node
         self._is_eager = is_eager
-        self._offers: list[Offer] = []
+        self._soon: deque[Offer] = deque()  # come in any case
+        self._offers: deque[Offer] = deque()  # come with a client
         self._due = 0.0
         self._started: float | None = None
 
-    def offer(self, services: Sequence[str], create: Callable[[], object]) -> None:
+    def offer(
+        self, services: Sequence[str], create: Callable[[], object], *, is_rare: bool = False
+    ) -> None:
         """Offer something.
 
         Args:
             services: Names, relative to the node's namespace, of which a client asks for it.
             create: Called once, when it is wanted.
+            is_rare: Whether it needs a client in a small swarm, too.
         """
         name, space = self._node.get_name(), self._node.get_namespace()
         full = [expand_topic_name(service, name, space) for service in services]
-        self._offers.append(Offer(full, create))
+        offers = self._soon if self._is_eager and not is_rare else self._offers
+        offers.append(Offer(full, create))
 
-    def offer_action(self, name: str, create: Callable[[], object]) -> None:
+    def offer_action(
+        self, name: str, create: Callable[[], object], *, is_rare: bool = False
+    ) -> None:
         """Offer an action server."""
-        self.offer([f"{name}/_action/send_goal"], create)
+        self.offer([f"{name}/_action/send_goal"], create, is_rare=is_rare)
 
     def look(self, now: float, *, has_begun: bool) -> None:
-        """Create what has got a client, or the next offer if none is needed.
+        """Create the next offer that needs no client, or what has got one.
 
         Args:
             now: Wall time.
             has_begun: Whether all robots of the swarm are there.
         """
-        if not self._offers:
-            return
         if self._started is None:
             self._started = now
-        if self._is_eager and (has_begun or now - self._started > START_TIME):
-            self._offers.pop(0).create()
+        if self._soon and (has_begun or now - self._started > START_TIME):
+            self._soon.popleft().create()
             return
         if now < self._due:
             return
         self._due = now + LOOK_PERIOD
-        wanted = [offer for offer in self._offers if self._has_client(offer)]
-        for offer in wanted:
-            self._offers.remove(offer)
-            offer.create()
+        for offers in (self._soon, self._offers):
+            looked = 0
+            for _ in range(len(offers)):
+                offer = offers.popleft()
+                if self._has_client(offer):
+                    offer.create()
+                else:
+                    offers.append(offer)
+                looked += len(offer.services)
+                if looked >= LOOK_NAMES:
+                    break
 
     def _has_client(self, offer: Offer) -> bool:
         with self._node.handle:

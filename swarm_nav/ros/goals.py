@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -10,6 +11,7 @@ import numpy as np
 from builtin_interfaces.msg import Duration
 from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import (
+    AssistedTeleop,
     BackUp,
     DriveOnHeading,
     FollowPath,
@@ -23,8 +25,8 @@ from nav2_msgs.msg import MissedWaypoint
 
 from swarm_common.middleware.cdr import MOST_SPEED
 from swarm_common.middleware.rejections import RejectedError
-from swarm_common.middleware.ros_io import pose_stamped, tick_of
-from swarm_common.model.records import CONTROL_PERIOD, Pose
+from swarm_common.middleware.ros_io import pose_stamped, start_in
+from swarm_common.model.records import CONTROL_PERIOD, Pose, Twist
 from swarm_nav.core.goals import ErrorCode, Feedback, Goal, GoalEnded, GoalKind, PlanError
 from swarm_nav.ros.reach import Reach
 
@@ -37,6 +39,7 @@ ACTIONS: dict[GoalKind, Any] = {
     GoalKind.BACKUP: BackUp,
     GoalKind.DRIVE_ON_HEADING: DriveOnHeading,
     GoalKind.WAIT: Wait,
+    GoalKind.TELEOP: AssistedTeleop,
 }
 
 ToMap = Callable[[PoseStamped], Pose]  # raises UnknownFrameError, ValueError for bad numbers
@@ -46,7 +49,7 @@ MOST_LOOPS = 10_000  # through them
 MOST_POINTS = 20_000  # of a path
 MOST_ANGLE = 1000.0  # [rad] of a turn
 MOST_SECONDS = 1e6  # [s] of a pause or a time allowance
-MOST_DELAY = 864_000  # ticks, a day, that a goal's stamp may be ahead
+MOST_DELAY = 864_000  # ticks, a day, that a goal may begin later
 THROUGH_OFFSET = 100  # ComputePathThroughPoses has 300 where ComputePathToPose has 200
 
 
@@ -83,12 +86,13 @@ def goal_from_request(
         ValueError: If the request makes no sense; the message says why.
     """
     if kind is GoalKind.NAVIGATE:
-        return pose_goal(goal_id, request.pose, to_map)
+        start = start_in(request.behavior_tree)
+        return dataclasses.replace(pose_goal(goal_id, request.pose, to_map), start_tick=start)
     if kind in (GoalKind.THROUGH, GoalKind.WAYPOINTS):
         check_count(request.poses, MOST_POSES)
         poses = tuple(to_map(pose) for pose in request.poses)
-        start = tick_of(request.poses[0].header.stamp) if poses else 0
         if kind is GoalKind.THROUGH:
+            start = start_in(request.behavior_tree)
             return Goal(kind=kind, goal_id=goal_id, poses_map=poses, start_tick=start)
         first, loops = int(request.goal_index), int(request.number_of_loops)
         if poses and first >= len(poses):
@@ -101,11 +105,21 @@ def goal_from_request(
             poses_map=poses,
             first_index=first if poses else 0,
             loops=loops,
-            start_tick=start,
         )
     if kind is GoalKind.FOLLOW_PATH:
-        return _path_goal(goal_id, request, to_map, reach)
+        return path_goal(goal_id, request, to_map, reach)
     return _behavior_goal(kind, goal_id, request, reach)
+
+
+def twist_from_msg(message: Any) -> Twist:
+    """Return what an operator steers.
+
+    Raises:
+        RejectedError: If it is no speed that a robot has.
+    """
+    speeds = message.linear.x, message.linear.y, message.angular.z
+    vx, vy, wz = (_at_most(value, MOST_SPEED, "a speed") for value in speeds)
+    return Twist(vx, vy, wz)
 
 
 def check_count(poses: Sequence[Any], most: int) -> None:
@@ -119,26 +133,23 @@ def check_count(poses: Sequence[Any], most: int) -> None:
 
 
 def pose_goal(goal_id: int, pose: PoseStamped, to_map: ToMap) -> Goal:
-    """Return the goal of navigate_to_pose; a stamp in the future delays it."""
-    return Goal(
-        kind=GoalKind.NAVIGATE,
-        goal_id=goal_id,
-        poses_map=(to_map(pose),),
-        start_tick=tick_of(pose.header.stamp),
-    )
+    """Return the goal of navigate_to_pose; its stamp, of whichever clock, delays nothing."""
+    return Goal(kind=GoalKind.NAVIGATE, goal_id=goal_id, poses_map=(to_map(pose),))
 
 
 def start_tick(goal: Goal, now: int) -> int:
-    """Return the tick at which a goal begins that came at tick `now`: the next, or its stamp's.
+    """Return the tick at which a goal begins that came at tick `now`: the next, or its own.
 
-    Clients of Nav2 stamp goals with the wall clock by default, which is decades ahead of simulated
-    time: such a stamp says nothing about when to begin.
+    Raises:
+        RejectedError: If that is more than a day ahead.
     """
-    is_of_our_clock = goal.start_tick <= now + MOST_DELAY
-    return max(goal.start_tick if is_of_our_clock else 0, now + 1)
+    if goal.start_tick > now + MOST_DELAY:
+        raise RejectedError(f"it is to begin at tick {goal.start_tick}; it is tick {now}")
+    return max(goal.start_tick, now + 1)
 
 
-def _path_goal(goal_id: int, request: Any, to_map: ToMap, reach: Reach) -> Goal:
+def path_goal(goal_id: int, request: Any, to_map: ToMap, reach: Reach) -> Goal:
+    """Return the goal of a request with a path; see `goal_from_request`."""
     check_count(request.path.poses, MOST_POINTS)
     for stamped in request.path.poses:
         stamped.header.frame_id = stamped.header.frame_id or request.path.header.frame_id
@@ -155,6 +166,8 @@ def _behavior_goal(kind: GoalKind, goal_id: int, request: Any, reach: Reach) -> 
         duration = _at_most(seconds(request.time), MOST_SECONDS, "time")
         return Goal(kind=kind, goal_id=goal_id, duration=duration)
     allowance = _at_most(seconds(request.time_allowance), MOST_SECONDS, "time_allowance")
+    if kind is GoalKind.TELEOP:
+        return Goal(kind=kind, goal_id=goal_id, duration=allowance)
     if kind is GoalKind.SPIN:
         angle = _at_most(request.target_yaw, MOST_ANGLE, "target_yaw")
         return Goal(kind=kind, goal_id=goal_id, angle=angle, duration=allowance)
@@ -204,6 +217,9 @@ def feedback_msg(goal: Goal, feedback: Feedback, started_tick: int, tick: int) -
         message.angular_distance_traveled = float(feedback.angle_traveled)
     elif kind is GoalKind.WAIT:
         message.time_left = duration_msg(goal.duration - CONTROL_PERIOD * (tick - started_tick))
+    elif kind is GoalKind.TELEOP:
+        elapsed = CONTROL_PERIOD * (tick - started_tick)
+        message.current_teleop_duration = duration_msg(elapsed)
     else:
         message.distance_traveled = float(feedback.distance_traveled)
     return message

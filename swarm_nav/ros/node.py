@@ -29,6 +29,7 @@ from swarm_nav.ros.bare_node import create_node
 from swarm_nav.ros.clock import TickClock
 from swarm_nav.ros.demand import OnDemand
 from swarm_nav.ros.inputs import TickInput, TickInputs
+from swarm_nav.ros.lifecycle_services import LifecycleServices
 from swarm_nav.ros.params import Parameters
 from swarm_nav.ros.plans import Plans
 from swarm_nav.ros.poses import deviation_in, is_placeholder, pose_in_map
@@ -133,7 +134,7 @@ class NavigatorNode:
         self._tasks = Tasks(
             self.node,
             brain,
-            self._to_map,
+            self.to_map,
             lambda: self._reach,
             self.rejections,
             lambda: self.lifecycle.is_active,
@@ -143,12 +144,16 @@ class NavigatorNode:
         self._plans = Plans(
             self.node,
             brain,
-            self._to_map,
+            self.to_map,
             self.rejections,
+            lambda: self._reach,
             lambda: self.lifecycle.is_active,
             self._on_demand,
         )
         Services(self.node, self, brain, self._on_demand)
+        self._lifecycle_services = LifecycleServices(
+            self.node, self.lifecycle, self.change_lifecycle, self._on_demand
+        )
         self._subscribe()
         if not settings.fixed["autostart"]:
             brain.deactivate()
@@ -301,7 +306,7 @@ class NavigatorNode:
         try:
             message = ros_io.unpacked(data, PoseWithCovarianceStamped)
             stamped = PoseStamped(header=message.header, pose=message.pose.pose)
-            pose_map = self._to_map(stamped)
+            pose_map = self.to_map(stamped)
             if not self._reach.has(pose_map):
                 raise RejectedError(f"({pose_map.x:g}, {pose_map.y:g}) is not on the map")
         except ValueError as error:
@@ -317,7 +322,7 @@ class NavigatorNode:
             brain.on_initial_pose(pose_map, deviation_in(message.pose.covariance))
         self._views.publish_pose(self.tick)
 
-    def _to_map(self, stamped: PoseStamped) -> Pose:
+    def to_map(self, stamped: PoseStamped) -> Pose:
         """Return a pose of one of the robot's frames in map, not far off it."""
         assert self._brain is not None
         return self._reach.check(pose_in_map(self._brain, stamped))
@@ -364,4 +369,5 @@ class NavigatorNode:
         if self._brain is not None:
             for _, topic, _ in self._incoming:
                 topic.destroy()
+            self._lifecycle_services.destroy()
         self.node.destroy_node()

@@ -11,18 +11,27 @@ from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped
-from nav2_msgs.action import ComputePathThroughPoses, ComputePathToPose
+from nav2_msgs.action import ComputePathThroughPoses, ComputePathToPose, SmoothPath
 from rclpy.node import Node
 
 from swarm_common.middleware.rejections import RejectedError, Rejections
 from swarm_common.middleware.ros_io import path_msg
+from swarm_common.middleware.tick_action import GoalHandle, TickActionServer
 from swarm_common.model.records import FloatArray, Pose
 from swarm_nav.behaviour.navigator import Navigator
 from swarm_nav.core.goals import ErrorCode, Outcome, PlanError
-from swarm_nav.ros.actions import GoalHandle, TickActionServer
 from swarm_nav.ros.demand import OnDemand
-from swarm_nav.ros.goals import CLIENT, ToMap, check_count, duration_msg, plan_error_code
+from swarm_nav.ros.goals import (
+    CLIENT,
+    ToMap,
+    check_count,
+    duration_msg,
+    path_goal,
+    plan_error_code,
+)
+from swarm_nav.ros.reach import Reach
 
+SMOOTHERS = "", "simple_smoother"  # ids that name the one there is
 MOST_LEGS = 1000  # of one plan
 MOST_WAITING = 100  # plans; further ones are refused
 PORTION = 0.05  # [s] of wall time for plans between two ticks, and the leg in hand
@@ -63,6 +72,7 @@ class Plans:
         brain: Navigator,
         to_map: ToMap,
         rejections: Rejections,
+        reach: Callable[[], Reach],
         is_open: Callable[[], bool],
         on_demand: OnDemand,
     ) -> None:
@@ -73,6 +83,7 @@ class Plans:
             brain: Plans.
             to_map: Brings a pose of any known frame to map.
             rejections: Counts what is refused.
+            reach: Returns that of the map at hand.
             is_open: Whether goals are accepted now (lifecycle).
             on_demand: Takes the servers.
         """
@@ -80,13 +91,16 @@ class Plans:
         self._brain = brain
         self._to_map = to_map
         self._rejections = rejections
+        self._reach = reach
         self._is_open = is_open
+        self._tick = 0
         self._waiting: deque[Job] = deque()
         for action, name in (
             (ComputePathToPose, "compute_path_to_pose"),
             (ComputePathThroughPoses, "compute_path_through_poses"),
         ):
             on_demand.offer_action(name, partial(self._serve, action, name))
+        on_demand.offer_action("smooth_path", self._serve_smoothing, is_rare=True)
 
     def _serve(self, action: Any, name: str) -> None:
         def has_room(_: Any) -> bool:
@@ -112,8 +126,46 @@ class Plans:
 
         TickActionServer(self._node, action, name, has_room, begin, lambda _: None)
 
+    def _serve_smoothing(self) -> None:
+        def begin(server: TickActionServer, handle: GoalHandle) -> None:
+            started = time.perf_counter()
+            result = SmoothPath.Result()
+            try:
+                result.path = path_msg(self._smoothed(handle.request), self._tick)
+                result.was_completed = True
+            except PlanError as error:
+                result.error_code, result.error_msg = int(error.code), str(error)
+            except ValueError as error:
+                self._rejections.reject("smooth_path", CLIENT, error)
+                result.error_code, result.error_msg = int(ErrorCode.SMOOTH_BAD_PATH), str(error)
+            result.smoothing_duration = duration_msg(time.perf_counter() - started)
+            if result.was_completed and result.path.poses:
+                last = handle.request.path.poses[-1]
+                result.path.poses[-1].pose.orientation = last.pose.orientation
+            server.finish(handle, result, succeeded=result.was_completed)
+
+        def is_open(_: Any) -> bool:
+            return self._is_open()
+
+        TickActionServer(self._node, SmoothPath, "smooth_path", is_open, begin, lambda _: None)
+
+    def _smoothed(self, request: Any) -> FloatArray:
+        if request.smoother_id not in SMOOTHERS:
+            raise PlanError(
+                ErrorCode.SMOOTH_BAD_ID,
+                f"there is no smoother '{request.smoother_id}'; expected {SMOOTHERS[1]}",
+            )
+        goal = path_goal(0, request, self._to_map, self._reach())
+        if len(goal.path_map) < 2:
+            raise PlanError(ErrorCode.SMOOTH_BAD_PATH, "the path has fewer than two poses")
+        path = self._brain.smooth(goal.path_map)
+        if request.check_for_collisions and not self._brain.is_clear(path):
+            raise PlanError(ErrorCode.SMOOTH_COLLISION, "the smoothed path is too near to a wall")
+        return path
+
     def look(self, tick: int) -> None:
         """Plan some of the legs that wait, at most for a while; `tick` is now."""
+        self._tick = tick
         end = time.perf_counter() + PORTION
         while self._waiting and time.perf_counter() < end:
             job = self._waiting[0]
@@ -150,4 +202,4 @@ class Plans:
 
     def _send(self, job: Job, outcome: Outcome, result: Any) -> None:
         result.planning_time = duration_msg(time.perf_counter() - job.started)
-        job.server.finish(job.handle, outcome, result)
+        job.server.finish(job.handle, result, succeeded=outcome is Outcome.SUCCEEDED)

@@ -3,15 +3,24 @@
 from __future__ import annotations
 
 import array
+import math
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
 from urllib.parse import urlparse
 
-from lifecycle_msgs.msg import State as LifecycleState
-from lifecycle_msgs.srv import GetState
+from geometry_msgs.msg import PoseStamped
 from nav2_msgs.msg import Costmap as CostmapMsg
-from nav2_msgs.srv import ClearEntireCostmap, GetCostmap, LoadMap, ManageLifecycleNodes
+from nav2_msgs.srv import (
+    ClearCostmapAroundPose,
+    ClearCostmapAroundRobot,
+    ClearCostmapExceptRegion,
+    ClearEntireCostmap,
+    GetCostmap,
+    LoadMap,
+    ManageLifecycleNodes,
+)
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
@@ -26,13 +35,8 @@ from swarm_nav.behaviour.navigator import Navigator
 from swarm_nav.core.lifecycle import Lifecycle
 from swarm_nav.ros.demand import OnDemand
 
-STATE_IDS = {
-    "unconfigured": LifecycleState.PRIMARY_STATE_UNCONFIGURED,
-    "inactive": LifecycleState.PRIMARY_STATE_INACTIVE,
-    "active": LifecycleState.PRIMARY_STATE_ACTIVE,
-    "finalized": LifecycleState.PRIMARY_STATE_FINALIZED,
-}
-COMMANDS = ("startup", "pause", "resume", "reset", "shutdown")  # by number in the request
+# By number in the request.
+COMMANDS = ("startup", "pause", "resume", "reset", "shutdown", "configure", "cleanup")
 
 
 class Body(Protocol):
@@ -44,6 +48,9 @@ class Body(Protocol):
 
     def change_lifecycle(self, command: str) -> bool:
         """Carry out a command of the lifecycle manager."""
+
+    def to_map(self, stamped: PoseStamped) -> Pose:
+        """Return a pose of one of the robot's frames in map."""
 
     def take_map(self, grid: Grid) -> None:
         """Navigate on another map from now on."""
@@ -57,11 +64,12 @@ class Services:
         self._body = body
         self._brain = brain
 
-        def make(kind: Any, name: str, answer: Callable[[Any, Any], Any]) -> None:
-            on_demand.offer([name], lambda: node.create_service(kind, name, answer))
+        def make(
+            kind: Any, name: str, answer: Callable[[Any, Any], Any], *, is_rare: bool = False
+        ) -> None:
+            create = partial(node.create_service, kind, name, answer)
+            on_demand.offer([name], create, is_rare=is_rare)
 
-        for name in ("amcl", "bt_navigator"):
-            make(GetState, f"{name}/get_state", self._get_state)
         make(ManageLifecycleNodes, "lifecycle_manager_navigation/manage_nodes", self._manage)
         make(Trigger, "lifecycle_manager_navigation/is_active", self._is_active)
         make(LoadMap, "map_server/load_map", self._load_map)
@@ -69,12 +77,13 @@ class Services:
             space = f"{name}_costmap"
             make(ClearEntireCostmap, f"{space}/clear_entirely_{space}", self._clear)
             make(GetCostmap, f"{space}/get_costmap", self._costmap_answer(compose))
-
-    def _get_state(self, _: Any, response: Any) -> Any:
-        label = self._body.lifecycle.state
-        response.current_state.id = STATE_IDS[label]
-        response.current_state.label = label
-        return response
+            for kind, what in (
+                (ClearCostmapAroundRobot, "around"),
+                (ClearCostmapAroundPose, "around_pose"),
+                (ClearCostmapExceptRegion, "except"),
+            ):
+                answer = partial(self._clear_part, what == "except")
+                make(kind, f"{space}/clear_{what}_{space}", answer, is_rare=True)
 
     def _manage(self, request: Any, response: Any) -> Any:
         if request.command < len(COMMANDS):
@@ -104,6 +113,18 @@ class Services:
 
     def _clear(self, _: Any, response: Any) -> Any:
         self._brain.clear_costmap()
+        return response
+
+    def _clear_part(self, is_except: bool, request: Any, response: Any) -> Any:
+        """Forget marks in a square around the robot or a pose, or all others."""
+        try:
+            pose = getattr(request, "pose", None)
+            centre = self._brain.pose_map if pose is None else self._body.to_map(pose)
+        except ValueError as error:
+            self._body.rejections.reject("clear_costmap", "a client", error)
+            return response
+        if math.isfinite(request.reset_distance):
+            self._brain.clear_square(centre, 0.5 * request.reset_distance, is_except)
         return response
 
     def _costmap_answer(self, compose: Callable[[], Costmap]) -> Callable[[Any, Any], Any]:

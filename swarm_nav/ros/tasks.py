@@ -8,14 +8,17 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import PoseStamped, Twist
+from nav2_msgs.action import DockRobot, FollowGPSWaypoints, UndockRobot
 from rclpy.node import Node
+from std_msgs.msg import Empty
 
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.middleware.ros_io import RELIABLE, unpacked
+from swarm_common.middleware.tick_action import GoalHandle, TickActionServer
+from swarm_common.model.records import CONTROL_PERIOD
 from swarm_nav.behaviour.navigator import Navigator
-from swarm_nav.core.goals import Goal, GoalEnded, GoalKind
-from swarm_nav.ros.actions import GoalHandle, TickActionServer
+from swarm_nav.core.goals import Goal, GoalEnded, GoalKind, Outcome
 from swarm_nav.ros.demand import OnDemand
 from swarm_nav.ros.goals import (
     ACTIONS,
@@ -26,10 +29,22 @@ from swarm_nav.ros.goals import (
     pose_goal,
     result_msg,
     start_tick,
+    twist_from_msg,
 )
 from swarm_nav.ros.reach import Reach
 
 FEEDBACK_TICKS = 5
+# What there is not: Nav2's error code and why.
+UNSUPPORTED = {
+    "dock_robot": (DockRobot, DockRobot.Result.DOCK_NOT_IN_DB, "there are no docks"),
+    "undock_robot": (UndockRobot, UndockRobot.Result.DOCK_NOT_VALID, "there are no docks"),
+    "follow_gps_waypoints": (
+        FollowGPSWaypoints,
+        FollowGPSWaypoints.Result.UNKNOWN,
+        "the map has no geographic coordinates",
+    ),
+}
+LONG_WAIT = 50  # ticks before a goal begins that are worth a line in the log
 LISTENER_TICKS = 20  # between two looks for who wants feedback; the graph is slow to ask
 
 
@@ -83,10 +98,31 @@ class Tasks:
         self._serve(GoalKind.NAVIGATE, ACTIONS[GoalKind.NAVIGATE])
         for kind, action in ACTIONS.items():
             if kind is not GoalKind.NAVIGATE:
-                on_demand.offer_action(kind.value, partial(self._serve, kind, action))
+                is_rare = kind is GoalKind.TELEOP
+                serve = partial(self._serve, kind, action)
+                on_demand.offer_action(kind.value, serve, is_rare=is_rare)
+        for name, (action, code, reason) in UNSUPPORTED.items():
+            refuse = partial(self._refuse, action, name, code, reason)
+            on_demand.offer_action(name, refuse, is_rare=True)
         node.create_subscription(PoseStamped, "goal_pose", self._take_goal_pose, RELIABLE, raw=True)
 
+    def _refuse(self, action: Any, name: str, code: int, reason: str) -> None:
+        """Serve an action that ends at once: without a server its clients would wait for ever."""
+        result = action.Result(error_code=code, error_msg=reason)
+        if hasattr(result, "success"):
+            result.success = False
+
+        def end(server: TickActionServer, handle: GoalHandle) -> None:
+            server.finish(handle, result, succeeded=False)
+
+        TickActionServer(self._node, action, name, lambda _: True, end, lambda _: None)
+
     def _serve(self, kind: GoalKind, action: Any) -> None:
+        if kind is GoalKind.TELEOP:
+            make = self._node.create_subscription
+            make(Twist, "cmd_vel_teleop", self._steer, RELIABLE, raw=True)
+            make(Empty, "preempt_teleop", self._end_teleop, RELIABLE)
+
         def is_sensible(request: Any) -> bool:
             return self._is_open() and self._parse(kind, request) is not None
 
@@ -102,26 +138,41 @@ class Tasks:
     def _parse(self, kind: GoalKind, request: Any) -> Goal | None:
         try:
             number, reach = self._last_id + 1, self._reach()
-            return goal_from_request(kind, number, request, self._to_map, reach)
+            goal = goal_from_request(kind, number, request, self._to_map, reach)
+            # Also the first goal begins one tick later, whether it came before tick 0 or after it.
+            return dataclasses.replace(goal, start_tick=start_tick(goal, self._tick))
         except ValueError as error:
             self._rejections.reject(kind.value, CLIENT, error)
             return None
 
     def _start(self, goal: Goal) -> None:
-        # Also the first goal begins one tick later, whether it came before tick 0 or after it.
-        begins = start_tick(goal, self._tick)
-        self._brain.set_goal(dataclasses.replace(goal, start_tick=begins))
+        if (wait := goal.start_tick - self._tick) > LONG_WAIT:
+            log = self._node.get_logger().info
+            log(f"{goal.kind.value}: begins in {wait * CONTROL_PERIOD:.1f} s, as it was asked to")
+        self._brain.set_goal(goal)
         self._on_goal()
 
     def _take_goal_pose(self, data: bytes) -> None:
         try:
             goal = pose_goal(self._last_id + 1, unpacked(data, PoseStamped), self._to_map)
+            goal = dataclasses.replace(goal, start_tick=self._tick + 1)
         except ValueError as error:
             self._rejections.reject("goal_pose", CLIENT, error)
             return
         if self._is_open():
             self._last_id = goal.goal_id
             self._start(goal)
+
+    def _steer(self, data: bytes) -> None:
+        try:
+            twist = twist_from_msg(unpacked(data, Twist))
+        except ValueError as error:
+            self._rejections.reject("cmd_vel_teleop", CLIENT, error)
+            return
+        self._brain.steer(twist)
+
+    def _end_teleop(self, _: Empty) -> None:
+        self._brain.end_teleop()
 
     def _cancel(self, handle: GoalHandle) -> None:
         for goal_id, running in self._running.items():
@@ -135,7 +186,8 @@ class Tasks:
             running = self._running.pop(event.goal_id, None)
             if running is not None:
                 result = result_msg(running.goal, event, running.started_tick)
-                running.server.finish(running.handle, event.outcome, result)
+                reached = event.outcome is Outcome.SUCCEEDED
+                running.server.finish(running.handle, result, succeeded=reached)
         running = self._running.get(self._brain.goal_id or 0)
         if running is not None and (tick - running.started_tick) % FEEDBACK_TICKS == 0:
             self._send_feedback(running, tick)

@@ -16,7 +16,7 @@ import rclpy.time_source
 from rclpy.type_support import check_for_type_support
 
 from swarm_nav.ros import goals as ros_goals
-from swarm_nav.ros import node
+from swarm_nav.ros import lifecycle_services, node
 from swarm_nav.ros import plans as ros_plans
 from swarm_nav.ros import services as ros_services
 from swarm_nav.ros import tasks as ros_tasks
@@ -27,6 +27,7 @@ USERS: tuple[ModuleType, ...] = (
     rclpy.parameter_service,
     rclpy.time_source.rosgraph_msgs.msg,
     node,
+    lifecycle_services,
     ros_goals,
     ros_plans,
     ros_services,

@@ -24,8 +24,11 @@ What a module imports of its folder stands above it:
     build         From the settings to a world: everything that can be refused is refused here
     control       Pause, step and speed of the world: simulation_interfaces' services and a
                   parameter
-    entities      simulation_interfaces' services about entities: spawn, delete, list, move,
-                  reset
+    request_door  How a request to `/sim` ends: whatever goes wrong with it becomes its answer
+    entities      simulation_interfaces' services that change who and what is there: spawn,
+                  delete, move, reset
+    inquiries     simulation_interfaces' questions, which are answered at once, and what is not
+                  supported
     links         One robot's topics on the side of the world
     movers        Who and what moves beside the robots, as markers that keep their ids
     report        What the world says of a run: twice a second while it goes on, and at its end

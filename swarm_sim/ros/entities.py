@@ -1,62 +1,46 @@
-"""simulation_interfaces' services about entities: spawn, delete, list, move, reset.
+"""simulation_interfaces' services that change who and what is there: spawn, delete, move, reset.
 
-Questions are answered at once. Changes wait until `apply` is called, between two ticks. What a
-request may hold is decided in `request_checks`; models are read by another process
-(`model_loader`) while the world goes on. Whatever goes wrong with a request becomes its answer.
+Changes wait until `apply` is called, between two ticks; questions: see `inquiries`. What a request
+may hold is decided in `request_checks`; models are read by another process (`model_loader`) while
+the world goes on. Whatever goes wrong with a request becomes its answer.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections import deque
+from collections.abc import Callable
 from functools import partial
 from typing import Any, Protocol
 
-from geometry_msgs.msg import Accel
 from rclpy.node import Node
-from simulation_interfaces.msg import EntityCategory, EntityFilters, EntityState, Result
+from simulation_interfaces.msg import Result, SpawnResult
 from simulation_interfaces.srv import (
     DeleteEntity,
-    GetEntities,
-    GetEntitiesStates,
-    GetEntityState,
     ResetSimulation,
     SetEntityState,
+    SpawnEntities,
     SpawnEntity,
 )
 
-from swarm_common.middleware import ros_io
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.middleware.ros_poll import PolledService
+from swarm_common.middleware.simulation import resource_in
 from swarm_common.model.records import Pose
-from swarm_common.process.last_resort import FaultLog
 from swarm_common.robots.loading import Robot
 from swarm_sim.ros.model_loader import ModelLoader
-from swarm_sim.ros.name_pattern import NamePattern, PatternError
-from swarm_sim.ros.places import (
-    MAP,
-    check_frame,
-    message_of,
-    place_in_map,
-    pose_in_map,
-    twist_in_map,
-)
+from swarm_sim.ros.places import check_frame, place_in_map, pose_in_map
+from swarm_sim.ros.request_door import RESULTS, Codes, Door
 from swarm_sim.scene.scene import Body
-from swarm_sim.world.changing_world import ChangingWorld
-from swarm_sim.world.model_reader import Model, ModelRequest
-from swarm_sim.world.object_registry import ObjectRegistry
-from swarm_sim.world.refusal import Reason, RefusedError
-from swarm_sim.world.request_checks import Reach, check_request
 from swarm_sim.world.robot_registry import Arrival, RobotRegistry
+from swarm_sim.world.model_reader import Model, ModelRequest
+from swarm_sim.world.refusal import Reason, RefusedError
+from swarm_sim.world.request_checks import Reach
+from swarm_sim.world.object_registry import ObjectRegistry
 
 SPAWN = "spawn"  # frame id of a robot's pose: any free place of the start area
 GROUND = "ground"  # frame id of a thing's pose: in the map, z such that it stands on the ground
 BUDGET = 0.2  # [s] of wall time for changes between two ticks; the others wait for the next
-Codes = Mapping[Reason, int]
-RESULTS: Codes = {
-    Reason.UNKNOWN: Result.RESULT_NOT_FOUND,
-    Reason.UNSUPPORTED: Result.RESULT_FEATURE_UNSUPPORTED,
-}
 MOVE_RESULTS: Codes = {**RESULTS, Reason.BAD_PLACE: SetEntityState.Response.INVALID_POSE}
 SPAWN_RESULTS: Codes = {
     **RESULTS,
@@ -89,12 +73,11 @@ class Host(Protocol):
 
 
 class Entities:
-    """The services `/sim/spawn_entity`, `delete_entity`, `get_entities`, ..."""
+    """The services `/sim/spawn_entity`, `spawn_entities`, `delete_entity`, ..."""
 
     def __init__(
         self,
         node: Node,
-        world: ChangingWorld,
         robots: RobotRegistry,
         objects: ObjectRegistry,
         reach: Reach,
@@ -105,23 +88,19 @@ class Entities:
 
         Args:
             node: Of the world.
-            world: To ask for poses.
             robots: The robots.
             objects: The things.
             reach: Where things may be put.
             host: Is told of changes.
             rejections: Count what is not let in.
         """
-        self._world, self._robots, self._objects, self._host = world, robots, objects, host
+        self._robots, self._objects, self._host = robots, objects, host
         self._reach = reach
         self._loader = ModelLoader()
-        self._rejections = rejections
-        self._faults = FaultLog("request")
-        ask = node.create_service
-        ask(GetEntities, "/sim/get_entities", self._list)
-        ask(GetEntitiesStates, "/sim/get_entities_states", self._list_states)
-        ask(GetEntityState, "/sim/get_entity_state", self._state)
+        self._door = Door(rejections)
+        self._queue: deque[tuple[Any, Any, Callable[[Any], None]]] = deque()  # of batches
         self._spawns = PolledService(node, SpawnEntity, "/sim/spawn_entity")
+        self._batches = PolledService(node, SpawnEntities, "/sim/spawn_entities")
         changes: tuple[tuple[Any, str, Callable[[Any], None], Codes], ...] = (
             (DeleteEntity, "/sim/delete_entity", self._delete, RESULTS),
             (SetEntityState, "/sim/set_entity_state", self._move, MOVE_RESULTS),
@@ -134,7 +113,7 @@ class Entities:
 
     def destroy(self) -> None:
         """Withdraw what the node does not destroy itself."""
-        for service in (self._spawns, *(service for service, *_ in self._changes)):
+        for service in (self._spawns, self._batches, *(service for service, *_ in self._changes)):
             service.destroy()
         self._loader.close()
 
@@ -142,64 +121,70 @@ class Entities:
         """Make the changes that were asked for; call it between two ticks."""
         end = time.monotonic() + BUDGET
         while (taken := self._spawns.take()) is not None:
-            self._begin_spawn(*taken)
-        for (request, request_id), model in self._loader.poll():
-            self._end_spawn(request, request_id, model)
+            request, request_id = taken
+            self._begin_spawn(
+                request, SpawnEntity.Response(), partial(self._spawns.answer, request_id=request_id)
+            )
+        while (taken := self._batches.take()) is not None:
+            self._begin_batch(*taken)
+        while self._queue and self._loader.has_room:
+            self._begin_spawn(*self._queue.popleft())
+        for (request, response, answer), model in self._loader.poll():
+            spawn = partial(self._spawn, request, response, model)
+            self._door.attempt(response, SPAWN_RESULTS, spawn)
+            answer(response)
         for service, kind, handle, codes in self._changes:
             while time.monotonic() < end and (taken := service.take()) is not None:
                 request, request_id = taken
                 response = kind.Response()
-                self._attempt(response, codes, partial(self._admit, request, handle))
+                self._door.attempt(response, codes, partial(self._door.admit, request, handle))
                 service.answer(response, request_id)
-
-    def _attempt(self, response: Any, codes: Codes, do: Callable[[], None]) -> bool:
-        """Do what is asked; whatever goes wrong becomes the answer. Return whether it was done."""
-        try:
-            do()
-        except RefusedError as error:
-            response.result.result = codes.get(error.reason, Result.RESULT_OPERATION_FAILED)
-            response.result.error_message = str(error)
-            return False
-        except Exception as error:  # a fault of ours: it must not end the world
-            response.result.result = Result.RESULT_OPERATION_FAILED
-            response.result.error_message = self._faults.note(error)
-            self._rejections.reject("/sim", "a client", response.result.error_message)
-            return False
-        response.result.result = Result.RESULT_OK
-        return True
-
-    def _admit(self, request: Any, handle: Callable[[Any], None]) -> None:
-        """Go on with a request that passes the door."""
-        try:
-            check_request(request)
-        except RefusedError as error:
-            self._rejections.reject("/sim", "a client", error)
-            raise
-        handle(request)
 
     # Changes
 
-    def _begin_spawn(self, request: Any, request_id: Any) -> None:
+    def _begin_spawn(self, request: Any, response: Any, answer: Callable[[Any], None]) -> None:
         """Have the model read; what is refused before is answered at once."""
-        response = SpawnEntity.Response()
-        ask = partial(self._ask_for_model, request_id)
-        if not self._attempt(response, SPAWN_RESULTS, partial(self._admit, request, ask)):
-            self._spawns.answer(response, request_id)
+        ask = partial(self._ask_for_model, response, answer)
+        if not self._door.attempt(response, SPAWN_RESULTS, partial(self._door.admit, request, ask)):
+            answer(response)
 
-    def _ask_for_model(self, request_id: Any, request: Any) -> None:
-        stamped, resource = request.initial_pose, request.entity_resource
+    def _begin_batch(self, batch: Any, request_id: Any) -> None:
+        """Spawn one after the other; answered when the last one is there or refused."""
+        response = SpawnEntities.Response()
+        admit = partial(self._door.admit, batch, lambda _: None)
+        if not self._door.attempt(response, RESULTS, admit):
+            self._batches.answer(response, request_id)
+            return
+        requests = batch.spawn_requests
+        response.results = [SpawnResult() for _ in requests]
+        missing = len(requests)
+
+        def note(_: Any) -> None:
+            nonlocal missing
+            missing -= 1
+            if missing > 0:
+                return
+            count = sum(r.result.result != Result.RESULT_OK for r in response.results)
+            if count:
+                response.result.result = SpawnEntities.Response.ENTITIES_SPAWN_FAILED
+                response.result.error_message = f"{count} of {len(requests)} are refused"
+            self._batches.answer(response, request_id)
+
+        if not requests:
+            note(None)
+        self._queue.extend(
+            (one, result, note) for one, result in zip(requests, response.results, strict=True)
+        )
+
+    def _ask_for_model(self, response: Any, answer: Any, request: Any) -> None:
+        stamped, resource = request.initial_pose, resource_in(request)
         if stamped.header.frame_id != SPAWN:
             position = stamped.pose.position
             self._reach.check((position.x, position.y, position.z))
         wanted = ModelRequest(
             resource.uri, resource.resource_string, request.name, self._objects.folder
         )
-        self._loader.ask((request, request_id), wanted)
-
-    def _end_spawn(self, request: Any, request_id: Any, model: Model | RefusedError) -> None:
-        response = SpawnEntity.Response()
-        self._attempt(response, SPAWN_RESULTS, partial(self._spawn, request, response, model))
-        self._spawns.answer(response, request_id)
+        self._loader.ask((request, response, answer), wanted)
 
     def _spawn(self, request: Any, response: Any, model: Model | RefusedError) -> None:
         if isinstance(model, RefusedError):
@@ -218,7 +203,7 @@ class Entities:
         stamped = request.initial_pose
         at_start = stamped.header.frame_id == SPAWN
         pose = None if at_start else pose_in_map(stamped.header.frame_id, stamped.pose)
-        model = request.entity_resource.uri.removeprefix("file://")
+        model = resource_in(request).uri.removeprefix("file://")
         arrival = self._robots.spawn(name or space, request.allow_renaming, model, robot, pose)
         self._host.on_arrival(arrival)
         return arrival.name
@@ -247,6 +232,8 @@ class Entities:
 
     def _move(self, request: Any) -> None:
         name, state = request.entity, request.state
+        if not getattr(request, "set_pose", True):  # 2.1 has flags for what is to be set
+            raise RefusedError(Reason.UNSUPPORTED, "poses are set only; set_pose is false")
         position = state.pose.position
         self._reach.check((position.x, position.y, position.z))
         if name in self._objects.names:
@@ -276,58 +263,3 @@ class Entities:
                 self._host.on_move(robot, home)
             self._objects.send_home()
         self._host.on_things()
-
-    # Questions
-
-    def _list(self, request: Any, response: Any) -> Any:
-        find = partial(self._find, response)
-        self._attempt(response, RESULTS, partial(self._admit, request, find))
-        return response
-
-    def _list_states(self, request: Any, response: Any) -> Any:
-        find = partial(self._find_states, response)
-        self._attempt(response, RESULTS, partial(self._admit, request, find))
-        return response
-
-    def _state(self, request: Any, response: Any) -> Any:
-        look_up = partial(self._look_up, response)
-        self._attempt(response, RESULTS, partial(self._admit, request, look_up))
-        return response
-
-    def _find(self, response: Any, request: Any) -> None:
-        response.entities = self._matching(request.filters)
-
-    def _find_states(self, response: Any, request: Any) -> None:
-        self._find(response, request)
-        response.states = [self._state_of(name) for name in response.entities]
-
-    def _look_up(self, response: Any, request: Any) -> None:
-        response.state = self._state_of(request.entity)
-
-    def _matching(self, filters: EntityFilters) -> list[str]:
-        if filters.tags.tags or filters.bounds.points:
-            raise RefusedError(Reason.UNSUPPORTED, "filters by tags and bounds are not supported")
-        wanted = {category.category for category in filters.categories}
-        kinds = (
-            (EntityCategory.CATEGORY_ROBOT, self._robots.robots),
-            (EntityCategory.CATEGORY_OBJECT, self._objects.names),
-        )
-        names = [name for kind, names in kinds if not wanted or kind in wanted for name in names]
-        try:
-            return NamePattern(filters.filter).matching(names)
-        except PatternError as error:
-            raise RefusedError(
-                Reason.FAILED,
-                f"'{filters.filter}' is no POSIX extended regular expression: {error}",
-            ) from error
-
-    def _state_of(self, name: str) -> EntityState:
-        header = ros_io.header(self._world.tick, MAP)
-        if name in self._objects.names:
-            pose = message_of(self._objects.place_of(name))
-            return EntityState(header=header, pose=pose, acceleration=Accel())
-        robot = self._robots.robot(name)
-        pose_map, twist = self._world.ground_truth()[robot]
-        return EntityState(
-            header=header, pose=ros_io.pose_msg(pose_map), twist=twist_in_map(twist, pose_map.yaw)
-        )

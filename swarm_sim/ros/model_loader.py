@@ -51,13 +51,18 @@ class ModelLoader:
         self._connection: socket.socket | None = None
         self._idle_since = 0.0
 
+    @property
+    def has_room(self) -> bool:
+        """Whether another request is taken now."""
+        return len(self._jobs) < MOST_WAITING
+
     def ask(self, ticket: Any, request: ModelRequest) -> None:
         """Ask for a model; `poll` returns the ticket with it.
 
         Raises:
             RefusedError: If too many wait.
         """
-        if len(self._jobs) >= MOST_WAITING:
+        if not self.has_room:
             raise RefusedError(
                 Reason.FAILED, f"{MOST_WAITING} models are being read; ask again later"
             )

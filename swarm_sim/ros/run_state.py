@@ -28,7 +28,7 @@ class RunState:
         """Begin by playing."""
         self.is_paused = False
         self._steps = 0
-        self._on_done: list[Callable[[], None]] = []
+        self._waiting: list[tuple[Callable[[bool], None], Callable[[], None]]] = []
 
     @property
     def is_held(self) -> bool:
@@ -47,31 +47,47 @@ class RunState:
         if not self.is_paused:
             return Answer.ALREADY
         self.is_paused = False
-        self._steps = 0
-        self._finish()
+        self._finish(are_done=True)
         return Answer.DONE
 
-    def step(self, count: int, on_done: Callable[[], None]) -> Answer:
-        """Ask for `count` ticks; `on_done` is told when they are done.
+    def step(
+        self,
+        count: int,
+        on_done: Callable[[bool], None],
+        on_tick: Callable[[], None] = lambda: None,
+    ) -> Answer:
+        """Ask for `count` ticks.
+
+        Args:
+            count: How many.
+            on_done: Told at the end whether they are done.
+            on_tick: Called after each tick.
 
         Returns:
             REFUSED unless the world is paused, and for more steps than anybody waits for.
         """
-        is_possible = 1 <= count <= MOST_STEPS - self._steps and len(self._on_done) < MOST_WAITING
+        is_possible = 1 <= count <= MOST_STEPS - self._steps and len(self._waiting) < MOST_WAITING
         if not self.is_paused or not is_possible:
             return Answer.REFUSED
         self._steps += count
-        self._on_done.append(on_done)
+        self._waiting.append((on_done, on_tick))
         return Answer.DONE
+
+    def cancel_steps(self) -> None:
+        """Do none of the steps that are under way, whoever asked for them."""
+        self._finish(are_done=False)
 
     def note_tick(self) -> None:
         """Count a tick that was done."""
         if self._steps > 0:
             self._steps -= 1
+            for _, on_tick in self._waiting:
+                on_tick()
             if self._steps == 0:
-                self._finish()
+                self._finish(are_done=True)
 
-    def _finish(self) -> None:
-        waiting, self._on_done = self._on_done, []
-        for on_done in waiting:
-            on_done()
+    def _finish(self, *, are_done: bool) -> None:
+        waiting, self._waiting = self._waiting, []
+        self._steps = 0
+        for on_done, _ in waiting:
+            on_done(are_done)

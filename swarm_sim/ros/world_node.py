@@ -36,6 +36,7 @@ from swarm_sim.ros.build import WorldSetup
 from swarm_sim.ros.control import Control
 from swarm_sim.ros.entities import Entities
 from swarm_sim.ros.foreign import Foreigners
+from swarm_sim.ros.inquiries import Inquiries
 from swarm_sim.ros.moves import LIMIT, Moves
 from swarm_sim.ros.pacing import Rate, Throttle
 from swarm_sim.ros.report import Reporter
@@ -117,8 +118,9 @@ class WorldNode:
         objects = ObjectRegistry(stage.world)
         reach = Reach.of(stage.grid)
         self._entities = Entities(
-            self._node, stage.world, self._robots, objects, reach, self, self._rejections
+            self._node, self._robots, objects, reach, self, self._rejections
         )
+        Inquiries(self._node, stage.world, self._robots, objects, self._rejections)
         self._moves = Moves(self._node)
         self._state = RunState()
         self._services = Control(self._node, self._state, speed, self._set_speed)

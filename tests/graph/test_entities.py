@@ -46,7 +46,7 @@ def place_of(swarm, name):
 
 def spawn(swarm, pose=None, name="", model=ROBOT):
     request = SpawnEntity.Request(name=name)
-    request.entity_resource.uri = model
+    request.uri = model
     request.initial_pose.header.frame_id = "spawn"
     if pose is not None:
         request.initial_pose = pose_stamped(pose, 0)

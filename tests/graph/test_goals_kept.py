@@ -14,14 +14,12 @@ from rclpy.qos import qos_profile_action_status_default
 
 from swarm_common.middleware.rclpy_compat import SafeExecutor
 from swarm_common.middleware.ros_poll import drain
+from swarm_common.middleware.tick_action import RESULT_TIMEOUT, TickActionServer
 from swarm_common.model.records import CONTROL_PERIOD
-from swarm_nav.core.goals import Outcome
-from swarm_nav.ros.actions import RESULT_TIMEOUT, TickActionServer
 from swarm_nav.ros.clock import TickClock
 from tests.graph.conftest import reserved_domain
 
 GOALS = 20
-DONE = Outcome.SUCCEEDED
 
 
 @pytest.fixture
@@ -84,7 +82,9 @@ def after(seconds: float) -> int:
 
 
 def test_goals_that_have_ended_are_forgotten(node):
-    server = Server(node, lambda server, handle: server.finish(handle, DONE, Wait.Result()))
+    server = Server(
+        node, lambda server, handle: server.finish(handle, Wait.Result(), succeeded=True)
+    )
     listed = []
     node.create_subscription(
         GoalStatusArray,
@@ -115,7 +115,7 @@ def test_who_waits_for_the_result_of_a_goal_gets_it_however_long_it_takes(node, 
     server.clock.set(after(duration))
     server.settle(0.2)
     actions, handle = begun[0]
-    actions.finish(handle, DONE, Wait.Result())
+    actions.finish(handle, Wait.Result(), succeeded=True)
     assert server.wait_for(result).status == GoalStatus.STATUS_SUCCEEDED
     server.executor.shutdown()
 
@@ -125,14 +125,14 @@ def test_the_id_of_a_goal_that_is_forgotten_may_be_used_again(node):
     server = Server(node, lambda *goal: begun.append(goal))
     server.send(0)
     actions, old = begun[0]
-    actions.finish(old, DONE, Wait.Result())
+    actions.finish(old, Wait.Result(), succeeded=True)
     server.settle(0.2)
     assert not server.try_to_send(0), "its result is kept"
     server.clock.set(after(RESULT_TIMEOUT + 5.0))
     server.send(0)
     result = server.ask(0)
     server.settle(0.2)
-    actions.finish(begun[1][1], DONE, Wait.Result())
+    actions.finish(begun[1][1], Wait.Result(), succeeded=True)
     assert server.wait_for(result).status == GoalStatus.STATUS_SUCCEEDED
     server.executor.shutdown()
 
@@ -160,7 +160,7 @@ def test_goals_are_canceled_by_id_by_stamp_or_all_together(node):
     actions, handle = begun[4]
     result = server.ask(5)
     server.settle(0.2)
-    actions.finish(handle, Outcome.CANCELED, Wait.Result())
+    actions.finish(handle, Wait.Result(), succeeded=False)
     assert server.wait_for(result).status == GoalStatus.STATUS_CANCELED
     assert cancel(5) == (CancelGoal.Response.ERROR_GOAL_TERMINATED, [])
     assert cancel() == (CancelGoal.Response.ERROR_NONE, [3, 4])

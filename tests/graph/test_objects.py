@@ -36,7 +36,7 @@ def swarm(start_swarm):
 
 def spawn(swarm, x, y, name="", text=POST):
     request = SpawnEntity.Request(name=name)
-    request.entity_resource.resource_string = text
+    request.resource_string = text
     request.initial_pose.header.frame_id = "ground"
     request.initial_pose.pose = pose_msg(Pose(x, y, 0.0))
     return swarm.call(SpawnEntity, "/sim/spawn_entity", request)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -122,13 +123,34 @@ def test_echo_of_a_type_that_is_not_installed(ros2: Ros2) -> None:
     assert "'no_msgs/msg/Nothing' is not installed here" in ros2.err
 
 
-def test_hz_measures_the_rate() -> None:
-    command = [sys.executable, "-m", "swarm_ros2", "topic", "hz", "/Srobot1/scan"]
+def measure(verb: str, topic: str, count: int) -> list[str]:
+    """Return the first lines of a verb that runs until Ctrl-C."""
+    command = [sys.executable, "-m", "swarm_ros2", "topic", verb, topic]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=own_path()) as process:
         assert process.stdout is not None
-        lines = [process.stdout.readline() for _ in range(4)]
+        lines = [process.stdout.readline() for _ in range(count)]
         process.send_signal(signal.SIGINT)
         assert process.wait(60) == 130
+    return lines
+
+
+def test_bw_measures_the_bandwidth() -> None:
+    lines = measure("bw", "/Srobot1/scan", 3)
+    assert lines[0] == "Subscribed to [/Srobot1/scan]\n"
+    assert re.fullmatch(r"[\d.]+ KB/s from \d+ messages\n", lines[1])
+    size = r"1\.\d\d KB"
+    assert re.fullmatch(rf"\tMessage size mean: {size} min: {size} max: {size}\n", lines[2])
+
+
+def test_delay_measures_the_age_of_messages() -> None:
+    lines = measure("delay", "/Srobot1/odom", 2)
+    age = float(lines[0].removeprefix("average delay: "))
+    assert abs(age - time.time()) < 100.0  # the sample's stamps are 0
+    assert re.fullmatch(r"\tmin: [\d.]+s max: [\d.]+s std dev: [\d.]+s window: \d+\n", lines[1])
+
+
+def test_hz_measures_the_rate() -> None:
+    lines = measure("hz", "/Srobot1/scan", 4)
     rate = float(lines[2].removeprefix("average rate: "))
     assert 5.0 < rate < 26.0  # 20, less on a busy machine
     assert lines[3].startswith("\tmin: ")
@@ -183,6 +205,17 @@ def test_service_list_and_call(ros2: Ros2) -> None:
     assert f"response:\n{expected}\n" in text
 
 
+def test_service_info_counts_both_sides(ros2: Ros2) -> None:
+    expected = "Type: std_srvs/srv/SetBool\nClients count: 0\nServices count: 1\n"
+    assert ros2("service", "info", "/Srobot1/switch") == expected
+    ros2("service", "info", "/nowhere", code=1)
+    assert ros2.err == "Unknown service '/nowhere'\n"
+
+
+def test_action_type(ros2: Ros2) -> None:
+    assert ros2("action", "type", "/Srobot1/wait") == "nav2_msgs/action/Wait\n"
+
+
 def test_action_list_and_send_goal_with_feedback(ros2: Ros2) -> None:
     assert ros2("action", "list", "-t") == "/Srobot1/wait [nav2_msgs/action/Wait]\n"
     goal = ("/Srobot1/wait", "nav2_msgs/action/Wait", "{time: {sec: 1}}")
@@ -206,6 +239,21 @@ def test_param_list_get_set(ros2: Ros2) -> None:
     assert ros2("param", "get", NODE, "max_vel_x", "--hide-type") == "0.15\n"
 
 
+def test_param_describe_load_and_delete(ros2: Ros2, tmp_path: Path) -> None:
+    expected = "Parameter name: max_vel_x\n  Type: double\n  Constraints:\n"
+    assert ros2("param", "describe", NODE, "max_vel_x") == expected
+    file = tmp_path / "params.yaml"
+    file.write_text(f"{NODE}:\n  ros__parameters:\n    max_vel_x: 0.2\n")
+    assert ros2("param", "load", NODE, str(file)) == "Set parameter max_vel_x successful\n"
+    assert ros2("param", "get", NODE, "max_vel_x", "--hide-type") == "0.2\n"
+    file.write_text("/**:\n  ros__parameters:\n    max_vel_x: 0.25\n")
+    assert ros2("param", "load", NODE, str(file)) == "Set parameter max_vel_x successful\n"
+    ros2("param", "load", NODE, str(file), "--no-use-wildcard", code=1)
+    assert "does not contain any valid parameters" in ros2.err
+    ros2("param", "delete", NODE, "max_vel_x")
+    assert "Deleting parameter failed" in ros2.err  # rclpy: it is statically typed
+
+
 def test_refused_parameter_gives_the_reason(ros2: Ros2) -> None:
     ros2("param", "set", NODE, "max_vel_x", "-1.0", code=1)
     assert ros2.err == "Setting parameter failed: max_vel_x must not be negative\n"
@@ -219,6 +267,34 @@ def test_interface_show_expands_nested_types(ros2: Ros2) -> None:
         "\t\tint32 sec",
         "\t\tuint32 nanosec",
     ]
+
+
+def test_interface_packages_package_and_proto(ros2: Ros2) -> None:
+    packages = ros2("interface", "packages").splitlines()
+    assert {"std_msgs", "nav2_msgs", "simulation_interfaces"} <= set(packages)
+    assert "nav2_msgs" in ros2("interface", "packages", "-a").splitlines()
+    assert "std_msgs" not in ros2("interface", "packages", "-a").splitlines()
+    assert "std_msgs/msg/String" in ros2("interface", "package", "std_msgs").splitlines()
+    ros2("interface", "package", "no_msgs", code=1)
+    assert ros2.err == "Unknown package 'no_msgs'\n"
+    assert ros2("interface", "proto", "std_msgs/msg/String") == "\"data: ''\n\"\n"
+    assert ros2("interface", "proto", "std_srvs/srv/SetBool", "--no-quotes") == "data: false\n\n"
+
+
+def program(*words: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "swarm_ros2", *words]
+    return subprocess.run(command, env=own_path(), capture_output=True, text=True, check=False)
+
+
+def test_run_launch_and_doctor_become_the_program_that_is_meant() -> None:
+    assert "--swarm-size" in program("run", "swarm_commander", "swarm_up", "--help").stdout
+    assert program("run", "swarm_commander", "nothing").stderr == "No executable found\n"
+    assert program("run", "no_package", "nothing").stderr == "Package 'no_package' not found\n"
+    launch = program("launch", "swarm_commander", "swarm.launch.py", "swarm_size:=none")
+    assert launch.returncode == 2
+    assert "'none'" in launch.stderr
+    assert program("launch", "turtlesim", "multisim.launch.py").returncode == 1
+    assert "usage" in program("doctor", "--help").stdout.lower()
 
 
 def test_real_ros2_is_preferred(tmp_path: Path) -> None:

@@ -27,7 +27,7 @@ from rclpy.task import Future
 from swarm_interfaces.msg import Mission, RobotStatus
 
 from swarm_common.files.resources import find_resource
-from swarm_common.middleware.ros_io import LATCHED, RELIABLE, tick_of, time_msg
+from swarm_common.middleware.ros_io import LATCHED, RELIABLE, start_in, time_msg
 
 DRIVE_TICKS = 20
 MUTE_AFTER = 30  # ticks
@@ -116,7 +116,7 @@ class Robot:
             self.finish("preempted")
         pose = handle.request.pose
         self.goal = Pose2D(x=pose.pose.position.x, y=pose.pose.position.y, theta=0.0)
-        self.start_tick = max(self.tick, tick_of(pose.header.stamp))
+        self.start_tick = max(self.tick, start_in(handle.request.behavior_tree))
         self.publish()
         self._end = Future()
         handle.publish_feedback(NavigateToPose.Feedback(distance_remaining=1.0))

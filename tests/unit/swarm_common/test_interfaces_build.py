@@ -106,6 +106,34 @@ def test_package_of_a_full_ros_is_left_alone(
     assert builds == []
 
 
+@pytest.mark.parametrize(
+    ("version", "is_fit"), [("1.0.1", False), ("1.5.1", True), ("2.0.0", False), ("2.1.0", True)]
+)
+def test_a_package_of_another_release_is_told_of_at_the_start(
+    version: str,
+    is_fit: bool,
+    environment: install.Environment,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """With 1.5.1 installed, where 2.x was expected, one SpawnEntity ended the world."""
+    monkeypatch.setattr(interfaces_build, "RELEASES", {"demo_msgs": ((1, 5), (2, 1))})
+    share = tmp_path / "ros" / "share"
+    (share / "demo_msgs").mkdir(parents=True)
+    (share / "demo_msgs" / "package.xml").write_text(f"<version>{version}</version>")
+    (tmp_path / "ros" / interfaces_build.INDEX).mkdir(parents=True)
+    (tmp_path / "ros" / interfaces_build.INDEX / "demo_msgs").touch()
+    (tmp_path / "ros" / "python" / "demo_msgs").mkdir(parents=True)
+    (tmp_path / "ros" / "python" / "demo_msgs" / "__init__.py").touch()
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path / "ros"))
+    monkeypatch.syspath_prepend(str(tmp_path / "ros" / "python"))
+    if is_fit:
+        assert interfaces_build.foreign_interfaces() == {"demo_msgs": tmp_path / "ros"}
+        return
+    with pytest.raises(interfaces_build.SwarmError, match=r"1\.5 and later 1\.x or 2\.1"):
+        interfaces_build.ensure_interfaces(quiet=True)
+
+
 @pytest.mark.parametrize(("tool", "package"), [("gcc", "gcc"), ("g++", "g++")])
 def test_missing_compiler_names_the_package(tool: str, package: str, tmp_path: Path) -> None:
     for name in {"gcc", "g++"} - {tool}:

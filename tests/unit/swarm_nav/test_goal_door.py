@@ -20,6 +20,8 @@ from swarm_common.middleware.ros_io import (
     map_digest,
     message_digest,
     pose_from_msg,
+    start_text,
+    time_msg,
     unpacked,
 )
 from swarm_common.model.grid import Grid
@@ -142,14 +144,24 @@ def test_a_place_off_the_map_is_the_planners_to_refuse_an_absurd_one_the_doors()
 
 
 @pytest.mark.parametrize(
-    ("stamp", "begins"),
-    [(0, 101), (-5, 101), (100, 101), (130, 130), (100 + MOST_DELAY, 100 + MOST_DELAY),
-     (101 + MOST_DELAY, 101), (WALL_CLOCK, 101)],
+    ("tree", "begins"),
+    [("", 101), ("start_at_tick 0", 101), ("start_at_tick 100", 101), ("start_at_tick 130", 130),
+     ("start_at_tick ", 101), ("start_at_tick -130", 101), ("navigate.xml", 101),
+     (start_text(100 + MOST_DELAY), 100 + MOST_DELAY)],
 )  # fmt: skip
-def test_a_goal_begins_at_its_stamp_unless_that_is_of_another_clock(
-    stamp: int, begins: int
-) -> None:
-    assert start_tick(Goal(kind=GoalKind.NAVIGATE, start_tick=stamp), 100) == begins
+def test_a_goal_begins_when_it_is_asked_to_and_not_at_its_stamp(tree: str, begins: int) -> None:
+    for kind, poses in ((GoalKind.NAVIGATE, "pose"), (GoalKind.THROUGH, "poses")):
+        stamped = place(1.0)
+        for stamp in (0, 130, WALL_CLOCK):
+            stamped.header.stamp = time_msg(stamp)
+            request = ACTIONS[kind].Goal(behavior_tree=tree)
+            setattr(request, poses, [stamped] if kind is GoalKind.THROUGH else stamped)
+            assert start_tick(goal_of(kind, request), 100) == begins
+
+
+def test_a_start_more_than_a_day_ahead_is_refused() -> None:
+    with pytest.raises(RejectedError, match="begin"):
+        start_tick(Goal(kind=GoalKind.NAVIGATE, start_tick=101 + MOST_DELAY), 100)
 
 
 # Maps

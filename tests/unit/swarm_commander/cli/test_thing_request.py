@@ -16,22 +16,22 @@ def test_a_box_and_a_cylinder_become_models() -> None:
     request = thing_request("crate", "", (0.5, 0.4, 0.6), None, 3.0, PLACE)
     assert (request.name, request.allow_renaming) == ("crate", False)
     assert request.initial_pose.header.frame_id == GROUND
-    root = ET.fromstring(request.entity_resource.resource_string)
+    root = ET.fromstring(request.resource_string)
     assert root.findtext("model/static") == "false"
     assert root.findtext(".//mass") == "3.0"
     assert root.findtext(".//size") == "0.5 0.4 0.6"
     request = thing_request("", "", None, (0.2, 1.0), None, PLACE)
     assert request.allow_renaming
-    root = ET.fromstring(request.entity_resource.resource_string)
+    root = ET.fromstring(request.resource_string)
     assert root.findtext("model/static") == "true"
     assert root.findtext(".//radius") == "0.2"
 
 
 def test_files_are_named_for_the_world_and_uris_kept() -> None:
     request = thing_request("", "shelf.sdf", None, None, None, PLACE)
-    assert request.entity_resource.uri == str(Path("shelf.sdf").absolute())
+    assert request.uri == str(Path("shelf.sdf").absolute())
     request = thing_request("", "model://shelf", None, None, None, PLACE)
-    assert request.entity_resource.uri == "model://shelf"
+    assert request.uri == "model://shelf"
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Action servers that never block: a goal is handed to the brain and its result sent at the end.
+"""Action servers that never block: a goal is handed on and its result sent at the end.
 
 An action is three services and two topics (https://design.ros2.org/articles/actions.html), and so
 it is built here. rclpy's server polls a coroutine per goal, and rcl forgets goals by timers: when
@@ -19,7 +19,6 @@ from rclpy.qos import QoSProfile, qos_profile_action_status_default
 from rclpy.time import Time
 
 from swarm_common.process.last_resort import FaultLog
-from swarm_nav.core.goals import Outcome
 
 # Requests wait until the next look, and DDS forgets all but the newest `depth` of them without a
 # word: the usual ten are what one client sends at once.
@@ -216,11 +215,11 @@ class TickActionServer:
             self.kind.Impl.FeedbackMessage(goal_id=goal.info.goal_id, feedback=feedback)
         )
 
-    def finish(self, goal: GoalHandle, outcome: Outcome, result: Any) -> None:
+    def finish(self, goal: GoalHandle, result: Any, *, succeeded: bool) -> None:
         """End a goal and send its result."""
         if not goal.is_active:
             return
-        if outcome is Outcome.SUCCEEDED:
+        if succeeded:
             goal.status = GoalStatus.STATUS_SUCCEEDED
         elif goal.is_cancel_requested:
             goal.status = GoalStatus.STATUS_CANCELED

@@ -1,0 +1,16 @@
+"""Where messages of simulation_interfaces 1.x and 2.x differ."""
+
+from __future__ import annotations
+
+from typing import Any
+
+RESOURCES = ("entity_resource", "world_resource")
+
+
+def resource_in(message: Any) -> Any:
+    """Return what has `uri` of a message: a field for it, or in 1.x often the message itself.
+
+    Args:
+        message: A request of SpawnEntity or LoadWorld, a Spawnable, ...
+    """
+    return next((getattr(message, name) for name in RESOURCES if hasattr(message, name)), message)
