@@ -186,7 +186,8 @@ viewers are published only while somebody subscribes.
 
 Nav2's (`nav2_msgs/action`), with Nav2's error codes in the result: `navigate_to_pose`,
 `navigate_through_poses`, `follow_waypoints`, `follow_path`, `spin`, `backup`, `drive_on_heading`,
-`wait`, `compute_path_to_pose`, `compute_path_through_poses`.
+`wait`, `compute_path_to_pose`, `compute_path_through_poses`, `smooth_path`, `assisted_teleop`; those
+of docs/ros.md that say no.
 
 ## Services of a robot
 
@@ -194,17 +195,19 @@ Nav2's (`nav2_msgs/action`), with Nav2's error codes in the result: `navigate_to
 |---|---|
 | `lifecycle_manager_navigation/manage_nodes` | `nav2_msgs/srv/ManageLifecycleNodes` |
 | `lifecycle_manager_navigation/is_active` | `std_srvs/srv/Trigger` |
-| `amcl/get_state`, `bt_navigator/get_state` | `lifecycle_msgs/srv/GetState` |
+| `N/get_state`, N: Nav2's nodes (docs/ros.md) | `lifecycle_msgs/srv/GetState` |
+| `N/change_state`, `N/get_available_states`, … | `lifecycle_msgs/srv` |
 | `map_server/load_map` | `nav2_msgs/srv/LoadMap` |
 | `X/clear_entirely_X`, X: `global_costmap`, `local_costmap` | `nav2_msgs/srv/ClearEntireCostmap` |
+| `X/clear_around_X`, `X/clear_around_pose_X`, `X/clear_except_X` | `nav2_msgs/srv/ClearCostmap…` |
 | `X/get_costmap` | `nav2_msgs/srv/GetCostmap` |
 
-In a large swarm a server appears when its first client does.
+In a large swarm a server appears when its first client does; rarely used ones do so in any swarm.
 
 ## Services of the world
 
 Those of `simulation_interfaces` under `/sim/`: `get_simulation_state`, `set_simulation_state`,
-`step_simulation`, `spawn_entity`, `delete_entity`, `get_entities`, `get_entities_states`,
+`step_simulation`, `simulate_steps` (an action), `spawn_entity`, `spawn_entities`, `delete_entity`, `get_entities`, `get_entities_states`,
 `get_entity_state`, `set_entity_state`, `reset_simulation`; limits and refusals are in
 [runtime](../runtime.md). The parameter `speed` of the node `/sim/world` is in times real time
 (0: as fast as possible).

@@ -32,11 +32,11 @@ from swarm_sim.ros.model_loader import ModelLoader
 from swarm_sim.ros.places import check_frame, place_in_map, pose_in_map
 from swarm_sim.ros.request_door import RESULTS, Codes, Door
 from swarm_sim.scene.scene import Body
-from swarm_sim.world.robot_registry import Arrival, RobotRegistry
 from swarm_sim.world.model_reader import Model, ModelRequest
+from swarm_sim.world.object_registry import ObjectRegistry
 from swarm_sim.world.refusal import Reason, RefusedError
 from swarm_sim.world.request_checks import Reach
-from swarm_sim.world.object_registry import ObjectRegistry
+from swarm_sim.world.robot_registry import Arrival, RobotRegistry
 
 SPAWN = "spawn"  # frame id of a robot's pose: any free place of the start area
 GROUND = "ground"  # frame id of a thing's pose: in the map, z such that it stands on the ground

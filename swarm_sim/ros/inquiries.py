@@ -36,9 +36,9 @@ from swarm_sim.ros.request_door import RESULTS, Door
 from swarm_sim.scene.overlaps import points_of
 from swarm_sim.scene.scene import Body
 from swarm_sim.world.changing_world import ChangingWorld
-from swarm_sim.world.robot_registry import RobotRegistry
-from swarm_sim.world.refusal import Reason, RefusedError
 from swarm_sim.world.object_registry import ObjectRegistry
+from swarm_sim.world.refusal import Reason, RefusedError
+from swarm_sim.world.robot_registry import RobotRegistry
 
 FEATURES = (
     Can.SPAWNING, Can.DELETING, Can.NAMED_POSES, Can.POSE_BOUNDS, Can.ENTITY_TAGS,
@@ -64,7 +64,12 @@ class Inquiries:
     """The services `/sim/get_...`."""
 
     def __init__(
-        self, node: Node, world: ChangingWorld, robots: RobotRegistry, objects: ObjectRegistry, rejections: Rejections
+        self,
+        node: Node,
+        world: ChangingWorld,
+        robots: RobotRegistry,
+        objects: ObjectRegistry,
+        rejections: Rejections,
     ) -> None:
         """Offer the services.
 

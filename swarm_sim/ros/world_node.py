@@ -117,9 +117,7 @@ class WorldNode:
         self._robots = RobotRegistry(stage.world, stage.grid, stage.poses_map, settings.spawn)
         objects = ObjectRegistry(stage.world)
         reach = Reach.of(stage.grid)
-        self._entities = Entities(
-            self._node, self._robots, objects, reach, self, self._rejections
-        )
+        self._entities = Entities(self._node, self._robots, objects, reach, self, self._rejections)
         Inquiries(self._node, stage.world, self._robots, objects, self._rejections)
         self._moves = Moves(self._node)
         self._state = RunState()

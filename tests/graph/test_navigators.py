@@ -52,10 +52,7 @@ LIFECYCLE_NODES = (
     "amcl", "behavior_server", "bt_navigator", "controller_server", "map_server", "planner_server"
 )  # fmt: skip
 SERVICES = {
-    **{
-        f"{node}/get_state": "lifecycle_msgs/srv/GetState"
-        for node in LIFECYCLE_NODES
-    },
+    **{f"{node}/get_state": "lifecycle_msgs/srv/GetState" for node in LIFECYCLE_NODES},
     "lifecycle_manager_navigation/manage_nodes": "nav2_msgs/srv/ManageLifecycleNodes",
     "lifecycle_manager_navigation/is_active": "std_srvs/srv/Trigger",
     "map_server/load_map": "nav2_msgs/srv/LoadMap",
