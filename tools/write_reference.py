@@ -186,8 +186,8 @@ viewers are published only while somebody subscribes.
 
 Nav2's (`nav2_msgs/action`), with Nav2's error codes in the result: `navigate_to_pose`,
 `navigate_through_poses`, `follow_waypoints`, `follow_path`, `spin`, `backup`, `drive_on_heading`,
-`wait`, `compute_path_to_pose`, `compute_path_through_poses`, `smooth_path`, `assisted_teleop`; those
-of docs/ros.md that say no.
+`wait`, `compute_path_to_pose`, `compute_path_through_poses`, `smooth_path`, `assisted_teleop`;
+those of docs/ros.md that say no.
 
 ## Services of a robot
 
@@ -207,7 +207,8 @@ In a large swarm a server appears when its first client does; rarely used ones d
 ## Services of the world
 
 Those of `simulation_interfaces` under `/sim/`: `get_simulation_state`, `set_simulation_state`,
-`step_simulation`, `simulate_steps` (an action), `spawn_entity`, `spawn_entities`, `delete_entity`, `get_entities`, `get_entities_states`,
+`step_simulation`, `simulate_steps` (an action), `spawn_entity`, `spawn_entities`,
+`delete_entity`, `get_entities`, `get_entities_states`,
 `get_entity_state`, `set_entity_state`, `reset_simulation`; limits and refusals are in
 [runtime](../runtime.md). The parameter `speed` of the node `/sim/world` is in times real time
 (0: as fast as possible).
