@@ -13,11 +13,11 @@ What a module imports of its folder stands above it:
     commander_command  The command `swarm-commander`: drives robots of a running swarm from
                        another terminal
     doctor_command     The command `swarm-doctor`: looks at the machine before a large run
-    fleet_command      `swarm-commander spawn | remove | move | list | reset | restart`: who
-                       comes and goes
+    fleet_command      `swarm-commander spawn | remove | move | list | reset | restart`: changes
+                       to a swarm
     up_command         The command `swarm-up`: its options
-    main               Entry points of the commands `swarm-up`, `swarm-commander` and `swarm-
-                       report`
+    main               Entry points of the commands `swarm-up`, `swarm-commander` and
+                       `swarm-report`
 
 May import of swarm_commander: `hosts`, `run`, `mission`, `viewers`; and swarm_common.
 """

@@ -18,7 +18,7 @@ class Moment:
         station: Held or wanted.
         place: In the order of request; 0 for none.
         distance: [m] still to go.
-        time_left: [s] likewise.
+        time_left: [s] estimated until arrival.
     """
 
     sim_time: float

@@ -49,7 +49,7 @@ class Level(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One thing that was looked at: what was found, and what to do if it is not good."""
+    """The result of one check: the finding, and advice if it is not good."""
 
     level: Level
     subject: str
@@ -59,7 +59,7 @@ class Finding:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Facts:
-    """What was found on the machine.
+    """The measured properties of the machine.
 
     Attributes:
         load: Processes that wanted to run in the last minute, on average.
@@ -287,7 +287,7 @@ def _own_dds(environment: Mapping[str, str]) -> str:
 
 
 def _kernel_cache(environment: Mapping[str, str]) -> Path | None:
-    """Return the folder where numba keeps what it compiled, None without one."""
+    """Return the folder of numba's compiled kernels, None without one."""
     own = Path(__file__).resolve().parents[2] / "swarm_nav" / "__pycache__"
     for folder in (Path(environment.get("NUMBA_CACHE_DIR") or own), Path.home() / ".cache"):
         place = next((p for p in (folder, *folder.parents) if p.exists()), None)

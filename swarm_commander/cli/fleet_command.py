@@ -1,4 +1,4 @@
-"""`swarm-commander spawn | remove | move | list | reset | restart`: who comes and goes."""
+"""`swarm-commander spawn | remove | move | list | reset | restart`: changes to a swarm."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def spawn(
 def remove(
     names: Annotated[list[str], typer.Argument(help="Names of robots or objects.")],
 ) -> None:
-    """Take robots, whose navigators end, or things out of a running swarm."""
+    """Remove robots, with their navigators, or objects from a running swarm."""
     with _node() as node:
         for name in names:
             _ask(node, DeleteEntity, "delete_entity", DeleteEntity.Request(entity=name))
@@ -131,13 +131,13 @@ def list_() -> None:
 
 @fleet_app.command("restart")
 def restart(robot: Annotated[str, typer.Argument(help="Name of the robot, like Srobot3.")]) -> None:
-    """Start a robot's navigator anew; its mission goes on with the goal in hand."""
+    """Restart a robot's navigator; its mission continues with the current goal."""
     typer.echo(domain.ask(domain.domain_id(), RestartNavigator(robot), ACTIVE_LIMIT))
 
 
 @fleet_app.command("reset")
 def reset() -> None:
-    """Take out what was spawned, and put all others where they were at first."""
+    """Remove everything spawned, and put all others back to their first poses."""
     with _node() as node:
         _ask(node, ResetSimulation, "reset_simulation", ResetSimulation.Request())
     typer.echo("all are where they were at first; simulated time and goals go on")

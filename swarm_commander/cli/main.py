@@ -86,7 +86,7 @@ def _load_up() -> typer.Typer:
 
 
 def with_value(words: Sequence[str], flag: str, default: str) -> list[str]:
-    """Return a command line in which a flag whose value may be left out has one."""
+    """Return a command line in which every flag with an optional value has one."""
     result: list[str] = []
     for number, word in enumerate(words, 1):
         result.append(word)

@@ -63,12 +63,12 @@ def replay(
         _play(recording, begin, factor, loop, console)
     else:
         if loop:
-            raise ConfigError("--loop needs --ros; in the viewer Play begins anew at the end")
+            raise ConfigError("--loop needs --ros; in the viewer, Play at the end starts again")
         _view(bag, begin, factor, port)
 
 
 def _contents(bag: Bag) -> Table:
-    """Return what is in a bag as a table."""
+    """Return the topics of a bag as a table."""
     table = Table(title=f"{bag.path}: {_span(bag)}", title_justify="left")
     for name in ("topic", "type", "quality", "messages"):
         table.add_column(name, justify="right" if name == "messages" else "left", overflow="fold")

@@ -69,7 +69,7 @@ def _conclude(plan: RunPlan, folder: RunFolder, run: LocalRun, console: Console)
     """Write the report, say how it went; return the exit code."""
     statistics = run.statistics
     verdict = run.verdict or load_verdict(folder.verdict)
-    if not verdict:  # whatever else is known, nobody can vouch for this run
+    if not verdict:  # without a verdict the other figures do not vouch for the run
         run.failures.append("there is no verdict: the world process did not live to give one")
     times = RunTimes(run.wall_time, run.active_after_wall, run.restarts)
     report = compose_report(plan.options, statistics, verdict, run.usage, times)

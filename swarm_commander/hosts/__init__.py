@@ -2,20 +2,20 @@
 
 What a module imports of its folder stands above it:
 
-    run_description  What the world's host tells the robots' hosts: who the robots are, and all
-                     of their parameters
+    run_description  The run as the world's host describes it to the robots' hosts: robots and
+                     all their parameters
     distributor      On a robots' host: gives each robot its part of the batch of beacons that
                      came from the world
     host_link        What both ends of the line between the world's host and a robots' host have
                      in common
     host_options     Options of a run on several hosts, checked once: --role, --robots,
                      --connect, --bind
-    link_probe       What the network between two hosts lets through: sizes, directions, losses,
+    link_probe       Probes of the network between two hosts: packet sizes, directions, losses,
                      round trips
-    host_table       The world's host's list of the robots' hosts: who serves which robots, who
-                     is silent, who left
-    client_state     A robots' host towards the world's: what it says of itself, and what it
-                     makes of the answers
+    host_table       The list of robots' hosts on the world's host: their robots, silences and
+                     departures
+    client_state     A robots' host towards the world's: its reports, and its reaction to the
+                     answers
     host_door        Where messages of robots' hosts come in on the world's: nothing unsealed
                      gets any further
     robots_plan      The checked input of `swarm-up --role robots`

@@ -1,4 +1,4 @@
-"""A robots' host towards the world's: what it says of itself, and what it makes of the answers.
+"""A robots' host towards the world's: its reports, and its reaction to the answers.
 
 No clock, no I/O; the counterpart of `host_table`.
 """
@@ -81,7 +81,7 @@ class ClientState:
         self._is_unheard = False
 
     def report(self, now: float) -> dict[str, Any] | None:
-        """Return what is to be said now; None before there is anything to say."""
+        """Return the next report; None before there is anything to report."""
         if self.description is None:
             return None
         return {**self._report, "deaf_for": round(now - self._heard_at, 3)}
@@ -121,9 +121,9 @@ class ClientState:
         return []
 
     def note_forgery(self, now: float) -> list[Event]:
-        """Somebody who does not know this host's secret speaks as a world's host.
+        """A sender without this host's secret speaks as a world's host; it is not obeyed.
 
-        He is not obeyed. But where no other world is heard, its secret is another.
+        If no other world is heard, though, the two hosts have different secrets.
         """
         if self._forged_at is None:
             self._forged_at = now

@@ -70,7 +70,7 @@ class HostClient(LinkEnd[ClientCommand]):
                 assert_never(command)
 
     def turn(self, now: float) -> None:
-        """Do what is due at wall time `now`."""
+        """Send, receive and check what is due at wall time `now`."""
         events = self.state.look(now)
         self._pass_on(events)
         if WorldSilent() in events:
@@ -136,7 +136,7 @@ class HostClient(LinkEnd[ClientCommand]):
             self._due = 0.0
 
     def _open(self, opener: Opener, message: String) -> Letter | None:
-        """Return what the world's host says; None if it is not he who says it."""
+        """Return the content of a message of the world's host; None if another host sent it."""
         try:
             return opener.open(message.data)
         except ForgedError:

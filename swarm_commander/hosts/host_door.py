@@ -21,7 +21,7 @@ class HostDoor:
         Args:
             secret: Of the hosts.
             run: Name of the run.
-            rejections: Counts what is not taken.
+            rejections: Counts rejected messages.
         """
         self._run = run
         self._opener = Opener(secret, HOSTS)

@@ -1,7 +1,7 @@
-"""The world's host's list of the robots' hosts: who serves which robots, who is silent, who left.
+"""The list of robots' hosts on the world's host: their robots, silences and departures.
 
-No clock, no I/O: `hear` takes what a host says, `look` notices silence, `answer` is what all
-hosts are told. Everything said is a whole state, not a change, so that a lost message costs
+No clock, no I/O: `hear` takes a host's report, `look` notices silence, `answer` is the message to
+all hosts. Everything said is a whole state, not a change, so that a lost message costs
 nothing but time.
 """
 
@@ -43,7 +43,7 @@ class Standing(Enum):
 
 @dataclass(frozen=True, slots=True)
 class HostReport:
-    """What a robots' host says of itself, twice a second.
+    """The report of a robots' host about itself, twice a second.
 
     Attributes:
         host: Name of this start of swarm-up, different for each.
@@ -73,7 +73,7 @@ def parse_report(data: Mapping[str, Any], sender: str) -> HostReport:
 
     Args:
         data: Content of the message.
-        sender: Under whose seal it came.
+        sender: Host that sealed it.
 
     Raises:
         ConfigError: If it is none, or speaks for another host.
@@ -128,7 +128,7 @@ class HostTable:
         return [robot for robot in self._robots if robot not in taken]
 
     def hear(self, report: HostReport, now: float) -> list[Event]:
-        """Take a host's report at wall time `now`; return what is new."""
+        """Take a host's report at wall time `now`; return the changes."""
         if report.host in self._refused:
             return []
         host = self._hosts.get(report.host)
@@ -145,7 +145,7 @@ class HostTable:
         return events + self._news(host)
 
     def look(self, now: float) -> list[Event]:
-        """Notice who is silent, or has been for too long, at wall time `now`."""
+        """Notice hosts that are silent, or have been for too long, at wall time `now`."""
         events: list[Event] = []
         for host in self._hosts.values():
             waited = now - host.heard_at
@@ -179,7 +179,7 @@ class HostTable:
 
     @property
     def all_have_left(self) -> bool:
-        """Whether nobody is left who should hear how the run ended."""
+        """True if no host is left that should learn how the run ended."""
         standings = [host.standing for host in self._hosts.values()]
         return Standing.SERVING not in standings
 

@@ -36,7 +36,7 @@ def write_profile(path: Path, own: str, peers: Sequence[dds_profile.Peers], doma
 
 
 def use_profile(folder: RunFolder, own_address: str, world_address: str) -> None:
-    """Bind what is started from here to one address, and let it look for the world's host."""
+    """Bind all processes started here to one address, and let them look for the world's host."""
     peers = dds_profile.peers_of_tools(own_address, world_address)
     path = write_profile(folder.configs / TOOLS_PROFILE, own_address, peers, domain_id())
     os.environ[PROFILES] = str(path)

@@ -1,4 +1,4 @@
-"""What the network between two hosts lets through: sizes, directions, losses, round trips.
+"""Probes of the network between two hosts: packet sizes, directions, losses, round trips.
 
 A robots' host sends datagrams of a few sizes to the world's, which sends each back. This needs none
 of what DDS needs first (which goes silent, without a word, when large packets or one direction get
@@ -74,7 +74,7 @@ class Asker:
         return made
 
     def take(self, data: bytes, now: float) -> None:
-        """Take what came back; what is not ours counts for nothing."""
+        """Take an answer; foreign packets are ignored."""
         found = _open(self._secret, ANSWER, data)
         if found is None or found[0] != self._host:
             return
@@ -86,13 +86,13 @@ class Asker:
                 self._answers += size == SMALL
 
     def restart(self) -> None:
-        """Forget what was so far: something has changed."""
+        """Forget all measurements so far, because something has changed."""
         self._rounds, self._due = 0, 0.0
         for each in self._sizes.values():
             each.asked.clear()
 
     def finding(self, now: float) -> tuple[str, str]:
-        """Return what is wrong with the network, as far as it can be said: in a word, and fully.
+        """Return the fault of the network, as far as it is known: in a word, and in a sentence.
 
         Both are empty if nothing is.
         """
@@ -120,7 +120,7 @@ class Asker:
         return "loss", f"{lost:.0%} of the packets get lost, to there or back; the swarm is slow"
 
     def figures(self, now: float) -> dict[str, float]:
-        """Return what was measured, for the report: shares that came back, and round trips [ms]."""
+        """Return the figures of the report: shares of answered packets, and round trips [ms]."""
         found: dict[str, float] = {}
         for size in SIZES:
             share = self._share(size, now)
@@ -195,12 +195,12 @@ def _open(secret: str, kind: bytes, data: bytes) -> tuple[bytes, bytes] | None:
 
 
 class ProbeSocket:
-    """The UDP socket of either side, and a thread that hands on what comes as soon as it comes."""
+    """The UDP socket of either side, and a thread that passes datagrams on at once."""
 
     def __init__(
         self, address: str, domain: int, take: Callable[[bytes, str], bytes | None]
     ) -> None:
-        """Listen; where the port is taken, nothing ever comes.
+        """Listen; if the port is in use, no datagram ever arrives.
 
         Args:
             address: Own one.
@@ -225,7 +225,7 @@ class ProbeSocket:
         while True:
             try:
                 data, (address, port) = self._socket.recvfrom(MOST)
-            except OSError:  # an answer of the kernel that nobody listens there
+            except OSError:  # the kernel's answer that no process listens there
                 continue
             answer = self._take(data, address)
             if answer is not None and port == self._port:

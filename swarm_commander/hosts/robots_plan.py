@@ -29,14 +29,14 @@ class RobotsPlan:
     Attributes:
         robots: Names of those that it is to serve.
         pack: Navigators per process.
-        own_address: That is bound to.
+        own_address: Address to bind to.
         world_address: Of the world's host.
         domain: ROS domain.
-        stated: What the user says of the run, to be compared; see `RunDescription.facts`.
+        stated: Options of the user about the run, to be compared; see `RunDescription.facts`.
         label: Name and address of this host, for people.
         secret: That this host shares with the world's.
         run_dir: --run-dir.
-        restart: Whether navigators that died are started anew.
+        restart: Whether navigators that died are restarted.
     """
 
     robots: tuple[str, ...]

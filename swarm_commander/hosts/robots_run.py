@@ -145,7 +145,7 @@ class RobotsRun(ProcessRun):
             case WorldHasOtherSecret():
                 self._refuse(
                     f"the world at {address} has another secret; take the command that it shows,"
-                    f" or set {VARIABLE} to what stands there"
+                    f" or set {VARIABLE} to its contents"
                 )
             case NetworkFault(message=message):
                 self._warn(f"the network to {address}: {message}")

@@ -1,7 +1,8 @@
-"""What the world's host tells the robots' hosts: who the robots are, and all of their parameters.
+"""The run as the world's host describes it to the robots' hosts: robots and all their parameters.
 
 One side owns every fact, so that the two cannot disagree: a robots' host needs no world, no map
-file, no fleet and no parameters of its own. What its user nevertheless states is compared.
+file, no fleet and no parameters of its own. Options that its user states nevertheless are compared
+with the charter.
 """
 
 from __future__ import annotations

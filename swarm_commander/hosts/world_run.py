@@ -126,7 +126,7 @@ class WorldRun(LocalRun):
         )
 
     def _check_start(self) -> None:
-        if not self._unserved:  # who starts the hosts has all the time in the world
+        if not self._unserved:  # the user may take any time to start the other hosts
             super()._check_start()
 
     # What the hosts say

@@ -6,12 +6,12 @@ What a module imports of its folder stands above it:
                  message
     state_log    What the robots did and when, for the report: a line whenever the state of one
                  changes
-    discovery    Which robots run, and what they know: asked over ROS, as any other terminal
-                 would
-    exchange     Who goes where when robots change places or roam: drawn for the whole swarm
-                 from one seed
-    goal_client  An action client that knows its goals' ids: service clients, and feedback for
-                 who wants it
+    discovery    Finds the running robots and asks for their parameters over ROS, as any other
+                 terminal would
+    exchange     Goals of robots that change places or roam: drawn for the whole swarm from one
+                 seed
+    goal_client  An action client that knows its goals' ids: service clients, and feedback on
+                 request
     status_door  The door of the operator's side: which statuses are their robots', and of now
     leg          One part of a mission's route, and the goals that it means for a robot
     task         One action goal on its way, from the request to the result

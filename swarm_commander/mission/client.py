@@ -61,7 +61,7 @@ class RobotCommander:
     Attributes:
         name: Its namespace, like ``Srobot3``.
         status: Its latest swarm_interfaces/RobotStatus; None before the first.
-        task: What it was told last; None before that.
+        task: Its latest task; None before the first.
     """
 
     def __init__(
@@ -180,7 +180,7 @@ class RobotCommander:
             self.task.look(is_busy)
 
     def ask(self) -> None:
-        """Ask at once how the task in hand stands: the robot was silent, or was started anew."""
+        """Ask at once for the state of the current task: the robot was silent, or was restarted."""
         if self.task is not None:
             self.task.ask()
 

@@ -1,8 +1,8 @@
 """A goal on its way to an action server and back, over services that may lose a message.
 
 DDS loses an answer when it is sent before both sides have found each other whole, or when a link
-or a process is lost. Whoever waits for it waits for ever, so what is overdue is asked for: the
-server tells of a goal that it knows when that has ended, and of one that it does not know at once.
+or a process is lost. A client that waits for it waits for ever, so an overdue result is asked for:
+for a goal that it knows, the server answers when the goal has ended; for an unknown one, at once.
 A goal is sent again under its old id, which the server takes only once.
 
 No clock, no I/O. https://design.ros2.org/articles/actions.html has the services.
@@ -30,7 +30,7 @@ class Phase(Enum):
 
 
 class Event(Enum):
-    """What is heard of it."""
+    """The news about a goal."""
 
     ACCEPTANCE = "acceptance"
     REFUSAL = "refusal"
@@ -40,7 +40,7 @@ class Event(Enum):
 
 
 class Action(Enum):
-    """What is to be done then."""
+    """The reaction to it."""
 
     NOTHING = "nothing"
     SEND = "send"
@@ -73,7 +73,7 @@ TRANSITIONS: dict[Phase, dict[Event, tuple[Phase, Action]]] = {
         Event.ACCEPTANCE: (Phase.ACCEPTED, Action.NOTHING),
         Event.REFUSAL: (Phase.ACCEPTED, Action.NOTHING),  # of a second copy
         Event.RESULT: (Phase.ENDED, Action.NOTHING),
-        Event.UNKNOWN: (Phase.ENDED, Action.NOTHING),  # the server was started anew
+        Event.UNKNOWN: (Phase.ENDED, Action.NOTHING),  # the server was restarted
         Event.OVERDUE: (Phase.ACCEPTED, Action.ASK),
     },
     Phase.ENDED: {event: (Phase.ENDED, Action.NOTHING) for event in Event},
@@ -98,7 +98,7 @@ class Delivery:
         self._task_time = TASK_TIME
 
     def hear(self, event: Event, now: float, question: int = 0) -> Action:
-        """Take what has been heard at wall time `now`; return what is to be done.
+        """Take news at wall time `now`; return the next action.
 
         Args:
             event: What it is.
@@ -121,7 +121,7 @@ class Delivery:
         return action
 
     def look(self, now: float, is_busy: bool) -> Action:
-        """Notice that something is overdue; return what is to be done.
+        """Notice an overdue answer; return the next action.
 
         Args:
             now: Wall time [s].

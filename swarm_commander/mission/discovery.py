@@ -1,4 +1,4 @@
-"""Which robots run, and what they know: asked over ROS, as any other terminal would."""
+"""Finds the running robots and asks for their parameters over ROS, as any other terminal would."""
 
 from __future__ import annotations
 
@@ -91,11 +91,11 @@ def read_home(node: Node, robot: str) -> Pose | None:
 
 
 def robot_on_mission(node: Node, robots: Sequence[str]) -> str | None:
-    """Return the first of some robots that somebody drives through a mission, or is about to.
+    """Return the first of some robots that a process drives through a mission, or is about to.
 
-    Who drives a robot keeps its topic `mission` until the end of the process, so that latecomers
-    learn how things are; what counts is what was said there last. Before the answer is "nobody",
-    such a process gets the time to be discovered: it may be later than the robot itself.
+    A process that drives a robot keeps its topic `mission` until it ends, so that latecomers learn
+    the state; the latest message counts. Before the answer is "none", such a process gets the time
+    to be discovered: it may be later than the robot itself.
     """
     said: dict[str, list[bool]] = {robot: [] for robot in robots}
     subscriptions = [

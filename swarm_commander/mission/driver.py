@@ -27,7 +27,7 @@ SAME_GOAL = 1e-3  # [m]
 
 
 class Listener(Protocol):
-    """Who wants to know how a mission goes."""
+    """Receives the progress of a mission."""
 
     def on_sent(self, driver: RobotDriver, order: Order) -> None:
         """A goal was sent."""

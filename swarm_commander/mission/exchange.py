@@ -1,4 +1,4 @@
-"""Who goes where when robots change places or roam: drawn for the whole swarm from one seed.
+"""Goals of robots that change places or roam: drawn for the whole swarm from one seed.
 
 No two robots are sent to the same place at the same time, so each operator draws for the whole
 swarm and takes its own robot's share.
@@ -16,12 +16,12 @@ TRIES = 50  # draws of a place before a robot takes the farthest free one
 
 
 def opposite(count: int) -> list[int]:
-    """Return whose place each robot takes if all cross over to the far side of a ring."""
+    """Return the robot whose place each robot takes if all cross to the far side of a ring."""
     return [(index + count // 2) % count for index in range(count)]
 
 
 def other_groups(count: int, groups: int, seed: str) -> list[int]:
-    """Return whose place each robot takes if all move to another group's places, at random.
+    """Return the robot whose place each robot takes if all move to a random other group's.
 
     Robot k belongs to group k mod `groups`. Where groups of unequal size leave no other way, a
     robot takes a place of its own group.

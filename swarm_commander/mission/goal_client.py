@@ -1,7 +1,7 @@
-"""An action client that knows its goals' ids: service clients, and feedback for who wants it.
+"""An action client that knows its goals' ids: service clients, and feedback on request.
 
 rclpy's own client always subscribes to feedback and status. With many robots that costs the
-operator more than everything else, and every robot composes feedback that nobody reads. It also
+operator more than everything else, and every robot composes feedback that no client reads. It also
 hides a goal's id until the server has answered, so that nothing can be asked if the answer is lost.
 """
 
@@ -72,7 +72,7 @@ class GoalClient:
         self._listeners[bytes(goal_id.uuid)] = take
 
     def forget(self, goal_id: UUID) -> None:
-        """Call nobody any more."""
+        """Call back no more."""
         self._listeners.pop(bytes(goal_id.uuid), None)
 
     def _pass_on(self, message: Any) -> None:

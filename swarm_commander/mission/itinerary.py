@@ -18,7 +18,7 @@ class State(Enum):
 
     READY = "ready"  # nothing sent yet
     UNDER_WAY = "under way"
-    GIVING_WAY = "giving way"  # somebody else's goal took the robot over
+    GIVING_WAY = "giving way"  # a goal of another client took the robot over
     DONE = "done"
     LOST = "lost"
 
@@ -31,7 +31,7 @@ class Event(Enum):
     FAILED = "failed"
     TAKEN_OVER = "taken over"
     FREE_AGAIN = "free again"
-    FORGOTTEN = "forgotten"  # by the robot, whose navigator was started anew
+    FORGOTTEN = "forgotten"  # by the robot, whose navigator was restarted
     LOST = "lost"
     FOUND = "found"  # after it was lost
 
@@ -165,7 +165,7 @@ class Itinerary:
         return self._advance(tick + stop.pause_ticks if reached else tick + RETRY_TICKS)
 
     def on_taken_over(self) -> None:
-        """Somebody else sent the robot elsewhere: wait until it is free again."""
+        """Another client sent the robot elsewhere: wait until it is free again."""
         self._enter(Event.TAKEN_OVER)
 
     def on_free_again(self, tick: int) -> Order | None:
@@ -181,7 +181,7 @@ class Itinerary:
         return self._order(max(tick, self._first_tick))
 
     def on_found(self, tick: int) -> tuple[int, Order]:
-        """The lost robot is there again: return how many goals it gets back, and the first.
+        """The lost robot is back: return the number of goals that it gets back, and the first.
 
         Only for a robot whose goals `on_lost` returned.
         """

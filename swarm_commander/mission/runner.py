@@ -82,8 +82,8 @@ class Runner:
         }
         folder = config.get("trace_dir")
         self._state_log = StateLog(Journal(Path(folder) / FILE)) if folder else None
-        self._dead: set[str] = set()  # that nobody starts again
-        self._silent: set[str] = set()  # whose goal in hand may have been forgotten
+        self._dead: set[str] = set()  # that will not be restarted
+        self._silent: set[str] = set()  # whose current goal may be lost
         self._removed: set[str] = set()  # taken out by the operator: their goals do not count
         self._excused: set[str] = set()  # their host is silent: swarm-up decides about them
         self._fresh: set[str] = set()
@@ -100,7 +100,7 @@ class Runner:
             events.write(MissionLoaded(goals))
 
     def turn(self) -> None:
-        """Do what is not an answer to a message: start, notice the lost, pass on the status."""
+        """Do the work that no message triggers: start, notice lost robots, pass on the status."""
         if time.monotonic() - self._beat_at > BEAT_PERIOD:
             self._beat_at = time.monotonic()
             self._events.write(Alive())
@@ -196,7 +196,7 @@ class Runner:
                 driver.start(max(self._resumed_at, driver.tick) if self._resumed_at else 0)
 
     def _hear_again(self, name: str) -> None:
-        """Ask a robot that was silent for its goal, and let it have back what it lost by that."""
+        """Ask a robot that was silent for its goal, and give it back the goals that it lost."""
         if name not in self._silent or name not in self._drivers:
             return
         self._silent.discard(name)

@@ -11,7 +11,7 @@ from swarm_common.middleware.cdr_layout import check_stamp
 from swarm_common.middleware.rejections import RejectedError, Rejections
 from swarm_common.model.records import tick_from_stamp
 
-SLACK = 600  # ticks, a minute, that a robot may be ahead of what was heard last,
+SLACK = 600  # ticks, a minute, that a robot may be ahead of the latest status,
 FASTEST = 2000.0  # and ticks per second of wall time since: 200 times real time
 
 
@@ -23,7 +23,7 @@ class StatusDoor:
     """
 
     def __init__(self, rejections: Rejections) -> None:
-        """Know no robot; `rejections` counts what is turned away."""
+        """Begin without robots; `rejections` counts rejected statuses."""
         self._rejections = rejections
         self._heard: dict[str, tuple[int, float]] = {}  # tick and wall time of the latest
 

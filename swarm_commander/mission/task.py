@@ -15,7 +15,7 @@ from swarm_commander.mission.delivery import Action, Delivery, Event, Phase
 from swarm_commander.mission.goal_client import GoalClient, new_goal_id
 
 REFUSED = "the robot refused the goal"
-FORGOTTEN = "the robot does not know the goal any more; was its navigator started anew?"
+FORGOTTEN = "the robot does not know the goal any more; was its navigator restarted?"
 
 
 class TaskResult(Enum):
@@ -75,7 +75,7 @@ class Task:
             self._client.request_cancel(self._goal_id)
 
     def look(self, is_busy: bool) -> None:
-        """Ask again for what is overdue; `is_busy` says whether the robot has a goal."""
+        """Ask again for an overdue answer; `is_busy` says whether the robot has a goal."""
         self._do(self._delivery.look(time.monotonic(), is_busy))
 
     def ask(self) -> None:
@@ -119,7 +119,7 @@ class Task:
             self._end(known)
 
     def _end(self, known: Phase) -> None:
-        """Say so; `known` is what was known of the goal just before."""
+        """End the task; `known` is the phase of the goal just before."""
         self._client.forget(self._goal_id)
         if self.result is None:
             self.outcome = TaskResult.FAILED

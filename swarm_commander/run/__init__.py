@@ -2,26 +2,26 @@
 
 What a module imports of its folder stands above it:
 
-    domain        One swarm per ROS domain: two would answer to the same names. Who has it can
-                  be spoken to
+    domain        One swarm per ROS domain, since two would have the same names; its owner takes
+                  requests
     fairness      How evenly a swarm was served
     flat          Parameters under dotted names, as ROS 2 counts them, and nested, as files have
                   them
     heartbeat     Which processes have said nothing for too long. No I/O
     options       Options of `swarm-up`, checked once
-    restarts      When a process that died is started anew. No clock, no I/O
+    restarts      Decides when a process that died is restarted. No clock, no I/O
     rundir        The folder of a run: parameters, logs, report, and what another terminal must
                   source
     signals       Signals that ask for the end, counted
-    supervisor    Table of the processes of a run: who runs, who has ended, and the order of
-                  stopping them
+    supervisor    Table of the processes of a run: which run, which have ended, and the order of
+                  stopping
     terminal      Output that may end before the run does: a pipe into `head`, a terminal that
                   is closed
     usage         CPU time and memory of the processes of a run
-    keeper        Which navigators run, which are to be started anew, and whether the fork
-                  server obeys
-    launch        Starting of a child process with its log and its two pipes, such that it never
-                  outlives us
+    keeper        Which navigators run, which are to be restarted, and whether the fork server
+                  obeys
+    launch        Starts a child process with its log and two pipes, so that it never outlives
+                  us
     statistics    What is known of a run while it goes: events of the processes added up
     world_params  The section `/world:` of a --params file: radio, engine, robots that are
                   broken

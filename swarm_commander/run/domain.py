@@ -1,4 +1,4 @@
-"""One swarm per ROS domain: two would answer to the same names. Who has it can be spoken to."""
+"""One swarm per ROS domain, since two would have the same names; its owner takes requests."""
 
 from __future__ import annotations
 
@@ -60,11 +60,11 @@ class DomainLock:
         self._socket.setblocking(False)
 
     def fileno(self) -> int:
-        """Return what becomes readable when somebody wants something."""
+        """Return the descriptor that becomes readable when a request arrives."""
         return self._socket.fileno()
 
     def take(self) -> Request | None:
-        """Return what somebody wants; None if it is nobody, or nobody who may."""
+        """Return the next request; None if there is none, or its sender is another user."""
         try:
             connection, _ = self._socket.accept()
         except OSError:
@@ -86,7 +86,7 @@ class DomainLock:
 
 
 class Request:
-    """What another process of the same user wants of `swarm-up`.
+    """A request of another process of the same user to `swarm-up`.
 
     Attributes:
         command: What is to be done.
@@ -98,7 +98,7 @@ class Request:
         self._connection = connection
 
     def answer(self, message: str, *, is_done: bool) -> None:
-        """Answer in words; who asked may be gone."""
+        """Answer in words; the client may be gone."""
         _answer(self._connection, message, is_done=is_done)
         self._connection.close()
 

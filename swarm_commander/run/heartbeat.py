@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-STALL = 5.0  # [s] between two looks; after that it was we who slept
+STALL = 5.0  # [s] between two checks; a longer gap means that this process slept
 
 
 class Heartbeats:
     """Knows when each process was heard last; processes speak at least every few seconds."""
 
     def __init__(self, clock: Callable[[], float]) -> None:
-        """Begin with nobody heard; `clock` is wall time [s]."""
+        """Begin with no process heard; `clock` is wall time [s]."""
         self._clock = clock
         self._heard: dict[str, float] = {}
         self._looked = clock()
@@ -29,7 +29,7 @@ class Heartbeats:
         return self._clock() - self._heard.get(name, self._clock())
 
     def look(self) -> None:
-        """Begin a round of looks: what was said while this process slept is not read yet."""
+        """Begin a round of checks: messages sent while this process slept are not read yet."""
         now = self._clock()
         if now - self._looked > STALL:
             self._heard = dict.fromkeys(self._heard, now)

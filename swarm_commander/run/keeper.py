@@ -1,4 +1,4 @@
-"""Which navigators run, which are to be started anew, and whether the fork server obeys."""
+"""Which navigators run, which are to be restarted, and whether the fork server obeys."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ from collections.abc import Callable
 from swarm_commander.run.restarts import Restarts
 from swarm_common.process.messages import ForkServerCommand, KillNavigator, StartNavigator
 
-ANSWER_LIMIT = 60.0  # [s] of wall time for the fork server to do what it is told
+ANSWER_LIMIT = 60.0  # [s] of wall time for the fork server to carry out a command
 HANGING = 30.0  # [s] of wall time that a navigator may be behind the others at the start
-START_LIMIT = 60.0  # [s] of wall time for one that was started anew to be active
+START_LIMIT = 60.0  # [s] of wall time for a restarted one to become active
 
 
 class Keeper:
-    """Tells the fork server to start navigators anew that died or hang.
+    """Tells the fork server to restart navigators that died or hang.
 
-    A navigator that hangs is killed first: that it died is then reported like any other death.
+    A navigator that hangs is killed first; its death is then reported like any other.
 
     Attributes:
         params: Parameter file of each robot that is to have a navigator.
-        down: Robots whose navigator died and will be started anew.
+        down: Robots whose navigator died and will be restarted.
         given_up: Robots whose navigator stays down.
     """
 
@@ -43,8 +43,8 @@ class Keeper:
         self._tell = tell
         self._clock = clock
         self._asked: dict[str, float] = {}  # when, by robot
-        self._wanted: set[str] = set()  # whom the user wants anew, once they have ended
-        self._starting: dict[str, float] = {}  # when, by robot that was started anew
+        self._wanted: set[str] = set()  # to restart at the user's request, once they have ended
+        self._starting: dict[str, float] = {}  # when, by restarted robot
         self._active = -1
         self._active_since = 0.0
 
@@ -92,7 +92,7 @@ class Keeper:
             self._tell(KillNavigator(name))
 
     def renew(self, name: str) -> None:
-        """Start a navigator anew because the user wants it, in whatever state it is."""
+        """Restart a navigator at the user's request, in any state."""
         if name in self.given_up:
             self.given_up.discard(name)
             self.down.add(name)
@@ -113,14 +113,14 @@ class Keeper:
         self._restarts.forget(name)
 
     def turn(self, due: list[str]) -> None:
-        """Start what is due, as far as it is a robot."""
+        """Start the navigators that are due."""
         for name in due:
             if name in self.down:
                 self._asked[name] = self._clock()
                 self._tell(StartNavigator(name, self.params[name]))
 
     def is_fork_server_deaf(self) -> bool:
-        """Whether it did not do in time what it was told."""
+        """True if the nursery did not carry out a command in time."""
         return any(self._clock() - asked > ANSWER_LIMIT for asked in self._asked.values())
 
     def overdue(self) -> list[str]:

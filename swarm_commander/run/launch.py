@@ -1,4 +1,4 @@
-"""Starting of a child process with its log and its two pipes, such that it never outlives us."""
+"""Starts a child process with its log and two pipes, so that it never outlives us."""
 
 from __future__ import annotations
 

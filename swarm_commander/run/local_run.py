@@ -69,7 +69,7 @@ MODULES = {
     VIEWER: "swarm_view.process",
 }
 MEETING = (WORLD, RUNNER)  # who the navigators of a large swarm are told of, see `participants`
-STOP_ORDER = (WORLD, RUNNER, RECORDER, HOST)  # the world first, so that nobody is late for it
+STOP_ORDER = (WORLD, RUNNER, RECORDER, HOST)  # the world first, so that no navigator is late for it
 ONLOOKERS = (RECORDER, RVIZ, VIEWER)  # the run goes on without them
 WORLD_SILENCE = 20.0  # [s] of wall time without a word after which the world hangs,
 WORLD_START_SILENCE = 60.0  # [s] before its first step, when it may have to compile
@@ -357,7 +357,7 @@ class LocalRun(ProcessRun):
             return False
         self._note_incident(
             f"the {exit_.name} process ended: {describe_exit(exit_.returncode)};"
-            f" it is started anew in {pause:g} s (see {self._folder.log(exit_.name)})"
+            f" it is restarted in {pause:g} s (see {self._folder.log(exit_.name)})"
         )
         return True
 
@@ -376,7 +376,7 @@ class LocalRun(ProcessRun):
             self._revive_mission()
 
     def _revive_mission(self) -> None:
-        """Start the mission process anew: it goes on with the goals that are not settled."""
+        """Restart the mission process: it continues with the goals that are not settled."""
         self.statistics.on_mission_restart()
         robots = self.statistics.robots.items()
         settled = {name: robot.reached + robot.failed for name, robot in robots}
@@ -395,7 +395,7 @@ class LocalRun(ProcessRun):
             self._tell(RUNNER, RobotSilent(name))
 
     def _obey(self, request: Request) -> None:
-        """Start a robot's navigator anew; the answer follows when it is active."""
+        """Restart a robot's navigator; the answer follows when it is active."""
         name = request.command.robot
         if self._is_stopping:
             request.answer("the swarm is about to end", is_done=False)
@@ -404,7 +404,7 @@ class LocalRun(ProcessRun):
             request.answer(f"no navigator of '{name}' runs; there are {known}", is_done=False)
         else:
             self._requests.setdefault(name, []).append(request)
-            self._note_incident(f"{name} is started anew, as its user wants")
+            self._note_incident(f"{name} is restarted, as its user wants")
             self._keeper.renew(name)
 
     # Time

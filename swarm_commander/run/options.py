@@ -25,7 +25,7 @@ class UpOptions:
 
     swarm_size: int = DEFAULT_SIZE
     world: str = "slim_blockage"
-    robot: str = DEFAULT_ROBOT  # with a fleet: what it consists of
+    robot: str = DEFAULT_ROBOT  # with a fleet: its models
     fleet: Fleet | None = None
     map: Path | None = None
     params: Path | None = None

@@ -18,7 +18,7 @@ from swarm_common.model.records import Pose, RobotSpec
 from swarm_common.robots.params import robot_parameters
 
 NODE = "navigator"
-REALISTIC: Flat = {"localisation.type": "amcl"}  # for robots whose sensors err
+REALISTIC: Flat = {"localisation.type": "amcl"}  # for robots with noisy sensors
 
 
 def default_parameters() -> Flat:
@@ -31,7 +31,7 @@ class Overrides:
     """The user's --params file: per pattern of node names, some parameters.
 
     Attributes:
-        world: What it says about the world.
+        world: Its section about the world.
     """
 
     def __init__(self, sections: Mapping[str, Flat], world: WorldParams | None = None) -> None:

@@ -38,7 +38,7 @@ class RunPlan:
         world: World file.
         map: Map of the user or of a world that comes with us; None to draw it from the world.
         sites_path: Its sites file; None if there is none beside it.
-        sites: What is in it.
+        sites: Its contents.
         fleet: Model of each robot.
         mission: What the robots are to do, if anything.
         defaults: Parameters of the navigators by dotted name.
@@ -141,7 +141,7 @@ class RunPlan:
         return robot_parameter_file(name, number, member.spec, initial_pose_map, values)
 
     def _without_lidar(self) -> dict[str, Any]:
-        """Return what navigators must know of a world whose LiDARs are off."""
+        """Return the parameters that navigators need in a world without LiDARs."""
         is_off = self.overrides.world.values.get("with_lidar") is False
         return {"with_lidar": False, "costmap.scan_timeout": 0.0} if is_off else {}
 

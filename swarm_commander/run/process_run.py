@@ -68,8 +68,8 @@ class ProcessRun:
     Attributes:
         statistics: Events added up.
         usage: CPU time and memory.
-        failures: What broke, for the user; empty if nothing did.
-        incidents: What broke and was started anew, for the user.
+        failures: Failed components, in words; empty if none failed.
+        incidents: What broke and was restarted, for the user.
         active_after_wall: [s] from the start until every navigator was active.
         wall_time: [s] from the start until everything was told to stop.
         is_stopped_by_user: Whether it was a signal that ended the run.
@@ -78,7 +78,7 @@ class ProcessRun:
 
     _awaits_activity = True  # whether a navigator becomes active by itself
     fork_server = ""  # the process that starts navigators
-    stop_order: Sequence[str] = ()  # who is ended first, then next; the others after them
+    stop_order: Sequence[str] = ()  # order in which processes are stopped; the others after them
     onlookers: Sequence[str] = ()  # the run goes on without them
 
     def __init__(
@@ -172,18 +172,18 @@ class ProcessRun:
         """Read CPU time and memory of the processes."""
 
     def _measure_last(self) -> None:
-        """Read what is read once, just before the end."""
+        """Take the measurements that are made once, just before the end."""
 
     def _is_fine(self, exit_: Exit) -> bool:
         """Whether a process may end like this."""
         return False
 
     def _revives(self, exit_: Exit) -> bool:
-        """Whether a process that ended like this will be started anew."""
+        """True if a process that ended like this will be restarted."""
         return False
 
     def _revive(self, name: str) -> None:
-        """Start a process anew that `_revives` said so of."""
+        """Restart a process that `_revives` chose."""
 
     def _obey(self, request: Request) -> None:
         """Do what the user asks for from another terminal."""
@@ -359,7 +359,7 @@ class ProcessRun:
             self._supervisor.kill_one(self.fork_server)
 
     def _kill_stragglers(self, missing: Sequence[str]) -> None:
-        """End navigators at the start that hang; they are started anew like any that die."""
+        """Kill navigators that hang at the start; they are restarted like any that die."""
         if not self._restarts.is_allowed:
             return
         for name in self._keeper.stragglers(self.statistics.active, list(missing)):
@@ -367,7 +367,7 @@ class ProcessRun:
             self._keeper.kill(name)
 
     def _take_death(self, name: str, message: str) -> bool:
-        """Start a dead navigator anew if that may help; return whether it will be.
+        """Restart a dead navigator if that may help; return whether it will be restarted.
 
         Args:
             name: Of the robot.
@@ -379,7 +379,7 @@ class ProcessRun:
             often = f" more than {MOST} times; it stays down" if self._restarts.is_allowed else ""
             self._fail(f"{message}{often}; {where}")
             return False
-        self._note_incident(f"{message}; it is started anew in {pause:g} s; {where}")
+        self._note_incident(f"{message}; it is restarted in {pause:g} s; {where}")
         return True
 
     def _note_incident(self, message: str) -> None:
@@ -389,7 +389,7 @@ class ProcessRun:
     # The end
 
     def _note_rejections(self, notices: Mapping[str, str]) -> None:
-        """Say what was rejected the first time that a kind of input was; the report counts."""
+        """Report the first rejection of each kind of input; the report counts the others."""
         for kind, notice in notices.items():
             if kind not in self._rejected:
                 self._rejected.add(kind)

@@ -52,7 +52,7 @@ class Progress:
         self._live.stop()
 
     def phase(self, text: str) -> None:
-        """Say what is going on now."""
+        """Set the phase that is shown."""
         self._phase = text
         self._due = 0.0
 

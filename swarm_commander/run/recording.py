@@ -12,7 +12,7 @@ FILE = "recording.mcap"
 
 
 def recorder_config(plan: RunPlan, folder: Path) -> dict[str, Any]:
-    """Return the configuration of the recorder; what it is about is kept in the bag."""
+    """Return the configuration of the recorder; the facts about the run are kept in the bag."""
     options = plan.options
     about = {
         "world": str(plan.world),

@@ -75,7 +75,7 @@ def compose_report(
             "pending": statistics.pending,
         },
         "collisions": {
-            # without a verdict nobody can vouch that there was none
+            # without a verdict it is unknown whether there was one
             "robot_robot": verdict.get("robot_robot", statistics.robot_robot or None),
             "robot_world": verdict.get("robot_world", statistics.robot_world or None),
         },
@@ -116,7 +116,7 @@ def _collisions(statistics: RunStatistics, verdict: Mapping[str, Any]) -> list[C
 
 
 def _service(statistics: RunStatistics) -> dict[str, Any]:
-    """Return how the robots were served, and what they did about each other, in total."""
+    """Return the totals over robots: waits, holds, pushes, retreats and the like."""
     robots = statistics.robots.values()
     served = fairness([duration for robot in robots for duration in robot.durations])
     return {

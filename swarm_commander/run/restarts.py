@@ -1,4 +1,4 @@
-"""When a process that died is started anew. No clock, no I/O."""
+"""Decides when a process that died is restarted. No clock, no I/O."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Restarts:
 
     @property
     def is_allowed(self) -> bool:
-        """Whether anything is started anew at all."""
+        """True if restarts are enabled at all."""
         return self._is_allowed
 
     def on_death(self, name: str, now: float) -> float | None:
@@ -47,7 +47,7 @@ class Restarts:
         self._due[name] = now
 
     def take_due(self, now: float) -> list[str]:
-        """Return what is to be started at wall time `now` [s]; each is returned once."""
+        """Return the processes to start at wall time `now` [s]; each is returned once."""
         names = [name for name, due in self._due.items() if now >= due]
         for name in names:
             del self._due[name]
@@ -64,5 +64,5 @@ class Restarts:
         return name in self._due
 
     def forget(self, name: str) -> None:
-        """Start a process no more: nobody wants it any longer."""
+        """Start a process no more: it is not needed any longer."""
         self._due.pop(name, None)

@@ -1,4 +1,4 @@
-"""What is known of a run while it goes: events of the processes added up."""
+"""The state of a run while it goes on: events of the processes added up."""
 
 from __future__ import annotations
 
@@ -72,8 +72,8 @@ class RobotStatistics:
     """Of one robot.
 
     Attributes:
-        restarts: Times that its navigator was started anew.
-        left: Whether it was taken out of the world.
+        restarts: Times that its navigator was restarted. left: Whether it was removed from the
+        world.
         goal: Name of the goal under way; empty without one.
         durations: [s] that each goal took which was reached, by simulated time.
         counts: By the report's names, see `COUNTS`.

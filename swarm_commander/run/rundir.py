@@ -97,7 +97,7 @@ def create_run_folder(chosen: Path | None, now: datetime) -> RunFolder:
 
 
 def _check_text(path: Path) -> None:
-    """Refuse a folder whose name no file can hold: configurations and reports are UTF-8."""
+    """Refuse a folder whose name cannot be written in UTF-8, as configurations and reports are."""
     try:
         str(path).encode()
     except UnicodeEncodeError:

@@ -13,7 +13,7 @@ from swarm_commander.run.run_statistics import RobotStatistics, RunStatistics
 LINES = 10  # at most this many groups
 ALONE = 12  # up to this many robots get a line each
 SHOWN_DETAIL = 48  # characters of what a robot says about its state
-# Letter and style by state; letters tell what colours tell, for those who do not see them.
+# Letter and style by state; letters repeat the colours, for people who do not see them.
 MARKS = {
     "driving": ("d", "blue"),
     "holding": ("h", "yellow"),

@@ -1,4 +1,4 @@
-"""Table of the processes of a run: who runs, who has ended, and the order of stopping them."""
+"""Table of the processes of a run: which run, which have ended, and the order of stopping."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ class _Entry:
 class Supervisor:
     """Starts processes, notices their end, stops them one after the other.
 
-    It never waits: `poll` does what is due and returns what happened.
+    It never waits: `poll` does the due work and returns the events.
 
     Attributes:
         restarts: Number of processes started in the place of one that had ended.
@@ -158,7 +158,7 @@ class Supervisor:
             if returncode is not None:
                 exits.append(Exit(entry.spec.name, returncode, entry.state is not State.RUNNING))
                 entry.enter(Event.EXIT)
-                entry.child.kill()  # what it may have left behind
+                entry.child.kill()  # processes that it may have left behind
         self._continue_stopping()
         return exits
 

@@ -33,7 +33,7 @@ class Outlet(io.TextIOBase):
         return len(text)
 
     def flush(self) -> None:
-        """Pass on what was written."""
+        """Pass the text on."""
         if self.is_open:
             try:
                 self._stream.flush()
@@ -41,7 +41,7 @@ class Outlet(io.TextIOBase):
                 self._close()
 
     def isatty(self) -> bool:
-        """Whether somebody looks at it."""
+        """True if it is a terminal."""
         return self.is_open and self._stream.isatty()
 
     def fileno(self) -> int:
@@ -54,7 +54,7 @@ class Outlet(io.TextIOBase):
         return self._stream.encoding
 
     def _close(self) -> None:
-        """Lead the stream to nowhere, so that what it still holds is not complained about."""
+        """Redirect the stream to /dev/null, so that its buffered text causes no error."""
         self.is_open = False
         with contextlib.suppress(OSError, ValueError):
             nowhere = os.open(os.devnull, os.O_WRONLY)

@@ -90,7 +90,7 @@ class UsageMeter:
 
     @property
     def groups(self) -> dict[str, Usage]:
-        """What is measured, by name, since the very start."""
+        """The measurements by name, since the very start."""
         return dict(self._groups)
 
     def cpu(self, group: str) -> float:

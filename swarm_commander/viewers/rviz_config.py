@@ -57,7 +57,7 @@ def robot_config(robot: str, index: int = 0) -> dict[str, Any]:
 
 
 def swarm_config(robots: Sequence[str]) -> dict[str, Any]:
-    """Return the configuration for all robots: what is given in the frame `map`."""
+    """Return the configuration for all robots, with the displays in the frame `map`."""
     displays = [
         _grid(),
         _map("Map", _world_topic("/map"), "map", 1.0),

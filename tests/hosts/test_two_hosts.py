@@ -122,7 +122,7 @@ def test_a_navigator_that_hangs_at_the_start_is_started_anew(start_hosts: StartH
     swarm.wait_for(1, "the world is up", START)
     swarm.start_robots(2, "1-3")
     hang_one(swarm.net.pids, START)
-    swarm.wait_for(2, "did not become active: its navigator is started anew", START)
+    swarm.wait_for(2, "did not become active: its navigator is restarted", START)
     assert [swarm.exit_code(host, START) for host in (1, 2)] == [0, 0]
     assert swarm.report(1)["sim_time"] == pytest.approx(6.0)
     assert swarm.report(2)["active"] == 3

@@ -1,4 +1,4 @@
-"""A navigator that is stopped at the start is started anew."""
+"""A navigator that is stopped at the start is restarted."""
 
 import json
 import subprocess

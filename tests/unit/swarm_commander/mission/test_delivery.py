@@ -66,7 +66,7 @@ def test_an_old_answer_says_nothing_about_now() -> None:
     assert delivery.hear(Event.UNKNOWN, 4.1, question=1) is Action.NOTHING
     assert delivery.phase is Phase.ACCEPTED
     delivery.hear(Event.UNKNOWN, 4.2, question=2)
-    assert delivery.phase is Phase.ENDED, "the server was started anew"
+    assert delivery.phase is Phase.ENDED, "the server was restarted"
 
 
 class Server:

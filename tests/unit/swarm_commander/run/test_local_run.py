@@ -122,7 +122,7 @@ def test_a_navigator_that_died_is_started_anew_and_the_run_may_still_be_good(up:
     flags = ("--mission", "loading_route", "--duration", "12")
     code, output, _ = up.run(*flags, host="death", world="calm", runner="slow")
     assert code == 0, output
-    assert "Srobot2 died: killed by SIGKILL; it is started anew in 1 s" in output
+    assert "Srobot2 died: killed by SIGKILL; it is restarted in 1 s" in output
     report = up.report()
     assert report["failures"] == []
     assert "Srobot2 died" in report["incidents"][0]
