@@ -15,7 +15,12 @@ def main() -> None:
 
 
 def _load() -> typer.Typer:
-    from swarm_bench import halls_command, scale_command, storm_command  # noqa: F401  # add theirs
+    from swarm_bench import (  # noqa: F401  # add theirs
+        ablate_command,
+        halls_command,
+        scale_command,
+        storm_command,
+    )
     from swarm_bench.bench_command import bench_app
 
     return bench_app

@@ -12,7 +12,7 @@ from swarm_bench.harness import Harness
 from swarm_bench.methods import load_method
 from swarm_bench.result import RunResult
 from swarm_bench.scenario import Scenario
-from swarm_bench.stage import RunOptions, Stage, nav_config
+from swarm_bench.stage import RunOptions, Stage, nav_config, room_for
 from swarm_commander.mission.itinerary import Itinerary
 from swarm_commander.mission.leg import Stop
 from swarm_common.model.errors import ConfigError, UnknownNameError
@@ -138,9 +138,11 @@ def build_hall(options: RunOptions) -> Stage:
         for number, (spec, home) in enumerate(zip(specs, hall.homes, strict=True), 1)
     ]
     names = {(pose.x, pose.y): name for name, pose in scene.sites.stations.items()}
-    itineraries = [Itinerary(_stops(goals, names), 1) for goals in hall.goals]
+    stops = [_stops(goals, names) for goals in hall.goals]
+    itineraries = [Itinerary(route, 1) for route in stops]
+    found = room_for(options, specs, grid, hall.homes, stops)
     dead = frozenset(range(options.robots - hall.dead, options.robots))
-    return Stage(world, drivers, itineraries, hall.homes, dead, grid)
+    return Stage(world, drivers, itineraries, hall.homes, dead, grid, conditions=found)
 
 
 def _stops(goals: Sequence[Pose], names: dict[tuple[float, float], str]) -> list[Stop]:

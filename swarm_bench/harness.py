@@ -22,6 +22,7 @@ from swarm_bench.result import RunResult
 from swarm_bench.result_builder import compose_result
 from swarm_bench.stage import RunOptions, Stage, build
 from swarm_commander.mission.itinerary import Order
+from swarm_commander.run.wait_graph import WaitGraph, waits_for
 from swarm_common.middleware.cdr import yaw_of
 from swarm_common.model.beacon import BEACON_DTYPE, BeaconArray, empty_beacons
 from swarm_common.model.breaches import Collision
@@ -29,6 +30,7 @@ from swarm_common.model.records import CONTROL_PERIOD, Odometry, Pose, Twist
 from swarm_nav.core.goals import Goal, GoalEnded, GoalKind, Outcome, Output
 from swarm_sim.world.world import Observation, World
 
+WAITS_EVERY = 10  # ticks between two looks at who waits for whom
 Watcher = Callable[[World, Sequence[Driver], Sequence[Output | None]], None]
 
 
@@ -54,6 +56,7 @@ class Harness:
         stage: World, drivers and missions.
         invariant: The safety invariant so far.
         beacons: (n,) what was sent in the last tick; zero held points where nothing was.
+        waits: Who waits for whom, as the robots say once a second.
     """
 
     def __init__(
@@ -89,6 +92,7 @@ class Harness:
         self._limit = round(options.scenario.limit_of(options.robots) / CONTROL_PERIOD)
         self._stall_limit = round(options.scenario.stall_limit / CONTROL_PERIOD)
         self._last_success = 0  # tick
+        self.waits = WaitGraph()
 
     @property
     def is_over(self) -> bool:
@@ -108,9 +112,12 @@ class Harness:
             result = compose_result(
                 self.options, self.stage, self._dead, self.invariant, self._durations, wall_time
             )
+            waits = self.waits.as_json(result.sim_time)
             robot_time = max(len(self.stage.drivers) * result.sim_time, CONTROL_PERIOD)
             return dataclasses.replace(
                 result,
+                wait_circles=waits["lasting_circles"],
+                longest_wait_circle=waits["longest_circle"],
                 cpu_ms_per_robot_second=1e3 * (time.process_time() - cpu_started) / robot_time,
                 pose_error=self._pose_errors.figures() if self._pose_errors else None,
             )
@@ -128,6 +135,8 @@ class Harness:
         for index, output in enumerate(self._outputs):
             if output is not None and (output.events or tick == 0):
                 self._follow_mission(index, tick, output)
+        if tick % WAITS_EVERY == 0:
+            self._note_waits(tick)
         if self._pose_errors is not None:
             self._pose_errors.note(self.stage.drivers, world.poses, self._dead)
         if self._on_tick is not None:
@@ -136,6 +145,13 @@ class Harness:
             return False
         self._watch(world.step(self._twists, self._sent))
         return True
+
+    def _note_waits(self, tick: int) -> None:
+        for index, name in enumerate(self.stage.world.names):
+            if index not in self._dead:
+                status = self.stage.drivers[index].status()
+                other = waits_for(status.state, status.detail)
+                self.waits.note(name, other, tick * CONTROL_PERIOD)
 
     def _watch(self, collisions: Sequence[Collision]) -> None:
         """Look at the contact episodes that began in a tick; the verdict counts them anyhow."""

@@ -79,6 +79,9 @@ class RunResult:
             that err.
         trajectory_sha256: Of the true poses of all ticks.
         per_robot: By name.
+        wait_circles: Circles of robots that waited for each other for 5 s or more.
+        longest_wait_circle: [s] that the longest of them lasted.
+        no_guarantee: Which conditions of liveness did not hold before the run; empty if all did.
     """
 
     scenario: str
@@ -120,6 +123,9 @@ class RunResult:
     per_robot: Mapping[str, RobotResult]
     cpu_ms_per_robot_second: float | None = None
     pose_error: Mapping[str, float] | None = None
+    no_guarantee: str = ""
+    wait_circles: int | None = None
+    longest_wait_circle: float | None = None
 
     @property
     def is_flawless(self) -> bool:

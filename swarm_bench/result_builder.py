@@ -64,6 +64,7 @@ def compose_result(
         min_held_slack=finite(invariant.slack),
         wall_time=wall_time,
         per_robot=robots,
+        no_guarantee="; ".join(stage.conditions.findings) if stage.conditions else "",
         recoveries=sum(status.number_of_recoveries for status in statuses),
         **{name: sum(getattr(status, name) for status in statuses) for name in COUNTERS},
         **_truth(stage.world, verdict),

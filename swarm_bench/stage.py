@@ -23,6 +23,7 @@ from swarm_common.robots.description import RobotModel
 from swarm_common.robots.fleet import limits_of
 from swarm_common.robots.loading import load_robot, load_robot_model
 from swarm_nav.core.config import NavConfig, config_from_parameters
+from swarm_nav.traffic.conditions import Conditions, conditions
 from swarm_sim.maps.draw_map import Reach, draw_world, reach_of, with_touchable
 from swarm_sim.maps.spawn import spawn_poses
 from swarm_sim.maps.world_check import checked
@@ -69,6 +70,7 @@ class Stage:
         grid: The map.
         sites: Of the world.
         stops: The goals of each robot.
+        conditions: What the map has room for; None where nobody asks.
     """
 
     world: World
@@ -79,6 +81,7 @@ class Stage:
     grid: Grid
     sites: Sites = field(default_factory=Sites)
     stops: list[tuple[Stop, ...]] = field(default_factory=list)
+    conditions: Conditions | None = None
 
 
 def check(options: RunOptions) -> None:
@@ -156,7 +159,23 @@ def build(
         for index, home in enumerate(homes)
     ]  # fmt: skip
     itineraries = [Itinerary(route, mission.retries) for route in stops]
-    return Stage(world, drivers, itineraries, homes, dead, grid, scene.sites, stops)
+    found = room_for(options, specs, grid, homes, stops)
+    return Stage(world, drivers, itineraries, homes, dead, grid, scene.sites, stops, found)
+
+
+def room_for(
+    options: RunOptions,
+    specs: Sequence[RobotSpec],
+    grid: Grid,
+    homes: Sequence[Pose],
+    stops: Sequence[Sequence[Stop]],
+) -> Conditions:
+    """Return what the map of a run has room for; robots without goals stay where they start."""
+    goals = [
+        [(stop.pose_map.x, stop.pose_map.y) for stop in route] or [(home.x, home.y)]
+        for home, route in zip(homes, stops, strict=True)
+    ]
+    return conditions([(spec, nav_config(options, spec)) for spec in specs], grid, goals)
 
 
 def ground_of(options: RunOptions) -> tuple[Grid, list[Pose]]:

@@ -24,6 +24,7 @@ def run_line(result: RunResult) -> str:
         f"makespan {number(result.makespan, 1)} s, clearance {number(result.min_clearance)}, "
         f"held {number(result.min_held_slack)}, pushes {result.pushes}, "
         f"retreats {result.retreats}, deadlocks {result.deadlocks_resolved}, "
+        f"circles of waiting {number(result.wait_circles, 0)}, "
         f"{number(result.tick_us_median, 0)} µs, "
         f"{number(result.cpu_ms_per_robot_second, 2)} ms of CPU per robot-second, "
         f"{result.wall_time:.0f} s wall"
@@ -34,7 +35,8 @@ def run_line(result: RunResult) -> str:
             f", localisation error {error['median']:.3f} m, 95 % {error['p95']:.3f} m, "
             f"at most {error['max']:.3f} m"
         )
-    notes = [note for note in (result.first_collision, result.first_miss) if note]
+    warning = f"no guarantee: {result.no_guarantee}" if result.no_guarantee else ""
+    notes = [note for note in (warning, result.first_collision, result.first_miss) if note]
     return "; ".join([text, *notes])
 
 

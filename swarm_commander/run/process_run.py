@@ -31,6 +31,7 @@ from swarm_common.process.messages import (
     Alive,
     ClientEvent,
     CommandBase,
+    ConditionsChecked,
     Event,
     ForeignPublisher,
     InputsRejected,
@@ -253,6 +254,8 @@ class ProcessRun:
                 self._progress.note(message)
             case InputsRejected(notices=notices):
                 self._note_rejections(notices)
+            case ConditionsChecked(text=text, guaranteed=holds):
+                self._progress.note(text, "" if holds else "yellow")
             case ForeignPublisher(topic=topic, node=node):
                 notice = f"{node} publishes on {topic}: it is ignored"
                 self._progress.breach("foreign publishers", notice)

@@ -15,6 +15,7 @@ from swarm_commander.run.run_statistics import COUNTS, RobotStatistics, RunStati
 from swarm_commander.run.usage import UsageMeter
 from swarm_common.files.whole_file import write_whole
 from swarm_common.model.breaches import Collision, breaches_json
+from swarm_common.process.messages import ConditionsChecked
 
 SCHEMA = 1
 OK, MISSED, BAD_INPUT, COMPONENT_FAILED = range(4)  # exit codes
@@ -79,6 +80,7 @@ def compose_report(
             "robot_robot": verdict.get("robot_robot", statistics.robot_robot or None),
             "robot_world": verdict.get("robot_world", statistics.robot_world or None),
         },
+        "conditions": _conditions(statistics.conditions),
         "near_misses": verdict.get("near_misses"),
         "min_clearance": _rounded(verdict.get("min_clearance"), 4),
         "makespan": _rounded(makespan),
@@ -86,6 +88,7 @@ def compose_report(
             60.0 * statistics.reached / makespan if makespan else 0.0
         ),
         **_service(statistics),
+        "waits": statistics.waits.as_json(sim_time),
         "late_ticks": verdict.get("late_ticks"),
         "restarts": times.restarts,
         "rejected": dict(sorted(statistics.rejected.items())),
@@ -113,6 +116,18 @@ def _collisions(statistics: RunStatistics, verdict: Mapping[str, Any]) -> list[C
     if "collisions" not in verdict:
         return statistics.collisions_seen
     return [Collision.from_json(collision) for collision in verdict["collisions"]]
+
+
+def _conditions(found: ConditionsChecked | None) -> dict[str, Any] | None:
+    """Return what the map has room for, None if nobody looked."""
+    if found is None:
+        return None
+    return {
+        "guaranteed": found.guaranteed,
+        "places": found.places,
+        "robots": found.robots,
+        "findings": found.findings,
+    }
 
 
 def _service(statistics: RunStatistics) -> dict[str, Any]:

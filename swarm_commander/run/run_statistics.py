@@ -9,10 +9,12 @@ from dataclasses import dataclass, field
 from typing import assert_never
 
 from swarm_commander.mission.itinerary import LOST_REASON
+from swarm_commander.run.wait_graph import WaitGraph, waits_for
 from swarm_common.model.breaches import Collision, MissedGoal, UnfinishedGoal
 from swarm_common.process.messages import (
     ClientEvent,
     CollisionBegan,
+    ConditionsChecked,
     Event,
     ForeignPublisher,
     GoalMissed,
@@ -119,6 +121,8 @@ class RunStatistics:
         misses: Goals given up, in order of time.
         rejected: Inputs that the doors of the processes turned away, by kind.
         foreign: Topics with the names of nodes that should not publish there.
+        waits: Who waits for whom.
+        conditions: What the map has room for, as the navigators say.
     """
 
     robots: dict[str, RobotStatistics]
@@ -134,6 +138,8 @@ class RunStatistics:
     misses: list[MissedGoal] = field(default_factory=list)
     rejected: Counter[str] = field(default_factory=Counter)
     foreign: list[tuple[str, str]] = field(default_factory=list)
+    waits: WaitGraph = field(default_factory=WaitGraph)
+    conditions: ConditionsChecked | None = None
 
     @classmethod
     def of(cls, names: Iterable[str], has_mission: bool) -> RunStatistics:
@@ -150,6 +156,7 @@ class RunStatistics:
                 robot = self.robots[name]
                 robot.died = True
                 robot.state = robot.detail = ""
+                self.waits.note(name, "", self.sim_time)
             case WorldProgress():
                 self.sim_time = event.sim_time
                 self.real_time_factor = event.real_time_factor
@@ -161,11 +168,14 @@ class RunStatistics:
                 robot.state = robot.detail = ""
             case RobotRemoved(robot=name):
                 self.robots[name].left = True
+                self.waits.note(name, "", self.sim_time)
                 self.robots[name].drop_goal()
             case CollisionBegan(collision=collision):
                 self.collisions_seen.append(collision)
             case InputsRejected(counts=counts):
                 self.rejected.update(counts)
+            case ConditionsChecked():
+                self.conditions = event
             case ForeignPublisher(topic=topic, node=node):
                 self.foreign.append((topic, node))
             case MissionLoaded(goals=goals):
@@ -275,6 +285,7 @@ class RunStatistics:
         if robot.left:  # said before it went
             return
         robot.state, robot.detail = event.state, event.detail
+        self.waits.note(event.robot, waits_for(event.state, event.detail), event.sim_time)
         count = robot.meters.count
         robot.hold_time = count("hold_time", event.hold_time)
         robot.wait_time = count("wait_time", event.wait_time)

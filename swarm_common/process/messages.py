@@ -84,6 +84,16 @@ class ForeignPublisher(EventBase, frozen=True, tag="foreign"):
     node: str
 
 
+class ConditionsChecked(EventBase, frozen=True, tag="conditions"):
+    """What the map has room for, by the navigators; `findings` are conditions that do not hold."""
+
+    text: str
+    guaranteed: bool
+    places: int
+    robots: int
+    findings: list[str]
+
+
 class MeetingPorts(EventBase, frozen=True, tag="meeting"):
     """Ports of world or mission that each robot of a large swarm announces itself to."""
 
@@ -405,6 +415,7 @@ ProcessEvent = (
     | Note
     | InputsRejected
     | ForeignPublisher
+    | ConditionsChecked
     | NavigatorForked
     | VerdictReached
     | WorldProgress

@@ -112,13 +112,17 @@ def compose_status(
         name, detail = "waiting", s.missing
     elif state is State.HOLDING:
         where = "on the circuit" if holding.is_on_circuit else "parked"
-        detail = f"{where}, {lease.place} before it at {station or 'its goal'}"
-        if gate.is_closed:
-            detail = f"{where}, waits until the narrow region ahead has room"
+        detail = f"{where}, {_queue(lease, gate, station or 'its goal')}"
     elif state is State.YIELDING:
-        detail = f"makes way for Srobot{s.yields_for}" if s.yields_for else "makes room"
+        detail = f"makes way for Srobot{s.yields_for}" if s.yields_for else "steps back"
+        if s.blocked_ticks > WAITING_TICKS:
+            detail += f", waits {_blocker(s)}"
+        elif s.is_stuck:
+            detail += ", finds no place"
     elif state is State.DRIVING and s.blocked_ticks > WAITING_TICKS:
-        name, detail = "waiting", f"for Srobot{s.blocked_by}"
+        name, detail = "waiting", _blocker(s)
+    elif state is State.DRIVING and s.obstacle_ticks > WAITING_TICKS:
+        name, detail = "waiting", "before an obstacle"
     counters = s.counters
     return Status(
         state=name,
@@ -166,6 +170,20 @@ def compose_feedback(
         angle_traveled=angle,
         speed=s.twist.vx,
     )
+
+
+def _blocker(situation: Situation) -> str:
+    """Say for whom a robot stands on its way, and why."""
+    return f"for Srobot{situation.blocked_by}, which {situation.blocked_why}"
+
+
+def _queue(lease: Lease, gate: Gate, station: str) -> str:
+    """Say for whom a robot waits that is parked."""
+    if gate.is_closed:
+        return f"waits for Srobot{gate.first}: the narrow region ahead is full"
+    if lease.first:
+        return f"waits for Srobot{lease.first}, {lease.place} before it at {station}"
+    return f"waits until {station} is free"
 
 
 def _station_name(lease: Lease, sites: Sites) -> str:

@@ -22,5 +22,9 @@ def base_priority(rank: int, last_goal_tick: int, robot_id: int) -> int:
 
 
 def above(priority: int) -> int:
-    """Return the priority of a robot for which others wait: just above the waiting robot's own."""
-    return priority | TOP_DEPTH
+    """Return the priority of a robot for which others wait: as they drive, just above their own.
+
+    Those who wait are parked, below all that drive; who keeps them waiting must not be.
+    """
+    driving = CLASS_DRIVING << (TICK_BITS + ID_BITS + DEPTH_BITS)
+    return driving | (priority & SENIORITY) | TOP_DEPTH

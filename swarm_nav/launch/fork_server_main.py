@@ -17,7 +17,7 @@ import traceback
 
 from swarm_common.middleware import ros_env
 from swarm_common.model.errors import SwarmError
-from swarm_common.process.messages import Ready, Refused
+from swarm_common.process.messages import ConditionsChecked, Ready, Refused
 from swarm_common.process.pipes import EventWriter
 from swarm_common.process.quick_start import load_numba, without_collector
 from swarm_common.process.single_thread import without_threads
@@ -65,7 +65,17 @@ def main(arguments: list[str] | None = None) -> int:
     if not options.wait:
         _prepare()
     with without_collector():  # what the children share must not be touched by it
-        grouping.share_terrain()
+        found = grouping.share_terrain()
+    if found is not None:
+        events.write(
+            ConditionsChecked(
+                text=str(found),
+                guaranteed=found.is_guaranteed,
+                places=found.places,
+                robots=found.robots,
+                findings=list(found.findings),
+            )
+        )
     for group in grouping.groups:
         fork_server.fork(group, grouping.log_dir)
     events.write(Ready())

@@ -15,6 +15,7 @@ from swarm_common.middleware.dds_profile import HELPERS
 from swarm_common.model.errors import ConfigError
 from swarm_nav.launch.shared_precomputation import prepare
 from swarm_nav.ros.settings import NodeSettings, read_node_settings
+from swarm_nav.traffic.conditions import Conditions
 
 PROFILES = "fastdds"  # folder of the processes' profiles, beside the configuration
 
@@ -97,15 +98,16 @@ class Grouping:
         _ = settings.sites
         return self._group([settings], {name: self._peers.get(name, self._everybody)})
 
-    def share_terrain(self) -> None:
+    def share_terrain(self) -> Conditions | None:
         """Work out now, before the fork, what all robots of a model make of the map.
 
-        Who gets another map from the world works out its own.
+        Who gets another map from the world works out its own. Returns what the map has room for,
+        None without a map.
         """
         if self._map is None or not Path(self._map).is_file():
-            return
+            return None
         robots = [robot for group in self.groups for robot in group.robots]
-        prepare(robots, load_map(self._map).upright(), self._processes)
+        return prepare(robots, load_map(self._map).upright(), self._processes)
 
     def _group(self, robots: list[NodeSettings], peers: Mapping[str, Iterable[int]]) -> Group:
         if not ros_env.is_profile_ours() and not self._world:

@@ -12,6 +12,7 @@ from swarm_common.model.grid import Grid
 from swarm_nav.core.goals import PlanError
 from swarm_nav.planning.planner import Planner
 from swarm_nav.ros.settings import NodeSettings
+from swarm_nav.traffic.conditions import Conditions, conditions
 from swarm_nav.traffic.gate import narrow_region
 from swarm_nav.traffic.narrows import single_lanes
 from swarm_nav.traffic.situation import begin
@@ -19,8 +20,10 @@ from swarm_nav.traffic.situation import begin
 MANY_PROCESSES = 10  # from here on, ways to all stations cost less than each process's own
 
 
-def prepare(robots: Sequence[NodeSettings], grid: Grid, processes: int) -> None:
+def prepare(robots: Sequence[NodeSettings], grid: Grid, processes: int) -> Conditions:
     """Work out what robots on a map have in common; robots of one model have all of it.
+
+    Returns what the map has room for, where any robot may be told to go to any station.
 
     Args:
         robots: All that will be started.
@@ -36,9 +39,15 @@ def prepare(robots: Sequence[NodeSettings], grid: Grid, processes: int) -> None:
         seen.add(key)
         stations = tuple((pose.x, pose.y) for pose in robot.sites.stations.values())
         narrow_region(situation.terrain, stations)
-        single_lanes(situation.terrain, situation.radius)
+        single_lanes(situation.terrain, situation.usual_radius)
         if processes >= MANY_PROCESSES:
             _find_ways(situation.planner, robot)
+    goals = [
+        [(pose.x, pose.y) for pose in robot.sites.stations.values()]
+        or [(robot.initial_pose_map.x, robot.initial_pose_map.y)]
+        for robot in robots
+    ]
+    return conditions([(robot.spec, robot.config) for robot in robots], grid, goals)
 
 
 def _find_ways(planner: Planner, robot: NodeSettings) -> None:

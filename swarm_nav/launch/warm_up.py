@@ -22,8 +22,15 @@ from swarm_nav.traffic import crowd, gate_kernels, parting_kernels
 from swarm_nav.traffic.gate import Gate
 from swarm_nav.traffic.holding import parking_path
 from swarm_nav.traffic.narrows import Narrows
-from swarm_nav.traffic.narrows_kernels import barrier, half_width, label, leads_in
-from swarm_nav.traffic.right_of_way import GAIN, SLACK, refuge_path
+from swarm_nav.traffic.narrows_kernels import (
+    barrier,
+    half_width,
+    label,
+    leads_in,
+    places,
+    spread,
+)
+from swarm_nav.traffic.right_of_way import GAIN, SLACK, refuge_path, way_of
 from swarm_nav.traffic.situation import Situation
 
 TICKS = 60
@@ -61,7 +68,7 @@ def warm_up() -> None:
     _localise(Navigator(config, spec, grid, sites, 3, poses[0]))
     situation = robots[0]._s
     situation.hood.refresh(TICKS)
-    refuge_path(situation, 0, situation.priority + 1)
+    refuge_path(situation, way_of(situation, 0), situation.reach(0), situation.priority + 1)
     parking_path(situation, [(1.0, 1.0)])
     extra = crowd.congestion(situation)
     situation.planner.cost_of(np.zeros((2, 2)), extra)
@@ -126,7 +133,10 @@ def _pass_door(situation: Situation) -> None:
     shape = situation.planner.lattice.base.shape
     half_width(situation.planner.lattice.clearance, 0.1, np.empty(shape))
     labels = np.zeros(shape, np.int16)
-    label(np.ones(shape, np.bool_), labels)
+    floor = np.ones(shape, np.bool_)
+    label(floor, labels)
+    spread(floor, labels)
+    places(floor, 6.0, 1)
     narrows = Narrows()
     narrows.barrier(situation, situation.tube.stop)
     frame, claims = situation.planner.lattice.frame, situation.hood.columns()

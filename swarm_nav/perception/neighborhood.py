@@ -303,13 +303,17 @@ class Neighborhood:
         )
         return row if row >= 0 else None
 
-    def earlier_requests(self, station: tuple[float, float], tick: int, same: float) -> int:
-        """Return how many robots asked before `tick` for a station within `same` [m] of this."""
-        return int(
-            station_kernels.earlier_requests(
-                self._words, self._floats, self.gone, station, tick, self._own_id, same
-            )
+    def earlier_requests(
+        self, station: tuple[float, float], tick: int, same: float
+    ) -> tuple[int, int]:
+        """Return how many robots asked before `tick` for a station within `same` [m] of this.
+
+        And the id of the first of them, 0 if there is none.
+        """
+        count, first = station_kernels.earlier_requests(
+            self._words, self._floats, self.gone, station, tick, self._own_id, same
         )
+        return int(count), int(first)
 
     def highest_waiting(self, station: tuple[float, float], same: float) -> int:
         """Return the highest priority of who asked for a station within `same` [m], 0 if none."""

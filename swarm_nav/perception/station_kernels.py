@@ -17,8 +17,13 @@ STATION_TICK = word_of("station_tick")
 
 @njit(cache=True)
 def earlier_requests(words, floats, gone, station, tick, own_id, same):
-    """Number of robots that asked before (tick, own_id) for a station within `same` [m] of ours."""
+    """Return (number of robots that asked before (tick, own_id), id of the first of them or 0).
+
+    Only those that asked for a station within `same` [m] of ours.
+    """
     count = 0
+    first = 0
+    first_asked = np.int64(0)
     for row in range(gone.shape[0]):
         asked = np.int64(words[row, STATION_TICK])
         if asked == 0 or gone[row] or asked > tick:
@@ -29,7 +34,10 @@ def earlier_requests(words, floats, gone, station, tick, own_id, same):
         dy = floats[row, STATION + 1] - station[1]
         if math.hypot(dx, dy) < same:
             count += 1
-    return count
+            robot = np.int64(words[row, ID])
+            if count == 1 or asked < first_asked or (asked == first_asked and robot < first):
+                first, first_asked = robot, asked
+    return count, first
 
 
 @njit(cache=True)

@@ -13,6 +13,8 @@ from swarm_nav.traffic.situation import Situation
 GROWTH_SLACK = 0.06  # [m] by which tubes are nearer than both radii without any growth
 WATCHDOG_TIME = 4.0  # [s] with a claim but without motion
 WATCHDOG_MOTION = 0.06  # [m]
+WHY = {tube_kernels.ROBOT: "is in the way", tube_kernels.RIGHT_OF_WAY: "has the right of way"}
+COMES = "comes through a single lane"
 DEADLOCK_TIME = 5.0  # [s] blocked that counts as a deadlock once it is over
 
 
@@ -53,6 +55,7 @@ class Claim:
         if last <= span[0]:
             s.has_grown = False
             self._note_block(tube_kernels.RIGHT_OF_WAY, ahead)
+            s.blocked_why = COMES
             return
         last, clearance = self._stretch(span[0], last)
         stop, reason, row = tube_kernels.extend(
@@ -87,6 +90,7 @@ class Claim:
         if is_robot and not s.has_grown:
             s.blocked_ticks += 1
             s.blocked_by = int(s.hood.ids[row])
+            s.blocked_why = WHY[reason]
             if int(s.hood.heads["yields_for"][row]) == s.robot_id:
                 s.tube.withdraw()
         elif s.has_grown or reason != tube_kernels.UNCONFIRMED:

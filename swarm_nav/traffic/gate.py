@@ -81,11 +81,13 @@ class Gate:
     Attributes:
         asked_tick: Tick since which it waits or asks, 0 if it does not.
         is_admitted: Whether it may enter, or is inside.
+        first: Id of the highest robot that it waits for, 0 for none.
     """
 
     region: NDArray[np.bool_] | None
     asked_tick: int = 0
     is_admitted: bool = False
+    first: int = 0
     _cells: int = 0  # of the region in a disc (x, y, radius): robots that wait stand
     _counted_disc: tuple[float, float, float] | None = None
     _counted_region: NDArray[np.bool_] | None = None
@@ -163,7 +165,7 @@ class Gate:
             The number, and whether nobody who is inside, admitted or asks ranks higher.
         """
         hood = situation.hood
-        count, is_highest = gate_kernels.count_ahead(
+        count, is_highest, self.first = gate_kernels.count_ahead(
             self.region,
             situation.planner.lattice.frame,
             hood.gate_columns,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from numba import njit
 
 from swarm_nav.core.priority import SENIORITY
@@ -29,17 +30,20 @@ def enters(region, frame, way):
 
 @njit(cache=True)
 def count_ahead(region, frame, columns, robots, own):
-    """Return (robots that count before `own` = (seniority, id), whether none ranks above it).
+    """Return (robots that count before `own` = (seniority, id), whether none ranks above it, id).
 
     These are inside, admitted (gate tick 1) or ask (a later gate tick) with a higher rank; of the
-    last two only those that are not blocked on their way. columns = (poses, gate ticks, blocked
-    ticks), robots = (ids, priorities, gone).
+    last two only those that are not blocked on their way. The id is that of the highest of those
+    who count, 0 without any. columns = (poses, gate ticks, blocked ticks), robots = (ids,
+    priorities, gone).
     """
     poses, gate_ticks, blocked = columns
     ids, priorities, gone = robots
     seniority, own_id = own
     count = 0
     is_highest = True
+    first = 0
+    highest = np.int64(-1)
     for k in range(ids.shape[0]):
         inside = is_inside(region, frame, poses[k, 0], poses[k, 1])
         if not inside and gate_ticks[k] == 0:
@@ -48,11 +52,11 @@ def count_ahead(region, frame, columns, robots, own):
         ranks_above = theirs > seniority or (theirs == seniority and ids[k] < own_id)
         if ranks_above and not gone[k] and priorities[k] > SENIORITY:  # that has a goal
             is_highest = False
-        if inside:
+        if inside or (blocked[k] <= BLOCKED and (gate_ticks[k] == 1 or ranks_above)):
             count += 1
-        elif blocked[k] <= BLOCKED and (gate_ticks[k] == 1 or ranks_above):
-            count += 1
-    return count, is_highest
+            if theirs > highest:
+                first, highest = np.int64(ids[k]), theirs
+    return count, is_highest, first
 
 
 @njit(cache=True)

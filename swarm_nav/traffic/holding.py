@@ -88,6 +88,7 @@ class Lease:
         station: (x, y) in map, None without a goal.
         tick: Tick of the request, 0 before it was made.
         place: Number of earlier requests known.
+        first: Id of the robot that asked first, 0 if that is this one.
         inherited: Priority of the highest robot that waits for this one to leave the station
             (priority inheritance of a resource's holder: Sha, Rajkumar, Lehoczky 1990), 0 if none.
         is_leaving: Whether the robot was there and keeps the lease until it is out of a dead end.
@@ -96,6 +97,7 @@ class Lease:
     station: tuple[float, float] | None = None
     tick: int = 0
     place: int = 0
+    first: int = 0
     inherited: int = 0
     is_leaving: bool = False
     _next: tuple[float, float] | None = None
@@ -115,7 +117,7 @@ class Lease:
     def _take(self, station: tuple[float, float] | None) -> None:
         self.station = station
         self.tick = 0
-        self.place = 0
+        self.place = self.first = 0
         self.inherited = 0
         self.is_leaving = False
         self._approach = None
@@ -128,7 +130,9 @@ class Lease:
             return
         if self.tick == 0 and self._is_at_tail(situation):
             self.tick = situation.tick
-        self.place = self._earlier(situation, self.tick) if self.tick else 0
+        self.place, self.first = (0, 0)
+        if self.tick:
+            self.place, self.first = self._earlier(situation, self.tick)
         if self.tick:
             approach = self._approach_of(situation)
             approach.is_inside = self._is_inside(situation)
@@ -144,7 +148,7 @@ class Lease:
         if (self._next is None and has_stayed) or not self._is_inside(situation):
             self._take(self._next)
 
-    def _earlier(self, situation: Situation, tick: int) -> int:
+    def _earlier(self, situation: Situation, tick: int) -> tuple[int, int]:
         assert self.station is not None
         return situation.hood.earlier_requests(self.station, tick, SAME_STATION)
 
@@ -156,7 +160,7 @@ class Lease:
             return False
         if self._is_near(situation, config.holding.request_distance):
             return True
-        place = self._earlier(situation, situation.tick)
+        place, _ = self._earlier(situation, situation.tick)
         return place > 0 and self._way(situation) <= self._queue(situation, place + 1)
 
     def _is_near(self, situation: Situation, distance: float) -> bool:

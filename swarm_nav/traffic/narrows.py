@@ -10,6 +10,7 @@ settle by pushing robots back out of the door.
 from __future__ import annotations
 
 import functools
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,38 @@ from swarm_nav.traffic.situation import Situation
 
 MOUTH = 1.5  # [m] around a single-lane passage that is kept free, too
 WAY_POINTS = 80  # path points, 4 m, of the own path on which the far end is looked for
+FEWEST_PLACES = 4  # of a room; fewer are a bend or a junction of single lanes
+
+Mask = NDArray[np.bool_]
+
+
+@functools.lru_cache(maxsize=4)
+def rooms(terrain: Terrain, radius: float) -> Mask:
+    """Return the lattice cells (height, width) of the floor on which two robots pass each other.
+
+    Args:
+        terrain: Map for one size of robot.
+        radius: [m] safety radius: two robots keep twice that between their centres.
+    """
+    lattice = terrain.lattice
+    half = np.empty_like(lattice.clearance)
+    narrows_kernels.half_width(lattice.clearance, lattice.step, half)
+    # two rows of nodes that far apart fit in for sure
+    least = terrain.radius + NODE_MARGIN + radius + lattice.step / 2
+    wide = np.asarray((lattice.base < search_kernels.WALL) & (half >= least), np.bool_)
+    for part in parts(wide):
+        places = narrows_kernels.places(part, 2.0 * radius / lattice.step, FEWEST_PLACES)
+        if places < FEWEST_PLACES:
+            wide &= ~part
+    return wide
+
+
+def parts(mask: Mask) -> Iterator[Mask]:
+    """Yield the parts of a mask that hang together, one by one."""
+    labels = np.zeros(mask.shape, np.int16)
+    narrows_kernels.label(mask, labels)
+    for number in range(1, int(labels.max(initial=0)) + 1):
+        yield labels == number
 
 
 @functools.lru_cache(maxsize=4)
@@ -29,21 +62,20 @@ def single_lanes(terrain: Terrain, radius: float) -> NDArray[np.int16] | None:
 
     Args:
         terrain: Map for one size of robot.
-        radius: [m] safety radius: two robots keep twice that between their centres.
+        radius: [m] safety radius.
 
     Returns:
         Labels from 1, or None if the map has no such passage.
     """
     lattice = terrain.lattice
     is_free = lattice.base < search_kernels.WALL
-    half = np.empty_like(lattice.clearance)
-    narrows_kernels.half_width(lattice.clearance, lattice.step, half)
-    is_single = is_free & (half < terrain.radius + NODE_MARGIN + radius)
+    is_single = is_free & ~rooms(terrain, radius)
     if not is_single.any():
         return None
-    near = distance_kernels.distance_cells(is_single) * lattice.step <= MOUTH
     labels = np.zeros(is_free.shape, np.int16)
-    narrows_kernels.label(is_free & near, labels)
+    narrows_kernels.label(is_single, labels)
+    near = distance_kernels.distance_cells(is_single) * lattice.step <= MOUTH
+    narrows_kernels.spread(is_free & near, labels)
     return labels
 
 
@@ -64,7 +96,7 @@ class Narrows:
         """
         if situation.terrain is not self._terrain:
             self._terrain = situation.terrain
-            self._labels = single_lanes(situation.terrain, situation.radius)
+            self._labels = single_lanes(situation.terrain, situation.usual_radius)
         if self._labels is None or situation.yields_for:
             return last, -1
         tube, hood = situation.tube, situation.hood

@@ -80,6 +80,49 @@ def label(mask, labels):
 
 
 @njit(cache=True)
+def spread(mask, labels):
+    """Give each cell of `mask` without a label that of the nearest labelled cell, by the way."""
+    height, width = mask.shape
+    queue = np.empty((height * width, 2), np.int64)
+    first = last = 0
+    for i in range(height):
+        for j in range(width):
+            if labels[i, j] > 0:
+                queue[last, 0], queue[last, 1] = i, j
+                last += 1
+    while first < last:
+        i, j = queue[first]
+        first += 1
+        for r in range(max(0, i - 1), min(height, i + 2)):
+            for c in range(max(0, j - 1), min(width, j + 2)):
+                if mask[r, c] and labels[r, c] == 0:
+                    labels[r, c] = labels[i, j]
+                    queue[last, 0], queue[last, 1] = r, c
+                    last += 1
+
+
+@njit(cache=True)
+def places(mask, gap, most):
+    """Number of cells of `mask`, at least `gap` cells apart, taken row by row; at most `most`."""
+    height, width = mask.shape
+    taken = np.zeros(mask.shape, np.bool_)
+    span = int(gap) + 1
+    count = 0
+    for i in range(height):
+        for j in range(width):
+            if not mask[i, j] or taken[i, j]:
+                continue
+            count += 1
+            if count >= most:
+                return count
+            for r in range(i, min(height, i + span + 1)):
+                for c in range(max(0, j - span), min(width, j + span + 1)):
+                    if (r - i) * (r - i) + (c - j) * (c - j) < gap * gap:
+                        taken[r, c] = True
+    return count
+
+
+@njit(cache=True)
 def label_at(labels, frame, x, y):
     """Label of the cell that holds (x, y), 0 outside the map."""
     i = int((y - frame[1]) / frame[2])

@@ -18,11 +18,13 @@ from swarm_common.model.records import FloatArray
 from swarm_nav.core.priority import TOP_DEPTH
 from swarm_nav.planning import judgement_kernels
 from swarm_nav.traffic import crowd
+from swarm_nav.traffic.gate import is_inside
+from swarm_nav.traffic.narrows import rooms
 from swarm_nav.traffic.situation import Situation
 
 LEAST_DEPTH = TOP_DEPTH - 32  # longest chain of robots that push each other, by 32 hops
 REFUGE_MARGIN = 0.03  # [m] more than the reach that a refuge keeps from the pusher's way
-REFUGE_COST = 12.0  # largest cost of a way to a refuge
+REFUGE_COST = 12.0  # largest cost of a way to a refuge in a room, and of stepping back
 INTENT_POINTS_CLEARED = 16  # 1.6 m of the pusher's path
 RETREAT_DISTANCE = 0.95  # [m]
 STUCK_PATIENCE = 1.5  # [s] blocked by a stuck robot before stepping back
@@ -45,6 +47,8 @@ class RightOfWay:
         self._retreat_until = -1
         self._blocked_since = -1
         self._is_diverted = False
+        self._was_stuck = False  # since it was pushed
+        self._kept_free: tuple[FloatArray, float] = np.zeros((0, 2)), 0.0  # pusher's way and reach
 
     @property
     def is_yielding(self) -> bool:
@@ -72,10 +76,8 @@ class RightOfWay:
         row = self.pusher(situation)
         if row is not None:
             self._make_way(situation, row)
-        elif self.inherited and tick - self._last_pushed_tick > situation.patience(
-            situation.config.traffic.release_time
-        ):
-            self._release(situation)
+        elif self.inherited:
+            self._await_release(situation)
         if not self.is_yielding or self.is_retreating:
             self._consider_retreat(situation)
         if self.is_retreating and tick >= self._retreat_until:
@@ -88,10 +90,25 @@ class RightOfWay:
         self._release(situation)
         self._retreat_until = -1
 
+    def _await_release(self, situation: Situation) -> None:
+        """Be free after a while; on a single lane look for a refuge while the pusher is away.
+
+        Else a robot without a goal would stay in a blind end for ever: its pusher steps back, so
+        that it is not pushed any more, and comes again.
+        """
+        traffic = situation.config.traffic
+        time = traffic.release_time
+        if self._was_stuck and not is_in_room(situation):
+            time += traffic.retreat_time
+        if situation.tick - self._last_pushed_tick > situation.patience(time):
+            self._release(situation)
+        elif situation.is_stuck and situation.tick >= self._next_search_tick:
+            self._search(situation)
+
     def _release(self, situation: Situation) -> None:
         self.inherited = 0
         situation.yields_for = 0
-        situation.is_stuck = False
+        situation.is_stuck = self._was_stuck = False
         self._blocked_since = -1
         if self._is_diverted:
             self._is_diverted = False
@@ -104,15 +121,16 @@ class RightOfWay:
         self._last_pushed_tick = situation.tick
         self._retreat_until = -1
         self.inherited = int(hood.priorities[row]) - 1
+        self._kept_free = way_of(situation, row), situation.reach(row) + REFUGE_MARGIN
         if not self._is_diverted and self._goes_on(situation, row):
             return
         self._is_diverted = True
         if is_new:
             situation.counters.pushes += 1
             situation.yields_for = pusher_id
-            situation.is_stuck = False
+            situation.is_stuck = self._was_stuck = False
             self._blocked_since = -1
-            self._search(situation, row)
+            self._search(situation)
             return
         if situation.has_grown:
             situation.is_stuck = False
@@ -123,11 +141,11 @@ class RightOfWay:
         waited = situation.tick - self._blocked_since if self._blocked_since >= 0 else 0
         patience = situation.patience(situation.config.traffic.stuck_time)
         if max(waited, situation.obstacle_ticks) > patience:
-            situation.is_stuck = True
+            situation.is_stuck = self._was_stuck = True
         if situation.tick < self._next_search_tick:
             return
         if situation.tube.is_complete or situation.is_stuck:
-            self._search(situation, row)
+            self._search(situation)
 
     def _goes_on(self, situation: Situation, row: int) -> bool:
         """Whether the robot gets out of the pusher's way by going its own, with its priority."""
@@ -139,12 +157,12 @@ class RightOfWay:
                 return False
         return clears_way(situation, row)
 
-    def _search(self, situation: Situation, row: int) -> None:
+    def _search(self, situation: Situation) -> None:
         """Adopt the way to the nearest refuge, or say that there is none."""
         self._next_search_tick = situation.tick + situation.patience(RETRY_TIME)
-        path = refuge_path(situation, row, self.inherited)
+        path = refuge_path(situation, *self._kept_free, self.inherited)
         if path is None:
-            situation.is_stuck = True
+            situation.is_stuck = self._was_stuck = True
             return
         if len(path) >= 2:
             situation.tube.adopt(path)
@@ -184,40 +202,64 @@ def clears_way(situation: Situation, row: int) -> bool:
     return bool(judgement_kernels.clears(path, way, reach, SLACK, GAIN))
 
 
-def refuge_path(situation: Situation, row: int, priority: int) -> FloatArray | None:
-    """Return the way (n, 2) from the stop point to the nearest place out of the pusher's way.
+def is_in_room(situation: Situation) -> bool:
+    """Whether the robot stops where two robots pass each other."""
+    floor = rooms(situation.terrain, situation.usual_radius)
+    return bool(is_inside(floor, situation.planner.lattice.frame, *situation.stop_point))
 
-    Robots that rank at least `priority` and stuck ones are walls; lower ones may be pushed.
-    Tries a smooth path with a margin first, then tighter ones; None if there is no refuge. A smooth
-    one may cut a corner by what only the LiDAR sees: where that bars the way, there is none.
-    """
-    hood = situation.hood
-    pusher = hood.beacons[row]
-    taken = situation.planner.no_extra()
-    way = np.vstack(
+
+def way_of(situation: Situation, row: int) -> FloatArray:
+    """Return the way (n, 2) [m] in map that a pusher needs: held, requested, the next metres."""
+    pusher = situation.hood.beacons[row]
+    return np.vstack(
         (
             pusher["held"][: pusher["held_size"]],
             pusher["wanted"][: pusher["wanted_size"]],
             pusher["intent"][: min(int(pusher["intent_size"]), INTENT_POINTS_CLEARED)],
         )
     )
-    crowd.stamp(taken, situation, way, situation.reach(row) + REFUGE_MARGIN, 1.0)
+
+
+def refuge_path(
+    situation: Situation, way: FloatArray, reach: float, priority: int
+) -> FloatArray | None:
+    """Return the way (n, 2) from the stop point to the nearest place out of a pusher's way.
+
+    On the floor where two robots pass each other, if one is free there: on a single lane the next
+    robot would push it again, in a blind end without a way out. From a single lane it may be any
+    distance away, since all who stand there have to leave; in a room others make room. Robots that
+    rank at least `priority` and stuck ones are walls; lower ones may be pushed. Tries a smooth path
+    with a margin first, then tighter ones; None if there is no refuge. A smooth one may cut a
+    corner by what only the LiDAR sees: where that bars the way, there is none.
+
+    Args:
+        situation: Of the robot.
+        way: (n, 2) [m] in map that the pusher needs.
+        reach: [m] to keep from that.
+        priority: That the robot makes way with.
+    """
+    hood = situation.hood
+    taken = situation.planner.no_extra()
+    crowd.stamp(taken, situation, way, reach, 1.0)
     gaps = np.hypot(*(way - situation.stop_point).T)
-    if float(gaps.min()) < situation.reach(row) + REFUGE_MARGIN / 2:
+    if float(gaps.min()) < reach - REFUGE_MARGIN / 2:
         # a node within half a step may be out of the way where the robot itself is not
         crowd.stamp(taken, situation, situation.stop_point, situation.planner.lattice.step, 1.0)
     crowd.stamp_tubes(taken, situation, REFUGE_MARGIN, 1.0)
     for other in np.flatnonzero(hood.heads["mode"] == MODE_YIELD):
         target = hood.heads["target"][other]
-        if other != row and math.isfinite(float(target[0])):
+        if int(hood.ids[other]) != situation.yields_for and math.isfinite(float(target[0])):
             crowd.stamp(taken, situation, target, situation.reach(int(other)), 1.0)
-    places = situation.planner.free_places(taken)
+    most = REFUGE_COST if is_in_room(situation) else math.inf
     tries = ((0.003, situation.obstacle_ticks == 0), (0.0, False), (-0.04, False))
-    for margin, smooth in tries:
-        extra = crowd.refuge_costs(situation, priority, margin)
-        path = situation.planner.nearest(situation.stop_point, extra, places, REFUGE_COST, smooth)
-        if path is not None:
-            return path
+    anywhere = situation.planner.free_places(taken)
+    in_rooms = anywhere & rooms(situation.terrain, situation.usual_radius)
+    for places in (in_rooms, anywhere) if (in_rooms != anywhere).any() else (anywhere,):
+        for margin, smooth in tries if places.any() else ():
+            extra = crowd.refuge_costs(situation, priority, margin)
+            path = situation.planner.nearest(situation.stop_point, extra, places, most, smooth)
+            if path is not None:
+                return path
     return None
 
 

@@ -55,6 +55,7 @@ class Situation:
         oblong: Outline of a long robot, which plans with it; None for others.
         blocked_ticks: Ticks for which the tube could not grow because of `blocked_by`.
         blocked_by: Id of that robot, 0 for none.
+        blocked_why: What that robot does, for people.
         is_unconfirmed: Whether the tube did not grow because a request is not acknowledged yet.
         yields_for: Id of the robot that is made way for, 0 for none.
         priority: As published in the last beacon.
@@ -84,6 +85,7 @@ class Situation:
     tick: int = 0
     blocked_ticks: int = 0
     blocked_by: int = 0
+    blocked_why: str = ""
     is_unconfirmed: bool = False
     obstacle_ticks: int = 0
     yields_for: int = 0
@@ -130,7 +132,7 @@ class Situation:
         Space is granted only to requests that all have acknowledged together with the radius that
         it was requested with; what is held is looked at by `Claim.guard`.
         """
-        least = self.body_radius + self.config.traffic.safety_margin
+        least = self.usual_radius
         wanted = max(least, self.body_radius + needed)
         if self.radius >= wanted > self.radius - 2.0 * MARGIN_STEP or wanted == self.radius:
             return
@@ -143,6 +145,11 @@ class Situation:
     def patience(self, seconds: float) -> int:
         """Return for how many ticks robots wait for each other: more over a slow radio."""
         return ticks_of(seconds) * self.radio.factor
+
+    @property
+    def usual_radius(self) -> float:
+        """Safety radius [m] of a robot that knows where it is."""
+        return self.body_radius + self.config.traffic.safety_margin
 
     def reach(self, row: int) -> float:
         """Return the distance [m] that the own tube and a neighbour's keep."""

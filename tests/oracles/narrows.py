@@ -41,17 +41,21 @@ class Neighbor:
 
 def count_ahead(
     region: NDArray[np.bool_], frame: Frame, robots: list[Neighbor], own: tuple[int, int]
-) -> tuple[int, bool]:
-    """Return who is inside, or admitted or ranks above us and is not blocked; and if none does."""
-    count, is_highest = 0, True
+) -> tuple[int, bool, int]:
+    """Return who is inside, or admitted or ranks above us and is not blocked; and if none does.
+
+    And the id of the highest of them; of equal ones the smaller.
+    """
+    counted, is_highest = [], True
     for robot in robots:
         inside = is_inside(region, frame, robot.place)
         if not inside and robot.gate_tick == 0:
             continue
         above = robot.rank > own
-        count += inside or (robot.blocked <= 30 and (robot.gate_tick == 1 or above))
+        if inside or (robot.blocked <= 30 and (robot.gate_tick == 1 or above)):
+            counted.append(robot.rank)
         is_highest &= not (above and robot.has_goal and not robot.is_gone)
-    return count, is_highest
+    return len(counted), is_highest, -max(counted)[1] if counted else 0
 
 
 def cells_within(region: NDArray[np.bool_], frame: Frame, centre: Point, reach: float) -> int:

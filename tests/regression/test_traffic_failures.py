@@ -20,7 +20,7 @@ from swarm_nav.perception.neighborhood_kernels import HELD
 from swarm_nav.planning.planner import SPACING
 from swarm_nav.traffic.claim import WATCHDOG_TIME, Claim
 from swarm_nav.traffic.holding import Lease
-from swarm_nav.traffic.right_of_way import RightOfWay, refuge_path
+from swarm_nav.traffic.right_of_way import REFUGE_MARGIN, RightOfWay, refuge_path, way_of
 from swarm_nav.traffic.situation import Situation
 from tests.standins import aisle, doorway
 from tests.standins.navigation import RADIUS, Squad, beacon, config, hear, room, situation
@@ -463,6 +463,6 @@ def test_refuge_search_is_deterministic() -> None:
     for _ in range(2):
         s = situation(HALL, Pose(4.0, 4.0, 0.0))
         hear(s, beacon(2, 3.3, 4.0, intent=[(3.3 + 0.1 * k, 4.0) for k in range(20)]))
-        paths.append(refuge_path(s, 0, HIGH - 1))
+        paths.append(refuge_path(s, way_of(s, 0), s.reach(0) + REFUGE_MARGIN, HIGH - 1))
     assert paths[0] is not None
     assert np.array_equal(paths[0], paths[1])

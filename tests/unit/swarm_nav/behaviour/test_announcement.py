@@ -117,8 +117,9 @@ def status(  # type: ignore[no-untyped-def]
     s: Situation, state: State, is_active: bool = True, place: int = 2, gate: Gate | None = None
 ):
     sites = Sites(stations={"loader_1": Pose(*STATION, 0.0)})
+    lease = Lease(STATION, 70, place, 9 if place else 0)
     return compose_status(
-        s, is_active, state, None, Lease(STATION, 70, place), gate or Gate(None), sites,
+        s, is_active, state, None, lease, gate or Gate(None), sites,
         HoldingPattern({}, []), 60, 1.3,
     )  # fmt: skip
 
@@ -127,21 +128,26 @@ def test_the_status_says_what_the_robot_waits_for() -> None:
     s = driving()
     shown = status(s, State.HOLDING)
     assert (shown.state, shown.station, shown.queue_place) == ("holding", "loader_1", 2)
-    assert shown.detail == "parked, 2 before it at loader_1"
+    assert shown.detail == "parked, waits for Srobot9, 2 before it at loader_1"
     assert shown.holding_since_tick == 60
     assert shown.estimated_time_remaining == pytest.approx(5.0)
-    s.blocked_ticks, s.blocked_by = 11, 7
+    s.blocked_ticks, s.blocked_by, s.blocked_why = 11, 7, "is in the way"
     assert (status(s, State.DRIVING).state, status(s, State.DRIVING).detail) == (
-        "waiting", "for Srobot7",
+        "waiting", "for Srobot7, which is in the way",
     )  # fmt: skip
     s.yields_for = 8
+    waits = "makes way for Srobot8, waits for Srobot7, which is in the way"
+    assert status(s, State.YIELDING).detail == waits
+    s.blocked_ticks, s.obstacle_ticks = 0, 11
+    assert status(s, State.DRIVING).detail == "before an obstacle"
     assert status(s, State.YIELDING).detail == "makes way for Srobot8"
+    assert status(s, State.HOLDING, place=0).detail == "parked, waits until loader_1 is free"
     assert status(s, State.DRIVING, is_active=False).state == "inactive"
 
 
 def test_a_robot_that_waits_at_the_gate_says_so() -> None:
-    shown = status(driving(), State.HOLDING, gate=Gate(None, asked_tick=50))
-    assert "narrow region" in shown.detail
+    shown = status(driving(), State.HOLDING, gate=Gate(None, asked_tick=50, first=3))
+    assert shown.detail == "parked, waits for Srobot3: the narrow region ahead is full"
     assert int(announce(driving())["gate_tick"]) == 0
 
 

@@ -329,9 +329,10 @@ def test_earlier_requests_for_the_same_station_count() -> None:
     heard(here, 20, asking(2, 10, 3.0), asking(3, 12, 3.0), asking(4, 11, 3.3), asking(6, 12, 3.0),
           asking(7, 3, 5.0), asking(8, 0, 3.0), asking(9, 11, np.nan))  # fmt: skip
     here.refresh(21)
-    assert here.earlier_requests((3.0, 0.0), 12, 0.6) == 3
-    assert here.earlier_requests((3.0, 0.0), 10, 0.6) == 1
-    assert here.earlier_requests((5.0, 0.0), 9, 0.6) == 1
+    assert here.earlier_requests((3.0, 0.0), 12, 0.6) == (3, 2)
+    assert here.earlier_requests((3.0, 0.0), 10, 0.6) == (1, 2)
+    assert here.earlier_requests((5.0, 0.0), 9, 0.6) == (1, 7)
+    assert here.earlier_requests((9.0, 0.0), 9, 0.6) == (0, 0)
 
 
 def test_the_highest_that_waits_for_a_station_counts() -> None:

@@ -20,7 +20,7 @@ from swarm_nav.core.priority import (
     ID_BITS,
     base_priority,
 )
-from swarm_nav.traffic.right_of_way import REFUGE_MARGIN, RightOfWay, refuge_path
+from swarm_nav.traffic.right_of_way import REFUGE_MARGIN, RightOfWay, refuge_path, way_of
 from swarm_nav.traffic.situation import Situation
 from tests.standins.navigation import RADIUS, beacon, hear, room, situation
 
@@ -186,7 +186,7 @@ def test_a_robot_without_a_refuge_says_that_it_is_stuck() -> None:
     s, right = in_a_dead_end()
     assert right.is_yielding
     assert s.is_stuck
-    assert refuge_path(s, 0, right.inherited) is None
+    assert refuge_path(s, way_of(s, 0), s.reach(0) + REFUGE_MARGIN, right.inherited) is None
 
 
 def test_who_is_blocked_on_the_way_to_its_refuge_for_long_is_stuck() -> None:

@@ -1,0 +1,78 @@
+"""Who waits for whom, as the robots say, and the circles in that which last."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from typing import Any
+
+LASTING = 5.0  # [s] of simulated time from which on a circle counts: shorter ones are just met
+MOST_TOLD = 20  # circles that are listed one by one, the longest ones
+_NAMED = re.compile(r"\bfor (Srobot\d+)")
+
+
+def waits_for(state: str, detail: str) -> str:
+    """Return the name of the robot that a status says to wait for, empty for none.
+
+    Making way for a robot is not waiting for it.
+    """
+    text = detail if state == "waiting" else detail.partition("waits ")[2]
+    found = _NAMED.search(text)
+    return found[1] if found is not None else ""
+
+
+@dataclass(slots=True)
+class WaitGraph:
+    """Edges from robots to whom they wait for, at most one from each.
+
+    Attributes:
+        edges: At present, by the name of the robot that waits.
+        lasting: Circles that are over: (robots, since [s], duration [s]).
+    """
+
+    edges: dict[str, str] = field(default_factory=dict)
+    lasting: list[tuple[tuple[str, ...], float, float]] = field(default_factory=list)
+    _since: dict[tuple[str, ...], float] = field(default_factory=dict)
+
+    def note(self, robot: str, other: str, sim_time: float) -> None:
+        """Take what a robot says at a time [s]; `other` is empty if it waits for nobody."""
+        if self.edges.get(robot, "") == other:
+            return
+        for circle in [circle for circle in self._since if robot in circle]:
+            self._end(circle, sim_time)
+        if not other:
+            self.edges.pop(robot, None)
+            return
+        self.edges[robot] = other
+        circle = self._circle_through(robot)
+        if circle:
+            self._since[circle] = sim_time
+
+    def as_json(self, sim_time: float) -> dict[str, Any]:
+        """Return what `report.json` says at the end [s]."""
+        for circle in list(self._since):
+            self._end(circle, sim_time)
+        longest = sorted(self.lasting, key=lambda item: -item[2])
+        return {
+            "lasting_circles": len(self.lasting),
+            "longest_circle": round(longest[0][2], 1) if longest else 0.0,
+            "circles": [
+                {"robots": list(robots), "since": round(since, 1), "duration": round(time, 1)}
+                for robots, since, time in longest[:MOST_TOLD]
+            ],
+            "at_the_end": dict(sorted(self.edges.items())),
+        }
+
+    def _end(self, circle: tuple[str, ...], sim_time: float) -> None:
+        since = self._since.pop(circle)
+        if sim_time - since >= LASTING:
+            self.lasting.append((circle, since, sim_time - since))
+
+    def _circle_through(self, robot: str) -> tuple[str, ...]:
+        """Return the circle that a robot is part of, from it on; empty if there is none."""
+        way = [robot]
+        while (following := self.edges.get(way[-1], "")) not in way:
+            if not following:
+                return ()
+            way.append(following)
+        return tuple(way) if following == robot else ()

@@ -1,0 +1,163 @@
+"""Under which conditions every robot reaches every goal, checked against a map before a run.
+
+The theorem and its proof are in docs/liveness.md. What is looked at: *places*, as many as keep the
+distance of two robots from each other on the floor where two robots can pass; *single lanes*, where
+they cannot; the sides of each single lane that holds parts of the floor together; and the robots
+that have goals on a single lane. The conditions are sufficient, not necessary: a run for which they
+do not hold starts all the same, and says so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from swarm_common.model.grid import Grid
+from swarm_common.model.records import RobotSpec
+from swarm_nav.core.config import NavConfig
+from swarm_nav.planning import search_kernels
+from swarm_nav.planning.terrain import Lattice, Terrain
+from swarm_nav.traffic import conditions_kernels, narrows_kernels
+from swarm_nav.traffic.narrows import Mask, parts, rooms
+from swarm_nav.traffic.situation import terrain_of
+
+Point = tuple[float, float]
+MOST_NAMED = 6  # findings that are told one by one
+
+
+@dataclass(frozen=True, slots=True)
+class Conditions:
+    """What a map has room for.
+
+    Attributes:
+        robots: Number asked for.
+        places: Number of places where two robots can pass.
+        findings: Conditions that do not hold, a sentence each; empty if all hold.
+    """
+
+    robots: int
+    places: int
+    findings: tuple[str, ...]
+
+    @property
+    def is_guaranteed(self) -> bool:
+        """Whether every robot reaches every goal, by the theorem of docs/liveness.md."""
+        return not self.findings
+
+    def __str__(self) -> str:
+        """Say it in a sentence or more, for people."""
+        if self.is_guaranteed:
+            return (
+                f"room for {self.places} robots; {self.robots} asked for: every goal is reachable"
+            )
+        named = self.findings[:MOST_NAMED]
+        more = len(self.findings) - len(named)
+        rest = f"; and {more} more" if more else ""
+        return f"no guarantee that every goal is reached: {'; '.join(named)}{rest}"
+
+
+def conditions(
+    robots: Sequence[tuple[RobotSpec, NavConfig]], grid: Grid, goals: Sequence[Sequence[Point]]
+) -> Conditions:
+    """Return what holds on a map for a swarm, as if all robots were as large as the largest.
+
+    Args:
+        robots: Body and parameters of each.
+        grid: The map.
+        goals: Of each robot: all places (x, y) [m] in map where it may be told to go.
+    """
+    spec, config = max(robots, key=lambda robot: robot[0].circumscribed_radius)
+    radius = spec.circumscribed_radius + config.traffic.safety_margin
+    return _Floor(terrain_of(config, spec, grid), radius).check(goals)
+
+
+class _Floor:
+    """The floor of a map, divided into rooms, where two robots pass, and single lanes."""
+
+    def __init__(self, terrain: Terrain, radius: float) -> None:
+        self._lattice: Lattice = terrain.lattice
+        self._gap = 2.0 * radius / self._lattice.step  # cells between two robots
+        self._open: Mask = self._lattice.base < search_kernels.WALL
+        self._wide: Mask = rooms(terrain, radius)
+        self._lanes: Mask = self._open & ~self._wide
+
+    def check(self, goals: Sequence[Sequence[Point]]) -> Conditions:
+        robots = len(goals)
+        nodes = [[node for x, y in each if (node := self._lattice.node_of(x, y)) is not None]
+                 for each in goals]  # fmt: skip
+        places = self._places(self._wide)
+        findings: list[str] = []
+        if self._wide.any() and robots >= places:
+            findings.append(f"room for {max(0, places - 1)} robots; {robots} asked for")
+        for lane in parts(self._lanes):
+            findings += self._check_lane(lane, nodes)
+        return Conditions(robots, places, tuple(findings))
+
+    def _check_lane(self, lane: Mask, nodes: Sequence[Sequence[int]]) -> Iterator[str]:
+        """Say what a single lane does not allow.
+
+        Args:
+            lane: Its cells.
+            nodes: The goals of each robot.
+        """
+        robots = len(nodes)
+        around = _grown(lane) & self._open & ~lane
+        sides = [side for side in parts(self._open & ~lane) if (side & around).any()]
+        here = self._spot(lane)
+        guests = _visitors(lane, nodes)
+        room = max(1, self._branches(lane) + len(list(parts(around))) - 1)
+        if guests > room:
+            yield (
+                f"room for {_robots(room)} on the single lanes around {here};"
+                f" {guests} have goals there"
+            )
+        if len(sides) < 2:
+            return
+        for side in sides:
+            if not _visitors(side, nodes):
+                continue
+            places = self._places(side & self._wide, robots)
+            if places < robots:
+                yield (
+                    f"room for {_robots(places)} beyond the single lane around {here};"
+                    f" {robots} asked for"
+                )
+
+    def _branches(self, lane: Mask) -> int:
+        """Return the number of blind ends of a single lane, each with room for a robot."""
+        away = np.full(lane.shape, -1, np.int32)
+        seeds = _grown(self._wide) & lane
+        if not seeds.any():
+            seeds.ravel()[int(np.flatnonzero(lane)[0])] = True
+        conditions_kernels.steps_from(lane, seeds, away)
+        cells = np.flatnonzero(lane)
+        order = cells[np.argsort(-away.ravel()[cells], kind="stable")]
+        return int(conditions_kernels.peaks(away.ravel(), order, lane.shape[1], int(self._gap)))
+
+    def _places(self, part: Mask, most: int = 1_000_000) -> int:
+        return int(narrows_kernels.places(part, self._gap, most))
+
+    def _spot(self, part: Mask) -> str:
+        """Return where a part of the floor is, for people: its cell nearest to its middle."""
+        points = self._lattice.points_of(np.flatnonzero(part))
+        x, y = points[int(np.hypot(*(points - points.mean(0)).T).argmin())]
+        return f"({x:.1f}, {y:.1f})"
+
+
+def _grown(mask: Mask) -> Mask:
+    """Return a mask and the cells beside it."""
+    grown = np.pad(mask, 1)
+    rows = grown[:-2] | grown[1:-1] | grown[2:]
+    return np.asarray(rows[:, :-2] | rows[:, 1:-1] | rows[:, 2:], np.bool_)
+
+
+def _visitors(part: Mask, nodes: Sequence[Sequence[int]]) -> int:
+    """Return how many robots have a goal in a part of the floor."""
+    flat = part.ravel()
+    return sum(any(flat[node] for node in each) for each in nodes)
+
+
+def _robots(count: int) -> str:
+    return "1 robot" if count == 1 else f"{count} robots"

@@ -1,0 +1,61 @@
+"""What a rule pays: rules and numbers are changed for a run only, and compared seed by seed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from swarm_bench import ablation
+from swarm_bench.ablation import (
+    BASE,
+    NUMBERS,
+    RULES,
+    Job,
+    Variant,
+    ablation_markdown,
+    run_job,
+    variants,
+)
+from swarm_bench.result import RunResult
+from swarm_bench.selection import select
+from swarm_common.model.errors import UnknownNameError
+from swarm_nav.traffic import right_of_way
+from tests.standins.results import result
+
+
+def test_each_rule_is_off_once_and_each_number_halved_and_doubled() -> None:
+    names = [variant.name for variant in variants()]
+    assert names[0] == BASE
+    assert len(names) == len(set(names)) == 1 + len(RULES) + 2 * len(NUMBERS)
+    halved, doubled = variants(["traffic.push_ticks"])[1:]
+    assert (halved.values, doubled.values) == ({"traffic.push_ticks": 2}, {"traffic.push_ticks": 6})
+    with pytest.raises(UnknownNameError, match="rule or number"):
+        variants(["gat"])
+
+
+def test_constants_are_changed_while_a_run_lasts(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[Any] = []
+
+    def run(options: Any) -> str:
+        seen.append((right_of_way.RETRY_TIME, options.parameters))
+        return "done"
+
+    monkeypatch.setattr(ablation, "run", run)
+    values = {"swarm_nav.traffic.right_of_way.RETRY_TIME": 9.0, "traffic.push_ticks": 7}
+    job = Job(Variant("both", values), select("circle", [8], [0])[0], is_hall=False)
+    before = right_of_way.RETRY_TIME
+    assert run_job(job) == ("both", "done")
+    assert seen == [(9.0, {"traffic.push_ticks": 7})]
+    assert before == right_of_way.RETRY_TIME
+
+
+def test_runs_are_compared_seed_by_seed() -> None:
+    def of(seed: int, makespan: float, wait: float) -> RunResult:
+        return result(seed=seed, makespan=makespan, wait_worst=wait)
+
+    results = [(BASE, of(seed, 100.0 + seed, 10.0)) for seed in range(4)]
+    results += [("gate off", of(seed, 1.1 * (100.0 + seed), 20.0)) for seed in range(3)]
+    last = ablation_markdown(results).splitlines()[-1]
+    assert last.startswith("| gate off |")
+    assert last.endswith("| +10 % [+10 %..+10 %] | +100 % [+100 %..+100 %] |")

@@ -1,0 +1,67 @@
+"""What is said before a run: how many robots a map has room for, and where it has not."""
+
+from __future__ import annotations
+
+import pytest
+
+from swarm_common.model.grid import Grid
+from swarm_nav.core.config import NavConfig
+from swarm_nav.traffic.conditions import Conditions, conditions
+from tests.standins.navigation import room, waffle
+
+Point = tuple[float, float]
+HALL = room(6.0, 6.0)
+DOOR = room(
+    9.0, 4.0, (4.0, 0.0, 4.2, 1.6), (4.0, 2.5, 4.2, 4.0)
+)  # 0.9 m wide, rooms to 4 and 4.8 m
+CLOSET = room(9.0, 4.0, (7.2, 0.0, 7.4, 1.6), (7.2, 2.5, 7.4, 4.0))
+LEFT, RIGHT = (2.0, 2.0), (8.3, 2.0)
+# a comb: a lane of 0.9 m along the wall with three teeth of 0.9 m
+COMB = room(
+    5.7, 3.0, (0.0, 1.0, 0.4, 3.0), (1.3, 1.0, 2.4, 3.0), (3.3, 1.0, 4.4, 3.0), (5.3, 1.0, 5.7, 3.0)
+)
+TEETH = ((0.85, 2.4), (2.85, 2.4), (4.85, 2.4))
+
+
+def of(grid: Grid, *goals: tuple[Point, ...]) -> Conditions:
+    return conditions([(waffle(), NavConfig())] * len(goals), grid, goals)
+
+
+def test_a_hall_has_room() -> None:
+    found = of(HALL, (LEFT,), (LEFT,))
+    assert found.is_guaranteed
+    assert 40 < found.places < 120  # 5.4 m by 5.4 m, about 0.57 m apart
+    assert str(found) == f"room for {found.places} robots; 2 asked for: every goal is reachable"
+
+
+def test_more_robots_than_places_is_said() -> None:
+    small = room(2.2, 2.2)
+    found = of(small, *[((1.0, 1.0),)] * 12)
+    assert not found.is_guaranteed
+    assert found.findings == (f"room for {found.places - 1} robots; 12 asked for",)
+
+
+@pytest.mark.parametrize(("robots", "holds"), [(4, True), (40, False)])
+def test_beyond_a_door_there_must_be_room_for_all(robots: int, holds: bool) -> None:
+    found = of(CLOSET, (RIGHT,), *[(LEFT,)] * (robots - 1))
+    assert found.is_guaranteed is holds
+    if not holds:
+        assert "robots beyond the single lane around (7.4, 2.1); 40 asked for" in str(found)
+
+
+def test_a_side_of_a_door_where_nobody_goes_needs_no_room() -> None:
+    assert of(CLOSET, *[(LEFT,)] * 40).is_guaranteed
+    assert of(DOOR, *[(LEFT, RIGHT)] * 10).is_guaranteed
+
+
+@pytest.mark.parametrize(("count", "holds"), [(1, True), (2, True), (3, False)])
+def test_single_lanes_have_room_for_one_robot_less_than_blind_ends(count: int, holds: bool) -> None:
+    found = of(COMB, *[(tooth,) for tooth in TEETH[:count]])
+    assert found.is_guaranteed is holds
+    if not holds:
+        assert found.findings[0].startswith("room for 2 robots on the single lanes around")
+        assert found.findings[0].endswith("3 have goals there")
+
+
+def test_places_from_where_nothing_is_reached_do_not_count() -> None:
+    assert of(HALL, ((-50.0, 0.0),), (LEFT,)).is_guaranteed  # each robot says so itself
