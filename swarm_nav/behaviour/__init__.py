@@ -6,7 +6,7 @@ What a module imports of its folder stands above it:
                   it brings along
     behaviors     Behaviours beside navigation: spin, back up, drive on heading, wait; and
                   recoveries from them
-    costmap       Costmaps with Nav2's cost scale, composed when somebody asks for them
+    costmap       Costmaps with Nav2's cost scale, composed on request
     given_path    A path that the operator gave (FollowPath): how far the robot is on it, and
                   the way along it
     task          The goal in hand: its sequence of targets, and when each counts as reached
@@ -14,8 +14,8 @@ What a module imports of its folder stands above it:
                   operator
     pursuit       The pursuit of goals: begins them, goes from target to target, recovers, and
                   ends them
-    route         The route to the target in hand: when it is planned anew, and where the new
-                  one starts
+    route         The route to the current target: when it is replanned, and where the new one
+                  starts
     conduct       What the robot does in each state: which path it follows, and which twist
                   overrides that
     navigator     The brain of one robot: observations in, one twist and one beacon per tick

@@ -66,7 +66,7 @@ def compose_beacon(
     s.own_priority = max(base_priority(rank, last_goal_tick, s.robot_id), lease.inherited)
     priority = max(s.own_priority, right.inherited)
     if priority != s.priority:
-        s.tube.forget_requests()  # who acknowledged them compared another priority
+        s.tube.forget_requests()  # robots that acknowledged them compared another priority
     s.priority = priority
     flags = (FLAG_STUCK if s.is_stuck or not is_active else 0) | (FLAG_ACTIVE if is_active else 0)
     flags |= FLAG_DEAF if s.is_deaf else 0

@@ -60,7 +60,7 @@ class Behavior:
         self._end = BehaviorEnd()
 
     def resume(self, situation: Situation) -> None:
-        """Go on with what is left after the robot made way for another one."""
+        """Continue with the rest of the behaviour after the robot made way for another one."""
         self._last_yaw = situation.pose.yaw
         self._driven = self._traveled
         self._start = situation.pose

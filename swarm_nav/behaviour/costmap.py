@@ -1,4 +1,4 @@
-"""Costmaps with Nav2's cost scale, composed when somebody asks for them.
+"""Costmaps with Nav2's cost scale, composed on request.
 
 Layers: static (the map), obstacles (LiDAR), neighbours (footprints and commitments), inflation:
 252 exp(-k (d - r_inscribed)).

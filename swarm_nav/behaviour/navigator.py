@@ -139,7 +139,7 @@ class Navigator:
         """Go on from a pose that is elsewhere; claims made at the old one are dropped."""
         s, pose = self._s, self._localiser.pose_map
         if pose.distance(s.pose) > s.config.traffic.safety_margin:
-            s.listening_since = s.tick  # who holds the space there is not known yet
+            s.listening_since = s.tick  # the owner of the space there is not known yet
         s.pose = pose
         s.tube.reset(pose)
 
@@ -260,7 +260,7 @@ class Navigator:
         return Output(twist, beacon, events)
 
     def _return(self, tick: int) -> None:
-        """Go on after a time without data: what was held counts no longer for the others."""
+        """Continue after a time without data: the others no longer respect the old space."""
         s = self._s
         s.listening_since = tick
         s.tube.reset(s.pose)

@@ -163,7 +163,7 @@ class Pursuit:
     def yield_or_resume(self, is_yielding: bool) -> None:
         """Interrupt the goal in hand while the robot makes way, and resume it afterwards.
 
-        Without a goal it makes way for those, too, who wait to get in where it stands.
+        Without a goal it also makes way for robots that wait to enter the region where it stands.
         """
         is_idle = not is_yielding and self.goal_id is None
         is_yielding |= self._departure.update(self._s, is_idle)

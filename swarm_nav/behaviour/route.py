@@ -1,4 +1,4 @@
-"""The route to the target in hand: when it is planned anew, and where the new one starts."""
+"""The route to the current target: when it is replanned, and where the new one starts."""
 
 from __future__ import annotations
 

@@ -122,8 +122,8 @@ class Task:
     def note_progress(self, situation: Situation, is_excused: bool) -> None:
         """Restart the progress checker's clock when the robot moved or could not be expected to.
 
-        While it goes slowly for somebody who walks the clock stands still and does not start again:
-        else one who comes by again and again would excuse a robot that something else keeps.
+        While it drives slowly near a person, the clock pauses but does not restart: otherwise a
+        person who comes by repeatedly would excuse a robot that another obstacle blocks.
         """
         radius = situation.config.progress_checker.required_movement_radius
         if situation.pose.distance(self.progress_pose) >= radius:

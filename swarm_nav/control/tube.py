@@ -42,7 +42,7 @@ class Tube:
         self.reset(pose)
 
     def configure(self, confirmations: int, held_length: float, wanted_length: float) -> None:
-        """Take new parameters; space is confirmed anew."""
+        """Take new parameters; all space must be confirmed again."""
         self._held_points = max(1, round(held_length / SPACING))
         self._wanted_points = min(WANTED_POINTS, max(1, round(wanted_length / SPACING)))
         self._confirmations = min(confirmations, REMEMBERED)
@@ -104,7 +104,7 @@ class Tube:
         return self._log[: self._noted]
 
     def forget_requests(self) -> None:
-        """Have space confirmed anew: what was requested is no longer what is requested."""
+        """Discard confirmations, because the request has changed."""
         self._noted = 0
 
     def withdraw(self) -> None:
@@ -112,7 +112,7 @@ class Tube:
         self.is_withdrawn = True
 
     def publish(self, pose: Pose, tick: int) -> tuple[NDArray[np.float32], ...]:
-        """Return (held, wanted, intent) for the beacon of `tick`, and remember what was requested.
+        """Return (held, wanted, intent) for the beacon of `tick`, and remember the request.
 
         They are views of `published` that the next call overwrites.
         """

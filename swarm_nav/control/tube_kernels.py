@@ -64,7 +64,7 @@ def last_point(size):
 
 @njit(cache=True)
 def intent_gap(beacon, head, p):
-    """Squared distance of p to the near part of a robot's intent, whose size is in its head."""
+    """Squared distance of p to the near part of a robot's intent; its size is in the head."""
     ahead = min(np.int64(head[INTENT_SIZE]), int(PRIORITY_LENGTH / INTENT_SPACING))
     return claimed_gap(beacon, INTENT, ahead, p[0], p[1])
 
@@ -184,7 +184,7 @@ def extend(
             beacon = heads[j] if links[j, SOURCE] == OWN else far[links[j, PLACE]]
             held = np.int64(words[j, HELD_SIZE])
             if gone[j]:
-                # it may have stopped anywhere in what it held or requested
+                # it may have stopped anywhere in its held or requested space
                 wanted = np.int64(words[j, WANTED_SIZE])
                 is_free = not denied(beacon, HELD, held, p, before, reach, slack) and not denied(
                     beacon, WANTED, wanted, p, before, reach, 0.0

@@ -8,7 +8,7 @@ from swarm_common.model.errors import ConfigError
 
 
 def positive(owner: str, config: object, *names: str) -> None:
-    """Refuse what is not finite and above zero; `owner` is the prefix of the names."""
+    """Refuse values that are not finite and positive; `owner` is the prefix of the names."""
     for name in names:
         value = getattr(config, name)
         if not (math.isfinite(value) and value > 0):
@@ -16,7 +16,7 @@ def positive(owner: str, config: object, *names: str) -> None:
 
 
 def not_negative(owner: str, config: object, *names: str) -> None:
-    """Refuse what is not finite or below zero."""
+    """Refuse values that are not finite or are negative."""
     for name in names:
         value = getattr(config, name)
         if not (math.isfinite(value) and value >= 0):
@@ -24,7 +24,7 @@ def not_negative(owner: str, config: object, *names: str) -> None:
 
 
 def at_most(owner: str, config: object, name: str, limit: float) -> None:
-    """Refuse what is above a limit."""
+    """Refuse values above a limit."""
     value = getattr(config, name)
     if value > limit:
         raise ConfigError(f"{owner}{name} is {value}; it must be at most {limit}")

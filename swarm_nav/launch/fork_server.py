@@ -100,7 +100,8 @@ class ForkServer:
     def watch(self, grouping: Grouping) -> None:
         """Report children that die until none is left or `stop` was called.
 
-        Who said go may say which robots come and go; then having no children is no reason to end.
+        The parent that said go may say which robots come and go; then having no children is no
+        reason to end.
 
         Args:
             grouping: Knows how to start those that come.

@@ -1,4 +1,4 @@
-"""Which robots share a navigator process, and whom that process announces itself to."""
+"""Which robots share a navigator process, and to which participants it announces itself."""
 
 from __future__ import annotations
 

@@ -52,7 +52,7 @@ def prepare(robots: Sequence[NodeSettings], grid: Grid, processes: int) -> Condi
 
 def _find_ways(planner: Planner, robot: NodeSettings) -> None:
     """Find the ways to all stations, as far as they can be kept."""
-    most = planner.terrain.most_goals // 2  # the rest is for goals that nobody knows yet
+    most = planner.terrain.most_goals // 2  # the rest is for goals that are not known yet
     for pose in list(robot.sites.stations.values())[:most]:
         with contextlib.suppress(PlanError):  # no robot can go there, and each will say so
             planner.cost_to_go((pose.x, pose.y), pose.yaw)

@@ -8,8 +8,8 @@ What a module imports of its folder stands above it:
                      not leap
     likelihood       Likelihood fields: how probable it is that a LiDAR hit lies at a place of
                      the map
-    particle_filter  The particles of Monte Carlo localisation: moved by odometry, weighed by
-                     scans, drawn anew
+    particle_filter  The particles of Monte Carlo localisation: moved by odometry, weighted by
+                     scans, resampled
     amcl             Adaptive Monte Carlo localisation (Fox 2003; Thrun, Burgard, Fox 2005) on a
                      likelihood field
     localiser        Where the robot is in the map. The seam for scan matching: anything with

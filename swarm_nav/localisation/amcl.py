@@ -38,7 +38,7 @@ LOOKING_SCANS = 50  # taken in vain after which only driving brings something ne
 JUDGING_SHARE = 3  # and one in how many beams must hit to say whether the pose is wrong
 GROWTH = 0.005  # [m] of margin announced ahead, so that all know it before it is needed
 EXPECTED_FIT = 0.9  # of a scan at the right place
-MOST_FRESH = 0.5  # share of the particles that is drawn anew at most
+MOST_FRESH = 0.5  # largest share of the particles that is redrawn
 
 
 class AmclLocaliser:
@@ -53,14 +53,14 @@ class AmclLocaliser:
         hood: Neighborhood,
         robot_id: int,
     ) -> None:
-        """Start at a pose that is known about as well as `START_DEVIATION` says.
+        """Start at a pose that is known with the deviation `START_DEVIATION`.
 
         Args:
             pose_map: Of base_footprint.
             config: Parameters.
             spec: Its LiDAR and drive count.
             terrain: Of the map.
-            hood: Whose robots explain hits.
+            hood: Neighbours, which explain LiDAR hits.
             robot_id: For random numbers of its own.
         """
         self._lidar = spec.lidar
@@ -100,8 +100,8 @@ class AmclLocaliser:
     def is_lost(self) -> bool:
         """Whether the pose is not good enough to drive by.
 
-        Who has looked around for long without seeing anything that tells where it is, or that
-        contradicts the map, is no longer: only driving brings something new into view.
+        A robot that has looked around for long, and has seen nothing that shows its place or
+        contradicts the map, is no longer lost: only driving brings something new into view.
         """
         config = self._config
         is_unfit = self._fast_fit < config.lost_fit
@@ -193,14 +193,14 @@ class AmclLocaliser:
             self._estimate = self._filter.unweighed()
 
     def _compare(self, hits: FloatArray, power: float, *, is_searching: bool) -> None:
-        """Take over what the particles stand for after a scan, and draw them anew."""
+        """Take over the estimate of the particles after a scan, and resample them."""
         config = self._config
         field = field_for(self._terrain, config, self._lidar.range_max)
         self._estimate, weights = self._filter.weigh(hits, field, power, is_searching=is_searching)
         best = self._estimate.pose_map
         self._target = best.compose(self._odom.inverse())
         self._judge(hits, best)
-        fresh = 0.0  # elsewhere particles drawn anew would only blur what is known
+        fresh = 0.0  # elsewhere new particles would only blur the estimate
         if self._fast_fit < config.lost_fit:
             fresh = min(MOST_FRESH, max(0.0, 1.0 - self._fast_fit / self._slow_fit))
         self._filter.draw(weights, self._estimate, fresh, is_searching=is_searching)

@@ -87,7 +87,7 @@ def make_localiser(
     """Return the localiser that the parameters ask for; see `amcl.AmclLocaliser`."""
     if config.type == AMCL:
         from swarm_nav.localisation.amcl import (
-            AmclLocaliser,  # its kernels are loaded for who needs them
+            AmclLocaliser,  # its kernels are loaded only where they are needed
         )
 
         return AmclLocaliser(pose_map, config, spec, terrain, hood, robot_id)

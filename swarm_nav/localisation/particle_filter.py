@@ -1,4 +1,4 @@
-"""The particles of Monte Carlo localisation: moved by odometry, weighed by scans, drawn anew."""
+"""The particles of Monte Carlo localisation: moved by odometry, weighted by scans, resampled."""
 
 from __future__ import annotations
 
@@ -127,11 +127,11 @@ class ParticleFilter:
     def draw(
         self, weights: NDArray[np.float64], estimate: Estimate, fresh: float, *, is_searching: bool
     ) -> None:
-        """Draw the particles anew by weight.
+        """Resample the particles by weight.
 
         Args:
             weights: Of the present ones.
-            estimate: What they stand for.
+            estimate: Their mean pose.
             fresh: Share of them that is drawn around that instead.
             is_searching: Whether to scatter them, since the right place may be between them.
         """

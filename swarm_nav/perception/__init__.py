@@ -8,8 +8,9 @@ What a module imports of its folder stands above it:
     obstacle_kernels      Bare numba kernels of the obstacle layer
     absence_kernels       Bare numba kernels on robots that fell silent where they may have left
                           the radio range
-    movers                Which marks of the obstacle layer may be somebody who walks on
-    station_kernels       Bare numba kernels on the table of neighbours: who waits for a station
+    movers                Decides which marks of the obstacle layer may be a walking person
+    station_kernels       Bare numba kernels on the table of neighbours: the robots that wait
+                          for a station
     absence               Robots that fell silent where they may have left the radio range: dead
                           there, or gone away?
     neighborhood          What a robot knows of the others, from their beacons alone

@@ -16,7 +16,7 @@ from swarm_nav.perception import absence_kernels as kernels
 from swarm_nav.perception.absence_kernels import FATE, LEFT, NEVER, PARTED, SILENT, UNKNOWN
 from swarm_nav.perception.neighborhood_kernels import ID
 
-WITNESS_TICKS = 8  # between two looks at whom the others hear
+WITNESS_TICKS = 8  # between two checks of the robots that the others hear
 
 Words = NDArray[np.uint32]
 NOBODY: Words = np.zeros((0, BEACON_WORDS), np.uint32)
@@ -24,10 +24,10 @@ NOTHING = Reception(NOBODY, np.zeros(0, np.int64))
 
 
 class Absence:
-    """The last beacons of robots that may have left, and what has been learned of them since."""
+    """The last beacons of robots that may have left, and the facts learned about them since."""
 
     def __init__(self, own_id: int) -> None:
-        """Start with nobody."""
+        """Start without robots."""
         self._own_id = own_id
         self._take(NOBODY, np.zeros((0, 5), np.int64))
 
@@ -50,7 +50,7 @@ class Absence:
         """
         facts = np.full((len(words), 5), NEVER, np.int64)
         facts[:, FATE], facts[:, PARTED] = UNKNOWN, has_parted
-        known = self._places_of(words[:, ID]) < 0  # who was taken back is still here
+        known = self._places_of(words[:, ID]) < 0  # a robot that was taken back is still here
         self._take(np.vstack((self._words, words[known])), np.vstack((self._facts, facts[known])))
 
     def _places_of(self, ids: NDArray[np.uint32]) -> NDArray[np.int64]:
@@ -66,7 +66,7 @@ class Absence:
         limits: tuple[float, float, int],
         tick: int,
     ) -> tuple[Words, list[int]]:
-        """Take what is heard at a tick; return who seems to be dead, and who has left after all.
+        """Take the beacons of a tick; return the robots that seem dead, and those that have left.
 
         Args:
             receptions: Batches of this tick.

@@ -1,6 +1,7 @@
 """Bare numba kernels on robots that fell silent where they may have left the radio range.
 
-A row is a beacon's words, as in `neighborhood_kernels`; `facts` say per row what was learned since.
+A row is a beacon's words, as in `neighborhood_kernels`; `facts` has what was learned since, row by
+row.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ NEVER = -(1 << 40)  # a tick before all others
 UNKNOWN, HEARD_AGAIN, LEFT, SILENT = range(4)  # fates
 DECIDE_TICKS = 40  # within hearing of a place after which its silence counts as a death
 PARTED_TICKS = 600  # the same for one that drove out of range: then it counts as left after all
-MOTION = 0.2  # [m] that a witness may have driven since it heard what it tells of
+MOTION = 0.2  # [m] that a witness may have driven since it heard the robot
 
 
 @njit(cache=True)
@@ -43,15 +44,15 @@ def nearest_and_farthest(words, floats, x, y):
 
 @njit(cache=True)
 def listen(words, floats, facts, places, count, heard, own, limits, tick, is_witnessed):
-    """Take what was heard at a tick; return for how many rows that changes the fate.
+    """Take the beacons of a tick; return the number of rows whose state changes.
 
     places: row of each id, -1 for others. heard = (beacons as words, rows of them heard);
     own = (x, y) [m]; limits = (edge [m], range [m], lost_ticks).
 
-    Somebody who hears an absent robot while either cannot be at the place that the robot held is
-    a witness that it has left: the witness is out of the range of that place, or we are well in
-    its range and hear nothing. One that nobody hears while we are near is silent: dead, unless it
-    lives alone elsewhere.
+    A robot that hears an absent robot while one of the two cannot be at the place that the absent
+    one held is a witness that it has left: the witness is out of range of that place, or we are
+    well in its range and hear nothing. An absent robot that no robot hears while we are near is
+    silent: dead, unless it lives alone elsewhere.
     """
     batch, rows = heard
     sent = batch.view(np.float32)

@@ -1,8 +1,8 @@
-"""Which marks of the obstacle layer may be somebody who walks on.
+"""Decides which marks of the obstacle layer may be a walking person.
 
-A mark is restless until it has been there for long. How long that takes depends on what is known
-of the body: one that was seen to walk, by hits where rays had passed shortly before, scan after
-scan, may be a person who pauses; one that came from nowhere and stood at once is a thing sooner,
+A mark is restless until it has been there for long. How long that takes depends on the body's
+history. A body that was seen to walk, by hits where rays had passed shortly before, scan after
+scan, may be a person who pauses. One that appeared and stood at once counts as an object sooner,
 and one that never moved sooner still. Young marks near a mover's belong to it.
 """
 
@@ -21,10 +21,10 @@ STILL_TICKS = 80  # after which a mark of what never moved is a thing,
 CAME_TICKS = 200  # of what came and has stood since,
 MOVER_TICKS = 3000  # and of what was seen walking
 LIMITS = (STILL_TICKS, CAME_TICKS, MOVER_TICKS)  # by motion: 0 none, 1 has come, 2 walks
-WALK_TICKS = 4  # between two arrivals of a body that walks; what stands arrives for PAST_SCANS only
+WALK_TICKS = 4  # between two arrivals of a walking body; a standing one arrives for PAST_SCANS only
 PAST_SCANS = 2  # looked back for where something moved to
 FREE_MARGIN = 0.15  # [m] beyond a place that a ray must have gone to show that it was free
-GONE_TICKS = 30  # after which a mark of what was seen moving, if not hit again, is dropped
+GONE_TICKS = 30  # after which the mark of a moving body, if not hit again, is dropped
 BODY = 0.3  # [m] within which marks belong to one body
 
 Beam = tuple[float, float, float]

@@ -37,7 +37,7 @@ UNHEARD_LIMITS = (UNHEARD_PATIENCE, UNHEARD_NEAR, UNHEARD_FAR, HEARD_ENTRIES)
 MAX_SPEED = 0.52  # [m/s] at which two robots can part
 PARTING = 0.4  # [m] from the range's edge, from which the next eight beacons are out of range,
 PARTING_PER_BEACON = 1e-3  # [m] if robots drive apart
-PASSED_EVERY = 8  # ticks between two looks at who stands where a silent robot may be
+PASSED_EVERY = 8  # ticks between two checks for robots on the place of a silent one
 INITIAL_ROWS = 32
 CLAIM_COLUMNS = (
     "radius",
@@ -75,13 +75,13 @@ class Neighborhood:
     def __init__(
         self, own_id: int, config: TrafficConfig, *, remembers_absent: bool = True
     ) -> None:
-        """Start knowing nobody.
+        """Start without neighbours.
 
         Args:
             own_id: Of this robot.
             config: Parameters.
             remembers_absent: Whether robots last heard near the edge are remembered: for robots
-                that acknowledge beacons, so that they learn from each other who has left.
+                that acknowledge beacons, because they learn from each other which robots have left.
         """
         self._own_id = own_id
         self._remembers_absent = remembers_absent
@@ -120,7 +120,7 @@ class Neighborhood:
             self._inbox.append((reception, (x, y)))
 
     def refresh(self, tick: int) -> None:
-        """Store what was received, work out ages at `tick` and forget those who left."""
+        """Store the received beacons, compute ages at `tick` and forget robots that left."""
         inbox, self._inbox = self._inbox, []
         if self._has_dead and tick % PASSED_EVERY == 0:
             self.passed_by()
@@ -153,7 +153,7 @@ class Neighborhood:
             self._left_count[0] = 0
 
     def _ask_for_absent(self, receptions: list[Reception], tick: int) -> None:
-        """Take back those who seem not to have left, with the next batch, until they have."""
+        """Take back robots that seem not to have left, with the next batch, until they have."""
         heard = receptions or [NOTHING]
         silent, left = self._absence.listen(heard, self._position, self._hearing, tick)
         if len(silent):
@@ -164,7 +164,7 @@ class Neighborhood:
                 self._words[row, [kernels.HELD_SIZE, kernels.WANTED_SIZE]] = 0
 
     def _have_parted(self, notes: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return whose last beacons (n,) were those of robots that drove out of range."""
+        """Return a mask (n,) of robots that were driving out of range in their last beacon."""
         parted: NDArray[np.bool_] = (notes[:, 0] > self._hearing[1] - PARTING) & (
             notes[:, 2] > PARTING_PER_BEACON
         )
@@ -177,20 +177,20 @@ class Neighborhood:
 
     @property
     def immovable(self) -> NDArray[np.bool_]:
-        """Robots that nobody can push: gone ones and those whose navigator is inactive."""
+        """Robots that cannot be pushed: gone ones and those with an inactive navigator."""
         is_inactive: NDArray[np.bool_] = (self.heads["flags"] & FLAG_ACTIVE) == 0
         return self.gone | is_inactive
 
     def masks(
         self, x: float, y: float, reach: float, margin: float
     ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-        """Return the discs in which a hit of the LiDAR is a robot's.
+        """Return the discs in which a LiDAR hit belongs to a robot.
 
         Each is a place that its robot holds and that this one keeps out of anyhow.
 
         Args:
             x: [m] of the LiDAR in map.
-            y: Likewise.
+            y: [m] of the LiDAR in map.
             reach: [m] of the LiDAR.
             margin: [m] by which the own radius exceeds the body's.
 
@@ -230,7 +230,7 @@ class Neighborhood:
             kernels.look(*self._places(), (ranges, beam, pose), limits, footprint)
 
     def passed_by(self) -> None:
-        """Give up the places of silent robots on which somebody else is now."""
+        """Give up the places of silent robots on which another robot is now."""
         self._fetch()
         kernels.passed(*self._places(), self._position, self._limits[2])
 
@@ -265,7 +265,7 @@ class Neighborhood:
         return (self.ids, self.acks, self.gone, self.priorities, *self._rows, self._air)
 
     def columns(self) -> tuple[NDArray[np.generic], ...]:
-        """Return the columns that kernels read who look at all robots.
+        """Return the columns for kernels that look at all robots.
 
         The first four have a row per robot, the others are views of the whole table: a view of
         one row would be contiguous, and numba would compile the kernels a second time for it.
@@ -316,7 +316,7 @@ class Neighborhood:
         return int(count), int(first)
 
     def highest_waiting(self, station: tuple[float, float], same: float) -> int:
-        """Return the highest priority of who asked for a station within `same` [m], 0 if none."""
+        """Return the highest priority of robots that want a station within `same` [m], else 0."""
         return int(
             station_kernels.highest_waiting(
                 self._words, self._floats, self.gone, self.priorities, station, same
@@ -324,7 +324,7 @@ class Neighborhood:
         )
 
     def tubes(self, row: int) -> NDArray[np.float32]:
-        """Return the held points (n, 2) of one robot, with what it requested if it is gone."""
+        """Return the held points (n, 2) of one robot, and its requested ones if it is gone."""
         beacon = self.beacons[row]
         held: NDArray[np.float32] = beacon["held"][: beacon["held_size"]]
         if not self.gone[row]:

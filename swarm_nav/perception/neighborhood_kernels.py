@@ -43,11 +43,11 @@ ROTATING = 8  # entries that are shared out in turn when there are more robots t
 
 @njit(cache=True)
 def merge(words, floats, notes, links, count, heard, before, own):
-    """Store beacons that are newer than what is known; return the new count.
+    """Store beacons that are newer than the known ones; return the new count.
 
-    Of a beacon its head and first point are copied, the other points only once they are wanted,
-    by `fetch`, or before they are gone: of those not heard again. A robot that was taken out of
-    the world is forgotten.
+    Of a beacon, the head and the first point are copied at once. The other points are copied when
+    they are needed (`fetch`), or before they are lost because the robot is not heard again. A robot
+    that was removed from the world is forgotten.
 
     notes = (n, 3): distance of the pose to (x, y) when heard, tick since which it is heard, and by
     how much the distance had grown since it was heard before.
@@ -147,10 +147,10 @@ def take_in(table, count, heard, before, own, columns, tick, limits, out, left):
 
 @njit(cache=True)
 def refresh(words, notes, links, count, air, own_id, columns, tick, limits, out, left):
-    """Take out the rows of those who may have left, work out what holds for the tick of the others.
+    """Remove the rows of robots that may have left, and compute the columns of the others.
 
-    Returns (number of rows, id as of `deaf_neighbor`, whether anybody says to be blocked by us,
-    whether anybody has been silent for more than dead_ticks).
+    Returns (number of rows, id as of `deaf_neighbor`, whether any robot says that we block it,
+    whether any has been silent for more than dead_ticks).
     columns = (ids, ages, gone, priorities, acks), one entry per row. `out` is filled by
     `acknowledge`. limits = (lost_ticks, edge, dead_ticks, stopping_points, those of
     `deaf_neighbor`): a robot silent for more than lost_ticks may have left if it was heard beyond
@@ -221,12 +221,12 @@ def acknowledge(words, notes, count, tick, out):
 
 @njit(cache=True)
 def deaf_neighbor(ids, acks, notes, tick, limits):
-    """Return the id of a robot that does not hear us, 0 if all do that matter.
+    """Return the id of a robot that must hear us and does not, 0 if there is none.
 
     limits = (patience, near, far, entries): a robot within `near` [m] that has not acknowledged a
-    beacon for `patience` ticks; or within `far`, if nobody there has. In a crowd each may have too
-    many neighbours to acknowledge all at once, by `entries`: who is not among the nearest waits
-    for its turn.
+    beacon for `patience` ticks; or within `far`, if no robot there has. In a crowd a robot may have
+    more neighbours than its `entries` acknowledgements: a neighbour that is not among the nearest
+    waits for its turn.
     """
     patience, near, far, entries = limits
     turn = max(0, ids.shape[0] - entries) // ROTATING
@@ -247,11 +247,11 @@ def deaf_neighbor(ids, acks, notes, tick, limits):
 
 @njit(cache=True)
 def masks(table, links, air, ages, gone, count, own, travel, fresh_ticks, out):
-    """Write the discs in which hits of the LiDAR are a robot's; return their number.
+    """Write the discs in which LiDAR hits belong to a robot; return their number.
 
-    A robot that is heard masks what it can have reached of the space that it holds; a silent one
-    all of what it held and requested. We keep out of that space anyhow: by the sum of both radii
-    from its points, so that nothing within the robot's radius of them can be touched. For one
+    A robot that is heard masks the part of its held space that it can have reached; a silent one
+    masks all that it held and requested. We keep out of that space anyhow, by the sum of both radii
+    from its points, so we cannot touch anything within the robot's radius of them. For one
     that is heard our own margin is added, as hits and both poses may be off.
 
     table = (words, floats); own = (x, y, reach, margin) [m]: robots beyond the reach are left out;
@@ -346,7 +346,7 @@ def look(words, floats, links, ages, gone, scan, limits, footprint):
 
 @njit(cache=True)
 def passed(words, floats, links, ages, gone, own, dead_ticks):
-    """Take away the places of silent robots on which somebody else is now; own = (x, y)."""
+    """Remove the places of silent robots on which another robot is now; own = (x, y)."""
     for row in range(ages.shape[0]):
         if not gone[row] or ages[row] <= dead_ticks:
             continue
@@ -400,9 +400,8 @@ def highest_pusher(words, gone, priorities, own, patience, least_depth):
 
     own = (id, priority without what was inherited from pushers). The pusher must rank above that,
     must not itself make way for us, and must be of at least `least_depth` in its chain of
-    inheritance: so that no priority outlives its source by going round in a circle. Of equal
-    priorities, which two can have inherited from one robot, that of the smaller id counts, once
-    it is clear that waiting does not help.
+    inheritance: so that no priority outlives its source by going round in a circle. If two robots
+    inherited the same priority, the smaller id wins, once waiting has not helped.
     """
     own_id, own_priority = own
     best = -1

@@ -61,7 +61,7 @@ class ObstacleLayer:
         self._movers.keep(keep)
 
     def restless_gap(self, x: float, y: float, tick: int) -> float:
-        """Return the distance [m] of a point in map from what may be somebody who walks on."""
+        """Return the distance [m] of a point in map from the nearest mark that may be a person."""
         return self._movers.gap(self.points, x, y, tick)
 
     def update(

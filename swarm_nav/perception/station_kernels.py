@@ -1,4 +1,4 @@
-"""Bare numba kernels on the table of neighbours: who waits for a station."""
+"""Bare numba kernels on the table of neighbours: the robots that wait for a station."""
 
 from __future__ import annotations
 

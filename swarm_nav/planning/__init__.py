@@ -4,8 +4,8 @@ What a module imports of its folder stands above it:
 
     distance_kernels   Bare numba kernels on distance fields; checked faces are in terrain.py
                        and crowd.py
-    judgement_kernels  Bare numba kernels that judge paths: what they cost, and whether they
-                       clear another's way
+    judgement_kernels  Bare numba kernels that judge paths: their cost, and whether they clear
+                       another robot's way
     search_kernels     Bare numba kernels of graph search on the planning lattice: cost-to-go,
                        A*, nearest place
     oblong_kernels     Bare numba kernels for long robots: where the polygon fits, and what a

@@ -1,4 +1,4 @@
-"""Bare numba kernels that judge paths: what they cost, and whether they clear another's way."""
+"""Bare numba kernels that judge paths: their cost, and whether they clear another robot's way."""
 
 from __future__ import annotations
 

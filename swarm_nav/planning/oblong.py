@@ -1,8 +1,8 @@
 """Long robots: passages that the footprint fits through straight, but not the circle around it.
 
-Where a robot's circle fits it turns as it likes, as every robot does. A *slot* is a place where
-only its polygon fits, on one of eight lines, all the way from room to room: it is entered and
-left straight, forwards or backwards, and nobody turns in it. Turning happens in front of it. So
+Where its circle fits, it may turn anywhere, like every robot. A *slot* is a place where
+only its polygon fits, on one of eight lines, all the way from room to room: it is entered and left
+straight, forwards or backwards, and no robot turns in it. Turning happens in front of it. So
 the lattice stays one of places, and slots are nodes with moves along one line only.
 
 Whatever the plan says, `Oblong.admitted` lets no twist pass whose way to standstill brings the
@@ -26,7 +26,7 @@ from swarm_nav.planning import path_kernels
 Field = tuple[FloatArray, tuple[float, float, float]]
 WALL_GAP = 0.045  # [m] between polygon and walls in a slot, as planned
 LEAST_GAP = 0.02  # [m] below which no twist takes it
-OBSTACLE_GAP = 0.03  # [m] likewise from LiDAR hits that the map does not explain
+OBSTACLE_GAP = 0.03  # [m] the same from LiDAR hits that the map does not explain
 RIM_SPACING = 0.04  # [m] between the points of the rim at which the clearance is looked up
 FILL_SPACING = 0.1  # [m] between those inside
 SLOT_COST = 3.0  # cost factor of a metre in a slot: worth a detour
@@ -46,7 +46,7 @@ class Oblong:
 
     @classmethod
     def of(cls, spec: RobotSpec) -> Oblong | None:
-        """Return the outline of a long robot, None for one whose circle will do."""
+        """Return the outline of a long robot, None for a robot that is planned with its circle."""
         if not spec.is_oblong:
             return None
         return cls(spec.footprint, spec.circumscribed_radius, spec.half_width)
@@ -79,7 +79,7 @@ class Oblong:
         wish: Twist,
         acceleration: tuple[float, float],
     ) -> Twist:
-        """Return the largest share of a twist that brings the polygon too near to nothing.
+        """Return the largest scaling of a twist that keeps the polygon clear.
 
         Args:
             field: Distances to the mapped walls.
@@ -90,7 +90,8 @@ class Oblong:
             acceleration: Of the drive, [m/s²] and [rad/s²].
 
         Returns:
-            A share of the wish; a standstill if none will do. Who is too near already may leave.
+            The scaled wish; a standstill if no scaling is clear. A robot that is too near already
+            may move away.
         """
         around = (np.ascontiguousarray(obstacles_map), self.corners, OBSTACLE_GAP)
         pose = (pose_map.x, pose_map.y, pose_map.yaw)
@@ -107,7 +108,7 @@ class Oblong:
 
 
 def cover(corners: FloatArray, gap: float) -> FloatArray:
-    """Return discs (k, 3) such that a polygon keeps `gap` from what none of them touches.
+    """Return discs (k, 3): a point outside all of them is at least `gap` from the polygon.
 
     Args:
         corners: Of a convex polygon (n, 2) [m], counter-clockwise.

@@ -23,7 +23,7 @@ ROLLOUT_STEP = 0.05  # [s] between the poses that are looked at
 
 @njit(cache=True)
 def slack(field, discs, x, y, yaw):
-    """Smallest clearance of the polygon at a pose, less what is needed; negative: too near."""
+    """Smallest clearance of the polygon at a pose minus the required one; negative: too near."""
     distance, frame = field
     cos = math.cos(yaw)
     sin = math.sin(yaw)

@@ -33,7 +33,7 @@ class Planner:
         slots = terrain.lattice.slots
         self._anywhere = np.ones(terrain.lattice.base.shape, np.uint8)
         if slots is not None:
-            self._anywhere[~slots.room] = 0  # nobody waits in a slot
+            self._anywhere[~slots.room] = 0  # no robot waits in a slot
         self.expansions = 0  # of the last search
 
     @property

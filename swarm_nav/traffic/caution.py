@@ -1,11 +1,10 @@
-"""Caution around people: who stands may be walked up to, who drives may be walked into.
+"""Speed near people: a person may walk into a driving robot, but not into a standing one.
 
-A person stops for nobody, but does not step into a robot that stands. So the nearer anything
-restless is that neither map nor radio explains, the slower the robot drives (the speed and
-separation monitoring of ISO/TS 15066): it can always stand before the person is there. Where even
-that is too late it creeps, which counts as standing, so that it still gets away from there. The
-gap that a speed needs follows from the reaction: age of the scan, a control period and braking,
-in all of which a person walks on.
+So the nearer a moving body is that neither map nor radio explains, the slower the robot drives
+(the speed and separation monitoring of ISO/TS 15066): it can always stand before the person is
+there. Where even that is too late it creeps, which counts as standing, so that it still gets away
+from there. The gap that a speed needs follows from the reaction: age of the scan, a control period
+and braking, in all of which a person walks on.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ TURN_ROOM = 0.03  # [m] from the robot's circle within which it does not turn ei
 
 
 def caution_distance(max_speed: float, acceleration: float) -> float:
-    """Return the gap [m] at which a robot must begin to stop for a person who comes at it.
+    """Return the gap [m] at which a robot must begin to stop for an approaching person.
 
     Args:
         max_speed: [m/s] of the robot.
@@ -46,7 +45,7 @@ def cautious_speed(gap: float, acceleration: float) -> float:
 
 
 def limited(situation: Situation, twist: Twist) -> Twist:
-    """Return the twist, slowed down if somebody is near; notes that in `is_wary`."""
+    """Return the twist, slowed down if a person is near, which `is_wary` records."""
     s = situation
     config = s.config.controller
     gap = s.obstacles.restless_gap(s.pose.x, s.pose.y, s.tick) - s.body_radius

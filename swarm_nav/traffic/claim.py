@@ -22,7 +22,7 @@ class Claim:
     """Changes the tube by what the neighbours leave, the LiDAR sees and the robot uses."""
 
     def __init__(self, situation: Situation) -> None:
-        """Hold the place under the robot, published to nobody yet."""
+        """Hold the place under the robot, which is not published yet."""
         self._s = situation
         self._narrows = Narrows()
         self._published_held: NDArray[np.float32] = np.zeros((1, 2), np.float32)
@@ -120,7 +120,7 @@ class Claim:
             s.obstacle_ticks += 1
 
     def _part(self) -> None:
-        """Give up what lies too near to somebody's tube since a radius has grown."""
+        """Give up points that are too near to another tube since a radius has grown."""
         s, tube = self._s, self._s.tube
         first = parting_kernels.first_overlap(
             tube.points, tube.near, tube.stop, s.radius, GROWTH_SLACK, s.hood.columns()
@@ -142,10 +142,10 @@ class Claim:
         return False
 
     def retract(self) -> None:
-        """Keep only what the robot needs to stop in, and ask for nothing.
+        """Keep only the space that the robot needs to stop, and request nothing.
 
-        Who merely is not heard for a moment keeps path and request: over a slow radio that happens
-        more often than a request can be acknowledged.
+        A robot that is merely not heard for a moment keeps path and request: over a slow radio that
+        happens more often than a request can be acknowledged.
         """
         s, tube = self._s, self._s.tube
         if s.tick - self._retracted_tick > 1:

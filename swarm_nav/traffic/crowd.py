@@ -13,7 +13,7 @@ from swarm_nav.traffic.situation import Situation
 STANDING, MOVING, YIELDING, STUCK, OBSTACLE = 3.0, 0.6, 0.3, 30.0, 50.0  # extra cost per metre
 PUSHABLE = 4.0  # extra cost per metre of a way on which a lower robot must be pushed
 MOVING_SPEED = 0.05  # [m/s]
-IMMOVABLE_MARGIN = 0.1  # [m] more than the reach that a way keeps from who cannot be pushed
+IMMOVABLE_MARGIN = 0.1  # [m] beyond the reach that a path keeps from robots that cannot be pushed
 
 
 def stamp(
@@ -69,7 +69,7 @@ def congestion(situation: Situation) -> NDArray[np.float32]:
     values = np.where(speeds > MOVING_SPEED, MOVING, STANDING)
     values[hood.heads["mode"] == MODE_YIELD] = YIELDING
     values[hood.stuck] = STUCK
-    # who cannot be pushed may not be grazed by the lattice's coarseness
+    # the coarse lattice must not let a path graze a robot that cannot be pushed
     margins = np.where(hood.immovable, IMMOVABLE_MARGIN, 0.0)
     stamp_tubes(extra, situation, margins, values)
     stamp_obstacles(extra, situation, OBSTACLE)
@@ -77,7 +77,7 @@ def congestion(situation: Situation) -> NDArray[np.float32]:
 
 
 def refuge_costs(situation: Situation, priority: int, margin: float) -> NDArray[np.float32]:
-    """Return extra costs for making way at `priority`: who ranks as high or is stuck is a wall."""
+    """Return extra costs for making way at `priority`: robots as high, or stuck, are walls."""
     extra = situation.planner.no_extra()
     hood = situation.hood
     is_wall = (hood.priorities >= priority) | hood.stuck

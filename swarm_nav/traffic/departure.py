@@ -1,8 +1,8 @@
 """Leaving a narrow region with stations after the last goal there, when others wait to get in.
 
-A robot without a goal stands where its last one ended. In the open it is in nobody's way, and
-where robots only pass it is pushed; but in a narrow region each one that stands takes the room of
-one that works, and after a mission that ends at the stations nobody would get in any more.
+A robot without a goal stands where its last one ended. In the open it blocks no robot, and where
+robots only pass it is pushed. But in a narrow region each standing robot takes the room of a
+working one, and after a mission that ends at the stations no robot could enter any more.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ ARRIVED = 0.3  # [m] from the parking place
 
 
 class Departure:
-    """Takes a robot without a goal to a parking place outside, once somebody waits there.
+    """Takes a robot without a goal to a parking place outside, once a robot waits there.
 
-    On its way it has the priority of those who wait (inheritance, as with a station's lease): they
-    stand before the way out.
+    On its way it has the priority of the waiting robots (inheritance, as with a station's lease),
+    because they stand before the exit.
     """
 
     def __init__(self, gate: Gate, lease: Lease) -> None:
@@ -84,7 +84,7 @@ class Departure:
 
 
 def _highest_waiting(situation: Situation) -> int:
-    """Return the highest priority of who waits to get into a region, 0 if nobody does."""
+    """Return the highest priority of robots that wait to enter a region, 0 if there are none."""
     hood = situation.hood
     waits = (hood.heads["gate_tick"] > ADMITTED) & ~hood.gone
     return int(hood.priorities[waits].max(initial=0))

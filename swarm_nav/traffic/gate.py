@@ -1,4 +1,4 @@
-"""Entry control: how many robots may be in a narrow region that has stations (perimeter control).
+"""Admission control: limits the robots in a narrow region with stations (perimeter control).
 
 Beyond a density the flow through a narrow region falls as more robots enter it (the fundamental
 diagram of traffic; perimeter control: Daganzo 2007, Keyvan-Ekbatani et al. 2012). A robot in the
@@ -43,7 +43,7 @@ def narrow_region(
 ) -> NDArray[np.bool_] | None:
     """Return the lattice cells of narrow regions with stations; None if there are none.
 
-    Narrow is what lies farther than `HALL_DISTANCE` from any place with that much clearance.
+    A cell is narrow if it is farther than `HALL_DISTANCE` from all places with such clearance.
     """
     lattice = terrain.lattice
     is_hall = lattice.clearance >= HALL_DISTANCE
@@ -159,10 +159,10 @@ class Gate:
             self.leave()
 
     def _ahead(self, situation: Situation, priority: int) -> tuple[int, bool]:
-        """Count who is inside, admitted or asks with a higher priority, blocked ones aside.
+        """Count robots inside, admitted, or asking with a higher priority, without blocked ones.
 
         Returns:
-            The number, and whether nobody who is inside, admitted or asks ranks higher.
+            The number, and true if no robot inside, admitted or asking ranks higher.
         """
         hood = situation.hood
         count, is_highest, self.first = gate_kernels.count_ahead(

@@ -1,10 +1,10 @@
-"""Single-lane passages: which direction goes first through a door that two robots cannot pass in.
+"""Single-lane passages: which direction goes first through a door too narrow for two robots.
 
 A robot does not enter such a passage, or the mouth before it, while a robot with a higher priority
-is about to come through it the other way. Robots going the same way follow each other. Only a
-higher priority bars, and nobody who makes way for another robot: so the highest is never held up,
-no two robots wait for each other here, and this only orders what the reservation would otherwise
-settle by pushing robots back out of the door.
+is about to come through it the other way. Robots going the same way follow each other. A robot is
+barred by higher priorities only, and never while it makes way. So the highest robot is never held
+up, and no two robots wait for each other here. The rule only orders conflicts that the reservation
+would otherwise solve by pushing robots back out of the door.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def single_lanes(terrain: Terrain, radius: float) -> NDArray[np.int16] | None:
 
 
 class Narrows:
-    """Keeps one robot out of a single-lane passage while somebody else's turn is on."""
+    """Keeps one robot out of a single-lane passage while it is another robot's turn."""
 
     def __init__(self) -> None:
         """Look at no map yet."""

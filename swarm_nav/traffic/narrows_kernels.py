@@ -153,7 +153,7 @@ def ends_within(labels, frame, points, size, wanted):
 
 @njit(cache=True)
 def leads_in(labels, frame, way, wanted):
-    """Whether any of the `wanted` points behind the first of `way` lies in a passage, that not."""
+    """Return whether the path enters a passage within `wanted` points, not starting in one."""
     if wanted <= 0 or label_at(labels, frame, way[0, 0], way[0, 1]) > 0:
         return False
     for k in range(1, min(wanted + 1, way.shape[0])):
@@ -166,8 +166,8 @@ def leads_in(labels, frame, way, wanted):
 def barrier(labels, frame, way, wanted, own, claims):
     """Return (number of points of `way` that may be claimed, row that is waited for or -1).
 
-    `way` starts at the end of the held tube; `wanted` points of it are wanted now. own =
-    (priority, id): lower robots bar nobody. claims = the neighbours' columns, see
+    `way` starts at the end of the held tube; `wanted` points of it are wanted now. own = (priority,
+    id); robots with a lower priority do not bar. claims = the neighbours' columns, see
     `Neighborhood.columns`.
     """
     if wanted <= 0 or label_at(labels, frame, way[0, 0], way[0, 1]) > 0:

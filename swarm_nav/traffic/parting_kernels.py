@@ -15,8 +15,8 @@ REACH = 2.5  # [m] of path beyond which nothing of a tube lies
 def first_overlap(points, near, stop, radius, slack, claims):
     """Index of the first held point ahead that is too near to a living robot's tube, or stop + 1.
 
-    Too near is nearer than both radii less `slack` [m], and nearer than where the robot is now:
-    whose places overlap already may part. claims: see `Neighborhood.columns`.
+    Too near is nearer than both radii minus `slack` [m], and nearer than the robot's present place:
+    robots whose places overlap already may part. claims: see `Neighborhood.columns`.
     """
     (ids, _, gone, _, radii, _, held, held_size, _, _, _, _) = claims
     best = stop + 1

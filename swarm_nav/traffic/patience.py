@@ -1,4 +1,4 @@
-"""One scale for all times of the liveness layer: how slow the radio is, as measured.
+"""One scale for all times of the liveness layer: the measured slowness of the radio.
 
 A robot that makes way needs a few round trips of the radio before it is granted anything: request,
 acknowledgement, beacon of what is held. Over a slow radio every time for which robots wait for
@@ -14,7 +14,7 @@ from swarm_nav.traffic.patience_kernels import mean_trip
 
 USUAL_TRIP = 2.5  # ticks from a beacon to its acknowledgement over a radio that is not slow
 WEIGHT = 0.02  # of the newest tick in the mean
-LONGEST_TRIP = 60  # ticks; what is older stands for a robot that does not answer
+LONGEST_TRIP = 60  # ticks; an older acknowledgement means a robot that does not answer
 MOST = 8.0  # times the usual
 
 

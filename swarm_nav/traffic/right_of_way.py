@@ -1,8 +1,9 @@
-"""Liveness layer: who has right of way, who makes way, who steps back.
+"""Liveness layer: which robot has right of way, makes way, or steps back.
 
 Priorities are static between goals (class, then the longest time without reaching a goal, then
-id) and compared as published one tick ago, the own one too, so that two robots never both believe
-to win. A robot that blocks a higher one inherits the pusher's priority minus one and drives to a
+id) and compared as published one tick ago, including the own one, so that no two robots both
+believe that they win. A robot that blocks a higher one inherits the pusher's priority minus one and
+drives to a
 refuge (priority inheritance, PIBT: Okumura et al. 2022); a pusher whose blocker has no refuge
 steps back (PIBT's backtracking).
 """
@@ -63,7 +64,7 @@ class RightOfWay:
     def pusher(self, situation: Situation) -> int | None:
         """Return the row of the highest robot that this one blocks and that ranks above it."""
         traffic = situation.config.traffic
-        # who is on its own way anyhow is not disturbed at once
+        # a robot that drives on its own path is not disturbed at once
         is_moving = not self.is_yielding and situation.twist.vx > MOVING_SPEED
         patience = situation.radio.factor * traffic.push_ticks
         if is_moving:

@@ -8,7 +8,7 @@ from swarm_nav.traffic.situation import Situation
 
 
 class Senses:
-    """Takes scans and the radio's batches; missing data means stop, a silence means listen anew."""
+    """Takes scans and the radio's batches; without data it stops, after a silence it listens."""
 
     def __init__(self, situation: Situation) -> None:
         """Start before the first observation."""
@@ -56,7 +56,7 @@ class Senses:
         return ""
 
     def _note_deafness(self) -> None:
-        """Listen anew after a silence in which robots may have come near unheard."""
+        """Listen again after a silence in which robots may have come near unheard."""
         if not self._is_hearing:
             self._deaf_ticks += 1
             self._s.is_deaf = self._deaf_ticks > self._s.config.traffic.lost_ticks

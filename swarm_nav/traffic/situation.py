@@ -20,7 +20,7 @@ from swarm_nav.planning.planner import SPACING, Planner
 from swarm_nav.planning.terrain import Terrain, terrain_for
 from swarm_nav.traffic.patience import Patience
 
-MARGIN_STEP = 0.02  # [m] in which the announced margin grows: each step is confirmed anew
+MARGIN_STEP = 0.02  # [m] in which the announced margin grows: each step must be confirmed
 FEWEST_BRAKE_POINTS = 2  # path points kept ahead of a robot that gives up its claim
 
 
@@ -215,7 +215,7 @@ def terrain_of(config: NavConfig, spec: RobotSpec, grid: Grid) -> Terrain:
 def begin(
     config: NavConfig, spec: RobotSpec, grid: Grid, robot_id: int, pose_map: Pose
 ) -> Situation:
-    """Return the situation of a robot that stands at a pose and knows of nobody yet."""
+    """Return the situation of a robot that stands at a pose and knows of no other robot yet."""
     body = spec.circumscribed_radius
     terrain = terrain_of(config, spec, grid)
     traffic = config.traffic
