@@ -274,6 +274,7 @@ def robots_report(run: RobotsRun, plan: RobotsPlan, code: int) -> dict[str, Any]
         "incidents": list(run.incidents),
         "died": [name for name, robot in statistics.robots.items() if robot.died],
         "silences": run.silences,
+        "rejected": dict(sorted(statistics.rejected.items())),
         "network": run.network,
         "world": {
             "sim_time": round(statistics.sim_time, 3),
