@@ -12,7 +12,16 @@ INFINITE = 1e20
 
 @njit(cache=True)
 def squared_distance_1d(f, out, vertices, bounds):
-    """Lower envelope of parabolas (Felzenszwalb & Huttenlocher 2012, algorithm 1)."""
+    """Transform one line: out[q] = min over r of (q - r)² + f[r].
+
+    The lower envelope of parabolas (Felzenszwalb & Huttenlocher 2012, algorithm 1).
+
+    Args:
+        f: (n,) squared distances [cells²] so far; a large number where nothing is occupied.
+        out: (n,) receives the result; not the same array as `f`.
+        vertices: (n,) int64 scratch: the parabolas of the envelope.
+        bounds: (n + 1,) scratch: where each of them begins.
+    """
     n = f.shape[0]
     k = 0
     vertices[0] = 0
@@ -40,7 +49,14 @@ def squared_distance_1d(f, out, vertices, bounds):
 
 @njit(cache=True)
 def distance_cells(occupied):
-    """Exact Euclidean distance [cells] from each cell centre to the nearest occupied centre."""
+    """Exact Euclidean distance from each cell centre to the nearest occupied centre.
+
+    Args:
+        occupied: (h, w) bool.
+
+    Returns:
+        (h, w) [cells], 0 on occupied cells.
+    """
     height, width = occupied.shape
     squared = np.empty((height, width))
     longest = max(height, width)
@@ -66,7 +82,16 @@ def distance_cells(occupied):
 
 @njit(cache=True)
 def sample(field, origin_x, origin_y, resolution, x, y):
-    """Bilinear value of a cell-centred field; the border value outside."""
+    """Bilinear value of a cell-centred field at a point; the border value outside.
+
+    Args:
+        field: (h, w) values at the centres of the cells, h and w at least 2.
+        origin_x: [m] of the field's lower left corner.
+        origin_y: [m] of the same.
+        resolution: [m] of a cell.
+        x: [m] of the point, in the frame of the origin.
+        y: [m] of the same.
+    """
     height, width = field.shape
     u = (x - origin_x) / resolution - 0.5
     v = (y - origin_y) / resolution - 0.5
@@ -83,7 +108,16 @@ def sample(field, origin_x, origin_y, resolution, x, y):
 
 @njit(cache=True)
 def sample_lattice(field, origin_x, origin_y, resolution, lattice, step):
-    """Fill `lattice` (h, w), cells of `step` from the same origin, with bilinear samples."""
+    """Fill a lattice with bilinear samples of a field at its cell centres.
+
+    Args:
+        field: (h, w) values at the centres of cells.
+        origin_x: [m] of the lower left corner of field and lattice.
+        origin_y: [m] of the same.
+        resolution: [m] of a cell of the field.
+        lattice: (n, m) receives the samples.
+        step: [m] of a cell of the lattice.
+    """
     for r in range(lattice.shape[0]):
         for c in range(lattice.shape[1]):
             lattice[r, c] = sample(
@@ -98,7 +132,13 @@ def sample_lattice(field, origin_x, origin_y, resolution, lattice, step):
 
 @njit(cache=True)
 def window_max(field, reach, out):
-    """Largest value within `reach` cells (a disc) of each cell."""
+    """Largest value within a disc around each cell.
+
+    Args:
+        field: (h, w).
+        reach: [cells] radius of the disc, an integer.
+        out: (h, w) receives the maxima.
+    """
     height, width = field.shape
     for r in range(height):
         for c in range(width):
@@ -112,7 +152,14 @@ def window_max(field, reach, out):
 
 @njit(cache=True)
 def nearest_squared(points, count, x, y):
-    """Smallest squared distance of (x, y) to the first `count` points."""
+    """Smallest squared distance [m²] of a point to some points.
+
+    Args:
+        points: (n, 2) [m].
+        count: How many of them count; with 0 the result is `INFINITE`.
+        x: [m] of the point.
+        y: [m] of the point.
+    """
     best = INFINITE
     for k in range(count):
         dx = points[k, 0] - x
@@ -125,10 +172,17 @@ def nearest_squared(points, count, x, y):
 
 @njit(cache=True)
 def stamp_discs(grid, frame, points, count, radius, value):
-    """Raise the cells within `radius` of the points to at least `value`.
+    """Raise the cells within a radius of some points to at least a value.
 
-    frame = (origin_x, origin_y, step). Cells are taken row by row, from the first to the last
-    one whose centre is inside.
+    Cells are taken row by row, from the first to the last one whose centre is inside.
+
+    Args:
+        grid: (h, w), changed in place.
+        frame: (origin_x, origin_y, step) [m] of the grid.
+        points: (n, 2) [m], centres of the discs.
+        count: How many of them count.
+        radius: [m].
+        value: Lower bound of the cells inside.
     """
     height, width = grid.shape
     origin_x, origin_y, step = frame
@@ -152,14 +206,29 @@ def stamp_discs(grid, frame, points, count, radius, value):
 
 @njit(cache=True)
 def stamp_rows(grid, frame, points, sizes, radii, values):
-    """Stamp discs of one radius and value per row; points (n, k, 2), sizes (n,) of them count."""
+    """Stamp discs whose radius and value differ from row to row, as `stamp_discs` does.
+
+    Args:
+        grid: (h, w), changed in place.
+        frame: (origin_x, origin_y, step) [m] of the grid.
+        points: (n, k, 2) [m].
+        sizes: (n,) points of each row that count.
+        radii: (n,) [m].
+        values: (n,).
+    """
     for row in range(sizes.shape[0]):
         stamp_discs(grid, frame, points[row], sizes[row], radii[row], values[row])
 
 
 @njit(cache=True)
 def untouched(stamped, allowed, out):
-    """Fill `out` with 1 where nothing is stamped and `allowed` is not 0, with 0 elsewhere."""
+    """Mark the allowed cells on which nothing is stamped.
+
+    Args:
+        stamped: (h, w); 0 where nothing is stamped.
+        allowed: (h, w); 0 where a cell is not allowed.
+        out: (h, w) receives 1 for allowed cells without a stamp, 0 for others.
+    """
     for r in range(out.shape[0]):
         for c in range(out.shape[1]):
             out[r, c] = 1 if stamped[r, c] == 0.0 and allowed[r, c] != 0 else 0

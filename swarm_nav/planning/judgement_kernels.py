@@ -9,9 +9,13 @@ from numba import njit
 
 @njit(cache=True)
 def path_cost(points, frame, layers, extra):
-    """Cost [m] of driving along points (n, 2), as the lattice's edges count it.
+    """Cost [m] of driving along a path, with the lattice's cost of each metre.
 
-    frame = (origin_x, origin_y, step); layers = (base, lane, heading) of the lattice.
+    Args:
+        points: (n, 2) [m] in map.
+        frame: (origin_x, origin_y, step) [m] of the lattice.
+        layers: (base, lane, heading) of the lattice, see `search_kernels`.
+        extra: (h, w) cost per metre that other robots add.
     """
     origin_x, origin_y, step = frame
     base, lane, heading = layers
@@ -34,7 +38,16 @@ def path_cost(points, frame, layers, extra):
 
 @njit(cache=True)
 def nearest_index(way, x, y):
-    """Return (index, squared distance) of the point of way (m, 2) nearest to (x, y)."""
+    """Find the point of a path that is nearest to a place.
+
+    Args:
+        way: (m, 2) [m].
+        x: [m] of the place.
+        y: [m] of the place.
+
+    Returns:
+        (index, squared distance [m²]).
+    """
     best = 1e20
     index = 0
     for k in range(way.shape[0]):
@@ -51,9 +64,15 @@ def nearest_index(way, x, y):
 def clears(path, way, reach, tolerance, gain):
     """Whether driving on along `path` gets out of `way`, or at least ahead along it.
 
-    path (n, 2) starts at the robot, way (m, 2) at the one that wants to pass. The robot may
-    not come nearer to the start of the way by more than `tolerance` points of it, and must either
-    leave it by `reach` or get `gain` points ahead on it.
+    The robot may not come nearer to the start of the way by more than `tolerance` points of it, and
+    must either leave it by `reach` or get `gain` points ahead on it.
+
+    Args:
+        path: (n, 2) [m] of the robot that makes way, starting at it.
+        way: (m, 2) [m] of the robot that wants to pass, starting at that one.
+        reach: [m] from the way at which it counts as left.
+        tolerance: Points of the way.
+        gain: Points of the way.
     """
     first, _ = nearest_index(way, path[0, 0], path[0, 1])
     for k in range(1, path.shape[0]):

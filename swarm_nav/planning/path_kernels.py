@@ -14,11 +14,17 @@ CHORD_POINTS = 2  # path points on either side over which a bend is measured
 
 @njit(cache=True)
 def smooth_path(points, passes, reach, walls, others, out):
-    """Moving average of +-`reach` points, kept where it stays clear.
+    """Smooth a path by moving averages; a point that would not stay clear is not moved.
 
-    walls = (field, frame, floor): distances, their (origin_x, origin_y, resolution), and the
-    distance below which a point may not come nearer to a wall. others = (blocked, frame): a point
-    may not enter a cell whose value is larger than where it was.
+    Args:
+        points: (n, 2) [m].
+        passes: Number of rounds.
+        reach: Points on either side that are averaged.
+        walls: (field, frame, floor): distances (h, w) [m] to walls, their (origin_x, origin_y,
+            resolution) [m], and the distance [m] below which a point may not come nearer to a wall.
+        others: (blocked, frame): a point may not enter a cell of `blocked` whose value is larger
+            than that of its present cell.
+        out: (n, 2) receives the path; its ends are unchanged.
     """
     field, frame, floor = walls
     blocked, blocked_frame = others
@@ -55,7 +61,14 @@ def smooth_path(points, passes, reach, walls, others, out):
 
 @njit(cache=True)
 def cell_value(grid, frame, x, y):
-    """Value of the cell that holds (x, y); frame = (origin_x, origin_y, resolution)."""
+    """Value of the cell that holds a point; 1e9 outside of the grid.
+
+    Args:
+        grid: (h, w).
+        frame: (origin_x, origin_y, resolution) [m] of the grid.
+        x: [m] of the point.
+        y: [m] of the point.
+    """
     r = math.floor((y - frame[1]) / frame[2])
     c = math.floor((x - frame[0]) / frame[2])
     if r < 0 or c < 0 or r >= grid.shape[0] or c >= grid.shape[1]:
@@ -65,7 +78,15 @@ def cell_value(grid, frame, x, y):
 
 @njit(cache=True)
 def lift_off_walls(points, field, frame, wanted, rounds):
-    """Move inner points up the distance field until `wanted` clearance, a centimetre a round."""
+    """Move the inner points of a path up the distance field, a centimetre a round.
+
+    Args:
+        points: (n, 2) [m], changed in place.
+        field: (h, w) distances [m] to walls.
+        frame: (origin_x, origin_y, resolution) [m] of the field.
+        wanted: [m] of clearance at which a point stays.
+        rounds: Rounds per point, at most.
+    """
     eps = frame[2]
     for k in range(1, points.shape[0] - 1):
         for _ in range(rounds):
@@ -94,7 +115,16 @@ def lift_off_walls(points, field, frame, wanted, rounds):
 
 @njit(cache=True)
 def resample(points, spacing, out):
-    """Write points every `spacing` along the polyline, the last one exact; return the count."""
+    """Write points at equal spacing along a polyline; its last point is kept exactly.
+
+    Args:
+        points: (n, 2) [m], n at least 1.
+        spacing: [m] along the polyline.
+        out: Receives the points; `capacity_for` says how many there may be.
+
+    Returns:
+        The number of points written.
+    """
     n = points.shape[0]
     out[0, 0] = points[0, 0]
     out[0, 1] = points[0, 1]
@@ -127,7 +157,12 @@ def resample(points, spacing, out):
 
 @njit(cache=True)
 def capacity_for(points, spacing):
-    """Number of points that `resample` may write, at most."""
+    """Largest number of points that `resample` may write.
+
+    Args:
+        points: (n, 2) [m].
+        spacing: [m].
+    """
     length = 0.0
     for k in range(points.shape[0] - 1):
         length += math.hypot(points[k + 1, 0] - points[k, 0], points[k + 1, 1] - points[k, 1])
@@ -136,14 +171,31 @@ def capacity_for(points, spacing):
 
 @njit(cache=True)
 def resampled(points, spacing):
-    """Return new points every `spacing` along the polyline, the last one exact."""
+    """Return new points at equal spacing along a polyline; the last one is kept exactly.
+
+    Args:
+        points: (n, 2) [m], n at least 1.
+        spacing: [m] along the polyline.
+
+    Returns:
+        (m, 2) [m].
+    """
     out = np.empty((capacity_for(points, spacing), 2))
     return out[: resample(points, spacing, out)].copy()
 
 
 @njit(cache=True)
 def with_ends(points, ends, gap):
-    """Return the inner points that are further than `gap` from both ends, between these."""
+    """Put new ends to a path, and leave out inner points that are too near to them.
+
+    Args:
+        points: (n, 2) [m]; the first and the last one are replaced.
+        ends: (2, 2) [m].
+        gap: [m] that inner points keep from both ends.
+
+    Returns:
+        (m, 2) [m], from the first end to the last.
+    """
     out = np.empty((points.shape[0] + 2, 2))
     out[0] = ends[0]
     count = 1
@@ -159,10 +211,17 @@ def with_ends(points, ends, gap):
 
 @njit(cache=True)
 def drivable(points, spacing, smoothing, walls, others):
-    """Return points every `spacing` along a smoothed polyline.
+    """Resample and smooth a polyline, and lift it off walls.
 
-    smoothing = (passes, reach, rounds): see `smooth_path` and `lift_off_walls`; `walls` and
-    `others` as there.
+    Args:
+        points: (n, 2) [m].
+        spacing: [m] between points of the result.
+        smoothing: (passes, reach, rounds): see `smooth_path` and `lift_off_walls`.
+        walls: See `smooth_path`.
+        others: See `smooth_path`.
+
+    Returns:
+        (m, 2) [m].
     """
     passes, reach, rounds = smoothing
     path = resampled(points, spacing)
@@ -176,9 +235,14 @@ def drivable(points, spacing, smoothing, walls, others):
 
 @njit(cache=True)
 def corners(points, angle):
-    """Return the indices at which the path bends by more than `angle` within two chords.
+    """Find the sharp bends of a path. Of bends that overlap the sharpest counts.
 
-    Of bends that overlap the sharpest counts.
+    Args:
+        points: (n, 2) [m].
+        angle: [rad] by which the path must bend within two chords of `CHORD_POINTS` points.
+
+    Returns:
+        (k,) indices of points, in rising order.
     """
     found = np.empty(points.shape[0], np.int64)
     count = 0

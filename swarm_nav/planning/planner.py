@@ -48,7 +48,15 @@ class Planner:
     def free_places(
         self, taken: NDArray[np.float32], allowed: NDArray[np.uint8] | None = None
     ) -> NDArray[np.uint8]:
-        """Return 1 where nothing is `taken`, and `allowed` if that is given, 0 elsewhere."""
+        """Return the nodes on which a robot may be put to wait.
+
+        Args:
+            taken: (h, w); not 0 where another robot needs the place.
+            allowed: (h, w); 0 where waiting is not allowed. None: everywhere but in slots.
+
+        Returns:
+            (h, w), 1 on such nodes, 0 elsewhere.
+        """
         places = np.empty(taken.shape, np.uint8)
         distance_kernels.untouched(taken, self._anywhere if allowed is None else allowed, places)
         return places
@@ -60,11 +68,19 @@ class Planner:
         extra: NDArray[np.float32],
         yaw: float = math.nan,
     ) -> FloatArray:
-        """Return a path (n, 2) [m] in map from start to goal, points `SPACING` apart.
+        """Return a path from start to goal, points `SPACING` apart.
 
         Optimal on the lattice (A* with an exact static heuristic). A goal inside the clearance of
-        a wall is moved by at most the planner's tolerance. The last metre prefers the direction
-        `yaw` [rad]; NaN for none.
+        a wall is moved by at most the planner's tolerance.
+
+        Args:
+            start: (x, y) [m] in map.
+            goal: (x, y) [m] in map.
+            extra: (h, w) cost per metre that other robots add; `search_kernels.WALL` closes a node.
+            yaw: [rad] direction that the last metre prefers; NaN for none.
+
+        Returns:
+            (n, 2) [m] in map.
 
         Raises:
             PlanError: With Nav2's code, if start or goal is unusable or no path exists.
@@ -88,13 +104,26 @@ class Planner:
     def cost_to_go(self, goal: tuple[float, float], yaw: float) -> NDArray[np.float32]:
         """Return the cost of driving from every node to a goal, as `plan` uses it.
 
+        Args:
+            goal: (x, y) [m] in map.
+            yaw: [rad] direction that the last metre prefers; NaN for none.
+
+        Returns:
+            (h, w) [m]; inf where the goal cannot be reached from.
+
         Raises:
             PlanError: With Nav2's code, if the goal is unusable.
         """
         return self.terrain.cost_to_go(self._goal_node(goal)[0], sector_of(yaw))
 
     def costs_in_order(self, goal: tuple[float, float]) -> NDArray[np.float32]:
-        """Return the costs of driving to a goal from all nodes from where it is reached, rising.
+        """Return the costs of driving to a goal from all nodes that reach it, in rising order.
+
+        Args:
+            goal: (x, y) [m] in map.
+
+        Returns:
+            (n,) [m].
 
         Raises:
             PlanError: With Nav2's code, if the goal is unusable.
@@ -102,13 +131,24 @@ class Planner:
         return self.terrain.costs_in_order(self._goal_node(goal)[0])
 
     def cost_of(self, path: FloatArray, extra: NDArray[np.float32]) -> float:
-        """Return the cost [m] of driving along a path (n, 2), other robots' share included."""
+        """Return the cost [m] of driving along a path, including what other robots add.
+
+        Args:
+            path: (n, 2) [m] in map.
+            extra: (h, w) cost per metre that other robots add.
+        """
         lattice = self.lattice
         layers = (lattice.base, lattice.lane, lattice.heading)
         return float(judgement_kernels.path_cost(path, lattice.frame, layers, extra))
 
     def plan_through(self, points: Sequence[tuple[float, float]]) -> FloatArray:
-        """Return the path (n, 2) from the first point through the others, robots aside.
+        """Return the path from the first of some points through the others, without other robots.
+
+        Args:
+            points: (x, y) [m] in map.
+
+        Returns:
+            (n, 2) [m] in map; empty for fewer than two points.
 
         Raises:
             PlanError: With Nav2's code, if there is none.
@@ -126,7 +166,18 @@ class Planner:
         reach: float,
         smooth: bool = True,
     ) -> FloatArray | None:
-        """Return the path to the cheapest node with places > 0 within cost `reach`, if any."""
+        """Return the path to the cheapest node of a set.
+
+        Args:
+            start: (x, y) [m] in map.
+            extra: (h, w) cost per metre that other robots add; `search_kernels.WALL` closes a node.
+            places: (h, w); above 0 on the nodes of the set.
+            reach: Cost [m] beyond which the search ends.
+            smooth: Whether to smooth the path.
+
+        Returns:
+            (n, 2) [m] in map; None if there is no such node within reach.
+        """
         node = self.lattice.node_of(*start, extra)
         if node is None:
             return None
@@ -145,7 +196,18 @@ class Planner:
         extra: NDArray[np.float32],
         smooth: bool,
     ) -> FloatArray:
-        """Replace the end nodes by the exact ends, resample and smooth."""
+        """Replace the end nodes of a search by the exact ends, resample and smooth.
+
+        Args:
+            points: (n, 2) [m] in map, centres of the nodes.
+            start: (x, y) [m] in map.
+            goal: (x, y) [m] in map.
+            extra: (h, w) cost per metre that other robots add; smoothing enters no costlier cell.
+            smooth: Whether to smooth the path.
+
+        Returns:
+            (m, 2) [m] in map, points `SPACING` apart.
+        """
         # nodes beside the exact ends would make hooks
         course = path_kernels.with_ends(points, np.array((start, goal)), self.lattice.step)
         slots = self.lattice.slots
@@ -154,7 +216,14 @@ class Planner:
         return self._course(course, extra, smooth)
 
     def smooth(self, points: FloatArray) -> FloatArray:
-        """Return a polyline (n, 2) smoothed and lifted off walls, its ends unchanged."""
+        """Return a polyline smoothed and lifted off walls, its ends unchanged.
+
+        Args:
+            points: (n, 2) [m] in map.
+
+        Returns:
+            (m, 2) [m] in map, points `SPACING` apart.
+        """
         return self._course(points, self.no_extra(), True)
 
     def _through_slots(
@@ -226,14 +295,26 @@ class Planner:
 
 
 def path_length(path: FloatArray) -> float:
-    """Return the length [m] of a polyline (n, 2)."""
+    """Return the length [m] of a polyline.
+
+    Args:
+        path: (n, 2) [m]; n may be 0.
+    """
     if len(path) < 2:
         return 0.0
     return float(np.hypot(*np.diff(path, axis=0).T).sum())
 
 
 def straight_path(start: Pose, distance: float) -> FloatArray:
-    """Return points from a pose straight ahead (distance < 0: behind), `SPACING` apart."""
+    """Return points from a pose straight ahead, `SPACING` apart.
+
+    Args:
+        start: The pose, in map.
+        distance: [m]; below 0: behind the pose.
+
+    Returns:
+        (n, 2) [m] in map.
+    """
     end = (
         start.x + distance * math.cos(start.yaw),
         start.y + distance * math.sin(start.yaw),

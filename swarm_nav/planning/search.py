@@ -44,7 +44,14 @@ class SearchSpace:
         self._path = np.empty(base.size, np.int32)
 
     def cost_to_go(self, goal: int) -> NDArray[np.float32]:
-        """Return the cost of driving from every node to `goal`, without other robots."""
+        """Return the cost of driving from every node to a goal, without other robots.
+
+        Args:
+            goal: Flat index.
+
+        Returns:
+            (h, w) [m]; inf where the goal cannot be reached from.
+        """
         cost = np.empty(self._shape, np.float32)
         row, column = divmod(goal, self._shape[1])
         kernels.cost_to_go(self._ground, row, column, self._work, cost)
@@ -69,7 +76,17 @@ class SearchSpace:
     def nearest(
         self, start: int, extra: NDArray[np.float32], places: NDArray[np.uint8], reach: float
     ) -> NDArray[np.int32]:
-        """Return the nodes to the cheapest one with places > 0 within cost `reach`, if any."""
+        """Return the way to the cheapest node of a set.
+
+        Args:
+            start: Flat index.
+            extra: (h, w) cost per metre that other robots add; `WALL` closes a node.
+            places: (h, w); above 0 on the nodes of the set.
+            reach: Cost [m] beyond which the search ends.
+
+        Returns:
+            Flat indices from the start to the node; empty if there is none within reach.
+        """
         count = kernels.nearest_place(
             self._ground, extra, places, start, reach, self._work, self._path
         )

@@ -30,7 +30,18 @@ WALL = np.float32(1e9)  # value of `base` or `extra` that no path may enter
 
 @njit(cache=True)
 def heap_push(keys, nodes, size, key, node):
-    """Binary heap on two arrays; return the new size."""
+    """Add an entry to a binary heap on two arrays; the smallest key is at index 0.
+
+    Args:
+        keys: (capacity,) keys; not full.
+        nodes: (capacity,) node of each key.
+        size: Entries so far.
+        key: Of the new entry.
+        node: Of the new entry.
+
+    Returns:
+        The new size.
+    """
     k = size
     while k > 0:
         parent = (k - 1) >> 1
@@ -46,7 +57,16 @@ def heap_push(keys, nodes, size, key, node):
 
 @njit(cache=True)
 def heap_pop(keys, nodes, size):
-    """Move the last entry into the hole left by the smallest; return the new size."""
+    """Remove the smallest entry of a heap; the caller has read it at index 0.
+
+    Args:
+        keys: See `heap_push`.
+        nodes: See `heap_push`.
+        size: Entries so far, at least 1.
+
+    Returns:
+        The new size.
+    """
     size -= 1
     key = keys[size]
     node = nodes[size]
@@ -69,7 +89,15 @@ def heap_pop(keys, nodes, size):
 
 @njit(cache=True)
 def passable(base, r, c, dr, dc):
-    """Whether the move from (r, c) stays on the lattice and clears the cells it passes."""
+    """Whether a move stays on the lattice and clears all cells that it passes.
+
+    Args:
+        base: (h, w) cost factors, `WALL` where no path may enter.
+        r: Row of the node where it begins.
+        c: Column of the same.
+        dr: Rows of the move, see `MOVES`.
+        dc: Columns of the move.
+    """
     i = r + dr
     j = c + dc
     if i < 0 or j < 0 or i >= base.shape[0] or j >= base.shape[1] or base[i, j] >= WALL:
@@ -85,7 +113,12 @@ def passable(base, r, c, dr, dc):
 
 @njit(cache=True)
 def open_moves(base, moves):
-    """Fill `moves` (h, w) uint16: bit m says that `MOVES[m]` leads somewhere."""
+    """Find the moves that are possible from each node.
+
+    Args:
+        base: (h, w) cost factors, `WALL` where no path may enter.
+        moves: (h, w) uint16, written: bit m says that `MOVES[m]` leads somewhere.
+    """
     for r in range(base.shape[0]):
         for c in range(base.shape[1]):
             bits = 0
@@ -97,9 +130,17 @@ def open_moves(base, moves):
 
 @njit(cache=True)
 def nearest_open(base, extra, frame, x, y):
-    """Return the flat index of the open node nearest to (x, y) within two cells, or -1.
+    """Find the open node nearest to a point within two cells.
 
-    frame = (origin_x, origin_y, step). Nodes that `extra` closes count as ten cells further away.
+    Args:
+        base: (h, w) cost factors, `WALL` where no path may enter.
+        extra: (h, w); nodes that it closes (`WALL`) count as ten cells further away.
+        frame: (origin_x, origin_y, step) [m] of the lattice.
+        x: [m] of the point.
+        y: [m] of the point.
+
+    Returns:
+        The flat index, -1 if there is none.
     """
     height, width = base.shape
     origin_x, origin_y, step = frame
@@ -122,7 +163,14 @@ def nearest_open(base, extra, frame, x, y):
 
 @njit(cache=True)
 def edge_cost(ground, i, j, m):
-    """Cost of move m that ends in (i, j), without other robots."""
+    """Cost [m] of a move, without other robots: the equation at the top of this file.
+
+    Args:
+        ground: See the top of this file.
+        i: Row of the node where the move ends.
+        j: Column of the same.
+        m: Index into `MOVES`.
+    """
     base, lane, heading, _, step = ground
     cells = LENGTHS[m]
     along = (MOVES[m, 1] * heading[i, j, 0] + MOVES[m, 0] * heading[i, j, 1]) / cells
@@ -131,7 +179,15 @@ def edge_cost(ground, i, j, m):
 
 @njit(cache=True)
 def cost_to_go(ground, goal_r, goal_c, work, cost):
-    """Fill `cost` (h, w): Dijkstra backwards from the goal; inf where it cannot be reached."""
+    """Dijkstra backwards from a goal: the cost of driving there from every node.
+
+    Args:
+        ground: See the top of this file.
+        goal_r: Row of the goal.
+        goal_c: Column of the goal.
+        work: See the top of this file.
+        cost: (h, w) receives the costs [m]; inf where the goal cannot be reached from.
+    """
     base, moves = ground[0], ground[3]
     _, _, _, keys, nodes, _ = work
     height, width = base.shape
@@ -162,10 +218,19 @@ def cost_to_go(ground, goal_r, goal_c, work, cost):
 
 @njit(cache=True)
 def astar(ground, extra, start, goal, heuristic, work, path):
-    """A* with an exact static heuristic; return (nodes written to path, expansions).
+    """A* with an exact static heuristic.
 
-    0 nodes: no path. `path` receives flat indices from start to goal; `start` and `goal` are
-    flat indices, `heuristic` is `cost_to_go` of the goal (admissible, since extra >= 0).
+    Args:
+        ground: See the top of this file.
+        extra: (h, w) cost per metre, >= 0, that other robots add; `WALL` closes a node.
+        start: Flat index.
+        goal: Flat index.
+        heuristic: (h, w) `cost_to_go` of the goal; admissible, since extra >= 0.
+        work: See the top of this file.
+        path: Receives flat indices from start to goal.
+
+    Returns:
+        (number of nodes written to `path`, 0 if there is no path; number of expansions).
     """
     base, lane, heading, moves, step = ground
     cost, parent, marks, keys, nodes, clock = work
@@ -214,7 +279,16 @@ def astar(ground, extra, start, goal, heuristic, work, path):
 
 @njit(cache=True)
 def trace_back(parent, goal, path):
-    """Write the chain of parents to `path`, first node first; return its length."""
+    """Write the chain of parents that ends at a node.
+
+    Args:
+        parent: Flat index of each node's parent, -1 for the first.
+        goal: Flat index of the last node.
+        path: Receives the chain, first node first.
+
+    Returns:
+        Its length.
+    """
     count = 0
     node = goal
     while node >= 0 and count < path.shape[0]:
@@ -228,10 +302,19 @@ def trace_back(parent, goal, path):
 
 @njit(cache=True)
 def nearest_place(ground, extra, places, start, reach, work, path):
-    """Dijkstra from `start` to the cheapest node with places > 0 within cost `reach`.
+    """Dijkstra from a node to the cheapest node of a set. Edges cost length * (1 + extra).
 
-    Edges cost length * (1 + extra); nodes with extra >= WALL are closed. Returns the number of
-    flat indices written to `path`, 0 if there is no such node.
+    Args:
+        ground: See the top of this file.
+        extra: (h, w) cost per metre, >= 0; `WALL` closes a node.
+        places: (h, w); above 0 on the nodes of the set.
+        start: Flat index.
+        reach: Cost [m] beyond which the search ends.
+        work: See the top of this file.
+        path: Receives flat indices from the start to the node found.
+
+    Returns:
+        The number of nodes written, 0 if there is no such node.
     """
     base, _, _, moves, step = ground
     cost, parent, marks, keys, nodes, clock = work

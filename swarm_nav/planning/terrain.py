@@ -39,12 +39,24 @@ STANDING_ROOM = 0.1  # [m] more than the wall clearance from where no wall cost 
 
 
 def wall_clearance(costmap: CostmapConfig, radius: float) -> float:
-    """Return the clearance [m] that the centre of a robot keeps from walls where it can."""
+    """Return the clearance [m] that the centre of a robot keeps from walls where it can.
+
+    Args:
+        costmap: The configured clearance.
+        radius: [m] circumscribed radius of the robot.
+    """
     return max(costmap.wall_clearance, radius + LEAST_WALL_ROOM)
 
 
 def sector_of(yaw: float) -> int:
-    """Return the sector of a direction [rad] for `Terrain.approach`; any for NaN."""
+    """Return the sector of a direction for `Terrain.approach`.
+
+    Args:
+        yaw: [rad] in map; NaN for any direction.
+
+    Returns:
+        0 to 15, or `ANY_SECTOR`.
+    """
     return ANY_SECTOR if math.isnan(yaw) else round(yaw / SECTOR_ANGLE) % 16
 
 
@@ -77,16 +89,30 @@ class Lattice:
         return self.origin_x, self.origin_y, self.step
 
     def node_of(self, x: float, y: float, extra: NDArray[np.float32] | None = None) -> int | None:
-        """Return the flat index of the open node nearest to a point within two cells, if any.
+        """Return the open node nearest to a point within two cells.
 
-        With `extra`, nodes that it closes are passed over where there is another one.
+        Args:
+            x: [m] in map.
+            y: [m] in map.
+            extra: (h, w); nodes that it closes are chosen only if there is no other. None: no
+                node is closed.
+
+        Returns:
+            The flat index; None if there is no open node.
         """
         closed = self.base if extra is None else extra
         node = search_kernels.nearest_open(self.base, closed, self.frame, x, y)
         return node if node >= 0 else None
 
     def point_of(self, node: int) -> tuple[float, float]:
-        """Return the centre of a node."""
+        """Return the centre of a node.
+
+        Args:
+            node: Flat index.
+
+        Returns:
+            (x, y) [m] in map.
+        """
         row, column = divmod(node, self.base.shape[1])
         return (
             self.origin_x + (column + 0.5) * self.step,
@@ -94,7 +120,14 @@ class Lattice:
         )
 
     def points_of(self, nodes: NDArray[np.integer]) -> FloatArray:
-        """Return the centres (n, 2) of flat node indices."""
+        """Return the centres of nodes.
+
+        Args:
+            nodes: (n,) flat indices.
+
+        Returns:
+            (n, 2) [m] in map.
+        """
         rows, columns = np.divmod(nodes, self.base.shape[1])
         return np.column_stack(
             (
@@ -153,15 +186,35 @@ class Terrain:
         self._approach_weight = 2.0 * planner.lane_weight
 
     def clearance(self, x: float, y: float) -> float:
-        """Return the distance [m] to the nearest mapped wall."""
+        """Return the distance [m] to the nearest mapped wall.
+
+        Args:
+            x: [m] in map.
+            y: [m] in map.
+        """
         return float(distance_kernels.sample(self.distance, *self.frame, x, y))
 
     def cost_to_go(self, node: int, sector: int = ANY_SECTOR) -> NDArray[np.float32]:
-        """Return the cost of driving from every node to `node`, without other robots."""
+        """Return the cost of driving from every node to one of them, without other robots.
+
+        Args:
+            node: Flat index of the goal.
+            sector: Direction of the last metre, see `sector_of`.
+
+        Returns:
+            (h, w) [m], kept for the next call; inf where the goal cannot be reached from.
+        """
         return self._cost_to_go(node, sector)
 
     def costs_in_order(self, node: int) -> NDArray[np.float32]:
-        """Return the finite costs of driving to `node`, in rising order."""
+        """Return the finite costs of driving to a node, in rising order.
+
+        Args:
+            node: Flat index of the goal.
+
+        Returns:
+            (n,) [m], kept for the next call.
+        """
         return self._costs_in_order(node)
 
     def _sort_costs(self, node: int) -> NDArray[np.float32]:
@@ -174,10 +227,14 @@ class Terrain:
 
     @contextlib.contextmanager
     def approach(self, node: int, sector: int) -> Iterator[None]:
-        """Within it, the last metre to `node` is a lane in the goal's direction.
+        """Within it, the last metre to a node is a lane in the goal's direction.
 
         So robots arrive at a station one behind the other, with the heading that is asked for,
         and leave it ahead, instead of meeting head-on in front of it.
+
+        Args:
+            node: Flat index of the goal.
+            sector: The direction, see `sector_of`; `ANY_SECTOR` changes nothing.
         """
         if sector == ANY_SECTOR:
             yield
@@ -223,7 +280,12 @@ def terrain_for(
 ) -> Terrain:
     """Return the terrain of a map; equal arguments in one process share one object.
 
-    A map of coarse cells is divided into finer ones.
+    Args:
+        grid: The map; coarse cells are divided into finer ones.
+        planner: Lattice and lane parameters.
+        costmap: Clearances.
+        radius: [m] circumscribed radius of the robot.
+        oblong: Outline of a long robot, else None.
     """
     grid = grid.refined()
     origin = (grid.origin_x, grid.origin_y, grid.height, grid.width)
