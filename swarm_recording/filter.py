@@ -25,17 +25,22 @@ class RateFilter:
         self.latest = 0
         self._period = 0.0 if rate is None else (1.0 - TOLERANCE) * NANOSECONDS / rate
         self._kept: dict[tuple[str, bytes], int] = {}
+        self._last: dict[str, bytes] = {}
 
     def stamp(self, topic: Topic, data: bytes) -> int | None:
         """Return the time [ns] of a serialized message; None if it is not to be recorded.
 
         A message without a stamp counts as sent now. Events, and what stays for latecomers, are
-        always kept.
+        always kept. A tick that nobody answered is published again, unchanged: once is enough.
         """
         stamp = self._read(topic, data)
         if stamp is None:
             return self.latest
         self.latest = max(self.latest, stamp)
+        if not (topic.many or topic.is_event or topic.is_latched):
+            if self._last.get(topic.name) == data:
+                return None
+            self._last[topic.name] = data
         if self._period <= 0.0 or topic.is_latched or topic.is_event:
             return stamp
         key = (topic.name, data[FRAME_AT] if topic.many else b"")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import json
 import os
 import re
 import sys
@@ -44,6 +45,18 @@ def schema_text(name: str) -> str:
     return "\n".join(part.rstrip("\n") for part in parts) + "\n"
 
 
+@functools.cache
+def type_hash(name: str) -> str:
+    """Return the hash (``RIHS01_...``) of a type's description; empty if it is not installed."""
+    package, kind, short = name.split("/")
+    try:
+        file = _share(package) / kind / f"{short}.json"
+        hashes = json.loads(file.read_text(encoding="utf-8"))["type_hashes"]
+        return str(next(entry["hash_string"] for entry in hashes if entry["type_name"] == name))
+    except (PackageNotFoundError, OSError, ValueError, KeyError, StopIteration):
+        return ""
+
+
 def _used_types(text: str, package: str) -> list[str]:
     """Return the full names of the message types that a definition uses, in order."""
     found = []
@@ -58,11 +71,14 @@ def _used_types(text: str, package: str) -> list[str]:
 
 def _definition(name: str) -> str:
     package, kind, short = name.split("/")
+    try:
+        return (_share(package) / kind / f"{short}.msg").read_text(encoding="utf-8")
+    except (PackageNotFoundError, OSError) as cause:
+        raise ConfigError(f"the definition of {name} is not installed: {cause}") from cause
+
+
+def _share(package: str) -> Path:
     # The wheels install to this environment without saying so to the ament index.
     prefixes = [*os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep), sys.prefix]
     os.environ["AMENT_PREFIX_PATH"] = os.pathsep.join(dict.fromkeys(filter(None, prefixes)))
-    try:
-        share = Path(get_package_share_directory(package))
-        return (share / kind / f"{short}.msg").read_text(encoding="utf-8")
-    except (PackageNotFoundError, OSError) as cause:
-        raise ConfigError(f"the definition of {name} is not installed: {cause}") from cause
+    return Path(get_package_share_directory(package))

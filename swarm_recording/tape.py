@@ -12,11 +12,13 @@ import time
 from collections.abc import Mapping
 from pathlib import Path
 
+import yaml
 from mcap.writer import CompressionType, Writer
 
 from swarm_common.middleware.topic_table import Topic
-from swarm_recording.schema import schema_text
+from swarm_recording.schema import schema_text, type_hash
 
+METADATA = "metadata.yaml"
 LIBRARY = "swarm-workbench"
 MIN_PERIOD, MAX_PERIOD = 1.0, 5.0  # [s] of wall time between two writes
 CHUNK_SIZE = 4 * 2**20  # [bytes] before compression
@@ -95,6 +97,8 @@ class Tape:
         )
         self._writer.start(profile="ros2", library=LIBRARY)
         self._writer.add_metadata("swarm", dict(about))
+        self._path, self._topics = path, dict[str, Topic]()
+        self._span = (0, 0)  # [ns] first and last message
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, int] = {}
         self._latest = 0.0
@@ -118,11 +122,16 @@ class Tape:
             topic.name, "cdr", schema, metadata
         )
         self.counts[topic.name] = 0
+        self._topics[topic.name] = topic
 
     def write(self, topic: str, stamp: int, data: bytes) -> None:
         """Take a serialized message with its time [ns]; it is on disk after the next `save`."""
         self._writer.add_message(
             self._channels[topic], stamp, data, stamp, sequence=self.counts[topic]
+        )
+        is_first = not any(self.counts.values())
+        self._span = (
+            (stamp, stamp) if is_first else (min(self._span[0], stamp), max(self._span[1], stamp))
         )
         self.counts[topic] += 1
         self._size += len(data)
@@ -140,7 +149,15 @@ class Tape:
         self._writer.finish()  # type: ignore[no-untyped-call]
         self._summary_size = self._sheet.tell() - end
         self._sheet.lay_down(end)
+        self._save_metadata()
         self._latest, self._size = time.monotonic(), 0
+
+    def _save_metadata(self) -> None:
+        """Write what rosbag2 reads first of a bag's folder, `metadata.yaml`, at once."""
+        text = metadata_text(self._path.name, self._topics, self.counts, self._span)
+        draft = self._path.with_name(f".{METADATA}")
+        draft.write_text(text, encoding="utf-8")
+        draft.replace(self._path.with_name(METADATA))
 
     def close(self) -> None:
         """Save and close."""
@@ -160,3 +177,59 @@ def quality_text(topic: Topic) -> str:
         f"  deadline: {FOREVER}\n  lifespan: {FOREVER}\n  liveliness: automatic\n"
         f"  liveliness_lease_duration: {FOREVER}\n  avoid_ros_namespace_conventions: false\n"
     )
+
+
+def metadata_text(
+    name: str, topics: Mapping[str, Topic], counts: Mapping[str, int], span: tuple[int, int]
+) -> str:
+    """Return rosbag2's metadata (version 9, ROS 2 Jazzy) of a bag of one file.
+
+    Args:
+        name: Of the file.
+        topics: By name.
+        counts: Messages of each.
+        span: [ns] times of the first and the last message.
+    """
+    start = {"nanoseconds_since_epoch": span[0]}
+    duration = {"nanoseconds": span[1] - span[0]}
+    total = sum(counts.values())
+    rows = [
+        {
+            "topic_metadata": {
+                "name": topic.name,
+                "type": topic.type,
+                "serialization_format": "cdr",
+                "offered_qos_profiles": yaml.safe_load(quality_text(topic)),
+                "type_description_hash": type_hash(topic.type),
+            },
+            "message_count": counts[topic.name],
+        }
+        for topic in topics.values()
+        if counts[topic.name]
+    ]
+    file = {
+        "path": name, "starting_time": start, "duration": duration, "message_count": total
+    }  # fmt: skip
+    content = {
+        "version": 9,
+        "storage_identifier": "mcap",
+        "duration": duration,
+        "starting_time": start,
+        "message_count": total,
+        "topics_with_message_count": rows,
+        "compression_format": "",
+        "compression_mode": "",
+        "relative_file_paths": [name],
+        "files": [file],
+        "custom_data": None,
+        "ros_distro": "jazzy",
+    }
+    tree = {"rosbag2_bagfile_information": content}
+    return str(yaml.dump(tree, Dumper=_Plain, sort_keys=False))
+
+
+class _Plain(yaml.SafeDumper):
+    """Writes a value that occurs twice twice, not as an alias."""
+
+    def ignore_aliases(self, data: object) -> bool:
+        return True

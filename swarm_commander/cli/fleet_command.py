@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+import json
+import os
 import re
+import signal
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Annotated, Any
 
 import rclpy
 import typer
 from rclpy.node import Node
-from simulation_interfaces.msg import Result
+from simulation_interfaces.msg import EntityCategory, EntityFilters, Result
 from simulation_interfaces.srv import (
     DeleteEntity,
+    GetCurrentWorld,
+    GetEntities,
     GetEntitiesStates,
+    GetEntityInfo,
     ResetSimulation,
     SetEntityState,
     SpawnEntity,
@@ -24,12 +31,15 @@ from swarm_interfaces.msg import RobotStatus
 from swarm_commander.cli.thing_request import thing_request
 from swarm_commander.run import domain
 from swarm_commander.run.domain import domain_id
+from swarm_commander.run.recording import FILE
 from swarm_common.middleware import ros_io
 from swarm_common.middleware.simulation import resource_in
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
 from swarm_common.process.messages import RestartNavigator
+from swarm_common.process.pipes import EventWriter
 from swarm_common.robots.source import find_robot
+from swarm_recording.recorder import record
 
 DEFAULT_ROBOT = "turtlebot3_waffle"
 LOOK_LIMIT = 20.0  # [s] of wall time to find the world
@@ -141,6 +151,46 @@ def reset() -> None:
     with _node() as node:
         _ask(node, ResetSimulation, "reset_simulation", ResetSimulation.Request())
     typer.echo("all are where they were at first; simulated time and goals go on")
+
+
+@fleet_app.command("record")
+def record_(
+    topics: Annotated[
+        str, typer.Option(help="Topics to record, as for swarm-up --record-topics.")
+    ] = "",
+    output: Annotated[
+        Path | None, typer.Option(help="Folder of the bag.  [default: named by the time]")
+    ] = None,
+    rate: Annotated[
+        float | None, typer.Option(help="At most this many messages per simulated second.")
+    ] = None,
+) -> None:
+    """Record a running swarm from now on, until Ctrl-C."""
+    folder = output or Path(time.strftime("rosbag2_%Y_%m_%d-%H_%M_%S"))
+    if folder.exists() and any(folder.iterdir()):
+        raise ConfigError(f"{folder} is not empty")
+    with _node() as node:
+        world = _ask(node, GetCurrentWorld, "get_current_world", GetCurrentWorld.Request()).world
+        robots = EntityFilters(categories=[EntityCategory(category=EntityCategory.CATEGORY_ROBOT)])
+        names = list(
+            _ask(node, GetEntities, "get_entities", GetEntities.Request(filters=robots)).entities
+        )
+        models = {}
+        for name in names:
+            request = GetEntityInfo.Request(entity=name)
+            models[name] = _ask(node, GetEntityInfo, "get_entity_info", request).info.description
+    about = {"world": resource_in(world).uri, "robots": json.dumps(models)}
+    config = {
+        "path": str(folder / FILE),
+        "robots": names,
+        "topics": topics,
+        "rate": rate,
+        "about": about,
+    }
+    typer.echo(f"recording {len(names)} robots to {folder}; Ctrl-C ends it", err=True)
+    signal.signal(signal.SIGINT, lambda *_: os.kill(os.getpid(), signal.SIGTERM))
+    record(config, EventWriter(None))
+    rclpy.try_shutdown()
 
 
 @contextmanager

@@ -17,7 +17,15 @@ if TYPE_CHECKING:
 INTERRUPTED = 130
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EIO)  # not the user's input
 LONGEST_NAME = 200  # letters of a file's name that are shown
-FLEET_COMMANDS = ("spawn", "remove", "move", "list", "reset", "restart")  # of swarm-commander
+FLEET_COMMANDS = (
+    "spawn",
+    "remove",
+    "move",
+    "list",
+    "reset",
+    "restart",
+    "record",
+)  # of swarm-commander
 
 
 def swarm_up() -> None:

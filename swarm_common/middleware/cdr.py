@@ -69,6 +69,8 @@ class OdometryWriter:
 
     _POSE = struct.Struct("<7d")
     _TWIST = struct.Struct("<6d")
+    _DIAGONAL = (0, 7, 35)  # x, y, yaw in the 6 x 6 covariances
+    _VARIANCE = struct.Struct("<d")
 
     def __init__(self, frame: str, child_frame: str) -> None:
         """Lay out the message once."""
@@ -79,6 +81,12 @@ class OdometryWriter:
         self._twist_at = self._pose_at + self._POSE.size + len(COVARIANCE)
         data += bytes(self._POSE.size) + COVARIANCE + bytes(self._TWIST.size) + COVARIANCE
         self._data = data
+
+    def set_variances(self, of_pose: Sequence[float], of_twist: Sequence[float]) -> None:
+        """Let the next messages have these variances of x, y and yaw, and of their rates."""
+        for at, variances in ((self._pose_at + 56, of_pose), (self._twist_at + 48, of_twist)):
+            for place, variance in zip(self._DIAGONAL, variances, strict=True):
+                self._VARIANCE.pack_into(self._data, at + 8 * place, variance)
 
     def encode(self, tick: int, pose: Pose, twist: Twist) -> bytes:
         """Return the message of one tick."""

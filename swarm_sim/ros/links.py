@@ -24,10 +24,12 @@ from swarm_common.middleware.rejections import RejectedError
 from swarm_common.middleware.ros_poll import PolledTopic, SoleTopic
 from swarm_common.model.beacon import serialize_neighbors
 from swarm_common.model.records import Pose, RobotSpec, Twist, stamp_from_tick
+from swarm_common.model.sensors import IDEAL, SensorErrors
 from swarm_sim.ros.foreign import NAVIGATOR, Foreigners
 from swarm_sim.ros.frames import Joint, fixed_transforms, moving_transforms, read_joints
 from swarm_sim.ros.round_trip import LEAST, RoundTrip
 from swarm_sim.ros.settings import Settings
+from swarm_sim.sensing.drift import Drift
 from swarm_sim.sensing.motion_sensors import Imu
 from swarm_sim.world.world import Observation
 
@@ -61,6 +63,7 @@ class RobotLink:
         robot_id: int,
         on_answer: Callable[[], None],
         foreigners: Foreigners,
+        errors: SensorErrors,
     ) -> None:
         """Create the topics of `/name`.
 
@@ -74,6 +77,7 @@ class RobotLink:
             robot_id: That its beacons have to bear; 0 for any.
             on_answer: Called when command and beacon of the tick in hand are both there.
             foreigners: Told of what is not the robot's, and of what makes no sense.
+            errors: Of its sensors.
         """
         self.name = name
         self.is_gone = False
@@ -88,9 +92,13 @@ class RobotLink:
         self._repeats_due = 0
         self._is_free_run = settings.free_run
         self._tick = 0
+        self._published = -1  # tick
         self._other: Twist | None = None
         self._joints: list[Joint] = read_joints(urdf)
         self._odom_writer = cdr.OdometryWriter("odom", BASE)
+        self._drift = Drift(errors, spec)
+        self._drifts = errors != IDEAL
+        self._odom_writer.set_variances(self._drift.of_pose, self._drift.of_twist)
         self._truth_writer = cdr.OdometryWriter("map", BASE)
         self._scan_writer = cdr.ScanWriter("base_scan", 1.0 / spec.lidar.rate)
         self._create_publishers(node, gallery, f"/{name}")
@@ -184,6 +192,10 @@ class RobotLink:
         if self.is_gone:
             return
         odom, scan = observation.odom, observation.scan
+        if self._drifts and odom.tick > self._published:
+            self._published = odom.tick
+            self._drift.add(odom.twist)
+            self._odom_writer.set_variances(self._drift.of_pose, self._drift.of_twist)
         self._odom.publish(self._odom_writer.encode(odom.tick, odom.pose_odom, odom.twist))
         if scan is not None:
             self._scan.publish(self._scan_writer.encode(scan))

@@ -58,6 +58,7 @@ class Links:
         self._links: list[RobotLink] = []
         self._hosts = Hosts(node)
         self._opened_at = self._answer_at = 0.0  # wall time of the tick, and of its last answer
+        self._world = stage.world
         for index, entry in enumerate(settings.robots):
             self.add(index, entry.name, stage.specs[index], stage.urdfs[index])
 
@@ -95,6 +96,7 @@ class Links:
             number_of(name),
             note_answer,
             self._foreigners,
+            self._world.errors_of(spec),
         )
         if robot < len(self._links):
             self._links[robot] = link

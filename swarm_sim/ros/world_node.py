@@ -53,6 +53,8 @@ from swarm_sim.world.world import Observation
 REPEAT_PERIOD = 0.25  # [s] of wall time after which the first tick is published again,
 START_PERIOD = 2.0  # [s] the same for robots that have long been there
 CLOCK_PERIOD = 0.045  # [s] of wall time: at most ~20 Hz
+HEARD_CLOCK_PERIOD = 0.018  # [s] the same while somebody listens: 50 Hz and more
+CLOCK_LISTENERS = ("recorder",)  # nodes of ours that need no such clock
 REQUEST_PERIOD = 0.05  # [s] of wall time between two looks for requests
 REPORT_PERIOD = 0.5  # [s] of wall time between verdicts
 WAIT_SLICE = 0.05  # [s] of wall time after which signals and periods are looked at
@@ -90,6 +92,7 @@ class WorldNode:
                 self._barrier.lose(index)  # nobody will answer for it
         self._throttle = Throttle(speed)
         self._clock_rate = Rate(CLOCK_PERIOD)
+        self._is_clock_heard = False
         self._report_rate = Rate(REPORT_PERIOD)
         self._repeat_rate = Rate(REPEAT_PERIOD)
         self._start_rate = Rate(START_PERIOD)
@@ -244,13 +247,17 @@ class WorldNode:
         is_alone = self._barrier.has_started and self._barrier.answering == 0 and self._tick > 0
         if is_alone and not self._settings.free_run:
             period = max(period, CONTROL_PERIOD)  # nobody there: no faster than real time
-        end = time.monotonic() + period
+        start = time.monotonic()
+        end = start + period
         self._is_speed_new = False
         while not (self._is_stopped or self._is_speed_new):
             now = time.monotonic()
             if now >= end:
                 break
-            time.sleep(min(WAIT_SLICE, end - now))
+            slice_ = HEARD_CLOCK_PERIOD if self._is_clock_heard else WAIT_SLICE
+            time.sleep(min(slice_, end - now))
+            if self._is_clock_heard and self._clock_rate.is_due(now):
+                self._publish_clock(min(0.9, (now - start) / period))
             self._links.take_answers()
             self._look_around(now)
 
@@ -280,8 +287,20 @@ class WorldNode:
                 self._world.tick, self._world.poses, self._world.clearances, self._world.absent
             )
 
-    def _publish_clock(self) -> None:
-        self._clock.publish(Clock(clock=ros_io.time_msg(self._tick)))
+    def _publish_clock(self, share: float = 0.0) -> None:
+        """Publish the time of the tick in hand, or a share of a tick later."""
+        clock = ros_io.time_msg(self._tick)
+        later = clock.nanosec + round(1e9 * CONTROL_PERIOD * share)
+        clock.sec, clock.nanosec = clock.sec + later // 10**9, later % 10**9
+        self._clock.publish(Clock(clock=clock))
+
+    def _look_for_clock_listeners(self) -> None:
+        """Let the clock tick faster while somebody needs it; our nodes have the ticks' stamps."""
+        names = {info.node_name for info in self._node.get_subscriptions_info_by_topic("/clock")}
+        is_heard = bool(names - set(CLOCK_LISTENERS))
+        if is_heard != self._is_clock_heard:
+            self._is_clock_heard = is_heard
+            self._clock_rate = Rate(HEARD_CLOCK_PERIOD if is_heard else CLOCK_PERIOD)
 
     def _look_around(self, now: float) -> None:
         """Do what is due on the wall clock: requests, reports, control pipe, viewers."""
@@ -293,6 +312,7 @@ class WorldNode:
         for command in self._control.read() if self._control is not None else []:
             self._obey(command)
         self._rejections.tell(now)
+        self._look_for_clock_listeners()
         self._links.look_for_viewers()
         self._links.look_for_foreigners()
         self._scenery.look_for_viewers(self._tick)

@@ -161,13 +161,14 @@ class World:
 
             check_trial(spec, model, self._config.physics_period)
 
-    def _errors(self) -> list[SensorErrors]:
-        """Return what is wrong with each robot's sensors."""
+    def errors_of(self, spec: RobotSpec) -> SensorErrors:
+        """Return how the sensors of a robot model err in this world."""
         config = self._config
-        return [
-            sensor_errors(config.sensors, "sensors", spec.sensors if config.realistic else IDEAL)
-            for spec in self.specs
-        ]
+        own = spec.sensors if config.realistic else IDEAL
+        return sensor_errors(config.sensors, "sensors", own)
+
+    def _errors(self) -> list[SensorErrors]:
+        return [self.errors_of(spec) for spec in self.specs]
 
     def _make_lidars(self, absent: Collection[int] = ()) -> Lidars:
         bodies = {name: bodies_of(model) for name, model in self._models.items()}

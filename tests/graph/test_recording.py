@@ -8,6 +8,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -17,6 +18,7 @@ import pytest
 import rclpy
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
+from nav_msgs.msg import Odometry
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
@@ -24,12 +26,14 @@ from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
+from rosgraph_msgs.msg import Clock
 
 from swarm_commander.viewers.rviz_config import named_topics, robot_config, swarm_config
 from swarm_common.middleware.topic_table import ORDERS, all_topics, robot_topic
 from swarm_recording.bag import Bag
 from swarm_recording.ros_types import message_class, quality
 from swarm_recording.selection import select
+from swarm_ros2 import cli
 from tests.graph.conftest import Process, Swarm, reserved_domain
 
 PATTERNS = "status,odom,scan,tf,tf_static,robot_description,plan,amcl_pose,beacon,particle_cloud"
@@ -111,19 +115,74 @@ def test_a_bag_holds_what_was_published(swarm: Swarm, recorder: Process, tmp_pat
     for messages in heard.values():
         messages.clear()
     swarm.spin(4.0)
-    expected = {name: list(messages) for name, messages in heard.items()}
+    # What was published again, unchanged, is recorded once.
+    expected = {name: list(dict.fromkeys(messages)) for name, messages in heard.items()}
     for subscription in subscriptions:
         swarm.node.destroy_subscription(subscription)
     assert recorder.end() == 0
     path = tmp_path / "recording.mcap"
     found = read_with_mcap(path)
-    assert found == read_with_rosbags(path)
+    assert found == read_with_rosbags(path) == read_with_rosbags(tmp_path)
+    odom = found["/Srobot1/odom"]
+    assert len(set(odom)) == len(odom)
     for name in ("odom", "scan", "status", "tf", "plan", "amcl_pose"):
         assert len(expected[f"/Srobot1/{name}"]) >= 3, name
     for name, messages in expected.items():
         missing = Counter(messages) - Counter(found[name])
         assert not missing, f"{sum(missing.values())} of {len(messages)} of {name} are missing"
     assert len(found["/Srobot2/robot_description"]) == len(found["/map"]) == 1
+
+
+def test_a_run_is_recorded_from_the_middle_and_told_of_as_rosbag2_does(
+    swarm: Swarm, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "bag"
+    call = "from swarm_commander.cli.main import commander; import sys; sys.exit(commander())"
+    words = ("record", "--topics", "odom,status", "--output", str(folder))
+    environ = os.environ | {"ROS_DOMAIN_ID": str(swarm.domain)}
+    with subprocess.Popen(
+        (sys.executable, "-c", call, *words), env=environ, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stderr is not None
+        assert process.stderr.readline().startswith("recording 2 robots to ")
+        swarm.spin_until((folder / "metadata.yaml").exists)
+        swarm.spin(3.0)
+        process.send_signal(signal.SIGINT)
+        assert process.wait(30) == 0
+    found = read_with_rosbags(folder)
+    assert len(found["/Srobot1/odom"]) > 5
+    assert cli.run(["bag", "info", str(folder)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "Files:             recording.mcap"
+    assert f"Messages:          {sum(map(len, found.values()))}" in lines
+    count = len(found["/Srobot2/odom"])
+    row = f"Topic: /Srobot2/odom | Type: nav_msgs/msg/Odometry | Count: {count} |"
+    assert any(row in line for line in lines)
+
+
+def test_the_clock_is_fine_while_somebody_listens_and_odometry_has_variances(swarm: Swarm) -> None:
+    stamps: list[float] = []
+    odometry: list[Odometry] = []
+
+    def note(message: Clock) -> None:
+        stamps.append(message.clock.sec + 1e-9 * message.clock.nanosec)
+
+    make = swarm.node.create_subscription
+    subscriptions = [
+        make(Clock, "/clock", note, 100),
+        make(Odometry, "/Srobot1/odom", odometry.append, 10),
+    ]
+    swarm.spin(2.0)  # until the world has seen it
+    stamps.clear()
+    start = time.monotonic()
+    swarm.spin(2.0)
+    rate = len(stamps) / (time.monotonic() - start)
+    assert stamps == sorted(set(stamps))
+    assert rate > 30.0  # 50, less on a busy machine
+    for covariance in (odometry[-1].pose.covariance, odometry[-1].twist.covariance):
+        assert [covariance[place] for place in (0, 7, 35)] == [1e-9] * 3  # sensors do not err
+    for subscription in subscriptions:
+        swarm.node.destroy_subscription(subscription)
 
 
 def test_fields_are_read_by_the_schemas_of_the_bag(
