@@ -13,6 +13,7 @@ from swarm_common.middleware.cdr import CommandWriter
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.model.beacon import BEACON_DTYPE, serialize_beacon
 from swarm_common.model.records import Twist
+from swarm_common.model.sensors import IDEAL
 from swarm_common.process.pipes import EventWriter
 from swarm_common.robots.loading import load_robot
 from swarm_sim.ros import links as ros_links
@@ -66,6 +67,7 @@ class Robot:
             1,
             self.count,
             Foreigners(self.rejections, EventWriter(None)),
+            IDEAL,
         )
         self.topics: dict[str, Topic] = {
             topic.name: topic for topic in vars(self.link).values() if isinstance(topic, Topic)
