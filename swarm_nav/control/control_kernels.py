@@ -13,7 +13,15 @@ DISTANCE_UNIT = 0.05  # [m] of path distance that costs one path_distance_scale
 
 @njit(cache=True)
 def length_between(path, start, end, x, y):
-    """Length [m] from the projection of (x, y) on the segment after `start` to point `end`."""
+    """Length [m] of a path from the place beside a point to a later point.
+
+    Args:
+        path: (n, 2) [m].
+        start: Index of the point after which (x, y) is projected on the path.
+        end: Index of the last point, above `start`.
+        x: [m] of the place.
+        y: [m] of the place.
+    """
     total = 0.0
     for k in range(start, end):
         total += math.hypot(path[k + 1, 0] - path[k, 0], path[k + 1, 1] - path[k, 1])
@@ -25,7 +33,14 @@ def length_between(path, start, end, x, y):
 
 @njit(cache=True)
 def held_gap(path, held, x, y):
-    """Distance [m] of (x, y) to the polyline of the first `held` + 1 points."""
+    """Distance [m] of a place to a polyline.
+
+    Args:
+        path: (n, 2) [m].
+        held: The first `held` + 1 points are the polyline; with 0 it is one point.
+        x: [m] of the place.
+        y: [m] of the place.
+    """
     best = (path[0, 0] - x) ** 2 + (path[0, 1] - y) ** 2
     for j in range(held):
         ax = path[j + 1, 0] - path[j, 0]
@@ -40,7 +55,20 @@ def held_gap(path, held, x, y):
 
 @njit(cache=True)
 def stops_inside(pose, speed, v, w, v_acc, path, held, reach):
-    """Whether braking after one period of (v, w) ends within `reach` of the held polyline."""
+    """Whether braking after one period of a twist ends near the held polyline.
+
+    The stop is (speed + v) / 2 * STEP + v² / (2 v_acc) ahead, in the direction of half the turn.
+
+    Args:
+        pose: (x, y, yaw) now, in map.
+        speed: [m/s] now.
+        v: [m/s] of the twist.
+        w: [rad/s] of the twist.
+        v_acc: [m/s²] with which the drive brakes.
+        path: (n, 2) [m] in map.
+        held: See `held_gap`.
+        reach: [m] from the polyline.
+    """
     s = 0.5 * (speed + v) * STEP + v * v / (2.0 * v_acc)
     yaw = pose[2] + 0.5 * w * STEP
     gap = held_gap(path, held, pose[0] + s * math.cos(yaw), pose[1] + s * math.sin(yaw))
@@ -51,7 +79,10 @@ def stops_inside(pose, speed, v, w, v_acc, path, held, reach):
 def measure(path, segments):
     """Fill what the critics need of a path: per point, and per segment to the next one.
 
-    segments (n, 6): step x, y, its squared length, its length, its yaw; arc length of the point.
+    Args:
+        path: (n, 2) [m].
+        segments: (n, 6), written: step x, y, its squared length, its length, its yaw; arc length
+            of the point. Those of the last point have an arc length only.
     """
     n = path.shape[0]
     s = 0.0
@@ -70,7 +101,15 @@ def measure(path, segments):
 
 @njit(cache=True)
 def segment_gap(path, segments, k, x, y):
-    """Squared distance of (x, y) to the segments on either side of point k; see `measure`."""
+    """Squared distance [m²] of a place to the segments on either side of a point.
+
+    Args:
+        path: (n, 2) [m].
+        segments: (n, 6) from `measure`.
+        k: Index of the point.
+        x: [m] of the place.
+        y: [m] of the place.
+    """
     best = 1e20
     for j in range(max(0, k - 1), min(path.shape[0] - 1, k + 1)):
         length = segments[j, 2]
@@ -90,7 +129,15 @@ def segment_gap(path, segments, k, x, y):
 
 @njit(cache=True)
 def arc_length(path, segments, k, x, y):
-    """Arc length [m] of the point of the path nearest to (x, y), near point k; see `measure`."""
+    """Arc length [m] of the point of the path that is nearest to a place.
+
+    Args:
+        path: (n, 2) [m].
+        segments: (n, 6) from `measure`.
+        k: Index of the path point beside the place.
+        x: [m] of the place.
+        y: [m] of the place.
+    """
     j = min(k, path.shape[0] - 2)
     if segments[j, 3] < 1e-9:
         return segments[k, 5]
@@ -100,9 +147,17 @@ def arc_length(path, segments, k, x, y):
 
 @njit(cache=True)
 def advance(pose, pace, headings, path, track):
-    """Drive `pace` [m] per step along given headings (steps, 2); return the path index reached.
+    """Drive along given headings.
 
-    `track` (steps, 3) receives x, y and the index of the path point beside them.
+    Args:
+        pose: (x, y, yaw) where the rollout begins, in map.
+        pace: [m] per step.
+        headings: (steps, 2) unit directions.
+        path: (n, 2) [m] in map.
+        track: (steps, 3) receives x, y and the index of the path point beside them.
+
+    Returns:
+        The index of the path point reached.
     """
     x = pose[0]
     y = pose[1]
@@ -125,7 +180,16 @@ def advance(pose, pace, headings, path, track):
 
 @njit(cache=True)
 def turning(yaw, w, headings):
-    """Fill the directions (steps, 2) of a rollout that turns at rate w; return its final yaw."""
+    """Fill the directions of a rollout that turns at a constant rate.
+
+    Args:
+        yaw: [rad] where it begins.
+        w: [rad/s].
+        headings: (steps, 2) receives unit directions, each in the middle of its step.
+
+    Returns:
+        The final yaw [rad].
+    """
     for s in range(headings.shape[0]):
         middle = yaw + 0.5 * w * STEP
         headings[s, 0] = math.cos(middle)
@@ -136,7 +200,14 @@ def turning(yaw, w, headings):
 
 @njit(cache=True)
 def predict(pose, v, w, arc):
-    """Fill the poses (steps, 3) under a constant twist."""
+    """Fill the poses under a constant twist.
+
+    Args:
+        pose: (x, y, yaw) now, in map.
+        v: [m/s].
+        w: [rad/s].
+        arc: (steps, 3) receives x, y, yaw after each step of `STEP`.
+    """
     x, y, yaw = pose
     for s in range(arc.shape[0]):
         middle = yaw + 0.5 * w * STEP
@@ -150,7 +221,18 @@ def predict(pose, v, w, arc):
 
 @njit(cache=True)
 def gap_cost(track, path, segments, scale, limit):
-    """PathDist of a track; gives up with 1e20 once it is clear that it exceeds `limit`."""
+    """Critic PathDist: mean squared distance of a track to the path, in `DISTANCE_UNIT`².
+
+    Args:
+        track: (steps, 3) from `advance`.
+        path: (n, 2) [m].
+        segments: (n, 6) from `measure`.
+        scale: Weight of the critic.
+        limit: Cost above which the sum is given up.
+
+    Returns:
+        The cost; 1e20 once it is clear that it exceeds the limit.
+    """
     steps = track.shape[0]
     unit = DISTANCE_UNIT * DISTANCE_UNIT
     enough = limit * steps * unit * (1.0 + 1e-9) / scale if scale > 0.0 else 1e20
@@ -164,16 +246,25 @@ def gap_cost(track, path, segments, scale, limit):
 
 @njit(cache=True)
 def best_twist(pose, twist, path, inside, limits, samples, scales, arc):
-    """Return (v, w, cost) of the admissible twist with the smallest critics' sum.
+    """Find the admissible twist with the smallest sum of critics (Fox, Burgard, Thrun 1997).
 
-    pose = (x, y, yaw), twist = (v, w) now; path (n, 2) from the robot on, n > 1. inside =
-    (v_limit, held, tolerance): a twist is admissible if v <= v_limit [m/s] and if braking after it
-    ends within the tolerance [m] of the first `held` + 1 points, or no further away than now; if
-    none is, v and w brake. limits = (v_max, w_max, v_acc, w_acc); samples = (nv, nw, horizon [s]);
-    scales = (path, goal, align, oscillation). `arc` (steps, 3) receives the poses of the best
-    rollout. Of equal costs the slower twist, then the first sample of w counts.
+    A twist is admissible if v <= v_limit and if braking after it ends within the tolerance of the
+    held part, or no further away than now; if none is, v and w brake. Of equal costs the slower
+    twist counts, then the first sample of w. The cheap critics come first; PathDist is only added
+    up while the sum can still be the best.
 
-    The cheap critics come first; PathDist is only added up while the sum can still be the best.
+    Args:
+        pose: (x, y, yaw) now, in map.
+        twist: (v [m/s], w [rad/s]) now.
+        path: (n, 2) [m] in map, from the robot on, n > 1.
+        inside: (v_limit [m/s], held, tolerance [m]): the first `held` + 1 points are held.
+        limits: (v_max, w_max, v_acc, w_acc) in m and rad.
+        samples: (nv, nw, horizon [s]).
+        scales: (path, goal, align, oscillation): weights of the critics.
+        arc: (steps, 3) receives the poses of the best rollout.
+
+    Returns:
+        (v, w, cost).
     """
     v_limit, held, tolerance = inside
     v_max, w_max, v_acc, w_acc = limits

@@ -37,7 +37,11 @@ class Controller:
         self._is_turning = False
 
     def configure(self, config: ControllerConfig) -> None:
-        """Take new parameters, effective from the next tick."""
+        """Take new parameters, effective from the next tick.
+
+        Args:
+            config: Limits of the drive, samples and critics.
+        """
         self.config = config
         self._settings = (
             (config.max_vel_x, config.max_vel_theta, config.acc_lim_x, config.acc_lim_theta),
@@ -52,23 +56,46 @@ class Controller:
         self.arc: FloatArray = np.zeros((max(1, round(config.sim_time / control_kernels.STEP)), 3))
 
     def course(self, twist: Twist) -> Twist:
-        """Take in the measured twist; return it as the other parts are to see it."""
+        """Take the measured twist; return it as the other parts are to see it.
+
+        Args:
+            twist: In base_footprint.
+        """
         return twist
 
     def stop(self, twist: Twist) -> Twist:
-        """Return the twist that brakes as hard as the drive can."""
+        """Return the twist that brakes as hard as the drive can.
+
+        Args:
+            twist: The present one.
+        """
         self._is_turning = False
         self.arc[:] = 0.0
         return Twist()
 
     def turn_to(self, yaw: float, pose: Pose, twist: Twist) -> Twist:
-        """Return the twist that stops the robot and turns it towards `yaw` on the spot."""
+        """Return the twist that stops the robot and turns it on the spot.
+
+        Args:
+            yaw: [rad] in map, to turn to.
+            pose: Of the robot, in map.
+            twist: The present one.
+        """
         return self._turn(wrap_angle(yaw - pose.yaw), pose, twist)
 
     def choose_direction(self, tube: Tube, pose: Pose, twist: Twist, may_back: bool) -> bool:
-        """Decide at standstill whether the tube is driven backwards; return if there is a choice.
+        """Decide at standstill whether the tube is driven backwards.
 
         A robot that makes way turns twice if it drives forwards: away, and back again.
+
+        Args:
+            tube: Whose `is_reverse` is set.
+            pose: Of the robot, in map.
+            twist: The present one.
+            may_back: Whether driving backwards is allowed.
+
+        Returns:
+            False while the robot still drives backwards although it may not any longer.
         """
         if abs(twist.vx) > STANDING:
             return may_back or not tube.is_reverse
@@ -82,7 +109,13 @@ class Controller:
         return True
 
     def follow(self, tube: Tube, pose: Pose, twist: Twist) -> Twist:
-        """Return the twist that follows the tube, at most to its held end."""
+        """Return the twist that follows the tube, at most to its held end.
+
+        Args:
+            tube: Path and held part; its index of the robot is advanced.
+            pose: Of the robot, in map.
+            twist: The present one.
+        """
         if tube.is_reverse:
             flipped = Pose(pose.x, pose.y, wrap_angle(pose.yaw + math.pi))
             forward = self._follow(tube, flipped, Twist(-twist.vx, 0.0, twist.wz))
@@ -140,9 +173,14 @@ class Controller:
 
 
 def rate_that_stops(rest: float, rate: float, acceleration: float) -> float:
-    """Return the largest rate after this period from which a stop within `rest` is possible.
+    """Return the largest rate after this period from which a stop in time is possible.
 
     Solves (rate + r) / 2 * T + r² / (2 a) = rest for r: the drive ramps during the period.
+
+    Args:
+        rest: [m] or [rad] to the place of the stop.
+        rate: [m/s] or [rad/s] now.
+        acceleration: [m/s²] or [rad/s²] of the drive.
     """
     half = CONTROL_PERIOD / 2
     room = half * half + 2.0 * (rest - rate * half) / acceleration
@@ -150,7 +188,13 @@ def rate_that_stops(rest: float, rate: float, acceleration: float) -> float:
 
 
 def gap_to(tube: Tube, index: int, pose: Pose) -> float:
-    """Return the distance [m] of the robot to point `index`."""
+    """Return the distance [m] of the robot to a point of the tube.
+
+    Args:
+        tube: The path.
+        index: Of the point.
+        pose: Of the robot, in map.
+    """
     return math.hypot(tube.points[index, 0] - pose.x, tube.points[index, 1] - pose.y)
 
 
@@ -166,7 +210,13 @@ def _direction(tube: Tube, pose: Pose, corner: int) -> float | None:
 
 
 def length_to(tube: Tube, end: int, pose: Pose) -> float:
-    """Return the path length [m] from the robot to point `end`."""
+    """Return the path length [m] from the robot to a point of the tube.
+
+    Args:
+        tube: The path, with the robot's index on it.
+        end: Index of the point.
+        pose: Of the robot, in map.
+    """
     if end <= tube.near:
         return _signed_rest(tube, end, pose)
     return float(control_kernels.length_between(tube.points, tube.near, end, pose.x, pose.y))

@@ -20,13 +20,29 @@ from swarm_nav.control.control_kernels import (
 
 @njit(cache=True)
 def sample(low, high, index, count):
-    """Return sample `index` of `count` even ones from low to high."""
+    """Return one of several even samples.
+
+    Args:
+        low: First sample.
+        high: Last sample.
+        index: Which one, from 0 on.
+        count: Number of samples, at least 2.
+    """
     return low + (high - low) * index / (count - 1)
 
 
 @njit(cache=True)
 def window(now, most, acceleration):
-    """Return the speeds (low, high) within reach of one period, at most `most` either way."""
+    """Return the speeds within reach of one period.
+
+    Args:
+        now: [m/s] or [rad/s].
+        most: Limit of the speed, either way.
+        acceleration: [m/s²] or [rad/s²].
+
+    Returns:
+        (low, high).
+    """
     low = max(-most, now - acceleration * STEP)
     high = min(most, now + acceleration * STEP)
     return min(low, high), max(low, high)
@@ -34,9 +50,18 @@ def window(now, most, acceleration):
 
 @njit(cache=True)
 def stop_gap(pose, now, wish, w, limits, path, held):
-    """Distance [m] from the held polyline at which braking after one period of `wish` ends.
+    """Distance [m] from the held polyline at which braking after one period of a velocity ends.
 
-    now, wish = (vx, vy) in base_footprint; either component brakes by itself, as the drive does.
+    Either component brakes by itself, as the drive does.
+
+    Args:
+        pose: (x, y, yaw) now, in map.
+        now: (vx, vy, ...) [m/s] in base_footprint.
+        wish: (vx, vy) [m/s] in base_footprint.
+        w: [rad/s].
+        limits: See `best_velocity`.
+        path: (n, 2) [m] in map.
+        held: See `control_kernels.held_gap`.
     """
     ahead = 0.5 * (now[0] + wish[0]) * STEP + wish[0] * abs(wish[0]) / (2.0 * limits[3])
     aside = 0.5 * (now[1] + wish[1]) * STEP + wish[1] * abs(wish[1]) / (2.0 * limits[4])
@@ -48,7 +73,13 @@ def stop_gap(pose, now, wish, w, limits, path, held):
 
 @njit(cache=True)
 def predict(pose, velocity, arc):
-    """Fill the poses (steps, 3) under a constant velocity (vx, vy, w) in base_footprint."""
+    """Fill the poses under a constant velocity.
+
+    Args:
+        pose: (x, y, yaw) now, in map.
+        velocity: (vx [m/s], vy [m/s], w [rad/s]) in base_footprint.
+        arc: (steps, 3) receives x, y, yaw after each step.
+    """
     x, y, yaw = pose
     for s in range(arc.shape[0]):
         middle = yaw + 0.5 * velocity[2] * STEP
@@ -62,7 +93,17 @@ def predict(pose, velocity, arc):
 
 @njit(cache=True)
 def straight_to(pose, aim, speed, limits):
-    """Return (vx, vy) that leads straight to a point, no faster than the drive goes that way."""
+    """Return the velocity that leads straight to a point, no faster than the drive goes that way.
+
+    Args:
+        pose: (x, y, yaw) now, in map.
+        aim: (x, y) [m] in map.
+        speed: [m/s] that is wished for.
+        limits: (vx_max, vy_max, ...) [m/s].
+
+    Returns:
+        (vx, vy) [m/s] in base_footprint.
+    """
     bearing = math.atan2(aim[1] - pose[1], aim[0] - pose[0]) - pose[2]
     vx = speed * math.cos(bearing)
     vy = speed * math.sin(bearing)
@@ -72,13 +113,24 @@ def straight_to(pose, aim, speed, limits):
 
 @njit(cache=True)
 def best_velocity(pose, velocity, path, inside, limits, samples, scales, arc):
-    """Return (vx, vy, w) of the admissible velocity with the smallest critics' sum.
+    """Find the admissible velocity with the smallest sum of critics.
 
-    As `control_kernels.best_twist`, with a second axis. pose = (x, y, yaw), velocity = (vx, vy, w)
-    now. inside = (v_limit, held, tolerance, aim x, aim y): one sample leads straight to the aim.
-    limits = (vx_max, vy_max, w_max, vx_acc, vy_acc, w_acc); samples = (nx, ny, nw, horizon [s]);
-    scales = (path, goal, align, oscillation, facing), where facing [rad] is added to the path's
-    direction. If no velocity is admissible, the robot brakes.
+    As `control_kernels.best_twist`, with a second axis. If no velocity is admissible, the robot
+    brakes.
+
+    Args:
+        pose: (x, y, yaw) now, in map.
+        velocity: (vx, vy, w) now, in base_footprint.
+        path: (n, 2) [m] in map, from the robot on, n > 1.
+        inside: (v_limit, held, tolerance, aim x, aim y): one sample leads straight to the aim.
+        limits: (vx_max, vy_max, w_max, vx_acc, vy_acc, w_acc) in m and rad.
+        samples: (nx, ny, nw, horizon [s]).
+        scales: (path, goal, align, oscillation, facing): weights of the critics; facing [rad] is
+            added to the path's direction.
+        arc: (steps, 3) receives the poses of the best rollout.
+
+    Returns:
+        (vx, vy, w).
     """
     v_limit, held, tolerance, aim_x, aim_y = inside
     nx, ny, nw, horizon = samples

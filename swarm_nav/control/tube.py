@@ -42,14 +42,24 @@ class Tube:
         self.reset(pose)
 
     def configure(self, confirmations: int, held_length: float, wanted_length: float) -> None:
-        """Take new parameters; all space must be confirmed again."""
+        """Take new parameters; all space must be confirmed again.
+
+        Args:
+            confirmations: Beacons in which space is requested before it is taken.
+            held_length: [m] of path held ahead.
+            wanted_length: [m] requested beyond that.
+        """
         self._held_points = max(1, round(held_length / SPACING))
         self._wanted_points = min(WANTED_POINTS, max(1, round(wanted_length / SPACING)))
         self._confirmations = min(confirmations, REMEMBERED)
         self._noted = 0
 
     def reset(self, pose: Pose) -> None:
-        """Drop path, claim and request; keep the place under the robot."""
+        """Drop path, claim and request; keep the place under the robot.
+
+        Args:
+            pose: Of the robot, in map.
+        """
         self.points: FloatArray = np.array(((pose.x, pose.y),))
         self.near = 0
         self.stop = 0
@@ -69,7 +79,11 @@ class Tube:
         return self.stop >= len(self.points) - 1
 
     def adopt(self, path: FloatArray) -> None:
-        """Continue from the stop point along `path` (n, 2), which starts there."""
+        """Continue from the stop point along a path.
+
+        Args:
+            path: (n, 2) [m] in map; it starts at the stop point.
+        """
         kept = self.points[self.near : self.stop + 1]
         self.points = np.ascontiguousarray(np.vstack((kept, path[1:])))
         self.stop -= self.near
@@ -86,7 +100,11 @@ class Tube:
             self.forget_requests()
 
     def release_ahead(self, keep: int) -> None:
-        """Shrink the held part to `keep` points ahead of the robot and forget the requests."""
+        """Shrink the held part and forget the requests.
+
+        Args:
+            keep: Points ahead of the robot that stay held.
+        """
         self.stop = min(self.stop, self.near + keep)
         self.forget_requests()
 
@@ -112,9 +130,15 @@ class Tube:
         self.is_withdrawn = True
 
     def publish(self, pose: Pose, tick: int) -> tuple[NDArray[np.float32], ...]:
-        """Return (held, wanted, intent) for the beacon of `tick`, and remember the request.
+        """Return the blocks of a beacon, and remember the request.
 
-        They are views of `published` that the next call overwrites.
+        Args:
+            pose: Of the robot, in map.
+            tick: Of the beacon.
+
+        Returns:
+            (held, wanted, intent), each (n, 2) float32 [m] in map: views of `published` that the
+            next call overwrites.
         """
         end = self.stop
         if self.is_withdrawn:
@@ -139,7 +163,12 @@ class Tube:
         self._log[self._noted - 1, 1] = end
 
     def advance(self, pose: Pose, limit: int) -> None:
-        """Move the robot's index to the nearest point from here up to `limit`."""
+        """Move the robot's index to the nearest point from here on.
+
+        Args:
+            pose: Of the robot, in map.
+            limit: Largest index.
+        """
         self.near = tube_kernels.nearest_ahead(self.points, self.near, limit, pose.x, pose.y)
 
     def next_corner(self) -> int:
@@ -158,7 +187,15 @@ class Tube:
 
 
 def padded(points: NDArray[np.float64], capacity: int) -> tuple[NDArray[np.float32], int]:
-    """Return the first `capacity` points as a float32 block (capacity, 2) and their number."""
+    """Return points as a block of fixed size.
+
+    Args:
+        points: (n, 2).
+        capacity: Points of the block; further points are left out.
+
+    Returns:
+        The block (capacity, 2) float32, zeros behind the points, and the number of points in it.
+    """
     block = np.zeros((capacity, 2), np.float32)
     size = min(len(points), capacity)
     block[:size] = points[:size]

@@ -32,7 +32,14 @@ ROUNDING = 1e-6  # [m] by which two robots may compute one distance differently
 
 @njit(cache=True)
 def gap_squared(points, size, x, y):
-    """Squared distance of (x, y) to the first `size` points; 1e20 without points."""
+    """Squared distance [m²] of a place to some points; 1e20 without points.
+
+    Args:
+        points: (n, 2) [m].
+        size: How many of them count.
+        x: [m] of the place.
+        y: [m] of the place.
+    """
     best = 1e20
     for k in range(size):
         dx = points[k, 0] - x
@@ -45,7 +52,15 @@ def gap_squared(points, size, x, y):
 
 @njit(cache=True)
 def claimed_gap(beacon, first, size, x, y):
-    """Squared distance of (x, y) to `size` points of a beacon's words from `first` on."""
+    """Squared distance [m²] of a place to points in a beacon; 1e20 without points.
+
+    Args:
+        beacon: (words,) float32, a beacon's words.
+        first: Word at which the points begin.
+        size: Number of points.
+        x: [m] of the place, in map.
+        y: [m] of the place, in map.
+    """
     best = 1e20
     for k in range(first, first + 2 * size, 2):
         dx = beacon[k] - x
@@ -58,13 +73,23 @@ def claimed_gap(beacon, first, size, x, y):
 
 @njit(cache=True)
 def last_point(size):
-    """Word of the last of `size` held points."""
+    """Word of a beacon at which the last held point is.
+
+    Args:
+        size: Number of held points.
+    """
     return HELD + 2 * ((np.int64(size) - 1) % HELD_POINTS)
 
 
 @njit(cache=True)
 def intent_gap(beacon, head, p):
-    """Squared distance of p to the near part of a robot's intent; its size is in the head."""
+    """Squared distance [m²] of a place to the first `PRIORITY_LENGTH` of a robot's intent.
+
+    Args:
+        beacon: (words,) float32 with the points.
+        head: (words,) uint32 with the size of the intent.
+        p: (x, y) [m] in map.
+    """
     ahead = min(np.int64(head[INTENT_SIZE]), int(PRIORITY_LENGTH / INTENT_SPACING))
     return claimed_gap(beacon, INTENT, ahead, p[0], p[1])
 
@@ -73,8 +98,17 @@ def intent_gap(beacon, head, p):
 def grantable_prefix(beacon, size, end, held, held_size, reach, slack):
     """Points of a neighbour's request before the first one that our published tube denies it.
 
-    `end` is the word at which its tube's last point is. Whatever it might be granted counts: it may
-    make way by now (slack), and it may grow away if it is too near already.
+    Whatever it might be granted counts: it may make way by now (slack), and it may grow away if it
+    is too near already.
+
+    Args:
+        beacon: (words,) float32 of the neighbour.
+        size: Number of points that it requests.
+        end: Word at which its tube's last point is, see `last_point`.
+        held: (n, 2) [m] our tube as published.
+        held_size: How many of its points count.
+        reach: [m] sum of both radii.
+        slack: [m] `traffic.yield_slack`.
     """
     before = gap_squared(held, held_size, beacon[end], beacon[end + 1])
     for k in range(size):
@@ -90,7 +124,17 @@ def grantable_prefix(beacon, size, end, held, held_size, reach, slack):
 
 @njit(cache=True)
 def denied(beacon, first, size, p, previous, reach, slack):
-    """Whether p comes too near to claimed points; a tube that already is may grow away."""
+    """Whether a point is too near to claimed points; a tube that already is may grow away.
+
+    Args:
+        beacon: (words,) float32 of the neighbour.
+        first: Word at which the claimed points begin.
+        size: Their number.
+        p: (x, y) [m] in map, the point.
+        previous: (x, y) [m] of the point before it on our path.
+        reach: [m] sum of both radii.
+        slack: [m] by which it may be nearer.
+    """
     here = claimed_gap(beacon, first, size, p[0], p[1])
     if here >= (reach - slack) ** 2:
         return False
@@ -100,11 +144,20 @@ def denied(beacon, first, size, p, previous, reach, slack):
 
 @njit(cache=True)
 def admissible(p, previous, beacon, held_size, reach, slack, wins, prefix):
-    """Whether point p may join our tube as far as one living neighbour is concerned (G2).
+    """Whether a point may join our tube as far as one living neighbour is concerned (rule G2).
 
-    `reach` is the sum of both radii. A tube that is already too near, by an actuation error, may
-    grow away from the neighbour; a robot that makes way may also pass it `slack` nearer, so that
-    it is not caught by millimetres.
+    A tube that is already too near, by an actuation error, may grow away from the neighbour; a
+    robot that makes way may also pass it `slack` nearer, so that it is not caught by millimetres.
+
+    Args:
+        p: (x, y) [m] in map, the point.
+        previous: (x, y) [m] of the point before it on our path.
+        beacon: (words,) float32 of the neighbour.
+        held_size: Number of points that it holds.
+        reach: [m] sum of both radii.
+        slack: [m] by which the point may be nearer.
+        wins: Whether we rank higher.
+        prefix: Points of its request that it may be granted, see `grantable_prefix`.
     """
     if denied(beacon, HELD, held_size, p, previous, reach, slack):
         return False
@@ -113,7 +166,15 @@ def admissible(p, previous, beacon, held_size, reach, slack, wins, prefix):
 
 @njit(cache=True)
 def acknowledged(requests, tick):
-    """Last point that the beacon of `tick` and all since have requested, -1 if it is forgotten."""
+    """Last point that the beacon of a tick and all since have requested.
+
+    Args:
+        requests: (k, 2) ticks and last points, in order of ticks.
+        tick: Of the beacon that a neighbour has acknowledged.
+
+    Returns:
+        The index of the point, -1 if the request is older than those remembered.
+    """
     for k in range(requests.shape[0] - 1, -1, -1):
         if requests[k, 0] <= tick:
             return requests[k, 1]
@@ -132,16 +193,23 @@ def extend(
     around,
     claims,
 ):
-    """Let the tube grow along `points` until the first refusal.
+    """Let the tube grow along a path until the first refusal (rules G1 to G5, docs/architecture).
 
-    span = (stop, last, confirmed): indices of the tube's end, of the last point wanted now and of
-    the last point that was requested in enough beacons. own = (radius, priority, id, yields_for).
-    requests = (k, 2) ticks and last points of the requests published since the last change.
-    protocol = (push_ticks, yield_slack).
-    around = (obstacles (k, 2), clearance).
-    claims = the neighbours' table, see `Neighborhood.claims`.
+    Args:
+        points: (n, 2) [m] in map, the path.
+        span: (stop, last, confirmed): indices of the tube's end, of the last point wanted now and
+            of the last point that was requested in enough beacons.
+        own: (radius [m], priority, id, yields_for).
+        own_held: (m, 2) [m] our tube as published.
+        own_held_size: How many of its points count.
+        requests: (k, 2) ticks and last points of the requests published since the last change.
+        protocol: (push_ticks, yield_slack [m]).
+        around: (obstacles (k, 2) [m], clearance [m] that points keep from them).
+        claims: The neighbours' table, see `Neighborhood.claims`.
 
-    Returns (new stop, reason, row of the neighbour in the way or -1).
+    Returns:
+        (new stop, reason, row of the neighbour in the way or -1); the reason is one of `REACHED`,
+        `UNCONFIRMED`, `ROBOT`, `OBSTACLE`, `RIGHT_OF_WAY`.
     """
     stop, last, confirmed = span
     radius, priority, own_id, yields_for = own
@@ -213,9 +281,16 @@ def extend(
 
 @njit(cache=True)
 def nearest_ahead(points, first, limit, x, y):
-    """Return the index of the point nearest to (x, y) from `first` on, at most `limit`.
+    """Return the index of the path point nearest to a place, from an index on.
 
     The path may pass the same place again: it is the first local minimum.
+
+    Args:
+        points: (n, 2) [m].
+        first: Index where the search begins.
+        limit: Largest index.
+        x: [m] of the place.
+        y: [m] of the place.
     """
     k = first
     gap = math.hypot(points[k, 0] - x, points[k, 1] - y)
@@ -230,11 +305,20 @@ def nearest_ahead(points, first, limit, x, y):
 
 @njit(cache=True)
 def publish(points, position, span, held, wanted, intent):
-    """Fill the blocks of a beacon, zeros behind; return their sizes (held, wanted, intent).
+    """Fill the blocks of a beacon, zeros behind.
 
-    span = (near, stop, end): the held part goes from the robot's position over the points behind
-    `near` to `stop`, the request from there to `end`, the intent from `stop` on with every
-    second point.
+    Args:
+        points: (n, 2) [m] in map, the path.
+        position: (x, y) [m] of the robot, in map.
+        span: (near, stop, end): the held part goes from the robot's position over the points
+            behind `near` to `stop`, the request from there to `end`, the intent from `stop` on
+            with every second point.
+        held: (k, 2) float32, written.
+        wanted: (k, 2) float32, written.
+        intent: (k, 2) float32, written.
+
+    Returns:
+        The sizes (held, wanted, intent).
     """
     near, stop, end = span
     held[:] = 0.0
