@@ -26,7 +26,11 @@ CANDIDATES = 20  # particles, drawn evenly by weight, around which the heaviest 
 
 @njit(cache=True)
 def uniform(state):
-    """Return a number in [0, 1) and advance the counter `state` (1,)."""
+    """Return a random number in [0, 1).
+
+    Args:
+        state: (1,) uint64 counter, advanced by one step.
+    """
     state[0] = state[0] + GOLDEN
     word = state[0]
     word = (word ^ (word >> np.uint64(30))) * FIRST
@@ -37,20 +41,35 @@ def uniform(state):
 
 @njit(cache=True)
 def normal(state):
-    """Return a standard normal number (Box and Muller)."""
+    """Return a standard normal random number (Box and Muller).
+
+    Args:
+        state: See `uniform`.
+    """
     first = 1.0 - uniform(state)
     return math.sqrt(-2.0 * math.log(first)) * math.cos(2.0 * math.pi * uniform(state))
 
 
 @njit(cache=True)
 def wrap(angle):
-    """Return an angle in [-π, π)."""
+    """Return an angle [rad] in [-π, π).
+
+    Args:
+        angle: [rad].
+    """
     return (angle + math.pi) % (2.0 * math.pi) - math.pi
 
 
 @njit(cache=True)
 def scatter(particles, mean, spread, state):
-    """Draw all particles around a pose; spread = (x, y, yaw) standard deviations."""
+    """Draw all particles around a pose.
+
+    Args:
+        particles: (n, 3) x, y [m], yaw [rad] in map, written.
+        mean: (x, y, yaw).
+        spread: (x, y, yaw) standard deviations.
+        state: See `uniform`.
+    """
     for k in range(particles.shape[0]):
         for axis in range(3):
             particles[k, axis] = mean[axis] + spread[axis] * normal(state)
@@ -58,7 +77,13 @@ def scatter(particles, mean, spread, state):
 
 @njit(cache=True)
 def blur(particles, spread, state):
-    """Add noise to particles; spread = (x, y, yaw) standard deviations."""
+    """Add noise to particles.
+
+    Args:
+        particles: (n, 3), changed in place.
+        spread: (x, y, yaw) standard deviations.
+        state: See `uniform`.
+    """
     for k in range(particles.shape[0]):
         for axis in range(3):
             particles[k, axis] += spread[axis] * normal(state)
@@ -68,9 +93,13 @@ def blur(particles, spread, state):
 def move(particles, step, deviations, state):
     """Move particles by an odometry step with noise (Thrun, Burgard, Fox 2005, table 5.6).
 
-    step = (first turn, way, second turn, way sideways); deviations = their standard deviations
-    and, last, that of the position [m] in any direction. The way lies in the direction after the
-    first turn.
+    Args:
+        particles: (n, 3) x, y [m], yaw [rad] in map, changed in place.
+        step: (first turn [rad], way [m], second turn [rad], way sideways [m]); the ways lie in the
+            direction after the first turn.
+        deviations: Standard deviations of these four and, last, that of the position [m] in any
+            direction.
+        state: See `uniform`.
     """
     for k in range(particles.shape[0]):
         first = step[0] + deviations[0] * normal(state)
@@ -88,7 +117,14 @@ def move(particles, step, deviations, state):
 def likelihood(distance, sigma, weights, most, out):
     """Write the logarithm of each cell's likelihood of a hit, 0 on a wall.
 
-    weights = (z_hit, z_rand / range_max).
+    log((z_hit exp(-d² / 2σ²) + z_rand / range_max) / (z_hit + z_rand / range_max)).
+
+    Args:
+        distance: (h, w) [m] to the nearest wall.
+        sigma: [m] of a hit about a wall.
+        weights: (z_hit, z_rand / range_max).
+        most: [m] beyond which the distance does not count.
+        out: (h, w), written.
     """
     hit, other = weights
     for r in range(distance.shape[0]):
@@ -100,12 +136,22 @@ def likelihood(distance, sigma, weights, most, out):
 
 @njit(cache=True)
 def beams(ranges, beam, offset, lidar, pose, robots, reach, out):
-    """Write the hits (k, 2) to compare with the map, in the robot's frame; return their number.
+    """Write the hits to compare with the map: the first usable ray of each of equal sectors.
 
-    One ray of each of len(out) equal sectors: the first that hit something which no known robot
-    explains. beam = (angle_min, angle_increment, range_min, range_max); `offset` = of the
-    first ray in its sector; lidar, pose = (x, y, yaw) of the LiDAR in the robot's frame and of the
-    robot in map; robots (m, 2) with reach (m,) are discs in map.
+    A ray is usable if it hit something that no known robot explains.
+
+    Args:
+        ranges: (rays,) [m].
+        beam: (angle_min [rad], angle_increment [rad], range_min [m], range_max [m]).
+        offset: Of the first ray that is tried in each sector.
+        lidar: (x, y, yaw) of the LiDAR in base_footprint.
+        pose: (x, y, yaw) of the robot in map.
+        robots: (m, 2) [m] in map, centres of discs that hold robots.
+        reach: (m,) [m] radii of these discs.
+        out: (sectors, 2) receives hits in base_footprint.
+
+    Returns:
+        The number of hits.
     """
     rays, sectors = ranges.shape[0], out.shape[0]
     cos, sin = math.cos(pose[2]), math.sin(pose[2])
@@ -138,13 +184,22 @@ def beams(ranges, beam, offset, lidar, pose, robots, reach, out):
 
 @njit(cache=True)
 def weigh(particles, points, field, frame, skip, trust, scores, weights):
-    """Write the normalised weights (n,) of particles; return the share of hits left out.
+    """Write the normalised weights of particles after a scan.
 
-    points (b, 2) are hits in the robot's frame; field and frame give the log likelihood.
-    skip = (log likelihood from which a particle agrees with a hit, share of particles that must
-    agree, share of hits left out from which all count again); trust = (how much of a new
-    view the scan is, 0..1; number of particles that are to matter in effect: it is trusted less if
-    there are fewer); scores is (n, b), for the kernel.
+    Args:
+        particles: (n, 3) x, y [m], yaw [rad] in map.
+        points: (b, 2) [m] hits in base_footprint.
+        field: (h, w) log likelihoods, see `likelihood`.
+        frame: (origin_x, origin_y, resolution) [m] of the field.
+        skip: (log likelihood from which a particle agrees with a hit, share of particles that must
+            agree, share of hits left out from which all count again).
+        trust: (share of a new view that the scan is, 0 to 1; number of particles that must matter
+            in effect): the scan is trusted less if fewer matter.
+        scores: (n, b), scratch.
+        weights: (n,), written.
+
+    Returns:
+        The share of hits left out.
     """
     n, b = particles.shape[0], points.shape[0]
     power, fewest = trust
@@ -191,10 +246,15 @@ def weigh(particles, points, field, frame, skip, trust, scores, weights):
 
 @njit(cache=True)
 def estimate(particles, weights, out):
-    """Write x, y, yaw of the densest place, and the variances of x, y, yaw of all around it.
+    """Write the densest place of the particles, and the variances of all around it.
 
     The place is the mean of the particles near the one with the heaviest neighbourhood, moved to
     that mean a few times.
+
+    Args:
+        particles: (n, 3) x, y [m], yaw [rad] in map.
+        weights: (n,), their sum is 1.
+        out: (6,) receives x, y, yaw, and the variances of x, y [m²], yaw [rad²].
     """
     x, y, yaw = 0.0, 0.0, 0.0
     heaviest, passed, candidate = -1.0, 0.0, 0
@@ -235,7 +295,12 @@ def estimate(particles, weights, out):
 def fit(pose, points, field, frame, weights):
     """Return the mean over hits of exp(-d² / 2σ²) at a pose: 1 if all lie on mapped walls.
 
-    weights = (z_hit, z_rand / range_max), with which the field was made.
+    Args:
+        pose: (x, y, yaw) of the robot in map.
+        points: (b, 2) [m] hits in base_footprint.
+        field: (h, w) log likelihoods, see `likelihood`.
+        frame: (origin_x, origin_y, resolution) [m] of the field.
+        weights: (z_hit, z_rand / range_max), with which the field was made.
     """
     hit, other = weights
     cos, sin = math.cos(pose[2]), math.sin(pose[2])
@@ -250,7 +315,13 @@ def fit(pose, points, field, frame, weights):
 
 @njit(cache=True)
 def needed(bins, error, z):
-    """Number of particles for an error with a confidence: Fox 2003, equation 7."""
+    """Number of particles for an error with a confidence (KLD sampling: Fox 2003, equation 7).
+
+    Args:
+        bins: Cells of the histogram that hold a particle.
+        error: Largest Kullback-Leibler distance.
+        z: Quantile of the normal distribution for the confidence.
+    """
     if bins <= 1:
         return 1
     part = 2.0 / (9.0 * (bins - 1))
@@ -259,7 +330,12 @@ def needed(bins, error, z):
 
 @njit(cache=True)
 def is_new_bin(pose, table):
-    """Enter the cell of a pose into a hash table of keys; return whether it was not there."""
+    """Enter the histogram cell of a pose into a hash table; return whether it was not there.
+
+    Args:
+        pose: (x [m], y [m], yaw [rad]).
+        table: (TABLE,) int64 keys, 0 where free.
+    """
     column = np.int64(math.floor(pose[0] / BIN))
     row = np.int64(math.floor(pose[1] / BIN))
     turn = np.int64(math.floor(pose[2] / YAW_BIN))
@@ -275,10 +351,19 @@ def is_new_bin(pose, table):
 
 @njit(cache=True)
 def resample(particles, weights, sizes, fresh, center, state, out):
-    """Draw particles by weight into `out`, as many as KLD sampling needs; return their number.
+    """Draw particles by weight, as many as KLD sampling needs.
 
-    sizes = (fewest, most, error, z); fresh = (share that is drawn around `center` instead, its
-    spread [m], [rad]).
+    Args:
+        particles: (n, 3) x, y [m], yaw [rad] in map.
+        weights: (n,).
+        sizes: (fewest, most, error, z), see `needed`.
+        fresh: (share that is drawn around `center` instead, its spread [m], [rad]).
+        center: (x, y, yaw) in map.
+        state: See `uniform`.
+        out: (most, 3) receives the particles.
+
+    Returns:
+        The number of particles drawn.
     """
     fewest, most, error, z = sizes
     share, spread, spread_yaw = fresh

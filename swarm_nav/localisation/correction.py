@@ -9,12 +9,25 @@ LEAP, SPIN = 0.10, 0.25  # [m] and [rad] beyond which a correction waits for a s
 
 
 def is_leap(now: Pose, best: Pose) -> bool:
-    """Whether a correction is too large to drive on meanwhile."""
+    """Whether a correction is too large to drive on meanwhile.
+
+    Args:
+        now: The pose in use, in map.
+        best: The better one.
+    """
     return best.distance(now) > LEAP or abs(wrap_angle(best.yaw - now.yaw)) > SPIN
 
 
 def nudged(now: Pose, best: Pose) -> Pose | None:
-    """Return `now`, moved towards `best` by what a tick may; None if that is all the way."""
+    """Return a pose moved towards a better one by as much as one tick may correct.
+
+    Args:
+        now: The pose in use, in map.
+        best: The better one.
+
+    Returns:
+        The moved pose; None if the better one is within reach of this tick.
+    """
     gap, turn = now.distance(best), wrap_angle(best.yaw - now.yaw)
     if gap <= STEP and abs(turn) <= TURN:
         return None

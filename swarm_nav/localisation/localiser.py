@@ -84,7 +84,16 @@ def make_localiser(
     hood: Neighborhood,
     robot_id: int,
 ) -> Localiser:
-    """Return the localiser that the parameters ask for; see `amcl.AmclLocaliser`."""
+    """Return the localiser that the parameters ask for.
+
+    Args:
+        pose_map: Where base_footprint is now.
+        config: `localisation.` parameters.
+        spec: LiDAR and drive of the robot.
+        terrain: Of the map.
+        hood: Neighbours, which explain LiDAR hits.
+        robot_id: For random numbers of its own.
+    """
     if config.type == AMCL:
         from swarm_nav.localisation.amcl import (
             AmclLocaliser,  # its kernels are loaded only where they are needed

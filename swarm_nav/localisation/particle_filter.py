@@ -62,7 +62,11 @@ class ParticleFilter:
         self.configure(config)
 
     def configure(self, config: LocalisationConfig) -> None:
-        """Take new parameters, effective from the next scan."""
+        """Take new parameters, effective from the next scan.
+
+        Args:
+            config: `localisation.` parameters.
+        """
         most = config.max_particles
         self._config = config
         self._drawn, self._weights = np.empty((most, 3)), np.empty(most)
@@ -70,7 +74,13 @@ class ParticleFilter:
         self._particles = self._particles[:most]
 
     def scatter(self, pose_map: Pose, deviation: tuple[float, float], *, is_wide: bool) -> None:
-        """Draw the particles around a pose that is known to within `deviation` [m], [rad]."""
+        """Draw the particles around a pose.
+
+        Args:
+            pose_map: Of base_footprint.
+            deviation: ([m], [rad]) standard deviations within which it is known.
+            is_wide: Whether to draw the largest number of particles instead of the smallest.
+        """
         config, (place, yaw) = self._config, deviation
         count = config.max_particles if is_wide else config.min_particles
         self._particles = np.empty((count, 3))
@@ -78,14 +88,25 @@ class ParticleFilter:
         amcl_kernels.scatter(self._particles, mean, (place, place, yaw), self._state)
 
     def at(self, motion: Pose) -> FloatArray:
-        """Return the particles (k, 3) after a motion, without noise."""
+        """Return the particles after a motion, without noise.
+
+        Args:
+            motion: Of base_footprint, in its frame before the motion.
+
+        Returns:
+            (k, 3) x, y [m], yaw [rad] in map.
+        """
         moved = self._particles.copy()
         step = (0.0, motion.x, motion.yaw, motion.y)
         amcl_kernels.move(moved, step, STILL, self._state.copy())
         return moved
 
     def move(self, step: Step) -> None:
-        """Move the particles by odometry and its noise (AMCL's motion model)."""
+        """Move the particles by odometry and its noise (AMCL's motion model).
+
+        Args:
+            step: Odometry since the last call.
+        """
         config = self._config
         turns, ways = step.turned**2, step.driven**2
         turning = config.alpha1 * turns + config.alpha2 * ways

@@ -11,8 +11,13 @@ from numba import njit
 def passed_through(points, ranges, beam, pose, limits, out):
     """Flag points that all rays of a scan around their bearing went beyond.
 
-    beam = (angle_min, angle_increment, range_min); pose = (x, y, yaw) of the LiDAR in map;
-    limits = (max_range, margin).
+    Args:
+        points: (k, 2) [m] in map.
+        ranges: (n,) [m] of the scan.
+        beam: (angle_min [rad], angle_increment [rad], range_min [m]).
+        pose: (x, y, yaw) of the LiDAR in map.
+        limits: (max_range, margin) [m]: how far points may be, and how far beyond a ray must go.
+        out: (k,) bool, written.
     """
     n = ranges.shape[0]
     for k in range(points.shape[0]):
@@ -34,11 +39,17 @@ def passed_through(points, ranges, beam, pose, limits, out):
 
 @njit(cache=True)
 def inherit(marks, old, seen, sizes, times, out):
-    """Write birth, motion and time of the last hit of marks.
+    """Write birth, motion and time of the last hit of marks, from older marks near by.
 
-    Motion is 0 (none), 1 (has come), or 2 (walks). old = (points (m, 2), births, motion,
-    hit_ticks); seen = (hits, arrivals); sizes = (cell, body); times = (tick, limits, walk_ticks),
-    limits[m] for motion m; out = (births, motion, hit_ticks).
+    Args:
+        marks: (n, 2) [m] in map.
+        old: (points (m, 2), births (m,), motion (m,), hit_ticks (m,)) of the older marks; motion
+            is 0 (none), 1 (has come), or 2 (walks).
+        seen: (hits (k, 2), arrivals (j, 2)) [m] in map, of this scan.
+        sizes: (cell, body) [m]: of a mark, and of a body.
+        times: (tick, limits, walk_ticks): after limits[m] ticks a mark of motion m is no longer
+            restless.
+        out: (births (n,), motion (n,), hit_ticks (n,)), written.
     """
     points, old_births, old_motion, old_hits = old
     hits, arrivals = seen
@@ -88,7 +99,16 @@ def inherit(marks, old, seen, sizes, times, out):
 
 @njit(cache=True)
 def restless_gap(marks, births, motion, times, x, y):
-    """Distance of (x, y) from the nearest mark that may walk on; times = (tick, limits)."""
+    """Distance [m] of a place from the nearest mark that may be a walking person; inf without one.
+
+    Args:
+        marks: (n, 2) [m] in map.
+        births: (n,) ticks in which the marks appeared.
+        motion: (n,) see `inherit`.
+        times: (tick, limits), see `inherit`.
+        x: [m] of the place, in map.
+        y: [m] of the place, in map.
+    """
     tick, limits = times
     best = 1e20
     for k in range(marks.shape[0]):

@@ -49,12 +49,23 @@ class Movers:
         self._motion = np.zeros(0, np.int64)  # index into LIMITS
 
     def keep(self, mask: NDArray[np.bool_]) -> None:
-        """Forget the marks that are flagged False."""
+        """Forget some marks.
+
+        Args:
+            mask: (n,) bool, False for those to forget.
+        """
         self._births, self._motion = self._births[mask], self._motion[mask]
         self._hit_ticks = self._hit_ticks[mask]
 
     def present(self, tick: int) -> NDArray[np.bool_]:
-        """Return which marks may still be there: what moves and is out of sight goes away."""
+        """Return which marks may still be there: a moving body that is out of sight goes away.
+
+        Args:
+            tick: Now.
+
+        Returns:
+            (n,) bool.
+        """
         present: NDArray[np.bool_] = (self._motion == 0) | (tick - self._hit_ticks < GONE_TICKS)
         return present
 
@@ -116,7 +127,14 @@ class Movers:
         self._births, self._motion, self._hit_ticks = births, motion, hit_ticks
 
     def gap(self, marks: FloatArray, x: float, y: float, tick: int) -> float:
-        """Return the distance [m] of a point from the nearest restless mark; inf without one."""
+        """Return the distance [m] of a place from the nearest restless mark; inf without one.
+
+        Args:
+            marks: (n, 2) [m] in map, all of them.
+            x: [m] of the place, in map.
+            y: [m] of the place, in map.
+            tick: Now.
+        """
         if len(marks) == 0:
             return math.inf
         times = (tick, LIMITS)

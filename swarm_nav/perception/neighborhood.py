@@ -104,23 +104,43 @@ class Neighborhood:
         self._show(0)
 
     def configure(self, config: TrafficConfig) -> None:
-        """Take new parameters, effective from the next tick."""
+        """Take new parameters, effective from the next tick.
+
+        Args:
+            config: `traffic.` parameters.
+        """
         edge = config.radio_range - 2.0 * MAX_SPEED * config.lost_ticks * CONTROL_PERIOD
         self._limits = (config.lost_ticks, edge, config.dead_ticks, STOPPING_POINTS, UNHEARD_LIMITS)
         self._hearing = (edge, config.radio_range, config.lost_ticks)
 
     def receive(self, beacons: BeaconArray, x: float, y: float) -> None:
-        """Take beacons for the next `refresh`; (x, y) is the own position in map."""
+        """Take beacons for the next `refresh`.
+
+        Args:
+            beacons: The radio's batch of a tick.
+            x: [m] own position in map.
+            y: [m] own position in map.
+        """
         self.take(reception_of(beacons), x, y)
 
     def take(self, reception: Reception, x: float, y: float) -> None:
-        """Take beacons for the next `refresh` that stay where they are until then."""
+        """Take beacons for the next `refresh`, without a copy.
+
+        Args:
+            reception: The radio's batch of a tick; it must not change until then.
+            x: [m] own position in map.
+            y: [m] own position in map.
+        """
         self._position = (x, y)
         if len(reception.rows):
             self._inbox.append((reception, (x, y)))
 
     def refresh(self, tick: int) -> None:
-        """Store the received beacons, compute ages at `tick` and forget robots that left."""
+        """Store the received beacons, compute ages and forget robots that left.
+
+        Args:
+            tick: Now.
+        """
         inbox, self._inbox = self._inbox, []
         if self._has_dead and tick % PASSED_EVERY == 0:
             self.passed_by()
@@ -274,26 +294,43 @@ class Neighborhood:
         return (self.ids, self.acks, self.gone, self.priorities, *self._claims)
 
     def heard(self, tick: int) -> NDArray[np.uint32]:
-        """Return the acknowledgements for the beacon of `tick`; the next call overwrites them."""
+        """Return the acknowledgements for a beacon; the next call overwrites them.
+
+        Args:
+            tick: Of the beacon.
+        """
         if tick != self._heard_tick:
             self._heard_tick = tick
             kernels.acknowledge(self._words, self._notes, self._count, tick, self._heard)
         return self._heard
 
     def radius(self, row: int) -> float:
-        """Return the safety radius [m] of a robot."""
+        """Return the safety radius [m] of a robot.
+
+        Args:
+            row: Of the robot in the table.
+        """
         return float(self._floats[row, kernels.RADIUS])
 
     def row(self, robot_id: int) -> int | None:
-        """Return the row of a robot, None if it is not known."""
+        """Return the row of a robot, None if it is not known.
+
+        Args:
+            robot_id: Its id on the radio.
+        """
         row = kernels.row_of(self.ids, robot_id)
         return row if row >= 0 else None
 
     def highest_pusher(self, priority: int, patience: int, least_depth: int) -> int | None:
-        """Return the row of the highest robot that this one has blocked for `patience` ticks.
+        """Return the row of the highest robot that this one has blocked for a while.
 
-        Only one that ranks above `priority`, does not make way for this one, and has at least
-        `least_depth` in its chain of inheritance.
+        Args:
+            priority: That it must rank above; it must not make way for this robot either.
+            patience: Ticks for which it has been blocked, at least.
+            least_depth: Of its chain of inheritance.
+
+        Returns:
+            The row; None if there is no such robot.
         """
         if not self._is_pushed:
             return None
@@ -306,9 +343,15 @@ class Neighborhood:
     def earlier_requests(
         self, station: tuple[float, float], tick: int, same: float
     ) -> tuple[int, int]:
-        """Return how many robots asked before `tick` for a station within `same` [m] of this.
+        """Count the robots that asked for a station before this one.
 
-        And the id of the first of them, 0 if there is none.
+        Args:
+            station: (x, y) [m] in map.
+            tick: Of the own request.
+            same: [m] within which two stations are the same.
+
+        Returns:
+            Their number, and the id of the first of them, 0 if there is none.
         """
         count, first = station_kernels.earlier_requests(
             self._words, self._floats, self.gone, station, tick, self._own_id, same
@@ -316,7 +359,12 @@ class Neighborhood:
         return int(count), int(first)
 
     def highest_waiting(self, station: tuple[float, float], same: float) -> int:
-        """Return the highest priority of robots that want a station within `same` [m], else 0."""
+        """Return the highest priority of the robots that want a station, 0 if there are none.
+
+        Args:
+            station: (x, y) [m] in map.
+            same: [m] within which two stations are the same.
+        """
         return int(
             station_kernels.highest_waiting(
                 self._words, self._floats, self.gone, self.priorities, station, same
@@ -324,7 +372,14 @@ class Neighborhood:
         )
 
     def tubes(self, row: int) -> NDArray[np.float32]:
-        """Return the held points (n, 2) of one robot, and its requested ones if it is gone."""
+        """Return the held points of one robot, and its requested ones if it is gone.
+
+        Args:
+            row: Of the robot in the table.
+
+        Returns:
+            (n, 2) [m] in map.
+        """
         beacon = self.beacons[row]
         held: NDArray[np.float32] = beacon["held"][: beacon["held_size"]]
         if not self.gone[row]:

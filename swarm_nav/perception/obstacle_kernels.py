@@ -12,10 +12,21 @@ from swarm_nav.planning.distance_kernels import sample
 
 @njit(cache=True)
 def unexplained(ranges, beam, pose, limits, distance, frame, robots, reach, out):
-    """Write the hits that neither the map nor a known robot explains; return their number.
+    """Write the hits that neither the map nor a known robot explains.
 
-    beam = (angle_min, angle_increment, range_min); pose = (x, y, yaw) of the LiDAR in map;
-    limits = (max_range, static_tolerance); robots (k, 2) with reach (k,) are discs.
+    Args:
+        ranges: (n,) [m] of the scan.
+        beam: (angle_min [rad], angle_increment [rad], range_min [m]).
+        pose: (x, y, yaw) of the LiDAR in map.
+        limits: (max_range, static_tolerance) [m].
+        distance: (h, w) [m] to the nearest mapped wall.
+        frame: (origin_x, origin_y, resolution) [m] of `distance`.
+        robots: (k, 2) [m] in map, centres of discs that hold robots.
+        reach: (k,) [m] radii of these discs.
+        out: (m, 2) receives the hits in map; further ones are dropped.
+
+    Returns:
+        The number of hits written.
     """
     near = np.empty(robots.shape[0], np.int64)
     known_count = 0
@@ -52,7 +63,18 @@ def unexplained(ranges, beam, pose, limits, distance, frame, robots, reach, out)
 
 @njit(cache=True)
 def still_there(points, ranges, beam, pose, max_range, robots, reach, keep):
-    """Clear the flags of points that a ray passes through or that a known robot covers."""
+    """Clear the flags of points that a ray passes through or that a known robot covers.
+
+    Args:
+        points: (m, 2) [m] in map.
+        ranges: (n,) [m] of the scan.
+        beam: (angle_min [rad], angle_increment [rad], range_min [m]).
+        pose: (x, y, yaw) of the LiDAR in map.
+        max_range: [m] up to which rays clear.
+        robots: (k, 2) [m] in map, centres of discs that hold robots.
+        reach: (k,) [m] radii of these discs.
+        keep: (m,) bool, changed in place.
+    """
     n = ranges.shape[0]
     for k in range(points.shape[0]):
         dx = points[k, 0] - pose[0]

@@ -45,7 +45,11 @@ class ObstacleLayer:
         self._movers = Movers(CELL)
 
     def configure(self, config: CostmapConfig) -> None:
-        """Take new parameters, effective from the next scan."""
+        """Take new parameters, effective from the next scan.
+
+        Args:
+            config: `costmap.` parameters.
+        """
         self._config = config
 
     def clear(self) -> None:
@@ -54,14 +58,30 @@ class ObstacleLayer:
         self._movers.clear()
 
     def clear_square(self, x: float, y: float, half: float, is_except: bool) -> None:
-        """Forget the marks in a square of edge 2 `half` [m] in map, or all but those."""
+        """Forget the marks in a square, or all but those.
+
+        Args:
+            x: [m] of its centre, in map.
+            y: [m] of its centre, in map.
+            half: [m] half of its edge.
+            is_except: Whether to forget all marks but those in the square.
+        """
         distance = np.abs(self.points - (x, y)).max(axis=1, initial=0.0)
         keep: NDArray[np.bool_] = (distance <= half) == is_except
         self.points = self.points[keep]
         self._movers.keep(keep)
 
     def restless_gap(self, x: float, y: float, tick: int) -> float:
-        """Return the distance [m] of a point in map from the nearest mark that may be a person."""
+        """Return the distance [m] of a place from the nearest mark that may be a person.
+
+        Args:
+            x: [m] of the place, in map.
+            y: [m] of the place, in map.
+            tick: Now.
+
+        Returns:
+            The distance; inf if there is no such mark.
+        """
         return self._movers.gap(self.points, x, y, tick)
 
     def update(

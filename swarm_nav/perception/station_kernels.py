@@ -17,9 +17,19 @@ STATION_TICK = word_of("station_tick")
 
 @njit(cache=True)
 def earlier_requests(words, floats, gone, station, tick, own_id, same):
-    """Return (number of robots that asked before (tick, own_id), id of the first of them or 0).
+    """Count the robots that asked for a station before (tick, own_id).
 
-    Only those that asked for a station within `same` [m] of ours.
+    Args:
+        words: (n, words) uint32, the neighbours' beacons.
+        floats: The same memory as float32.
+        gone: (n,) bool.
+        station: (x, y) [m] in map.
+        tick: Of the own request.
+        own_id: Of this robot.
+        same: [m] within which two stations are the same.
+
+    Returns:
+        (number of such robots, id of the first of them or 0).
     """
     count = 0
     first = 0
@@ -42,10 +52,18 @@ def earlier_requests(words, floats, gone, station, tick, own_id, same):
 
 @njit(cache=True)
 def highest_waiting(words, floats, gone, priorities, station, same):
-    """Highest priority of the robots that asked for a station within `same` [m], 0 if none.
+    """Highest priority of the robots that asked for a station, 0 if there are none.
 
     Only priorities of their own count, told by the id in them: one that was inherited may come
     from the very robot that asks, and would go round for ever.
+
+    Args:
+        words: (n, words) uint32, the neighbours' beacons.
+        floats: The same memory as float32.
+        gone: (n,) bool.
+        priorities: (n,).
+        station: (x, y) [m] in map.
+        same: [m] within which two stations are the same.
     """
     highest = 0
     for row in range(gone.shape[0]):
