@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 
 from swarm_common.model.beacon import HELD_POINTS, word_of
+from swarm_nav.core.order_kernels import may_hold_up, outranks
 from swarm_nav.perception.neighborhood_kernels import (
     BLOCKED_TICKS,
     HELD,
@@ -236,7 +237,7 @@ def extend(
             beacon, np.int64(words[j, WANTED_SIZE]), last_point(words[j, HELD_SIZE]),
             own_held, own_held_size, reach, yield_slack,
         )  # fmt: skip
-        exempt[j] = yields_for != 0 or intent_gap(beacon, words[j], origin) < reach * reach
+        exempt[j] = intent_gap(beacon, words[j], origin) < reach * reach
     for k in range(stop + 1, last + 1):
         p = points[k]
         before = points[k - 1]
@@ -258,15 +259,14 @@ def extend(
                     beacon, WANTED, wanted, p, before, reach, 0.0
                 )
             else:
-                wins = priority > priorities[j] or (priority == priorities[j] and own_id < ids[j])
+                wins = outranks(priority, own_id, priorities[j], ids[j])
                 is_free = admissible(p, before, beacon, held, reach, slack, wins, prefix[j])
             if not is_free:
                 return k - 1, ROBOT, j
             if (
                 words[j, BLOCKED_TICKS] >= push_ticks
                 and not exempt[j]
-                and not gone[j]
-                and priorities[j] > priority
+                and may_hold_up(priorities[j], ids[j], gone[j], (priority, own_id, yields_for))
                 and intent_gap(beacon, words[j], p) < reach * reach
             ):
                 return k - 1, RIGHT_OF_WAY, j

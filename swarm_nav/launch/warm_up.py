@@ -141,7 +141,7 @@ def _pass_door(situation: Situation) -> None:
     narrows.barrier(situation, situation.tube.stop)
     frame, claims = situation.planner.lattice.frame, situation.hood.columns()
     leads_in(labels, frame, np.zeros((2, 2)), 1)
-    barrier(labels, frame, np.zeros((2, 2)), 1, (0, 1), claims)
+    barrier(labels, frame, np.zeros((2, 2)), 1, (0, 1, 0), claims)
 
 
 def _drive(robots: list[Navigator], poses: list[Pose]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from swarm_nav.core.order_kernels import outranks
 from swarm_nav.core.priority import SENIORITY
 
 BLOCKED = 30  # ticks for which a robot on its way to the mouth has been blocked that no more counts
@@ -49,7 +50,7 @@ def count_ahead(region, frame, columns, robots, own):
         if not inside and gate_ticks[k] == 0:
             continue
         theirs = priorities[k] & SENIORITY
-        ranks_above = theirs > seniority or (theirs == seniority and ids[k] < own_id)
+        ranks_above = outranks(theirs, ids[k], seniority, own_id)
         if ranks_above and not gone[k] and priorities[k] > SENIORITY:  # that has a goal
             is_highest = False
         if inside or (blocked[k] <= BLOCKED and (gate_ticks[k] == 1 or ranks_above)):

@@ -97,7 +97,7 @@ class Narrows:
         if situation.terrain is not self._terrain:
             self._terrain = situation.terrain
             self._labels = single_lanes(situation.terrain, situation.usual_radius)
-        if self._labels is None or situation.yields_for:
+        if self._labels is None:
             return last, -1
         tube, hood = situation.tube, situation.hood
         way = tube.points[tube.stop : tube.stop + WAY_POINTS]
@@ -109,7 +109,7 @@ class Narrows:
             frame,
             way,
             last - tube.stop,
-            (situation.priority, situation.robot_id),
+            (situation.priority, situation.robot_id, situation.yields_for),
             hood.columns(),
         )
         return tube.stop + count, row

@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 
 from swarm_nav.control.tube_kernels import INTENT_SPACING
+from swarm_nav.core.order_kernels import may_hold_up
 
 CLIMB = 1.5  # [m] within which the wall on the other side of a passage is looked for
 FORESIGHT = 2.0  # [m] of a neighbour's path that counts
@@ -166,8 +167,8 @@ def leads_in(labels, frame, way, wanted):
 def barrier(labels, frame, way, wanted, own, claims):
     """Return (number of points of `way` that may be claimed, row that is waited for or -1).
 
-    `way` starts at the end of the held tube; `wanted` points of it are wanted now. own = (priority,
-    id); robots with a lower priority do not bar. claims = the neighbours' columns, see
+    `way` starts at the end of the held tube; `wanted` points of it are wanted now. own =
+    (priority, id, yields for). claims = the neighbours' columns, see
     `Neighborhood.columns`.
     """
     if wanted <= 0 or label_at(labels, frame, way[0, 0], way[0, 1]) > 0:
@@ -185,10 +186,7 @@ def barrier(labels, frame, way, wanted, own, claims):
     ids, gone, priorities = claims[0], claims[2], claims[3]
     held, held_size, intent, intent_size = claims[6], claims[7], claims[10], claims[11]
     for j in range(ids.shape[0]):
-        if gone[j]:
-            continue
-        is_higher = priorities[j] > own[0] or (priorities[j] == own[0] and ids[j] < own[1])
-        if not is_higher:
+        if not may_hold_up(priorities[j], ids[j], gone[j], own):
             continue
         is_inside, hx, hy = ends_within(labels, frame, held[j], np.int64(held_size[j]), mine)
         ahead = min(np.int64(intent_size[j]), int(FORESIGHT / INTENT_SPACING))
