@@ -20,6 +20,7 @@ from swarm_commander.cli import main as commander_cli
 from swarm_commander.cli.commander_command import commander_app
 from swarm_commander.cli.fleet_command import fleet_app
 from swarm_common.middleware.topic_table import ORDERS, ROBOT_TOPICS, WORLD_TOPICS, Topic
+from swarm_common.model.errors import ConfigError
 from swarm_map import cli as map_cli
 from swarm_nav.core.config import NavConfig
 from swarm_nav.core.limits import MOST, RANGES
@@ -114,9 +115,8 @@ def parameter_page() -> str:
         "Give a ROS 2 parameter file to `--params`, or set them while a robot drives:"
         " `ros2 param set /Srobot3/navigator traffic.patience 300.0`. `params/navigator.yaml` has"
         " all of them to copy from. Limits of speed and acceleration follow the robot model"
-        " unless your file sets them.\n\nA range in brackets is the general limit, where no"
-        " narrower one is set; a group's own check may exclude values inside it (a time must be"
-        " positive, for example) and says so.\n",
+        " unless your file sets them.\n\nBeyond its range a parameter is refused, with a message"
+        " that names it. A group may refuse more, where values do not make sense together.\n",
     ]
     config = NavConfig()
     for group in dataclasses.fields(config):
@@ -132,7 +132,7 @@ def parameter_page() -> str:
             unit, effect = _unit(comments.get(field.name, ""))
             shown = str(value).lower() if isinstance(value, bool) else value
             parts.append(
-                f"| `{name}` | {shown} | {unit} | {_range(name, value)} | {_cell(effect)} |\n"
+                f"| `{name}` | {shown} | {unit} | {_range(part, name, value)} | {_cell(effect)} |\n"
             )
     return "".join(parts)
 
@@ -142,15 +142,26 @@ def _unit(comment: str) -> tuple[str, str]:
     return (match[1], match[2]) if match else ("", comment)
 
 
-def _range(name: str, value: Any) -> str:
-    if isinstance(value, bool):
-        return "true, false"
-    if isinstance(value, str):
-        return ""
-    if name in RANGES:
-        low, high = RANGES[name]
-        return f"{low:g} to {high:g}"
-    return f"(-{MOST:g} to {MOST:g})"
+def _range(part: Any, name: str, value: Any) -> str:
+    """Return the range of a parameter: that of `limits`, and what the group refuses below it."""
+    if isinstance(value, (bool, str)):
+        return "true, false" if isinstance(value, bool) else ""
+    low, high = RANGES.get(name, (-MOST, MOST))
+    field = name.rpartition(".")[2]
+    if low <= 0 and not _takes(part, field, type(value)(0)):
+        return f"1 to {high:g}" if isinstance(value, int) else f"above 0, to {high:g}"
+    if low < 0 and not _takes(part, field, type(value)(-1)):
+        low = 0
+    return f"{low:.10g} to {high:.10g}"
+
+
+def _takes(part: Any, field: str, value: Any) -> bool:
+    """Tell whether a group of parameters takes a value, the others being at their defaults."""
+    try:
+        dataclasses.replace(part, **{field: value})
+    except ConfigError:
+        return False
+    return True
 
 
 # Topics

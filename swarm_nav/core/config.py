@@ -23,21 +23,21 @@ from swarm_nav.core.localisation_config import LocalisationConfig
 class ControllerConfig:
     """DWB's parameters (bare names, no prefix)."""
 
-    max_vel_x: float = 0.26  # [m/s]
-    max_vel_theta: float = 1.82  # [rad/s]
+    max_vel_x: float = 0.26  # [m/s] largest speed forwards
+    max_vel_theta: float = 1.82  # [rad/s] largest turning rate
     acc_lim_x: float = 1.0  # [m/s²] what the drive can do, also when braking
-    acc_lim_theta: float = 3.2  # [rad/s²]
-    max_vel_y: float = 0.0  # [m/s] sideways, of omnidirectional drives
-    acc_lim_y: float = 0.0  # [m/s²]
-    vx_samples: int = 8
-    vy_samples: int = 8  # of omnidirectional drives
-    vtheta_samples: int = 20
+    acc_lim_theta: float = 3.2  # [rad/s²] what the drive can do, also when braking
+    max_vel_y: float = 0.0  # [m/s] largest speed sideways, of omnidirectional drives
+    acc_lim_y: float = 0.0  # [m/s²] sideways, of omnidirectional drives
+    vx_samples: int = 8  # speeds that a tick compares
+    vy_samples: int = 8  # speeds sideways that a tick compares, of omnidirectional drives
+    vtheta_samples: int = 20  # turning rates that a tick compares
     sim_time: float = 0.8  # [s] horizon; shorter than Nav2's 1.7 because the tube must be followed
     path_distance_scale: float = 32.0  # PathDist: mean squared distance to the path
     goal_distance_scale: float = 24.0  # GoalDist: path length still to go at the horizon
     path_align_scale: float = 4.0  # PathAlign: heading against the path at the horizon
     oscillation_scale: float = 0.05  # Oscillation: change of turning rate
-    rotate_to_heading_angle: float = 0.4  # [rad] from the path: turn in place first
+    rotate_to_heading_angle: float = 0.4  # [rad] off the path beyond which it turns in place first
     corner_angle: float = 0.7  # [rad] bend of the path that is turned on the spot
 
     def __post_init__(self) -> None:
@@ -64,9 +64,9 @@ class PlannerConfig:
     """Global planner; `planner.` parameters."""
 
     tolerance: float = 0.5  # [m] by which a goal may be moved out of an obstacle
-    allow_unknown: bool = True
+    allow_unknown: bool = True  # false: unknown cells of the map are walls
     resolution: float = 0.1  # [m] of the search lattice
-    replan_period: float = 8.0  # [s] while driving
+    replan_period: float = 8.0  # [s] between two plans while driving
     lane_weight: float = 3.0  # extra cost of driving with the nearer wall on the left
     lane_width: float = 2.2  # [m] from a wall within which lanes exist
 
@@ -80,9 +80,9 @@ class PlannerConfig:
 class CostmapConfig:
     """Costmaps; `costmap.` parameters."""
 
-    inflation_radius: float = 0.55  # [m]
-    cost_scaling_factor: float = 3.0  # [1/m]
-    footprint_padding: float = 0.01  # [m]
+    inflation_radius: float = 0.55  # [m] around obstacles in the costmaps
+    cost_scaling_factor: float = 3.0  # [1/m] how fast costs fall with the distance from obstacles
+    footprint_padding: float = 0.01  # [m] kept from obstacles beyond the body
     obstacle_max_range: float = 2.5  # [m] up to which a hit marks
     raytrace_max_range: float = 3.0  # [m] up to which a ray clears
     local_size: float = 3.0  # [m] width and height of the rolling local costmap
@@ -106,8 +106,8 @@ class CostmapConfig:
 class GoalCheckerConfig:
     """When a pose counts as reached; `goal_checker.` parameters."""
 
-    xy_goal_tolerance: float = 0.25  # [m]
-    yaw_goal_tolerance: float = 0.25  # [rad]
+    xy_goal_tolerance: float = 0.25  # [m] of a reached position
+    yaw_goal_tolerance: float = 0.25  # [rad] of a reached heading
 
     def __post_init__(self) -> None:
         """Refuse impossible values."""
@@ -118,8 +118,8 @@ class GoalCheckerConfig:
 class ProgressCheckerConfig:
     """When a robot that could move is not moving; `progress_checker.` parameters."""
 
-    required_movement_radius: float = 0.5  # [m]
-    movement_time_allowance: float = 10.0  # [s]
+    required_movement_radius: float = 0.5  # [m] that a robot must move
+    movement_time_allowance: float = 10.0  # [s] in which it must, or it counts as stuck
     number_of_retries: int = 6  # recoveries before a goal is given up
 
     def __post_init__(self) -> None:
@@ -136,10 +136,10 @@ class ProgressCheckerConfig:
 class BehaviorConfig:
     """Recovery behaviours; `behavior.` parameters."""
 
-    spin_dist: float = 1.57  # [rad]
-    backup_dist: float = 0.30  # [m]
-    backup_speed: float = 0.15  # [m/s]
-    wait_duration: float = 5.0  # [s]
+    spin_dist: float = 1.57  # [rad] turned by a recovery
+    backup_dist: float = 0.30  # [m] driven back by a recovery
+    backup_speed: float = 0.15  # [m/s] of that
+    wait_duration: float = 5.0  # [s] waited by a recovery
 
     def __post_init__(self) -> None:
         """Refuse impossible values."""
@@ -164,7 +164,7 @@ class TrafficConfig:
     listen_ticks: int = 16  # ticks of listening before the first claim
     lost_ticks: int = 16  # ticks without a beacon after which a robot left or died
     dead_ticks: int = 100  # ticks after which a robot well within range stands where it stopped
-    radio_range: float = 6.0  # [m]
+    radio_range: float = 6.0  # [m] within which beacons are heard
     push_ticks: int = 3  # ticks of being blocked before the blocker makes way
     moving_patience: float = 1.5  # [s] the same for a blocker that is driving on
     release_time: float = 1.2  # [s] without a pusher before a robot stops making way
