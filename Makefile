@@ -28,6 +28,8 @@ test: .venv/.ready-test
 	.venv/bin/mypy
 	.venv/bin/lint-imports --no-logo
 	NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --strict --quiet
+	# The kernels are compiled once, before both halves need them at the same time.
+	.venv/bin/python -c "from swarm_nav.launch.warm_up import warm_up; warm_up()"
 	$(MAKE) --jobs=2 --output-sync=target --no-print-directory test-live test-pure
 
 # Swarms that run, and everything else: a core each.

@@ -38,7 +38,7 @@ def refusal(
 
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("ROS_DOMAIN_ID", str(DOMAIN))
-    monkeypatch.setattr(local_run.Run, "_spawn", must_not_start)
+    monkeypatch.setattr(local_run.LocalRun, "_spawn", must_not_start)
     yield run
     assert not (tmp_path / "runs").exists()
 
