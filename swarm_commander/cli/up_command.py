@@ -25,6 +25,7 @@ from swarm_commander.viewers.rviz import windows
 from swarm_common.files.bytecode import ensure_bytecode, own_packages
 from swarm_common.middleware.addresses import check_address, own_address
 from swarm_common.middleware.secret import given_secret
+from swarm_common.model.engines import BULLET, NO_WHEELS, usual_engine
 from swarm_common.model.errors import ConfigError
 from swarm_common.robots.fleet import load_fleet
 from swarm_common.robots.packages import add_package_paths
@@ -233,6 +234,8 @@ def up(
         bind=_address_to_bind(bind),
     )
     run_plan = check_plan(options)
+    if drive is None and usual_engine() != BULLET:
+        typer.echo(NO_WHEELS, err=True)
     ensure_interfaces()
     code = bring_up(run_plan)
     ensure_bytecode([*own_packages(), *interface_packages()])  # for the next start

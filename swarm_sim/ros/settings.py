@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from swarm_common.files.sites_io import parse_spawn
+from swarm_common.model.engines import usual_engine
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import Pose
 from swarm_common.model.sites import Spawn
@@ -55,7 +56,7 @@ class Settings:
     duration: float | None = None  # [s] of simulated time, then the world ends
     verdict_path: str | None = None
     trace_dir: str | None = None  # where to leave the map and a time series for the report
-    engine: str = "bullet"
+    engine: str = field(default_factory=usual_engine)
     actuation_noise: float = 0.0  # of each speed, as a share of it
     with_lidar: bool = True
     realistic: bool = False  # sensors err as each robot's model says

@@ -10,6 +10,7 @@ import numpy as np
 
 from swarm_common.model.beacon import BeaconArray, Reception
 from swarm_common.model.breaches import Collision
+from swarm_common.model.engines import usual_engine
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import (
     CONTROL_PERIOD,
@@ -49,7 +50,8 @@ NOISE_WORD = 73  # what a random number is for
 class WorldConfig:
     """How the world is simulated."""
 
-    engine: str = "bullet"  # bullet: rigid bodies on wheels; planar: kinematic, fast
+    # bullet: rigid bodies on wheels; planar: kinematic, fast
+    engine: str = field(default_factory=usual_engine)
     physics_period: float = 0.01  # [s] of a physics step
     with_lidar: bool = True
     actuation_noise: float = 0.0  # standard deviation of each speed, as a share of it, per tick

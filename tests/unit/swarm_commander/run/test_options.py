@@ -1,3 +1,4 @@
+import importlib.util
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -8,6 +9,7 @@ from swarm_commander.cli.console import Moment, StatusConsole
 from swarm_commander.run.domain import DomainLock, domain_id
 from swarm_commander.run.options import UpOptions, parse_speed
 from swarm_commander.run.rundir import create_run_folder, write_env_sh
+from swarm_common.model.engines import usual_engine
 from swarm_common.model.errors import ConfigError
 
 NOW = datetime(2024, 5, 6, 7, 8, 9)
@@ -140,3 +142,17 @@ def test_the_narrator_speaks_on_change_and_now_and_then() -> None:
     assert "holding for loader_3, place 2" in held
     assert console.line("1/8 loader_3", moment(3.9, "holding", 2)) is None
     assert console.line("1/8 loader_3", moment(4.0, "holding", 2)) is not None
+
+
+def test_without_pybullet_robots_drive_planar_and_wheels_are_refused(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    usual_engine.cache_clear()
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    try:
+        assert usual_engine() == "planar"
+        with pytest.raises(ConfigError, match="PyBullet is not installed"):
+            UpOptions(drive="wheels")
+        assert UpOptions(drive="planar").drive == "planar"
+    finally:
+        usual_engine.cache_clear()
