@@ -166,10 +166,10 @@ class TrafficConfig:
     dead_ticks: int = 100  # ticks after which a robot well within range stands where it stopped
     radio_range: float = 6.0  # [m] within which beacons are heard
     push_ticks: int = 3  # ticks of being blocked before the blocker makes way
-    moving_patience: float = 1.5  # [s] the same for a blocker that is driving on
+    moving_patience: float = 1.5  # [s] the same for a blocker that drives on or is stuck
     release_time: float = 1.2  # [s] without a pusher before a robot stops making way
     replan_blocked: float = 0.8  # [s] blocked before another way is looked for
-    stuck_time: float = 4.0  # [s] blocked on the way to a refuge before saying so
+    stuck_time: float = 4.0  # [s] blocked or still before a refuge or a claim is given up
     retreat_time: float = 5.0  # [s] that a retreat lasts
     patience: float = 600.0  # [s] without any progress before a goal is given up
 

@@ -11,7 +11,6 @@ from swarm_nav.traffic.narrows import Narrows
 from swarm_nav.traffic.situation import Situation
 
 GROWTH_SLACK = 0.06  # [m] by which tubes are nearer than both radii without any growth
-WATCHDOG_TIME = 4.0  # [s] with a claim but without motion
 WATCHDOG_MOTION = 0.06  # [m]
 WHY = {tube_kernels.ROBOT: "is in the way", tube_kernels.RIGHT_OF_WAY: "has the right of way"}
 COMES = "comes through a single lane"
@@ -132,10 +131,11 @@ class Claim:
         """Drop a claim that is not being driven, whatever the reason; return whether it was."""
         s = self._s
         is_moving = s.pose.distance(self._watch_pose) > WATCHDOG_MOTION
+        patience = s.patience(s.config.traffic.stuck_time)
         if is_moving or s.tube.stop <= s.tube.near:
             self._watch_pose = s.pose
             self._watch_tick = s.tick
-        elif s.tick - self._watch_tick > s.patience(WATCHDOG_TIME) and abs(s.twist.vx) < 0.02:
+        elif s.tick - self._watch_tick > patience and abs(s.twist.vx) < 0.02:
             self._watch_tick = s.tick
             s.tube.reset(s.pose)
             return True
@@ -152,7 +152,7 @@ class Claim:
             self._retracting_since = s.tick
         self._retracted_tick = s.tick
         waited = s.tick - self._retracting_since
-        if s.hood.deaf_neighbor and waited < s.patience(WATCHDOG_TIME):
+        if s.hood.deaf_neighbor and waited < s.patience(s.config.traffic.stuck_time):
             keep = 0 if s.is_standing else s.brake_points
             if tube.stop > tube.near + keep:
                 tube.release_ahead(keep)

@@ -9,10 +9,9 @@ from __future__ import annotations
 
 from swarm_nav.core.priority import above
 from swarm_nav.traffic.gate import ADMITTED, Gate, is_inside
-from swarm_nav.traffic.holding import SEARCH_PAUSE, Lease, parking_path
+from swarm_nav.traffic.holding import NEXT_GOAL_PATIENCE, SEARCH_PAUSE, Lease, parking_path
 from swarm_nav.traffic.situation import Situation
 
-IDLE_PATIENCE = 3.0  # [s] without a goal: the next one mostly follows at once
 EXIT_DISTANCE = 40.0  # [m] of driving to a place outside
 ARRIVED = 0.3  # [m] from the parking place
 
@@ -48,7 +47,7 @@ class Departure:
         tick = situation.tick
         if self._idle_since < 0:
             self._idle_since = tick
-            self._next_search_tick = tick + situation.ticks(IDLE_PATIENCE)
+            self._next_search_tick = tick + situation.ticks(NEXT_GOAL_PATIENCE)
         if self._is_leaving(situation):
             return True
         self._give_up()

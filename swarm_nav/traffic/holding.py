@@ -41,7 +41,7 @@ QUEUE_AREA = 2.0  # [m²] of floor that each robot before one in the queue needs
 DEAD_END_AREA = 1.5  # [m²] of floor within the hold distance that one robot has to itself
 DEAD_END_ROOM = 2.5  # [m²] that the next one leaves free, so that who comes out can pass
 DEAD_END_GAP = 0.3  # [m] before that room at which the next one waits
-LEAVING_PATIENCE = 3.0  # [s] without another target: the next one mostly follows at once
+NEXT_GOAL_PATIENCE = 3.0  # [s] without a goal: the next one mostly follows at once
 QUEUE_STEP = 1.5  # [m] beyond its place in the queue from where a parked robot moves up
 
 
@@ -144,7 +144,7 @@ class Lease:
     def _leave(self, situation: Situation) -> None:
         """Give the station back once the robot is out, or has had no other target for a while."""
         self._left_tick = self._left_tick or situation.tick
-        has_stayed = situation.tick - self._left_tick > situation.ticks(LEAVING_PATIENCE)
+        has_stayed = situation.tick - self._left_tick > situation.ticks(NEXT_GOAL_PATIENCE)
         if (self._next is None and has_stayed) or not self._is_inside(situation):
             self._take(self._next)
 

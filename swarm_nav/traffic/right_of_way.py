@@ -28,7 +28,6 @@ REFUGE_MARGIN = 0.03  # [m] more than the reach that a refuge keeps from the pus
 REFUGE_COST = 12.0  # largest cost of a way to a refuge in a room, and of stepping back
 INTENT_POINTS_CLEARED = 16  # 1.6 m of the pusher's path
 RETREAT_DISTANCE = 0.95  # [m]
-STUCK_PATIENCE = 1.5  # [s] blocked by a stuck robot before stepping back
 MOVING_SPEED = 0.08  # [m/s] above which a robot is on its way
 RETRY_TIME = 1.0  # [s] between searches for a refuge
 WAY_AHEAD = 32  # points of the own path, 1.6 m, on which a pushed robot may get out of the way
@@ -171,7 +170,8 @@ class RightOfWay:
 
     def _consider_retreat(self, situation: Situation) -> None:
         """Step back from a robot that said that it cannot make way."""
-        if situation.blocked_ticks < situation.patience(STUCK_PATIENCE) or self.is_retreating:
+        patience = situation.patience(situation.config.traffic.moving_patience)
+        if situation.blocked_ticks < patience or self.is_retreating:
             return
         row = situation.hood.row(situation.blocked_by)
         if row is None or not situation.hood.stuck[row] or situation.hood.immovable[row]:

@@ -18,7 +18,7 @@ from swarm_nav.core.goals import GoalKind, Outcome
 from swarm_nav.core.priority import CLASS_DRIVING, above, base_priority
 from swarm_nav.perception.neighborhood_kernels import HELD
 from swarm_nav.planning.planner import SPACING
-from swarm_nav.traffic.claim import WATCHDOG_TIME, Claim
+from swarm_nav.traffic.claim import Claim
 from swarm_nav.traffic.holding import Lease
 from swarm_nav.traffic.right_of_way import REFUGE_MARGIN, RightOfWay, refuge_path, way_of
 from swarm_nav.traffic.situation import Situation
@@ -258,7 +258,7 @@ def test_a_claim_that_is_not_driven_is_dropped_whatever_the_robot_does() -> None
     s.tube.stop = 7
     claim = Claim(s)
     dropped = False
-    for _ in range(s.ticks(WATCHDOG_TIME) + 2):
+    for _ in range(s.ticks(s.config.traffic.stuck_time) + 2):
         s.tick += 1
         s.twist = Twist(0.0, 0.0, 1.5)  # turns on the spot
         dropped = dropped or claim.drop_if_unused()

@@ -9,7 +9,7 @@ import pytest
 
 from swarm_common.model.records import Pose, Twist
 from swarm_nav.core.localisation_config import LocalisationConfig
-from swarm_nav.traffic.claim import GROWTH_SLACK, WATCHDOG_TIME, Claim
+from swarm_nav.traffic.claim import GROWTH_SLACK, Claim
 from swarm_nav.traffic.situation import MARGIN_STEP, Situation
 from tests.standins.navigation import beacon, hear, room, situation
 
@@ -100,7 +100,7 @@ def test_the_announced_margin_grows_in_steps_and_shrinks_late() -> None:
 
 def test_a_claim_without_motion_is_dropped_after_a_while() -> None:
     s, claim = on_a_path(held=5)
-    patience = s.ticks(WATCHDOG_TIME)
+    patience = s.ticks(s.config.traffic.stuck_time)
     s.tick += patience
     assert not claim.drop_if_unused()
     s.tick += 1

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from swarm_common.model.records import Pose
-from swarm_nav.traffic.departure import IDLE_PATIENCE, Departure
+from swarm_nav.traffic.departure import Departure
 from swarm_nav.traffic.gate import Gate, is_inside
-from swarm_nav.traffic.holding import Lease
+from swarm_nav.traffic.holding import NEXT_GOAL_PATIENCE, Lease
 from swarm_nav.traffic.situation import Situation
 from tests.standins.navigation import beacon, hear, room, situation
 
@@ -35,7 +35,7 @@ def wait(departure: Departure, s: Situation, seconds: float) -> bool:
 
 def test_who_stands_inside_while_somebody_waits_leaves_for_a_place_outside() -> None:
     departure, gate, s = idle_robot(beacon(2, 2.0, 4.5, gate_tick=50, priority=1 << 40))
-    assert not wait(departure, s, IDLE_PATIENCE - 0.2)
+    assert not wait(departure, s, NEXT_GOAL_PATIENCE - 0.2)
     assert wait(departure, s, 0.5)
     x, y = s.tube.points[-1]
     assert gate.region is not None
@@ -59,14 +59,14 @@ def test_outside_or_without_a_region_nobody_leaves() -> None:
 
 def test_a_goal_or_a_pusher_ends_it_and_time_begins_anew() -> None:
     departure, _, s = idle_robot(beacon(2, 2.0, 4.5, gate_tick=50, priority=1 << 40))
-    assert wait(departure, s, IDLE_PATIENCE + 0.5)
+    assert wait(departure, s, NEXT_GOAL_PATIENCE + 0.5)
     assert not departure.update(s, False)
-    assert not wait(departure, s, IDLE_PATIENCE - 0.2)
+    assert not wait(departure, s, NEXT_GOAL_PATIENCE - 0.2)
 
 
 def test_it_is_over_where_it_wanted_to_go() -> None:
     departure, _, s = idle_robot(beacon(2, 2.0, 4.5, gate_tick=50, priority=1 << 40))
-    assert wait(departure, s, IDLE_PATIENCE + 0.5)
+    assert wait(departure, s, NEXT_GOAL_PATIENCE + 0.5)
     x, y = s.tube.points[-1]
     s.pose = Pose(float(x), float(y), 0.0)
     assert not departure.update(s, True)
