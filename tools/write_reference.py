@@ -6,6 +6,7 @@ Usage: python -m tools.write_reference    (a test compares the pages with what i
 from __future__ import annotations
 
 import dataclasses
+import enum
 import inspect
 import re
 from collections.abc import Iterator
@@ -16,9 +17,15 @@ import typer
 
 from benchmarks.app import load as load_benchmarks
 from swarm_bench import cli as bench_cli
+from swarm_bench.harness import run
+from swarm_bench.result import RunResult
+from swarm_bench.scenario import load_scenario
+from swarm_bench.stage import RunOptions
 from swarm_commander.cli import main as commander_cli
 from swarm_commander.cli.commander_command import commander_app
 from swarm_commander.cli.fleet_command import fleet_app
+from swarm_commander.mission.client import RobotCommander
+from swarm_commander.mission.task import TaskResult
 from swarm_common.middleware.topic_table import ORDERS, ROBOT_TOPICS, WORLD_TOPICS, Topic
 from swarm_common.model.errors import ConfigError
 from swarm_map import cli as map_cli
@@ -45,7 +52,12 @@ APPS = {
 
 def pages() -> dict[str, str]:
     """Return the text of each page by its file name."""
-    return {"cli.md": cli_page(), "parameters.md": parameter_page(), "topics.md": topic_page()}
+    return {
+        "cli.md": cli_page(),
+        "parameters.md": parameter_page(),
+        "topics.md": topic_page(),
+        "python.md": python_page(),
+    }
 
 
 # Commands
@@ -224,6 +236,48 @@ Those of `simulation_interfaces` under `/sim/`: `get_simulation_state`, `set_sim
 [runtime](../runtime.md). The parameter `speed` of the node `/sim/world` is in times real time
 (0: as fast as possible).
 """
+
+
+# Python
+
+
+def python_page() -> str:
+    """Return the page of the classes and functions for programs of users."""
+    parts = [
+        "# Python\n\n",
+        WRITTEN,
+        "The [tutorial](../tutorials/python.md) has an example of each.\n",
+    ]
+    for item in (RobotCommander, TaskResult, run, load_scenario, RunOptions, RunResult):
+        signature = "" if isinstance(item, type) else f"{_signature(item)}\n"
+        head = f"{item.__module__}.{item.__name__}"
+        parts.append(f"\n## {head}\n\n{signature}{_docstring(item)}\n")
+        if not isinstance(item, type):
+            continue
+        if issubclass(item, enum.Enum):
+            parts.append("\n" + "".join(f"- `{member.name}`\n" for member in item))
+        for name, member in vars(item).items():
+            if inspect.isfunction(member) and not name.startswith("_"):
+                parts.append(f"\n### {name}\n\n{_signature(member)}\n{_docstring(member)}\n")
+    return "".join(parts)
+
+
+def _signature(function: Any) -> str:
+    text = re.sub(r"(: |-> )'([^']+)'", r"\1\2", str(inspect.signature(function)))
+    return f"`{function.__name__}{re.sub(r'^[(]self(, )?', '(', text)}`\n"
+
+
+def _docstring(item: Any) -> str:
+    """Return a docstring as Markdown: its sections are lists."""
+    lines = []
+    for line in (inspect.getdoc(item) or "").splitlines():
+        if re.fullmatch(r"(Args|Attributes|Returns|Raises):", line):
+            lines.append(f"**{line}**\n")
+        elif match := re.match(r"    (\w+): (.*)", line):
+            lines.append(f"- `{match[1]}`: {_cell_free(match[2])}")
+        else:
+            lines.append(_cell_free(line.strip()) if line.startswith("    ") else _cell_free(line))
+    return "\n".join(lines)
 
 
 def _cell(text: str) -> str:
