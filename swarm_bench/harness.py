@@ -30,7 +30,7 @@ from swarm_common.model.records import CONTROL_PERIOD, Odometry, Pose, Twist
 from swarm_nav.core.goals import Goal, GoalEnded, GoalKind, Outcome, Output
 from swarm_sim.world.world import Observation, World
 
-WAITS_EVERY = 10  # ticks between two looks at who waits for whom
+WAITS_EVERY = 10  # ticks between two checks of which robot waits for which
 Watcher = Callable[[World, Sequence[Driver], Sequence[Output | None]], None]
 
 
@@ -164,7 +164,7 @@ class Harness:
     def _decide(self, index: int, tick: int, seen: Observation) -> None:
         if index in self._dead:
             self._outputs[index] = self._sent[index] = None
-            self._twists[index] = Twist()  # as the world commands who does not answer
+            self._twists[index] = Twist()  # as the world commands a robot that does not answer
             return
         driver = self.stage.drivers[index]
         odom = as_received(seen.odom)

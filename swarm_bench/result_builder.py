@@ -156,7 +156,7 @@ def _first_collision(world: World) -> str:
 
 
 def _first_miss(stage: Stage, alive: Sequence[int]) -> str:
-    """Return who gave up a goal first, or else who was still under way."""
+    """Return the first goal that a robot gave up, or else one that was still under way."""
     misses = [
         MissedGoal(stage.world.names[i], o.stop.name, o.tick * CONTROL_PERIOD, o.reason)
         for i in alive

@@ -1,4 +1,4 @@
-"""Looks at the processes of a run from outside: threads, memory, and who else uses the machine."""
+"""Watches the processes of a run from outside: threads, memory, and other users of the machine."""
 
 from __future__ import annotations
 

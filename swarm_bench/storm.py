@@ -100,7 +100,7 @@ class StormResult:
 
     @property
     def is_flawless(self) -> bool:
-        """Whether nobody who lives ran into anything, and all goals with a way were reached."""
+        """True if no living robot ran into anything, and all goals with a way were reached."""
         return (
             not self.moving_contacts and self.goals_reached + self.goals_barred == self.goals_sent
         )
@@ -171,13 +171,13 @@ class Storm(Harness):
         self._rng = np.random.default_rng((options.seed, 13))
         self._waiting = sorted(self.plan.crates, key=lambda crate: crate.tick)
         self._crates: list[Disc] = []
-        self._down: dict[int, Fault] = {}  # who is killed or hung
+        self._down: dict[int, Fault] = {}  # robots that are killed or hung
         self._was_moving = np.zeros(options.robots, np.bool_)
         self.contacts: list[Collision] = []
 
     @property
     def is_over(self) -> bool:
-        """Whether all goals of those are settled who live or will live again."""
+        """True if all goals are settled of robots that live or will live again."""
         return all(
             itinerary.is_over or index in self._lost
             for index, itinerary in enumerate(self.stage.itineraries)

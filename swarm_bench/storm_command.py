@@ -36,8 +36,8 @@ def storm(
 ) -> None:
     """Let navigators die, hang, go mute and deaf, and come back, among crates and people.
 
-    Exit code: 0 nobody who lives ran into anything and all goals with a way to them were reached by
-    those who live at the end; 1 otherwise; 2 bad input.
+    Exit code: 0 no living robot ran into anything, and the robots that live at the end reached all
+    goals with a way to them; 1 otherwise; 2 bad input.
     """
     if world != "all" and world not in ROWS:
         raise UnknownNameError("world", world, (*ROWS, "all"))

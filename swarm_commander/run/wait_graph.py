@@ -1,4 +1,4 @@
-"""Who waits for whom, as the robots say, and the circles in that which last."""
+"""Which robot waits for which, as the robots report, and circles of waiting that last."""
 
 from __future__ import annotations
 

@@ -99,10 +99,12 @@ class Grouping:
         return self._group([settings], {name: self._peers.get(name, self._everybody)})
 
     def share_terrain(self) -> Conditions | None:
-        """Work out now, before the fork, what all robots of a model make of the map.
+        """Derive now, before the fork, what all robots of a model need from the map.
 
-        Who gets another map from the world works out its own. Returns what the map has room for,
-        None without a map.
+        A robot that gets another map from the world derives its own.
+
+        Returns:
+            What the map has room for; None without a map.
         """
         if self._map is None or not Path(self._map).is_file():
             return None

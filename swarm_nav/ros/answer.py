@@ -80,7 +80,7 @@ class Answers:
             self.send_withheld()
 
     def look(self, tick: int, now: float) -> None:
-        """See who has been silent for too long; `now` is wall time."""
+        """Notice a mission that has been silent for too long; `now` is wall time."""
         if self._withholding.has_expired(now):
             self._node.get_logger().warning(
                 f"tick {tick}: the mission sends no goal; going on without it"

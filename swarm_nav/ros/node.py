@@ -97,7 +97,7 @@ class NavigatorNode:
         )
 
     def _take_map_msg(self, data: bytes) -> None:
-        """Take the map of the robot's parameter file, whoever sends it, and no other."""
+        """Take the map of the robot's parameter file from any sender, and no other map."""
         try:
             message = ros_io.unpacked(data, OccupancyGrid)
             wanted = str(self._settings.fixed["map_sha256"])
@@ -284,7 +284,7 @@ class NavigatorNode:
         self._views.publish(self.tick)
 
     def look_around(self, now: float) -> None:
-        """See who wants something, and who has been silent for too long; `now` is wall time."""
+        """Look for clients, and for a mission that is silent for too long; `now` is wall time."""
         # The first tick was answered by all before there is a second one.
         self._on_demand.look(now, has_begun=self.tick > 0)
         self._answers.look(self.tick, now)

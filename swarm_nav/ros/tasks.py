@@ -45,7 +45,7 @@ UNSUPPORTED = {
     ),
 }
 LONG_WAIT = 50  # ticks before a goal begins that are worth a line in the log
-LISTENER_TICKS = 20  # between two looks for who wants feedback; the graph is slow to ask
+LISTENER_TICKS = 20  # between two searches for listeners to feedback; asking the graph is slow
 
 
 @dataclass(slots=True)

@@ -2,7 +2,7 @@
 
 Beyond a density the flow through a narrow region falls as more robots enter it (the fundamental
 diagram of traffic; perimeter control: Daganzo 2007, Keyvan-Ekbatani et al. 2012). A robot in the
-open whose way leads into such a region counts those that it hears inside, those admitted and those
+open whose path leads into such a region counts those that it hears inside, those admitted and those
 that ask with a higher priority; it enters while that is less than the region's share within radio
 range allows, and otherwise waits in the open. Each robot decides alone.
 

@@ -23,7 +23,7 @@ class Objects:
 
     Attributes:
         loose: Bodies that can be pushed, and those that came at run time, as they were at first.
-        vehicles: Who drives on a script.
+        vehicles: Vehicles on scripted paths.
         heights: Between which a body is an obstacle to robots.
     """
 
@@ -34,7 +34,7 @@ class Objects:
 
         Args:
             loose: Bodies that can be pushed.
-            vehicles: Who drives on a script.
+            vehicles: Vehicles on scripted paths.
             heights: Between which a body is an obstacle to robots.
         """
         self.loose = tuple(loose)

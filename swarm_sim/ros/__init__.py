@@ -2,8 +2,8 @@
 
 What a module imports of its folder stands above it:
 
-    barrier       Lockstep: who has answered the tick in hand, and who is still waited for. No
-                  clock, no I/O
+    barrier       Lockstep: the robots that have answered the current tick, and those awaited.
+                  No clock, no I/O
     foreign       Publishers on a robot's topics that have no business there: found, named once,
                   ignored
     frames        Frames of a robot for its viewers: what robot_state_publisher would send

@@ -1,4 +1,4 @@
-"""Lockstep: who has answered the tick in hand, and who is still waited for. No clock, no I/O."""
+"""Lockstep: the robots that have answered the current tick, and those awaited. No clock, no I/O."""
 
 from __future__ import annotations
 

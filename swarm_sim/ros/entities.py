@@ -57,7 +57,7 @@ STATE, SPAWNED = ResetSimulation.Request.SCOPE_STATE, ResetSimulation.Request.SC
 
 
 class Host(Protocol):
-    """Who has to know what changed."""
+    """Is told of changes of the world."""
 
     def on_arrival(self, arrival: Arrival) -> None:
         """A robot has come."""

@@ -20,7 +20,7 @@ ROBOTS = ("cmd_vel", "beacon")  # what only a robot's navigator does
 
 
 class Foreigners:
-    """Says who else publishes what only the world or a robot's navigator should.
+    """Reports foreign publishers on topics that belong to the world or to a robot's navigator.
 
     Attributes:
         rejections: Of the world's doors.

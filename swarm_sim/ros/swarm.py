@@ -27,7 +27,7 @@ KEEPS_UP = 10  # ticks that a late robot may be behind to be waited for again
 
 
 class Links:
-    """Publishes observations and collects answers; tells the barrier who has answered."""
+    """Publishes observations and collects answers; tells the barrier which robots have answered."""
 
     def __init__(
         self,
@@ -241,7 +241,7 @@ class Links:
             link.look_for_viewers()
 
     def look_for_foreigners(self) -> None:
-        """See who else publishes on topics of the robots; each time of a few of them."""
+        """Look for foreign publishers on topics of robots; a few robots at each call."""
         seats = [
             (self._hubs.node_of(robot), link.name)
             for robot, link in enumerate(self._links)
