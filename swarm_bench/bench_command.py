@@ -23,7 +23,7 @@ PIPE_WIDTH = 170  # columns of tables that nobody looks at on a terminal
 
 Jobs = Annotated[int, typer.Option(help="Number of processes.")]
 
-bench_app = typer.Typer(add_completion=False, rich_markup_mode=None, no_args_is_help=True)
+bench_app = typer.Typer(rich_markup_mode=None, no_args_is_help=True)
 
 
 @bench_app.callback()

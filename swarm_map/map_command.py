@@ -23,9 +23,7 @@ from swarm_sim.maps.world_check import differences, picture
 from swarm_sim.scene.scene import Scene
 from swarm_sim.sdf.reader import load_world
 
-map_app = typer.Typer(
-    add_completion=False, no_args_is_help=True, help="Maps and worlds.", rich_markup_mode=None
-)
+map_app = typer.Typer(no_args_is_help=True, help="Maps and worlds.", rich_markup_mode=None)
 console = Console(highlight=False, soft_wrap=True)
 
 World = Annotated[str, typer.Argument(help="Name of a world, or path of a .sdf or .world file.")]

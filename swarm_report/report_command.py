@@ -13,7 +13,7 @@ from swarm_report.compare import comparison, write_comparison
 from swarm_report.document import write_document
 from swarm_report.run import RunData
 
-report_app = typer.Typer(add_completion=False, rich_markup_mode=None)
+report_app = typer.Typer(rich_markup_mode=None)
 
 
 @report_app.command()

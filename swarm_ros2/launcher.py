@@ -24,7 +24,7 @@ PROGRAMS = {
     "swarm_bench": {"swarm_bench": "swarm_bench.cli:main"},
     "swarm_map": {"swarm_map": "swarm_map.cli:main"},
     "swarm_view": {"swarm_view": "swarm_view.cli:main"},
-    "swarm_setup": {"swarm_setup": "swarm_setup.build:main"},
+    "swarm_setup": {"swarm_setup": f"{MAIN}:setup"},
 }
 LAUNCH_FILE = "swarm.launch.py"
 CALL = "import sys; from {module} import {name}; sys.argv[0] = {label!r}; sys.exit({name}())"

@@ -1,4 +1,4 @@
-"""Provides the ROS 2 interface packages that PyPI lacks; the command `swarm-setup`.
+"""Provides the ROS 2 interface packages that PyPI lacks.
 
 What the environment already has (a full ROS 2 installation) is used as it is. The rest is built
 from `interfaces/` once, kept in the user's cache by content, and copied into the environment.
@@ -96,23 +96,6 @@ def foreign_interfaces() -> dict[str, Path]:
     for name, prefix in found.items():
         _check_release(name, prefix)
     return found
-
-
-def main() -> None:
-    """Run the command `swarm-setup`."""
-    console = Console(stderr=True)
-    try:
-        names = ensure_interfaces()
-    except SwarmError as error:
-        console.print(f"[bold red]error:[/] {error}", soft_wrap=True, highlight=False)
-        sys.exit(2)
-    console.print(
-        f"ROS 2 interfaces installed: {', '.join(names)}"
-        if names
-        else "ROS 2 interfaces are up to date",
-        highlight=False,
-        soft_wrap=True,
-    )
 
 
 def _wanted() -> list[InterfacePackage]:
@@ -247,7 +230,3 @@ def _resources(generator: str, prefixes: tuple[Path, ...]) -> Path:
         if (prefix / "share" / generator / "resource").is_dir():
             return prefix
     raise SwarmError(f"the templates of {generator} are missing under {prefixes}")
-
-
-if __name__ == "__main__":
-    main()

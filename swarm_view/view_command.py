@@ -11,7 +11,7 @@ import rclpy
 import typer
 
 from swarm_commander.mission.discovery import find_robots
-from swarm_commander.run.domain import domain_id
+from swarm_commander.run.domain import check_swarm, domain_id
 from swarm_commander.run.options import LOOPBACK, VIEWER_PORT
 from swarm_common.middleware.addresses import check_address
 from swarm_view.feed import Recording
@@ -19,7 +19,7 @@ from swarm_view.live import open_node, serve_live
 from swarm_view.server import Server
 from swarm_view.viewer import Viewer, run_until_signal
 
-view_app = typer.Typer(add_completion=False, rich_markup_mode=None)
+view_app = typer.Typer(rich_markup_mode=None)
 
 
 @view_app.command()
@@ -34,6 +34,7 @@ def view(
 ) -> None:
     """Show a running swarm in the browser, until Ctrl-C."""
     check_address(host, port)
+    check_swarm(domain_id())
     node = open_node()
     try:
         find_robots(node, domain_id(), [])

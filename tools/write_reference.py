@@ -34,6 +34,7 @@ from swarm_nav.core.limits import MOST, RANGES
 from swarm_view import cli as view_cli
 from tools.write_params import field_comments
 
+COMPLETION = ("install_completion", "show_completion")
 FOLDER = Path(__file__).resolve().parent.parent / "docs" / "reference"
 WRITTEN = "<!-- written by tools/write_reference.py -->\n\n"
 APPS = {
@@ -46,6 +47,7 @@ APPS = {
     "swarm-map": lambda: map_cli._load(),
     "swarm-bench": lambda: bench_cli._load(),
     "swarm-doctor": lambda: commander_cli._load_doctor(),
+    "swarm-setup": lambda: commander_cli._load_setup(),
     "python -m benchmarks": load_benchmarks,
 }
 
@@ -68,8 +70,9 @@ def cli_page() -> str:
     parts = [
         "# Commands\n\n",
         WRITTEN,
-        "Each command prints the same with `--help`. `swarm-setup` takes no options; `ros2` takes"
-        " ros2cli's.\n",
+        "Each command prints the same with `--help`, and its release with `--version`."
+        " `swarm-up --install-completion` (likewise the others) teaches your shell to complete"
+        " options and names with Tab. `ros2` takes ros2cli's options.\n",
     ]
     for name, load in APPS.items():
         for path, command in _commands(name.strip(), typer.main.get_command(load())):
@@ -87,7 +90,7 @@ def _commands(path: str, command: Any) -> Iterator[tuple[str, Any]]:
 
 def _section(path: str, command: Any) -> Iterator[str]:
     yield f"\n## {path}\n\n{_cell_free(inspect.cleandoc(command.help or ''))}\n"
-    shown = [item for item in command.params if not getattr(item, "hidden", False)]
+    shown = [item for item in command.params if item.name not in COMPLETION and not item.hidden]
     if shown:
         yield "\n| argument or option | default | what it does |\n|---|---|---|\n"
     for item in shown:
@@ -101,6 +104,8 @@ def _section(path: str, command: Any) -> Iterator[str]:
 def _help(item: Any) -> tuple[str, str]:
     """Return what an option does, and the default that its text states."""
     text = _cell(getattr(item, "help", "") or "")
+    if isinstance(getattr(item, "show_default", None), str):
+        return text, item.show_default
     match = re.fullmatch(r"(.*?) ?\[(?:default: )?([^\]]*)\]", text)
     return (match[1], match[2]) if match else (text, "")
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 import time
 from typing import Annotated
 
@@ -16,7 +15,7 @@ from swarm_commander.mission.discovery import find_robots, read_home, read_sites
 from swarm_commander.mission.driver import RobotDriver, has_goal, sim_seconds
 from swarm_commander.mission.itinerary import Itinerary, Order, Outcome
 from swarm_commander.mission.mission import Mission, load_mission, single_goal
-from swarm_commander.run.domain import domain_id
+from swarm_commander.run.domain import check_swarm, domain_id
 from swarm_common.middleware.ros_io import tick_of
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
@@ -24,7 +23,7 @@ from swarm_common.model.records import Pose
 READY_LIMIT = 20.0  # [s] of wall time for a robot to say where it is and to take goals
 CALM_PERIOD = 10.0  # [s] of simulated time between two lines of one robot among several
 
-commander_app = typer.Typer(add_completion=False, rich_markup_mode=None)
+commander_app = typer.Typer(rich_markup_mode=None)
 
 
 @commander_app.command()
@@ -50,6 +49,7 @@ def command(
         raise ConfigError("name a robot, like Srobot3, or give --all")
     plan = single_goal(Pose(*goal)) if goal is not None else load_mission(mission)
     domain = domain_id()
+    check_swarm(domain)
     rclpy.init()
     node = rclpy.create_node("swarm_commander", enable_rosout=False, start_parameter_services=False)
     try:
@@ -90,7 +90,6 @@ class Commander:
                 self._node, name, itinerary, self, announces=not mission.is_single_goal
             )
         self._wait_until_ready()
-        signal.signal(signal.SIGTERM, signal.default_int_handler)
         try:
             for driver in self._drivers.values():
                 driver.start()

@@ -16,7 +16,7 @@ STYLES = {Level.GOOD: "green", Level.WARNING: "yellow", Level.ERROR: "bold red"}
 MOST_ROBOTS = 1000
 UNFIT = 1
 
-doctor_app = typer.Typer(add_completion=False, rich_markup_mode=None)
+doctor_app = typer.Typer(rich_markup_mode=None)
 
 
 @doctor_app.command()

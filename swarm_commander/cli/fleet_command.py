@@ -34,7 +34,7 @@ from swarm_commander.run.domain import domain_id
 from swarm_commander.run.recording import FILE
 from swarm_common.middleware import ros_io
 from swarm_common.middleware.simulation import resource_in
-from swarm_common.model.errors import ConfigError
+from swarm_common.model.errors import ConfigError, NoSwarmError
 from swarm_common.model.records import Pose
 from swarm_common.process.messages import RestartNavigator
 from swarm_common.process.pipes import EventWriter
@@ -47,7 +47,6 @@ ANSWER_LIMIT = 60.0  # [s] of wall time for it to answer; it does between two ti
 ACTIVE_LIMIT = 60.0  # [s] of wall time for a new navigator to be there
 
 fleet_app = typer.Typer(
-    add_completion=False,
     rich_markup_mode=None,
     help="Add, remove and move robots and objects of a running swarm.",
 )
@@ -195,6 +194,7 @@ def record_(
 
 @contextmanager
 def _node() -> Iterator[Node]:
+    domain.check_swarm(domain_id())
     rclpy.init()
     node = rclpy.create_node("swarm_fleet", enable_rosout=False, start_parameter_services=False)
     try:
@@ -212,7 +212,7 @@ def _ask(node: Node, kind: Any, name: str, request: Any) -> Any:
     """
     client = node.create_client(kind, f"/sim/{name}")
     try:
-        _wait(node, client.service_is_ready, LOOK_LIMIT, _nobody())
+        _wait(node, client.service_is_ready, LOOK_LIMIT, str(NoSwarmError(domain_id())))
         future = client.call_async(request)
         _wait(
             node, future.done, ANSWER_LIMIT, "the world does not answer; do its robots all answer?"
@@ -250,13 +250,6 @@ def _wait(node: Node, condition: Callable[[], bool], limit: float, complaint: st
         if time.monotonic() > end:
             raise ConfigError(complaint)
         rclpy.spin_once(node, timeout_sec=0.1)
-
-
-def _nobody() -> str:
-    return (
-        f"no swarm is running in ROS domain {domain_id()} on this machine;"
-        " start one with swarm-up, or source the env.sh in its run folder"
-    )
 
 
 def _place(state: Any) -> str:

@@ -8,13 +8,13 @@ import signal
 import sys
 import traceback
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from importlib import metadata
+from typing import TYPE_CHECKING, Any
 
 # What takes long to import is imported when Ctrl-C does not end in a traceback any more.
 if TYPE_CHECKING:
     import typer
 
-INTERRUPTED = 130
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EIO)  # not the user's input
 LONGEST_NAME = 200  # letters of a file's name that are shown
 FLEET_COMMANDS = (
@@ -54,6 +54,17 @@ def doctor() -> None:
     sys.exit(run_app("swarm-doctor", _load_doctor))
 
 
+def setup() -> None:
+    """Run `swarm-setup`."""
+    sys.exit(run_app("swarm-setup", _load_setup))
+
+
+def _load_setup() -> typer.Typer:
+    from swarm_commander.cli.setup_command import setup_app
+
+    return setup_app
+
+
 def _load_doctor() -> typer.Typer:
     from swarm_commander.cli.doctor_command import doctor_app
 
@@ -78,13 +89,20 @@ def _load_commander() -> typer.Typer:
 
     ros_env.set_defaults()  # before rclpy is imported
     ensure_interfaces()  # before our messages are imported
-    if sys.argv[1:2] and sys.argv[1] in FLEET_COMMANDS:
+    if _first_word() in FLEET_COMMANDS:
         from swarm_commander.cli.fleet_command import fleet_app
 
         return fleet_app
     from swarm_commander.cli.commander_command import commander_app
 
     return commander_app
+
+
+def _first_word() -> str:
+    """Return the first argument, also while a shell asks how to complete it; empty without one."""
+    typed = os.environ.get("_TYPER_COMPLETE_ARGS") or os.environ.get("COMP_WORDS")
+    words = sys.argv if typed is None else typed.split()
+    return words[1] if len(words) > 1 else ""
 
 
 def _load_up() -> typer.Typer:
@@ -104,7 +122,13 @@ def with_value(words: Sequence[str], flag: str, default: str) -> list[str]:
 
 
 def run_app(name: str, load: Callable[[], typer.Typer]) -> int:
-    """Run a command line; any mistake in it becomes one message on stderr and exit code 2."""
+    """Run a command line; any mistake in it becomes one message on stderr and exit code 2.
+
+    SIGINT and SIGTERM end it without a traceback and with 128 + their number, wherever it is.
+    """
+    if sys.argv[1:] == ["--version"]:
+        sys.stdout.write(f"{name} {metadata.version('swarm-workbench')}\n")
+        return 0
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # quietly, while modules are imported
     import typer
 
@@ -113,17 +137,25 @@ def run_app(name: str, load: Callable[[], typer.Typer]) -> int:
 
     # Some versions of typer bring a click of their own, so the base is reached through typer.
     usage_error: type[Exception] = typer.BadParameter.__bases__[0]
+    ended_by: list[int] = []
+
+    def end(number: int, _: object) -> None:
+        ended_by.append(number)
+        raise KeyboardInterrupt
+
     try:
         app = load()
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-        command: Callable[..., object] = typer.main.get_command(app)
+        signal.signal(signal.SIGINT, end)
+        signal.signal(signal.SIGTERM, end)
+        command: Any = typer.main.get_command(app)
+        command.params.append(_version_option())
         code = command(prog_name=name, standalone_mode=False)
     except usage_error as error:
         message = _usage_message(error)
     except SwarmError as error:
         message = str(error)
     except (typer.Abort, KeyboardInterrupt):
-        return INTERRUPTED
+        return 128 + (ended_by[0] if ended_by else signal.SIGINT)
     except OSError as error:  # of a file that the user names: too long a name, no permission, ...
         if error.errno not in FULL and error.filename is None:
             traceback.print_exc()
@@ -132,13 +164,33 @@ def run_app(name: str, load: Callable[[], typer.Typer]) -> int:
         if error.errno in FULL:
             sys.stderr.write(f"{name}: {message}\n")
             return COMPONENT_FAILED
-    except Exception:  # a fault of ours must not look like a missed goal
+    except Exception as error:  # a fault of ours must not look like a missed goal
+        if ended_by or type(error).__name__ == "ExternalShutdownException":  # rclpy's, of a signal
+            return 128 + (ended_by[0] if ended_by else signal.SIGTERM)
         traceback.print_exc()
         return COMPONENT_FAILED
     else:
         return code if isinstance(code, int) else 0
     sys.stderr.write(f"{name}: {message}\n")
     return BAD_INPUT
+
+
+def _version_option() -> Any:
+    """Return the option `--version` for the help text; `run_app` answers it."""
+    import typer
+
+    app = typer.Typer(add_completion=False)
+    described = typer.Option(False, "--version", help="Show the version and exit.")
+
+    @app.command()
+    def show(version: bool = described) -> None:
+        pass
+
+    command: Any = typer.main.get_command(app)
+    (option,) = command.params
+    option.expose_value = option.required = False
+    option.default = False
+    return option
 
 
 def _usage_message(error: Exception) -> str:

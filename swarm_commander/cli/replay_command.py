@@ -20,7 +20,7 @@ from swarm_setup.build import ensure_interfaces
 
 TELL_PERIOD = 2.0  # [s] of wall time between two lines about the progress
 
-replay_app = typer.Typer(add_completion=False, rich_markup_mode=None)
+replay_app = typer.Typer(rich_markup_mode=None)
 
 
 @replay_app.command()

@@ -47,6 +47,8 @@ def thing_request(
         raise ConfigError("a thing needs a place; give --pose X Y YAW")
     if source and mass is not None:
         raise ConfigError("--mass is for --box and --cylinder; the file of an --object says it")
+    if source and _is_path(source) and not Path(source).exists():
+        raise ConfigError(f"--object {source}: there is no such file")
     request = SpawnEntity.Request(name=name, allow_renaming=not name)
     request.initial_pose.header.frame_id = GROUND
     request.initial_pose.pose = ros_io.pose_msg(Pose(*pose))

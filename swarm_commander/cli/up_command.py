@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from swarm_commander.cli.listing import fleet_names, listing, mission_names, world_names
 from swarm_commander.cli.session import bring_up
 from swarm_commander.hosts.host_options import Role, check_combination
 from swarm_commander.run.options import (
@@ -23,153 +24,277 @@ from swarm_commander.run.options import (
 from swarm_commander.run.plan import check_plan
 from swarm_commander.viewers.rviz import windows
 from swarm_common.files.bytecode import ensure_bytecode, own_packages
-from swarm_common.middleware.addresses import check_address, own_address
+from swarm_common.middleware.addresses import check_address, check_port, own_address
 from swarm_common.middleware.secret import given_secret
 from swarm_common.model.engines import BULLET, NO_WHEELS, usual_engine
 from swarm_common.model.errors import ConfigError
 from swarm_common.robots.fleet import load_fleet
+from swarm_common.robots.loading import robot_names as robot_models
 from swarm_common.robots.packages import add_package_paths
 from swarm_setup.build import ensure_interfaces, interface_packages
 
-up_app = typer.Typer(add_completion=False, rich_markup_mode=None)
+SWARM, MISSION, SIMULATION = "Robots and world", "Mission and end", "Simulation"
+VIEW, OUTPUT, HOSTS = "Windows", "Recording and report", "Several hosts"
+EXAMPLES = """Examples:
+
+swarm-up --viewer
+
+swarm-up --swarm-size 20 --mission loading_route --until-done
+
+swarm-up --world warehouse --swarm-size 30 --mission warehouse_orders --viewer --speed 5
+
+swarm-up --world my_hall.sdf --map my_hall.yaml --robot my_robot.urdf --rviz
+"""
+
+up_app = typer.Typer(rich_markup_mode="rich")
 
 
-@up_app.command()
+def _list(wanted: bool) -> None:
+    """Answer --list."""
+    if wanted:
+        typer.echo(listing())
+        raise typer.Exit()
+
+
+@up_app.command(epilog=EXAMPLES)
 def up(
     context: typer.Context,
+    list_: Annotated[
+        bool,
+        typer.Option(
+            "--list",
+            help="List the worlds, missions, robots and fleets to choose from, and exit.",
+            is_eager=True,
+            callback=_list,
+        ),
+    ] = False,
     swarm_size: Annotated[
-        int | None, typer.Option(help="Number of robots.  [default: 5]", show_default=False)
+        int | None, typer.Option(show_default="5", rich_help_panel=SWARM, help="Number of robots.")
     ] = None,
-    world: Annotated[str, typer.Option(help="Name or path of a world.")] = "slim_blockage",
+    world: Annotated[
+        str,
+        typer.Option(
+            autocompletion=world_names, rich_help_panel=SWARM, help="Name or path of a world."
+        ),
+    ] = "slim_blockage",
     robot: Annotated[
         str | None,
-        typer.Option(help=f"Robot model.  [default: {DEFAULT_ROBOT}]", show_default=False),
+        typer.Option(
+            autocompletion=robot_models,
+            show_default=DEFAULT_ROBOT,
+            rich_help_panel=SWARM,
+            help="Robot model.",
+        ),
     ] = None,
     fleet: Annotated[
-        str | None, typer.Option(help="Name or file of a fleet of several robot models.")
+        str | None,
+        typer.Option(
+            autocompletion=fleet_names,
+            rich_help_panel=SWARM,
+            help="Name or file of a fleet of several robot models.",
+        ),
     ] = None,
     package_path: Annotated[
         list[Path] | None,
-        typer.Option("--package-path", help="Folder in which a robot's ROS packages are."),
+        typer.Option(
+            "--package-path",
+            rich_help_panel=SWARM,
+            help="Folder in which a robot's ROS packages are.",
+        ),
     ] = None,
     map_: Annotated[
-        Path | None, typer.Option("--map", help="Nav2 map (.yaml) to use instead of the world's.")
+        Path | None,
+        typer.Option(
+            "--map", rich_help_panel=SWARM, help="Nav2 map (.yaml) to use instead of the world's."
+        ),
     ] = None,
     skip_missing: Annotated[
         bool,
         typer.Option(
-            "--skip-missing", help="Leave out models and meshes of the world that are not found."
+            "--skip-missing",
+            rich_help_panel=SWARM,
+            help="Leave out models and meshes of the world that are not found.",
         ),
     ] = False,
     skip_broken: Annotated[
         bool,
-        typer.Option("--skip-broken", help="Leave out models of the world that are unusable."),
+        typer.Option(
+            "--skip-broken",
+            rich_help_panel=SWARM,
+            help="Leave out models of the world that are unusable.",
+        ),
     ] = False,
     params: Annotated[
-        Path | None, typer.Option(help="ROS 2 parameter file for navigators and world.")
+        Path | None,
+        typer.Option(rich_help_panel=SWARM, help="ROS 2 parameter file for navigators and world."),
     ] = None,
-    mission: Annotated[str | None, typer.Option(help="Name or file of a mission.")] = None,
+    mission: Annotated[
+        str | None,
+        typer.Option(
+            autocompletion=mission_names, rich_help_panel=MISSION, help="Name or file of a mission."
+        ),
+    ] = None,
     laps: Annotated[
-        int, typer.Option(help="Number of times that each robot drives the mission.")
+        int,
+        typer.Option(
+            rich_help_panel=MISSION, help="Number of times that each robot drives the mission."
+        ),
     ] = 1,
     goals_per_robot: Annotated[
-        int | None, typer.Option(help="End each robot's mission after this many goals.")
+        int | None,
+        typer.Option(
+            rich_help_panel=MISSION, help="End each robot's mission after this many goals."
+        ),
     ] = None,
     seed: Annotated[
-        int, typer.Option(help="Seed of all random numbers; the same seed repeats the run.")
+        int,
+        typer.Option(
+            rich_help_panel=SIMULATION,
+            help="Seed of all random numbers; the same seed repeats the run.",
+        ),
     ] = 0,
     realistic: Annotated[
         bool,
-        typer.Option("--realistic/--ideal", help="Noisy sensors and localisation by AMCL."),
+        typer.Option(
+            "--realistic/--ideal",
+            rich_help_panel=SIMULATION,
+            help="Noisy sensors and localisation by AMCL.",
+        ),
     ] = False,
     drive: Annotated[
         str | None,
         typer.Option(
-            help="wheels: rigid bodies; planar: kinematic, for large swarms.  [default: wheels]",
-            show_default=False,
+            show_default="wheels",
+            rich_help_panel=SIMULATION,
+            help="wheels: rigid bodies; planar: kinematic, for large swarms.",
         ),
     ] = None,
     speed: Annotated[
         str | None,
         typer.Option(
-            help="Multiple of real time, or max.  [default: 1.0 with viewer or without mission]",
-            show_default=False,
+            show_default="1.0 with viewer or without mission",
+            rich_help_panel=SIMULATION,
+            help="Multiple of real time, or max.",
         ),
     ] = None,
     free_run: Annotated[
-        bool, typer.Option("--free-run", help="No lockstep; runs no longer repeat.")
+        bool,
+        typer.Option(
+            "--free-run", rich_help_panel=SIMULATION, help="No lockstep; runs no longer repeat."
+        ),
     ] = False,
-    pack: Annotated[int, typer.Option(help="Navigators per process.")] = 1,
+    pack: Annotated[
+        int, typer.Option(rich_help_panel=SIMULATION, help="Navigators per process.")
+    ] = 1,
     until_done: Annotated[
-        bool, typer.Option("--until-done", help="Stop when the mission is done.")
+        bool,
+        typer.Option(
+            "--until-done", rich_help_panel=MISSION, help="Stop when the mission is done."
+        ),
     ] = False,
     duration: Annotated[
-        float | None, typer.Option(help="Stop after this many simulated seconds.")
+        float | None,
+        typer.Option(rich_help_panel=MISSION, help="Stop after this many simulated seconds."),
     ] = None,
-    headless: Annotated[bool, typer.Option("--headless", help="Open no window.")] = False,
-    viewer: Annotated[bool, typer.Option(help="3D view in the browser.")] = False,
-    port: Annotated[int, typer.Option(help="TCP port of the viewer.")] = VIEWER_PORT,
+    headless: Annotated[
+        bool, typer.Option("--headless", rich_help_panel=VIEW, help="Open no window.")
+    ] = False,
+    viewer: Annotated[
+        bool, typer.Option(rich_help_panel=VIEW, help="3D view in the browser.")
+    ] = False,
+    port: Annotated[
+        int, typer.Option(rich_help_panel=VIEW, help="TCP port of the viewer.")
+    ] = VIEWER_PORT,
     viewer_host: Annotated[
-        str, typer.Option(help="Address that the viewer listens on.")
+        str, typer.Option(rich_help_panel=VIEW, help="Address that the viewer listens on.")
     ] = LOOPBACK,
     rviz: Annotated[
         str | None,
         typer.Option(
+            rich_help_panel=VIEW,
             help="Open RViz: for the swarm, or for Srobot3,Srobot4, or for all robots.",
             metavar="[NAMES]",
         ),
     ] = None,
-    autostart: Annotated[bool, typer.Option(help="Activate the navigators at the start.")] = True,
+    autostart: Annotated[
+        bool, typer.Option(rich_help_panel=SIMULATION, help="Activate the navigators at the start.")
+    ] = True,
     record: Annotated[
-        bool, typer.Option("--record", help="Record the topics to recording/ (MCAP).")
+        bool,
+        typer.Option(
+            "--record", rich_help_panel=OUTPUT, help="Record the topics to recording/ (MCAP)."
+        ),
     ] = False,
     record_topics: Annotated[
         str,
         typer.Option(
+            rich_help_panel=OUTPUT,
             help="Topics to record, like scan,*costmap,/Srobot1/*; or all.",
             show_default=False,
         ),
     ] = "",
     record_rate: Annotated[
         float | None,
-        typer.Option(help="Most messages of a topic per simulated second.  [default: all]"),
+        typer.Option(
+            show_default="all",
+            rich_help_panel=OUTPUT,
+            help="Most messages of a topic per simulated second.",
+        ),
     ] = None,
     page: Annotated[
-        bool, typer.Option("--report/--no-report", help="Draw report.html at the end.")
+        bool,
+        typer.Option(
+            "--report/--no-report", rich_help_panel=OUTPUT, help="Draw report.html at the end."
+        ),
     ] = True,
     run_dir: Annotated[
         Path | None,
-        typer.Option(help="Folder of this run.  [default: a new one in runs/]", show_default=False),
+        typer.Option(
+            show_default="a new one in runs/", rich_help_panel=OUTPUT, help="Folder of this run."
+        ),
     ] = None,
     restart: Annotated[
         bool,
-        typer.Option("--restart/--no-restart", help="Restart processes that died or hang."),
+        typer.Option(
+            "--restart/--no-restart",
+            rich_help_panel=SIMULATION,
+            help="Restart processes that died or hang.",
+        ),
     ] = True,
     over_limit: Annotated[
-        bool, typer.Option("--over-limit", help="Allow more than 100 robots.")
+        bool,
+        typer.Option("--over-limit", rich_help_panel=SWARM, help="Allow more than 100 robots."),
     ] = False,
     role: Annotated[
         Role | None,
         typer.Option(
-            help="On several hosts: the part of this host.  [default: the whole swarm]",
-            show_default=False,
+            show_default="the whole swarm",
+            rich_help_panel=HOSTS,
+            help="On several hosts: the part of this host.",
         ),
     ] = None,
     robots: Annotated[
         str | None,
         typer.Option(
-            help="With --role robots: numbers of the robots, like 1-50.", show_default=False
+            rich_help_panel=HOSTS,
+            help="With --role robots: numbers of the robots, like 1-50.",
+            show_default=False,
         ),
     ] = None,
     connect: Annotated[
         str | None,
-        typer.Option(help="With --role robots: address of the world's host.", show_default=False),
+        typer.Option(
+            rich_help_panel=HOSTS,
+            help="With --role robots: address of the world's host.",
+            show_default=False,
+        ),
     ] = None,
     bind: Annotated[
         str | None,
         typer.Option(
-            help="Address or interface to use.  [default: the route to --connect]",
-            show_default=False,
+            show_default="the route to --connect",
+            rich_help_panel=HOSTS,
+            help="Address or interface to use.",
         ),
     ] = None,
 ) -> None:
@@ -193,6 +318,7 @@ def up(
             given_secret(os.environ),
         )
         raise typer.Exit(hosts_command.bring_up_robots(plan))
+    check_port(port)
     if viewer and headless:
         raise ConfigError("--viewer and --headless exclude each other")
     if viewer:

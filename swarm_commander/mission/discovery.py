@@ -15,7 +15,7 @@ from swarm_interfaces.msg import Mission
 
 from swarm_common.files.sites_io import load_sites
 from swarm_common.middleware.ros_io import LATCHED
-from swarm_common.model.errors import ConfigError
+from swarm_common.model.errors import ConfigError, NoSwarmError
 from swarm_common.model.records import Pose
 from swarm_common.model.sites import Sites
 
@@ -49,10 +49,7 @@ def find_robots(node: Node, domain: int, wanted: Sequence[str]) -> list[str]:
         if complete or (seen and now - changed > CALM_TIME):
             return sorted(seen, key=lambda name: (len(name), name))
         if not seen and now - start > LOOK_LIMIT:
-            raise ConfigError(
-                f"no swarm is running in ROS domain {domain} on this machine;"
-                " start one with swarm-up, or source the env.sh in its run folder"
-            )
+            raise NoSwarmError(domain)
         rclpy.spin_once(node, timeout_sec=0.1)
 
 

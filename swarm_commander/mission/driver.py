@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Protocol
 
-from nav2_msgs.action import NavigateToPose
+from nav2_msgs.action import ComputePathToPose, NavigateToPose
 from rclpy.node import Node
 from swarm_interfaces.msg import Mission as MissionMsg
 from swarm_interfaces.msg import RobotStatus
@@ -24,6 +24,8 @@ from swarm_common.middleware.ros_io import (
 from swarm_common.model.records import CONTROL_PERIOD
 
 SAME_GOAL = 1e-3  # [m]
+# Start or goal is not on the map: that does not change by trying again.
+FINAL = (ComputePathToPose.Result.START_OUTSIDE_MAP, ComputePathToPose.Result.GOAL_OUTSIDE_MAP)
 
 
 class Listener(Protocol):
@@ -216,7 +218,8 @@ class RobotDriver:
             self._settled = _settled_goals(self.robot.status)
         known = len(self.itinerary.outcomes)
         reached = task.outcome is TaskResult.SUCCEEDED
-        order = self.itinerary.on_end(reached, self.tick, _reason(task))
+        is_final = getattr(task.result, "error_code", 0) in FINAL
+        order = self.itinerary.on_end(reached, self.tick, _reason(task), is_final=is_final)
         for outcome in self.itinerary.outcomes[known:]:
             self._listener.on_settled(self, outcome)
         self._follow(order)

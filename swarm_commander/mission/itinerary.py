@@ -144,18 +144,21 @@ class Itinerary:
         self._enter(Event.START)
         return self._advance(tick)
 
-    def on_end(self, reached: bool, tick: int, reason: str = "") -> Order | None:
+    def on_end(
+        self, reached: bool, tick: int, reason: str = "", *, is_final: bool = False
+    ) -> Order | None:
         """Settle the goal under way, at the tick in which it ended; return the next one.
 
         Args:
             reached: Whether the robot got there.
             tick: At which the goal ended.
             reason: Why it did not.
+            is_final: Whether another try would fail, too.
         """
         if self._enter(Event.REACHED if reached else Event.FAILED) is State.LOST:
             return None
         stop = self._stops[len(self.outcomes)]
-        if not reached and self._attempt <= self._retries:
+        if not reached and not is_final and self._attempt <= self._retries:
             self._attempt += 1
             self.retries_used += 1
             return self._order(tick + RETRY_TICKS)

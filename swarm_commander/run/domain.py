@@ -8,8 +8,10 @@ import os
 import socket
 import struct
 from collections.abc import Mapping
+from pathlib import Path
 
-from swarm_common.model.errors import ConfigError
+from swarm_common.middleware import ros_env
+from swarm_common.model.errors import ConfigError, NoSwarmError
 from swarm_common.process.messages import (
     USER,
     RestartNavigator,
@@ -20,6 +22,7 @@ from swarm_common.process.messages import (
 
 LONGEST = 4096  # [bytes] of a request or an answer
 SPEECH_LIMIT = 0.2  # [s] of wall time for a request to arrive
+SOCKETS = Path("/proc/net/unix")  # lists the sockets of this host, see proc_net_unix(5)
 HIGHEST_DOMAIN = 232  # the ports of a higher one would not fit below 65536
 
 
@@ -33,6 +36,22 @@ def domain_id(environment: Mapping[str, str] = os.environ) -> int:
     if not text.isdecimal() or int(text) > HIGHEST_DOMAIN:
         raise ConfigError(f"ROS_DOMAIN_ID is '{text}'; expected a number 0..{HIGHEST_DOMAIN}")
     return int(text)
+
+
+def check_swarm(domain: int) -> None:
+    """Refuse at once to look for a swarm that cannot be there.
+
+    A graph that is on this host only has a swarm if somebody has the domain; on other hosts one
+    may be that this cannot see.
+
+    Raises:
+        NoSwarmError: If there is none.
+    """
+    if ros_env.bound_address() != ros_env.LOOPBACK:
+        return
+    name = f"@{_address(domain)[1:]}"
+    if name not in SOCKETS.read_text(encoding="utf-8", errors="replace").split():
+        raise NoSwarmError(domain)
 
 
 class DomainLock:

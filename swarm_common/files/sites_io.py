@@ -11,7 +11,7 @@ from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
 from swarm_common.model.sites import Sites, Spawn, SpawnArea, SpawnAreas, SpawnCircle
 
-SECTIONS = ("stations", "circuits", "spawn", "spawns", "places")
+SECTIONS = ("description", "stations", "circuits", "spawn", "spawns", "places")
 
 
 def load_sites(path: str | Path) -> Sites:

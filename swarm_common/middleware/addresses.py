@@ -19,8 +19,7 @@ def check_address(host: str, port: int) -> None:
     Raises:
         ConfigError: If it is taken, not of this machine, or impossible.
     """
-    if not 0 <= port <= HIGHEST_PORT:
-        raise ConfigError(f"--port is {port}; expected 1 to {HIGHEST_PORT}, or 0 for a free one")
+    check_port(port)
     try:
         family, *_, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
         with socket.socket(family, socket.SOCK_STREAM) as probe:
@@ -31,6 +30,16 @@ def check_address(host: str, port: int) -> None:
             f"the viewer cannot listen on {host}:{port}: {error.strerror};"
             " choose another --port (0 for a free one)"
         ) from None
+
+
+def check_port(port: int) -> None:
+    """Refuse a number that is no TCP port.
+
+    Raises:
+        ConfigError: If it is none.
+    """
+    if not 0 <= port <= HIGHEST_PORT:
+        raise ConfigError(f"--port is {port}; expected 1 to {HIGHEST_PORT}, or 0 for a free one")
 
 
 def own_addresses() -> dict[str, str]:

@@ -20,6 +20,16 @@ class ConfigError(SwarmError):
     """A parameter file, mission, sites file or command-line value is unusable."""
 
 
+class NoSwarmError(ConfigError):
+    """No swarm runs where one was looked for."""
+
+    def __init__(self, domain: int) -> None:
+        super().__init__(
+            f"no swarm is running in ROS domain {domain} on this machine;"
+            " start one with swarm-up, or source the env.sh in its run folder"
+        )
+
+
 class MapError(SwarmError):
     """A map file is unusable or disagrees with the world."""
 

@@ -19,6 +19,7 @@ from swarm_interfaces.msg import Mission, RobotStatus
 from swarm_commander.mission.client import RobotCommander
 from swarm_commander.mission.discovery import robot_on_mission
 from swarm_commander.mission.task import TaskResult
+from swarm_commander.run.domain import DomainLock
 from swarm_common.middleware.ros_io import LATCHED, RELIABLE, pose_stamped
 from swarm_common.model.records import Pose
 
@@ -43,7 +44,9 @@ def robots() -> Iterator[Robots]:
         assert process.stdout is not None
         assert process.stdout.readline() == b"ready\n"
 
+    lock = DomainLock(DOMAIN)  # as swarm-up, without which swarm-commander looks for nobody
     yield start
+    lock.release()
     for process in started:
         process.terminate()
         process.communicate(timeout=20)

@@ -28,6 +28,7 @@ from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 from rosgraph_msgs.msg import Clock
 
+from swarm_commander.run.domain import DomainLock
 from swarm_commander.viewers.rviz_config import named_topics, robot_config, swarm_config
 from swarm_common.middleware.topic_table import ORDERS, all_topics, robot_topic
 from swarm_recording.bag import Bag
@@ -140,9 +141,14 @@ def test_a_run_is_recorded_from_the_middle_and_told_of_as_rosbag2_does(
     call = "from swarm_commander.cli.main import commander; import sys; sys.exit(commander())"
     words = ("record", "--topics", "odom,status", "--output", str(folder))
     environ = os.environ | {"ROS_DOMAIN_ID": str(swarm.domain)}
-    with subprocess.Popen(
-        (sys.executable, "-c", call, *words), env=environ, stderr=subprocess.PIPE, text=True
-    ) as process:
+    lock = DomainLock(swarm.domain)  # as swarm-up, without which swarm-commander looks for nobody
+    with (
+        contextlib.ExitStack() as stack,
+        subprocess.Popen(
+            (sys.executable, "-c", call, *words), env=environ, stderr=subprocess.PIPE, text=True
+        ) as process,
+    ):
+        stack.callback(lock.release)
         assert process.stderr is not None
         assert process.stderr.readline().startswith("recording 2 robots to ")
         swarm.spin_until((folder / "metadata.yaml").exists)

@@ -27,12 +27,13 @@ LOADERS = {
     "swarm-report": commander_cli._load_report,
     "swarm-replay": commander_cli._load_replay,
     "swarm-doctor": commander_cli._load_doctor,
+    "swarm-setup": commander_cli._load_setup,
     "swarm-bench": bench_cli._load,
     "swarm-map": map_cli._load,
     "swarm-view": view_cli._load,
     "benchmarks": load_benchmarks,  # python -m benchmarks
 }
-OTHERS = {"swarm-setup", "ros2"}  # scripts that take no options of typer
+OTHERS = {"ros2"}  # scripts that take no options of typer
 FOLDERS = r"(?:docs|params|worlds|robots|maps|tests|tools|benchmarks|swarm_[a-z0-9]+)"
 ENDINGS = r"(?:md|yaml|py|sdf|sh|png|svg|gif|webm|xml)"
 MENTION = re.compile(rf"(?<![\w/.-]){FOLDERS}/[\w./-]*\w\.{ENDINGS}\b")
@@ -69,7 +70,7 @@ def options_of(words: list[str]) -> set[str]:
     """Return the options that a command line may have."""
     app = commander_app(words) if words[0] == "swarm-commander" else LOADERS[words[0]]()
     command: Any = typer.main.get_command(app)
-    known = {"--help"}
+    known = {"--help", "--version"}
     for word in words[1:]:
         known |= {name for item in command.params for name in (*item.opts, *item.secondary_opts)}
         if word in getattr(command, "commands", {}):

@@ -27,7 +27,9 @@ def test_a_box_and_a_cylinder_become_models() -> None:
     assert root.findtext(".//radius") == "0.2"
 
 
-def test_files_are_named_for_the_world_and_uris_kept() -> None:
+def test_files_are_named_for_the_world_and_uris_kept(tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("shelf.sdf").touch()
     request = thing_request("", "shelf.sdf", None, None, None, PLACE)
     assert request.uri == str(Path("shelf.sdf").absolute())
     request = thing_request("", "model://shelf", None, None, None, PLACE)

@@ -1,0 +1,106 @@
+"""What all commands have in common: --version, --help, signals, no silent wait."""
+
+import importlib
+import os
+import signal
+import sys
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import typer
+
+from swarm_commander.cli import main, setup_command
+from swarm_commander.cli.listing import fleet_names, listing, mission_names, world_names
+from swarm_commander.cli.thing_request import thing_request
+from swarm_commander.run.domain import DomainLock, check_swarm
+from swarm_common.middleware import ros_env
+from swarm_common.model.errors import ConfigError, NoSwarmError
+from swarm_common.robots.loading import robot_names
+
+ROOT = Path(__file__).parents[4]
+SCRIPTS = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["scripts"]
+OURS = sorted(name for name in SCRIPTS if name != "ros2")
+FREE_DOMAIN = 231
+
+
+@pytest.fixture(autouse=True)
+def handlers() -> Iterator[None]:
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+def call(monkeypatch: pytest.MonkeyPatch, name: str, *words: str) -> int | None:
+    module, _, function = SCRIPTS[name].partition(":")
+    monkeypatch.setattr(sys, "argv", [name, *words])
+    with pytest.raises(SystemExit) as ending:
+        getattr(importlib.import_module(module), function)()
+    return ending.value.code
+
+
+@pytest.mark.parametrize("name", OURS)
+def test_every_command_says_its_version(monkeypatch, capsys, name: str) -> None:
+    assert call(monkeypatch, name, "--version") == 0
+    assert capsys.readouterr().out.startswith(f"{name} 0.")
+
+
+def test_the_help_of_swarm_up_has_groups_and_examples(monkeypatch, capsys) -> None:
+    assert call(monkeypatch, "swarm-up", "--help") == 0
+    text = capsys.readouterr().out
+    for words in ("Robots and world", "Several hosts", "--version", "--list", "swarm-up --viewer"):
+        assert words in text
+
+
+def test_the_help_of_swarm_setup_sets_nothing_up(monkeypatch, capsys) -> None:
+    monkeypatch.setattr(setup_command, "ensure_interfaces", pytest.fail)
+    assert call(monkeypatch, "swarm-setup", "--help") == 0
+    assert "Usage: swarm-setup" in capsys.readouterr().out
+
+
+def test_the_list_has_a_line_with_words_for_each_name() -> None:
+    lines = listing().splitlines()
+    for name in (*world_names(), *mission_names(), *robot_names(), *fleet_names()):
+        (line,) = [line for line in lines if line.split()[:1] == [name]]
+        assert len(line.split()) > 2
+
+
+def test_a_port_is_checked_without_a_viewer(monkeypatch, capsys) -> None:
+    assert call(monkeypatch, "swarm-up", "--port", "99999") == 2
+    assert "--port is 99999" in capsys.readouterr().err
+
+
+def test_a_file_that_is_missing_is_named() -> None:
+    with pytest.raises(ConfigError, match=r"--object nofile.sdf: there is no such file"):
+        thing_request("", "nofile.sdf", None, None, None, (1.0, 1.0, 0.0))
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_a_command_without_a_traceback(monkeypatch, capsys, number: int) -> None:
+    app = typer.Typer()
+
+    @app.command()
+    def command() -> None:
+        try:
+            os.kill(os.getpid(), number)
+        finally:
+            raise RuntimeError("what a library says when its context is gone")
+
+    monkeypatch.setattr(sys, "argv", ["command"])
+    assert main.run_app("command", lambda: app) == 128 + number
+    assert capsys.readouterr().err == ""
+
+
+def test_without_a_swarm_nobody_waits(monkeypatch) -> None:
+    monkeypatch.setattr(ros_env, "bound_address", lambda: ros_env.LOOPBACK)
+    with pytest.raises(NoSwarmError, match="ROS domain 231"):
+        check_swarm(FREE_DOMAIN)
+    lock = DomainLock(FREE_DOMAIN)
+    try:
+        check_swarm(FREE_DOMAIN)
+    finally:
+        lock.release()
+    monkeypatch.setattr(ros_env, "bound_address", lambda: "192.0.2.1")  # perhaps on another host
+    check_swarm(FREE_DOMAIN)
