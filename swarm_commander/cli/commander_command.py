@@ -14,7 +14,7 @@ from swarm_commander.cli.console import Moment, StatusConsole
 from swarm_commander.mission.discovery import find_robots, read_home, read_sites, robot_on_mission
 from swarm_commander.mission.driver import RobotDriver, has_goal, sim_seconds
 from swarm_commander.mission.itinerary import Itinerary, Order, Outcome
-from swarm_commander.mission.mission import Mission, load_mission, single_goal
+from swarm_commander.mission.mission import Mission, load_mission, single_goal, usual_mission
 from swarm_commander.run.domain import check_swarm, domain_id
 from swarm_common.middleware.ros_io import tick_of
 from swarm_common.model.errors import ConfigError
@@ -31,7 +31,13 @@ def command(
     robots: Annotated[
         list[str] | None, typer.Argument(help="Names of robots, like Srobot3.")
     ] = None,
-    mission: Annotated[str, typer.Option(help="Name or file of a mission.")] = "loading_route",
+    mission: Annotated[
+        str | None,
+        typer.Option(
+            help="Name or file of a mission.",
+            show_default="loading_route, or the stations or places of this world, then home",
+        ),
+    ] = None,
     goal: Annotated[
         tuple[float, float, float] | None,
         typer.Option(help="X Y YAW in the map, instead of a mission."),
@@ -47,7 +53,9 @@ def command(
     """
     if bool(robots) == all_:
         raise ConfigError("name a robot, like Srobot3, or give --all")
-    plan = single_goal(Pose(*goal)) if goal is not None else load_mission(mission)
+    plan = None if mission is None else load_mission(mission)
+    if goal is not None:
+        plan = single_goal(Pose(*goal))
     domain = domain_id()
     check_swarm(domain)
     rclpy.init()
@@ -76,11 +84,13 @@ class Commander:
         self._narrators = {name: StatusConsole(name, period) for name in names}
         self._failed = 0
 
-    def drive(self, mission: Mission, seed: int) -> int:
-        """Drive all robots through a mission; return the exit code."""
-        if not mission.is_single_goal:
+    def drive(self, mission: Mission | None, seed: int) -> int:
+        """Drive all robots through a mission, None for one of this world; return the exit code."""
+        if mission is None or not mission.is_single_goal:
             self._refuse_if_busy()
         sites, where = read_sites(self._node, self._names[0])
+        if mission is None:
+            mission = usual_mission(sites, where)
         mission.check_stations(sites, where)
         homes = {n: read_home(self._node, n) or self._pose_of(n) for n in self._names}
         for name, home in homes.items():

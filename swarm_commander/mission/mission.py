@@ -15,6 +15,8 @@ from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import CONTROL_PERIOD, Pose
 from swarm_common.model.sites import Sites
 
+USUAL = "loading_route"  # mission of a robot that got none
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Mission:
@@ -115,6 +117,30 @@ class Mission:
 def single_goal(pose_map: Pose) -> Mission:
     """Return the mission of one goal."""
     return Mission(name="goal", route=(Leg(pose_map=pose_map),))
+
+
+def usual_mission(sites: Sites, where: str) -> Mission:
+    """Return the mission of a robot that got none: `loading_route` where its world has that.
+
+    Elsewhere all stations in random order, or the place of the robot's own number; then home.
+
+    Args:
+        sites: Of the world.
+        where: They are from, for the message.
+
+    Raises:
+        ConfigError: If the world has nothing to go to.
+    """
+    usual = load_mission(USUAL)
+    if all(name in sites.stations for leg in usual.route for name in leg.stations):
+        return usual
+    if sites.stations:
+        out = Leg(stations=tuple(sites.stations), order="random")
+    elif sites.places:
+        out = Leg(own_place=True)
+    else:
+        raise ConfigError(f"{where} has no stations and no places; give --goal X Y YAW")
+    return Mission(name="tour", route=(out, Leg(home=True)))
 
 
 def mission_path(name_or_path: str) -> Path:

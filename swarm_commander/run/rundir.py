@@ -6,6 +6,7 @@ import fcntl
 import os
 import shlex
 import shutil
+import sys
 from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
@@ -134,12 +135,14 @@ def _point_latest(run: Path) -> None:
 
 
 def write_env_sh(folder: RunFolder, environment: Mapping[str, str]) -> None:
-    """Write `env.sh`: the variables with which another terminal sees this swarm."""
+    """Write `env.sh`: with its variables and commands another terminal sees this swarm."""
+    programs = shlex.quote(str(Path(sys.prefix) / "bin"))
     lines = [
         f"export {name}={shlex.quote(environment[name])}"
         for name in ros_env.VARIABLES
         if name in environment
     ]
+    lines.append(f'case ":$PATH:" in *:{programs}:*) ;; *) export PATH={programs}:"$PATH" ;; esac')
     text = "# Source this in another terminal to see this swarm.\n" + "\n".join(lines) + "\n"
     (folder.path / "env.sh").write_text(text, encoding="utf-8")
 

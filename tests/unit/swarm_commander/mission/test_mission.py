@@ -4,7 +4,13 @@ from pathlib import Path
 import pytest
 
 from swarm_commander.mission.leg import HOME
-from swarm_commander.mission.mission import Mission, load_mission, mission_path, single_goal
+from swarm_commander.mission.mission import (
+    Mission,
+    load_mission,
+    mission_path,
+    single_goal,
+    usual_mission,
+)
 from swarm_common.files.resources import find_resource
 from swarm_common.files.sites_io import load_sites
 from swarm_common.model.errors import ConfigError, SwarmError, UnknownNameError
@@ -209,3 +215,17 @@ def test_a_mission_names_what_the_world_lacks(tmp_path: Path) -> None:
         own_mission(tmp_path, "spawn: rooms\nroute:\n  - home: true").check_stations(Sites(), "w")
     with pytest.raises(ConfigError, match="needs 'places', which w does not have"):
         own_mission(tmp_path, "route:\n  - roam: 2").check_stations(Sites(), "w")
+
+
+def test_a_robot_without_a_mission_goes_to_what_its_world_has(hall: Sites) -> None:
+    assert usual_mission(hall, "").name == "loading_route"
+    folder = find_resource("world", "slim_blockage", "world.sdf").parents[1]
+    for path in sorted(folder.glob("*/sites.yaml")):
+        sites = load_sites(path)
+        if not sites.stations and not sites.places:
+            continue
+        mission = usual_mission(sites, str(path))
+        mission.check_stations(sites, str(path))
+        assert len(mission.stops(sites, HOME_POSE, seed=0, robot_id=1)) > 1
+    with pytest.raises(ConfigError, match="give --goal"):
+        usual_mission(Sites(), "the world")

@@ -1,4 +1,7 @@
 import importlib.util
+import shlex
+import subprocess
+import sys
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -125,6 +128,14 @@ def test_another_terminal_finds_the_environment(tmp_path: Path) -> None:
     text = (folder.path / "env.sh").read_text(encoding="utf-8")
     assert "export ROS_DOMAIN_ID=5" in text
     assert "HOME" not in text
+    script = f". {shlex.quote(str(folder.path / 'env.sh'))}; command -v swarm-commander; echo $PATH"
+    bare = {"PATH": "/usr/bin:/bin"}
+    done = subprocess.run(
+        ("sh", "-c", script), env=bare, capture_output=True, text=True, check=True
+    )
+    where, path = done.stdout.splitlines()
+    assert where == str(Path(sys.prefix) / "bin" / "swarm-commander")
+    assert path == f"{sys.prefix}/bin:/usr/bin:/bin"
 
 
 def moment(sim_time: float, state: str, place: int = 0) -> Moment:
