@@ -24,6 +24,7 @@ CRATE_SIDES = (0.25, 0.6)  # [m]
 CRATE_GAP = 1.0  # [m] that a crate keeps from robots when it is put down
 WALK_CLEARANCE = 0.4  # [m] of a person's way from walls
 WALK_LENGTHS = (3.0, 9.0)  # [m]
+START_ROOM = 1.0  # [m] from robots' centres, somewhere along it
 
 
 class Failure(Enum):
@@ -132,12 +133,14 @@ def draw_faults(rng: np.random.Generator, robots: int) -> tuple[Fault, ...]:
 def _walk(
     rng: np.random.Generator, floor: Floor, homes_map: Sequence[Pose]
 ) -> tuple[tuple[float, float], ...] | None:
-    """Return the two ends of a straight way on free ground, None if none was found."""
+    """Return the ends of a straight way on free ground with room to start; None if there is none."""
+    homes = np.array([(home.x, home.y) for home in homes_map]).reshape(-1, 2)
     for _ in range(200):
         x, y = floor.draw(rng, WALK_CLEARANCE)
         length, angle = rng.uniform(*WALK_LENGTHS), rng.uniform(-math.pi, math.pi)
         steps = np.arange(0.0, length, 0.1)[:, None] * (math.cos(angle), math.sin(angle))
         way = np.array((x, y)) + steps
-        if floor.clearance(way).min() > WALK_CLEARANCE:
+        gaps = np.hypot(*(way[:, None] - homes).transpose(2, 0, 1)).min(axis=1, initial=math.inf)
+        if floor.clearance(way).min() > WALK_CLEARANCE and gaps.max() > START_ROOM:
             return (x, y), (float(way[-1, 0]), float(way[-1, 1]))
     return None

@@ -122,6 +122,10 @@ def test_a_storm_without_faults_is_a_run_like_any_other() -> None:
     assert np.array_equal(storm.stage.world.poses, plain.stage.world.poses)
 
 
+def test_people_find_a_place_to_start_among_the_robots() -> None:
+    assert Storm(StormOptions("pillars", 86)).plan.walkers  # robots stood all along the way
+
+
 @pytest.mark.parametrize("world", ["crossing", "pillars"])
 def test_a_short_storm_hurts_nobody(world: str) -> None:
     """The whole seeds are `swarm-bench storm`; see docs/reliability.md."""
