@@ -215,7 +215,7 @@ viewers are published only while somebody subscribes.
 Nav2's (`nav2_msgs/action`), with Nav2's error codes in the result: `navigate_to_pose`,
 `navigate_through_poses`, `follow_waypoints`, `follow_path`, `spin`, `backup`, `drive_on_heading`,
 `wait`, `compute_path_to_pose`, `compute_path_through_poses`, `smooth_path`, `assisted_teleop`;
-those of docs/ros.md that say no.
+those of [Nav2](../ros.md) that a robot refuses are there, too.
 
 ## Services of a robot
 
@@ -223,7 +223,7 @@ those of docs/ros.md that say no.
 |---|---|
 | `lifecycle_manager_navigation/manage_nodes` | `nav2_msgs/srv/ManageLifecycleNodes` |
 | `lifecycle_manager_navigation/is_active` | `std_srvs/srv/Trigger` |
-| `N/get_state`, N: Nav2's nodes (docs/ros.md) | `lifecycle_msgs/srv/GetState` |
+| `N/get_state`, N: [Nav2's nodes](../ros.md) | `lifecycle_msgs/srv/GetState` |
 | `N/change_state`, `N/get_available_states`, … | `lifecycle_msgs/srv` |
 | `map_server/load_map` | `nav2_msgs/srv/LoadMap` |
 | `X/clear_entirely_X`, X: `global_costmap`, `local_costmap` | `nav2_msgs/srv/ClearEntireCostmap` |
