@@ -106,3 +106,14 @@ def test_who_makes_way_may_go_anywhere() -> None:
 def test_without_a_single_lane_nothing_is_in_the_way() -> None:
     s = situation(HALL, Pose(2.0, 4.0, 0.0))
     assert Narrows().barrier(s, 5) == (5, -1)
+
+
+def test_two_doors_near_each_other_are_two_passages() -> None:
+    """Labels dilated by the mouths made one lane of 45 m² of two doors, which a robot barred."""
+    grid = room(8.0, 8.0, (4.0, 0.0, 4.2, 2.9), (4.0, 3.8, 4.2, 4.6), (4.0, 5.5, 4.2, 8.0))
+    s = situation(grid, Pose(2.3, 3.3, 0.0))
+    labels = single_lanes(s.terrain, s.radius)
+    assert labels is not None
+    doors = {int(kernels.label_at(labels, s.planner.lattice.frame, 4.1, y)) for y in (3.35, 5.05)}
+    assert len(doors) == 2
+    assert 0 not in doors

@@ -244,3 +244,28 @@ def test_being_pushed_ends_a_retreat() -> None:
     right.update(s)
     assert not right.is_retreating
     assert s.yields_for == 3
+
+
+# two rooms of 4 m joined by a lane 8 m long and 0.9 m wide
+LANE = room(16.0, 4.0, (4.0, 0.0, 12.0, 1.5), (4.0, 2.4, 12.0, 4.0))
+
+
+def test_from_a_single_lane_a_refuge_is_in_the_room_behind_however_far() -> None:
+    """Random hall 0 with 20 robots: idle ones in an aisle were pushed along it, and stuck."""
+    idle = [beacon(robot, 6.5 + robot, 1.95) for robot in (3, 4, 5)]
+    s, _ = pushed(Pose(6.8, 1.95, 0.0), pushing(6.1, 1.95), *idle, grid=LANE)
+    assert not s.is_stuck
+    assert s.tube.points[-1][0] > 12.0
+
+
+def test_in_a_blind_end_a_robot_looks_for_a_way_out_while_its_pusher_steps_back() -> None:
+    """Random hall 9 with 20 robots: released as soon as it was not pushed, it stayed for ever."""
+    s, right = in_a_dead_end()
+    s.tick += s.patience(s.config.traffic.release_time) + 2
+    hear(s, beacon(2, 7.0, 0.45, priority=HIGH))  # the pusher has stepped back, and gives the way
+    right.update(s)
+    assert right.is_yielding
+    assert s.tube.points[-1][0] > 2.0
+    s.tick += s.patience(s.config.traffic.retreat_time)
+    hear(s, beacon(2, 7.0, 0.45, priority=HIGH))
+    assert not right.update(s)
