@@ -133,7 +133,7 @@ def draw_faults(rng: np.random.Generator, robots: int) -> tuple[Fault, ...]:
 def _walk(
     rng: np.random.Generator, floor: Floor, homes_map: Sequence[Pose]
 ) -> tuple[tuple[float, float], ...] | None:
-    """Return the ends of a straight way on free ground with room to start; None if there is none."""
+    """Return the ends of a straight way on free ground with room to start; None: there is none."""
     homes = np.array([(home.x, home.y) for home in homes_map]).reshape(-1, 2)
     for _ in range(200):
         x, y = floor.draw(rng, WALK_CLEARANCE)
