@@ -8,11 +8,11 @@ import numpy as np
 from numba import njit
 
 from swarm_common.model.records import FloatArray
-from swarm_nav.planning.distance_kernels import sample
+from swarm_nav.planning.distance_kernels import Frame, sample
 
 # What may be touched: distances of the map and their frame, discs (k, 3): x, y, radius, points
 # (m, 2), and how far a body may extend around each of these.
-Scene = tuple[FloatArray, tuple[float, float, float], FloatArray, FloatArray, float]
+Scene = tuple[FloatArray, Frame, FloatArray, FloatArray, float]
 
 STEP = 0.1  # [s] of a rollout, and the control period
 FAR = 1e9
@@ -23,7 +23,7 @@ GETAWAY = 0.3  # [m] of gap are gained per metre
 @njit(cache=True)
 def gap(x, y, radius, field, frame, discs, points, reach):
     """Distance [m] of a robot's circle at (x, y) from walls, discs (k, 3) and points (m, 2)."""
-    best = sample(field, frame[0], frame[1], frame[2], x, y) - radius
+    best = sample(field, frame, x, y) - radius
     for k in range(discs.shape[0]):
         near = math.hypot(discs[k, 0] - x, discs[k, 1] - y) - discs[k, 2] - radius
         best = min(best, near)

@@ -18,11 +18,11 @@ def farthest_in_sight(points, x, y, clearance, slack, field, frame):
 
     Clear: it keeps `clearance` [m] from walls, or as much as its ends do, less `slack` [m].
     """
-    here = min(clearance, sample(field, frame[0], frame[1], frame[2], x, y))
+    here = min(clearance, sample(field, frame, x, y))
     for k in range(points.shape[0] - 1, 0, -STRIDE):
         dx = points[k, 0] - x
         dy = points[k, 1] - y
-        there = sample(field, frame[0], frame[1], frame[2], points[k, 0], points[k, 1])
+        there = sample(field, frame, points[k, 0], points[k, 1])
         floor = min(here, there) - slack
         steps = max(1, math.ceil(math.hypot(dx, dy) / STEP))
         clear = True
@@ -30,7 +30,7 @@ def farthest_in_sight(points, x, y, clearance, slack, field, frame):
             share = s / steps
             px = x + share * dx
             py = y + share * dy
-            if sample(field, frame[0], frame[1], frame[2], px, py) < floor:
+            if sample(field, frame, px, py) < floor:
                 clear = False
                 break
         if clear:

@@ -3,16 +3,60 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+
+from swarm_nav.planning.distance_kernels import Floats, Place
 
 STEP = 0.1  # [s] of a rollout
 DISTANCE_UNIT = 0.05  # [m] of path distance that costs one path_distance_scale
 
 
+class Velocity(NamedTuple):
+    """Speed [m/s] and turning rate [rad/s]."""
+
+    v: float
+    w: float
+
+
+class Inside(NamedTuple):
+    """Where a twist must be able to stop."""
+
+    v_limit: float  # [m/s] largest speed
+    held: int  # index of the last point of the path that the robot holds
+    tolerance: float  # [m] from the polyline up to that point
+
+
+class Limits(NamedTuple):
+    """Of the drive, [m/s], [rad/s], [m/s²] and [rad/s²]."""
+
+    v_max: float
+    w_max: float
+    v_acc: float
+    w_acc: float
+
+
+class Samples(NamedTuple):
+    """Twists that are tried."""
+
+    v: int  # number of speeds
+    w: int  # number of turning rates
+    horizon: float  # [s] of a rollout
+
+
+class Scales(NamedTuple):
+    """Weights of the critics, as Nav2's DWB has them."""
+
+    path: float  # per `DISTANCE_UNIT` of mean distance from the path
+    goal: float  # for getting nowhere within the horizon
+    align: float  # per squared [rad] from the path's direction at the end
+    oscillation: float  # per [rad/s] of change
+
+
 @njit(cache=True)
-def length_between(path, start, end, x, y):
+def length_between(path: Floats, start: int, end: int, x: float, y: float) -> float:
     """Length [m] of a path from the place beside a point to a later point.
 
     Args:
@@ -32,7 +76,7 @@ def length_between(path, start, end, x, y):
 
 
 @njit(cache=True)
-def held_gap(path, held, x, y):
+def held_gap(path: Floats, held: int, x: float, y: float) -> float:
     """Distance [m] of a place to a polyline.
 
     Args:
@@ -54,29 +98,39 @@ def held_gap(path, held, x, y):
 
 
 @njit(cache=True)
-def stops_inside(pose, speed, v, w, v_acc, path, held, reach):
-    """Whether braking after one period of a twist ends near the held polyline.
+def stops_inside(
+    pose: Place,
+    speed: float,
+    v: float,
+    w: float,
+    v_acc: float,
+    path: Floats,
+    held: int,
+    reach: float,
+) -> bool:
+    """Return True if braking after one period of (v, w) ends near the held polyline.
 
-    The stop is (speed + v) / 2 * STEP + v² / (2 v_acc) ahead, in the direction of half the turn.
+    The robot drives s = (speed + v) / 2 T + v² / (2 v_acc) in the direction of the middle of the
+    period.
 
     Args:
-        pose: (x, y, yaw) now, in map.
+        pose: Of the robot.
         speed: [m/s] now.
-        v: [m/s] of the twist.
-        w: [rad/s] of the twist.
-        v_acc: [m/s²] with which the drive brakes.
+        v: [m/s] at the end of the period.
+        w: [rad/s].
+        v_acc: [m/s²] of braking.
         path: (n, 2) [m] in map.
-        held: See `held_gap`.
-        reach: [m] from the polyline.
+        held: Index of the last point that is held.
+        reach: [m] from the polyline that will do.
     """
     s = 0.5 * (speed + v) * STEP + v * v / (2.0 * v_acc)
-    yaw = pose[2] + 0.5 * w * STEP
-    gap = held_gap(path, held, pose[0] + s * math.cos(yaw), pose[1] + s * math.sin(yaw))
+    yaw = pose.yaw + 0.5 * w * STEP
+    gap = held_gap(path, held, pose.x + s * math.cos(yaw), pose.y + s * math.sin(yaw))
     return gap <= reach
 
 
 @njit(cache=True)
-def measure(path, segments):
+def measure(path: Floats, segments: Floats) -> None:
     """Fill what the critics need of a path: per point, and per segment to the next one.
 
     Args:
@@ -100,7 +154,7 @@ def measure(path, segments):
 
 
 @njit(cache=True)
-def segment_gap(path, segments, k, x, y):
+def segment_gap(path: Floats, segments: Floats, k: int, x: float, y: float) -> float:
     """Squared distance [m²] of a place to the segments on either side of a point.
 
     Args:
@@ -128,7 +182,7 @@ def segment_gap(path, segments, k, x, y):
 
 
 @njit(cache=True)
-def arc_length(path, segments, k, x, y):
+def arc_length(path: Floats, segments: Floats, k: int, x: float, y: float) -> float:
     """Arc length [m] of the point of the path that is nearest to a place.
 
     Args:
@@ -146,21 +200,13 @@ def arc_length(path, segments, k, x, y):
 
 
 @njit(cache=True)
-def advance(pose, pace, headings, path, track):
-    """Drive along given headings.
+def advance(pose: Place, pace: float, headings: Floats, path: Floats, track: Floats) -> int:
+    """Drive `pace` [m] per step along given headings (steps, 2); return the path index reached.
 
-    Args:
-        pose: (x, y, yaw) where the rollout begins, in map.
-        pace: [m] per step.
-        headings: (steps, 2) unit directions.
-        path: (n, 2) [m] in map.
-        track: (steps, 3) receives x, y and the index of the path point beside them.
-
-    Returns:
-        The index of the path point reached.
+    `track` (steps, 3) receives x, y and the index of the path point beside them.
     """
-    x = pose[0]
-    y = pose[1]
+    x = pose.x
+    y = pose.y
     k = 0
     for s in range(headings.shape[0]):
         x += pace * headings[s, 0]
@@ -179,7 +225,7 @@ def advance(pose, pace, headings, path, track):
 
 
 @njit(cache=True)
-def turning(yaw, w, headings):
+def turning(yaw: float, w: float, headings: Floats) -> float:
     """Fill the directions of a rollout that turns at a constant rate.
 
     Args:
@@ -199,16 +245,9 @@ def turning(yaw, w, headings):
 
 
 @njit(cache=True)
-def predict(pose, v, w, arc):
-    """Fill the poses under a constant twist.
-
-    Args:
-        pose: (x, y, yaw) now, in map.
-        v: [m/s].
-        w: [rad/s].
-        arc: (steps, 3) receives x, y, yaw after each step of `STEP`.
-    """
-    x, y, yaw = pose
+def predict(pose: Place, v: float, w: float, arc: Floats) -> None:
+    """Fill the poses `arc` (steps, 3) under a constant twist."""
+    x, y, yaw = pose.x, pose.y, pose.yaw
     for s in range(arc.shape[0]):
         middle = yaw + 0.5 * w * STEP
         x += v * STEP * math.cos(middle)
@@ -220,7 +259,7 @@ def predict(pose, v, w, arc):
 
 
 @njit(cache=True)
-def gap_cost(track, path, segments, scale, limit):
+def gap_cost(track: Floats, path: Floats, segments: Floats, scale: float, limit: float) -> float:
     """Critic PathDist: mean squared distance of a track to the path, in `DISTANCE_UNIT`².
 
     Args:
@@ -245,44 +284,50 @@ def gap_cost(track, path, segments, scale, limit):
 
 
 @njit(cache=True)
-def best_twist(pose, twist, path, inside, limits, samples, scales, arc):
-    """Find the admissible twist with the smallest sum of critics (Fox, Burgard, Thrun 1997).
+def best_twist(
+    pose: Place,
+    twist: Velocity,
+    path: Floats,
+    inside: Inside,
+    limits: Limits,
+    samples: Samples,
+    scales: Scales,
+    arc: Floats,
+) -> tuple[float, float, float]:
+    """Return (v, w, cost) of the admissible twist with the smallest critics' sum.
 
     A twist is admissible if v <= v_limit and if braking after it ends within the tolerance of the
-    held part, or no further away than now; if none is, v and w brake. Of equal costs the slower
-    twist counts, then the first sample of w. The cheap critics come first; PathDist is only added
+    held points, or no further away than now; if none is, v and w brake. Of equal costs the slower
+    twist, then the first sample of w counts. The cheap critics come first; PathDist is only added
     up while the sum can still be the best.
 
     Args:
-        pose: (x, y, yaw) now, in map.
-        twist: (v [m/s], w [rad/s]) now.
-        path: (n, 2) [m] in map, from the robot on, n > 1.
-        inside: (v_limit [m/s], held, tolerance [m]): the first `held` + 1 points are held.
-        limits: (v_max, w_max, v_acc, w_acc) in m and rad.
-        samples: (nv, nw, horizon [s]).
-        scales: (path, goal, align, oscillation): weights of the critics.
-        arc: (steps, 3) receives the poses of the best rollout.
-
-    Returns:
-        (v, w, cost).
+        pose: Of the robot.
+        twist: Present one.
+        path: (n, 2) [m] in map from the robot on, n > 1.
+        inside: Where the robot must be able to stop.
+        limits: Of the drive.
+        samples: Twists that are tried.
+        scales: Weights of the critics.
+        arc: Receives the poses (steps, 3) of the best rollout.
     """
-    v_limit, held, tolerance = inside
-    v_max, w_max, v_acc, w_acc = limits
-    nv, nw, horizon = samples
+    v_limit, held, tolerance = inside.v_limit, inside.held, inside.tolerance
+    v_max, w_max, v_acc, w_acc = limits.v_max, limits.w_max, limits.v_acc, limits.w_acc
+    nv, nw, horizon = samples.v, samples.w, samples.horizon
     steps = arc.shape[0]
-    v_low = max(0.0, twist[0] - v_acc * STEP)
-    v_high = max(v_low, min(v_max, v_limit, twist[0] + v_acc * STEP))
+    v_low = max(0.0, twist.v - v_acc * STEP)
+    v_high = max(v_low, min(v_max, v_limit, twist.v + v_acc * STEP))
     if v_limit < v_low:
         v_high = v_low
-    w_low = max(-w_max, twist[1] - w_acc * STEP)
-    w_high = min(w_max, twist[1] + w_acc * STEP)
+    w_low = max(-w_max, twist.w - w_acc * STEP)
+    w_high = min(w_max, twist.w + w_acc * STEP)
     straight = min(max(0.0, w_low), w_high)
     n = path.shape[0]
     segments = np.empty((n, 6))
     measure(path, segments)
-    start = arc_length(path, segments, 0, pose[0], pose[1])
+    start = arc_length(path, segments, 0, pose.x, pose.y)
     wish = min(v_max * horizon, max(segments[n - 1, 5] - start, 1e-3))
-    reach = max(tolerance, held_gap(path, held, pose[0], pose[1]))
+    reach = max(tolerance, held_gap(path, held, pose.x, pose.y))
     fastest = nv - 1 if v_high > v_low else 0  # of equal speeds the first sample counts
     best = 1e20
     best_index = 0
@@ -294,10 +339,10 @@ def best_twist(pose, twist, path, inside, limits, samples, scales, arc):
         # the last sample goes straight on if that is reachable: no chatter; then the middle ones
         b = nw // 2 + (c // 2 if c % 2 else -c // 2) if c else nw
         w = w_low + (w_high - w_low) * b / (nw - 1) if b < nw else straight
-        jerk = scales[3] * abs(w - twist[1])
+        jerk = scales.oscillation * abs(w - twist.w)
         if jerk > best:
             continue
-        yaw = turning(pose[2], w, headings)
+        yaw = turning(pose.yaw, w, headings)
         for a in range(fastest, -1, -1):
             index = a * (nw + 1) + b
             v = v_low + (v_high - v_low) * a / (nv - 1)
@@ -305,13 +350,13 @@ def best_twist(pose, twist, path, inside, limits, samples, scales, arc):
             reached = arc_length(path, segments, k, track[steps - 1, 0], track[steps - 1, 1])
             short = max(0.0, wish - (reached - start)) / (v_max * horizon)
             turn = (yaw - segments[min(k, n - 2), 4] + math.pi) % (2.0 * math.pi) - math.pi
-            rest = scales[1] * short + scales[2] * turn * turn + jerk
+            rest = scales.goal * short + scales.align * turn * turn + jerk
             if rest > best:
                 continue
-            gap = gap_cost(track, path, segments, scales[0], best - rest + 1e-9 * best)
-            cost = gap + scales[1] * short + scales[2] * turn * turn + jerk
+            gap = gap_cost(track, path, segments, scales.path, best - rest + 1e-9 * best)
+            cost = gap + scales.goal * short + scales.align * turn * turn + jerk
             is_better = cost < best or (cost == best and index < best_index)
-            if is_better and stops_inside(pose, twist[0], v, w, v_acc, path, held, reach):
+            if is_better and stops_inside(pose, twist.v, v, w, v_acc, path, held, reach):
                 best = cost
                 best_index = index
                 best_v = v

@@ -15,6 +15,7 @@ from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, Twist, 
 from swarm_nav.control import control_kernels
 from swarm_nav.control.tube import Tube
 from swarm_nav.core.config import ControllerConfig
+from swarm_nav.planning.distance_kernels import Place
 
 LOOKAHEAD = 3  # path points to the one that the heading error is measured to
 WINDOW = 12  # path points that the rollouts are scored on
@@ -44,9 +45,11 @@ class Controller:
         """
         self.config = config
         self._settings = (
-            (config.max_vel_x, config.max_vel_theta, config.acc_lim_x, config.acc_lim_theta),
-            (config.vx_samples, config.vtheta_samples, config.sim_time),
-            (
+            control_kernels.Limits(
+                config.max_vel_x, config.max_vel_theta, config.acc_lim_x, config.acc_lim_theta
+            ),
+            control_kernels.Samples(config.vx_samples, config.vtheta_samples, config.sim_time),
+            control_kernels.Scales(
                 config.path_distance_scale,
                 config.goal_distance_scale,
                 config.path_align_scale,
@@ -162,10 +165,10 @@ class Controller:
         if len(window) < 2:
             return Twist()
         v, w, _ = control_kernels.best_twist(
-            (pose.x, pose.y, pose.yaw),
-            (max(0.0, twist.vx), twist.wz),
+            Place(pose.x, pose.y, pose.yaw),
+            control_kernels.Velocity(max(0.0, twist.vx), twist.wz),
             window,
-            (v_limit, max(0, end - first), TUBE_TOLERANCE),
+            control_kernels.Inside(v_limit, max(0, end - first), TUBE_TOLERANCE),
             *self._settings,
             self.arc,
         )

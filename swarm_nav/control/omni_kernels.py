@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -16,10 +17,59 @@ from swarm_nav.control.control_kernels import (
     measure,
     turning,
 )
+from swarm_nav.planning.distance_kernels import Floats, Place
+
+
+class PlanarVelocity(NamedTuple):
+    """In base_footprint, [m/s] and [rad/s]."""
+
+    vx: float
+    vy: float
+    w: float
+
+
+class InsideTowards(NamedTuple):
+    """As `control_kernels.Inside`, and a point that one sample leads straight to."""
+
+    v_limit: float  # [m/s]
+    held: int
+    tolerance: float  # [m]
+    aim_x: float  # [m] in map
+    aim_y: float
+
+
+class PlanarLimits(NamedTuple):
+    """Of the drive, [m/s], [rad/s], [m/s²] and [rad/s²]."""
+
+    vx_max: float
+    vy_max: float
+    w_max: float
+    vx_acc: float
+    vy_acc: float
+    w_acc: float
+
+
+class PlanarSamples(NamedTuple):
+    """Velocities that are tried."""
+
+    x: int  # number of speeds ahead
+    y: int  # number of speeds sideways
+    w: int  # number of turning rates
+    horizon: float  # [s] of a rollout
+
+
+class PlanarScales(NamedTuple):
+    """As `control_kernels.Scales`; the facing [rad] is added to the path's direction."""
+
+    path: float
+    goal: float
+    align: float
+    oscillation: float
+    facing: float
 
 
 @njit(cache=True)
-def sample(low, high, index, count):
+def sample(low: float, high: float, index: int, count: int) -> float:
     """Return one of several even samples.
 
     Args:
@@ -32,7 +82,7 @@ def sample(low, high, index, count):
 
 
 @njit(cache=True)
-def window(now, most, acceleration):
+def window(now: float, most: float, acceleration: float) -> tuple[float, float]:
     """Return the speeds within reach of one period.
 
     Args:
@@ -49,103 +99,105 @@ def window(now, most, acceleration):
 
 
 @njit(cache=True)
-def stop_gap(pose, now, wish, w, limits, path, held):
-    """Distance [m] from the held polyline at which braking after one period of a velocity ends.
+def stop_gap(
+    pose: Place,
+    now: PlanarVelocity,
+    vx: float,
+    vy: float,
+    w: float,
+    limits: PlanarLimits,
+    path: Floats,
+    held: int,
+) -> float:
+    """Return the distance [m] from the held polyline at which braking after one period ends.
 
-    Either component brakes by itself, as the drive does.
+    Either component brakes by itself, as the drive does: s = (now + v) / 2 T + v |v| / (2 acc).
 
     Args:
-        pose: (x, y, yaw) now, in map.
-        now: (vx, vy, ...) [m/s] in base_footprint.
-        wish: (vx, vy) [m/s] in base_footprint.
+        pose: Of the robot.
+        now: Present velocity.
+        vx: [m/s] at the end of the period, in base_footprint.
+        vy: [m/s] likewise.
         w: [rad/s].
-        limits: See `best_velocity`.
+        limits: Of the drive.
         path: (n, 2) [m] in map.
-        held: See `control_kernels.held_gap`.
+        held: Index of the last point that is held.
     """
-    ahead = 0.5 * (now[0] + wish[0]) * STEP + wish[0] * abs(wish[0]) / (2.0 * limits[3])
-    aside = 0.5 * (now[1] + wish[1]) * STEP + wish[1] * abs(wish[1]) / (2.0 * limits[4])
-    yaw = pose[2] + 0.5 * w * STEP
-    x = pose[0] + ahead * math.cos(yaw) - aside * math.sin(yaw)
-    y = pose[1] + ahead * math.sin(yaw) + aside * math.cos(yaw)
+    ahead = 0.5 * (now.vx + vx) * STEP + vx * abs(vx) / (2.0 * limits.vx_acc)
+    aside = 0.5 * (now.vy + vy) * STEP + vy * abs(vy) / (2.0 * limits.vy_acc)
+    yaw = pose.yaw + 0.5 * w * STEP
+    x = pose.x + ahead * math.cos(yaw) - aside * math.sin(yaw)
+    y = pose.y + ahead * math.sin(yaw) + aside * math.cos(yaw)
     return held_gap(path, held, x, y)
 
 
 @njit(cache=True)
-def predict(pose, velocity, arc):
-    """Fill the poses under a constant velocity.
-
-    Args:
-        pose: (x, y, yaw) now, in map.
-        velocity: (vx [m/s], vy [m/s], w [rad/s]) in base_footprint.
-        arc: (steps, 3) receives x, y, yaw after each step.
-    """
-    x, y, yaw = pose
+def predict(pose: Place, vx: float, vy: float, w: float, arc: Floats) -> None:
+    """Fill the poses `arc` (steps, 3) under a constant velocity in base_footprint."""
+    x, y, yaw = pose.x, pose.y, pose.yaw
     for s in range(arc.shape[0]):
-        middle = yaw + 0.5 * velocity[2] * STEP
-        x += STEP * (velocity[0] * math.cos(middle) - velocity[1] * math.sin(middle))
-        y += STEP * (velocity[0] * math.sin(middle) + velocity[1] * math.cos(middle))
-        yaw += velocity[2] * STEP
+        middle = yaw + 0.5 * w * STEP
+        x += STEP * (vx * math.cos(middle) - vy * math.sin(middle))
+        y += STEP * (vx * math.sin(middle) + vy * math.cos(middle))
+        yaw += w * STEP
         arc[s, 0] = x
         arc[s, 1] = y
         arc[s, 2] = yaw
 
 
 @njit(cache=True)
-def straight_to(pose, aim, speed, limits):
-    """Return the velocity that leads straight to a point, no faster than the drive goes that way.
-
-    Args:
-        pose: (x, y, yaw) now, in map.
-        aim: (x, y) [m] in map.
-        speed: [m/s] that is wished for.
-        limits: (vx_max, vy_max, ...) [m/s].
-
-    Returns:
-        (vx, vy) [m/s] in base_footprint.
-    """
-    bearing = math.atan2(aim[1] - pose[1], aim[0] - pose[0]) - pose[2]
+def straight_to(
+    pose: Place, aim_x: float, aim_y: float, speed: float, limits: PlanarLimits
+) -> tuple[float, float]:
+    """Return (vx, vy) that leads straight to a point, no faster than the drive goes that way."""
+    bearing = math.atan2(aim_y - pose.y, aim_x - pose.x) - pose.yaw
     vx = speed * math.cos(bearing)
     vy = speed * math.sin(bearing)
-    share = min(1.0, limits[0] / max(abs(vx), 1e-9), limits[1] / max(abs(vy), 1e-9))
+    share = min(1.0, limits.vx_max / max(abs(vx), 1e-9), limits.vy_max / max(abs(vy), 1e-9))
     return share * vx, share * vy
 
 
 @njit(cache=True)
-def best_velocity(pose, velocity, path, inside, limits, samples, scales, arc):
-    """Find the admissible velocity with the smallest sum of critics.
+def best_velocity(
+    pose: Place,
+    velocity: PlanarVelocity,
+    path: Floats,
+    inside: InsideTowards,
+    limits: PlanarLimits,
+    samples: PlanarSamples,
+    scales: PlanarScales,
+    arc: Floats,
+) -> tuple[float, float, float]:
+    """Return (vx, vy, w) of the admissible velocity with the smallest critics' sum.
 
     As `control_kernels.best_twist`, with a second axis. If no velocity is admissible, the robot
     brakes.
 
     Args:
-        pose: (x, y, yaw) now, in map.
-        velocity: (vx, vy, w) now, in base_footprint.
-        path: (n, 2) [m] in map, from the robot on, n > 1.
-        inside: (v_limit, held, tolerance, aim x, aim y): one sample leads straight to the aim.
-        limits: (vx_max, vy_max, w_max, vx_acc, vy_acc, w_acc) in m and rad.
-        samples: (nx, ny, nw, horizon [s]).
-        scales: (path, goal, align, oscillation, facing): weights of the critics; facing [rad] is
-            added to the path's direction.
-        arc: (steps, 3) receives the poses of the best rollout.
-
-    Returns:
-        (vx, vy, w).
+        pose: Of the robot.
+        velocity: Present one.
+        path: (n, 2) [m] in map from the robot on, n > 1.
+        inside: Where the robot must be able to stop, and what it aims at.
+        limits: Of the drive.
+        samples: Velocities that are tried.
+        scales: Weights of the critics.
+        arc: Receives the poses (steps, 3) of the best rollout.
     """
-    v_limit, held, tolerance, aim_x, aim_y = inside
-    nx, ny, nw, horizon = samples
+    v_limit, held = inside.v_limit, inside.held
+    nx, ny, nw, horizon = samples.x, samples.y, samples.w, samples.horizon
     steps = arc.shape[0]
-    x_low, x_high = window(velocity[0], limits[0], limits[3])
-    y_low, y_high = window(velocity[1], limits[1], limits[4])
-    w_low, w_high = window(velocity[2], limits[2], limits[5])
+    x_low, x_high = window(velocity.vx, limits.vx_max, limits.vx_acc)
+    y_low, y_high = window(velocity.vy, limits.vy_max, limits.vy_acc)
+    w_low, w_high = window(velocity.w, limits.w_max, limits.w_acc)
     straight = min(max(0.0, w_low), w_high)
     n = path.shape[0]
     segments = np.empty((n, 6))
     measure(path, segments)
-    start = arc_length(path, segments, 0, pose[0], pose[1])
-    wish = min(limits[0] * horizon, max(segments[n - 1, 5] - start, 1e-3))
-    reach = max(tolerance, held_gap(path, held, pose[0], pose[1]))
-    direct = straight_to(pose, (aim_x, aim_y), min(v_limit, limits[0]), limits)
+    start = arc_length(path, segments, 0, pose.x, pose.y)
+    wish = min(limits.vx_max * horizon, max(segments[n - 1, 5] - start, 1e-3))
+    reach = max(inside.tolerance, held_gap(path, held, pose.x, pose.y))
+    fastest = min(v_limit, limits.vx_max)
+    direct = straight_to(pose, inside.aim_x, inside.aim_y, fastest, limits)
     headings = np.empty((steps, 2))
     track = np.empty((steps, 3))
     best = 1e20
@@ -160,20 +212,21 @@ def best_velocity(pose, velocity, path, inside, limits, samples, scales, arc):
                 vx = sample(x_low, x_high, a // ny, nx)
                 vy = sample(y_low, y_high, a % ny, ny)
             speed = math.hypot(vx, vy)
-            if speed > min(v_limit, limits[0]) + 1e-9:
+            if speed > fastest + 1e-9:
                 continue
-            end = turning(pose[2] + math.atan2(vy, vx), w, headings) - math.atan2(vy, vx)
+            end = turning(pose.yaw + math.atan2(vy, vx), w, headings) - math.atan2(vy, vx)
             k = advance(pose, speed * STEP, headings, path, track)
             gone = arc_length(path, segments, k, track[steps - 1, 0], track[steps - 1, 1]) - start
-            short = max(0.0, wish - gone) / (limits[0] * horizon)
-            way = segments[min(k, n - 2), 4] + scales[4]
+            short = max(0.0, wish - gone) / (limits.vx_max * horizon)
+            way = segments[min(k, n - 2), 4] + scales.facing
             turn = (end - way + math.pi) % (2.0 * math.pi) - math.pi
-            rest = scales[1] * short + scales[2] * turn * turn + scales[3] * abs(w - velocity[2])
+            rest = scales.goal * short + scales.align * turn * turn
+            rest += scales.oscillation * abs(w - velocity.w)
             if rest > best:
                 continue
-            cost = rest + gap_cost(track, path, segments, scales[0], best - rest + 1e-9 * best)
-            if cost < best and (stop_gap(pose, velocity, (vx, vy), w, limits, path, held) <= reach):
+            cost = rest + gap_cost(track, path, segments, scales.path, best - rest + 1e-9 * best)
+            if cost < best and stop_gap(pose, velocity, vx, vy, w, limits, path, held) <= reach:
                 best = cost
                 result = (vx, vy, w)
-    predict(pose, result, arc)
+    predict(pose, result[0], result[1], result[2], arc)
     return result

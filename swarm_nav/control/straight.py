@@ -19,6 +19,7 @@ from swarm_nav.control.controller import (
     rate_that_stops,
 )
 from swarm_nav.control.tube import Tube
+from swarm_nav.planning.distance_kernels import Place
 
 HEADING_GAIN = 1.5  # [1/s] turning rate per heading error
 OFFSET_GAIN = 1.2  # [rad/m] heading towards the line per offset from it
@@ -47,7 +48,7 @@ class StraightController(Controller):
         speed = min(speed, config.max_vel_x * max(0.0, 1.0 - abs(error) / SLOW_ERROR))
         speed = min(speed, twist.vx + config.acc_lim_x * CONTROL_PERIOD)
         held = tube.points[tube.near : tube.stop + 1]
-        place = (pose.x, pose.y, pose.yaw)
+        place = Place(pose.x, pose.y, pose.yaw)
         gap = control_kernels.held_gap(held, len(held) - 1, pose.x, pose.y)
         if not control_kernels.stops_inside(
             place, twist.vx, speed, rate, config.acc_lim_x, held, len(held) - 1,

@@ -211,7 +211,7 @@ def weigh(particles, points, field, frame, skip, trust, scores, weights):
         for i in range(b):
             x = particles[k, 0] + cos * points[i, 0] - sin * points[i, 1]
             y = particles[k, 1] + sin * points[i, 0] + cos * points[i, 1]
-            scores[k, i] = sample(field, frame[0], frame[1], frame[2], x, y)
+            scores[k, i] = sample(field, frame, x, y)
             if scores[k, i] >= skip[0]:
                 agreeing[i] += 1
     for i in range(b):
@@ -308,7 +308,7 @@ def fit(pose, points, field, frame, weights):
     for i in range(points.shape[0]):
         x = pose[0] + cos * points[i, 0] - sin * points[i, 1]
         y = pose[1] + sin * points[i, 0] + cos * points[i, 1]
-        p = (hit + other) * math.exp(sample(field, frame[0], frame[1], frame[2], x, y)) - other
+        p = (hit + other) * math.exp(sample(field, frame, x, y)) - other
         total += p / hit
     return total / max(1, points.shape[0])
 

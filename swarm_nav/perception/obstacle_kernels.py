@@ -3,47 +3,69 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
-from swarm_nav.planning.distance_kernels import sample
+from swarm_nav.planning.distance_kernels import Field, Floats, Place, sample
+
+
+class Beam(NamedTuple):
+    """Directions of a LiDAR's rays."""
+
+    angle_min: float  # [rad] of the first, in the LiDAR's frame
+    angle_increment: float  # [rad]
+    range_min: float  # [m]
+
+
+class HitLimits(NamedTuple):
+    """Which hits may be obstacles."""
+
+    max_range: float  # [m]
+    static_tolerance: float  # [m] from a mapped wall within which a hit is one of the wall
 
 
 @njit(cache=True)
-def unexplained(ranges, beam, pose, limits, distance, frame, robots, reach, out):
-    """Write the hits that neither the map nor a known robot explains.
+def unexplained(
+    ranges: NDArray[np.float32],
+    beam: Beam,
+    pose: Place,
+    limits: HitLimits,
+    walls: Field,
+    robots: Floats,
+    reach: Floats,
+    out: Floats,
+) -> int:
+    """Write the hits that neither the map nor a known robot explains; return their number.
 
     Args:
-        ranges: (n,) [m] of the scan.
-        beam: (angle_min [rad], angle_increment [rad], range_min [m]).
-        pose: (x, y, yaw) of the LiDAR in map.
-        limits: (max_range, static_tolerance) [m].
-        distance: (h, w) [m] to the nearest mapped wall.
-        frame: (origin_x, origin_y, resolution) [m] of `distance`.
-        robots: (k, 2) [m] in map, centres of discs that hold robots.
-        reach: (k,) [m] radii of these discs.
-        out: (m, 2) receives the hits in map; further ones are dropped.
-
-    Returns:
-        The number of hits written.
+        ranges: (n,) [m].
+        beam: Of the LiDAR.
+        pose: Of the LiDAR.
+        limits: Of the hits that count.
+        walls: Distances to mapped walls.
+        robots: Centres (k, 2) [m] in map of discs.
+        reach: Radii (k,) [m] of these.
+        out: Receives points (m, 2) [m] in map.
     """
     near = np.empty(robots.shape[0], np.int64)
     known_count = 0
     for j in range(robots.shape[0]):
-        gap = math.hypot(robots[j, 0] - pose[0], robots[j, 1] - pose[1])
-        if gap <= limits[0] + reach[j] + 0.01:
+        gap = math.hypot(robots[j, 0] - pose.x, robots[j, 1] - pose.y)
+        if gap <= limits.max_range + reach[j] + 0.01:
             near[known_count] = j
             known_count += 1
     count = 0
     for k in range(ranges.shape[0]):
         r = ranges[k]
-        if not (beam[2] <= r <= limits[0]):
+        if not (beam.range_min <= r <= limits.max_range):
             continue
-        angle = pose[2] + beam[0] + k * beam[1]
-        x = pose[0] + r * math.cos(angle)
-        y = pose[1] + r * math.sin(angle)
-        if sample(distance, frame[0], frame[1], frame[2], x, y) < limits[1]:
+        angle = pose.yaw + beam.angle_min + k * beam.angle_increment
+        x = pose.x + r * math.cos(angle)
+        y = pose.y + r * math.sin(angle)
+        if sample(walls.distance, walls.frame, x, y) < limits.static_tolerance:
             continue
         known = False
         for m in range(known_count):
@@ -62,41 +84,50 @@ def unexplained(ranges, beam, pose, limits, distance, frame, robots, reach, out)
 
 
 @njit(cache=True)
-def still_there(points, ranges, beam, pose, max_range, robots, reach, keep):
-    """Clear the flags of points that a ray passes through or that a known robot covers.
+def still_there(
+    points: Floats,
+    ranges: NDArray[np.float32],
+    beam: Beam,
+    pose: Place,
+    max_range: float,
+    robots: Floats,
+    reach: Floats,
+    keep: NDArray[np.bool_],
+) -> None:
+    """Clear the flags `keep` (n,) of points that a ray passes or that a known robot covers.
 
     Args:
-        points: (m, 2) [m] in map.
-        ranges: (n,) [m] of the scan.
-        beam: (angle_min [rad], angle_increment [rad], range_min [m]).
-        pose: (x, y, yaw) of the LiDAR in map.
-        max_range: [m] up to which rays clear.
-        robots: (k, 2) [m] in map, centres of discs that hold robots.
-        reach: (k,) [m] radii of these discs.
-        keep: (m,) bool, changed in place.
+        points: (n, 2) [m] in map.
+        ranges: (m,) [m].
+        beam: Of the LiDAR.
+        pose: Of the LiDAR.
+        max_range: [m] up to which rays count.
+        robots: Centres (k, 2) [m] in map of discs.
+        reach: Radii (k,) [m] of these.
+        keep: To clear.
     """
     n = ranges.shape[0]
     for k in range(points.shape[0]):
-        dx = points[k, 0] - pose[0]
-        dy = points[k, 1] - pose[1]
+        dx = points[k, 0] - pose.x
+        dy = points[k, 1] - pose.y
         for j in range(robots.shape[0]):
             ax = points[k, 0] - robots[j, 0]
             ay = points[k, 1] - robots[j, 1]
             if ax * ax + ay * ay < reach[j] * reach[j]:
                 keep[k] = False
         d = math.hypot(dx, dy)
-        if d > max_range or d < beam[2]:
+        if d > max_range or d < beam.range_min:
             continue
-        angle = math.atan2(dy, dx) - pose[2] - beam[0]
-        index = round((angle % (2.0 * math.pi)) / beam[1])
-        if index >= n and (n + 0.5) * beam[1] < 2.0 * math.pi:
+        angle = math.atan2(dy, dx) - pose.yaw - beam.angle_min
+        index = round((angle % (2.0 * math.pi)) / beam.angle_increment)
+        if index >= n and (n + 0.5) * beam.angle_increment < 2.0 * math.pi:
             continue  # outside the field of view; a full circle closes
         if ranges[index % n] > d + 0.1:
             keep[k] = False
 
 
 @njit(cache=True)
-def marked(old, hits, cell, most):
+def marked(old: Floats, hits: Floats, cell: float, most: int) -> NDArray[np.float64]:
     """Return the centres (n, 2) of the cells that points lie in, each once, by x and then y.
 
     Args:

@@ -13,6 +13,7 @@ from swarm_nav.core.config import CostmapConfig
 from swarm_nav.perception import obstacle_kernels
 from swarm_nav.perception.movers import Movers
 from swarm_nav.perception.neighborhood import Neighborhood
+from swarm_nav.planning.distance_kernels import Place
 from swarm_nav.planning.terrain import Terrain
 
 CELL = 0.05  # [m] marks are rounded to, so that their number is bounded
@@ -103,8 +104,8 @@ class ObstacleLayer:
         """
         config = self._config
         lidar = pose_map.compose(self._base_from_lidar)
-        pose = (lidar.x, lidar.y, lidar.yaw)
-        beam = (scan.angle_min, scan.angle_increment, scan.range_min)
+        pose = Place(lidar.x, lidar.y, lidar.yaw)
+        beam = obstacle_kernels.Beam(scan.angle_min, scan.angle_increment, scan.range_min)
         ranges = np.array(scan.ranges, np.float32)  # a message's buffer may be read-only
         hood.look(ranges, beam, pose, config.raytrace_max_range, self._body)
         robots, reach, is_fresh = hood.masks(lidar.x, lidar.y, config.raytrace_max_range, margin)
@@ -112,9 +113,8 @@ class ObstacleLayer:
             ranges,
             beam,
             pose,
-            (config.obstacle_max_range, config.static_tolerance),
-            terrain.distance,
-            terrain.frame,
+            obstacle_kernels.HitLimits(config.obstacle_max_range, config.static_tolerance),
+            terrain.field,
             robots,
             reach,
             self._hits,

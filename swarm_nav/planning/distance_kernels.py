@@ -3,15 +3,47 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 INFINITE = 1e20
 
+Floats = NDArray[np.float64] | NDArray[np.float32]
+
+
+class Frame(NamedTuple):
+    """Where the cells of a grid lie in map.
+
+    The centre of cell (r, c) is at (origin_x + (c + 0.5) step, origin_y + (r + 0.5) step).
+    """
+
+    origin_x: float  # [m] of the lower left corner
+    origin_y: float
+    step: float  # [m] edge of a cell
+
+
+class Place(NamedTuple):
+    """A pose in map, [m] and [rad]."""
+
+    x: float
+    y: float
+    yaw: float
+
+
+class Field(NamedTuple):
+    """Distances to the nearest wall."""
+
+    distance: NDArray[np.float64]  # (height, width) [m]
+    frame: Frame
+
 
 @njit(cache=True)
-def squared_distance_1d(f, out, vertices, bounds):
+def squared_distance_1d(
+    f: Floats, out: Floats, vertices: NDArray[np.int64], bounds: Floats
+) -> None:
     """Transform one line: out[q] = min over r of (q - r)² + f[r].
 
     The lower envelope of parabolas (Felzenszwalb & Huttenlocher 2012, algorithm 1).
@@ -48,7 +80,7 @@ def squared_distance_1d(f, out, vertices, bounds):
 
 
 @njit(cache=True)
-def distance_cells(occupied):
+def distance_cells(occupied: NDArray[np.bool_]) -> NDArray[np.float64]:
     """Exact Euclidean distance from each cell centre to the nearest occupied centre.
 
     Args:
@@ -81,20 +113,14 @@ def distance_cells(occupied):
 
 
 @njit(cache=True)
-def sample(field, origin_x, origin_y, resolution, x, y):
-    """Bilinear value of a cell-centred field at a point; the border value outside.
+def sample(field: Floats, frame: Frame, x: float, y: float) -> float:
+    """Return the bilinear value of a cell-centred field (h, w) at (x, y) [m] in map.
 
-    Args:
-        field: (h, w) values at the centres of the cells, h and w at least 2.
-        origin_x: [m] of the field's lower left corner.
-        origin_y: [m] of the same.
-        resolution: [m] of a cell.
-        x: [m] of the point, in the frame of the origin.
-        y: [m] of the same.
+    Outside of the field it is the value at the border.
     """
     height, width = field.shape
-    u = (x - origin_x) / resolution - 0.5
-    v = (y - origin_y) / resolution - 0.5
+    u = (x - frame.origin_x) / frame.step - 0.5
+    v = (y - frame.origin_y) / frame.step - 0.5
     u = min(max(u, 0.0), width - 1.001)
     v = min(max(v, 0.0), height - 1.001)
     c = int(u)
@@ -107,31 +133,17 @@ def sample(field, origin_x, origin_y, resolution, x, y):
 
 
 @njit(cache=True)
-def sample_lattice(field, origin_x, origin_y, resolution, lattice, step):
-    """Fill a lattice with bilinear samples of a field at its cell centres.
-
-    Args:
-        field: (h, w) values at the centres of cells.
-        origin_x: [m] of the lower left corner of field and lattice.
-        origin_y: [m] of the same.
-        resolution: [m] of a cell of the field.
-        lattice: (n, m) receives the samples.
-        step: [m] of a cell of the lattice.
-    """
+def sample_lattice(field: Floats, frame: Frame, lattice: Floats, step: float) -> None:
+    """Fill `lattice` (h, w), cells of `step` [m] from the same origin, with bilinear samples."""
     for r in range(lattice.shape[0]):
         for c in range(lattice.shape[1]):
-            lattice[r, c] = sample(
-                field,
-                origin_x,
-                origin_y,
-                resolution,
-                origin_x + (c + 0.5) * step,
-                origin_y + (r + 0.5) * step,
-            )
+            x = frame.origin_x + (c + 0.5) * step
+            y = frame.origin_y + (r + 0.5) * step
+            lattice[r, c] = sample(field, frame, x, y)
 
 
 @njit(cache=True)
-def window_max(field, reach, out):
+def window_max(field: Floats, reach: int, out: Floats) -> None:
     """Largest value within a disc around each cell.
 
     Args:
@@ -151,7 +163,7 @@ def window_max(field, reach, out):
 
 
 @njit(cache=True)
-def nearest_squared(points, count, x, y):
+def nearest_squared(points: Floats, count: int, x: float, y: float) -> float:
     """Smallest squared distance [m²] of a point to some points.
 
     Args:
@@ -171,26 +183,27 @@ def nearest_squared(points, count, x, y):
 
 
 @njit(cache=True)
-def stamp_discs(grid, frame, points, count, radius, value):
-    """Raise the cells within a radius of some points to at least a value.
+def stamp_discs(
+    grid: Floats, frame: Frame, points: Floats, count: int, radius: float, value: float
+) -> None:
+    """Raise the cells of a grid (h, w) within `radius` of the points to at least `value`.
 
     Cells are taken row by row, from the first to the last one whose centre is inside.
 
     Args:
-        grid: (h, w), changed in place.
-        frame: (origin_x, origin_y, step) [m] of the grid.
-        points: (n, 2) [m], centres of the discs.
-        count: How many of them count.
+        grid: To raise.
+        frame: Of the grid.
+        points: (n, 2) [m] in map.
+        count: Of the points that count.
         radius: [m].
-        value: Lower bound of the cells inside.
+        value: At least this much.
     """
     height, width = grid.shape
-    origin_x, origin_y, step = frame
-    reach = radius / step
+    reach = radius / frame.step
     limit = reach * reach
     for k in range(count):
-        x = (points[k, 0] - origin_x) / step - 0.5
-        y = (points[k, 1] - origin_y) / step - 0.5
+        x = (points[k, 0] - frame.origin_x) / frame.step - 0.5
+        y = (points[k, 1] - frame.origin_y) / frame.step - 0.5
         for r in range(max(0, math.ceil(y - reach)), min(height, math.floor(y + reach) + 1)):
             aside = (r - y) * (r - y)
             half = math.sqrt(max(0.0, limit - aside))
@@ -205,23 +218,21 @@ def stamp_discs(grid, frame, points, count, radius, value):
 
 
 @njit(cache=True)
-def stamp_rows(grid, frame, points, sizes, radii, values):
-    """Stamp discs whose radius and value differ from row to row, as `stamp_discs` does.
-
-    Args:
-        grid: (h, w), changed in place.
-        frame: (origin_x, origin_y, step) [m] of the grid.
-        points: (n, k, 2) [m].
-        sizes: (n,) points of each row that count.
-        radii: (n,) [m].
-        values: (n,).
-    """
+def stamp_rows(
+    grid: Floats,
+    frame: Frame,
+    points: Floats,
+    sizes: NDArray[np.integer],
+    radii: Floats,
+    values: Floats,
+) -> None:
+    """Stamp discs of one radius and value per row; points (n, k, 2), sizes (n,) of them count."""
     for row in range(sizes.shape[0]):
         stamp_discs(grid, frame, points[row], sizes[row], radii[row], values[row])
 
 
 @njit(cache=True)
-def untouched(stamped, allowed, out):
+def untouched(stamped: Floats, allowed: NDArray[np.uint8], out: NDArray[np.uint8]) -> None:
     """Mark the allowed cells on which nothing is stamped.
 
     Args:

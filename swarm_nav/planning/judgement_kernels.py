@@ -1,24 +1,39 @@
-"""Bare numba kernels that judge paths: their cost, and whether they clear another robot's way."""
+"""Bare numba kernels that judge paths: what they cost, and whether they clear another's way."""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
+import numpy as np
 from numba import njit
+from numpy.typing import NDArray
+
+from swarm_nav.planning.distance_kernels import Floats, Frame
+
+
+class Layers(NamedTuple):
+    """Costs of a lattice (h, w), see `terrain.Lattice`."""
+
+    base: NDArray[np.float32]  # cost factor of a metre
+    lane: NDArray[np.float32]  # extra factor against `heading`
+    heading: NDArray[np.float32]  # (h, w, 2) unit vectors
 
 
 @njit(cache=True)
-def path_cost(points, frame, layers, extra):
-    """Cost [m] of driving along a path, with the lattice's cost of each metre.
+def path_cost(points: Floats, frame: Frame, layers: Layers, extra: NDArray[np.float32]) -> float:
+    """Return the cost [m] of driving along points (n, 2), as the lattice's edges count it.
+
+    Each piece costs length * (base + lane * (1 - u.h) / 2 + extra), with its unit direction u
+    and the preferred direction h of the cell that it ends in.
 
     Args:
         points: (n, 2) [m] in map.
-        frame: (origin_x, origin_y, step) [m] of the lattice.
-        layers: (base, lane, heading) of the lattice, see `search_kernels`.
-        extra: (h, w) cost per metre that other robots add.
+        frame: Of the lattice.
+        layers: Of the lattice.
+        extra: (h, w) what other robots add per metre.
     """
-    origin_x, origin_y, step = frame
-    base, lane, heading = layers
+    base, lane, heading = layers.base, layers.lane, layers.heading
     height, width = base.shape
     total = 0.0
     for k in range(1, points.shape[0]):
@@ -27,8 +42,8 @@ def path_cost(points, frame, layers, extra):
         length = math.hypot(dx, dy)
         if length < 1e-9:
             continue
-        i = min(max(int((points[k, 1] - origin_y) / step), 0), height - 1)
-        j = min(max(int((points[k, 0] - origin_x) / step), 0), width - 1)
+        i = min(max(int((points[k, 1] - frame.origin_y) / frame.step), 0), height - 1)
+        j = min(max(int((points[k, 0] - frame.origin_x) / frame.step), 0), width - 1)
         along = (dx * heading[i, j, 0] + dy * heading[i, j, 1]) / length
         total += length * (
             min(base[i, j], 3.0) + lane[i, j] * (1.0 - along) * 0.5 + min(extra[i, j], 1e3)
@@ -37,7 +52,7 @@ def path_cost(points, frame, layers, extra):
 
 
 @njit(cache=True)
-def nearest_index(way, x, y):
+def nearest_index(way: Floats, x: float, y: float) -> tuple[int, float]:
     """Find the point of a path that is nearest to a place.
 
     Args:
@@ -61,7 +76,7 @@ def nearest_index(way, x, y):
 
 
 @njit(cache=True)
-def clears(path, way, reach, tolerance, gain):
+def clears(path: Floats, way: Floats, reach: float, tolerance: int, gain: int) -> bool:
     """Whether driving on along `path` gets out of `way`, or at least ahead along it.
 
     The robot may not come nearer to the start of the way by more than `tolerance` points of it, and

@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec, Twist
 from swarm_nav.planning import oblong_kernels as kernels
 from swarm_nav.planning import path_kernels
+from swarm_nav.planning.distance_kernels import Field, Frame, Place
 
-Field = tuple[FloatArray, tuple[float, float, float]]
 WALL_GAP = 0.045  # [m] between polygon and walls in a slot, as planned
 LEAST_GAP = 0.02  # [m] below which no twist takes it
 OBSTACLE_GAP = 0.03  # [m] the same from LiDAR hits that the map does not explain
@@ -72,7 +72,7 @@ class Oblong:
 
     def admitted(
         self,
-        field: Field,
+        field: tuple[FloatArray, Frame],
         obstacles_map: FloatArray,
         pose_map: Pose,
         now: Twist,
@@ -93,15 +93,16 @@ class Oblong:
             The scaled wish; a standstill if no scaling is clear. A robot that is too near already
             may move away.
         """
-        around = (np.ascontiguousarray(obstacles_map), self.corners, OBSTACLE_GAP)
-        pose = (pose_map.x, pose_map.y, pose_map.yaw)
-        limits = (*(BRAKING_SHARE * a for a in acceleration), CONTROL_PERIOD)
+        points = np.ascontiguousarray(obstacles_map)
+        walls = Field(*field)
+        around = kernels.Surroundings(points, self.corners, OBSTACLE_GAP)
+        pose = Place(pose_map.x, pose_map.y, pose_map.yaw)
+        v_acc, w_acc = (BRAKING_SHARE * a for a in acceleration)
+        limits = kernels.Ramp(v_acc, w_acc, CONTROL_PERIOD)
         for share in SHARES:
             twist = Twist(share * wish.vx, share * wish.vy, share * wish.wz)
-            before, worst = kernels.worst_slack(
-                field, self.least, around, pose, (twist.vx, twist.wz, now.vx, now.wz),
-                limits,
-            )  # fmt: skip
+            change = kernels.Change(twist.vx, twist.wz, now.vx, now.wz)
+            before, worst = kernels.worst_slack(walls, self.least, around, pose, change, limits)
             if worst >= min(0.0, before):
                 return twist
         return Twist()
@@ -143,7 +144,7 @@ class Slots:
         oblong: Oblong,
         field: Field,
         clearance: FloatArray,
-        frame: tuple[float, float, float],
+        frame: Frame,
         room: float,
     ) -> None:
         """Look for slots.
@@ -152,12 +153,12 @@ class Slots:
             oblong: The robot's outline.
             field: Distances to the mapped walls.
             clearance: The same on the lattice.
-            frame: (origin_x, origin_y, step) of the lattice.
+            frame: Of the lattice.
             room: [m] clearance from which the robot may turn.
         """
         self._frame = frame
         fits = np.empty(clearance.shape, np.uint8)
-        limits = (oblong.half_width, room)
+        limits = kernels.Band(oblong.half_width, room)
         kernels.fitting_axes(clearance, frame, field, oblong.planned, limits, fits)
         self.axes: NDArray[np.int8] = np.empty(clearance.shape, np.int8)
         kernels.choose_axes(clearance, room, fits, self.axes)
@@ -165,8 +166,10 @@ class Slots:
 
     def is_slot(self, points: FloatArray) -> NDArray[np.bool_]:
         """Return which points (n, 2) lie in a slot's cell."""
-        columns = np.floor((points[:, 0] - self._frame[0]) / self._frame[2]).astype(np.int64)
-        rows = np.floor((points[:, 1] - self._frame[1]) / self._frame[2]).astype(np.int64)
+        columns = np.floor((points[:, 0] - self._frame.origin_x) / self._frame.step).astype(
+            np.int64
+        )
+        rows = np.floor((points[:, 1] - self._frame.origin_y) / self._frame.step).astype(np.int64)
         height, width = self.axes.shape
         inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
         result = np.zeros(len(points), np.bool_)

@@ -1,18 +1,19 @@
 """Bare numba kernels for long robots: where the polygon fits, and what a twist would touch.
 
 A polygon is a set of discs (k, 3): x, y in base_footprint and the clearance that is needed there,
-see `oblong.cover`. field = (distance, frame): distances to walls and their (origin_x, origin_y,
-resolution).
+see `oblong.cover`.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
-from swarm_nav.planning.distance_kernels import sample
+from swarm_nav.planning.distance_kernels import Field, Floats, Frame, Place, sample
 from swarm_nav.planning.search_kernels import MOVES
 
 AXES = np.array([0, 1, 4, 5, 8, 9, 10, 11], np.int64)  # moves that stand for a line, both ways
@@ -20,41 +21,84 @@ OPPOSITE = np.array([2, 3, 7, 6, 14, 15, 12, 13], np.int64)  # the moves back al
 NO_AXIS = -1
 ROLLOUT_STEP = 0.05  # [s] between the poses that are looked at
 
+Bits = NDArray[np.uint8]
+
+
+class Band(NamedTuple):
+    """Clearances [m] between which a node may be part of a slot."""
+
+    tight: float
+    room: float
+
+
+class Surroundings(NamedTuple):
+    """What is near a long robot beside walls."""
+
+    points: NDArray[np.float64]  # (n, 2) [m] in map, of obstacles
+    corners: NDArray[np.float64]  # (m, 2) [m] in base_footprint, of the robot
+    gap: float  # [m] to keep from the obstacles
+
+
+class Change(NamedTuple):
+    """A change of twist, [m/s] and [rad/s]."""
+
+    v: float  # wanted
+    w: float
+    v_now: float
+    w_now: float
+
+
+class Ramp(NamedTuple):
+    """How twists change, [m/s²], [rad/s²] and [s]."""
+
+    v_acc: float
+    w_acc: float
+    period: float  # after which braking begins
+
 
 @njit(cache=True)
-def slack(field, discs, x, y, yaw):
-    """Smallest clearance of the polygon at a pose minus the required one; negative: too near."""
-    distance, frame = field
+def slack(field: Field, discs: Floats, x: float, y: float, yaw: float) -> float:
+    """Return the smallest clearance [m] of discs (k, 3) at a pose, less what each needs.
+
+    It is negative if the polygon is too near to a wall.
+    """
     cos = math.cos(yaw)
     sin = math.sin(yaw)
     best = 1e9
     for k in range(discs.shape[0]):
         px = x + cos * discs[k, 0] - sin * discs[k, 1]
         py = y + sin * discs[k, 0] + cos * discs[k, 1]
-        best = min(best, sample(distance, frame[0], frame[1], frame[2], px, py) - discs[k, 2])
+        best = min(best, sample(field.distance, field.frame, px, py) - discs[k, 2])
     return best
 
 
 @njit(cache=True)
-def fits_along(field, discs, x, y, yaw):
-    """Whether the polygon fits with either end ahead."""
+def fits_along(field: Field, discs: Floats, x: float, y: float, yaw: float) -> bool:
+    """Return True if the polygon fits with either end ahead."""
     return slack(field, discs, x, y, yaw) >= 0.0 and slack(field, discs, x, y, yaw + math.pi) >= 0.0
 
 
 @njit(cache=True)
-def fitting_axes(clearance, lattice, field, discs, limits, fits):
-    """Fill `fits` (h, w) uint8: bit a says that the polygon fits along `AXES[a]`.
+def fitting_axes(
+    clearance: Floats, lattice: Frame, field: Field, discs: Floats, limits: Band, fits: Bits
+) -> None:
+    """Fill `fits` (h, w): bit a says that the polygon fits along `AXES[a]`.
 
-    lattice = (origin_x, origin_y, step); limits = (tight, room): only nodes with a clearance
-    between the two are looked at.
+    Args:
+        clearance: (h, w) [m] of the lattice; nodes outside of the limits have no bits.
+        lattice: Where the nodes lie.
+        field: Distances to walls.
+        discs: (k, 3) of the polygon.
+        limits: Of the clearance.
+        fits: To fill.
     """
     for r in range(fits.shape[0]):
-        y = lattice[1] + (r + 0.5) * lattice[2]
+        y = lattice.origin_y + (r + 0.5) * lattice.step
         for c in range(fits.shape[1]):
             fits[r, c] = 0
-            if not limits[0] <= clearance[r, c] < limits[1]:
+            if not limits.tight <= clearance[r, c] < limits.room:
                 continue
-            x = lattice[0] + (c + 0.5) * lattice[2]
+            x = lattice.origin_x + (c + 0.5) * lattice.step
             for a in range(8):
                 move = MOVES[AXES[a]]
                 if fits_along(field, discs, x, y, math.atan2(move[0], move[1])):
@@ -62,9 +106,10 @@ def fitting_axes(clearance, lattice, field, discs, limits, fits):
 
 
 @njit(cache=True)
-def steps_to_room(clearance, room, fits, node, axis, sign):
-    """Steps along an axis from a node to the first one with room to turn, -1 if there is none."""
-    r, c = node
+def steps_to_room(
+    clearance: Floats, room: float, fits: Bits, r: int, c: int, axis: int, sign: int
+) -> int:
+    """Return the steps along an axis from node (r, c) to the first with room to turn, or -1."""
     move = MOVES[AXES[axis]]
     steps = 0
     while True:
@@ -80,7 +125,7 @@ def steps_to_room(clearance, room, fits, node, axis, sign):
 
 
 @njit(cache=True)
-def choose_axes(clearance, room, fits, axes):
+def choose_axes(clearance: Floats, room: float, fits: Bits, axes: NDArray[np.int8]) -> None:
     """Fill `axes` (h, w) int8: the line on which a node is passed straight, `NO_AXIS` for none.
 
     Of the axes along which the polygon fits all the way from room to room the shortest counts.
@@ -94,8 +139,8 @@ def choose_axes(clearance, room, fits, axes):
             for a in range(8):
                 if not fits[r, c] & (1 << a):
                     continue
-                ahead = steps_to_room(clearance, room, fits, (r, c), a, 1)
-                back = steps_to_room(clearance, room, fits, (r, c), a, -1)
+                ahead = steps_to_room(clearance, room, fits, r, c, a, 1)
+                back = steps_to_room(clearance, room, fits, r, c, a, -1)
                 move = MOVES[AXES[a]]
                 length = (ahead + back) * math.hypot(move[0], move[1])
                 if ahead > 0 and back > 0 and length < shortest:
@@ -104,7 +149,12 @@ def choose_axes(clearance, room, fits, axes):
 
 
 @njit(cache=True)
-def add_straight_moves(base, axes, room, moves):
+def add_straight_moves(
+    base: NDArray[np.float32],
+    axes: NDArray[np.int8],
+    room: NDArray[np.bool_],
+    moves: NDArray[np.uint16],
+) -> None:
     """Open the moves (h, w) uint16 along the axes of slots, between these and into the room.
 
     `room` (h, w) bool says where the robot can turn; `moves` holds the moves between such nodes.
@@ -125,8 +175,8 @@ def add_straight_moves(base, axes, room, moves):
 
 
 @njit(cache=True)
-def obstacle_slack(points, corners, x, y, yaw):
-    """Smallest distance of points (n, 2) from a convex polygon at a pose; 0 inside."""
+def obstacle_slack(points: Floats, corners: Floats, x: float, y: float, yaw: float) -> float:
+    """Return the distance [m] of points (n, 2) from a convex polygon (m, 2) at a pose; 0 inside."""
     cos = math.cos(yaw)
     sin = math.sin(yaw)
     best = 1e9
@@ -153,16 +203,26 @@ def obstacle_slack(points, corners, x, y, yaw):
 
 
 @njit(cache=True)
-def worst_slack(field, discs, around, pose, twist, limits):
-    """Return (slack now, smallest slack on the way): one period of a twist, then braking.
+def worst_slack(
+    field: Field, discs: Floats, around: Surroundings, pose: Place, twist: Change, limits: Ramp
+) -> tuple[float, float]:
+    """Return the slack [m] now and the smallest on the way: one period of a twist, then braking.
 
-    around = (obstacles (n, 2), corners (m, 2), gap [m] to keep from obstacles). twist = (v, w,
-    v_now, w_now); limits = (v_acc, w_acc, period).
+    The twist is reached linearly within the period; then it ramps down to rest. Poses are looked
+    at every `ROLLOUT_STEP`.
+
+    Args:
+        field: Distances to walls.
+        discs: (k, 3) of the polygon, for walls.
+        around: Obstacles, and the polygon for these.
+        pose: Of the robot.
+        twist: That is wanted, and the present one.
+        limits: Of the drive.
     """
-    points, corners, gap = around
-    x, y, yaw = pose
-    v, w, v_now, w_now = twist
-    v_acc, w_acc, period = limits
+    points, corners, gap = around.points, around.corners, around.gap
+    x, y, yaw = pose.x, pose.y, pose.yaw
+    v, w, v_now, w_now = twist.v, twist.w, twist.v_now, twist.w_now
+    v_acc, w_acc, period = limits.v_acc, limits.w_acc, limits.period
     now = min(slack(field, discs, x, y, yaw), obstacle_slack(points, corners, x, y, yaw) - gap)
     worst = 1e9
     time = 0.0

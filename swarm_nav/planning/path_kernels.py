@@ -3,31 +3,51 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
-from swarm_nav.planning.distance_kernels import sample
+from swarm_nav.planning.distance_kernels import Field, Floats, Frame, sample
 
 CHORD_POINTS = 2  # path points on either side over which a bend is measured
 
 
-@njit(cache=True)
-def smooth_path(points, passes, reach, walls, others, out):
-    """Smooth a path by moving averages; a point that would not stay clear is not moved.
+class Smoothing(NamedTuple):
+    """How a path is smoothed, see `smooth_path` and `lift_off_walls`."""
 
-    Args:
-        points: (n, 2) [m].
-        passes: Number of rounds.
-        reach: Points on either side that are averaged.
-        walls: (field, frame, floor): distances (h, w) [m] to walls, their (origin_x, origin_y,
-            resolution) [m], and the distance [m] below which a point may not come nearer to a wall.
-        others: (blocked, frame): a point may not enter a cell of `blocked` whose value is larger
-            than that of its present cell.
-        out: (n, 2) receives the path; its ends are unchanged.
+    passes: int  # of the moving average
+    reach: int  # points on either side that are averaged
+    rounds: int  # of lifting, a centimetre each
+
+
+class Walls(NamedTuple):
+    """What a smoothed path keeps clear of."""
+
+    field: Field
+    floor: float  # [m] from a wall below which a point may not come nearer to it
+
+
+class Blocked(NamedTuple):
+    """What other robots add per metre; a point may not move to a dearer cell."""
+
+    extra: NDArray[np.float32]  # (h, w)
+    frame: Frame
+
+
+@njit(cache=True)
+def smooth_path(
+    points: Floats, passes: int, reach: int, walls: Walls, others: Blocked, out: Floats
+) -> None:
+    """Fill `out` (n, 2) with the moving average of +-`reach` points (n, 2), where that is clear.
+
+    A point stays where it is if the average is below the floor and nearer to a wall, or in a
+    cell with a larger value of `others`. The ends stay.
     """
-    field, frame, floor = walls
-    blocked, blocked_frame = others
+    field, frame = walls.field.distance, walls.field.frame
+    floor = walls.floor
+    blocked, blocked_frame = others.extra, others.frame
     n = points.shape[0]
     for k in range(n):
         out[k, 0] = points[k, 0]
@@ -43,10 +63,8 @@ def smooth_path(points, passes, reach, walls, others, out):
                 y += previous[j, 1]
             x /= 2 * half + 1
             y /= 2 * half + 1
-            now = sample(field, frame[0], frame[1], frame[2], x, y)
-            if now < floor and now < sample(
-                field, frame[0], frame[1], frame[2], previous[k, 0], previous[k, 1]
-            ):
+            now = sample(field, frame, x, y)
+            if now < floor and now < sample(field, frame, previous[k, 0], previous[k, 1]):
                 x, y = previous[k, 0], previous[k, 1]
             elif cell_value(blocked, blocked_frame, x, y) > cell_value(
                 blocked, blocked_frame, previous[k, 0], previous[k, 1]
@@ -60,61 +78,44 @@ def smooth_path(points, passes, reach, walls, others, out):
 
 
 @njit(cache=True)
-def cell_value(grid, frame, x, y):
-    """Value of the cell that holds a point; 1e9 outside of the grid.
-
-    Args:
-        grid: (h, w).
-        frame: (origin_x, origin_y, resolution) [m] of the grid.
-        x: [m] of the point.
-        y: [m] of the point.
-    """
-    r = math.floor((y - frame[1]) / frame[2])
-    c = math.floor((x - frame[0]) / frame[2])
+def cell_value(grid: NDArray[np.float32], frame: Frame, x: float, y: float) -> float:
+    """Return the value of the cell that holds (x, y) [m] in map; 1e9 outside of the grid."""
+    r = math.floor((y - frame.origin_y) / frame.step)
+    c = math.floor((x - frame.origin_x) / frame.step)
     if r < 0 or c < 0 or r >= grid.shape[0] or c >= grid.shape[1]:
         return grid[0, 0] * 0 + np.float32(1e9)
     return grid[r, c]
 
 
 @njit(cache=True)
-def lift_off_walls(points, field, frame, wanted, rounds):
-    """Move the inner points of a path up the distance field, a centimetre a round.
-
-    Args:
-        points: (n, 2) [m], changed in place.
-        field: (h, w) distances [m] to walls.
-        frame: (origin_x, origin_y, resolution) [m] of the field.
-        wanted: [m] of clearance at which a point stays.
-        rounds: Rounds per point, at most.
-    """
-    eps = frame[2]
+def lift_off_walls(points: Floats, walls: Walls, rounds: int) -> None:
+    """Move inner points (n, 2) up the distance field to the floor, a centimetre a round."""
+    field, frame = walls.field.distance, walls.field.frame
+    wanted = walls.floor
+    eps = frame.step
     for k in range(1, points.shape[0] - 1):
         for _ in range(rounds):
             x = points[k, 0]
             y = points[k, 1]
-            here = sample(field, frame[0], frame[1], frame[2], x, y)
+            here = sample(field, frame, x, y)
             if here >= wanted:
                 break
-            gx = sample(field, frame[0], frame[1], frame[2], x + eps, y) - sample(
-                field, frame[0], frame[1], frame[2], x - eps, y
-            )
-            gy = sample(field, frame[0], frame[1], frame[2], x, y + eps) - sample(
-                field, frame[0], frame[1], frame[2], x, y - eps
-            )
+            gx = sample(field, frame, x + eps, y) - sample(field, frame, x - eps, y)
+            gy = sample(field, frame, x, y + eps) - sample(field, frame, x, y - eps)
             norm = math.hypot(gx, gy)
             if norm < 1e-6:
                 break
             step = min(0.01, wanted - here)
             x += step * gx / norm
             y += step * gy / norm
-            if sample(field, frame[0], frame[1], frame[2], x, y) <= here:
+            if sample(field, frame, x, y) <= here:
                 break
             points[k, 0] = x
             points[k, 1] = y
 
 
 @njit(cache=True)
-def resample(points, spacing, out):
+def resample(points: Floats, spacing: float, out: Floats) -> int:
     """Write points at equal spacing along a polyline; its last point is kept exactly.
 
     Args:
@@ -156,7 +157,7 @@ def resample(points, spacing, out):
 
 
 @njit(cache=True)
-def capacity_for(points, spacing):
+def capacity_for(points: Floats, spacing: float) -> int:
     """Largest number of points that `resample` may write.
 
     Args:
@@ -170,7 +171,7 @@ def capacity_for(points, spacing):
 
 
 @njit(cache=True)
-def resampled(points, spacing):
+def resampled(points: Floats, spacing: float) -> NDArray[np.float64]:
     """Return new points at equal spacing along a polyline; the last one is kept exactly.
 
     Args:
@@ -185,7 +186,7 @@ def resampled(points, spacing):
 
 
 @njit(cache=True)
-def with_ends(points, ends, gap):
+def with_ends(points: Floats, ends: Floats, gap: float) -> NDArray[np.float64]:
     """Put new ends to a path, and leave out inner points that are too near to them.
 
     Args:
@@ -210,31 +211,21 @@ def with_ends(points, ends, gap):
 
 
 @njit(cache=True)
-def drivable(points, spacing, smoothing, walls, others):
-    """Resample and smooth a polyline, and lift it off walls.
-
-    Args:
-        points: (n, 2) [m].
-        spacing: [m] between points of the result.
-        smoothing: (passes, reach, rounds): see `smooth_path` and `lift_off_walls`.
-        walls: See `smooth_path`.
-        others: See `smooth_path`.
-
-    Returns:
-        (m, 2) [m].
-    """
-    passes, reach, rounds = smoothing
+def drivable(
+    points: Floats, spacing: float, smoothing: Smoothing, walls: Walls, others: Blocked
+) -> NDArray[np.float64]:
+    """Return points (m, 2) every `spacing` [m] along a smoothed polyline (n, 2) in map."""
     path = resampled(points, spacing)
     if path.shape[0] < 3:
         return path
     smoothed = np.empty_like(path)
-    smooth_path(path, passes, reach, walls, others, smoothed)
-    lift_off_walls(smoothed, walls[0], walls[1], walls[2], rounds)
+    smooth_path(path, smoothing.passes, smoothing.reach, walls, others, smoothed)
+    lift_off_walls(smoothed, walls, smoothing.rounds)
     return resampled(smoothed, spacing)
 
 
 @njit(cache=True)
-def corners(points, angle):
+def corners(points: Floats, angle: float) -> NDArray[np.int64]:
     """Find the sharp bends of a path. Of bends that overlap the sharpest counts.
 
     Args:

@@ -17,9 +17,7 @@ from swarm_nav.planning.oblong import RUN_IN, Slots
 from swarm_nav.planning.terrain import NODE_MARGIN, Lattice, Terrain, sector_of, wall_clearance
 
 SPACING = 0.05  # [m] between the points of a path
-SMOOTH_PASSES = 3
-SMOOTH_REACH = 4  # points on either side
-LIFT_ROUNDS = 6
+SMOOTHING = path_kernels.Smoothing(passes=3, reach=4, rounds=6)
 
 
 class Planner:
@@ -138,7 +136,7 @@ class Planner:
             extra: (h, w) cost per metre that other robots add.
         """
         lattice = self.lattice
-        layers = (lattice.base, lattice.lane, lattice.heading)
+        layers = judgement_kernels.Layers(lattice.base, lattice.lane, lattice.heading)
         return float(judgement_kernels.path_cost(path, lattice.frame, layers, extra))
 
     def plan_through(self, points: Sequence[tuple[float, float]]) -> FloatArray:
@@ -244,11 +242,9 @@ class Planner:
     def _course(self, course: FloatArray, extra: NDArray[np.float32], smooth: bool) -> FloatArray:
         if not smooth:
             return _resampled(course)
-        walls = (self.terrain.distance, self.terrain.frame, self._wall_clearance)
-        path: FloatArray = path_kernels.drivable(
-            course, SPACING, (SMOOTH_PASSES, SMOOTH_REACH, LIFT_ROUNDS), walls,
-            (extra, self.lattice.frame),
-        )  # fmt: skip
+        walls = path_kernels.Walls(self.terrain.field, self._wall_clearance)
+        others = path_kernels.Blocked(extra, self.lattice.frame)
+        path: FloatArray = path_kernels.drivable(course, SPACING, SMOOTHING, walls, others)
         return path
 
     def _start_node(self, start: tuple[float, float]) -> int:

@@ -31,9 +31,9 @@ class SearchSpace:
             kernels.open_moves(np.where(slots.room, base, kernels.WALL), moves)
             oblong_kernels.add_straight_moves(base, slots.axes, slots.room, moves)
         self._shape = base.shape
-        self._ground = (base, lane, heading, moves, step)
+        self._ground = kernels.Ground(base, lane, heading, moves, step)
         heap = HEAP_SHARE * base.size + 64
-        self._work = (
+        self._work = kernels.Work(
             np.empty(base.size, np.float32),
             np.empty(base.size, np.int32),
             np.zeros(base.size, np.int32),

@@ -4,18 +4,19 @@ The lattice has 16 moves per node (8 neighbours and the knight's moves). A direc
 node with unit direction u costs length * (base + lane * (1 - u.h) / 2 + extra), where h is the
 direction with the nearer wall on the right and `extra` (>= 0) is what other robots add.
 
-The kernels share two tuples, made by `search.SearchSpace`: ground = (base, lane, heading, moves,
-step), where moves is what `open_moves` found; work = (cost, parent, marks, keys, nodes, clock),
-arrays that are never cleared: a node was reached in the present search if its mark is the clock's
-value or, once it is closed, the next one.
+The kernels share `Ground` and `Work`, made by `search.SearchSpace`.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
+
+from swarm_nav.planning.distance_kernels import Floats, Frame
 
 MOVES = np.array(
     [
@@ -28,8 +29,33 @@ LENGTHS = np.sqrt((MOVES**2).sum(axis=1).astype(np.float64))  # [cells] of each 
 WALL = np.float32(1e9)  # value of `base` or `extra` that no path may enter
 
 
+class Ground(NamedTuple):
+    """What does not change between searches; see `terrain.Lattice`."""
+
+    base: NDArray[np.float32]  # (h, w) cost factor of a metre, WALL where there is no room
+    lane: NDArray[np.float32]  # (h, w) extra factor of driving against `heading`
+    heading: NDArray[np.float32]  # (h, w, 2) unit vectors
+    moves: NDArray[np.uint16]  # (h, w) see `open_moves`
+    step: float  # [m] edge of a cell
+
+
+class Work(NamedTuple):
+    """Arrays of a search, which are never cleared.
+
+    A node has been reached in the present search if its mark is the clock's value or, once it is
+    closed, the next one.
+    """
+
+    cost: NDArray[np.float32]  # (h * w,) of the way from the start
+    parent: NDArray[np.int32]  # (h * w,) node before, -1 for the start
+    marks: NDArray[np.int32]  # (h * w,)
+    keys: NDArray[np.float64]  # (capacity,) of the heap
+    nodes: NDArray[np.int32]  # (capacity,) of the heap
+    clock: NDArray[np.int32]  # (1,)
+
+
 @njit(cache=True)
-def heap_push(keys, nodes, size, key, node):
+def heap_push(keys: Floats, nodes: NDArray[np.int32], size: int, key: float, node: int) -> int:
     """Add an entry to a binary heap on two arrays; the smallest key is at index 0.
 
     Args:
@@ -56,7 +82,7 @@ def heap_push(keys, nodes, size, key, node):
 
 
 @njit(cache=True)
-def heap_pop(keys, nodes, size):
+def heap_pop(keys: Floats, nodes: NDArray[np.int32], size: int) -> int:
     """Remove the smallest entry of a heap; the caller has read it at index 0.
 
     Args:
@@ -88,7 +114,7 @@ def heap_pop(keys, nodes, size):
 
 
 @njit(cache=True)
-def passable(base, r, c, dr, dc):
+def passable(base: NDArray[np.float32], r: int, c: int, dr: int, dc: int) -> bool:
     """Whether a move stays on the lattice and clears all cells that it passes.
 
     Args:
@@ -112,7 +138,7 @@ def passable(base, r, c, dr, dc):
 
 
 @njit(cache=True)
-def open_moves(base, moves):
+def open_moves(base: NDArray[np.float32], moves: NDArray[np.uint16]) -> None:
     """Find the moves that are possible from each node.
 
     Args:
@@ -129,30 +155,25 @@ def open_moves(base, moves):
 
 
 @njit(cache=True)
-def nearest_open(base, extra, frame, x, y):
-    """Find the open node nearest to a point within two cells.
+def nearest_open(
+    base: NDArray[np.float32], extra: NDArray[np.float32], frame: Frame, x: float, y: float
+) -> int:
+    """Return the flat index of the open node nearest to (x, y) within two cells, or -1.
 
-    Args:
-        base: (h, w) cost factors, `WALL` where no path may enter.
-        extra: (h, w); nodes that it closes (`WALL`) count as ten cells further away.
-        frame: (origin_x, origin_y, step) [m] of the lattice.
-        x: [m] of the point.
-        y: [m] of the point.
-
-    Returns:
-        The flat index, -1 if there is none.
+    Nodes of (h, w) that `extra` closes count as ten cells further away.
     """
     height, width = base.shape
-    origin_x, origin_y, step = frame
-    row = math.floor((y - origin_y) / step)
-    column = math.floor((x - origin_x) / step)
+    step = frame.step
+    row = math.floor((y - frame.origin_y) / step)
+    column = math.floor((x - frame.origin_x) / step)
     best = -1
     nearest = np.inf
     for i in range(max(0, row - 2), min(height, row + 3)):
         for j in range(max(0, column - 2), min(width, column + 3)):
             if base[i, j] >= WALL:
                 continue
-            gap = math.hypot(origin_x + (j + 0.5) * step - x, origin_y + (i + 0.5) * step - y)
+            dx = frame.origin_x + (j + 0.5) * step - x
+            gap = math.hypot(dx, frame.origin_y + (i + 0.5) * step - y)
             if extra[i, j] >= WALL:
                 gap += 10.0 * step
             if gap < nearest:
@@ -162,7 +183,7 @@ def nearest_open(base, extra, frame, x, y):
 
 
 @njit(cache=True)
-def edge_cost(ground, i, j, m):
+def edge_cost(ground: Ground, i: int, j: int, m: int) -> float:
     """Cost [m] of a move, without other robots: the equation at the top of this file.
 
     Args:
@@ -171,14 +192,16 @@ def edge_cost(ground, i, j, m):
         j: Column of the same.
         m: Index into `MOVES`.
     """
-    base, lane, heading, _, step = ground
     cells = LENGTHS[m]
+    heading = ground.heading
     along = (MOVES[m, 1] * heading[i, j, 0] + MOVES[m, 0] * heading[i, j, 1]) / cells
-    return cells * step * (base[i, j] + lane[i, j] * (1.0 - along) * 0.5)
+    return cells * ground.step * (ground.base[i, j] + ground.lane[i, j] * (1.0 - along) * 0.5)
 
 
 @njit(cache=True)
-def cost_to_go(ground, goal_r, goal_c, work, cost):
+def cost_to_go(
+    ground: Ground, goal_r: int, goal_c: int, work: Work, cost: NDArray[np.float32]
+) -> None:
     """Dijkstra backwards from a goal: the cost of driving there from every node.
 
     Args:
@@ -188,8 +211,8 @@ def cost_to_go(ground, goal_r, goal_c, work, cost):
         work: See the top of this file.
         cost: (h, w) receives the costs [m]; inf where the goal cannot be reached from.
     """
-    base, moves = ground[0], ground[3]
-    _, _, _, keys, nodes, _ = work
+    base, moves = ground.base, ground.moves
+    keys, nodes = work.keys, work.nodes
     height, width = base.shape
     cost[:] = np.inf
     capacity = keys.shape[0]
@@ -217,7 +240,15 @@ def cost_to_go(ground, goal_r, goal_c, work, cost):
 
 
 @njit(cache=True)
-def astar(ground, extra, start, goal, heuristic, work, path):
+def astar(
+    ground: Ground,
+    extra: NDArray[np.float32],
+    start: int,
+    goal: int,
+    heuristic: NDArray[np.float32],
+    work: Work,
+    path: NDArray[np.int32],
+) -> tuple[int, int]:
     """A* with an exact static heuristic.
 
     Args:
@@ -232,12 +263,13 @@ def astar(ground, extra, start, goal, heuristic, work, path):
     Returns:
         (number of nodes written to `path`, 0 if there is no path; number of expansions).
     """
-    base, lane, heading, moves, step = ground
-    cost, parent, marks, keys, nodes, clock = work
-    width = base.shape[1]
+    cost, parent, marks = work.cost, work.parent, work.marks
+    keys, nodes, clock = work.keys, work.nodes, work.clock
+    step = ground.step
+    width = ground.base.shape[1]
     ways = MOVES[:, 0] * width + MOVES[:, 1]  # flat: one index for all arrays, never negative
-    base, lane, moves = base.ravel(), lane.ravel(), moves.ravel()
-    heading = heading.reshape((base.size, 2))
+    base, lane, moves = ground.base.ravel(), ground.lane.ravel(), ground.moves.ravel()
+    heading = ground.heading.reshape((base.size, 2))
     extra, heuristic = extra.ravel(), heuristic.ravel()
     clock[0] += 2
     seen = clock[0]
@@ -278,7 +310,7 @@ def astar(ground, extra, start, goal, heuristic, work, path):
 
 
 @njit(cache=True)
-def trace_back(parent, goal, path):
+def trace_back(parent: NDArray[np.int32], goal: int, path: NDArray[np.int32]) -> int:
     """Write the chain of parents that ends at a node.
 
     Args:
@@ -301,7 +333,15 @@ def trace_back(parent, goal, path):
 
 
 @njit(cache=True)
-def nearest_place(ground, extra, places, start, reach, work, path):
+def nearest_place(
+    ground: Ground,
+    extra: NDArray[np.float32],
+    places: NDArray[np.uint8],
+    start: int,
+    reach: float,
+    work: Work,
+    path: NDArray[np.int32],
+) -> int:
     """Dijkstra from a node to the cheapest node of a set. Edges cost length * (1 + extra).
 
     Args:
@@ -316,9 +356,10 @@ def nearest_place(ground, extra, places, start, reach, work, path):
     Returns:
         The number of nodes written, 0 if there is no such node.
     """
-    base, _, _, moves, step = ground
-    cost, parent, marks, keys, nodes, clock = work
-    width = base.shape[1]
+    moves, step = ground.moves, ground.step
+    cost, parent, marks = work.cost, work.parent, work.marks
+    keys, nodes, clock = work.keys, work.nodes, work.clock
+    width = ground.base.shape[1]
     clock[0] += 2
     seen = clock[0]
     capacity = keys.shape[0]

@@ -21,6 +21,7 @@ from swarm_common.model.grid import OCCUPIED, UNKNOWN, Grid
 from swarm_common.model.records import FloatArray
 from swarm_nav.core.config import CostmapConfig, PlannerConfig
 from swarm_nav.planning import distance_kernels, search_kernels
+from swarm_nav.planning.distance_kernels import Field, Frame
 from swarm_nav.planning.oblong import SLOT_COST, Oblong, Slots
 from swarm_nav.planning.search import SearchSpace
 
@@ -84,9 +85,9 @@ class Lattice:
     slots: Slots | None = None
 
     @property
-    def frame(self) -> tuple[float, float, float]:
-        """(origin_x, origin_y, step), as the kernels take it."""
-        return self.origin_x, self.origin_y, self.step
+    def frame(self) -> Frame:
+        """Where the nodes lie."""
+        return Frame(self.origin_x, self.origin_y, self.step)
 
     def node_of(self, x: float, y: float, extra: NDArray[np.float32] | None = None) -> int | None:
         """Return the open node nearest to a point within two cells.
@@ -141,6 +142,7 @@ class Terrain:
     """Static knowledge of one map for one size of robot.
 
     Attributes:
+        field: Distances to mapped walls.
         most_goals: Number of goals to which the costs of driving are kept.
     """
 
@@ -169,10 +171,11 @@ class Terrain:
         cells = distance_kernels.distance_cells(occupied)
         # distances end at the face of an occupied cell, not at its centre
         self.distance: FloatArray = np.maximum(0.0, cells * grid.resolution - grid.resolution / 2)
-        self.frame = (grid.origin_x, grid.origin_y, grid.resolution)
-        self.lattice = _lattice(self.distance, grid, planner, costmap, radius)
+        self.frame = Frame(grid.origin_x, grid.origin_y, grid.resolution)
+        self.field = Field(self.distance, self.frame)
+        self.lattice = _lattice(self.field, grid, planner, costmap, radius)
         if oblong is not None:
-            self.lattice = _with_slots(self.lattice, oblong, (self.distance, self.frame))
+            self.lattice = _with_slots(self.lattice, oblong, self.field)
         self.search = SearchSpace(
             self.lattice.base,
             self.lattice.lane,
@@ -192,7 +195,7 @@ class Terrain:
             x: [m] in map.
             y: [m] in map.
         """
-        return float(distance_kernels.sample(self.distance, *self.frame, x, y))
+        return float(distance_kernels.sample(self.distance, self.frame, x, y))
 
     def cost_to_go(self, node: int, sector: int = ANY_SECTOR) -> NDArray[np.float32]:
         """Return the cost of driving from every node to one of them, without other robots.
@@ -293,7 +296,7 @@ def terrain_for(
 
 
 def _lattice(
-    distance: FloatArray,
+    field: Field,
     grid: Grid,
     planner: PlannerConfig,
     costmap: CostmapConfig,
@@ -303,9 +306,7 @@ def _lattice(
     height = max(2, int(grid.height * grid.resolution / step))
     width = max(2, int(grid.width * grid.resolution / step))
     clear = np.empty((height, width))
-    distance_kernels.sample_lattice(
-        distance, grid.origin_x, grid.origin_y, grid.resolution, clear, step
-    )
+    distance_kernels.sample_lattice(field.distance, field.frame, clear, step)
     widest = np.empty_like(clear)
     distance_kernels.window_max(clear, round(PASSAGE_REACH / step), widest)
     gradient_y, gradient_x = np.gradient(clear, step)
@@ -336,9 +337,7 @@ def _lattice(
     )
 
 
-def _with_slots(
-    lattice: Lattice, oblong: Oblong, field: tuple[FloatArray, tuple[float, float, float]]
-) -> Lattice:
+def _with_slots(lattice: Lattice, oblong: Oblong, field: Field) -> Lattice:
     """Return the lattice of a long robot: slots are open, and cost more."""
     room = oblong.radius + NODE_MARGIN
     slots = Slots(oblong, field, lattice.clearance, lattice.frame, room)

@@ -15,7 +15,8 @@ from swarm_nav.planning import path_kernels
 from swarm_nav.planning.planner import SPACING, path_length, straight_path
 from tests.oracles import fields as oracle
 
-FRAME = (-1.0, 2.0, 0.05)
+FRAME = kernels.Frame(-1.0, 2.0, 0.05)
+FINE, COARSE = kernels.Frame(0.0, 0.0, 0.05), kernels.Frame(0.0, 0.0, 0.1)
 
 
 def random_map(seed: int, height: int = 17, width: int = 23) -> np.ndarray:
@@ -47,13 +48,13 @@ def test_samples_between_cells_are_bilinear(seed: int) -> None:
     field = rng.random((6, 8))
     for x, y in rng.uniform((-1.2, 1.8), (-0.4, 2.5), (50, 2)):
         expected = oracle.sample(field, FRAME, x, y)
-        assert kernels.sample(field, *FRAME, x, y) == pytest.approx(expected, abs=2e-3)
+        assert kernels.sample(field, FRAME, x, y) == pytest.approx(expected, abs=2e-3)
 
 
 def test_a_lattice_is_sampled_at_its_centres() -> None:
     field = np.random.default_rng(0).random((8, 8))
     lattice = np.empty((4, 4))
-    kernels.sample_lattice(field, *FRAME, lattice, 0.1)
+    kernels.sample_lattice(field, FRAME, lattice, 0.1)
     for row, column in np.ndindex(4, 4):
         x, y = FRAME[0] + (column + 0.5) * 0.1, FRAME[1] + (row + 0.5) * 0.1
         assert lattice[row, column] == pytest.approx(oracle.sample(field, FRAME, x, y), abs=2e-3)
@@ -150,8 +151,8 @@ def corner_path() -> np.ndarray:
 
 def smoothed(path: np.ndarray, field: np.ndarray, blocked: np.ndarray, floor: float) -> np.ndarray:
     out = np.empty_like(path)
-    frame = (0.0, 0.0, 0.05)
-    path_kernels.smooth_path(path, 3, 4, (field, frame, floor), (blocked, (0.0, 0.0, 0.1)), out)
+    walls = path_kernels.Walls(kernels.Field(field, FINE), floor)
+    path_kernels.smooth_path(path, 3, 4, walls, path_kernels.Blocked(blocked, COARSE), out)
     return out
 
 
@@ -173,7 +174,8 @@ def test_smoothing_rounds_corners_and_keeps_the_ends() -> None:
 def test_smoothing_is_a_moving_average_where_nothing_is_near() -> None:
     path = np.random.default_rng(0).random((30, 2)) * 0.02 + corner_path()[:30]
     once = np.empty_like(path)
-    walls, others = (FREE, (0.0, 0.0, 0.05), 0.3), (OPEN, (0.0, 0.0, 0.1))
+    walls = path_kernels.Walls(kernels.Field(FREE, FINE), 0.3)
+    others = path_kernels.Blocked(OPEN, COARSE)
     path_kernels.smooth_path(path, 1, 4, walls, others, once)
     for axis in (0, 1):
         expected = np.convolve(path[:, axis], np.full(9, 1 / 9), "valid")
@@ -184,7 +186,7 @@ def test_smoothing_does_not_enter_what_others_hold() -> None:
     blocked = OPEN.copy()
     blocked[6:, :14] = 1e9  # the inside of the corner
     smooth = smoothed(corner_path(), FREE, blocked, 0.3)
-    values = [path_kernels.cell_value(blocked, (0.0, 0.0, 0.1), x, y) for x, y in smooth]
+    values = [path_kernels.cell_value(blocked, COARSE, x, y) for x, y in smooth]
     assert max(values) == 0.0
 
 
@@ -193,8 +195,8 @@ def test_smoothing_does_not_come_nearer_to_a_wall_than_the_clearance() -> None:
     occupied[16:, :24] = True
     field = kernels.distance_cells(occupied) * 0.05
     smooth = smoothed(corner_path(), field, OPEN, 0.3)
-    before = min(oracle.sample(field, (0.0, 0.0, 0.05), x, y) for x, y in corner_path())
-    after = min(oracle.sample(field, (0.0, 0.0, 0.05), x, y) for x, y in smooth)
+    before = min(oracle.sample(field, FINE, x, y) for x, y in corner_path())
+    after = min(oracle.sample(field, FINE, x, y) for x, y in smooth)
     assert after >= min(0.3, before) - 1e-3
 
 
@@ -203,14 +205,15 @@ def test_lifting_moves_inner_points_off_the_wall() -> None:
     occupied[0, :] = True
     field = kernels.distance_cells(occupied) * 0.05
     points = np.column_stack((np.arange(0.3, 2.5, 0.05), np.full(44, 0.28)))
-    path_kernels.lift_off_walls(points, field, (0.0, 0.0, 0.05), 0.30, 6)
-    gaps = np.array([oracle.sample(field, (0.0, 0.0, 0.05), x, y) for x, y in points])
+    walls = path_kernels.Walls(kernels.Field(field, FINE), 0.30)
+    path_kernels.lift_off_walls(points, walls, 6)
+    gaps = np.array([oracle.sample(field, FINE, x, y) for x, y in points])
     assert gaps[[0, -1]].max() < 0.26  # ends stay
     assert gaps[1:-1].min() > 0.299
 
 
 def test_a_value_outside_the_grid_is_closed() -> None:
-    assert path_kernels.cell_value(OPEN, (0.0, 0.0, 0.1), -0.01, 0.5) > 1e8
+    assert path_kernels.cell_value(OPEN, COARSE, -0.01, 0.5) > 1e8
 
 
 @settings(max_examples=60, deadline=None)
@@ -231,9 +234,13 @@ def test_the_ends_replace_what_is_near_them(points: np.ndarray) -> None:
 
 def test_a_drivable_path_is_resampled_smoothed_lifted_and_resampled() -> None:
     course = np.array(((0.3, 0.5), (1.5, 0.5), (1.5, 1.5)))
-    walls, others = (FREE, (0.0, 0.0, 0.05), 0.3), (OPEN, (0.0, 0.0, 0.1))
-    path = path_kernels.drivable(course, SPACING, (3, 4, 6), walls, others)
+    walls = path_kernels.Walls(kernels.Field(FREE, FINE), 0.3)
+    others = path_kernels.Blocked(OPEN, COARSE)
+    path = path_kernels.drivable(course, SPACING, path_kernels.Smoothing(3, 4, 6), walls, others)
     by_hand = smoothed(path_kernels.resampled(course, SPACING), FREE, OPEN, 0.3)
     assert np.allclose(path, path_kernels.resampled(by_hand, SPACING))
     short = course[:1] + np.array(((0.0, 0.0), (0.05, 0.0)))
-    assert len(path_kernels.drivable(short, SPACING, (3, 4, 6), walls, others)) == 2
+    assert (
+        len(path_kernels.drivable(short, SPACING, path_kernels.Smoothing(3, 4, 6), walls, others))
+        == 2
+    )

@@ -11,12 +11,13 @@ from hypothesis import strategies as st
 
 from swarm_nav.control import control_kernels as kernels
 from swarm_nav.core.config import ControllerConfig
+from swarm_nav.planning.distance_kernels import Place
 from tests.oracles import control as oracle
 
 DEFAULT = ControllerConfig()
 STEPS = 8
-LIMITS = (0.26, 1.82, 1.0, 3.2)
-SCALES = (
+LIMITS = kernels.Limits(0.26, 1.82, 1.0, 3.2)
+SCALES = kernels.Scales(
     DEFAULT.path_distance_scale,
     DEFAULT.goal_distance_scale,
     DEFAULT.path_align_scale,
@@ -40,11 +41,11 @@ def segments_of(path: np.ndarray) -> np.ndarray:
 @given(st.floats(-3.0, 3.0), st.floats(0.0, 0.3), st.floats(-1.8, 1.8))
 def test_a_rollout_follows_the_constant_twist(yaw: float, v: float, w: float) -> None:
     out, track, headings = np.empty((STEPS, 3)), np.empty((STEPS, 3)), np.empty((STEPS, 2))
-    kernels.predict((0.1, -0.2, yaw), v, w, out)
+    kernels.predict(Place(0.1, -0.2, yaw), v, w, out)
     expected = oracle.arc((0.1, -0.2, yaw), v, w, STEPS, kernels.STEP)
     assert np.allclose(out, expected)
     assert kernels.turning(yaw, w, headings) == pytest.approx(expected[-1, 2])
-    kernels.advance((0.1, -0.2, yaw), v * kernels.STEP, headings, EAST, track)
+    kernels.advance(Place(0.1, -0.2, yaw), v * kernels.STEP, headings, EAST, track)
     assert np.allclose(track[:, :2], expected[:, :2])
 
 
@@ -84,13 +85,13 @@ def test_a_twist_stops_inside_where_braking_ends_near_the_held_part(
     stop = oracle.stop_point(pose, speed, v, w, 1.0, kernels.STEP)
     gap = oracle.held_gap(path, held, *stop)
     assume(abs(gap - reach) > 1e-3)
-    assert kernels.stops_inside(pose, speed, v, w, 1.0, path, held, reach) == (gap < reach)
+    assert kernels.stops_inside(Place(*pose), speed, v, w, 1.0, path, held, reach) == (gap < reach)
 
 
 def test_the_score_of_a_rollout_is_its_mean_squared_gap() -> None:
     headings, track = np.empty((STEPS, 2)), np.empty((STEPS, 3))
     kernels.turning(0.0, 0.0, headings)
-    reached = kernels.advance((0.0, 0.1, 0.0), 0.2 * kernels.STEP, headings, EAST, track)
+    reached = kernels.advance(Place(0.0, 0.1, 0.0), 0.2 * kernels.STEP, headings, EAST, track)
     assert reached == 3  # 0.16 m along
     unit = kernels.DISTANCE_UNIT**2
     cost = kernels.gap_cost(track, EAST, segments_of(EAST), 32.0, 1e20)
@@ -111,8 +112,9 @@ def best(
 ) -> tuple[float, float, np.ndarray]:
     arc = np.empty((STEPS, 3))
     v, w, _ = kernels.best_twist(
-        (0.0, 0.0, yaw), (v, w), path, (v_limit, len(path) - 1, 0.035), LIMITS,
-        (DEFAULT.vx_samples, DEFAULT.vtheta_samples, DEFAULT.sim_time), SCALES, arc,
+        Place(0.0, 0.0, yaw), kernels.Velocity(v, w), path,
+        kernels.Inside(v_limit, len(path) - 1, 0.035), LIMITS,
+        kernels.Samples(DEFAULT.vx_samples, DEFAULT.vtheta_samples, DEFAULT.sim_time), SCALES, arc,
     )  # fmt: skip
     return v, w, arc
 
@@ -172,9 +174,16 @@ def test_the_chosen_twist_is_the_best_of_all_samples(
 ) -> None:  # fmt: skip
     path = bend(radius)
     arc = np.empty((STEPS, 3))
-    inside = (v_limit, held, 0.035)
+    inside = kernels.Inside(v_limit, held, 0.035)
     chosen = kernels.best_twist(
-        pose, (v, w), path, inside, LIMITS, (*samples, DEFAULT.sim_time), SCALES, arc
+        Place(*pose),
+        kernels.Velocity(v, w),
+        path,
+        inside,
+        LIMITS,
+        kernels.Samples(*samples, DEFAULT.sim_time),
+        SCALES,
+        arc,
     )
     costs = oracle.twist_costs(
         pose, (v, w), path, v_limit, LIMITS, samples, DEFAULT.sim_time, SCALES, STEPS
@@ -183,7 +192,7 @@ def test_the_chosen_twist_is_the_best_of_all_samples(
         twist: cost
         for twist, cost in costs.items()
         if kernels.stops_inside(
-            pose,
+            Place(*pose),
             v,
             *twist,
             LIMITS[2],

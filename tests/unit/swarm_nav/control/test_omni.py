@@ -12,9 +12,10 @@ from swarm_common.robots.loading import load_robot
 from swarm_nav.control.control_kernels import held_gap
 from swarm_nav.control.controller import TUBE_TOLERANCE, Controller
 from swarm_nav.control.omni import OmniController, make_controller
-from swarm_nav.control.omni_kernels import stop_gap
+from swarm_nav.control.omni_kernels import PlanarLimits, PlanarVelocity, stop_gap
 from swarm_nav.control.tube import Tube
 from swarm_nav.core.config import ControllerConfig
+from swarm_nav.planning.distance_kernels import Place
 
 CONFIG = ControllerConfig(
     max_vel_x=0.4, max_vel_y=0.4, max_vel_theta=0.75, acc_lim_x=2.5, acc_lim_y=2.5
@@ -91,8 +92,9 @@ def test_nothing_moves_without_a_held_path() -> None:
 
 def test_braking_ends_where_the_kernel_says() -> None:
     path = np.array([(0.0, 0.0), (0.0, 1e-9)])
-    limits = (0.4, 0.4, 0.75, 2.5, 2.0, 3.2)
-    gap = stop_gap((0.0, 0.0, 0.7), (0.2, -0.1), (0.3, 0.1), 0.0, limits, path, 1)
+    limits = PlanarLimits(0.4, 0.4, 0.75, 2.5, 2.0, 3.2)
+    pose, now = Place(0.0, 0.0, 0.7), PlanarVelocity(0.2, -0.1, 0.0)
+    gap = stop_gap(pose, now, 0.3, 0.1, 0.0, limits, path, 1)
     ahead = 0.1 * 0.25 + 0.3**2 / 5.0
     aside = 0.1 * 0.0 + 0.1**2 / 4.0
     assert gap == pytest.approx(math.hypot(ahead, aside))

@@ -13,8 +13,9 @@ from swarm_common.model.records import LidarSpec, Pose, Scan
 from swarm_nav.control.tube import padded
 from swarm_nav.core.config import CostmapConfig
 from swarm_nav.perception import obstacle_kernels
+from swarm_nav.perception.obstacle_kernels import Beam, HitLimits
 from swarm_nav.perception.obstacles import CELL, ObstacleLayer
-from swarm_nav.planning.distance_kernels import sample
+from swarm_nav.planning.distance_kernels import Place, sample
 from swarm_nav.traffic.situation import Situation
 from tests.oracles import control as oracle
 from tests.standins.navigation import beacon, hear, room, situation, waffle
@@ -188,12 +189,12 @@ def test_the_choice_of_hits_equals_its_slow_twin(seed: int) -> None:
     pose = (*rng.uniform(2.0, 4.0, 2).tolist(), float(rng.uniform(-3.0, 3.0)))
     out = np.empty((360, 2))
     count = obstacle_kernels.unexplained(
-        ranges, (0.0, math.tau / 360, 0.12), pose, (2.5, 0.2),
-        s.terrain.distance, s.terrain.frame, robots, reach, out,
+        ranges, Beam(0.0, math.tau / 360, 0.12), Place(*pose), HitLimits(2.5, 0.2),
+        s.terrain.field, robots, reach, out,
     )  # fmt: skip
     angles = pose[2] + np.arange(360) * math.tau / 360
     hits = np.array(pose[:2]) + ranges[:, None] * np.column_stack((np.cos(angles), np.sin(angles)))
-    walls = np.array([sample(s.terrain.distance, *s.terrain.frame, x, y) for x, y in hits])
+    walls = np.array([sample(s.terrain.distance, s.terrain.frame, x, y) for x, y in hits])
     expected = oracle.unexplained(hits, ranges, (0.12, 2.5, 0.2), walls, robots, reach)
     assert np.allclose(out[:count], expected)
 

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from swarm_nav.planning import search_kernels as kernels
+from swarm_nav.planning.distance_kernels import Frame
 from swarm_nav.planning.search import SearchSpace
 from tests.oracles import search as oracle
 
@@ -122,7 +123,7 @@ def test_the_nearest_open_node_is_within_two_cells(seed: int) -> None:
                 closed = 1.0 if maze.extra[i, j] >= kernels.WALL else 0.0
                 centre = ((j + 0.5) * STEP, (i + 0.5) * STEP)
                 gaps[i * width + j] = closed + np.hypot(centre[0] - x, centre[1] - y)
-        node = kernels.nearest_open(maze.base, maze.extra, (0.0, 0.0, STEP), x, y)
+        node = kernels.nearest_open(maze.base, maze.extra, Frame(0.0, 0.0, STEP), x, y)
         expected = min(gaps.values(), default=None)
         assert gaps.get(node) == (None if expected is None else pytest.approx(expected))
 
