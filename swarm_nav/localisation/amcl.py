@@ -27,6 +27,7 @@ from swarm_nav.localisation.likelihood import field_for
 from swarm_nav.localisation.localiser import START_DEVIATION
 from swarm_nav.localisation.particle_filter import Estimate, ParticleFilter, Step
 from swarm_nav.perception.neighborhood import Neighborhood
+from swarm_nav.planning.distance_kernels import Place
 from swarm_nav.planning.terrain import Terrain
 
 ORIGIN = Pose(0.0, 0.0, 0.0)
@@ -211,7 +212,7 @@ class AmclLocaliser:
         if len(hits) * JUDGING_SHARE < len(self._hits):
             return  # it may as well be people or robots
         field = field_for(self._terrain, config, self._lidar.range_max)
-        at = (best.x, best.y, best.yaw)
+        at = Place(best.x, best.y, best.yaw)
         self._fit = amcl_kernels.fit(at, hits, field.log, field.frame, field.weights)
         self._slow_fit += config.recovery_alpha_slow * (self._fit - self._slow_fit)
         self._fast_fit += config.recovery_alpha_fast * (self._fit - self._fast_fit)
@@ -289,10 +290,10 @@ class AmclLocaliser:
         best = self._best
         count = amcl_kernels.beams(
             np.array(scan.ranges, np.float32),  # a message's buffer may be read-only
-            (scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max),
+            amcl_kernels.Rays(scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max),
             scan.tick,
-            (self._lidar.x, self._lidar.y, self._lidar.yaw),
-            (best.x, best.y, best.yaw),
+            Place(self._lidar.x, self._lidar.y, self._lidar.yaw),
+            Place(best.x, best.y, best.yaw),
             *self._hood.bodies(),
             self._hits,
         )

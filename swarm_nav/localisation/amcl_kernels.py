@@ -7,11 +7,13 @@ robot has for itself, so that robots in one process do not disturb each other's.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
-from swarm_nav.planning.distance_kernels import sample
+from swarm_nav.planning.distance_kernels import Floats, Frame, Place, sample
 
 GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 FIRST = np.uint64(0xBF58476D1CE4E5B9)
@@ -24,8 +26,83 @@ ROUNDS = 4  # in which that place is moved to the mean
 CANDIDATES = 20  # particles, drawn evenly by weight, around which the heaviest place is looked for
 
 
+class Motion(NamedTuple):
+    """A motion in four parts: turn, drive, turn, slide; [rad] and [m]."""
+
+    first: float
+    way: float
+    second: float
+    aside: float
+
+
+class Noise(NamedTuple):
+    """Standard deviations of the parts of a motion, and of the place after it."""
+
+    first: float  # [rad]
+    way: float  # [m]
+    second: float  # [rad]
+    aside: float  # [m]
+    place: float  # [m]
+
+
+class Spread(NamedTuple):
+    """Standard deviations, [m] and [rad]."""
+
+    x: float
+    y: float
+    yaw: float
+
+
+class HitWeights(NamedTuple):
+    """Shares of a beam's likelihood (Thrun, Burgard, Fox 2005, ch. 6)."""
+
+    hit: float  # z_hit
+    other: float  # z_rand / range_max
+
+
+class Rays(NamedTuple):
+    """Directions and range of a LiDAR."""
+
+    angle_min: float  # [rad] of the first ray, in the LiDAR's frame
+    angle_increment: float  # [rad]
+    range_min: float  # [m]
+    range_max: float  # [m]
+
+
+class Skip(NamedTuple):
+    """Which hits are left out."""
+
+    agreement: float  # log likelihood from which a particle agrees with a hit
+    share: float  # of particles that must agree
+    error: float  # share of hits left out from which all count again
+
+
+class Trust(NamedTuple):
+    """How far a scan is believed."""
+
+    power: float  # how much of a new view the scan is, 0 to 1
+    fewest: float  # particles that are to matter in effect; else the power is reduced
+
+
+class Sizes(NamedTuple):
+    """Of the set of particles (KLD sampling, Fox 2003)."""
+
+    fewest: int
+    most: int
+    error: float
+    z: float  # quantile of the confidence
+
+
+class Fresh(NamedTuple):
+    """Particles that are drawn around a pose instead."""
+
+    share: float
+    spread: float  # [m]
+    spread_yaw: float  # [rad]
+
+
 @njit(cache=True)
-def uniform(state):
+def uniform(state: NDArray[np.uint64]) -> float:
     """Return a random number in [0, 1).
 
     Args:
@@ -40,7 +117,7 @@ def uniform(state):
 
 
 @njit(cache=True)
-def normal(state):
+def normal(state: NDArray[np.uint64]) -> float:
     """Return a standard normal random number (Box and Muller).
 
     Args:
@@ -51,7 +128,7 @@ def normal(state):
 
 
 @njit(cache=True)
-def wrap(angle):
+def wrap(angle: float) -> float:
     """Return an angle [rad] in [-π, π).
 
     Args:
@@ -61,72 +138,55 @@ def wrap(angle):
 
 
 @njit(cache=True)
-def scatter(particles, mean, spread, state):
-    """Draw all particles around a pose.
-
-    Args:
-        particles: (n, 3) x, y [m], yaw [rad] in map, written.
-        mean: (x, y, yaw).
-        spread: (x, y, yaw) standard deviations.
-        state: See `uniform`.
-    """
+def scatter(particles: Floats, mean: Place, spread: Spread, state: NDArray[np.uint64]) -> None:
+    """Draw all particles (n, 3) around a pose in map."""
     for k in range(particles.shape[0]):
         for axis in range(3):
             particles[k, axis] = mean[axis] + spread[axis] * normal(state)
 
 
 @njit(cache=True)
-def blur(particles, spread, state):
-    """Add noise to particles.
-
-    Args:
-        particles: (n, 3), changed in place.
-        spread: (x, y, yaw) standard deviations.
-        state: See `uniform`.
-    """
+def blur(particles: Floats, spread: Floats, state: NDArray[np.uint64]) -> None:
+    """Add noise to particles (n, 3); spread (3,) has the standard deviations of x, y, yaw."""
     for k in range(particles.shape[0]):
         for axis in range(3):
             particles[k, axis] += spread[axis] * normal(state)
 
 
 @njit(cache=True)
-def move(particles, step, deviations, state):
-    """Move particles by an odometry step with noise (Thrun, Burgard, Fox 2005, table 5.6).
+def move(particles: Floats, step: Motion, noise: Noise, state: NDArray[np.uint64]) -> None:
+    """Move particles (n, 3) by an odometry step with noise.
 
-    Args:
-        particles: (n, 3) x, y [m], yaw [rad] in map, changed in place.
-        step: (first turn [rad], way [m], second turn [rad], way sideways [m]); the ways lie in the
-            direction after the first turn.
-        deviations: Standard deviations of these four and, last, that of the position [m] in any
-            direction.
-        state: See `uniform`.
+    Thrun, Burgard, Fox 2005, table 5.6. The way lies in the direction after the first turn.
     """
     for k in range(particles.shape[0]):
-        first = step[0] + deviations[0] * normal(state)
-        way = step[1] + deviations[1] * normal(state)
-        second = step[2] + deviations[2] * normal(state)
-        aside = step[3] + deviations[3] * normal(state)
+        first = step.first + noise.first * normal(state)
+        way = step.way + noise.way * normal(state)
+        second = step.second + noise.second * normal(state)
+        aside = step.aside + noise.aside * normal(state)
         heading = particles[k, 2] + first
         cos, sin = math.cos(heading), math.sin(heading)
-        particles[k, 0] += way * cos - aside * sin + deviations[4] * normal(state)
-        particles[k, 1] += way * sin + aside * cos + deviations[4] * normal(state)
+        particles[k, 0] += way * cos - aside * sin + noise.place * normal(state)
+        particles[k, 1] += way * sin + aside * cos + noise.place * normal(state)
         particles[k, 2] = wrap(heading + second)
 
 
 @njit(cache=True)
-def likelihood(distance, sigma, weights, most, out):
+def likelihood(
+    distance: Floats, sigma: float, weights: HitWeights, most: float, out: NDArray[np.float32]
+) -> None:
     """Write the logarithm of each cell's likelihood of a hit, 0 on a wall.
 
-    log((z_hit exp(-d² / 2σ²) + z_rand / range_max) / (z_hit + z_rand / range_max)).
+    log((hit exp(-d² / 2σ²) + other) / (hit + other)) with the distance d from the nearest wall.
 
     Args:
-        distance: (h, w) [m] to the nearest wall.
-        sigma: [m] of a hit about a wall.
-        weights: (z_hit, z_rand / range_max).
-        most: [m] beyond which the distance does not count.
-        out: (h, w), written.
+        distance: (h, w) [m] from the nearest wall, negative inside.
+        sigma: [m].
+        weights: Of the beam model.
+        most: [m] up to which distances count.
+        out: (h, w) to fill.
     """
-    hit, other = weights
+    hit, other = weights.hit, weights.other
     for r in range(distance.shape[0]):
         for c in range(distance.shape[1]):
             d = min(abs(distance[r, c]), most)
@@ -135,39 +195,46 @@ def likelihood(distance, sigma, weights, most, out):
 
 
 @njit(cache=True)
-def beams(ranges, beam, offset, lidar, pose, robots, reach, out):
-    """Write the hits to compare with the map: the first usable ray of each of equal sectors.
+def beams(
+    ranges: NDArray[np.float32],
+    beam: Rays,
+    offset: int,
+    lidar: Place,
+    pose: Place,
+    robots: Floats,
+    reach: Floats,
+    out: Floats,
+) -> int:
+    """Write the hits to compare with the map; return their number.
 
-    A ray is usable if it hit something that no known robot explains.
+    One ray of each of len(out) equal sectors: the first that hit something which no known robot
+    explains.
 
     Args:
-        ranges: (rays,) [m].
-        beam: (angle_min [rad], angle_increment [rad], range_min [m], range_max [m]).
-        offset: Of the first ray that is tried in each sector.
-        lidar: (x, y, yaw) of the LiDAR in base_footprint.
-        pose: (x, y, yaw) of the robot in map.
-        robots: (m, 2) [m] in map, centres of discs that hold robots.
-        reach: (m,) [m] radii of these discs.
-        out: (sectors, 2) receives hits in base_footprint.
-
-    Returns:
-        The number of hits.
+        ranges: (n,) [m].
+        beam: Of the LiDAR.
+        offset: Of the first ray in its sector.
+        lidar: Pose of the LiDAR in base_footprint.
+        pose: Of the robot in map.
+        robots: Centres (m, 2) [m] in map of discs.
+        reach: Radii (m,) [m] of these.
+        out: Receives points (k, 2) [m] in base_footprint.
     """
     rays, sectors = ranges.shape[0], out.shape[0]
-    cos, sin = math.cos(pose[2]), math.sin(pose[2])
+    cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
     count = 0
     for sector in range(sectors):
         begin, end = sector * rays // sectors, (sector + 1) * rays // sectors
         for i in range(end - begin):
             k = begin + (i + offset) % (end - begin)
             r = ranges[k]
-            if not (beam[2] <= r < beam[3]):
+            if not (beam.range_min <= r < beam.range_max):
                 continue
-            angle = lidar[2] + beam[0] + k * beam[1]
-            x = lidar[0] + r * math.cos(angle)
-            y = lidar[1] + r * math.sin(angle)
-            x_map = pose[0] + cos * x - sin * y
-            y_map = pose[1] + sin * x + cos * y
+            angle = lidar.yaw + beam.angle_min + k * beam.angle_increment
+            x = lidar.x + r * math.cos(angle)
+            y = lidar.y + r * math.sin(angle)
+            x_map = pose.x + cos * x - sin * y
+            y_map = pose.y + sin * x + cos * y
             is_robot = False
             for j in range(robots.shape[0]):
                 dx, dy = x_map - robots[j, 0], y_map - robots[j, 1]
@@ -183,26 +250,30 @@ def beams(ranges, beam, offset, lidar, pose, robots, reach, out):
 
 
 @njit(cache=True)
-def weigh(particles, points, field, frame, skip, trust, scores, weights):
-    """Write the normalised weights of particles after a scan.
+def weigh(
+    particles: Floats,
+    points: Floats,
+    field: NDArray[np.float32],
+    frame: Frame,
+    skip: Skip,
+    trust: Trust,
+    scores: Floats,
+    weights: Floats,
+) -> float:
+    """Write the normalised weights of particles; return the share of hits left out.
 
     Args:
-        particles: (n, 3) x, y [m], yaw [rad] in map.
-        points: (b, 2) [m] hits in base_footprint.
-        field: (h, w) log likelihoods, see `likelihood`.
-        frame: (origin_x, origin_y, resolution) [m] of the field.
-        skip: (log likelihood from which a particle agrees with a hit, share of particles that must
-            agree, share of hits left out from which all count again).
-        trust: (share of a new view that the scan is, 0 to 1; number of particles that must matter
-            in effect): the scan is trusted less if fewer matter.
-        scores: (n, b), scratch.
-        weights: (n,), written.
-
-    Returns:
-        The share of hits left out.
+        particles: Poses (n, 3) in map.
+        points: Hits (b, 2) [m] in base_footprint.
+        field: (h, w) log likelihood, see `likelihood`.
+        frame: Of the field.
+        skip: Which hits are left out.
+        trust: How far the scan is believed.
+        scores: Scratch (n, b).
+        weights: (n,) to fill.
     """
     n, b = particles.shape[0], points.shape[0]
-    power, fewest = trust
+    power, fewest = trust.power, trust.fewest
     left_out = 0
     use = np.ones(b, np.bool_)
     agreeing = np.zeros(b, np.int64)
@@ -212,13 +283,13 @@ def weigh(particles, points, field, frame, skip, trust, scores, weights):
             x = particles[k, 0] + cos * points[i, 0] - sin * points[i, 1]
             y = particles[k, 1] + sin * points[i, 0] + cos * points[i, 1]
             scores[k, i] = sample(field, frame, x, y)
-            if scores[k, i] >= skip[0]:
+            if scores[k, i] >= skip.agreement:
                 agreeing[i] += 1
     for i in range(b):
-        if agreeing[i] < skip[1] * n:
+        if agreeing[i] < skip.share * n:
             use[i] = False
             left_out += 1
-    if left_out > skip[2] * b:
+    if left_out > skip.error * b:
         use[:] = True
     best = -1e30
     for k in range(n):
@@ -245,7 +316,7 @@ def weigh(particles, points, field, frame, skip, trust, scores, weights):
 
 
 @njit(cache=True)
-def estimate(particles, weights, out):
+def estimate(particles: Floats, weights: Floats, out: Floats) -> None:
     """Write the densest place of the particles, and the variances of all around it.
 
     The place is the mean of the particles near the one with the heaviest neighbourhood, moved to
@@ -292,29 +363,31 @@ def estimate(particles, weights, out):
 
 
 @njit(cache=True)
-def fit(pose, points, field, frame, weights):
+def fit(
+    pose: Place, points: Floats, field: NDArray[np.float32], frame: Frame, weights: HitWeights
+) -> float:
     """Return the mean over hits of exp(-d² / 2σ²) at a pose: 1 if all lie on mapped walls.
 
     Args:
-        pose: (x, y, yaw) of the robot in map.
-        points: (b, 2) [m] hits in base_footprint.
-        field: (h, w) log likelihoods, see `likelihood`.
-        frame: (origin_x, origin_y, resolution) [m] of the field.
-        weights: (z_hit, z_rand / range_max), with which the field was made.
+        pose: Of the robot in map.
+        points: Hits (b, 2) [m] in base_footprint.
+        field: (h, w) log likelihood, see `likelihood`.
+        frame: Of the field.
+        weights: With which the field was made.
     """
-    hit, other = weights
-    cos, sin = math.cos(pose[2]), math.sin(pose[2])
+    hit, other = weights.hit, weights.other
+    cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
     total = 0.0
     for i in range(points.shape[0]):
-        x = pose[0] + cos * points[i, 0] - sin * points[i, 1]
-        y = pose[1] + sin * points[i, 0] + cos * points[i, 1]
+        x = pose.x + cos * points[i, 0] - sin * points[i, 1]
+        y = pose.y + sin * points[i, 0] + cos * points[i, 1]
         p = (hit + other) * math.exp(sample(field, frame, x, y)) - other
         total += p / hit
     return total / max(1, points.shape[0])
 
 
 @njit(cache=True)
-def needed(bins, error, z):
+def needed(bins: int, error: float, z: float) -> int:
     """Number of particles for an error with a confidence (KLD sampling: Fox 2003, equation 7).
 
     Args:
@@ -329,7 +402,7 @@ def needed(bins, error, z):
 
 
 @njit(cache=True)
-def is_new_bin(pose, table):
+def is_new_bin(pose: Floats, table: NDArray[np.int64]) -> bool:
     """Enter the histogram cell of a pose into a hash table; return whether it was not there.
 
     Args:
@@ -350,31 +423,36 @@ def is_new_bin(pose, table):
 
 
 @njit(cache=True)
-def resample(particles, weights, sizes, fresh, center, state, out):
-    """Draw particles by weight, as many as KLD sampling needs.
+def resample(
+    particles: Floats,
+    weights: Floats,
+    sizes: Sizes,
+    fresh: Fresh,
+    center: Place,
+    state: NDArray[np.uint64],
+    out: Floats,
+) -> int:
+    """Draw particles by weight, as many as KLD sampling needs; return their number.
 
     Args:
-        particles: (n, 3) x, y [m], yaw [rad] in map.
-        weights: (n,).
-        sizes: (fewest, most, error, z), see `needed`.
-        fresh: (share that is drawn around `center` instead, its spread [m], [rad]).
-        center: (x, y, yaw) in map.
-        state: See `uniform`.
-        out: (most, 3) receives the particles.
-
-    Returns:
-        The number of particles drawn.
+        particles: Poses (n, 3) in map.
+        weights: (n,), their sum is 1.
+        sizes: Of the set.
+        fresh: Which are drawn around the centre instead.
+        center: Of the fresh ones.
+        state: Of the random numbers.
+        out: Receives poses (k, 3).
     """
-    fewest, most, error, z = sizes
-    share, spread, spread_yaw = fresh
+    fewest, most, error, z = sizes.fewest, sizes.most, sizes.error, sizes.z
+    share, spread, spread_yaw = fresh.share, fresh.spread, fresh.spread_yaw
     table = np.zeros(TABLE, np.int64)
     sums = np.cumsum(weights)
     count, bins, enough = 0, 0, fewest
     while count < most and count < max(fewest, enough):
         if uniform(state) < share:
-            out[count, 0] = center[0] + spread * normal(state)
-            out[count, 1] = center[1] + spread * normal(state)
-            out[count, 2] = wrap(center[2] + spread_yaw * normal(state))
+            out[count, 0] = center.x + spread * normal(state)
+            out[count, 1] = center.y + spread * normal(state)
+            out[count, 2] = wrap(center.yaw + spread_yaw * normal(state))
         else:
             k = np.searchsorted(sums, uniform(state) * sums[-1], side="right")
             out[count] = particles[min(k, particles.shape[0] - 1)]

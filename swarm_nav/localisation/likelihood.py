@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 from swarm_common.model.grid import OCCUPIED
 from swarm_nav.core.localisation_config import LocalisationConfig
 from swarm_nav.localisation import amcl_kernels
+from swarm_nav.localisation.amcl_kernels import HitWeights
 from swarm_nav.planning import distance_kernels
+from swarm_nav.planning.distance_kernels import Frame
 from swarm_nav.planning.terrain import Terrain
 
 DEPTH = 0.25  # of a cell, of a wall's face inside the outermost occupied cells
@@ -24,14 +26,14 @@ class LikelihoodField:
 
     Attributes:
         log: Logarithm of the likelihood in each cell of the map and around it, 0 on a wall.
-        frame: (origin_x, origin_y, resolution) [m] in map.
-        weights: (z_hit, z_rand / range_max), with which it was made.
+        frame: Of its cells in map.
+        weights: With which it was made.
         agreement: Logarithm from which a hit is said to be at a wall.
     """
 
     log: NDArray[np.float32]
-    frame: tuple[float, float, float]
-    weights: tuple[float, float]
+    frame: Frame
+    weights: HitWeights
     agreement: float
 
 
@@ -43,7 +45,7 @@ def field_for(terrain: Terrain, config: LocalisationConfig, range_max: float) ->
         config: Its sigma_hit, z_hit, z_rand and distances count.
         range_max: [m] of the LiDAR.
     """
-    weights = (config.z_hit, config.z_rand / range_max)
+    weights = HitWeights(config.z_hit, config.z_rand / range_max)
     return _field(
         terrain, config.sigma_hit, weights, config.laser_likelihood_max_dist,
         config.beam_skip_distance,
@@ -52,7 +54,7 @@ def field_for(terrain: Terrain, config: LocalisationConfig, range_max: float) ->
 
 @functools.lru_cache(maxsize=4)
 def _field(
-    terrain: Terrain, sigma: float, weights: tuple[float, float], most: float, agree: float
+    terrain: Terrain, sigma: float, weights: HitWeights, most: float, agree: float
 ) -> LikelihoodField:
     grid = terrain.grid
     border = math.ceil(most / grid.resolution) + 1  # around the map, which may end with a wall
@@ -60,9 +62,11 @@ def _field(
     log = np.empty(distance.shape, np.float32)
     amcl_kernels.likelihood(distance, sigma, weights, most, log)
     x, y = (low - border * grid.resolution for low in (grid.origin_x, grid.origin_y))
-    hit, other = weights
+    hit, other = weights.hit, weights.other
     least = hit * math.exp(-0.5 * (min(agree, most) / sigma) ** 2) + other
-    return LikelihoodField(log, (x, y, grid.resolution), weights, math.log(least / (hit + other)))
+    return LikelihoodField(
+        log, Frame(x, y, grid.resolution), weights, math.log(least / (hit + other))
+    )
 
 
 def wall_distance(cells: NDArray[np.bool_], size: float) -> NDArray[np.float64]:

@@ -12,11 +12,12 @@ from swarm_common.model.records import FloatArray, Pose
 from swarm_nav.core.localisation_config import LocalisationConfig
 from swarm_nav.localisation import amcl_kernels
 from swarm_nav.localisation.likelihood import LikelihoodField
+from swarm_nav.planning.distance_kernels import Place
 
 FLOOR, FLOOR_YAW = 0.002, 0.001  # [m], [rad] that each step adds, so that particles stay apart
 EFFECTIVE = 0.05  # share of the particles that matter after a scan, at least; fewer starve
 BLUR = 0.25  # of the particles' spread, by which those drawn while searching are scattered
-STILL = (0.0, 0.0, 0.0, 0.0, 0.0)  # standard deviations of a step without noise
+STILL = amcl_kernels.Noise(0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,8 +85,9 @@ class ParticleFilter:
         config, (place, yaw) = self._config, deviation
         count = config.max_particles if is_wide else config.min_particles
         self._particles = np.empty((count, 3))
-        mean = (pose_map.x, pose_map.y, pose_map.yaw)
-        amcl_kernels.scatter(self._particles, mean, (place, place, yaw), self._state)
+        mean = Place(pose_map.x, pose_map.y, pose_map.yaw)
+        spread = amcl_kernels.Spread(place, place, yaw)
+        amcl_kernels.scatter(self._particles, mean, spread, self._state)
 
     def at(self, motion: Pose) -> FloatArray:
         """Return the particles after a motion, without noise.
@@ -97,7 +99,7 @@ class ParticleFilter:
             (k, 3) x, y [m], yaw [rad] in map.
         """
         moved = self._particles.copy()
-        step = (0.0, motion.x, motion.yaw, motion.y)
+        step = amcl_kernels.Motion(0.0, motion.x, motion.yaw, motion.y)
         amcl_kernels.move(moved, step, STILL, self._state.copy())
         return moved
 
@@ -114,8 +116,8 @@ class ParticleFilter:
         half = math.sqrt(0.5 * turning)  # one half before the way, the other one after it
         driving = math.sqrt(config.alpha3 * ways + config.alpha4 * turns)
         sliding = math.sqrt(config.alpha5 * ways) if self._is_omni else 0.0
-        motion = (0.0, step.motion.x, step.motion.yaw, step.motion.y)
-        noise = (half, driving, half, sliding, FLOOR)
+        motion = amcl_kernels.Motion(0.0, step.motion.x, step.motion.yaw, step.motion.y)
+        noise = amcl_kernels.Noise(half, driving, half, sliding, FLOOR)
         amcl_kernels.move(self._particles, motion, noise, self._state)
 
     def unweighed(self) -> Estimate:
@@ -138,8 +140,8 @@ class ParticleFilter:
         weights = self._weights[: len(self._particles)]
         may_skip = config.do_beamskip and not is_searching
         share = config.beam_skip_threshold if may_skip else 0.0
-        skip = (field.agreement, share, config.beam_skip_error_threshold)
-        trust = (power, EFFECTIVE * len(weights))
+        skip = amcl_kernels.Skip(field.agreement, share, config.beam_skip_error_threshold)
+        trust = amcl_kernels.Trust(power, EFFECTIVE * len(weights))
         amcl_kernels.weigh(
             self._particles, hits, field.log, field.frame, skip, trust, self._scores, weights
         )
@@ -160,9 +162,11 @@ class ParticleFilter:
         count = amcl_kernels.resample(
             self._particles,
             weights,
-            (config.min_particles, config.max_particles, config.pf_err, config.pf_z),
-            (fresh, config.recovery_spread, config.recovery_spread_yaw),
-            (best.x, best.y, best.yaw),
+            amcl_kernels.Sizes(
+                config.min_particles, config.max_particles, config.pf_err, config.pf_z
+            ),
+            amcl_kernels.Fresh(fresh, config.recovery_spread, config.recovery_spread_yaw),
+            Place(best.x, best.y, best.yaw),
             self._state,
             self._drawn,
         )

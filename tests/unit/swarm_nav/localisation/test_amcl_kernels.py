@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from swarm_nav.localisation import amcl_kernels as kernels
+from swarm_nav.planning.distance_kernels import Frame, Place
 from tests.oracles import amcl as oracle
 
-FRAME = (-1.0, 0.5, 0.05)
-WEIGHTS = (0.5, 0.14)
+FRAME = Frame(-1.0, 0.5, 0.05)
+WEIGHTS = kernels.HitWeights(0.5, 0.14)
 
 
 def state(seed: int = 1) -> np.ndarray:
@@ -35,7 +36,9 @@ def test_weights_equal_those_of_the_slow_twin(seed: int, skip: tuple[float, floa
     points = rng.uniform(-0.4, 0.4, (9, 2))
     weights = np.empty(12)
     scores = np.empty((12, 9), np.float32)
-    kernels.weigh(particles, points, log, FRAME, skip, (0.7, 0.0), scores, weights)
+    kernels.weigh(
+        particles, points, log, FRAME, kernels.Skip(*skip), kernels.Trust(0.7, 0.0), scores, weights
+    )
     expected = oracle.weights_of(particles, points, log, FRAME, skip, 0.7)
     assert weights == pytest.approx(expected, rel=1e-3, abs=1e-9)
 
@@ -46,7 +49,16 @@ def test_a_scan_is_trusted_less_where_too_few_particles_would_be_left() -> None:
     weights, scores = np.empty(100), np.empty((100, 40), np.float32)
     points = rng.uniform(-1.0, 1.0, (40, 2))
     skip = (-9.0, 0.0, 0.9)
-    kernels.weigh(particles, points, field(rng), FRAME, skip, (1.0, 20.0), scores, weights)
+    kernels.weigh(
+        particles,
+        points,
+        field(rng),
+        FRAME,
+        kernels.Skip(*skip),
+        kernels.Trust(1.0, 20.0),
+        scores,
+        weights,
+    )
     assert weights.sum() == pytest.approx(1.0)
     assert 1.0 / (weights**2).sum() >= 20.0
 
@@ -56,8 +68,8 @@ def test_beams_equal_those_of_the_slow_twin(seed: int) -> None:
     rng = np.random.default_rng(seed)
     ranges = rng.uniform(0.0, 5.0, 90).astype(np.float32)
     ranges[rng.integers(0, 90, 30)] = rng.choice([np.nan, np.inf, -np.inf], 30)
-    beam = (-0.3, math.tau / 90, 0.12, 3.5)
-    lidar, pose = (-0.06, 0.02, 0.3), (1.0, 2.0, -2.0)
+    beam = kernels.Rays(-0.3, math.tau / 90, 0.12, 3.5)
+    lidar, pose = Place(-0.06, 0.02, 0.3), Place(1.0, 2.0, -2.0)
     robots = [(0.0, 2.5, 0.7), (2.0, 1.0, 0.5)]
     places, reach = np.array(robots)[:, :2], np.array(robots)[:, 2]
     out = np.empty((15, 2))
@@ -79,8 +91,8 @@ def test_random_numbers_are_uniform_and_normal_and_follow_from_the_counter() -> 
 def test_particles_move_by_odometry_and_its_noise() -> None:
     particles = np.zeros((20_000, 3))
     particles[:, 2] = math.pi / 2
-    deviations = (0.02, 0.05, 0.03, 0.0, 0.0)
-    kernels.move(particles, (0.1, 1.0, 0.2, 0.0), deviations, state())
+    noise = kernels.Noise(0.02, 0.05, 0.03, 0.0, 0.0)
+    kernels.move(particles, kernels.Motion(0.1, 1.0, 0.2, 0.0), noise, state())
     ahead = math.pi / 2 + 0.1
     assert particles.mean(axis=0) == pytest.approx(
         (math.cos(ahead), math.sin(ahead), math.pi / 2 + 0.3), abs=0.002
@@ -104,7 +116,8 @@ def test_the_estimate_is_the_densest_place_and_the_variances_tell_of_others() ->
 
 def test_few_particles_do_for_a_narrow_cloud_and_many_for_a_wide_one() -> None:
     rng = np.random.default_rng(0)
-    sizes, fresh, center = (50, 1000, 0.05, 2.33), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    sizes, fresh = kernels.Sizes(50, 1000, 0.05, 2.33), kernels.Fresh(0.0, 0.0, 0.0)
+    center = Place(0.0, 0.0, 0.0)
     counts = []
     for spread in (0.01, 1.0):
         particles = rng.normal(0.05, spread, (400, 3))
@@ -120,8 +133,8 @@ def test_heavy_particles_are_drawn_as_often_as_their_weight_says() -> None:
     particles = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
     out = np.empty((5000, 3))
     count = kernels.resample(
-        particles, np.array([0.2, 0.8]), (5000, 5000, 0.05, 2.33), (0.0, 0.0, 0.0),
-        (0.0, 0.0, 0.0), state(), out,
+        particles, np.array([0.2, 0.8]), kernels.Sizes(5000, 5000, 0.05, 2.33),
+        kernels.Fresh(0.0, 0.0, 0.0), Place(0.0, 0.0, 0.0), state(), out,
     )  # fmt: skip
     assert count == 5000
     assert out[:, 0].mean() == pytest.approx(0.8, abs=0.02)
