@@ -363,3 +363,31 @@ def best_twist(
                 best_w = w
     predict(pose, best_v, best_w, arc)
     return best_v, best_w, best
+
+
+@njit(cache=True)
+def choose_twist(
+    pose: tuple[float, float, float],
+    twist: tuple[float, float],
+    path: Floats,
+    inside: tuple[float, int, float],
+    limits: tuple[float, float, float, float],
+    samples: tuple[int, int, float],
+    scales: tuple[float, float, float, float],
+    arc: Floats,
+) -> tuple[float, float, float]:
+    """Return `best_twist` of plain tuples with the fields of its arguments.
+
+    For calls from Python, once per tick and robot: numba's dispatcher takes 0.1 µs for a plain
+    tuple and 0.7 to 1 µs for a `NamedTuple`.
+    """
+    return best_twist(
+        Place(*pose),
+        Velocity(*twist),
+        path,
+        Inside(*inside),
+        Limits(*limits),
+        Samples(*samples),
+        Scales(*scales),
+        arc,
+    )

@@ -15,7 +15,6 @@ from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, Twist, 
 from swarm_nav.control import control_kernels
 from swarm_nav.control.tube import Tube
 from swarm_nav.core.config import ControllerConfig
-from swarm_nav.planning.distance_kernels import Place
 
 LOOKAHEAD = 3  # path points to the one that the heading error is measured to
 WINDOW = 12  # path points that the rollouts are scored on
@@ -45,11 +44,9 @@ class Controller:
         """
         self.config = config
         self._settings = (
-            control_kernels.Limits(
-                config.max_vel_x, config.max_vel_theta, config.acc_lim_x, config.acc_lim_theta
-            ),
-            control_kernels.Samples(config.vx_samples, config.vtheta_samples, config.sim_time),
-            control_kernels.Scales(
+            (config.max_vel_x, config.max_vel_theta, config.acc_lim_x, config.acc_lim_theta),
+            (config.vx_samples, config.vtheta_samples, config.sim_time),
+            (
                 config.path_distance_scale,
                 config.goal_distance_scale,
                 config.path_align_scale,
@@ -164,11 +161,11 @@ class Controller:
         window = tube.points[first : min(corner, tube.near + WINDOW) + 1]
         if len(window) < 2:
             return Twist()
-        v, w, _ = control_kernels.best_twist(
-            Place(pose.x, pose.y, pose.yaw),
-            control_kernels.Velocity(max(0.0, twist.vx), twist.wz),
+        v, w, _ = control_kernels.choose_twist(
+            (pose.x, pose.y, pose.yaw),
+            (max(0.0, twist.vx), twist.wz),
             window,
-            control_kernels.Inside(v_limit, max(0, end - first), TUBE_TOLERANCE),
+            (v_limit, max(0, end - first), TUBE_TOLERANCE),
             *self._settings,
             self.arc,
         )

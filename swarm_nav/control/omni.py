@@ -25,7 +25,6 @@ from swarm_nav.control.controller import (
 from swarm_nav.control.straight import StraightController
 from swarm_nav.control.tube import Tube
 from swarm_nav.core.config import ControllerConfig
-from swarm_nav.planning.distance_kernels import Place
 
 TURN_SAMPLES = 5  # of the turning rate at most: the course does not depend on it
 
@@ -43,11 +42,11 @@ class OmniController(Controller):
     def __init__(self, config: ControllerConfig) -> None:
         """Begin at rest."""
         super().__init__(config)
-        self._velocity = omni_kernels.PlanarVelocity(0.0, 0.0, 0.0)
+        self._velocity = (0.0, 0.0, 0.0)
 
     def course(self, twist: Twist) -> Twist:
         """Take in the measured twist; return the speed along the course in place of vx, vy."""
-        self._velocity = omni_kernels.PlanarVelocity(twist.vx, twist.vy, twist.wz)
+        self._velocity = (twist.vx, twist.vy, twist.wz)
         return Twist(math.hypot(twist.vx, twist.vy), 0.0, twist.wz)
 
     def choose_direction(self, tube: Tube, pose: Pose, twist: Twist, may_back: bool) -> bool:
@@ -73,14 +72,12 @@ class OmniController(Controller):
             length_to(tube, end, pose), twist.vx, min(config.acc_lim_x, config.acc_lim_y)
         )
         aim = tube.points[min(tube.near + LOOKAHEAD, corner)]
-        vx, vy, w = omni_kernels.best_velocity(
-            Place(pose.x, pose.y, pose.yaw),
+        vx, vy, w = omni_kernels.choose_velocity(
+            (pose.x, pose.y, pose.yaw),
             self._velocity,
             np.ascontiguousarray(window),
-            omni_kernels.InsideTowards(
-                limit, max(0, end - first), TUBE_TOLERANCE, float(aim[0]), float(aim[1])
-            ),
-            omni_kernels.PlanarLimits(
+            (limit, max(0, end - first), TUBE_TOLERANCE, float(aim[0]), float(aim[1])),
+            (
                 config.max_vel_x,
                 config.max_vel_y,
                 config.max_vel_theta,
@@ -88,13 +85,13 @@ class OmniController(Controller):
                 config.acc_lim_y,
                 config.acc_lim_theta,
             ),
-            omni_kernels.PlanarSamples(
+            (
                 config.vx_samples,
                 config.vy_samples,
                 min(config.vtheta_samples, TURN_SAMPLES),
                 config.sim_time,
             ),
-            omni_kernels.PlanarScales(
+            (
                 config.path_distance_scale,
                 config.goal_distance_scale,
                 config.path_align_scale,

@@ -230,3 +230,27 @@ def best_velocity(
                 result = (vx, vy, w)
     predict(pose, result[0], result[1], result[2], arc)
     return result
+
+
+@njit(cache=True)
+def choose_velocity(
+    pose: tuple[float, float, float],
+    velocity: tuple[float, float, float],
+    path: Floats,
+    inside: tuple[float, int, float, float, float],
+    limits: tuple[float, float, float, float, float, float],
+    samples: tuple[int, int, int, float],
+    scales: tuple[float, float, float, float, float],
+    arc: Floats,
+) -> tuple[float, float, float]:
+    """Return `best_velocity` of plain tuples; see `control_kernels.choose_twist`."""
+    return best_velocity(
+        Place(*pose),
+        PlanarVelocity(*velocity),
+        path,
+        InsideTowards(*inside),
+        PlanarLimits(*limits),
+        PlanarSamples(*samples),
+        PlanarScales(*scales),
+        arc,
+    )
