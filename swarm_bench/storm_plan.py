@@ -21,7 +21,6 @@ DEATHS_FOR_GOOD = 0.25  # share of the robots that do not come back, at most
 CRATES = 3
 PEOPLE = 2
 CRATE_SIDES = (0.25, 0.6)  # [m]
-CRATE_GAP = 1.0  # [m] that a crate keeps from robots when it is put down
 WALK_CLEARANCE = 0.4  # [m] of a person's way from walls
 WALK_LENGTHS = (3.0, 9.0)  # [m]
 START_ROOM = 1.0  # [m] from robots' centres, somewhere along it

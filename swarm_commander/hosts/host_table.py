@@ -121,12 +121,6 @@ class HostTable:
         self._hosts: dict[str, _Host] = {}
         self._refused: dict[str, str] = {}
 
-    @property
-    def unserved(self) -> list[str]:
-        """Robots that no host has taken on yet."""
-        taken = {robot for host in self._hosts.values() for robot in host.report.robots}
-        return [robot for robot in self._robots if robot not in taken]
-
     def hear(self, report: HostReport, now: float) -> list[Event]:
         """Take a host's report at wall time `now`; return the changes."""
         if report.host in self._refused:

@@ -99,7 +99,6 @@ class Itinerary:
     Attributes:
         state: Where it is.
         outcomes: The settled stops in order.
-        retries_used: Times that a goal was tried again.
     """
 
     def __init__(self, stops: Sequence[Stop], retries: int, settled: int = 0) -> None:
@@ -112,7 +111,6 @@ class Itinerary:
         """
         self.state = State.READY
         self.outcomes: list[Outcome] = []
-        self.retries_used = 0
         self._stops = tuple(stops)[settled:]
         self._settled_before = min(settled, len(stops))
         self._retries = retries
@@ -160,7 +158,6 @@ class Itinerary:
         stop = self._stops[len(self.outcomes)]
         if not reached and not is_final and self._attempt <= self._retries:
             self._attempt += 1
-            self.retries_used += 1
             return self._order(tick + RETRY_TICKS)
         why = "" if reached else reason
         self.outcomes.append(Outcome(stop, reached, tick, self._first_tick, why))

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from swarm_common.middleware.ros_env import MOST_PARTICIPANTS, PROFILES, newcomer_ids, unicast_port
+from swarm_common.middleware.ros_env import PROFILES, newcomer_ids, unicast_port
 from swarm_common.model.errors import ConfigError
 
 NAMESPACE = "http://www.eprosima.com"
@@ -41,11 +41,6 @@ class Peers:
 
     address: str
     ids: tuple[int, ...] | None = None
-
-
-def port_range(domain: int, participants: int = MOST_PARTICIPANTS) -> tuple[int, int]:
-    """Return the first and the last UDP port that participants of one host listen on."""
-    return unicast_port(domain, 0), unicast_port(domain, participants - 1) + 1
 
 
 def profile(own_address: str, peers: Sequence[Peers], domain: int, lease: int = LEASE) -> str:

@@ -16,7 +16,6 @@ import numpy as np
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import (
     Point32,
-    Pose2D,
     PoseStamped,
     TransformStamped,
 )
@@ -104,13 +103,6 @@ def pose_from_msg(message: PoseMsg) -> Pose:
     return Pose(message.position.x, message.position.y, yaw_of(q.x, q.y, q.z, q.w))
 
 
-def pose2d_msg(pose: Pose | None) -> Pose2D:
-    """Return geometry_msgs/Pose2D; NaN for None."""
-    if pose is None:
-        return Pose2D(x=math.nan, y=math.nan, theta=math.nan)
-    return Pose2D(x=float(pose.x), y=float(pose.y), theta=float(pose.yaw))
-
-
 def pose_stamped(pose: Pose, tick: int, frame: str = "map") -> PoseStamped:
     """Return geometry_msgs/PoseStamped."""
     return PoseStamped(header=header(tick, frame), pose=pose_msg(pose))
@@ -137,11 +129,6 @@ def path_yaws(points_map: FloatArray) -> FloatArray:
     steps = np.diff(points_map[:, :2], axis=0)
     yaws = np.arctan2(steps[:, 1], steps[:, 0])
     return np.append(yaws, yaws[-1])
-
-
-def path_from_msg(message: Path) -> list[Pose]:
-    """Return the poses of a path."""
-    return [pose_from_msg(stamped.pose) for stamped in message.poses]
 
 
 def grid_msg(grid: Grid, tick: int) -> OccupancyGrid:

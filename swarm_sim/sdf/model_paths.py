@@ -18,7 +18,6 @@ MODEL_VARIABLES = (
     "GAZEBO_MODEL_PATH",
     "GAZEBO_RESOURCE_PATH",
 )
-PACKAGE_VARIABLES = ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH")
 BESIDE = (".", "models", "..", "../models")  # of the world file
 FUEL_CACHES = (".gz/fuel", ".ignition/fuel")  # in the home folder
 FUEL_URI = re.compile(r"/([^/]+)/models/([^/]+)(?:/(?:tip|\d+))?(?:/files/(.*))?/?$")

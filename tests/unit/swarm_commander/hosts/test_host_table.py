@@ -28,9 +28,7 @@ def table_of_first() -> HostTable:
 def test_hosts_take_on_robots_until_none_is_left() -> None:
     host_table = HostTable(ROBOTS)
     assert kinds(host_table.hear(FIRST, 0.0)) == [say.HostJoined]
-    assert host_table.unserved == ["Srobot3"]
     assert kinds(host_table.hear(SECOND, 0.0)) == [say.HostJoined]
-    assert host_table.unserved == []
     assert host_table.answer()["hosts"] == {"a": "serving", "b": "serving"}
 
 

@@ -59,8 +59,8 @@ def test_both_roles_on_one_host() -> None:
 
 
 def test_ports() -> None:
-    assert dds_profile.port_range(0) == (7410, 7649)
-    assert dds_profile.port_range(2) == (7910, 8149)
+    assert (unicast_port(0, 0), unicast_port(0, 119)) == (7410, 7648)
+    assert unicast_port(2, 0) == 7910
 
 
 def test_addresses_of_this_host() -> None:
