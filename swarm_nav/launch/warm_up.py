@@ -17,7 +17,9 @@ from swarm_nav.core.config import ControllerConfig, NavConfig, TrafficConfig
 from swarm_nav.core.goals import Goal, GoalKind
 from swarm_nav.core.localisation_config import AMCL, LocalisationConfig
 from swarm_nav.perception.neighborhood import Neighborhood
+from swarm_nav.perception.obstacle_kernels import Beam
 from swarm_nav.planning import judgement_kernels
+from swarm_nav.planning.distance_kernels import Place
 from swarm_nav.traffic import crowd, gate_kernels, parting_kernels
 from swarm_nav.traffic.gate import Gate
 from swarm_nav.traffic.holding import parking_path
@@ -107,8 +109,8 @@ def _fall_silent(robot: Navigator) -> None:
     hood.row(2)
     ranges = np.full(360, 1.0, np.float32)
     footprint = np.zeros(2 * FOOTPRINT_POINTS, np.uint32)
-    beam = (0.0, math.tau / 360, 0.12)
-    hood.look(ranges, beam, (2.0, 2.0, 0.0), 3.0, (footprint, 0.1))
+    beam = Beam(0.0, math.tau / 360, 0.12)
+    hood.look(ranges, beam, Place(2.0, 2.0, 0.0), 3.0, (footprint, 0.1))
 
 
 def _drive_sideways() -> None:

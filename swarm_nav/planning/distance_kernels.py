@@ -199,11 +199,12 @@ def stamp_discs(
         value: At least this much.
     """
     height, width = grid.shape
-    reach = radius / frame.step
+    origin_x, origin_y, step = frame
+    reach = radius / step
     limit = reach * reach
     for k in range(count):
-        x = (points[k, 0] - frame.origin_x) / frame.step - 0.5
-        y = (points[k, 1] - frame.origin_y) / frame.step - 0.5
+        x = (points[k, 0] - origin_x) / step - 0.5
+        y = (points[k, 1] - origin_y) / step - 0.5
         for r in range(max(0, math.ceil(y - reach)), min(height, math.floor(y + reach) + 1)):
             aside = (r - y) * (r - y)
             half = math.sqrt(max(0.0, limit - aside))
