@@ -108,6 +108,7 @@ def merits(report: Mapping[str, Any]) -> dict[str, str]:
     duration = report.get("goal_duration") or {}
     return {
         "goals reached of sent": f"{goals['reached']} / {goals['sent']}",
+        "goals missed, pending": f"{goals.get('failed', 0)}, {goals.get('pending', 0)}",
         "collisions robot-robot, robot-world": (
             f"{number(crashes['robot_robot'])}, {number(crashes['robot_world'])}"
         ),

@@ -17,6 +17,7 @@ PROGRAMS = {
     "swarm_commander": {
         "swarm_up": f"{MAIN}:swarm_up",
         "swarm_commander": f"{MAIN}:commander",
+        "swarm_teleop": f"{MAIN}:teleop",
         "swarm_report": f"{MAIN}:report",
         "swarm_replay": f"{MAIN}:replay",
         "swarm_doctor": f"{MAIN}:doctor",

@@ -41,6 +41,7 @@ APPS = {
     "swarm-up": lambda: commander_cli._load_up(),
     "swarm-commander": lambda: commander_app,
     "swarm-commander ": lambda: fleet_app,
+    "swarm-teleop": lambda: commander_cli._load_teleop(),
     "swarm-view": lambda: view_cli._load(),
     "swarm-report": lambda: commander_cli._load_report(),
     "swarm-replay": lambda: commander_cli._load_replay(),

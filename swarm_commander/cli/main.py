@@ -39,6 +39,11 @@ def commander() -> None:
     sys.exit(run_app("swarm-commander", _load_commander))
 
 
+def teleop() -> None:
+    """Run `swarm-teleop`."""
+    sys.exit(run_app("swarm-teleop", _load_teleop))
+
+
 def report() -> None:
     """Run `swarm-report`."""
     sys.exit(run_app("swarm-report", _load_report))
@@ -83,12 +88,23 @@ def _load_report() -> typer.Typer:
     return report_app
 
 
-def _load_commander() -> typer.Typer:
+def _prepare_ros() -> None:
     from swarm_common.middleware import ros_env
     from swarm_setup.build import ensure_interfaces
 
     ros_env.set_defaults()  # before rclpy is imported
     ensure_interfaces()  # before our messages are imported
+
+
+def _load_teleop() -> typer.Typer:
+    _prepare_ros()
+    from swarm_commander.cli.teleop_command import teleop_app
+
+    return teleop_app
+
+
+def _load_commander() -> typer.Typer:
+    _prepare_ros()
     if _first_word() in FLEET_COMMANDS:
         from swarm_commander.cli.fleet_command import fleet_app
 

@@ -118,7 +118,7 @@ class RobotsRun(ProcessRun):
         self._tell(CLIENT, ReportUsage(cpu, rss_mb))
 
     def _measure_last(self) -> None:
-        self.usage.sample_private("navigators", process_tree(self._supervisor.pid(HOST)))
+        self.usage.sample_memory("navigators", process_tree(self._supervisor.pid(HOST)))
 
     def _check(self) -> None:
         if self._welcomed is None or self.active_after_wall is not None or self._is_stopping:

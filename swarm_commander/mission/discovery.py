@@ -70,7 +70,7 @@ def read_sites(node: Node, robot: str) -> tuple[Sites, str]:
     Raises:
         ConfigError: If the navigator does not answer.
     """
-    values = _read_parameters(node, robot, ["sites"])
+    values = read_parameters(node, robot, ["sites"])
     path = values[0].string_value if values else ""
     return (load_sites(Path(path)), path) if path else (Sites(), f"the world of {robot}")
 
@@ -81,7 +81,7 @@ def read_home(node: Node, robot: str) -> Pose | None:
     Raises:
         ConfigError: If the navigator does not answer.
     """
-    values = _read_parameters(node, robot, [f"initial_pose.{name}" for name in ("x", "y", "yaw")])
+    values = read_parameters(node, robot, [f"initial_pose.{name}" for name in ("x", "y", "yaw")])
     if len(values) != 3 or any(v.type != ParameterType.PARAMETER_DOUBLE for v in values):
         return None
     return Pose(*(value.double_value for value in values))
@@ -127,8 +127,12 @@ def _note(said: list[bool], message: Mission) -> None:
     said.append(message.active)
 
 
-def _read_parameters(node: Node, robot: str, names: list[str]) -> list[ParameterValue]:
-    """Return parameters of a navigator; empty if one of them is not declared."""
+def read_parameters(node: Node, robot: str, names: list[str]) -> list[ParameterValue]:
+    """Return parameters of a navigator; empty if one of them is not declared.
+
+    Raises:
+        ConfigError: If the navigator does not answer.
+    """
     service = f"/{robot}/navigator/get_parameters"
     client = node.create_client(GetParameters, service)
     request = GetParameters.Request(names=names)

@@ -59,6 +59,7 @@ LOST_TIME = 5.0  # [s] if the wall clock, too, has moved on by this much
 # [s] of wall time after which a silent robot's goals count as failed until it is heard again;
 # longer than swarm-up takes to notice a navigator that hangs and to start another.
 GIVE_UP_TIME = 60.0
+PAUSING = "pausing"  # state in which a robot does what somebody asked for that is no place to go
 LATE_STATUS = 2.0  # [s] of wall time to wait for the status of an end
 
 
@@ -249,7 +250,7 @@ def status_event(robot: str, status: RobotStatus) -> StatusReported:
         robot=robot,
         state=status.state,
         detail=status.detail,
-        has_goal=has_goal(status),
+        has_goal=has_goal(status) and status.state != PAUSING,
         sim_time=status.stamp.sec + 1e-9 * status.stamp.nanosec,
         hold_time=status.hold_time,
         wait_time=status.wait_time,

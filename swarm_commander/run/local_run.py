@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import time
 from collections.abc import Mapping, Sequence
 from typing import Any, assert_never
@@ -290,9 +291,13 @@ class LocalRun(ProcessRun):
             self.usage.mark()
             self._progress.phase("running")
             if self._plan.mission is None:
+                sites = self._plan.sites
+                has_goals = bool(sites.stations or sites.places)
+                command = "swarm-commander" if has_goals else "swarm-teleop"
+                script = shlex.quote(str(self._folder.path / "env.sh"))
                 self._progress.note(
                     "all robots are active; drive one from another terminal, for example with\n"
-                    f"  source {self._folder.path / 'env.sh'}; swarm-commander Srobot1"
+                    f"  source {script}; {command} {self._plan.alive[0]}"
                 )
 
     def _on_died(self, event: NavigatorDied) -> None:
@@ -469,4 +474,4 @@ class LocalRun(ProcessRun):
 
     def _measure_last(self) -> None:
         for group, name in (("world", WORLD), ("navigators", HOST)):
-            self.usage.sample_private(group, process_tree(self._supervisor.pid(name)))
+            self.usage.sample_memory(group, process_tree(self._supervisor.pid(name)))

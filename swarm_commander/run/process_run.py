@@ -258,6 +258,8 @@ class ProcessRun:
                 self._progress.note(text, "" if holds else "yellow")
             case ForeignPublisher(topic=topic, node=node):
                 notice = f"{node} publishes on {topic}: it is ignored"
+                if topic.endswith("/cmd_vel"):
+                    notice += f"; drive by hand with swarm-teleop {topic.split('/')[1]}"
                 self._progress.breach("foreign publishers", notice)
             case Refused(message=message):
                 self._refuse(message)

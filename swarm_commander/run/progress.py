@@ -98,7 +98,9 @@ class Progress:
         head = packed(_parts(self._phase, self._statistics), self._console.width)
         style = "red" if collided else ""
         rest = [Text(line, style="red") for line in self._untold()]
-        return [*(Text(line, style=style) for line in head), *status_table(self._statistics), *rest]
+        room = self._console.height - len(head) - len(rest) - 1
+        table = status_table(self._statistics, room)
+        return [*(Text(line, style=style) for line in head), *table, *rest]
 
 
 def summary_line(phase: str, statistics: RunStatistics) -> str:
@@ -123,9 +125,9 @@ def _parts(phase: str, statistics: RunStatistics) -> list[str]:
         f"{statistics.reached}/{statistics.total}" if statistics.total else str(statistics.reached)
     )
     return [
-        phase,
+        "paused" if statistics.is_paused else phase,
         f"active {statistics.active}/{statistics.there}",
-        f"goals {goals}" + (f" ({statistics.failed} failed)" if statistics.failed else ""),
+        f"goals {goals}" + (f" ({statistics.failed} missed)" if statistics.failed else ""),
         f"collisions {statistics.collisions}",
         f"holding {len(statistics.holding)}",
         f"t = {statistics.sim_time:.1f} s",
@@ -136,11 +138,13 @@ def _parts(phase: str, statistics: RunStatistics) -> list[str]:
 def summary_table(report: Mapping[str, Any], code: int) -> Table:
     """Return the result of a run as a table."""
     goals, collisions = report["goals"], report["collisions"]
-    cpu, rss = report["cpu_ms_per_robot_second"], report["rss_mb"]
+    cpu, memory = report["cpu_ms_per_robot_second"], report["memory_mb"]
     duration = report["goal_duration"]
     rows = {
-        "goals reached": f"{goals['reached']} of {goals['sent']}",
-        "goals failed, pending": f"{goals['failed']}, {goals['pending']}",
+        "goals reached": (
+            f"{goals['reached']} of {goals['sent']} sent, {goals['failed']} missed,"
+            f" {goals['pending']} pending"
+        ),
         "collisions robot-robot, robot-world": (
             ", ".join(_with_unit(collisions[kind], "") for kind in ("robot_robot", "robot_world"))
         ),
@@ -163,8 +167,9 @@ def summary_table(report: Mapping[str, Any], code: int) -> Table:
         "CPU per robot and second": (
             f"{cpu['total']} ms (world {cpu['world']}, navigators {cpu['navigators']})"
         ),
-        "memory, shared in each process": (
-            f"world {rss['world']} MB, navigators {rss['navigators']} MB"
+        "memory": (
+            f"world {_with_unit(memory['world'], 'MB')},"
+            f" navigators {_with_unit(memory['navigators'], 'MB')}"
         ),
     }
     title = f"{report['swarm_size']} robots in {report['world']}, seed {report['seed']}"

@@ -99,6 +99,9 @@ def compose_report(
             name: _rounded(1000.0 * value / seconds) if seconds else None
             for name, value in per_second.items()
         },
+        "memory_mb": {
+            group: _rounded(usage.memory_mb(group), 1) for group in ("world", "navigators")
+        },
         "private_mb": {
             group: _rounded(usage.private_mb(group), 1) for group in ("world", "navigators")
         },

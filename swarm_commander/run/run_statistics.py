@@ -77,6 +77,7 @@ class RobotStatistics:
         restarts: Times that its navigator was restarted. left: Whether it was removed from the
         world.
         goal: Name of the goal under way; empty without one.
+        since: Simulated time [s] at which it entered its state.
         durations: [s] that each goal took which was reached, by simulated time.
         counts: By the report's names, see `COUNTS`.
         meters: What its navigators counted.
@@ -88,6 +89,7 @@ class RobotStatistics:
     left: bool = False
     state: str = ""
     detail: str = ""
+    since: float = 0.0
     hold_time: float = 0.0
     wait_time: float = 0.0
     sent: int = 0
@@ -113,6 +115,7 @@ class RunStatistics:
         total: Goals of the mission; 0 while unknown.
         is_done: Whether the mission is over.
         sim_time: [s] latest known.
+        is_paused: Whether the world stands still, as somebody wants it to.
         real_time_factor: Latest known.
         robot_robot: Collision episodes so far.
         robot_world: Likewise.
@@ -130,6 +133,7 @@ class RunStatistics:
     total: int = 0
     is_done: bool = False
     sim_time: float = 0.0
+    is_paused: bool = False
     real_time_factor: float = 0.0
     robot_robot: int = 0
     robot_world: int = 0
@@ -159,6 +163,7 @@ class RunStatistics:
                 self.waits.note(name, "", self.sim_time)
             case WorldProgress():
                 self.sim_time = event.sim_time
+                self.is_paused = event.is_paused
                 self.real_time_factor = event.real_time_factor
                 self.robot_robot = event.collisions.robot_robot
                 self.robot_world = event.collisions.robot_world
@@ -284,6 +289,8 @@ class RunStatistics:
         robot = self.robots[event.robot]
         if robot.left:  # said before it went
             return
+        if robot.state != event.state:
+            robot.since = event.sim_time
         robot.state, robot.detail = event.state, event.detail
         self.waits.note(event.robot, waits_for(event.state, event.detail), event.sim_time)
         count = robot.meters.count

@@ -11,7 +11,7 @@ from rich.text import Text
 from swarm_commander.run.run_statistics import RobotStatistics, RunStatistics
 
 LINES = 10  # at most this many groups
-ALONE = 12  # up to this many robots get a line each
+ALONE = 12  # lines for robots where the height of the screen is unknown
 SHOWN_DETAIL = 48  # characters of what a robot says about its state
 # Letter and style by state; letters repeat the colours, for people who do not see them.
 MARKS = {
@@ -30,12 +30,17 @@ MARKS = {
 COUNTED = ("holding", "waiting", "recovering", "dead")
 
 
-def status_table(statistics: RunStatistics) -> list[Text]:
-    """Return a line per robot of a small swarm, a line per group of a large one."""
+def status_table(statistics: RunStatistics, room: int = ALONE) -> list[Text]:
+    """Return a line per robot, or a line per group where there is no room for that.
+
+    Args:
+        statistics: Of the run.
+        room: Lines that the screen has for it.
+    """
     names = list(statistics.robots)
-    if len(names) <= ALONE:
+    if len(names) <= room:
         width = max(len(name) for name in names)
-        return [_robot_line(name.ljust(width), statistics.robots[name]) for name in names]
+        return [_robot_line(name, width, statistics) for name in names]
     size = -(-len(names) // LINES)
     starts = [*range(0, len(names), size), len(names)]
     groups = [names[start:end] for start, end in pairwise(starts)]
@@ -66,15 +71,22 @@ def shown_state(robot: RobotStatistics) -> str:
     return "dead" if robot.died else robot.state
 
 
-def _robot_line(label: str, robot: RobotStatistics) -> Text:
+def _robot_line(name: str, width: int, statistics: RunStatistics) -> Text:
+    """Return a robot's state, since when, goal, for whom it waits, and its goals so far."""
+    robot = statistics.robots[name]
     state = shown_state(robot)
     detail = (
         robot.detail if len(robot.detail) <= SHOWN_DETAIL else f"{robot.detail[:SHOWN_DETAIL]}…"
     )
-    line = Text(f"{label}  ")
+    line = Text(f"{name.ljust(width)}  ")
     line.append(f"{state or 'starting':<11}", style=_mark(state)[1])
+    line.append(f"{max(0.0, statistics.sim_time - robot.since):>5.0f} s  ")
+    line.append(f"{robot.goal:<12}  ")
     line.append(f"{_goals(robot.reached, robot.failed):<10}  ")
-    return line.append(f"{robot.goal} {detail}".strip(), style="dim")
+    awaited = statistics.waits.edges.get(name, "")
+    if awaited and awaited not in detail:
+        line.append(f"for {awaited}  ")
+    return line.append(detail, style="dim")
 
 
 def _group_line(label: str, robots: Sequence[RobotStatistics], width: int) -> Text:

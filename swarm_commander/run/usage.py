@@ -54,12 +54,17 @@ def process_tree(pid: int | None) -> list[psutil.Process]:
         return []
 
 
-def private_mb(processes: Iterable[psutil.Process]) -> list[float]:
-    """Return the memory [MB] that each process would give back if it ended; slow to read."""
+def memory_mb(processes: Iterable[psutil.Process]) -> list[tuple[float, float]]:
+    """Return each process's memory [MB]: what it shares with no other, and its share of all.
+
+    A page that k processes share counts as 1/k in the second, so that it can be added up. Slow to
+    read.
+    """
     sizes = []
     for process in processes:
         with contextlib.suppress(psutil.Error):
-            sizes.append(process.memory_full_info().uss / MEGABYTE)
+            memory = process.memory_full_info()
+            sizes.append((memory.uss / MEGABYTE, memory.pss / MEGABYTE))
     return sizes
 
 
@@ -69,20 +74,25 @@ class UsageMeter:
     def __init__(self) -> None:
         self._groups: dict[str, Usage] = {}
         self._baseline: dict[str, float] = {}
-        self._private_mb: dict[str, list[float]] = {}
+        self._memory_mb: dict[str, list[tuple[float, float]]] = {}
 
     def sample(self, group: str, processes: Iterable[psutil.Process]) -> None:
         """Read the present values of a group."""
         self._groups.setdefault(group, Usage()).sample(processes)
 
-    def sample_private(self, group: str, processes: Iterable[psutil.Process]) -> None:
-        """Read the private memory of a group, once, at the end of a run."""
-        self._private_mb[group] = private_mb(processes)
+    def sample_memory(self, group: str, processes: Iterable[psutil.Process]) -> None:
+        """Read the memory of a group, once, at the end of a run."""
+        self._memory_mb[group] = memory_mb(processes)
 
     def private_mb(self, group: str) -> float | None:
         """Return the median private memory of a group's processes [MB]; None if unknown."""
-        sizes = self._private_mb.get(group)
-        return statistics.median(sizes) if sizes else None
+        sizes = self._memory_mb.get(group)
+        return statistics.median(private for private, _ in sizes) if sizes else None
+
+    def memory_mb(self, group: str) -> float | None:
+        """Return the memory of a group [MB], each shared page counted once; None if unknown."""
+        sizes = self._memory_mb.get(group)
+        return sum(share for _, share in sizes) if sizes else None
 
     def mark(self) -> None:
         """Count CPU time from here on: start-up is over."""

@@ -117,6 +117,7 @@ class WorldProgress(EventBase, frozen=True, tag="progress"):
     min_clearance: float | None = None
     late_ticks: int = 0
     answering: int = 0
+    is_paused: bool = False
 
 
 class WorldBuilt(EventBase, frozen=True, tag="spawn"):

@@ -334,6 +334,8 @@ class Navigator:
     def status(self) -> Status:
         """Return the state for the operator."""
         target = self._task.target if self._task is not None else None
+        if target is None and self._pursuit.has_goal:
+            target = self._s.pose  # a behaviour that somebody asked for: the robot is not free
         return compose_status(
             self._s, self.is_active, self._state, target, self._lease, self._gate, self.sites,
             self._holding, self._automaton.holding_since, self.distance_remaining(),

@@ -44,7 +44,7 @@ class Reporter:
         self._started = now
         self._meter.start(now, self._world.sim_time)
 
-    def report(self, tick: int, robots: int) -> None:
+    def report(self, tick: int, robots: int, *, is_paused: bool) -> None:
         """Say how things are, `robots` being how many there are."""
         self._meter.update(time.monotonic(), self._world.sim_time)
         verdict = self._world.verdict
@@ -65,6 +65,7 @@ class Reporter:
                 min_clearance=verdict.as_json()["min_clearance"],
                 late_ticks=self._barrier.late_ticks,
                 answering=message.answering,
+                is_paused=is_paused,
             )
         )
 

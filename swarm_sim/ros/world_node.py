@@ -316,7 +316,11 @@ class WorldNode:
         self._links.look_for_viewers()
         self._links.look_for_foreigners()
         self._scenery.look_for_viewers(self._tick)
-        self._reporter.report(self._tick, len(self._robots.robots))
+        self._report()
+
+    def _report(self) -> None:
+        count = len(self._robots.robots)
+        self._reporter.report(self._tick, count, is_paused=self._state.is_paused)
 
     def _on_fault(self, error: Exception) -> None:
         """Go on although a callback failed: whatever was sent, it must not end the world."""
@@ -341,7 +345,7 @@ class WorldNode:
     def finish(self) -> dict[str, Any]:
         """Return the verdict of the run, and write it if the settings say where."""
         data = self._reporter.final(self._settings.verdict_path)
-        self._reporter.report(self._tick, len(self._robots.robots))
+        self._report()
         self._rejections.flush()
         self._world.close()
         return data

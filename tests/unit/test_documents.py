@@ -24,6 +24,7 @@ DATED = ("CHANGELOG.md",)  # what was true then
 SCRIPTS = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["scripts"]
 LOADERS = {
     "swarm-up": commander_cli._load_up,
+    "swarm-teleop": commander_cli._load_teleop,
     "swarm-report": commander_cli._load_report,
     "swarm-replay": commander_cli._load_replay,
     "swarm-doctor": commander_cli._load_doctor,

@@ -8,6 +8,7 @@ from rich.console import Console
 from swarm_commander.run.progress import SHOWN_NOTES, Progress, packed, summary_line
 from swarm_commander.run.run_statistics import RunStatistics
 from swarm_commander.run.status_table import LINES, status_table
+from swarm_common.process.messages import StatusReported
 
 
 def swarm(count: int) -> RunStatistics:
@@ -23,8 +24,43 @@ def swarm(count: int) -> RunStatistics:
 
 def test_each_robot_of_a_small_swarm_has_a_line() -> None:
     lines = [str(line) for line in status_table(swarm(5))]
-    assert lines[1].split() == ["Srobot2", "holding", "1", "goal", "loader_1", "for", "Srobot2"]
+    words = ["Srobot2", "holding", "0", "s", "loader_1", "1", "goal", "for", "Srobot2"]
+    assert lines[1].split() == words
     assert len(lines) == 5
+
+
+def test_twenty_robots_have_a_line_each_where_the_screen_has_room() -> None:
+    statistics = swarm(20)
+    statistics.sim_time = 75.0
+    statistics.robots["Srobot7"].since = 12.0
+    statistics.robots["Srobot7"].detail = "before something with a long name, which is cut"
+    statistics.waits.note("Srobot7", "Srobot12", 12.0)
+    lines = [str(line) for line in status_table(statistics, 30)]
+    assert len(lines) == 20
+    assert lines[6].split()[:7] == ["Srobot7", "waiting", "63", "s", "loader_1", "0", "goals"]
+    assert "for Srobot12" in lines[6]
+    assert len(status_table(statistics, 15)) <= LINES + 1
+
+
+def test_the_time_in_a_state_begins_when_it_is_entered() -> None:
+    statistics = swarm(1)
+    usual = dict.fromkeys(
+        ("wait_time", "pushes", "retreats", "deadlocks_resolved", "replans", "goals_reached",
+         "number_of_recoveries", "goals_failed", "hold_time"), 0
+    )  # fmt: skip
+    for time, state in ((1.0, "waiting"), (2.0, "waiting"), (3.0, "driving"), (4.0, "driving")):
+        statistics.apply(
+            StatusReported(
+                robot="Srobot1", sim_time=time, state=state, detail="", has_goal=True, **usual
+            )
+        )
+        assert statistics.robots["Srobot1"].since == (1.0 if state == "waiting" else 3.0)
+
+
+def test_a_pause_is_said() -> None:
+    statistics = swarm(2)
+    statistics.is_paused = True
+    assert summary_line("running", statistics).startswith("paused | ")
 
 
 @pytest.mark.parametrize(("count", "first"), [(13, "Srobot1-2 "), (100, "Srobot1-10 ")])

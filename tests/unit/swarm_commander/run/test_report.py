@@ -36,7 +36,8 @@ KEYS = {
     "schema", "swarm_size", "world", "robot", "seed", "sim_time", "wall_time",
     "real_time_factor", "active_after_wall", "goals", "collisions", "min_clearance", "makespan",
     "throughput_per_minute", "hold_time", "late_ticks", "restarts", "cpu_ms_per_robot_second",
-    "rss_mb", "private_mb", "trajectory_sha256", "robots", "near_misses", "wait_time", "worst_wait",
+    "rss_mb", "private_mb", "memory_mb", "trajectory_sha256", "robots", "near_misses",
+    "wait_time", "worst_wait",
     "goal_duration", "fairness", "pushes", "retreats", "deadlocks_resolved", "replans",
     "recoveries", "breaches",
 }  # fmt: skip

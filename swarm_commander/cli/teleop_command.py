@@ -1,0 +1,161 @@
+"""The command `swarm-teleop`: drives a robot of a running swarm by hand."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import select
+import sys
+import termios
+import time
+import tty
+from collections.abc import Iterator
+from typing import Annotated
+
+import rclpy
+import typer
+from geometry_msgs.msg import Twist as TwistMsg
+from nav2_msgs.action import AssistedTeleop
+from rclpy.node import Node
+from std_msgs.msg import Empty
+from swarm_interfaces.msg import RobotStatus
+
+from swarm_commander.cli.teleop_keys import HELP, Keys
+from swarm_commander.mission.client import RobotCommander
+from swarm_commander.mission.discovery import find_robots, read_parameters
+from swarm_commander.mission.task import Task, TaskResult
+from swarm_commander.run.domain import check_swarm, domain_id
+from swarm_common.middleware.ros_io import RELIABLE
+from swarm_common.model.errors import ConfigError
+from swarm_common.model.records import Twist
+
+PERIOD = 0.05  # [s] of wall time between two wishes
+READY_LIMIT = 20.0  # [s] of wall time for the robot to take the goal
+END_LIMIT = 5.0  # [s] of wall time for it to end
+STATUS_PERIOD = 1.0  # [s] between two lines about the robot
+
+teleop_app = typer.Typer(rich_markup_mode=None)
+
+
+@teleop_app.command()
+def teleop(
+    robot: Annotated[str, typer.Argument(help="Name of the robot, like Srobot3.")],
+    speed: Annotated[
+        float, typer.Option(help="Share of the robot's full speed to begin with, 0.1 to 1.")
+    ] = 0.5,
+) -> None:
+    """Drive a robot by hand with the keys of this terminal.
+
+    The robot turns and drives as you say, as far as nothing is in the way: it keeps its
+    reservation, stops before walls, obstacles and the reservations of others, and goes on with
+    its mission afterwards.
+
+    Exit code: 0 you ended it, 1 the robot ended it, 2 bad input.
+    """
+    if not 0.1 <= speed <= 1.0:
+        raise ConfigError(f"--speed is {speed}; expected 0.1 to 1")
+    domain = domain_id()
+    check_swarm(domain)
+    rclpy.init()
+    node = rclpy.create_node("swarm_teleop", enable_rosout=False, start_parameter_services=False)
+    try:
+        running = find_robots(node, domain, [robot])
+        if robot not in running:
+            raise ConfigError(f"no robot '{robot}' is running; there are {', '.join(running)}")
+        values = read_parameters(node, robot, ["max_vel_x", "max_vel_theta"])
+        full = Twist(values[0].double_value, 0.0, values[1].double_value)
+        keys = Keys(full)
+        keys.share = speed
+        raise typer.Exit(drive(node, robot, keys))
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
+
+
+def drive(node: Node, name: str, keys: Keys) -> int:
+    """Drive a robot by what is typed, until the operator or the robot ends it.
+
+    Args:
+        node: To do it on.
+        name: Of the robot.
+        keys: Of the operator.
+
+    Returns:
+        The exit code.
+    """
+    robot = RobotCommander(node, name, with_feedback=False)
+    wishes = node.create_publisher(TwistMsg, f"/{name}/cmd_vel_teleop", RELIABLE)
+    end = node.create_publisher(Empty, f"/{name}/preempt_teleop", RELIABLE)
+    task = robot.send("assisted_teleop", AssistedTeleop, AssistedTeleop.Goal())
+    deadline = time.monotonic() + READY_LIMIT
+    while not wishes.get_subscription_count() and not task.is_complete:
+        if time.monotonic() > deadline:
+            task.cancel()
+            raise ConfigError(f"{name} is not to be driven by hand; is its navigator active?")
+        robot.look()
+        rclpy.spin_once(node, timeout_sec=PERIOD)
+    typer.echo(f"{name} is yours\n{HELP}")
+    try:
+        with _typed() as descriptor:
+            _steer(node, robot, task, keys, wishes, descriptor)
+    finally:
+        deadline = time.monotonic() + END_LIMIT
+        while not task.is_complete and time.monotonic() < deadline:
+            end.publish(Empty())
+            robot.look()
+            rclpy.spin_once(node, timeout_sec=PERIOD)
+        if not task.is_complete:
+            task.cancel()
+            rclpy.spin_once(node, timeout_sec=PERIOD)
+    if task.outcome is TaskResult.SUCCEEDED or not task.is_complete:
+        typer.echo(f"{name} is on its own again")
+        return 0
+    message = getattr(task.result, "error_msg", "") or task.reason or task.outcome.name.lower()
+    typer.echo(f"{name} took itself back: {message}")
+    return 1
+
+
+def _steer(
+    node: Node, robot: RobotCommander, task: Task, keys: Keys, wishes: object, descriptor: int
+) -> None:
+    """Send what is wanted until it is over."""
+    is_open, due = True, 0.0
+    while not keys.is_over and not task.is_complete:
+        now = time.monotonic()
+        if is_open and select.select([descriptor], [], [], 0.0)[0]:
+            text = os.read(descriptor, 1024).decode(errors="replace")
+            is_open = bool(text)
+            keys.press(text, now)
+        wish = keys.wish(now)
+        if not is_open and wish == Twist():
+            return  # the other end of a pipe is closed
+        message = TwistMsg()
+        message.linear.x, message.angular.z = wish.vx, wish.wz
+        wishes.publish(message)  # type: ignore[attr-defined]
+        robot.look()
+        rclpy.spin_once(node, timeout_sec=PERIOD)
+        if robot.status is not None and now >= due:
+            due = now + STATUS_PERIOD
+            typer.echo(f"\r{robot.name}  {_line(robot.status, keys)}\x1b[K", nl=False)
+    typer.echo("")
+
+
+def _line(status: RobotStatus, keys: Keys) -> str:
+    detail = f" ({status.detail})" if status.detail else ""
+    place = f"x {status.pose.x:.2f}  y {status.pose.y:.2f}  yaw {status.pose.theta:.2f}"
+    return f"{place}  speed {100 * keys.share:.0f} %{detail}"
+
+
+@contextlib.contextmanager
+def _typed() -> Iterator[int]:
+    """Yield the descriptor of the keyboard; each key comes at once and is not shown."""
+    descriptor = sys.stdin.fileno()
+    if not os.isatty(descriptor):
+        yield descriptor
+        return
+    before = termios.tcgetattr(descriptor)
+    tty.setcbreak(descriptor)
+    try:
+        yield descriptor
+    finally:
+        termios.tcsetattr(descriptor, termios.TCSADRAIN, before)
