@@ -67,8 +67,8 @@ def test_a_robot_driven_by_hand_touches_nothing_and_does_its_mission_afterwards(
     log = tmp_path / "up.log"
     with reserved_domain() as domain, log.open("w") as output, eyes(domain) as seen:
         environment = os.environ | {"PYTHONPATH": str(ROOT), "ROS_DOMAIN_ID": str(domain)}
-        flags = ("--swarm-size", "2", "--mission", "loading_route", "--goals-per-robot", "1",
-                 "--until-done", "--speed", "4", "--headless", "--no-report")  # fmt: skip
+        flags = ("--swarm-size", "2", "--mission", "loading_route", "--goals-per-robot", "2",
+                 "--until-done", "--speed", "1.5", "--headless", "--no-report")  # fmt: skip
         swarm = subprocess.Popen(
             (*call("swarm_up"), *flags, "--run-dir", "run"),
             env=environment, cwd=tmp_path, stdout=output, stderr=subprocess.STDOUT,
@@ -124,6 +124,6 @@ def test_a_robot_driven_by_hand_touches_nothing_and_does_its_mission_afterwards(
                 swarm.wait(60.0)
     assert code == 0, log.read_text()
     report = json.loads((tmp_path / "run" / "report.json").read_text())
-    assert report["goals"] == {"sent": 2, "reached": 2, "failed": 0, "pending": 0}
+    assert report["goals"] == {"sent": 4, "reached": 4, "failed": 0, "pending": 0}
     assert report["collisions"] == {"robot_robot": 0, "robot_world": 0}
     assert report["min_clearance"] is None or report["min_clearance"] > 0.0
