@@ -21,6 +21,7 @@ from swarm_common.model.records import Odometry, Pose, Twist
 from swarm_common.model.sites import Sites
 from swarm_common.robots.loading import load_robot
 from swarm_nav.core.config import NavConfig
+from swarm_nav.planning.distance_kernels import Frame
 from swarm_nav.planning.search_kernels import WALL
 
 METHODS = ("dwa", "orca")
@@ -70,7 +71,7 @@ def random_scene(seed: int) -> dwa_kernels.Scene:
     points = rng.uniform(-1.2, 1.2, (5, 2))
     start = np.hypot(discs[:, 0], discs[:, 1]) > 0.24 + RADIUS
     away = np.hypot(points[:, 0], points[:, 1]) > 0.05 + RADIUS
-    return np.full((160, 160), 9.0), (-4.0, -4.0, 0.05), discs[start], points[away], 0.05
+    return np.full((160, 160), 9.0), Frame(-4.0, -4.0, 0.05), discs[start], points[away], 0.05
 
 
 @pytest.mark.parametrize("seed", range(60))
@@ -95,7 +96,13 @@ def test_a_robot_can_stop_before_it_touches_anything(seed: int) -> None:
 
 
 def test_the_window_is_what_the_drive_can_reach_in_a_period() -> None:
-    scene = (np.full((160, 160), 9.0), (-4.0, -4.0, 0.05), np.zeros((0, 3)), np.zeros((0, 2)), 0.05)
+    scene = (
+        np.full((160, 160), 9.0),
+        Frame(-4.0, -4.0, 0.05),
+        np.zeros((0, 3)),
+        np.zeros((0, 2)),
+        0.05,
+    )
     path = np.array(((0.0, 0.0), (1.0, 0.0)))
     v, w, _ = dwa_kernels.best_twist(
         (0.0, 0.0, 0.0), (0.05, 0.3), (1.0, 0.0), LIMITS, SAMPLES, RADIUS, scene, path, SCALES, 15

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 from pathlib import Path
 
 import pytest
 
+from swarm_commander.cli.main import setup
 from swarm_setup import build as interfaces_build
 from swarm_setup.rosidl import install, toolchain
 from swarm_setup.rosidl.compile import BuildError, Library, Toolchain, build_all
@@ -151,8 +153,9 @@ def test_command_ends_with_2_without_a_compiler(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.setenv("PATH", "")
+    monkeypatch.setattr(sys, "argv", ["swarm-setup"])
     with pytest.raises(SystemExit) as end:
-        interfaces_build.main()
+        setup()
     assert end.value.code == 2
     assert "sudo apt install gcc" in capsys.readouterr().err
 

@@ -104,7 +104,8 @@ def test_the_worlds_that_ship_are_made_of_their_maps(name: str) -> None:
     folder = share_directory("worlds") / "worlds" / name
     plan = load_grid_map(folder / "plan.map", CELLS.get(name, 1.5), folder / "plan.scen")
     assert (folder / "world.sdf").read_text().split(">", 3)[3] == sdf_text(plan).split(">", 3)[3]
-    assert (folder / "sites.yaml").read_text() == sites_text(plan.sites)
+    written = (folder / "sites.yaml").read_text()  # after a line that describes the world
+    assert written.partition("\n")[2] == sites_text(plan.sites)
     scene = load_world(name)
     assert len(scene.sites.places) == 20
     grid = load_map(map_path(name))

@@ -5,12 +5,14 @@ from __future__ import annotations
 import pytest
 from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import (
+    AssistedTeleop,
     BackUp,
     ComputePathThroughPoses,
     ComputePathToPose,
     DriveOnHeading,
     FollowPath,
     FollowWaypoints,
+    SmoothPath,
     Spin,
 )
 
@@ -42,6 +44,10 @@ NAV2 = {
     ErrorCode.BACKUP_COLLISION_AHEAD: BackUp.Result.COLLISION_AHEAD,
     ErrorCode.DRIVE_TIMEOUT: DriveOnHeading.Result.TIMEOUT,
     ErrorCode.DRIVE_COLLISION_AHEAD: DriveOnHeading.Result.COLLISION_AHEAD,
+    ErrorCode.SMOOTH_BAD_ID: SmoothPath.Result.INVALID_SMOOTHER,
+    ErrorCode.SMOOTH_COLLISION: SmoothPath.Result.SMOOTHED_PATH_IN_COLLISION,
+    ErrorCode.SMOOTH_BAD_PATH: SmoothPath.Result.INVALID_PATH,
+    ErrorCode.TELEOP_TIMEOUT: AssistedTeleop.Result.TIMEOUT,
 }
 REACH = Reach((-10.0, -5.0), (10.0, 10.0))
 POSES = (Pose(1.0, 2.0, 0.0), Pose(3.0, 4.0, 0.5), Pose(5.0, 6.0, 1.0))
