@@ -266,6 +266,7 @@ def extend(
             if (
                 words[j, BLOCKED_TICKS] >= push_ticks
                 and not exempt[j]
+                and priorities[j] > priority
                 and may_hold_up(priorities[j], ids[j], gone[j], (priority, own_id, yields_for))
                 and intent_gap(beacon, words[j], p) < reach * reach
             ):
