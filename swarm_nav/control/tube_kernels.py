@@ -25,7 +25,6 @@ INTENT = word_of("intent")
 INTENT_SIZE = word_of("intent_size")
 REACHED, UNCONFIRMED, ROBOT, OBSTACLE, RIGHT_OF_WAY = range(5)
 REASONABLE_REACH = 2.5  # [m] beyond which two claims cannot meet, radii excepted
-ACKNOWLEDGED_REACH = 1.5  # [m] within which a robot can claim before it hears of a new claim
 PRIORITY_LENGTH = 0.8  # [m] of an entitled robot's path that lower ones keep free
 INTENT_SPACING = 0.1  # [m] between the points of an intent
 ROUNDING = 1e-6  # [m] by which two robots may compute one distance differently
@@ -96,6 +95,32 @@ def intent_gap(beacon, head, p):
 
 
 @njit(cache=True)
+def intrudes(claim, first, size, p, previous, limit, rounding):
+    """Whether the step to a point of a path comes too near to any claimed point.
+
+    A step away from a point never does: a tube that is too near already, by an actuation error, may
+    grow away. Each claimed point counts by itself: what is farther from the nearest one may be
+    nearer to another.
+
+    Args:
+        claim: (words,) float32 in which the claimed points are.
+        first: Word at which they begin.
+        size: Their number.
+        p: (x, y) [m] in map, the point.
+        previous: (x, y) [m] of the point before it on the path.
+        limit: [m] that it has to keep from claimed points.
+        rounding: [m²] by which a squared distance must shrink to count as a step nearer.
+    """
+    for k in range(first, first + 2 * size, 2):
+        here = (claim[k] - p[0]) ** 2 + (claim[k + 1] - p[1]) ** 2
+        if here < limit * limit:
+            before = (claim[k] - previous[0]) ** 2 + (claim[k + 1] - previous[1]) ** 2
+            if here < before - rounding:
+                return True
+    return False
+
+
+@njit(cache=True)
 def grantable_prefix(beacon, size, end, held, held_size, reach, slack):
     """Points of a neighbour's request before the first one that our published tube denies it.
 
@@ -111,44 +136,24 @@ def grantable_prefix(beacon, size, end, held, held_size, reach, slack):
         reach: [m] sum of both radii.
         slack: [m] `traffic.yield_slack`.
     """
-    before = gap_squared(held, held_size, beacon[end], beacon[end + 1])
+    claim = held.ravel()
+    limit = reach - slack - ROUNDING
+    before = beacon[end : end + 2]
     for k in range(size):
         at = WANTED + 2 * k
-        here = gap_squared(held, held_size, beacon[at], beacon[at + 1])
-        if here < (reach - slack - ROUNDING) ** 2 and (
-            before >= (reach + ROUNDING) ** 2 or here < before - 1e-5
-        ):
+        here = beacon[at : at + 2]
+        if intrudes(claim, 0, held_size, here, before, limit, 1e-5):
             return k
         before = here
     return size
 
 
 @njit(cache=True)
-def denied(beacon, first, size, p, previous, reach, slack):
-    """Whether a point is too near to claimed points; a tube that already is may grow away.
-
-    Args:
-        beacon: (words,) float32 of the neighbour.
-        first: Word at which the claimed points begin.
-        size: Their number.
-        p: (x, y) [m] in map, the point.
-        previous: (x, y) [m] of the point before it on our path.
-        reach: [m] sum of both radii.
-        slack: [m] by which it may be nearer.
-    """
-    here = claimed_gap(beacon, first, size, p[0], p[1])
-    if here >= (reach - slack) ** 2:
-        return False
-    before = claimed_gap(beacon, first, size, previous[0], previous[1])
-    return before >= reach * reach or here < before - 1e-6
-
-
-@njit(cache=True)
 def admissible(p, previous, beacon, held_size, reach, slack, wins, prefix):
     """Whether a point may join our tube as far as one living neighbour is concerned (rule G2).
 
-    A tube that is already too near, by an actuation error, may grow away from the neighbour; a
-    robot that makes way may also pass it `slack` nearer, so that it is not caught by millimetres.
+    A robot that makes way may pass a neighbour `slack` nearer, so that it is not caught by
+    millimetres.
 
     Args:
         p: (x, y) [m] in map, the point.
@@ -160,7 +165,7 @@ def admissible(p, previous, beacon, held_size, reach, slack, wins, prefix):
         wins: Whether we rank higher.
         prefix: Points of its request that it may be granted, see `grantable_prefix`.
     """
-    if denied(beacon, HELD, held_size, p, previous, reach, slack):
+    if intrudes(beacon, HELD, held_size, p, previous, reach - slack, 1e-6):
         return False
     return wins or claimed_gap(beacon, WANTED, prefix, p[0], p[1]) >= (reach - slack) ** 2
 
@@ -204,7 +209,8 @@ def extend(
         own_held: (m, 2) [m] our tube as published.
         own_held_size: How many of its points count.
         requests: (k, 2) ticks and last points of the requests published since the last change.
-        protocol: (push_ticks, yield_slack [m]).
+        protocol: (push_ticks, yield_slack [m], distance [m] within which every robot that is heard
+            has to know a request).
         around: (obstacles (k, 2) [m], clearance [m] that points keep from them).
         claims: The neighbours' table, see `Neighborhood.claims`.
 
@@ -214,7 +220,7 @@ def extend(
     """
     stop, last, confirmed = span
     radius, priority, own_id, yields_for = own
-    push_ticks, yield_slack = protocol
+    push_ticks, yield_slack, hearing_reach = protocol
     slack = yield_slack if yields_for != 0 else 0.0
     obstacles, clearance = around
     ids, acks, gone, priorities, words, links, air = claims
@@ -224,14 +230,14 @@ def extend(
     prefix = np.zeros(ids.shape[0], np.int64)
     exempt = gone.copy()
     near = gone.copy()
-    heard = acks.copy()
     for j in range(ids.shape[0]):
         reach = radius + heads[j, RADIUS]
         gap = math.hypot(heads[j, HELD] - origin[0], heads[j, HELD + 1] - origin[1])
         near[j] = gap < REASONABLE_REACH + reach
+        if gap < hearing_reach and not gone[j]:
+            confirmed = min(confirmed, acknowledged(requests, acks[j]))
         if not near[j]:
             continue
-        heard[j] = acknowledged(requests, acks[j])
         beacon = heads[j] if links[j, SOURCE] == OWN else far[links[j, PLACE]]
         prefix[j] = grantable_prefix(
             beacon, np.int64(words[j, WANTED_SIZE]), last_point(words[j, HELD_SIZE]),
@@ -255,9 +261,9 @@ def extend(
             if gone[j]:
                 # it may have stopped anywhere in its held or requested space
                 wanted = np.int64(words[j, WANTED_SIZE])
-                is_free = not denied(beacon, HELD, held, p, before, reach, slack) and not denied(
-                    beacon, WANTED, wanted, p, before, reach, 0.0
-                )
+                is_free = not intrudes(
+                    beacon, HELD, held, p, before, reach - slack, 1e-6
+                ) and not intrudes(beacon, WANTED, wanted, p, before, reach, 1e-6)
             else:
                 wins = outranks(priority, own_id, priorities[j], ids[j])
                 is_free = admissible(p, before, beacon, held, reach, slack, wins, prefix[j])
@@ -266,15 +272,10 @@ def extend(
             if (
                 words[j, BLOCKED_TICKS] >= push_ticks
                 and not exempt[j]
-                and priorities[j] > priority
                 and may_hold_up(priorities[j], ids[j], gone[j], (priority, own_id, yields_for))
                 and intent_gap(beacon, words[j], p) < reach * reach
             ):
                 return k - 1, RIGHT_OF_WAY, j
-            if k > heard[j] and not gone[j]:
-                away = math.hypot(heads[j, HELD] - p[0], heads[j, HELD + 1] - p[1])
-                if away < ACKNOWLEDGED_REACH + reach:
-                    return k - 1, UNCONFIRMED, j
         if k > confirmed:
             return k - 1, UNCONFIRMED, -1
     return last, REACHED, -1

@@ -163,7 +163,7 @@ class TrafficConfig:
     wanted_length: float = 0.35  # [m] requested beyond that
     listen_ticks: int = 16  # ticks of listening before the first claim
     lost_ticks: int = 16  # ticks without a beacon after which a robot left or died
-    dead_ticks: int = 100  # ticks after which a robot well within range stands where it stopped
+    dead_ticks: int = 100  # ticks of silence after which a robot well within range has stopped
     radio_range: float = 6.0  # [m] within which beacons are heard
     push_ticks: int = 3  # ticks of being blocked before the blocker makes way
     moving_patience: float = 1.5  # [s] the same for a blocker that drives on or is stuck

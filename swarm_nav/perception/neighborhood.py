@@ -29,11 +29,8 @@ TRAVEL_TICKS = 20  # for which it may have
 FRESH_TICKS = 5  # age up to which a beacon tells that there is a robot, and nothing else
 SPACING = 0.05  # [m] between the points of a tube
 TUBE_LENGTH = 1.6  # [m] that the points of a beacon can be off its pose
-UNHEARD_PATIENCE = 12  # ticks without an acknowledgement after which a robot stands
-STOPPING_POINTS = 8  # of a tube, the pose first, on which a robot has stopped that stands then
-UNHEARD_NEAR = 2.0  # [m] within which every robot has to hear this one
-UNHEARD_FAR = 4.5  # [m] within which at least one has to
-UNHEARD_LIMITS = (UNHEARD_PATIENCE, UNHEARD_NEAR, UNHEARD_FAR, HEARD_ENTRIES)
+UNHEARD_PATIENCE = 40  # ticks without an acknowledgement after which a robot stands
+ACQUAINTING = 4  # ticks in which robots that come into range have heard each other
 MAX_SPEED = 0.52  # [m/s] at which two robots can part
 PARTING = 0.4  # [m] from the range's edge, from which the next eight beacons are out of range,
 PARTING_PER_BEACON = 1e-3  # [m] if robots drive apart
@@ -56,9 +53,8 @@ class Neighborhood:
 
     A robot that is not heard for `lost_ticks` is *gone* (dead or mute): it stays an obstacle at
     the space that it last held or requested, until it is heard again or that space was found
-    empty; once it has been silent for `dead_ticks`, at the place where it can have come to a stop:
-    what it held or requested beyond would close a station next to it for ever. If it was last
-    heard near the range's edge it may have left: `Absence` decides once this robot is near there.
+    empty. It has stopped once it has been silent for `dead_ticks`. If it was last heard near the
+    range's edge it may have left: `Absence` decides once this robot is near there.
 
     Attributes:
         heads: (n,) beacons, ascending by id, without points, footprint and acknowledgements: a
@@ -70,6 +66,8 @@ class Neighborhood:
         priorities: (n,) as published.
         acks: (n,) tick of the newest own beacon that each has; of who need not hear us, now.
         deaf_neighbor: Id of a near robot that does not hear this one, 0 if all do.
+        hearing_reach: [m] within which every robot that is heard has to hear this one: whoever
+            falls silent for it there is in the space that it knows.
     """
 
     def __init__(
@@ -109,8 +107,11 @@ class Neighborhood:
         Args:
             config: `traffic.` parameters.
         """
-        edge = config.radio_range - 2.0 * MAX_SPEED * config.lost_ticks * CONTROL_PERIOD
-        self._limits = (config.lost_ticks, edge, config.dead_ticks, STOPPING_POINTS, UNHEARD_LIMITS)
+        parting = 2.0 * MAX_SPEED * CONTROL_PERIOD  # [m] per tick
+        edge = config.radio_range - parting * config.lost_ticks
+        self.hearing_reach = config.radio_range - parting * ACQUAINTING
+        unheard = (UNHEARD_PATIENCE, self.hearing_reach, HEARD_ENTRIES)
+        self._limits = (config.lost_ticks, edge, config.dead_ticks, unheard)
         self._hearing = (edge, config.radio_range, config.lost_ticks)
 
     def receive(self, beacons: BeaconArray, x: float, y: float) -> None:

@@ -152,14 +152,13 @@ def refresh(words, notes, links, count, air, own_id, columns, tick, limits, out,
     Returns (number of rows, id as of `deaf_neighbor`, whether any robot says that we block it,
     whether any has been silent for more than dead_ticks).
     columns = (ids, ages, gone, priorities, acks), one entry per row. `out` is filled by
-    `acknowledge`. limits = (lost_ticks, edge, dead_ticks, stopping_points, those of
-    `deaf_neighbor`): a robot silent for more than lost_ticks may have left if it was heard beyond
-    `edge` [m] and is gone otherwise; silent for more than dead_ticks it keeps only the first
-    `stopping_points` of what it held and requested. left = (words, notes, (1,) number of rows):
-    rows that were taken out are added there; but for those of whom no place is left.
+    `acknowledge`. limits = (lost_ticks, edge, dead_ticks, those of `deaf_neighbor`): a robot silent
+    for more than lost_ticks may have left if it was heard beyond `edge` [m] and is gone otherwise.
+    left = (words, notes, (1,) number of rows): rows that were taken out are added there; but for
+    those of whom no place is left.
     """
     ids, ages, gone, priorities, acks = columns
-    lost_ticks, edge, dead_ticks, stopping_points, unheard = limits
+    lost_ticks, edge, dead_ticks, unheard = limits
     kept = 0
     is_pushed = False
     has_dead = False
@@ -178,12 +177,6 @@ def refresh(words, notes, links, count, air, own_id, columns, tick, limits, out,
         has_dead |= age > dead_ticks
         if kept < row:
             move_row(words, notes, links, row, kept)
-        if age > dead_ticks:
-            held = min(np.int64(words[kept, HELD_SIZE]), stopping_points)
-            words[kept, HELD_SIZE] = held
-            words[kept, WANTED_SIZE] = min(
-                np.int64(words[kept, WANTED_SIZE]), stopping_points - held
-            )
         ids[kept] = words[kept, ID]
         ages[kept] = age
         gone[kept] = age > lost_ticks
@@ -223,26 +216,18 @@ def acknowledge(words, notes, count, tick, out):
 def deaf_neighbor(ids, acks, notes, tick, limits):
     """Return the id of a robot that must hear us and does not, 0 if there is none.
 
-    limits = (patience, near, far, entries): a robot within `near` [m] that has not acknowledged a
-    beacon for `patience` ticks; or within `far`, if no robot there has. In a crowd a robot may have
-    more neighbours than its `entries` acknowledgements: a neighbour that is not among the nearest
-    waits for its turn.
+    limits = (patience, reach, entries): a robot within `reach` [m] that has not acknowledged a
+    beacon for `patience` ticks. In a crowd a robot may have more neighbours than its `entries`
+    acknowledgements: a neighbour that is not among the nearest waits for its turn.
     """
-    patience, near, far, entries = limits
-    turn = max(0, ids.shape[0] - entries) // ROTATING
-    silent = 0
-    is_heard = False
+    patience, reach, entries = limits
+    patience += max(0, ids.shape[0] - entries) // ROTATING
     for row in range(ids.shape[0]):
         need_not_hear = acks[row] == tick
-        if need_not_hear or notes[row, 0] > far or tick - notes[row, 1] <= patience + turn:
-            continue
-        if tick - acks[row] <= patience + turn:
-            is_heard = True
-        elif notes[row, 0] <= near:
+        is_near = notes[row, 0] <= reach and tick - notes[row, 1] > patience
+        if is_near and not need_not_hear and tick - acks[row] > patience:
             return np.int64(ids[row])
-        else:
-            silent = np.int64(ids[row])
-    return 0 if is_heard else silent
+    return 0
 
 
 @njit(cache=True)

@@ -64,7 +64,7 @@ class Claim:
             self._published_held,
             self._published_size,
             tube.requests,
-            (traffic.push_ticks, traffic.yield_slack),
+            (traffic.push_ticks, traffic.yield_slack, s.hood.hearing_reach),
             (s.obstacle_points(), clearance),
             s.hood.claims(),
         )

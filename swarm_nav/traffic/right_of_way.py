@@ -24,7 +24,8 @@ from swarm_nav.traffic.narrows import rooms
 from swarm_nav.traffic.situation import Situation
 
 LEAST_DEPTH = TOP_DEPTH - 32  # longest chain of robots that push each other, by 32 hops
-REFUGE_MARGIN = 0.03  # [m] more than the reach that a refuge keeps from the pusher's way
+REFUGE_MARGIN = 0.03  # [m] that a refuge keeps from the pusher's way beyond the reach; so much
+# more after each refuge at which the pusher was still blocked by this robot
 REFUGE_COST = 12.0  # largest cost of a way to a refuge in a room, and of stepping back
 INTENT_POINTS_CLEARED = 16  # 1.6 m of the pusher's path
 RETREAT_DISTANCE = 0.95  # [m]
@@ -48,6 +49,8 @@ class RightOfWay:
         self._blocked_since = -1
         self._is_diverted = False
         self._was_stuck = False  # since it was pushed
+        self._is_at_refuge = False  # by the last search
+        self._margin = REFUGE_MARGIN
         self._kept_free: tuple[FloatArray, float] = np.zeros((0, 2)), 0.0  # pusher's way and reach
 
     @property
@@ -121,7 +124,7 @@ class RightOfWay:
         self._last_pushed_tick = situation.tick
         self._retreat_until = -1
         self.inherited = int(hood.priorities[row]) - 1
-        self._kept_free = way_of(situation, row), situation.reach(row) + REFUGE_MARGIN
+        self._kept_free = way_of(situation, row), situation.reach(row)
         if not self._is_diverted and self._goes_on(situation, row):
             return
         self._is_diverted = True
@@ -129,6 +132,8 @@ class RightOfWay:
             situation.counters.pushes += 1
             situation.yields_for = pusher_id
             situation.is_stuck = self._was_stuck = False
+            self._is_at_refuge = False
+            self._margin = REFUGE_MARGIN
             self._blocked_since = -1
             self._search(situation)
             return
@@ -145,6 +150,8 @@ class RightOfWay:
         if situation.tick < self._next_search_tick:
             return
         if situation.tube.is_complete or situation.is_stuck:
+            if self._is_at_refuge:  # and in the way there, as the pusher says
+                self._margin += REFUGE_MARGIN
             self._search(situation)
 
     def _goes_on(self, situation: Situation, row: int) -> bool:
@@ -160,8 +167,11 @@ class RightOfWay:
     def _search(self, situation: Situation) -> None:
         """Adopt the way to the nearest refuge, or say that there is none."""
         self._next_search_tick = situation.tick + situation.patience(RETRY_TIME)
-        path = refuge_path(situation, *self._kept_free, self.inherited)
+        way, reach = self._kept_free
+        path = refuge_path(situation, way, reach + self._margin, self.inherited)
+        self._is_at_refuge = path is not None and len(path) < 2
         if path is None:
+            self._margin = REFUGE_MARGIN
             situation.is_stuck = self._was_stuck = True
             return
         if len(path) >= 2:

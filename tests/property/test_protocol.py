@@ -31,6 +31,15 @@ FATES = {
     "a mute one and one that hears nobody": {"mute": 1, "hard_of_hearing": 1, "count": 5},
     "everything": {"deafness": 0.003, "deaths": 0.002, "whims": 0.04},
 }
+FOUND = (  # by long searches
+    # near a request that became the space of a silent robot, a tube grew toward its body
+    Schedule(1233713562, ticks=500, whims=0.05, mute=1),
+    Schedule(839305063, count=6, ticks=200, delay=1, whims=0.0, deaths=0.003),
+    # a robot beyond 2 m moved on where the one that did not hear it could not know
+    Schedule(1528265272, count=5, ticks=250, delay=2, whims=0.05, hard_of_hearing=1),
+    # a robot beyond 2 m did not have to know a request before it was granted
+    Schedule(999417356, 5, 500, 0.5, whims=0.01, cut_links=0.5, mute=1, hard_of_hearing=1),
+)
 seeds = st.integers(0, 2**31)
 schedules = st.builds(
     Schedule,
@@ -48,7 +57,7 @@ sick = st.builds(
     Schedule,
     seed=seeds,
     count=st.integers(3, 6),
-    ticks=st.just(250),
+    ticks=st.sampled_from((250, 500)),
     loss=st.sampled_from((0.0, 0.2, 0.5)),
     delay=st.sampled_from((0, 1, 2)),
     jitter=st.sampled_from((0, 2)),
@@ -71,6 +80,11 @@ def keeps_apart(schedule: Schedule, config: NavConfig | None = None) -> None:
 @pytest.mark.parametrize("radio", RADIOS)
 def test_held_tubes_keep_apart(radio: str, fate: str) -> None:
     keeps_apart(Schedule(4, **RADIOS[radio], **FATES[fate]))
+
+
+@pytest.mark.parametrize("schedule", FOUND)
+def test_held_tubes_keep_apart_where_they_once_did_not(schedule: Schedule) -> None:
+    keeps_apart(schedule)
 
 
 @settings(max_examples=40, suppress_health_check=[HealthCheck.too_slow], **STEADY)

@@ -31,7 +31,7 @@ def acknowledging(robot: int, x: float, tick: int) -> np.void:
 def crowd(acknowledged: int) -> Neighborhood:
     """Return what robot 1 knows of a crowd 4 m away that acknowledged its beacon of a tick."""
     hood = Neighborhood(1, TrafficConfig())
-    for tick in range(60, 101, 10):
+    for tick in range(10, 101, 10):
         batch = [acknowledging(robot, 4.0, acknowledged) for robot in range(2, 2 + CROWD)]
         for record in batch:
             record["tick"] = tick

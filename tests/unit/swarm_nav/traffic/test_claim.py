@@ -48,7 +48,7 @@ def test_a_robot_ahead_blocks_and_is_named() -> None:
         claim.extend()
         assert (s.blocked_by, s.blocked_ticks) == (7, count)
     assert s.tube.stop <= 1
-    hear(s, beacon(7, 6.0, 4.0))
+    hear(s, beacon(7, 7.9, 4.0))
     claim.extend()
     assert (s.blocked_by, s.blocked_ticks) == (0, 0)
 
