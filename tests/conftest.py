@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 
 from swarm_common.middleware import ros_env
-from tests.standins import ros_domains
+from tests.fakes import ros_domains
 
 ros_env.set_defaults()
 RESERVATION = ros_domains.unix_socket()

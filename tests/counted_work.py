@@ -20,11 +20,11 @@ from swarm_bench.harness import Harness
 from swarm_bench.scenario import Scenario
 from swarm_bench.stage import RunOptions
 from swarm_nav.planning.search import SearchSpace
-from tests.standins.counting.sitecustomize import NAMES, SIZE
+from tests.fakes.counting.sitecustomize import NAMES, SIZE
 
 ROOT = Path(__file__).resolve().parents[1]
 BASELINE = Path(__file__).with_suffix(".json")
-COUNTING = Path(__file__).parent / "standins" / "counting"
+COUNTING = Path(__file__).parent / "fakes" / "counting"
 ROBOTS, TICKS, WARM_TICKS = 10, 150, 30  # of the run without ROS
 GRAPH_ROBOTS, GRAPH_SECONDS = 3, 20  # of the run on the graph
 TICKS_PER_SECOND = 10

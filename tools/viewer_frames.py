@@ -2,7 +2,7 @@
 
 Usage, from the root of the checkout: python -m tools.viewer_frames [--robots 100] [--pages 1,3]
 
-The robots are those of `tests/standins/moving_feed.py`. Their clock goes on by 0.04 s from frame to
+The robots are those of `tests/fakes/moving_feed.py`. Their clock goes on by 0.04 s from frame to
 frame, however long that takes, and CPU seconds are counted per second of that clock.
 """
 
@@ -18,7 +18,7 @@ import psutil
 
 from swarm_view.server import Server
 from swarm_view.viewer import FRAME_PERIOD, Viewer
-from tests.standins.moving_feed import MovingFeed
+from tests.fakes.moving_feed import MovingFeed
 from tools.viewer_load import SilentPage
 
 WARM_UP = 100  # frames

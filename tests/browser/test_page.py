@@ -12,7 +12,7 @@ from swarm_view.server import Server
 from swarm_view.topics import Layer
 from swarm_view.viewer import Viewer
 from tests.browser.page import errors, picture, text_of, wait_for
-from tests.standins.moving_feed import MovingFeed
+from tests.fakes.moving_feed import MovingFeed
 
 pytestmark = [pytest.mark.long, pytest.mark.timeout(400)]
 ROBOTS = 20

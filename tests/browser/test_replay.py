@@ -18,7 +18,7 @@ from swarm_recording.selection import ALWAYS
 from swarm_recording.tape import Tape
 from swarm_view import topics
 from tests.browser.page import choose, errors, press, text_of, wait_for
-from tests.standins.moving_feed import PERIOD, MovingFeed
+from tests.fakes.moving_feed import PERIOD, MovingFeed
 
 pytestmark = [pytest.mark.long, pytest.mark.timeout(600)]
 ROOT = Path(__file__).resolve().parents[2]

@@ -13,7 +13,7 @@ import sys
 import time
 from collections.abc import Iterable, Iterator
 
-from tests.standins.cells import MAPS, Ending, Placement, play
+from tests.fakes.cells import MAPS, Ending, Placement, play
 
 
 def main() -> int:

@@ -9,7 +9,7 @@ import itertools
 
 import pytest
 
-from tests.standins.cells import (
+from tests.fakes.cells import (
     AISLE,
     ALCOVE,
     CORNER,

@@ -16,7 +16,7 @@ from typing import Any
 import psutil
 
 from swarm_common.middleware.ros_env import DOMAIN_PORTS, FIRST_PORT
-from tests.standins import ros_domains
+from tests.fakes import ros_domains
 
 UP = "from swarm_commander.cli.main import swarm_up; swarm_up()"
 MODULES = {

@@ -7,8 +7,8 @@ import math
 from hypothesis import strategies as st
 from hypothesis.strategies import DrawFn
 
-from tests.standins import own_robots as own
-from tests.standins.own_robots import PI, Own
+from tests.fakes import own_robots as own
+from tests.fakes.own_robots import PI, Own
 
 SIZES = st.floats(0.1, 0.8)
 OFFS = st.sampled_from((0.0,) * 8 + (1e-4, -2e-4, 0.002, -0.002) * 3 + (0.004, -0.015, 0.03, -0.05))

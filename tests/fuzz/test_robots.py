@@ -21,11 +21,11 @@ from swarm_common.robots.fleet import load_fleet
 from swarm_common.robots.loading import Robot, open_robot
 from swarm_sim.scene.scene import Scene
 from swarm_sim.world.world import World, WorldConfig
+from tests.fakes.own_robots import Own
+from tests.fakes.posts import off_the_posts, points_by_tf, post
+from tests.fakes.robots import LIMITS, SIZES, URDF, WHEEL, XACRO, write_packages
 from tests.fuzz.mutation import mutated
 from tests.fuzz.robot_generator import robots
-from tests.standins.own_robots import Own
-from tests.standins.posts import off_the_posts, points_by_tf, post
-from tests.standins.robots import LIMITS, SIZES, URDF, WHEEL, XACRO, write_packages
 
 EXAMPLES = int(os.environ.get("FUZZ_EXAMPLES", "0"))
 FEW, MANY = 25, 60  # examples of slow and of fast inputs, unless told otherwise

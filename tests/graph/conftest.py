@@ -26,7 +26,7 @@ from swarm_common.process.lifetime import die_with
 from swarm_common.robots.loading import load_robot
 from swarm_common.robots.params import robot_parameters
 from swarm_nav.core.config import NavConfig, parameter_values
-from tests.standins import ros_domains
+from tests.fakes import ros_domains
 
 ROBOT = "turtlebot3_waffle"
 WORLD = "slim_blockage"

@@ -1,4 +1,4 @@
-"""The mission process and `swarm-commander` over a real ROS graph of stand-in robots."""
+"""The mission process and `swarm-commander` over a real ROS graph of fake robots."""
 
 import itertools
 import json
@@ -34,11 +34,11 @@ Robots = Callable[..., None]
 
 @pytest.fixture
 def robots() -> Iterator[Robots]:
-    """Yield a function that starts stand-in robots."""
+    """Yield a function that starts fake robots."""
     started: list[subprocess.Popen[bytes]] = []
 
     def start(*flags: str) -> None:
-        command = (sys.executable, "-m", "tests.standins.ros_robots", *flags)
+        command = (sys.executable, "-m", "tests.fakes.ros_robots", *flags)
         process = subprocess.Popen(command, env=ENVIRONMENT, stdout=subprocess.PIPE)
         started.append(process)
         assert process.stdout is not None

@@ -8,7 +8,7 @@ import pytest
 
 @pytest.fixture(scope="module")
 def swarm(start_swarm):
-    started = start_swarm(3, pack=3, fork_server="tests.standins.failing_host")
+    started = start_swarm(3, pack=3, fork_server="tests.fakes.failing_host")
     started.wait_until_active()
     return started
 

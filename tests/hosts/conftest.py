@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.standins.host_swarm import HostSwarm
+from tests.fakes.host_swarm import HostSwarm
 
 StartHosts = Callable[[int], HostSwarm]
 

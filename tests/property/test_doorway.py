@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.standins.doorway import party
+from tests.fakes.doorway import party
 
 HELD_SLACK = -0.06  # [m] that held tubes keep, less both radii; waffles touch at -0.09
 

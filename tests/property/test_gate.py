@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.standins.aisle import HOMES, Census, party
+from tests.fakes.aisle import HOMES, Census, party
 
 
 @pytest.mark.parametrize("seed", [0, 1])

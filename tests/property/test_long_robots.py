@@ -18,7 +18,7 @@ from swarm_common.model.grid import OCCUPIED, Grid
 from swarm_common.model.records import Pose, RobotSpec
 from swarm_common.robots.loading import load_robot
 from swarm_nav.core.goals import Outcome
-from tests.standins.navigation import Squad, room, without_lidar
+from tests.fakes.navigation import Squad, room, without_lidar
 
 WIDTH, DEPTH = 9.0, 5.0  # [m] of the hall that a wall with a gap divides
 

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from swarm_bench.harness import Faults
 from swarm_bench.result import RunResult
 from swarm_sim.maps.draw_map import draw_world
-from tests.standins.party import Bar, Party, bars_of_room, draw_places, scene_of
+from tests.fakes.party import Bar, Party, bars_of_room, draw_places, scene_of
 
 HELD_SLACK = -0.06  # [m] that held tubes keep, less both radii; waffles touch at -0.09
 STEADY = dict(

@@ -7,7 +7,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from swarm_nav.core.config import NavConfig, TrafficConfig
-from tests.standins.protocol import Crowd, Schedule
+from tests.fakes.protocol import Crowd, Schedule
 
 ROUNDING = 1e-4  # [m] beacons carry float32
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from tests.standins.traffic import Report, Trial, run
+from tests.fakes.traffic import Report, Trial, run
 
 HELD_GAP = 0.5  # [m] that two held tubes keep at least; waffles touch below 0.476 m
 STEADY = dict(

@@ -15,7 +15,7 @@ from swarm_nav.core.goals import Goal, GoalKind
 from swarm_nav.perception.neighborhood import UNHEARD_PATIENCE, Neighborhood
 from swarm_nav.traffic.claim import Claim
 from swarm_nav.traffic.situation import Situation
-from tests.standins.navigation import beacon, hear, room, situation
+from tests.fakes.navigation import beacon, hear, room, situation
 
 HALL = room(9.0, 9.0)
 CROWD = 2 * HEARD_ENTRIES

@@ -9,7 +9,7 @@ import pytest
 from swarm_common.model.records import CONTROL_PERIOD, Pose
 from swarm_common.model.sites import Sites
 from swarm_nav.core.goals import ErrorCode, Outcome
-from tests.standins.navigation import Squad, config, room
+from tests.fakes.navigation import Squad, config, room
 
 HALL = room(7.0, 7.0)
 DOCK = Pose(3.5, 3.5, 0.0)

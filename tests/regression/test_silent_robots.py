@@ -12,8 +12,8 @@ from swarm_nav.behaviour.navigator import Navigator
 from swarm_nav.core.config import NavConfig
 from swarm_nav.core.goals import Goal, GoalEnded, GoalKind, Outcome
 from swarm_sim.world.world import World, WorldConfig
-from tests.standins.navigation import room, waffle, without_lidar
-from tests.standins.traffic import Rectangle, hall_scene
+from tests.fakes.navigation import room, waffle, without_lidar
+from tests.fakes.traffic import Rectangle, hall_scene
 
 ONE = 0  # index of the robot that lives
 

@@ -22,9 +22,9 @@ from swarm_nav.traffic.claim import Claim
 from swarm_nav.traffic.holding import Lease
 from swarm_nav.traffic.right_of_way import REFUGE_MARGIN, RightOfWay, refuge_path, way_of
 from swarm_nav.traffic.situation import Situation
-from tests.standins import aisle, doorway
-from tests.standins.navigation import RADIUS, Squad, beacon, config, hear, room, situation
-from tests.standins.protocol import Crowd, Schedule
+from tests.fakes import aisle, doorway
+from tests.fakes.navigation import RADIUS, Squad, beacon, config, hear, room, situation
+from tests.fakes.protocol import Crowd, Schedule
 
 REACH = 2 * RADIUS
 HALL = room(8.0, 8.0)

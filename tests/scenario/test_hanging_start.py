@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.standins.hanging import descendants, hang_one
+from tests.fakes.hanging import descendants, hang_one
 
 START = 240.0  # [s] of wall time, on a busy machine that compiles the kernels, too
 

@@ -9,7 +9,7 @@ import pytest
 from swarm_bench.harness import run
 from swarm_bench.scenario import Scenario
 from swarm_bench.stage import RunOptions
-from tests.standins.own_robots import TRAITS
+from tests.fakes.own_robots import TRAITS
 
 
 @pytest.mark.parametrize("trait", TRAITS)

@@ -21,7 +21,7 @@ from swarm_bench.result import RunResult
 from swarm_bench.selection import select
 from swarm_common.model.errors import UnknownNameError
 from swarm_nav.traffic import right_of_way
-from tests.standins.results import result
+from tests.fakes.results import result
 
 
 def test_each_rule_is_off_once_and_each_number_halved_and_doubled() -> None:

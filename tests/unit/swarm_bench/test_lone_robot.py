@@ -9,8 +9,8 @@ import pytest
 from swarm_bench.harness import Harness
 from swarm_bench.scenario import load_scenario
 from swarm_bench.stage import RunOptions
+from tests.fakes.navigation import waffle
 from tests.oracles.ways import Ways
-from tests.standins.navigation import waffle
 
 CLEARANCE = 0.29  # [m] of a waffle's centre from walls, 5 cm more than it needs
 TARGET = 1.15

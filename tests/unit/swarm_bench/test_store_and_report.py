@@ -17,7 +17,7 @@ from swarm_bench.selection import select, suite_sweeps
 from swarm_bench.stage import RunOptions
 from swarm_bench.sweep import Sweep
 from swarm_common.model.errors import ConfigError
-from tests.standins.results import result
+from tests.fakes.results import result
 
 
 def test_a_killed_sweep_continues(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

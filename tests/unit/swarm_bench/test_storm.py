@@ -22,7 +22,7 @@ from swarm_bench.storm_plan import (
     draw_faults,
 )  # fmt: skip
 from swarm_sim.world.verdict import Collision
-from tests.standins.navigation import room
+from tests.fakes.navigation import room
 
 CALM = StormPlan((), (), ())
 

@@ -24,7 +24,7 @@ from swarm_common.files.whole_file import write_whole
 from swarm_common.model.breaches import MissedGoal
 from swarm_common.model.errors import ConfigError
 from swarm_common.process import messages as say
-from tests.standins.small_disk import fill, small_disk
+from tests.fakes.small_disk import fill, small_disk
 from tests.unit.swarm_commander.run.test_local_run import DOMAIN, MISSION, ROOT, Up, wait_for
 
 OTHER_DOMAIN = "229"
@@ -131,7 +131,7 @@ def test_two_runs_cannot_have_one_folder(up: Up) -> None:
     wait_for(lambda: len(up.left_running()) >= 4)
     marks = sorted(path.name for path in up.run_dir.rglob("*"))
     second = subprocess.run(
-        (sys.executable, "-m", "tests.standins.plain_up", "--run-dir", str(up.run_dir)),
+        (sys.executable, "-m", "tests.fakes.plain_up", "--run-dir", str(up.run_dir)),
         env=os.environ | {"ROS_DOMAIN_ID": OTHER_DOMAIN, "PYTHONPATH": str(ROOT)},
         cwd=up.folder,
         capture_output=True,

@@ -11,7 +11,7 @@ from swarm_common.model.errors import RobotModelError
 from swarm_common.model.outline import outline_around
 from swarm_common.robots.loading import load_robot, open_robot
 from swarm_common.robots.spec import _footprint
-from tests.standins.own_robots import (
+from tests.fakes.own_robots import (
     CHASSIS,
     LIMITS,
     Own,

@@ -14,7 +14,7 @@ from swarm_common.model.shapes import Hull
 from swarm_common.robots.loading import load_robot, open_robot, robot_names
 from swarm_sim.scene.scene import Scene
 from swarm_sim.world.world import World, WorldConfig
-from tests.standins.robots import LIMITS, URDF, write_packages
+from tests.fakes.robots import LIMITS, URDF, write_packages
 
 LASER = "lidar: {frame: laser, rays: 90, range_max: 5.0, rate: 5.0}\n"
 

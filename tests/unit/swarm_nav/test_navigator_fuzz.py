@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from swarm_common.model.records import Pose
 from swarm_common.model.sites import Sites
 from swarm_nav.core.goals import Goal, GoalEnded, GoalKind
-from tests.standins.navigation import Squad, config, room
-from tests.standins.traffic import smallest_gap
+from tests.fakes.navigation import Squad, config, room
+from tests.fakes.traffic import smallest_gap
 
 HALL = room(6.0, 6.0, (2.6, 2.6, 3.4, 3.4))
 STARTS = [Pose(1.0, 1.0, 0.0), Pose(5.0, 1.0, 2.0), Pose(1.0, 5.0, -1.0)]

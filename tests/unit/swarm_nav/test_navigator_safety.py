@@ -11,7 +11,7 @@ import pytest
 from swarm_common.model.records import Pose
 from swarm_common.model.sites import Sites
 from swarm_nav.core.goals import ErrorCode, GoalKind, Outcome
-from tests.standins.navigation import Squad, beacon, config, room, waffle
+from tests.fakes.navigation import Squad, beacon, config, room, waffle
 
 HALL = room(8.0, 8.0)
 START = Pose(2.0, 2.0, 0.0)

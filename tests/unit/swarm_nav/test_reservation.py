@@ -13,8 +13,8 @@ from swarm_common.model.beacon import BEACON_DTYPE
 from swarm_nav.control import tube_kernels as kernels
 from swarm_nav.core.config import TrafficConfig
 from swarm_nav.perception.neighborhood import Neighborhood
+from tests.fakes.navigation import RADIUS, beacon
 from tests.oracles import tube as oracle
-from tests.standins.navigation import RADIUS, beacon
 
 REACH = 2 * RADIUS
 NOTHING = np.zeros((0, 2))

@@ -7,7 +7,7 @@ import pytest
 from swarm_common.model.records import Pose
 from swarm_common.model.sites import Sites
 from swarm_nav.core.goals import Outcome
-from tests.standins.navigation import Squad, config, room
+from tests.fakes.navigation import Squad, config, room
 
 DOCK = Pose(4.5, 0.6, 0.0)
 SITES = Sites(

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from tests.standins.traffic import Trial, run
+from tests.fakes.traffic import Trial, run
 
 HELD_GAP = 0.5  # [m] that two held tubes keep at least, whatever happens
 HULL_CONTACT = 0.476  # [m] between centres up to which two waffles can touch

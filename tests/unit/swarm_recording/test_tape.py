@@ -16,7 +16,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from swarm_common.middleware.topic_table import WORLD_TOPICS, Topic, robot_topic
 from swarm_recording.tape import Tape, quality_text
-from tests.standins.small_disk import small_disk
+from tests.fakes.small_disk import small_disk
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 CLOCK = WORLD_TOPICS[0]

@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 from swarm_common.model.errors import ConfigError
 from swarm_report.document import DRAWINGS, makespan, number, write_document
 from swarm_report.report_command import report_app
-from tests.standins.run_folder import make_run
+from tests.fakes.run_folder import make_run
 
 
 def test_the_page_is_whole_and_self_contained(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ from swarm_view.panel_text import robot_html, stations_html, verdict_html
 from swarm_view.robot_mesh import robot_mesh
 from swarm_view.swarm import Swarm
 from swarm_view.topics import Layer
-from tests.standins.moving_feed import MovingFeed
+from tests.fakes.moving_feed import MovingFeed
 
 
 def watch(feed: MovingFeed, now: list[float], known: Swarm, ticks: int = 10) -> Swarm:

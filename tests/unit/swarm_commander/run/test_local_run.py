@@ -1,4 +1,4 @@
-"""`swarm-up` as a process, over stand-ins of the world, the navigators and the mission."""
+"""`swarm-up` as a process, over fakes of the world, the navigators and the mission."""
 
 import contextlib
 import json
@@ -26,8 +26,8 @@ class Up:
         self.run_dir = folder / "run"
 
     def start(self, *flags: str, **moods: str) -> subprocess.Popen[str]:
-        variables = {f"STANDIN_{name.upper()}": mood for name, mood in moods.items()}
-        command = (sys.executable, "-m", "tests.standins.plain_up", "--swarm-size", "3")
+        variables = {f"FAKE_{name.upper()}": mood for name, mood in moods.items()}
+        command = (sys.executable, "-m", "tests.fakes.plain_up", "--swarm-size", "3")
         return subprocess.Popen(
             (*command, "--run-dir", str(self.run_dir), *flags),
             env=os.environ | variables | {"ROS_DOMAIN_ID": DOMAIN, "PYTHONPATH": str(ROOT)},

@@ -18,7 +18,7 @@ from swarm_nav.behaviour.navigator import Navigator
 from swarm_nav.core.config import NavConfig
 from swarm_sim.scene.scene import Scene
 from swarm_sim.world.world import World, WorldConfig
-from tests.standins.own_robots import (
+from tests.fakes.own_robots import (
     CHASSIS,
     LIMITS,
     PI,
@@ -30,7 +30,7 @@ from tests.standins.own_robots import (
     ray_sensor,
     robot,
 )  # fmt: skip
-from tests.standins.posts import off_the_posts, points_by_tf, post
+from tests.fakes.posts import off_the_posts, points_by_tf, post
 
 DOWN = f"0 {PI / 2} 0"
 CLIFF = lidar("cliff", (0.2, 0.0, 0.05), DOWN, rays=1, far=0.2, first=0.0, last=0.0)

@@ -36,7 +36,7 @@ from swarm_nav.traffic.gate import Gate
 from swarm_nav.traffic.holding import HoldingPattern, Lease
 from swarm_nav.traffic.right_of_way import RightOfWay
 from swarm_nav.traffic.situation import Situation
-from tests.standins.navigation import RADIUS, room, situation, waffle
+from tests.fakes.navigation import RADIUS, room, situation, waffle
 
 HALL = room(6.0, 6.0)
 STATION = (4.0, 4.0)

@@ -11,7 +11,7 @@ from swarm_nav.behaviour.behaviors import Behavior, BehaviorEnd, recovery_goal
 from swarm_nav.control.controller import Controller
 from swarm_nav.core.config import ControllerConfig
 from swarm_nav.core.goals import ErrorCode, Goal, GoalKind
-from tests.standins.navigation import Unicycle, room, situation
+from tests.fakes.navigation import Unicycle, room, situation
 
 HALL = room(6.0, 6.0)
 MIDDLE = Pose(3.0, 3.0, 0.0)

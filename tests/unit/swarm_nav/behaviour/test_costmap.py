@@ -10,7 +10,7 @@ import pytest
 from swarm_common.model.grid import UNKNOWN, Grid
 from swarm_common.model.records import Pose
 from swarm_nav.behaviour import costmap as costmaps
-from tests.standins.navigation import beacon, hear, room, situation
+from tests.fakes.navigation import beacon, hear, room, situation
 
 HALL = room(6.0, 6.0)
 MIDDLE = Pose(3.0, 3.0, 0.0)

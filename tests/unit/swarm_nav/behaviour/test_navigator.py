@@ -10,7 +10,7 @@ import pytest
 
 from swarm_common.model.records import Pose, wrap_angle
 from swarm_nav.core.goals import ErrorCode, GoalEnded, GoalKind, Outcome, PlanError, StateChanged
-from tests.standins.navigation import Squad, config, room
+from tests.fakes.navigation import Squad, config, room
 
 HALL = room(8.0, 8.0)
 START = Pose(2.0, 2.0, 0.0)

@@ -17,7 +17,7 @@ from swarm_nav.traffic.gate import Gate
 from swarm_nav.traffic.holding import HoldingPattern, Lease
 from swarm_nav.traffic.right_of_way import RightOfWay
 from swarm_nav.traffic.situation import Situation
-from tests.standins.navigation import room, situation
+from tests.fakes.navigation import room, situation
 
 HALL = room(8.0, 8.0)
 QUIET = 101  # a tick that is not the robot's turn of periodic plans

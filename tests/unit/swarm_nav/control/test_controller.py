@@ -14,7 +14,7 @@ from swarm_common.model.records import Pose, Twist, wrap_angle
 from swarm_nav.control.controller import Controller
 from swarm_nav.control.tube import Tube
 from swarm_nav.core.config import ControllerConfig
-from tests.standins.navigation import Unicycle
+from tests.fakes.navigation import Unicycle
 
 START = Pose(0.0, 0.0, 0.0)
 

@@ -18,7 +18,7 @@ from swarm_nav.localisation.amcl import GROWTH, LOOKING_SCANS, AmclLocaliser
 from swarm_nav.localisation.correction import STEP, TURN
 from swarm_nav.localisation.localiser import START_DEVIATION, OdometryLocaliser, make_localiser
 from swarm_nav.traffic.situation import MARGIN_STEP
-from tests.standins.navigation import beacon, config, hear, room, situation, waffle
+from tests.fakes.navigation import beacon, config, hear, room, situation, waffle
 
 WIDTH, HEIGHT = 5.0, 3.4
 FACE = 0.0375  # [m] inside the room's outline where walls of one cell are taken to end

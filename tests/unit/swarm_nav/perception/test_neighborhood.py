@@ -17,7 +17,7 @@ from swarm_nav.core.config import TrafficConfig
 from swarm_nav.core.priority import base_priority
 from swarm_nav.perception.neighborhood import Neighborhood
 from swarm_nav.perception.neighborhood_kernels import UNHEARD
-from tests.standins.navigation import beacon
+from tests.fakes.navigation import beacon
 
 
 def heard(hood: Neighborhood, tick: int, *records: np.void) -> None:

@@ -17,8 +17,8 @@ from swarm_nav.perception.obstacle_kernels import Beam, HitLimits
 from swarm_nav.perception.obstacles import CELL, ObstacleLayer
 from swarm_nav.planning.distance_kernels import Place, sample
 from swarm_nav.traffic.situation import Situation
+from tests.fakes.navigation import beacon, hear, room, situation, waffle
 from tests.oracles import control as oracle
-from tests.standins.navigation import beacon, hear, room, situation, waffle
 
 HALL = room(6.0, 6.0)
 MIDDLE = Pose(3.0, 3.0, 0.0)

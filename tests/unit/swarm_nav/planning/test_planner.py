@@ -15,7 +15,7 @@ from swarm_nav.core.goals import ErrorCode, PlanError
 from swarm_nav.planning.planner import SPACING, Planner, path_length
 from swarm_nav.planning.search_kernels import WALL
 from swarm_nav.planning.terrain import terrain_for
-from tests.standins.navigation import config, room, waffle
+from tests.fakes.navigation import config, room, waffle
 
 BODY = 0.238
 ROOM = room(6.0, 4.0, (2.5, 0.0, 2.65, 2.8))

@@ -15,7 +15,7 @@ from swarm_nav.core.config import NavConfig
 from swarm_nav.planning.planner import Planner
 from swarm_nav.planning.search_kernels import WALL
 from swarm_nav.planning.terrain import Terrain, terrain_for
-from tests.standins.navigation import config, room, waffle
+from tests.fakes.navigation import config, room, waffle
 
 
 def terrain(grid: Grid) -> Terrain:

@@ -14,7 +14,7 @@ from swarm_nav.perception.movers import CAME_TICKS, MOVER_TICKS, STILL_TICKS
 from swarm_nav.perception.obstacles import ObstacleLayer
 from swarm_nav.traffic.caution import CREEP_SPEED, caution_distance, cautious_speed, limited
 from swarm_nav.traffic.situation import Situation
-from tests.standins.navigation import Squad, room, situation
+from tests.fakes.navigation import Squad, room, situation
 
 HALL = room(8.0, 8.0)
 MIDDLE = Pose(4.0, 4.0, 0.0)

@@ -11,7 +11,7 @@ from swarm_common.model.records import Pose, Twist
 from swarm_nav.core.localisation_config import LocalisationConfig
 from swarm_nav.traffic.claim import GROWTH_SLACK, Claim
 from swarm_nav.traffic.situation import MARGIN_STEP, Situation
-from tests.standins.navigation import beacon, hear, room, situation
+from tests.fakes.navigation import beacon, hear, room, situation
 
 HALL = room(8.0, 8.0)
 START = Pose(2.0, 4.0, 0.0)

@@ -7,7 +7,7 @@ import pytest
 from swarm_common.model.grid import Grid
 from swarm_nav.core.config import NavConfig
 from swarm_nav.traffic.conditions import Conditions, conditions
-from tests.standins.navigation import room, waffle
+from tests.fakes.navigation import room, waffle
 
 Point = tuple[float, float]
 HALL = room(6.0, 6.0)

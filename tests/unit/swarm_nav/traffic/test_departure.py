@@ -9,7 +9,7 @@ from swarm_nav.traffic.departure import Departure
 from swarm_nav.traffic.gate import Gate, is_inside
 from swarm_nav.traffic.holding import NEXT_GOAL_PATIENCE, Lease
 from swarm_nav.traffic.situation import Situation
-from tests.standins.navigation import beacon, hear, room, situation
+from tests.fakes.navigation import beacon, hear, room, situation
 
 HALL = room(9.0, 9.0)
 

@@ -9,8 +9,8 @@ from swarm_common.model.records import Pose
 from swarm_nav.core.priority import SENIORITY
 from swarm_nav.traffic import gate_kernels as kernels
 from swarm_nav.traffic.gate import ADMITTED, NONE, Gate, narrow_region
+from tests.fakes.navigation import beacon, hear, room, situation
 from tests.oracles import narrows as oracle
-from tests.standins.navigation import beacon, hear, room, situation
 
 FRAME = (-1.0, -0.5, 0.1)
 HALL = room(9.0, 9.0)

@@ -12,7 +12,7 @@ from swarm_common.model.records import Pose
 from swarm_nav.core.config import HoldingConfig, NavConfig
 from swarm_nav.traffic.holding import PARKING_DISTANCE, HoldingPattern, Lease, parking_path
 from swarm_nav.traffic.situation import Situation
-from tests.standins.navigation import RADIUS, beacon, config, hear, room, situation
+from tests.fakes.navigation import RADIUS, beacon, config, hear, room, situation
 
 HALL = room(12.0, 12.0)
 STATION = (6.0, 1.0)

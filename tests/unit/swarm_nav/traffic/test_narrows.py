@@ -10,8 +10,8 @@ from swarm_common.model.records import Pose
 from swarm_nav.traffic import narrows_kernels as kernels
 from swarm_nav.traffic.narrows import Narrows, single_lanes
 from swarm_nav.traffic.situation import Situation
+from tests.fakes.navigation import beacon, hear, room, situation
 from tests.oracles import narrows as oracle
-from tests.standins.navigation import beacon, hear, room, situation
 
 HALL = room(8.0, 8.0)
 

@@ -22,7 +22,7 @@ from swarm_nav.core.priority import (
 )
 from swarm_nav.traffic.right_of_way import REFUGE_MARGIN, RightOfWay, refuge_path, way_of
 from swarm_nav.traffic.situation import Situation
-from tests.standins.navigation import RADIUS, beacon, hear, room, situation
+from tests.fakes.navigation import RADIUS, beacon, hear, room, situation
 
 REACH = 2 * RADIUS
 HALL = room(8.0, 8.0)

@@ -11,7 +11,7 @@ from swarm_common.model.beacon import BEACON_DTYPE
 from swarm_common.model.records import Pose, Scan
 from swarm_nav.traffic.senses import Senses
 from swarm_nav.traffic.situation import Situation
-from tests.standins.navigation import room, situation
+from tests.fakes.navigation import room, situation
 
 NOBODY = np.zeros(0, BEACON_DTYPE)
 

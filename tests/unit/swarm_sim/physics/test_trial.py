@@ -14,7 +14,7 @@ from swarm_sim.physics import trial
 from swarm_sim.physics.trial import check_trial
 from swarm_sim.scene.scene import Scene
 from swarm_sim.world.world import World, WorldConfig
-from tests.standins.own_robots import (
+from tests.fakes.own_robots import (
     CHASSIS,
     LIMITS,
     TRAITS,

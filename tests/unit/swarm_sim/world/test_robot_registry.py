@@ -14,7 +14,7 @@ from swarm_sim.ros.settings import RobotEntry, Settings
 from swarm_sim.world.model_reader import read_robot
 from swarm_sim.world.refusal import Reason, RefusedError
 from swarm_sim.world.robot_registry import Arrival, RobotRegistry
-from tests.standins.own_robots import Own, box, caster, inertial, lidar, link, pair, robot
+from tests.fakes.own_robots import Own, box, caster, inertial, lidar, link, pair, robot
 
 WAFFLE, BURGER = "turtlebot3_waffle", "turtlebot3_burger"
 FREE = Pose(3.0, 3.0, 1.0)

@@ -19,7 +19,7 @@ from swarm_nav.core.goals import Goal, GoalEnded, GoalKind, Outcome, Output
 from swarm_sim.scene.scene import Body, Box, Part, Scene, transform_from_xyz_rpy
 from swarm_sim.sensing.radio import RadioConfig
 from swarm_sim.world.world import World, WorldConfig
-from tests.standins.navigation import room, waffle, without_lidar
+from tests.fakes.navigation import room, waffle, without_lidar
 
 WALL = 0.05  # [m] thick, one cell of the map
 COVERED = 1.3  # [m] from a dead robot within which its last request may cover a goal

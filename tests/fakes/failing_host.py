@@ -1,4 +1,4 @@
-"""The fork server, with one navigator that fails: `python -m tests.standins.failing_host CONFIG`.
+"""The fork server, with one navigator that fails: `python -m tests.fakes.failing_host CONFIG`.
 
 That one is Srobot2, and it does so when its process gets SIGUSR1.
 """

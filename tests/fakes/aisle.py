@@ -10,7 +10,7 @@ from swarm_common.model.records import Pose
 from swarm_common.model.sites import Sites
 from swarm_nav.behaviour.navigator import Navigator
 from swarm_nav.traffic import gate_kernels
-from tests.standins.party import Bar, Party, bars_of_room
+from tests.fakes.party import Bar, Party, bars_of_room
 
 WIDTH, DEPTH = 22.0, 7.0  # the aisle is large enough for a gate
 MOUTH = 6.0  # x [m] where the aisle begins; it ends at the far wall

@@ -1,6 +1,6 @@
-"""Stand-in robots with ROS but without world or navigation: they reach every goal in 20 ticks.
+"""Fake robots with ROS but without world or navigation: they reach every goal in 20 ticks.
 
-python -m tests.standins.ros_robots COUNT [--fail NAME] [--mute NAME] [--homes]
+python -m tests.fakes.ros_robots COUNT [--fail NAME] [--mute NAME] [--homes]
 
 Time goes on as in lockstep: it stands still while a robot whose mission is active has no goal.
 `--fail` gives a robot whose every goal fails at the first try, `--mute` one that goes silent.
@@ -34,7 +34,7 @@ MUTE_AFTER = 30  # ticks
 
 
 class Robot:
-    """One stand-in robot."""
+    """One fake robot."""
 
     def __init__(self, name: str, number: int, *, fails: bool, is_mute: bool, homes: bool) -> None:
         self.node = Node("navigator", namespace=name)

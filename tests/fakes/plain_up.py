@@ -1,4 +1,4 @@
-"""`swarm-up` over the stand-ins without ROS."""
+"""`swarm-up` over the fakes without ROS."""
 
 import os
 import sys
@@ -12,9 +12,9 @@ for name, module in (
     ("RUNNER", "runner"),
     ("RECORDER", "recorder"),
 ):
-    local_run.MODULES[getattr(local_run, name)] = f"tests.standins.plain_{module}"  # type: ignore[index]
-if os.environ.get("STANDIN_RUNNER") == "mute":
+    local_run.MODULES[getattr(local_run, name)] = f"tests.fakes.plain_{module}"  # type: ignore[index]
+if os.environ.get("FAKE_RUNNER") == "mute":
     local_run.MISSION_LIMIT = 1.0
-if os.environ.get("STANDIN_HOST") == "deaths":
+if os.environ.get("FAKE_HOST") == "deaths":
     restarts.FIRST_PAUSE = 0.05
 sys.exit(cli.swarm_up())

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from swarm_sim.maps.draw_map import draw_world
-from tests.standins.party import Bar, Party, bars_of_room, draw_places, scene_of
+from tests.fakes.party import Bar, Party, bars_of_room, draw_places, scene_of
 
 WIDTH, DEPTH, DOOR = 8.0, 4.4, 0.7  # [m]
 THICK = 0.15  # [m]

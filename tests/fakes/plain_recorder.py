@@ -1,4 +1,4 @@
-"""Stand-in of the recorder whose disk is full."""
+"""Fake of the recorder whose disk is full."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""Stand-in of the navigators' process without ROS."""
+"""Fake of the navigators' process without ROS."""
 
 import json
 import os
@@ -15,7 +15,7 @@ event_fd = int(flags["--event-fd"])
 if os.read(int(flags["--control-fd"]), 1000) != b'{"cmd":"go"}\n':
     sys.exit(0)
 config = json.loads(Path(config_path).read_text(encoding="utf-8"))
-mood = os.environ.get("STANDIN_HOST", "")
+mood = os.environ.get("FAKE_HOST", "")
 
 
 def say(event: str, **values: object) -> None:

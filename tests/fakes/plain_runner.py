@@ -1,4 +1,4 @@
-"""Stand-in of the mission process without ROS: reaches every goal at once, or as its mood is."""
+"""Fake of the mission process without ROS: reaches every goal at once, or as its mood is."""
 
 import json
 import os
@@ -18,7 +18,7 @@ def say(event: str, **values: object) -> None:
 while not (Path(sys.argv[1]).parent / "active").exists():
     time.sleep(0.02)
 time.sleep(0.3)  # what the navigators said has arrived by then
-mood = os.environ.get("STANDIN_RUNNER", "")
+mood = os.environ.get("FAKE_RUNNER", "")
 if config["mission"] is not None and mood != "mute":
     say("mission", goals=len(config["robots"]))
     for robot in config["robots"]:

@@ -25,7 +25,7 @@ from swarm_nav.planning.planner import SPACING
 from swarm_nav.traffic.claim import Claim
 from swarm_nav.traffic.senses import Senses
 from swarm_nav.traffic.situation import Situation, begin
-from tests.standins.navigation import room, waffle, without_lidar
+from tests.fakes.navigation import room, waffle, without_lidar
 
 SIDE = 3.2  # [m] of the square in which targets lie
 MARGIN = 2.0  # [m] around it

@@ -17,8 +17,8 @@ from swarm_nav.core.config import NavConfig
 from swarm_nav.core.goals import Goal, GoalEnded, GoalKind, Outcome
 from swarm_sim.scene.scene import Scene
 from swarm_sim.world.world import World, WorldConfig
-from tests.standins.navigation import room, waffle, without_lidar
-from tests.standins.traffic import WALL, hall_scene, smallest_gap
+from tests.fakes.navigation import room, waffle, without_lidar
+from tests.fakes.traffic import WALL, hall_scene, smallest_gap
 
 PITCH = 1.2  # [m] of a cell
 LIMIT = 3000  # ticks

@@ -14,7 +14,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from tests.standins.net_hosts import NetHosts
+from tests.fakes.net_hosts import NetHosts
 
 ROOT = Path(__file__).resolve().parents[2]
 SECRET = "between-hosts-of-a-test"

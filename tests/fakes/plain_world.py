@@ -1,4 +1,4 @@
-"""Stand-in of the world process without ROS: says what the real one says, as its mood demands."""
+"""Fake of the world process without ROS: says what the real one says, as its mood demands."""
 
 import json
 import os
@@ -11,7 +11,7 @@ from pathlib import Path
 config = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
 flags = dict(zip(sys.argv[2::2], sys.argv[3::2], strict=True))
 event_fd = int(flags["--event-fd"])
-mood = os.environ.get("STANDIN_WORLD", "")
+mood = os.environ.get("FAKE_WORLD", "")
 COLLISION = {
     "robots": ["Srobot1", "Srobot3"],
     "obstacle": "",

@@ -26,7 +26,7 @@ from swarm_sim.maps.draw_map import draw_world
 from swarm_sim.scene.scene import Body, Box, Part, Scene, transform_from_xyz_rpy
 from swarm_sim.sensing.radio import RadioConfig
 from swarm_sim.world.world import World, WorldConfig
-from tests.standins.navigation import config, waffle, without_lidar
+from tests.fakes.navigation import config, waffle, without_lidar
 
 THICKNESS = 0.1  # [m] of walls
 PASSABLE = 0.33  # [m] of a robot's centre from everything on its way
