@@ -12,23 +12,16 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from swarm_common.model import palette
 from swarm_common.model.grid import FREE, OCCUPIED, Grid
+from swarm_common.model.palette import css
 
-BLUE, ORANGE, GREEN, VERMILLION = "#0072B2", "#E69F00", "#009E73", "#D55E00"
-SKY, PINK, YELLOW, BLACK, GREY = "#56B4E9", "#CC79A7", "#F0E442", "#000000", "#B8B8B8"
+BLUE, ORANGE, GREEN, VERMILLION, SKY, PINK, YELLOW, BLACK = map(css, palette.HUES)
+GREY = "#B8B8B8"
 CYCLE = (BLUE, ORANGE, GREEN, VERMILLION, SKY, PINK, YELLOW, BLACK)
 LINE_STYLES = ("-", "--", "-.", ":")
 # By the state that a robot shows; in the order of the legend.
-STATES = {
-    "driving": BLUE,
-    "holding": ORANGE,
-    "waiting": VERMILLION,
-    "yielding": PINK,
-    "recovering": YELLOW,
-    "pausing": GREEN,
-    "idle": "#DDDDDD",
-    "inactive": "#888888",
-}
+STATES = {state: css(color) for state, color in palette.STATES.items()}
 LABELS = {"pausing": "pausing (service)", "idle": "idle (no goal)"}
 GROUPS = {
     "world": BLUE,

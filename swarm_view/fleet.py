@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import viser
 
+from swarm_common.model.palette import UNKNOWN, linear, state_color
 from swarm_common.model.records import FloatArray
 from swarm_view.bodies import AWAY, Bodies
 from swarm_view.decode import RobotState
-from swarm_view.palette import UNKNOWN, linear, state_color
 from swarm_view.robot_mesh import RobotMesh, robot_mesh
 from swarm_view.shapes import lifted, quaternions, ring
 

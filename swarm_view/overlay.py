@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from swarm_common.model.palette import HELD, RGB, TRAIL
 from swarm_common.model.records import FloatArray
-from swarm_view.palette import HELD, RGB, TRAIL
 from swarm_view.panel_text import label_text
 from swarm_view.shapes import polyline, raised
 from swarm_view.swarm import Swarm

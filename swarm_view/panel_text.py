@@ -7,9 +7,9 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
+from swarm_common.model.palette import STATES, css, state_color
 from swarm_common.model.records import FloatArray
 from swarm_view.decode import RobotState
-from swarm_view.palette import STATES, css, state_color
 from swarm_view.swarm import Swarm
 
 STYLE = "font-size:0.8em;line-height:1.5;padding:0.2em 0.8em"

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from swarm_common.model import palette
 from swarm_common.model.records import FloatArray, Scan
-from swarm_view import palette
 from swarm_view.decode import Motion, Raster, scan_points
 from swarm_view.images import cost_image
 from swarm_view.robot_mesh import RobotMesh

@@ -12,9 +12,9 @@ import trimesh
 import viser
 from visualization_msgs.msg import Marker
 
+from swarm_common.model.palette import RGB, linear
 from swarm_view.decode import Raster
 from swarm_view.images import map_image
-from swarm_view.palette import RGB, linear
 from swarm_view.shapes import polyline
 
 LOG = logging.getLogger(__name__)

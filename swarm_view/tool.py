@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from swarm_common.model.palette import GOAL
 from swarm_common.model.records import FloatArray
 from swarm_view.decode import Raster
-from swarm_view.palette import GOAL
 from swarm_view.shapes import floor, lifted, on_floor
 
 DRAG_LENGTH = 0.15  # [m] from which a drag gives a heading

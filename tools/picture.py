@@ -14,6 +14,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from swarm_common.files.map_io import load_map, map_path
 from swarm_common.model.grid import OCCUPIED, UNKNOWN, Grid
+from swarm_common.model.palette import STATES, YELLOW, css
 from swarm_common.model.records import Pose
 from swarm_common.robots.loading import load_robot
 from swarm_nav.behaviour.navigator import Navigator
@@ -25,12 +26,8 @@ from swarm_sim.world.world import World, WorldConfig
 
 ROBOTS = 20
 SCALE = 120  # [px/m] before the picture is halved
-COLORS = {  # of Okabe and Ito, told apart by the colour-blind, too
-    "driving": "#0072b2",
-    "waiting": "#56b4e9",
-    "holding": "#e69f00",
-    "yielding": "#d55e00",
-    "idle": "#999999",
+COLORS = {
+    state: css(STATES[state]) for state in ("driving", "waiting", "holding", "yielding", "idle")
 }
 
 
@@ -124,7 +121,7 @@ def _photograph(world: World, robots: list[Navigator], grid: Grid) -> Image.Imag
     sheet = Sheet(grid)
     for name, pose in robots[0].sites.stations.items():
         corners = np.array(((0.0, 0.22), (0.22, 0.0), (0.0, -0.22), (-0.22, 0.0)))
-        sheet.polygon(corners + np.array((pose.x, pose.y)), "#f0e442")
+        sheet.polygon(corners + np.array((pose.x, pose.y)), css(YELLOW))
         sheet.text(pose.x + 0.75, pose.y + 0.28, name, "#555555", 0.26)
     colors = [COLORS.get(robot.status().state, COLORS["driving"]) for robot in robots]
     for robot, color in zip(robots, colors, strict=True):

@@ -27,7 +27,7 @@ from simulation_interfaces.msg import SimulationState
 from simulation_interfaces.srv import SetSimulationState, StepSimulation
 
 from swarm_common.middleware import ros_env
-from swarm_view.palette import STATES
+from swarm_common.model.palette import STATES
 
 UP = "swarm-up --mission loading_route --viewer --port 0 --no-report --speed max"
 FLAGS = ("--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--disable-dev-shm-usage")

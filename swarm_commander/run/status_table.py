@@ -9,22 +9,18 @@ from itertools import pairwise
 from rich.text import Text
 
 from swarm_commander.run.run_statistics import RobotStatistics, RunStatistics
+from swarm_common.model.palette import LOOKS, css
 
 LINES = 10  # at most this many groups
 ALONE = 12  # lines for robots where the height of the screen is unknown
 SHOWN_DETAIL = 48  # characters of what a robot says about its state
 # Letter and style by state; letters repeat the colours, for people who do not see them.
 MARKS = {
-    "driving": ("d", "blue"),
-    "holding": ("h", "yellow"),
-    "waiting": ("w", "bright_red"),
-    "yielding": ("y", "magenta"),
-    "recovering": ("r", "bright_yellow"),
-    "pausing": ("p", "green"),
-    "idle": (".", "dim"),
-    "inactive": ("-", "dim"),
-    "": ("-", "dim"),
-    "dead": ("X", "bold red"),
+    **{state: (look.letter, css(look.color)) for state, look in LOOKS.items()},
+    "idle": (LOOKS["idle"].letter, "dim"),
+    "inactive": (LOOKS["inactive"].letter, "dim"),
+    "": (LOOKS["inactive"].letter, "dim"),
+    "dead": (LOOKS["dead"].letter, "bold red"),
     "gone": (" ", "dim"),
 }
 COUNTED = ("holding", "waiting", "recovering", "dead")

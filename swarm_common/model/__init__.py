@@ -11,6 +11,8 @@ What a module imports of its folder stands above it:
     faults   All that is wrong with one thing, told at once
     grid     Occupancy grid in Nav2's sense: the one central thing that robots share
     outline  Outlines of bodies seen from above, and what else follows from their shapes
+    palette  The colours of README, terminal, report and viewer, and what each state of a robot
+             means
     records  Values that cross a topic, as plain dataclasses: what the brains and the world core
              exchange
     beacon   The radio message: `Beacon` as a numpy record whose bytes are its CDR body

@@ -1,0 +1,23 @@
+from itertools import combinations
+
+import numpy as np
+
+from swarm_commander.run.status_table import MARKS
+from swarm_common.model.palette import LOOKS, STATES, css
+from swarm_report import style
+
+ENUMERATED = "inactive, idle, driving, holding, yielding, waiting, pausing, recovering"
+
+
+def test_every_state_has_a_colour_a_letter_and_a_meaning_of_its_own() -> None:
+    assert set(ENUMERATED.split(", ")) <= set(LOOKS)
+    assert len({look.letter for look in LOOKS.values()}) == len(LOOKS)
+    assert len({look.meaning for look in LOOKS.values()}) == len(LOOKS)
+    for one, other in combinations(STATES.values(), 2):
+        assert np.abs(np.subtract(one, other)).sum() > 60
+
+
+def test_report_and_terminal_use_the_same_colours() -> None:
+    assert {state: css(color) for state, color in STATES.items()} == style.STATES
+    for state in ("driving", "holding", "waiting", "yielding", "recovering", "pausing"):
+        assert MARKS[state] == (LOOKS[state].letter, css(LOOKS[state].color))
