@@ -101,6 +101,17 @@ def test_where_it_stands_in_the_way_is_no_refuge_though_the_nearest_node_is() ->
     assert math.dist(s.tube.points[-1], (s.pose.x, s.pose.y)) > 0.05
 
 
+def test_who_is_still_in_the_way_at_its_refuge_looks_for_one_farther_off() -> None:
+    """Radio, seed 0: by its own reckoning it was out of the way; both waited for 500 s."""
+    s, right = pushed()
+    first = s.tube.points[-1]
+    s.pose = Pose(float(first[0]), float(first[1]), 0.0)
+    s.tube.reset(s.pose)
+    run(s, right, 60, pushing(3.2, 4.0))
+    assert not s.is_stuck
+    assert math.dist(s.tube.points[-1], first) > 0.5 * REFUGE_MARGIN
+
+
 @pytest.mark.parametrize(
     "changes",
     [
