@@ -14,7 +14,7 @@ from swarm_common.model.errors import ConfigError
 from swarm_report import style
 from swarm_report.document import makespan, merits, number, save
 from swarm_report.judgement import judge
-from swarm_report.page import Plot, page_html, plot_html, table_html
+from swarm_report.page import Plot, page_html, plots_html, table_html
 from swarm_report.run import RunData
 from swarm_report.style import CYCLE, LINE_STYLES, figure
 
@@ -72,7 +72,8 @@ def write_comparison(runs: Sequence[RunData], page: Path) -> None:
         head, rows = comparison(runs)
         body = [
             table_html(head, rows),
-            '<h2>Plots</h2><div class="plots">' + "\n".join(map(plot_html, plots)) + "</div>",
+            "<h2>Plots</h2>",
+            plots_html(plots),
         ]
         title = f"{len(runs)} runs compared"
         page.write_text(page_html(title, ", ".join(labels(runs)), body), encoding="utf-8")

@@ -6,13 +6,17 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from swarm_report.measures import shares_over_time, throughput
 from swarm_report.run import RunData, Usage
 from swarm_report.style import (
     BLACK,
     BLUE,
     GROUPS,
+    LABELS,
     LINE_STYLES,
     ORANGE,
+    SKY,
+    STATES,
     VERMILLION,
     WIDE_WIDTH,
     figure,
@@ -23,18 +27,19 @@ BIN = 0.02  # [m] of the clearance histogram
 
 
 def goals_over_time(run: RunData) -> Figure | None:
-    """Return goals reached and failed over simulated time; None without goals."""
+    """Return goals reached and missed over simulated time; None without goals."""
     settled = [event for event in run.goals if event.outcome != "sent"]
     if not settled:
         return None
     drawing = figure(3.0)
     axes = drawing.add_subplot()
-    for outcome, color, style in (("reached", BLUE, "-"), ("failed", VERMILLION, "--")):
+    kinds = (("reached", "reached", BLUE, "-"), ("failed", "missed", VERMILLION, "--"))
+    for outcome, word, color, style in kinds:
         times = [event.time for event in settled if event.outcome == outcome]
         if times or outcome == "reached":
             count = np.arange(len(times) + 2)
             count[-1] = len(times)
-            label = f"{outcome} ({len(times)})"
+            label = f"{word} ({len(times)})"
             at = [0.0, *times, run.end]
             axes.step(at, count, style, where="post", color=color, label=label, linewidth=1.6)
     goals = run.report.get("goals", {})
@@ -47,6 +52,49 @@ def goals_over_time(run: RunData) -> Figure | None:
     axes.set_ylabel("goals of all robots")
     axes.set_title("Goals over time", loc="left")
     axes.legend(loc="lower right")
+    return drawing
+
+
+def throughput_over_time(run: RunData) -> Figure | None:
+    """Return goals per minute over simulated time; None without goals."""
+    flow = throughput(run)
+    if flow is None:
+        return None
+    drawing = figure(3.0)
+    axes = drawing.add_subplot()
+    widths = np.maximum(flow.ends - flow.starts, 1e-3)
+    axes.bar(flow.starts, flow.per_minute, widths, align="edge", color=SKY, linewidth=0.0)
+    mean = 60.0 * flow.goals.sum() / run.end
+    label = f"mean of the run ({mean:.3g})"
+    axes.axhline(mean, color=BLACK, linestyle="--", linewidth=1.0, label=label)
+    axes.set_xlim(0.0, max(run.end, 1.0))
+    axes.set_xlabel("simulated time [s]")
+    axes.set_ylabel("goals per minute")
+    axes.set_title(f"Throughput (windows of {flow.window:g} s)", loc="left")
+    axes.legend(loc="lower left", bbox_to_anchor=(0.6, 1.0))
+    return drawing
+
+
+def states_over_time(run: RunData) -> Figure | None:
+    """Return the share of the robots in each state over time; None without a state log."""
+    shares = shares_over_time(run)
+    if shares is None:
+        return None
+    drawing = figure(3.6)
+    axes = drawing.add_subplot()
+    axes.stackplot(
+        shares.times,
+        *(100.0 * line for line in shares.by_state.values()),
+        labels=[LABELS.get(state, state) for state in shares.by_state],
+        colors=[STATES.get(state, BLACK) for state in shares.by_state],
+        linewidth=0.0,
+    )
+    axes.set_xlim(0.0, max(run.end, 1.0))
+    axes.set_ylim(0.0, 100.0)
+    axes.set_xlabel("simulated time [s]")
+    axes.set_ylabel("robots [%]")
+    axes.set_title("What the robots did", loc="left")
+    axes.legend(fontsize=8, ncols=4, loc="upper left", bbox_to_anchor=(0.0, -0.18))
     return drawing
 
 

@@ -5,30 +5,110 @@ from __future__ import annotations
 import io
 import shutil
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from matplotlib.figure import Figure
 
 from swarm_common.model.errors import ConfigError
-from swarm_report import curves, maps, style, timeline
+from swarm_report import charts, curves, maps, style, tables, timeline
+from swarm_report.bottleneck import find_bottleneck
 from swarm_report.judgement import breach_lines, judge
-from swarm_report.page import Plot, cards_html, page_html, plot_html, table_html, verdict_html
+from swarm_report.measures import state_shares
+from swarm_report.page import (
+    Plot,
+    cards_html,
+    escape,
+    page_html,
+    plots_html,
+    table_html,
+    verdict_html,
+)
 from swarm_report.run import RunData
+from swarm_report.tables import Table, percent
 
 PAGE, PLOTS = "report.html", "plots"
 DPI = 150  # of the PNG files
 PIXELS_DPI = 130  # of what is drawn as pixels within an SVG
-Drawer = Callable[[RunData], Figure | None]
-DRAWINGS: dict[str, tuple[Drawer, str, bool]] = {
-    "trajectories": (maps.trajectories, "Where the robots drove, by ground truth", False),
-    "density": (maps.density, "Where the robots were, in robot-seconds per area", False),
-    "timeline": (timeline.timeline, "What each robot did when; crosses are missed goals", True),
-    "goals": (curves.goals_over_time, "Goals reached over simulated time", False),
-    "stations": (timeline.stations, "How much the stations were used and waited for", False),
-    "waiting": (maps.waiting, "Where robots held or waited because of others", False),
-    "clearance": (curves.clearance, "Distances of hulls to each other and to obstacles", False),
-    "usage": (curves.usage, "CPU and memory; shared memory counts in each process", True),
+
+
+@dataclass(frozen=True, slots=True)
+class Drawing:
+    """How a plot of the page comes about.
+
+    Attributes:
+        draw: The still picture; None if the run has no data for it.
+        chart: The same for plotly.js.
+        table: The figures behind it.
+        caption: What it shows.
+        is_wide: Whether it takes the whole width.
+    """
+
+    draw: Callable[[RunData], Figure | None]
+    chart: Callable[[RunData], charts.Chart | None]
+    table: Callable[[RunData], Table | None]
+    caption: str
+    is_wide: bool = False
+
+
+DRAWINGS: dict[str, Drawing] = {
+    "trajectories": Drawing(
+        maps.trajectories,
+        charts.trajectories,
+        tables.trajectories,
+        "Where the robots drove, by ground truth",
+    ),
+    "density": Drawing(
+        maps.density,
+        charts.density,
+        tables.density,
+        "Where the robots were, in robot-seconds per area",
+    ),
+    "timeline": Drawing(
+        timeline.timeline,
+        charts.timeline,
+        tables.timeline,
+        "What each robot did when; crosses are missed goals",
+        is_wide=True,
+    ),
+    "goals": Drawing(
+        curves.goals_over_time, charts.goals, tables.goals, "Goals reached over simulated time"
+    ),
+    "throughput": Drawing(
+        curves.throughput_over_time, charts.flow, tables.flow, "Goals reached per minute"
+    ),
+    "stations": Drawing(
+        timeline.stations,
+        charts.stations,
+        tables.stations,
+        "How much the stations were used and waited for",
+    ),
+    "waiting": Drawing(
+        maps.waiting,
+        charts.waiting,
+        tables.waiting,
+        "Where robots held or waited because of others",
+    ),
+    "states": Drawing(
+        curves.states_over_time,
+        charts.states,
+        tables.states,
+        "How many of the robots were in which state",
+    ),
+    "clearance": Drawing(
+        curves.clearance,
+        charts.clearance,
+        tables.clearance,
+        "Distances of hulls to each other and to obstacles",
+    ),
+    "usage": Drawing(
+        curves.usage,
+        charts.usage,
+        tables.usage,
+        "CPU and memory; shared memory counts in each process",
+        is_wide=True,
+    ),
 }
 
 
@@ -55,12 +135,20 @@ def _draw(run: RunData, folder: Path) -> list[Plot]:
     folder.mkdir(parents=True)
     plots = []
     with style.settings():
-        for name, (draw, caption, is_wide) in DRAWINGS.items():
-            drawing = draw(run)
-            if drawing is None:
+        for name, drawing in DRAWINGS.items():
+            still = drawing.draw(run)
+            if still is None:
                 continue
-            svg = save(drawing, folder / name)
-            plots.append(Plot(name, caption, svg, is_wide))
+            plots.append(
+                Plot(
+                    name,
+                    drawing.caption,
+                    save(still, folder / name),
+                    drawing.is_wide,
+                    drawing.chart(run),
+                    drawing.table(run),
+                )
+            )
     return plots
 
 
@@ -84,8 +172,9 @@ def _document(run: RunData, plots: list[Plot]) -> str:
     )
     body = [
         verdict_html(verdict.kind, verdict.headline, verdict.lines),
-        cards_html(merits(report)),
-        '<div class="plots">' + "\n".join(map(plot_html, plots)) + "</div>",
+        *_bottleneck(run),
+        cards_html(merits(report) | _shares(run)),
+        plots_html(plots, None if run.grid is None else charts.map_image(run.grid)),
     ]
     lines = breach_lines(report) if report else []
     if lines:
@@ -100,14 +189,34 @@ def _document(run: RunData, plots: list[Plot]) -> str:
     return page_html(title, subtitle, body)
 
 
+def _bottleneck(run: RunData) -> list[str]:
+    """Return where most time was lost, in words; nothing if nothing stands out."""
+    found = find_bottleneck(run)
+    return [] if found is None else [f'<p class="bottleneck">{escape(found.words)}</p>']
+
+
+def _shares(run: RunData) -> dict[str, str]:
+    """Return the shares of the robots' time."""
+    shares = state_shares(run)
+    if not shares:
+        return {}
+    lost = shares.get("holding", 0.0) + shares.get("waiting", 0.0)
+    return {
+        "of the robots' time driving": percent(shares.get("driving", 0.0)),
+        "of it holding or waiting": percent(lost),
+    }
+
+
 def merits(report: Mapping[str, Any]) -> dict[str, str]:
     """Return the figures of merit of a report, with units."""
     if not report:
         return {}
     goals, crashes, cpu = report["goals"], report["collisions"], report["cpu_ms_per_robot_second"]
     duration = report.get("goal_duration") or {}
+    total = sum(goals.get(key, 0) for key in ("reached", "failed", "pending"))
     return {
         "goals reached of sent": f"{goals['reached']} / {goals['sent']}",
+        "of the mission's goals reached": percent(goals["reached"] / total if total else None),
         "goals missed, pending": f"{goals.get('failed', 0)}, {goals.get('pending', 0)}",
         "collisions robot-robot, robot-world": (
             f"{number(crashes['robot_robot'])}, {number(crashes['robot_world'])}"
@@ -143,7 +252,7 @@ def number(value: float | None, unit: str = "") -> str:
 # Of a robot: key -> heading and decimals
 COLUMNS = {
     "goals_reached": ("reached", 0),
-    "goals_failed": ("failed", 0),
+    "goals_failed": ("missed", 0),
     "hold_time": ("holding [s]", 1),
     "wait_time": ("waiting [s]", 1),
     "worst_goal_duration": ("longest goal [s]", 1),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from swarm_common.model.records import FloatArray
+from swarm_report.measures import HOLDING
 from swarm_report.run import RunData, Series
 from swarm_report.style import (
     BLACK,
@@ -25,7 +28,6 @@ FEW = 8  # robots that a colour each can tell apart
 WIDE = 20.0  # from this ratio of largest to smallest on, the scale is logarithmic
 PALEST = 0.2  # of a colour scale: paler colours do not stand out from white paper
 CELL = 0.25  # [m] of the heat maps
-HOLDING = "holding"
 
 
 def trajectories(run: RunData) -> Figure | None:
@@ -105,17 +107,35 @@ def _draw_crashes(axes: Axes, run: RunData) -> None:
         )
 
 
-def density(run: RunData) -> Figure | None:
+@dataclass(frozen=True, slots=True)
+class Heat:
+    """Robot-seconds per square metre on a grid of the map.
+
+    Attributes:
+        values: (width, height) of cells, x first.
+        extent: left, right, bottom, top [m].
+    """
+
+    values: FloatArray
+    extent: tuple[float, float, float, float]
+
+    @property
+    def steps(self) -> tuple[float, float]:
+        """Width and height of a cell [m]."""
+        left, right, bottom, top = self.extent
+        return (right - left) / self.values.shape[0], (top - bottom) / self.values.shape[1]
+
+
+def presence_heat(run: RunData) -> Heat | None:
     """Return where the robots spent their time; None without a time series."""
     series = run.series
     if series is None or len(series.times) < 2:
         return None
     seconds = _seconds_per_sample(series)
-    weights = np.broadcast_to(seconds[:, None], series.poses.shape[:2])
-    return _heat_map(run, series, weights, "Presence of robots", "YlGnBu")
+    return _heat(run, series, np.broadcast_to(seconds[:, None], series.poses.shape[:2]))
 
 
-def waiting(run: RunData) -> Figure | None:
+def waiting_heat(run: RunData) -> Heat | None:
     """Return where robots held or waited for others; None if that is not known."""
     series = run.series
     if series is None or len(series.times) < 2 or not run.spans:
@@ -124,7 +144,21 @@ def waiting(run: RunData) -> Figure | None:
     for wait in run.waits:
         sample = min(int(np.searchsorted(series.times, wait.time)), len(series.times) - 1)
         weights[sample, wait.robot] += wait.duration
-    return _heat_map(run, series, weights, "Time spent holding or waiting", "YlOrRd")
+    return _heat(run, series, weights)
+
+
+def density(run: RunData) -> Figure | None:
+    """Draw where the robots spent their time; None without a time series."""
+    heat = presence_heat(run)
+    return None if heat is None else _draw_heat(run, heat, "Presence of robots", "YlGnBu")
+
+
+def waiting(run: RunData) -> Figure | None:
+    """Draw where robots held or waited for others; None if that is not known."""
+    heat = waiting_heat(run)
+    return (
+        None if heat is None else _draw_heat(run, heat, "Time spent holding or waiting", "YlOrRd")
+    )
 
 
 def _seconds_per_sample(series: Series) -> FloatArray:
@@ -133,9 +167,10 @@ def _seconds_per_sample(series: Series) -> FloatArray:
     return np.append(steps, steps[-1])
 
 
-def _heat_map(run: RunData, series: Series, weights: FloatArray, title: str, colors: str) -> Figure:
-    """Return a map of seconds per square metre."""
+def _heat(run: RunData, series: Series, weights: FloatArray) -> Heat:
     x, y = series.poses[..., 0].ravel(), series.poses[..., 1].ravel()
+    there = np.isfinite(x) & np.isfinite(y)
+    x, y = x[there], y[there]
     left, right, bottom, top = (
         extent(run.grid)
         if run.grid is not None
@@ -145,21 +180,26 @@ def _heat_map(run: RunData, series: Series, weights: FloatArray, title: str, col
         np.linspace(low, high, max(2, round((high - low) / CELL)) + 1)
         for low, high in ((left, right), (bottom, top))
     ]
-    heat, *_ = np.histogram2d(x, y, bins=edges, weights=weights.ravel())
-    heat /= CELL**2
+    heat, *_ = np.histogram2d(x, y, bins=edges, weights=weights.ravel()[there])
+    return Heat(heat / CELL**2, (left, right, bottom, top))
+
+
+def _draw_heat(run: RunData, heat: Heat, title: str, colors: str) -> Figure:
+    """Return a map of seconds per square metre."""
     drawing, axes = map_axes(run.grid)
     axes.set_title(title, loc="left")
-    if heat.max() <= 0.0:
+    values = heat.values
+    if values.max() <= 0.0:
         axes.text(0.5, 0.5, "nowhere", transform=axes.transAxes, ha="center", zorder=8)
         return drawing
-    low = heat[heat > 0.0].min()
-    scale = LogNorm(low, heat.max()) if heat.max() > WIDE * low else Normalize(0.0, heat.max())
+    low = values[values > 0.0].min()
+    is_wide = values.max() > WIDE * low
     image = axes.imshow(
-        np.ma.masked_less_equal(heat.T, 0.0),
+        np.ma.masked_less_equal(values.T, 0.0),
         origin="lower",
-        extent=(left, right, bottom, top),
+        extent=heat.extent,
         cmap=ListedColormap(mpl.colormaps[colors](np.linspace(PALEST, 1.0, 256))),
-        norm=scale,
+        norm=LogNorm(low, values.max()) if is_wide else Normalize(0.0, values.max()),
         interpolation="nearest",
         zorder=1,
     )

@@ -4,46 +4,40 @@ from __future__ import annotations
 
 import base64
 import html
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from importlib.resources import files
+from typing import Any
 
-CSS = """
-:root { color-scheme: light; --line: #d9d9d9; --soft: #f6f7f8; }
-body { font: 15px/1.45 system-ui, "Segoe UI", "DejaVu Sans", sans-serif; color: #1c1c1c;
-       max-width: 1180px; margin: 0 auto; padding: 24px; }
-h1 { font-size: 1.45rem; margin: 0 0 .2rem; } h2 { font-size: 1.1rem; margin: 2rem 0 .6rem; }
-.sub { color: #555; margin: 0 0 1rem; }
-.verdict { border-left: 8px solid; padding: .7rem 1rem; background: var(--soft); }
-.verdict strong { font-size: 1.15rem; }
-.good { border-color: #0072B2; } .bad { border-color: #D55E00; } .open { border-color: #E69F00; }
-.verdict ul { margin: .4rem 0 0; padding-left: 1.2rem; }
-.cards { display: grid; grid-template-columns: repeat(auto-fill, minmax(165px, 1fr)); gap: 10px;
-         margin: 1rem 0; }
-.card { border: 1px solid var(--line); border-radius: 6px; padding: .5rem .7rem; }
-.card b { display: block; font-size: 1.2rem; } .card span { color: #555; font-size: .82rem; }
-.plots { display: grid; grid-template-columns: repeat(auto-fit, minmax(480px, 1fr)); gap: 18px;
-  grid-auto-flow: dense;
-         align-items: start; }
-figure { margin: 0; border: 1px solid var(--line); border-radius: 6px; padding: 10px; }
-figure.wide { grid-column: 1 / -1; } figure img { width: 100%; height: auto; }
-figcaption { color: #555; font-size: .85rem; padding-top: 4px; }
-table { border-collapse: collapse; font-size: .86rem; width: 100%; }
-th, td { border-bottom: 1px solid var(--line); padding: 4px 8px; text-align: right;
-         font-variant-numeric: tabular-nums; }
-th:first-child, td:first-child { text-align: left; } th { background: var(--soft); }
-.scroll { overflow-x: auto; } footer { color: #555; font-size: .82rem; margin-top: 2rem; }
-@media (max-width: 560px) { .plots { grid-template-columns: 1fr; } }
-"""
+from swarm_report.plotly_js import plotly_js
+from swarm_report.tables import Table
+
+# A page needs nothing but itself, and may ask nobody for anything.
+POLICY = (
+    "default-src 'none'; img-src data: blob:; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
+)
 
 
 @dataclass(frozen=True, slots=True)
 class Plot:
-    """A figure of the page: `caption` says what it shows, `svg` is the drawing."""
+    """A figure of the page.
+
+    Attributes:
+        name: Unique within the page.
+        caption: What it shows.
+        svg: The still drawing, for paper and for browsers without scripts.
+        is_wide: Whether it takes the whole width.
+        chart: The same for plotly.js; None if there is only the still drawing.
+        table: The figures behind it.
+    """
 
     name: str
     caption: str
     svg: bytes
     is_wide: bool = False
+    chart: Mapping[str, Any] | None = None
+    table: Table | None = None
 
 
 def escape(value: object) -> str:
@@ -51,14 +45,45 @@ def escape(value: object) -> str:
     return html.escape(str(value), quote=True)
 
 
-def plot_html(plot: Plot) -> str:
+def plots_html(plots: Sequence[Plot], map_image: Mapping[str, Any] | None = None) -> str:
+    """Return the figures with their tables, and what plotly.js needs to draw them.
+
+    Args:
+        plots: In order.
+        map_image: Of plotly.js, below charts that are `on_map`.
+    """
+    figures = "\n".join(map(_figure, plots))
+    charts = {plot.name: plot.chart for plot in plots if plot.chart is not None}
+    packed = plotly_js() if charts else ""
+    scripts = ""
+    if packed:
+        data = json.dumps({"charts": charts, "map": map_image}, separators=(",", ":"))
+        data = data.replace("<", "\\u003c")  # nothing in it may end the script
+        scripts = (
+            f'<script type="application/json" id="charts">{data}</script>'
+            f'<script type="text/plain" id="plotly-js">{packed}</script>'
+        )
+    return f'<div class="plots">{figures}</div>{scripts}'
+
+
+def _figure(plot: Plot) -> str:
     """Return a figure; as an image, so that the names within two drawings never meet."""
     data = base64.b64encode(plot.svg).decode()
     kind = ' class="wide"' if plot.is_wide else ""
     return (
         f'<figure{kind} id="{escape(plot.name)}"><img alt="{escape(plot.caption)}"'
-        f' src="data:image/svg+xml;base64,{data}">'
-        f"<figcaption>{escape(plot.caption)}</figcaption></figure>"
+        f' src="data:image/svg+xml;base64,{data}"><div class="live"></div>'
+        f"<figcaption>{escape(plot.caption)}</figcaption>{_data(plot.table)}</figure>"
+    )
+
+
+def _data(table: Table | None) -> str:
+    if table is None:
+        return ""
+    note = f'<p class="note">{escape(table.note)}</p>' if table.note else ""
+    return (
+        f'<details class="data"><summary>Table</summary>{note}'
+        f"{table_html(table.head, table.rows)}</details>"
     )
 
 
@@ -71,11 +96,22 @@ def cards_html(values: Mapping[str, str]) -> str:
     return f'<div class="cards">{cards}</div>'
 
 
-def table_html(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
-    """Return a table."""
+def table_html(
+    head: Sequence[str],
+    rows: Sequence[Sequence[object]],
+    marks: Mapping[tuple[int, int], str] | None = None,
+) -> str:
+    """Return a table; `marks` are classes of cells by row and column."""
     top = "".join(f"<th>{escape(cell)}</th>" for cell in head)
+    classes = {place: f' class="{escape(name)}"' for place, name in (marks or {}).items()}
     body = "".join(
-        "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows
+        "<tr>"
+        + "".join(
+            f"<td{classes.get((at, column), '')}>{escape(cell)}</td>"
+            for column, cell in enumerate(row)
+        )
+        + "</tr>"
+        for at, row in enumerate(rows)
     )
     return (
         f'<div class="scroll"><table><thead><tr>{top}</tr></thead>'
@@ -90,12 +126,20 @@ def verdict_html(kind: str, headline: str, lines: Sequence[str]) -> str:
     return f'<div class="verdict {kind}"><strong>{escape(headline)}</strong>{rest}</div>'
 
 
-def page_html(title: str, subtitle: str, body: Sequence[str]) -> str:
-    """Return the whole page."""
+def page_html(title: str, subtitle: str, body: Sequence[str], script: str = "") -> str:
+    """Return the whole page; `script` is of this page alone."""
+    css, js = (asset(name) for name in ("page.css", "page.js"))
     return (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
+        f'<meta http-equiv="Content-Security-Policy" content="{escape(POLICY)}">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{escape(title)}</title><style>{CSS}</style></head><body>"
+        f"<title>{escape(title)}</title><style>{css}</style><script>{js}{script}</script></head>"
+        '<body><button id="theme" type="button">Dark</button>'
         f'<h1>{escape(title)}</h1><p class="sub">{escape(subtitle)}</p>' + "\n".join(body) + "\n"
         "</body></html>\n"
     )
+
+
+def asset(name: str) -> str:
+    """Return a file of this package as text."""
+    return files("swarm_report").joinpath(name).read_text(encoding="utf-8")

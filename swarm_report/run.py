@@ -105,14 +105,18 @@ class RunData:
         report: What report.json says; empty if the run did not get that far.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, report: Mapping[str, Any] | None = None) -> None:
         """Find the run.
+
+        Args:
+            folder: Of the run.
+            report: Its report, if that is not written yet.
 
         Raises:
             ConfigError: If the folder is not that of a run.
         """
         self.folder = folder
-        self.report: Mapping[str, Any] = _read_json(folder / "report.json")
+        self.report: Mapping[str, Any] = report or _read_json(folder / "report.json")
         self.config = _read_json(folder / "config" / "world.json")
         if not self.report and not self.config:
             raise ConfigError(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Sequence
 
 import numpy as np
@@ -12,13 +11,13 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from swarm_common.model.records import FloatArray
-from swarm_report.run import RunData, Series, Span
+from swarm_report.measures import AT_STATION, station_use
+from swarm_report.run import RunData, Span
 from swarm_report.style import BLACK, BLUE, LABELS, ORANGE, STATES, WIDE_WIDTH, figure
 
 TALLEST = 8.0  # [in] of all bars
 BAR = 0.85  # height of a bar, of that of its row
 VECTOR_LIMIT = 1500  # bars beyond which they are drawn as pixels, to keep the SVG small
-AT_STATION = 0.5  # [m] from a station within which a robot counts as there
 
 
 def timeline(run: RunData) -> Figure | None:
@@ -77,47 +76,25 @@ def _mark_failures(axes: Axes, run: RunData) -> None:
 
 def stations(run: RunData) -> Figure | None:
     """Return how busy each station was, and how many robots waited for it."""
-    names = list(run.sites.stations)
-    if not names or run.series is None or run.end <= 0.0:
+    uses = station_use(run)
+    if not uses or run.series is None:
         return None
-    busy, queued = occupancy(run, run.series), queues(run)
-    served = {
-        name: sum(goal.goal == name for goal in run.goals if goal.outcome == "reached")
-        for name in names
-    }
-    drawing = figure(1.2 + 0.32 * len(names))
+    drawing = figure(1.2 + 0.32 * len(uses))
     left, right = drawing.subplots(1, 2, sharey=True)
-    rows = np.arange(len(names))
-    bars = left.barh(rows, [100.0 * busy[name] for name in names], color=BLUE, height=0.7)
-    left.bar_label(bars, [f"{served[name]} goals" for name in names], padding=3, fontsize=7)
+    rows = np.arange(len(uses))
+    busy = [100.0 * (use.utilisation or 0.0) for use in uses.values()]
+    bars = left.barh(rows, busy, color=BLUE, height=0.7)
+    left.bar_label(bars, [f"{use.goals} goals" for use in uses.values()], padding=3, fontsize=7)
     left.set_xlim(0.0, 118.0)
     left.set_xticks(range(0, 101, 25))
     left.set_xlabel(f"time with a robot within {AT_STATION:g} m [%]")
-    left.set_yticks(rows, names)
+    left.set_yticks(rows, list(uses))
     left.invert_yaxis()
     left.set_title("Use of the stations", loc="left")
-    right.barh(rows, [queued[name] / run.end for name in names], color=ORANGE, height=0.7)
-    right.set_xlim(0.0, max(0.1, 1.1 * max(queued.values(), default=0.0) / run.end))
+    queued = [use.queue for use in uses.values()]
+    right.barh(rows, queued, color=ORANGE, height=0.7)
+    right.set_xlim(0.0, max(0.1, 1.1 * max(queued)))
     right.set_xlabel("robots in its queue or holding for it, on average")
     for axes in (left, right):
         axes.grid(visible=False, axis="y")
     return drawing
-
-
-def occupancy(run: RunData, series: Series) -> dict[str, float]:
-    """Return by station the share of the time at which a robot stood there, by ground truth."""
-    shares = {}
-    for name, pose in run.sites.stations.items():
-        offsets = series.poses[..., :2] - (pose.x, pose.y)
-        near = np.hypot(offsets[..., 0], offsets[..., 1]) < AT_STATION
-        shares[name] = float(near.any(axis=1).mean())
-    return shares
-
-
-def queues(run: RunData) -> dict[str, float]:
-    """Return by station the robot-seconds spent in its queue, or holding before it."""
-    seconds: dict[str, float] = defaultdict(float)
-    for span in run.spans:
-        if span.station and (span.place > 0 or span.state == "holding"):
-            seconds[span.station] += span.end - span.start
-    return seconds

@@ -6,6 +6,7 @@ import os
 import time
 from datetime import datetime
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 from rich.text import Text
@@ -79,6 +80,7 @@ def _conclude(plan: RunPlan, folder: RunFolder, run: LocalRun, console: Console)
     code = exit_code(report, is_unfinished=is_unfinished, component_failed=bool(run.failures))
     report |= {"exit_code": code, "failures": list(run.failures)}
     report["incidents"] = list(run.incidents)
+    report |= _measures(folder, report)
     if problem := write_report(folder.report, report):
         code = COMPONENT_FAILED
         complain(problem)
@@ -100,6 +102,18 @@ def _run_of(
     from swarm_commander.hosts.world_run import WorldRun
 
     return WorldRun(plan, folder, progress, statistics, own_secret(os.environ))
+
+
+def _measures(folder: RunFolder, report: dict[str, Any]) -> dict[str, Any]:
+    """Return the report's fields that are worked out from the time series; null if that fails."""
+    from swarm_report.report_fields import FIELDS, report_fields
+    from swarm_report.run import RunData
+
+    try:
+        return report_fields(RunData(folder.path, report))
+    except Exception as error:  # the figures that are known must not be lost with these
+        complain(f"the time series could not be read: {error!r}")
+        return dict.fromkeys(FIELDS)
 
 
 def _draw_page(folder: RunFolder, console: Console) -> Path:

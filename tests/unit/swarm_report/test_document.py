@@ -1,8 +1,12 @@
 """The page of a run: self-contained, with a plot for each thing that is known."""
 
+import base64
+import gzip
+import json
 import re
 from pathlib import Path
 
+import pytest
 from typer.testing import CliRunner
 
 from swarm_common.model.errors import ConfigError
@@ -21,6 +25,45 @@ def test_the_page_is_whole_and_self_contained(tmp_path: Path) -> None:
         assert f'id="{name}"' in text
         assert (folder / "plots" / f"{name}.svg").stat().st_size > 1000
         assert (folder / "plots" / f"{name}.png").stat().st_size > 1000
+
+
+def test_every_plot_has_its_table_and_answers_to_the_mouse(tmp_path: Path) -> None:
+    folder = make_run(tmp_path, robots=3, seconds=40, crash=True)
+    text = write_document(folder).read_text(encoding="utf-8")
+    for name in DRAWINGS:
+        figure = text[text.index(f'id="{name}"') :].split("</figure>")[0]
+        assert "<summary>Table</summary>" in figure, name
+    given = re.search(r'<script type="application/json" id="charts">(.*?)</script>', text)
+    assert given is not None
+    charts = json.loads(given[1])
+    assert set(charts["charts"]) == set(DRAWINGS)
+    assert charts["map"]["source"].startswith("data:image/png")
+    packed = re.search(r'id="plotly-js">(.*?)</script>', text)
+    assert packed is not None
+    assert b"plotly.js v" in gzip.decompress(base64.b64decode(packed[1]))[:100]
+
+
+def test_a_page_of_twenty_robots_is_at_most_five_megabytes(tmp_path: Path) -> None:
+    folder = make_run(tmp_path, robots=20, seconds=600)
+    assert write_document(folder).stat().st_size <= 5e6
+
+
+def test_without_plotly_the_page_has_the_still_plots(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("swarm_report.page.plotly_js", lambda: "")
+    text = write_document(make_run(tmp_path, robots=2, seconds=10)).read_text(encoding="utf-8")
+    assert text.count("<img") == len(DRAWINGS)
+    assert 'id="charts"' not in text
+
+
+def test_names_are_no_markup(tmp_path: Path) -> None:
+    folder = make_run(tmp_path, robots=2, seconds=10)
+    sites = folder / "sites.yaml"
+    sites.write_text('stations:\n  "</script><b>x": [2.0, 2.0, 0.0]\n')
+    text = write_document(folder).read_text(encoding="utf-8")
+    assert "</script><b>x" not in text
+    assert "&lt;/script&gt;&lt;b&gt;x" in text
 
 
 def test_a_run_that_left_nothing_has_a_page_without_plots(tmp_path: Path) -> None:

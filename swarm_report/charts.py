@@ -1,0 +1,521 @@
+"""Plots that answer to the mouse: what plotly.js is given, as data; nothing of plotly runs here.
+
+Colours named "ink" become black on white paper and light in the dark (page.js).
+"""
+
+from __future__ import annotations
+
+import base64
+import html
+import io
+from collections.abc import Sequence
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.colors import to_hex
+from numpy.typing import NDArray
+from PIL import Image
+
+from swarm_common.model.grid import FREE, OCCUPIED, Grid
+from swarm_report import maps
+from swarm_report.curves import BIN, NEAR_MISS
+from swarm_report.measures import AT_STATION, shares_over_time, station_use, throughput
+from swarm_report.run import GoalEvent, RunData, Span
+from swarm_report.style import (
+    BLUE,
+    CYCLE,
+    GROUPS,
+    LABELS,
+    ORANGE,
+    SKY,
+    STATES,
+    VERMILLION,
+    extent,
+)
+
+INK = "ink"
+MOST_POINTS = 60_000  # of all trajectories; browsers draw them as SVG
+MOST_BARS = 5_000  # of the timeline; shorter ones are left out
+DASHES = ("solid", "dash", "dashdot", "dot")
+Chart = dict[str, Any]
+
+
+def packed(values: NDArray[Any], kind: str = "f4") -> dict[str, str]:
+    """Return an array as plotly.js reads it: base64 of little-endian numbers."""
+    array = np.ascontiguousarray(values, dtype=f"<{kind}")
+    result = {"dtype": kind, "bdata": base64.b64encode(array.tobytes()).decode()}
+    if array.ndim > 1:
+        result["shape"] = ", ".join(map(str, array.shape))
+    return result
+
+
+def text(value: object) -> str:
+    """Return a text in which plotly.js finds no markup."""
+    return html.escape(str(value), quote=False)
+
+
+def axis(title: str, **more: Any) -> dict[str, Any]:
+    """Return an axis with a title."""
+    return {"title": {"text": title}, **more}
+
+
+def map_image(grid: Grid) -> dict[str, Any]:
+    """Return a map as an image below a plot: walls grey, unknown space pale, the rest clear."""
+    shades = np.zeros((*grid.cells.shape, 2), np.uint8)
+    shades[grid.cells != FREE] = (128, 40)
+    shades[grid.cells == OCCUPIED] = (110, 230)
+    buffer = io.BytesIO()
+    Image.fromarray(shades[::-1], "LA").save(buffer, "PNG", optimize=True)
+    left, right, bottom, top = extent(grid)
+    return {
+        "source": "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode(),
+        "xref": "x",
+        "yref": "y",
+        "x": left,
+        "y": top,
+        "sizex": right - left,
+        "sizey": top - bottom,
+        "sizing": "stretch",
+        "layer": "below",
+    }
+
+
+def trajectories(run: RunData) -> Chart | None:
+    """Return where each robot drove; a click in the legend hides a robot."""
+    series = run.series
+    if series is None or len(series.times) < 2:
+        return None
+    step = 1 + series.poses[..., 0].size // MOST_POINTS
+    count = len(run.robots)
+    shades = mpl.colormaps["viridis"](np.linspace(0.15, 0.95, max(count, 2)))
+    few = count <= maps.FEW
+    times = packed(series.times[::step])
+    data: list[Chart] = [
+        {
+            "type": "scatter",
+            "mode": "lines",
+            "name": text(name),
+            "x": packed(series.poses[::step, robot, 0]),
+            "y": packed(series.poses[::step, robot, 1]),
+            "customdata": times,
+            "line": {
+                "width": 2 if few else 1.2,
+                "color": CYCLE[robot % len(CYCLE)] if few else to_hex(shades[robot]),
+            },
+            "hovertemplate": "x %{x:.2f} y %{y:.2f} m<br>t = %{customdata:.0f} s",
+        }
+        for robot, name in enumerate(run.robots)
+    ]
+    data += [_station_marks(run), _crashes(run)]
+    return _on_map(run, [trace for trace in data if trace])
+
+
+def _station_marks(run: RunData) -> Chart:
+    places = run.sites.stations
+    if not places:
+        return {}
+    return {
+        "type": "scatter",
+        "mode": "markers+text",
+        "name": "stations",
+        "x": [pose.x for pose in places.values()],
+        "y": [pose.y for pose in places.values()],
+        "text": [text(name) for name in places],
+        "textposition": "top center",
+        "textfont": {"size": 10, "color": INK},
+        "marker": {"symbol": "square-open", "size": 9, "color": INK},
+        "hovertemplate": "%{text}<br>x %{x:.2f} y %{y:.2f} m<extra></extra>",
+    }
+
+
+def _crashes(run: RunData) -> Chart:
+    crashes = run.report.get("breaches", {}).get("collisions", [])
+    if not crashes:
+        return {}
+    return {
+        "type": "scatter",
+        "mode": "markers",
+        "name": f"collisions ({len(crashes)})",
+        "x": [crash["x"] for crash in crashes],
+        "y": [crash["y"] for crash in crashes],
+        "text": [
+            text(f"{' and '.join([*crash['robots'], *filter(None, [crash['obstacle']])])}")
+            + f"<br>t = {crash['sim_time']:.1f} s"
+            for crash in crashes
+        ],
+        "marker": {"symbol": "x", "size": 12, "color": VERMILLION, "line": {"width": 1}},
+        "hovertemplate": "%{text}<extra>collision</extra>",
+    }
+
+
+def _on_map(run: RunData, data: list[Chart]) -> Chart:
+    plain = {"showgrid": False, "zeroline": False, "constrain": "domain"}
+    layout: Chart = {
+        "hovermode": "closest",
+        "xaxis": axis("x in map [m]", **plain),
+        "yaxis": axis("y in map [m]", scaleanchor="x", **plain),
+        "legend": {"orientation": "v", "x": 1.0, "y": 1.0, "yanchor": "top"},
+        "height": 470,
+    }
+    if run.grid is not None:
+        left, right, bottom, top = extent(run.grid)
+        layout["xaxis"]["range"], layout["yaxis"]["range"] = [left, right], [bottom, top]
+    return {"data": data, "layout": layout, "on_map": True}
+
+
+def density(run: RunData) -> Chart | None:
+    """Return where robots were."""
+    return _heat_map(run, maps.presence_heat(run), "YlGnBu")
+
+
+def waiting(run: RunData) -> Chart | None:
+    """Return where robots held or waited."""
+    return _heat_map(run, maps.waiting_heat(run), "YlOrRd")
+
+
+def _heat_map(run: RunData, heat: maps.Heat | None, colors: str) -> Chart | None:
+    if heat is None or heat.values.max() <= 0.0:
+        return None
+    values = heat.values.T
+    with np.errstate(divide="ignore"):
+        power = np.where(values > 0.0, np.log10(values), np.nan)
+    low, high = float(np.nanmin(power)), float(np.nanmax(power))
+    ticks = np.arange(np.ceil(low), np.floor(high) + 1.0)
+    if len(ticks) < 2:
+        ticks = np.array([low, high])
+    shades = mpl.colormaps[colors](np.linspace(maps.PALEST, 1.0, 9))
+    left, _, bottom, _ = heat.extent
+    trace = {
+        "type": "heatmap",
+        "z": packed(power),
+        "customdata": packed(values),
+        "x0": left + 0.5 * heat.steps[0],
+        "dx": heat.steps[0],
+        "y0": bottom + 0.5 * heat.steps[1],
+        "dy": heat.steps[1],
+        "hoverongaps": False,
+        "colorscale": [[place / 8, to_hex(shade)] for place, shade in enumerate(shades)],
+        "colorbar": {
+            "title": {"text": "robot-seconds per m²", "side": "right"},
+            "tickvals": ticks.tolist(),
+            "ticktext": [f"{10.0**tick:.6g}" for tick in np.round(ticks, 1)],
+            "thickness": 14,
+        },
+        "hovertemplate": "x %{x:.2f} y %{y:.2f} m<br>%{customdata:.1f} robot-seconds per m²"
+        "<extra></extra>",
+    }
+    return _on_map(run, [trace, *filter(None, [_station_marks(run)])])
+
+
+def timeline(run: RunData) -> Chart | None:
+    """Return a bar per robot, coloured by its state."""
+    spans = run.spans
+    if not spans:
+        return None
+    shortest = run.end / 1500.0 if len(spans) > MOST_BARS else 0.0
+    data = []
+    for state in STATES:
+        shown = [span for span in spans if span.state == state and _length(span) > shortest]
+        if shown:
+            data.append(_bars(run, state, shown))
+    missed = [event for event in run.goals if event.outcome == "failed"]
+    if missed:
+        data.append(_missed(run, missed))
+    count = len(run.robots)
+    every = 1 if count <= 40 else 5
+    layout = {
+        "barmode": "overlay",
+        "bargap": 0.12,
+        "hovermode": "closest",
+        "height": 150 + max(120, min(900, 17 * count)),
+        "xaxis": axis("simulated time [s]", range=[0.0, run.end]),
+        "yaxis": axis("", autorange="reversed", tickmode="array", showgrid=False)
+        | {
+            "tickvals": list(range(0, count, every)),
+            "ticktext": [text(name) for name in run.robots[::every]],
+        },
+    }
+    return {"data": data, "layout": layout}
+
+
+def _length(span: Span) -> float:
+    return span.end - span.start
+
+
+def _bars(run: RunData, state: str, spans: Sequence[Span]) -> Chart:
+    return {
+        "type": "bar",
+        "orientation": "h",
+        "name": LABELS.get(state, state),
+        "y": [span.robot for span in spans],
+        "base": packed(np.array([span.start for span in spans])),
+        "x": packed(np.array([_length(span) for span in spans])),
+        "customdata": packed(np.array([(span.start, span.end) for span in spans])),
+        "text": [_about(run, span) for span in spans],
+        "textposition": "none",
+        "marker": {"color": STATES[state], "line": {"width": 0}},
+        "hovertemplate": "%{text}<br>%{customdata[0]:.1f} to %{customdata[1]:.1f} s",
+    }
+
+
+def _about(run: RunData, span: Span) -> str:
+    place = f", {span.place}. in its queue" if span.place else ""
+    station = f"<br>{text(span.station)}{place}" if span.station else ""
+    return f"{text(run.robots[span.robot])}{station}"
+
+
+def _missed(run: RunData, events: Sequence[GoalEvent]) -> Chart:
+    return {
+        "type": "scatter",
+        "mode": "markers",
+        "name": "missed goal",
+        "x": [event.time for event in events],
+        "y": [event.robot for event in events],
+        "text": [text(f"{run.robots[event.robot]} missed {event.goal}") for event in events],
+        "marker": {"symbol": "x", "size": 10, "color": INK},
+        "hovertemplate": "%{text}<br>t = %{x:.1f} s<extra></extra>",
+    }
+
+
+def goals(run: RunData) -> Chart | None:
+    """Return goals reached and missed over time."""
+    settled = [event for event in run.goals if event.outcome != "sent"]
+    if not settled:
+        return None
+    data = []
+    for outcome, word, color in (("reached", "reached", BLUE), ("failed", "missed", VERMILLION)):
+        events = [event for event in settled if event.outcome == outcome]
+        if events or outcome == "reached":
+            names = [text(f"{run.robots[event.robot]}: {event.goal}") for event in events]
+            data.append(
+                {
+                    "type": "scatter",
+                    "mode": "lines",
+                    "line": {"shape": "hv", "color": color, "width": 2},
+                    "name": f"{word} ({len(events)})",
+                    "x": [0.0, *(event.time for event in events), run.end],
+                    "y": [*range(len(events) + 1), len(events)],
+                    "text": ["", *names, ""],
+                    "hovertemplate": "%{y} after %{x:.1f} s<br>%{text}",
+                }
+            )
+    counts = run.report.get("goals", {})
+    total = sum(counts.get(key, 0) for key in ("reached", "failed", "pending"))
+    if total:
+        data.append(_level(run, total, f"mission ({total})"))
+    layout = {
+        "xaxis": axis("simulated time [s]", range=[0.0, run.end]),
+        "yaxis": axis("goals of all robots", rangemode="tozero"),
+        "hovermode": "closest",
+    }
+    return {"data": data, "layout": layout}
+
+
+def _level(run: RunData, value: float, name: str) -> Chart:
+    return {
+        "type": "scatter",
+        "mode": "lines",
+        "name": name,
+        "x": [0.0, run.end],
+        "y": [value, value],
+        "line": {"dash": "dot", "width": 1.2, "color": INK},
+        "hoverinfo": "name",
+    }
+
+
+def flow(run: RunData) -> Chart | None:
+    """Return goals per minute over time."""
+    rates = throughput(run)
+    if rates is None:
+        return None
+    mean = 60.0 * float(rates.goals.sum()) / run.end
+    widths = rates.ends - rates.starts
+    bars = {
+        "type": "bar",
+        "name": "goals per minute",
+        "x": (rates.starts + 0.5 * widths).tolist(),
+        "width": widths.tolist(),
+        "y": rates.per_minute.tolist(),
+        "customdata": np.column_stack([rates.starts, rates.ends, rates.goals]).tolist(),
+        "marker": {"color": SKY},
+        "hovertemplate": "%{y:.1f} per minute: %{customdata[2]:.0f} goals"
+        "<br>%{customdata[0]:.0f} to %{customdata[1]:.0f} s<extra></extra>",
+    }
+    layout = {
+        "xaxis": axis("simulated time [s]", range=[0.0, run.end]),
+        "yaxis": axis("goals per minute", rangemode="tozero"),
+        "hovermode": "closest",
+        "bargap": 0.04,
+    }
+    return {"data": [bars, _level(run, mean, f"mean of the run ({mean:.3g})")], "layout": layout}
+
+
+def states(run: RunData) -> Chart | None:
+    """Return the share of the robots in each state over time."""
+    shares = shares_over_time(run)
+    if shares is None:
+        return None
+    data = [
+        {
+            "type": "scatter",
+            "mode": "lines",
+            "name": LABELS.get(state, state),
+            "x": packed(shares.times),
+            "y": packed(100.0 * line),
+            "stackgroup": "robots",
+            "fillcolor": STATES.get(state, "#000000"),
+            "line": {"width": 0, "color": STATES.get(state, "#000000")},
+            "hovertemplate": "%{y:.0f} %",
+        }
+        for state, line in shares.by_state.items()
+    ]
+    layout = {
+        "xaxis": axis("simulated time [s]", range=[0.0, run.end]),
+        "yaxis": axis("robots [%]", range=[0, 100]),
+        "hovermode": "x unified",
+    }
+    return {"data": data, "layout": layout}
+
+
+def stations(run: RunData) -> Chart | None:
+    """Return use and queue of each station."""
+    uses = station_use(run)
+    if not uses or run.series is None:
+        return None
+    names = [text(name) for name in uses]
+    busy = [100.0 * (use.utilisation or 0.0) for use in uses.values()]
+    used = {
+        "type": "bar",
+        "orientation": "h",
+        "name": "in use",
+        "y": names,
+        "x": busy,
+        "customdata": [use.goals for use in uses.values()],
+        "marker": {"color": BLUE},
+        "hovertemplate": "in use %{x:.1f} % of the time<br>%{customdata} goals",
+    }
+    queued = {
+        "type": "bar",
+        "orientation": "h",
+        "name": "queue",
+        "y": names,
+        "x": [use.queue for use in uses.values()],
+        "xaxis": "x2",
+        "customdata": [[use.longest_queue, use.queue_time] for use in uses.values()],
+        "marker": {"color": ORANGE},
+        "hovertemplate": "%{x:.2f} robots on average, %{customdata[0]} at most"
+        "<br>%{customdata[1]:.0f} robot-seconds",
+    }
+    layout = {
+        "xaxis": axis(
+            f"robot within {AT_STATION:g} m [% of time]", range=[0, 100], domain=[0, 0.48]
+        ),
+        "xaxis2": axis("queueing or holding, on average", domain=[0.54, 1.0], rangemode="tozero"),
+        "yaxis": axis("", autorange="reversed", automargin=True),
+        "hovermode": "closest",
+        "showlegend": False,
+        "height": 170 + 26 * len(names),
+    }
+    return {"data": [used, queued], "layout": layout}
+
+
+def clearance(run: RunData) -> Chart | None:
+    """Return how near robots came to each other and to obstacles."""
+    series = run.series
+    if series is None or not len(series.times):
+        return None
+    edges = np.arange(0.0, series.near + BIN, BIN)
+    data = []
+    for values, name, color, dash in (
+        (series.to_robot, "to the nearest robot", BLUE, "solid"),
+        (series.to_world, "to the nearest obstacle", ORANGE, "dash"),
+    ):
+        known = values[np.isfinite(values)]
+        counts, _ = np.histogram(known[known < series.near - 1e-9], bins=edges)
+        below = 100.0 * np.cumsum(counts) / max(known.size, 1)
+        data.append(
+            {
+                "type": "scatter",
+                "mode": "lines",
+                "line": {"shape": "hv", "color": color, "dash": dash, "width": 2},
+                "name": name,
+                "x": np.round(edges, 3).tolist(),
+                "y": [*counts.tolist(), int(counts[-1])],
+                "customdata": np.round([*below, below[-1]], 3).tolist(),
+                "hovertemplate": "from %{x:.2f} m: %{y} robot-seconds<br>%{customdata:.1f} % are"
+                f" nearer than this and {BIN:g} m more",
+            }
+        )
+    lines = [(NEAR_MISS, f"near miss ({NEAR_MISS} m)", VERMILLION, "dot")]
+    smallest = run.report.get("min_clearance")
+    if smallest is not None:
+        lines.append((smallest, f"smallest ({smallest:.3f} m)", INK, "dashdot"))
+    top = max((max(trace["y"]) for trace in data), default=1) or 1
+    for at, name, color, dash in lines:
+        data.append(
+            {
+                "type": "scatter",
+                "mode": "lines",
+                "name": name,
+                "x": [at, at],
+                "y": [0, top],
+                "line": {"color": color, "dash": dash, "width": 1.2},
+                "hoverinfo": "name",
+            }
+        )
+    layout = {
+        "xaxis": axis("smallest clearance within a second [m]", range=[0.0, series.near]),
+        "yaxis": axis(f"robot-seconds per {BIN:g} m", rangemode="tozero"),
+        "hovermode": "closest",
+    }
+    return {"data": data, "layout": layout}
+
+
+def usage(run: RunData) -> Chart | None:
+    """Return speed, CPU and memory over the wall clock."""
+    measured = run.usage
+    if measured is None:
+        return None
+    wall = packed(measured.wall)
+    sim = packed(measured.sim)
+    data = [_usage_line("real-time factor", wall, measured.factor, sim, INK, "y", "", 0)]
+    for place, (group, line) in enumerate(measured.cores.items()):
+        color = GROUPS.get(group, INK)
+        data.append(_usage_line(group, wall, line, sim, color, "y2", " cores", place))
+        memory = measured.memory_mb[group] / 1000.0
+        data.append(_usage_line(group, wall, memory, sim, color, "y3", " GB", place))
+        data[-1]["showlegend"] = False
+    layout = {
+        "xaxis": axis("wall time since the start of the command [s]", anchor="y3"),
+        "yaxis": axis("real-time factor", domain=[0.7, 1.0], rangemode="tozero"),
+        "yaxis2": axis("CPU [cores]", domain=[0.36, 0.64], rangemode="tozero"),
+        "yaxis3": axis("memory [GB]", domain=[0.0, 0.3], rangemode="tozero"),
+        "hovermode": "x unified",
+        "height": 520,
+    }
+    return {"data": data, "layout": layout}
+
+
+def _usage_line(
+    name: str,
+    wall: Chart,
+    values: NDArray[Any],
+    sim: Chart,
+    color: str,
+    to_axis: str,
+    unit: str,
+    place: int,
+) -> Chart:
+    return {
+        "type": "scatter",
+        "mode": "lines",
+        "name": text(name),
+        "legendgroup": text(name),
+        "x": wall,
+        "y": packed(values),
+        "customdata": sim,
+        "yaxis": to_axis,
+        "line": {"color": color, "width": 1.6, "dash": DASHES[place % len(DASHES)]},
+        "hovertemplate": f"%{{y:.2f}}{unit} (t = %{{customdata:.0f}} s)",
+    }

@@ -1,0 +1,169 @@
+"""Figures over a run's time series: use of the stations, goals over time, what robots did."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from swarm_common.model.records import FloatArray
+from swarm_report.run import RunData, Span
+
+AT_STATION = 0.5  # [m] from a station within which a robot counts as there
+HOLDING = "holding"
+WINDOWS = (10.0, 20.0, 30.0, 60.0, 120.0, 300.0, 600.0, 1200.0, 1800.0, 3600.0)  # [s]
+MOST_WINDOWS = 40
+SHARE_WINDOWS = 120  # over which the shares of states are taken
+
+
+@dataclass(frozen=True, slots=True)
+class StationUse:
+    """How a station was used.
+
+    Attributes:
+        utilisation: Share of the time with a robot within `AT_STATION`, by ground truth; None
+            without a time series.
+        goals: Goals reached there.
+        queue: Robots that queued or held for it, on average over the run.
+        longest_queue: Most robots that did so at a time.
+        queue_time: [s] that robots queued or held for it, summed over the robots.
+    """
+
+    utilisation: float | None
+    goals: int
+    queue: float
+    longest_queue: int
+    queue_time: float
+
+
+@dataclass(frozen=True, slots=True)
+class Throughput:
+    """Goals reached per minute in windows of equal width; the last one may be shorter.
+
+    Attributes:
+        window: [s] width.
+        starts: (k,) [s].
+        ends: (k,) [s].
+        goals: (k,) goals reached in each.
+        per_minute: (k,) of each window's own width.
+    """
+
+    window: float
+    starts: FloatArray
+    ends: FloatArray
+    goals: FloatArray
+    per_minute: FloatArray
+
+
+def station_use(run: RunData) -> dict[str, StationUse]:
+    """Return the use of each station by name; none if stations or states are not known."""
+    if run.end <= 0.0 or not (run.spans or run.series):
+        return {}
+    queues = {name: list(spans) for name, spans in _queues(run).items()}
+    busy = _occupancy(run)
+    uses = {}
+    for name in run.sites.stations:
+        spans = queues.get(name, [])
+        seconds = sum(span.end - span.start for span in spans)
+        uses[name] = StationUse(
+            utilisation=busy.get(name),
+            goals=sum(goal.goal == name and goal.outcome == "reached" for goal in run.goals),
+            queue=seconds / run.end,
+            longest_queue=_most_at_once(spans),
+            queue_time=seconds,
+        )
+    return uses
+
+
+def _occupancy(run: RunData) -> dict[str, float]:
+    """Return by station the share of the time at which a robot stood there, by ground truth."""
+    shares: dict[str, float] = {}
+    series = run.series
+    if series is None:
+        return shares
+    for name, pose in run.sites.stations.items():
+        offsets = series.poses[..., :2] - (pose.x, pose.y)
+        near = np.hypot(offsets[..., 0], offsets[..., 1]) < AT_STATION
+        shares[name] = float(near.any(axis=1).mean())
+    return shares
+
+
+def _queues(run: RunData) -> dict[str, list[Span]]:
+    """Return by station when robots were in its queue, or held before it."""
+    spans: dict[str, list[Span]] = defaultdict(list)
+    for span in run.spans:
+        if span.station and (span.place > 0 or span.state == HOLDING):
+            spans[span.station].append(span)
+    return spans
+
+
+def _most_at_once(spans: Iterable[Span]) -> int:
+    """Return how many spans there are at most at a time; one may begin when another ends."""
+    changes = sorted(
+        change for span in spans for change in ((span.start, 1), (span.end, -1))
+    )  # at equal times ends come first
+    return int(max(np.cumsum([step for _, step in changes]), default=0))
+
+
+def throughput(run: RunData) -> Throughput | None:
+    """Return goals reached per minute over the run; None if no goal was settled."""
+    times = [event.time for event in run.goals if event.outcome == "reached"]
+    settled = times or [event.time for event in run.goals if event.outcome == "failed"]
+    if not settled or run.end <= 0.0:
+        return None
+    window = next((w for w in WINDOWS if run.end <= w * MOST_WINDOWS), WINDOWS[-1])
+    count = max(1, int(np.ceil(run.end / window - 1e-9)))
+    starts = window * np.arange(count, dtype=np.float64)
+    ends = np.minimum(starts + window, run.end)
+    edges = np.append(starts, max(run.end, starts[-1] + 1e-3))
+    goals = np.histogram(times, bins=edges)[0].astype(np.float64)
+    return Throughput(window, starts, ends, goals, 60.0 * goals / np.maximum(ends - starts, 1e-3))
+
+
+def state_times(run: RunData) -> list[dict[str, float]]:
+    """Return by robot the seconds that it spent in each state."""
+    times: list[dict[str, float]] = [defaultdict(float) for _ in run.robots]
+    for span in run.spans:
+        times[span.robot][span.state] += span.end - span.start
+    return [dict(one) for one in times]
+
+
+@dataclass(frozen=True, slots=True)
+class SharesOverTime:
+    """How many of the robots were in which state.
+
+    Attributes:
+        times: (k,) [s] middles of windows of equal width.
+        by_state: State to (k,) share of the robots' known time; in the order of first appearance.
+    """
+
+    times: FloatArray
+    by_state: dict[str, FloatArray]
+
+
+def shares_over_time(run: RunData) -> SharesOverTime | None:
+    """Return the share of the robots in each state over time; None if it is not known."""
+    if not run.spans or run.end <= 0.0:
+        return None
+    edges = np.linspace(0.0, run.end, SHARE_WINDOWS + 1)
+    sums: dict[str, FloatArray] = {}
+    for span in run.spans:
+        inside = np.clip(
+            np.minimum(span.end, edges[1:]) - np.maximum(span.start, edges[:-1]), 0, None
+        )
+        sums[span.state] = sums.get(span.state, np.zeros(SHARE_WINDOWS)) + inside
+    known = np.maximum(np.sum(list(sums.values()), axis=0), 1e-9)
+    middles = 0.5 * (edges[1:] + edges[:-1])
+    return SharesOverTime(middles, {state: line / known for state, line in sums.items()})
+
+
+def state_shares(run: RunData) -> dict[str, float]:
+    """Return the share of the robots' time in each state; empty if it is not known."""
+    sums: dict[str, float] = defaultdict(float)
+    for one in state_times(run):
+        for state, seconds in one.items():
+            sums[state] += seconds
+    total = sum(sums.values())
+    return {state: seconds / total for state, seconds in sums.items()} if total else {}

@@ -1,0 +1,86 @@
+"""The page of a run in a browser: plots that answer, dark and light, tables that sort."""
+
+from __future__ import annotations
+
+import pytest
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.by import By
+from selenium.webdriver.remote.webdriver import WebDriver
+
+from swarm_report.document import DRAWINGS, write_document
+from tests.browser.page import wait_for
+from tests.fakes.run_folder import make_run
+
+pytestmark = pytest.mark.long
+
+
+@pytest.fixture(scope="module")
+def page(browser: WebDriver, tmp_path_factory: pytest.TempPathFactory) -> WebDriver:
+    """Open the page of a run."""
+    folder = make_run(tmp_path_factory.mktemp("run"), robots=3, seconds=60, crash=True)
+    browser.get_log("browser")
+    browser.get(write_document(folder).as_uri())
+    return browser
+
+
+def _show(page: WebDriver, name: str) -> None:
+    page.execute_script(f"document.getElementById('{name}').scrollIntoView({{block: 'center'}})")
+
+
+def test_every_plot_is_drawn_without_a_complaint(page: WebDriver) -> None:
+    for name in DRAWINGS:
+        _show(page, name)
+        wait_for(lambda n=name: page.find_elements(By.CSS_SELECTOR, f"#{n} .live .plot"), name)
+    assert [line for line in page.get_log("browser") if line["level"] == "SEVERE"] == []
+
+
+def test_a_plot_answers_to_the_mouse(page: WebDriver) -> None:
+    _show(page, "throughput")
+    wait_for(lambda: page.find_elements(By.CSS_SELECTOR, "#throughput .nsewdrag"), "the plot")
+    area = page.find_element(By.CSS_SELECTOR, "#throughput .nsewdrag")
+
+    def says() -> bool:
+        ActionChains(page).move_to_element_with_offset(area, 1, 1).move_to_element(area).perform()
+        found = page.find_elements(By.CSS_SELECTOR, "#throughput .hoverlayer text")
+        return any("per minute" in one.text for one in found)
+
+    wait_for(says, "what is under the mouse")
+
+
+def test_dark_and_light(page: WebDriver) -> None:
+    def colors() -> tuple[str, str]:
+        script = (
+            "return [getComputedStyle(document.body).backgroundColor,"
+            " document.querySelector('#goals .ytitle').style.fill]"
+        )
+        _show(page, "goals")
+        return tuple(page.execute_script(script))
+
+    wait_for(lambda: page.find_elements(By.CSS_SELECTOR, "#goals .ytitle"), "the plot")
+    before = colors()
+    page.execute_script("document.getElementById('theme').click()")
+    wait_for(lambda: all(a != b for a, b in zip(before, colors(), strict=True)), "the other theme")
+
+
+def test_on_paper_the_still_plots_are_used_on_white(page: WebDriver) -> None:
+    page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    try:
+        script = (
+            "const of = (s) => getComputedStyle(document.querySelector(s));"
+            "return [of('#goals img').display, of('#goals .live').display,"
+            " of('body').backgroundColor]"
+        )
+        assert page.execute_script(script) == ["block", "none", "rgb(255, 255, 255)"]
+    finally:
+        page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+
+
+def test_a_click_on_a_heading_sorts(page: WebDriver) -> None:
+    script = (
+        "const table = document.querySelector('#trajectories table');"
+        "const head = table.querySelectorAll('th')[3];"
+        "head.click(); head.click();"
+        "return [...table.tBodies[0].rows].map((row) => Number(row.cells[3].textContent))"
+    )
+    distances = page.execute_script(script)
+    assert distances == sorted(distances, reverse=True)

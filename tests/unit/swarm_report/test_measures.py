@@ -1,0 +1,162 @@
+"""Figures out of a run's time series, and the words about where it lost time."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from swarm_common.files.journal import Journal
+from swarm_report.bottleneck import find_bottleneck
+from swarm_report.measures import shares_over_time, state_shares, station_use, throughput
+from swarm_report.report_fields import FIELDS, report_fields
+from swarm_report.run import RunData
+
+SITES = "stations:\n  dock: [2.0, 2.0, 0.0]\n  shop: [8.0, 8.0, 0.0]\n"
+END = 100
+
+
+class Story:
+    """A run of four robots that are far from everything but where a test puts them."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder, self.places, self.lines = folder, dict[tuple[int, int], list[float]](), []
+
+    def state(self, robot: int, t: float, state: str, station: str = "", place: int = 0) -> None:
+        self.lines.append((t, robot, {"state": state, "station": station, "place": place}))
+
+    def waited(self, robot: int, t: int, seconds: float, at: list[float]) -> None:
+        self.lines.append((t, robot, {"waited": seconds}))
+        self.places[robot, t] = at
+
+    def reached(self, robot: int, t: float, goal: str) -> None:
+        self.lines.append((t, robot, {"goal": goal, "outcome": "reached", "duration": 1.0}))
+
+    def run(self) -> RunData:
+        for name in ("config", "trace"):
+            (self.folder / name).mkdir()
+        (self.folder / "sites.yaml").write_text(SITES)
+        names = [f"Srobot{robot + 1}" for robot in range(4)]
+        robots = [{"name": name} for name in names]
+        config = {"world": "hall", "robots": robots, "sites": str(self.folder / "sites.yaml")}
+        (self.folder / "config" / "world.json").write_text(json.dumps(config))
+        world = Journal(self.folder / "trace" / "world.jsonl")
+        world.write(robots=names, near_mm=500)
+        for t in range(END + 1):
+            spots = [self.places.get((robot, t), [50.0, 50.0 + robot]) for robot in range(4)]
+            x, y = ([round(1000 * spot[axis]) for spot in spots] for axis in (0, 1))
+            far = [500] * 4
+            world.write(t=t, x=x, y=y, yaw=[0] * 4, to_robot=far, to_world=far)
+        journal = Journal(self.folder / "trace" / "robots.jsonl")
+        for t, robot, line in sorted(self.lines, key=lambda entry: entry[:2]):
+            journal.write(t=t, robot=names[robot], **line)
+        return RunData(self.folder)
+
+
+@pytest.fixture
+def story(tmp_path: Path) -> Story:
+    story = Story(tmp_path)
+    for robot in range(4):
+        story.state(robot, 0.0, "driving")
+    return story
+
+
+def test_use_and_queue_of_a_station(story: Story) -> None:
+    story.state(0, 10.0, "holding", "dock")
+    story.state(0, 30.0, "driving")
+    story.state(1, 20.0, "driving", "dock", place=1)
+    story.state(1, 50.0, "driving")
+    story.reached(2, 40.0, "dock")
+    for t in range(40, 60):
+        story.places[2, t] = [2.0, 2.3]
+    use = station_use(story.run())["dock"]
+    assert use.utilisation == pytest.approx(20 / 101)
+    assert (use.goals, use.longest_queue, use.queue_time) == (1, 2, pytest.approx(50.0))
+    assert use.queue == pytest.approx(0.5)
+    assert station_use(RunData(story.folder))["shop"].queue_time == 0.0
+
+
+def test_one_robot_after_another_is_no_longer_queue(story: Story) -> None:
+    for robot, (start, end) in enumerate(((10.0, 20.0), (20.0, 30.0))):
+        story.state(robot, start, "holding", "dock")
+        story.state(robot, end, "driving")
+    assert station_use(story.run())["dock"].longest_queue == 1
+
+
+def test_throughput_has_a_rate_for_each_window(story: Story) -> None:
+    for t in (1.0, 2.0, 95.0):
+        story.reached(0, t, "dock")
+    flow = throughput(story.run())
+    assert flow is not None
+    assert (flow.window, flow.starts[-1], flow.ends[-1]) == (10.0, 90.0, 100.0)
+    assert flow.per_minute.tolist() == [12.0, 0, 0, 0, 0, 0, 0, 0, 0, 6.0]
+
+
+def test_shares_of_states(story: Story) -> None:
+    story.state(0, 60.0, "waiting")
+    run = story.run()
+    assert state_shares(run) == pytest.approx({"driving": 0.9, "waiting": 0.1})
+    over_time = shares_over_time(run)
+    assert over_time is not None
+    np.testing.assert_allclose(over_time.by_state["waiting"][[0, -1]], [0.0, 0.25])
+
+
+def test_a_station_that_most_robots_held_for_is_the_bottleneck(story: Story) -> None:
+    story.state(0, 10.0, "holding", "dock")
+    story.state(0, 40.0, "driving")
+    story.waited(1, 50, 6.0, [2.5, 2.5])  # close to it
+    story.waited(2, 60, 4.0, [20.0, 20.0])
+    found = find_bottleneck(story.run())
+    assert found is not None
+    assert (found.station, found.seconds, found.total) == ("dock", 36.0, 40.0)
+    assert found.words.startswith(
+        "dock at (2.0, 2.0) is the bottleneck: 90 % of all holding and waiting"
+        " (36 of 40 robot-seconds) was for it or within 1.5 m of it"
+    )
+    assert "took 10 % of the robots' time." in found.words
+
+
+def test_a_place_without_a_station_can_be_the_bottleneck(story: Story) -> None:
+    for t, offset in ((10, -0.5), (20, 0.0), (30, 0.5)):
+        story.waited(0, t, 10.0, [20.0 + offset, 20.0])
+    story.state(1, 10.0, "holding", "shop")
+    story.state(1, 20.0, "driving")
+    found = find_bottleneck(story.run())
+    assert found is not None
+    assert (found.station, found.x, found.seconds) == ("", pytest.approx(20.0), 30.0)
+    assert found.words.startswith("The floor around (20.0, 20.0) is the bottleneck: 75 %")
+
+
+@pytest.mark.parametrize(
+    "holds",
+    [
+        {"dock": 30.0, "shop": 29.0},  # neither stands out
+        {"dock": 5.0},  # too little to look for a reason
+        {},
+    ],
+)
+def test_nothing_is_said_where_nothing_stands_out(story: Story, holds: dict[str, float]) -> None:
+    for robot, (station, seconds) in enumerate(holds.items()):
+        story.state(robot, 10.0, "holding", station)
+        story.state(robot, 10.0 + seconds, "driving")
+    assert find_bottleneck(story.run()) is None
+
+
+def test_the_report_has_the_figures(story: Story) -> None:
+    story.state(0, 10.0, "holding", "dock")
+    story.state(0, 40.0, "driving")
+    story.reached(0, 45.0, "dock")
+    fields = report_fields(story.run())
+    assert tuple(fields) == FIELDS
+    assert json.loads(json.dumps(fields, allow_nan=False)) == fields
+    assert fields["stations"]["dock"]["queue"] == 0.3
+    assert fields["throughput"]["per_minute"][4] == 6.0
+    assert fields["state_shares"] == {"driving": 0.925, "holding": 0.075}
+    assert fields["bottleneck"]["station"] == "dock"
+
+
+def test_a_run_without_time_series_has_no_figures(tmp_path: Path) -> None:
+    (tmp_path / "config").mkdir()
+    (tmp_path / "config" / "world.json").write_text('{"robots": [{"name": "Srobot1"}]}')
+    fields = report_fields(RunData(tmp_path))
+    assert fields == {"stations": {}, "throughput": None, "state_shares": {}, "bottleneck": None}
