@@ -30,7 +30,7 @@ def _show(page: WebDriver, name: str) -> None:
 def test_every_plot_is_drawn_without_a_complaint(page: WebDriver) -> None:
     for name in DRAWINGS:
         _show(page, name)
-        wait_for(lambda n=name: page.find_elements(By.CSS_SELECTOR, f"#{n} .live .plot"), name)
+        wait_for(lambda n=name: page.find_elements(By.CSS_SELECTOR, f"#{n} .live .main-svg"), name)
     assert [line for line in page.get_log("browser") if line["level"] == "SEVERE"] == []
 
 
