@@ -1,4 +1,4 @@
-"""The trial of a robot model: alone on the ground, half a metre ahead and a quarter turn.
+"""The trial of a robot model: alone on the ground, half a metre ahead, a quarter turn, a curve.
 
 A description may be well-formed and yet drive nowhere: wheels in the air, a centre of mass over
 the caster, inertias of another robot. That is seen by driving it once, in the physics engine that
@@ -27,6 +27,7 @@ from swarm_sim.scene.robot_model import RobotModel
 AHEAD = 0.5  # [m]
 TURN = math.pi / 2.0
 LONGEST = 10.0  # [s] of either motion; a slow robot goes less far
+CURVE_TIME = 2.0  # [s] of a curve, at half the speed and half the rate of the other motions
 REST = 1.0  # [s] after each motion
 SHARE_OFF = 0.05  # of a motion, by which it may be off,
 WAY_OFF = 0.01  # and [m],
@@ -43,7 +44,7 @@ CURE = "let the inertias follow from the shapes, in robot.yaml: inertia: shapes"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trial:
-    """What a robot did when it was told to go ahead, and then to turn.
+    """What a robot did when it was told to go ahead, then to turn, then to drive a curve.
 
     Attributes:
         way: [m] that it was to go ahead.
@@ -53,6 +54,8 @@ class Trial:
         swerve: [rad] that it turned meanwhile.
         turned: [rad] when it was to turn.
         strayed: [m] that it moved meanwhile.
+        curve: [rad] that it was to turn in the curve.
+        curved: [rad] that it turned there.
         rolled: [m] that its wheels report for the way ahead.
         tilt: [rad] at most.
         left: Share of its weight that the left driven wheels carry, on average.
@@ -68,6 +71,8 @@ class Trial:
     swerve: float
     turned: float
     strayed: float
+    curve: float
+    curved: float
     rolled: float
     tilt: float
     left: float
@@ -85,6 +90,11 @@ class Trial:
         """Whether it turned on the spot as it was told to."""
         is_turned = abs(self.turned - self.turn) <= SHARE_OFF * self.turn + ANGLE_OFF
         return is_turned and self.strayed <= 2.0 * WAY_OFF
+
+    @property
+    def curves(self) -> bool:
+        """Whether it turned in a curve as it was told to."""
+        return abs(self.curved - self.curve) <= SHARE_OFF * self.curve + ANGLE_OFF
 
     @property
     def stands(self) -> bool:
@@ -105,13 +115,16 @@ def check_trial(spec: RobotSpec, model: RobotModel, period: float) -> Trial:
     """
     parts = [*_code(), repr(period), repr(spec), *_content(model)]
     trial: Trial = kept("trials", parts, lambda: drive(spec, model, period))
-    if trial.deepest or not (trial.stands and trial.goes_ahead and trial.turns):
+    is_good = trial.stands and trial.goes_ahead and trial.turns and trial.curves
+    if trial.deepest or not is_good:
         raise RobotModelError(
             f"robot '{spec.model}' does not drive. Alone on the ground in the physics engine, told "
             f"to go {trial.way:.2f} m ahead and to turn by {math.degrees(trial.turn):.0f} degrees, "
             f"it went {trial.ahead:.2f} m ahead and {trial.aside:.2f} m to the left while it "
             f"turned by {math.degrees(trial.swerve):.0f} degrees, and then turned by "
-            f"{math.degrees(trial.turned):.0f}; the driven wheels carry {trial.left:.0%} (left) "
+            f"{math.degrees(trial.turned):.0f}; in a curve it turned by "
+            f"{math.degrees(trial.curved):.0f} instead of {math.degrees(trial.curve):.0f}; "
+            f"the driven wheels carry {trial.left:.0%} (left) "
             f"and {trial.right:.0%} (right) of its weight. {_cause(trial, spec, model)}"
         )
     return trial
@@ -146,8 +159,11 @@ def drive(spec: RobotSpec, model: RobotModel, period: float) -> Trial:
         gyro = float(engine.yaws_gyro[0])
         move(0.0, rate, turn_for)
         move(0.0, 0.0, rate / spec.acc_lim_theta + REST)
-        end = engine.poses[0]
+        end = engine.poses[0].copy()
         turned = float(engine.yaws_gyro[0]) - gyro
+        move(speed / 2.0, rate / 2.0, CURVE_TIME)
+        move(0.0, 0.0, max(speed / spec.acc_lim_x, rate / spec.acc_lim_theta) + REST)
+        curved = float(engine.yaws_gyro[0]) - gyro - turned
     finally:
         engine.close()
     carried = np.mean(loads, axis=0) / weight if weight > 0.0 else np.zeros(len(loads[0]))
@@ -162,6 +178,8 @@ def drive(spec: RobotSpec, model: RobotModel, period: float) -> Trial:
         swerve=wrap_angle(float(middle[2] - begin[2])),
         turned=turned,
         strayed=float(np.hypot(*(end[:2] - middle[:2]))),
+        curve=rate / 2.0 * CURVE_TIME,
+        curved=curved,
         rolled=rolled,
         tilt=tilt,
         left=left,
@@ -209,7 +227,8 @@ def _cause(trial: Trial, spec: RobotSpec, model: RobotModel) -> str:
             f"Cause: inertia: the centre of mass is at {place}, so that the casters carry the "
             f"robot, or it tips over. Correct the <inertial> of the heavy links, or {CURE}"
         )
-    if abs(trial.rolled - trial.way) <= SHARE_OFF * trial.way + WAY_OFF and not trial.goes_ahead:
+    rolls = abs(trial.rolled - trial.way) <= SHARE_OFF * trial.way + WAY_OFF
+    if rolls and (not trial.goes_ahead or trial.turns):
         return (
             "Cause: friction: the wheels turn as told, and slip; they carry too little for the "
             f"accelerations (centre of mass at {place}). Lower acc_lim_x or acc_lim_theta in "

@@ -75,10 +75,10 @@ def _polygons(
     union = shapely.union_all([inside, *shadows[~is_flat]], grid_size=LATTICE)
     parts = np.asarray(shapely.get_parts(union))
     parts = parts[shapely.get_dimensions(parts) == 2]
-    is_thin = shapely.area(parts) < SHEET * shapely.length(parts) / 4.0
-    polygons = _polygons_in(shapely.union_all(parts[~is_thin]).simplify(DETAIL))
+    polygons = _polygons_in(shapely.union_all(parts[~_are_thin(parts)]).simplify(DETAIL))
     # whatever has been left out so far, for whatever reason, is not covered: a thin wall
-    lines = np.concatenate([_outlines(shadows[is_flat]), _outlines(parts)])
+    # (the tip of a needle is narrower than the lattice)
+    lines = np.concatenate([_outlines(shadows[_are_thin(shadows)]), _outlines(parts)])
     bars = _bars(_uncovered(lines, shapely.union_all(polygons)))
     return (*(piece for polygon in polygons for piece in convex_pieces(polygon)), *bars)
 
@@ -114,6 +114,12 @@ def _shadows(corners: FloatArray, low: float, high: float) -> NDArray[Any]:
     points_of_each = shapely.multipoints(np.vstack(points)[order], indices=groups)
     shadows: NDArray[Any] = np.asarray(shapely.convex_hull(points_of_each))
     return shadows
+
+
+def _are_thin(shapes: NDArray[Any]) -> NDArray[np.bool_]:
+    """Return which shapes are narrower in the mean than a surface without thickness is drawn."""
+    thin: NDArray[np.bool_] = shapely.area(shapes) <= SHEET * shapely.length(shapes) / 4.0
+    return thin
 
 
 def _outlines(shapes: NDArray[Any]) -> NDArray[Any]:

@@ -195,6 +195,19 @@ def test_slanted_sheets_and_slivers() -> None:
         check([body_of(leaning)], np.array([[0.0, 1.0], [0.3, -1.0]]))
 
 
+def test_a_long_needle_is_there_up_to_its_tip() -> None:
+    """Its last 0.4 m are narrower than the lattice on which shadows are joined."""
+    needle = trimesh.Trimesh(
+        [(13.17, 2.335, 0.1001), (-35.8419, 2.141046, 0.21573), (-35.8418, 2.14104, 0.215736)],
+        [(0, 1, 2)],
+        process=False,
+    )
+    body = body_of(needle)
+    section = section_between([body], 0.005, 0.192)
+    tip = max(float(outline[:, 0].max()) for outline in section.outlines())
+    assert tip == pytest.approx(13.17, abs=0.01)
+
+
 @settings(max_examples=25, deadline=None, derandomize=True)
 @given(seed=st.integers(0, 2**31), count=st.integers(1, 150), copies=st.integers(0, 2))
 def test_random_soups(seed: int, count: int, copies: int) -> None:

@@ -68,6 +68,13 @@ def test_every_model_that_ships_passes(name: str) -> None:
     assert done.ahead == pytest.approx(done.way, rel=0.02)
 
 
+def narrow() -> Own:
+    """Wheels 9 cm apart and the weight behind them: it slips in curves only."""
+    body = link("base_link", box(0.5, 0.125, 0.1), inertial(1.0, 0.022, "-0.225 0 0"), "0 0 0.175")
+    limits = "max_vel_x: 1\nmax_vel_theta: 1\nacc_lim_x: 1.0\nacc_lim_theta: 2.0\n"
+    return Own(robot("narrow", [body, *pair(0.125, 0.047, radius=0.125), lidar()]), limits)
+
+
 def heavy_behind(x: float) -> Own:
     mass = inertial(6.0, 0.08, f"{x} 0 0.1")
     chassis = link("base_link", box(0.4, 0.26, 0.1), mass, xyz="0 0 0.1")
@@ -99,6 +106,7 @@ def sleepy_wheels() -> Own:
         (heavy_behind(-0.19), ("Cause: inertia: the centre of mass is at (-0.17", "or it tips")),
         (of_lead(), ("Cause: inertia: the motors", "has 5e+03 kg m²", "inertia: shapes")),
         (sleepy_wheels(), ("Cause: inertia", "_wheel has 50", "inertia: shapes")),
+        (narrow(), ("Cause: friction: the wheels turn as told", "in a curve it turned by 69 ")),
         (slanting(0.06), ("Cause: wheel height", "left_wheel_joint ends 60 mm", "wheels: {left")),
     ],
 )
