@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -11,12 +12,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from swarm_common.model.errors import ConfigError
+from swarm_common.model.records import FloatArray
 from swarm_report import style
-from swarm_report.document import makespan, merits, number, save
+from swarm_report.charts import DASHES, INK, Chart, axis, packed, text
+from swarm_report.document import makespan, number, save
+from swarm_report.inputs import SEED, differences
 from swarm_report.judgement import judge
-from swarm_report.page import Plot, page_html, plots_html, table_html
+from swarm_report.page import Plot, escape, page_html, plots_html, table_html
 from swarm_report.run import RunData
-from swarm_report.style import CYCLE, LINE_STYLES, figure
+from swarm_report.style import BLACK, CYCLE, LINE_STYLES, figure
+from swarm_report.tables import Table
 
 BIN = 0.02  # [m] of the clearance curve
 BARS = {  # of the report -> what the panel is called
@@ -29,6 +34,88 @@ BARS = {  # of the report -> what the panel is called
 }
 
 
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """A table of several runs; `marks` are better or worse, by row and column."""
+
+    head: list[str]
+    rows: list[list[str]]
+    marks: dict[tuple[int, int], str]
+
+
+@dataclass(frozen=True, slots=True)
+class Merit:
+    """A figure of a run that is compared.
+
+    Attributes:
+        name: For people.
+        path: Keys within the report.
+        unit: Of the value.
+        better: 1 if more is better, -1 if less is, 0 if neither.
+    """
+
+    name: str
+    path: tuple[str, ...]
+    unit: str = ""
+    better: int = -1
+
+    def read(self, run: RunData) -> float | None:
+        """Return its value; None if it was not measured."""
+        if self.path == ("makespan",):
+            return makespan(run.report)
+        value: Any = run.report
+        for key in self.path:
+            value = value.get(key) if isinstance(value, Mapping) else None
+        return value if isinstance(value, int | float) else None
+
+    def shown(self, value: float | None) -> str:
+        """Return a value as text."""
+        return number(value, self.unit)
+
+    def delta(self, base: float | None, value: float | None) -> str:
+        """Return the difference from the first run as text, with its percentage."""
+        if base is None or value is None:
+            return ""
+        if value == base:
+            return " (=)"
+        change = value - base
+        share = f", {100.0 * change / abs(base):+.1f} %" if base else ""
+        return f" ({'+' if change > 0 else '−'}{number(abs(change))}{share})".replace(", -", ", −")
+
+    def judged(self, base: float | None, value: float | None) -> str:
+        """Return better or worse; empty if neither, or unknown."""
+        if base is None or value is None or value == base or not self.better:
+            return ""
+        return "better" if (value > base) == (self.better > 0) else "worse"
+
+
+FIGURES = (
+    Merit("robots", ("swarm_size",), better=0),
+    Merit("goals sent", ("goals", "sent"), better=0),
+    Merit("goals reached", ("goals", "reached"), better=1),
+    Merit("goals missed", ("goals", "failed")),
+    Merit("goals pending", ("goals", "pending")),
+    Merit("collisions robot-robot", ("collisions", "robot_robot")),
+    Merit("collisions robot-world", ("collisions", "robot_world")),
+    Merit("near misses", ("near_misses",)),
+    Merit("smallest clearance", ("min_clearance",), "m", better=1),
+    Merit("makespan", ("makespan",), "s"),
+    Merit("goals per minute", ("throughput_per_minute",), better=1),
+    Merit("median time of a goal", ("goal_duration", "median"), "s"),
+    Merit("longest time of a goal", ("goal_duration", "worst"), "s"),
+    Merit("longest / median", ("fairness",)),
+    Merit("time spent holding", ("hold_time",), "s"),
+    Merit("time spent waiting", ("wait_time",), "s"),
+    Merit("pushes", ("pushes",), better=0),
+    Merit("replans", ("replans",), better=0),
+    Merit("recoveries", ("recoveries",)),
+    Merit("real-time factor", ("real_time_factor",), better=1),
+    Merit("CPU per robot and second", ("cpu_ms_per_robot_second", "total"), "ms"),
+    Merit("memory of the navigators", ("memory_mb", "navigators"), "MB"),
+    Merit("restarts", ("restarts",)),
+)
+
+
 def labels(runs: Sequence[RunData]) -> list[str]:
     """Return a short name per run, told apart by number where folders share theirs."""
     names = [run.name for run in runs]
@@ -38,25 +125,40 @@ def labels(runs: Sequence[RunData]) -> list[str]:
     ]
 
 
-def comparison(runs: Sequence[RunData]) -> tuple[list[str], list[list[str]]]:
-    """Return the head and rows of a table with a column per run."""
-    columns = [_column(run) for run in runs]
-    rows = list(dict.fromkeys(name for column in columns for name in column))
-    table = [[name, *(column.get(name, "–") for column in columns)] for name in rows]
-    return ["", *labels(runs)], table
+def comparison(runs: Sequence[RunData]) -> Comparison:
+    """Return a table with a column per run, and differences from the first run."""
+    names = labels(runs)
+    rows: list[list[str]] = [["verdict", *(judge(run).headline for run in runs)]]
+    marks: dict[tuple[int, int], str] = {}
+    for merit in FIGURES:
+        values = [merit.read(run) for run in runs]
+        if all(value is None for value in values):
+            continue
+        row = [merit.name, merit.shown(values[0])]
+        for column, value in enumerate(values[1:], 2):
+            row.append(merit.shown(value) + merit.delta(values[0], value))
+            mark = merit.judged(values[0], value)
+            if mark:
+                marks[len(rows), column] = mark
+        rows.append(row)
+    hashes = [str(run.report.get("trajectory_sha256") or "–")[:12] for run in runs]
+    rows.append(["trajectories (sha256)", *hashes])
+    return Comparison(["", *names], rows, marks)
 
 
-def _column(run: RunData) -> dict[str, str]:
-    report = run.report
-    facts = {
-        "verdict": judge(run).headline,
-        "robots": str(len(run.robots)),
-        "world": str(report.get("world", "–")),
-        "mission": str(report.get("mission") or "–"),
-        "seed": str(report.get("seed", "–")),
-    }
-    hashed = str(report.get("trajectory_sha256") or "–")
-    return facts | merits(report) | {"trajectories (sha256)": hashed[:12]}
+def what_differs(runs: Sequence[RunData]) -> str:
+    """Return in words what differed in the input, and what that says about the results."""
+    unequal, equal = differences(runs)
+    known = [str(run.report.get("trajectory_sha256") or "") for run in runs]
+    same = f"{equal} other inputs are equal." if equal else ""
+    if not unequal:
+        words = f"All {equal} inputs that are known are equal"
+        if all(known) and len(set(known)) == 1:
+            return f"{words}, and so are the trajectories, bit for bit."
+        return f"{words}; the trajectories are not, or not known."
+    if [row[0] for row in unequal] == [SEED]:
+        return f"Only the seed differs: the deltas are what chance makes of it. {same}"
+    return f"{len(unequal)} input{'s differ' if len(unequal) > 1 else ' differs'}. {same}"
 
 
 def write_comparison(runs: Sequence[RunData], page: Path) -> None:
@@ -68,30 +170,54 @@ def write_comparison(runs: Sequence[RunData], page: Path) -> None:
     folder = page.with_name(f"{page.stem}_plots")
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        plots = _draw(runs, folder)
-        head, rows = comparison(runs)
-        body = [
-            table_html(head, rows),
-            "<h2>Plots</h2>",
-            plots_html(plots),
-        ]
-        title = f"{len(runs)} runs compared"
-        page.write_text(page_html(title, ", ".join(labels(runs)), body), encoding="utf-8")
+        page.write_text(comparison_html(runs, folder), encoding="utf-8")
     except OSError as cause:
         raise ConfigError(f"cannot write {page}: {cause.strerror}; choose another -o") from cause
 
 
-def _draw(runs: Sequence[RunData], folder: Path) -> list[Plot]:
+def comparison_html(runs: Sequence[RunData], folder: Path | None = None) -> str:
+    """Return the page that compares runs; plots are also written to `folder`, if there is one."""
+    found = comparison(runs)
+    unequal, _ = differences(runs)
+    body = [
+        f"<h2>Input</h2><p>{escape(what_differs(runs))}</p>",
+        table_html(found.head, unequal) if unequal else "",
+        "<h2>Results</h2>",
+        f'<p class="note">In brackets: the difference from {escape(found.head[1])}.'
+        " Blue is better, orange is worse, whatever the reason.</p>",
+        table_html(found.head, found.rows, found.marks),
+        "<h2>Plots</h2>",
+        plots_html(_draw(runs, folder)),
+    ]
+    return page_html(f"{len(runs)} runs compared", ", ".join(labels(runs)), body)
+
+
+def _draw(runs: Sequence[RunData], folder: Path | None) -> list[Plot]:
     drawings = {
-        "goals": (_goals, "Goals reached over simulated time, as a share of the mission"),
-        "clearance": (_clearance, "Share of robot-seconds nearer than a distance to anything"),
-        "merits": (_merits, "Figures of merit; a dash stands for what was not measured"),
+        "goals": (
+            _goals,
+            _goals_chart,
+            _goals_table,
+            "Goals reached over simulated time, as a share of the mission",
+        ),
+        "clearance": (
+            _clearance,
+            _clearance_chart,
+            _clearance_table,
+            "Share of robot-seconds nearer than a distance to anything",
+        ),
+        "merits": (
+            _merits,
+            _merits_chart,
+            _merits_table,
+            "Figures of merit; a dash stands for what was not measured",
+        ),
     }
     plots = []
     with style.settings():
-        for name, (draw, caption) in drawings.items():
-            svg = save(draw(runs), folder / name)
-            plots.append(Plot(name, caption, svg, name == "merits"))
+        for name, (draw, chart, table, caption) in drawings.items():
+            svg = save(draw(runs), None if folder is None else folder / name)
+            plots.append(Plot(name, caption, svg, name == "merits", chart(runs), table(runs)))
     return plots
 
 
@@ -100,15 +226,20 @@ def _look(index: int) -> dict[str, Any]:
     return {"color": CYCLE[index % len(CYCLE)], "linestyle": style_of, "linewidth": 1.6}
 
 
+def _goal_shares(run: RunData) -> tuple[FloatArray, FloatArray]:
+    """Return times [s] and the share [%] of the mission's goals that were reached by then."""
+    times = [event.time for event in run.goals if event.outcome == "reached"]
+    counts = run.report.get("goals", {})
+    total = sum(counts.get(key, 0) for key in ("reached", "failed", "pending"))
+    share = 100.0 * np.append(np.arange(len(times) + 1), len(times)) / max(total, len(times), 1)
+    return np.array([0.0, *times, run.end]), share
+
+
 def _goals(runs: Sequence[RunData]) -> Figure:
     drawing = figure(3.4)
     axes = drawing.add_subplot()
     for index, (run, label) in enumerate(zip(runs, labels(runs), strict=True)):
-        times = [event.time for event in run.goals if event.outcome == "reached"]
-        counts = run.report.get("goals", {})
-        total = sum(counts.get(key, 0) for key in ("reached", "failed", "pending"))
-        share = 100.0 * np.append(np.arange(len(times) + 1), len(times)) / max(total, len(times), 1)
-        axes.step([0.0, *times, run.end], share, where="post", label=label, **_look(index))
+        axes.step(*_goal_shares(run), where="post", label=label, **_look(index))
     axes.set_ylim(0.0, 102.0)
     axes.set_xlim(left=0.0)
     axes.set_xlabel("simulated time [s]")
@@ -117,23 +248,152 @@ def _goals(runs: Sequence[RunData]) -> Figure:
     return drawing
 
 
+def _goals_chart(runs: Sequence[RunData]) -> Chart:
+    data = [
+        _line(index, label, *_goal_shares(run), "%{y:.1f} % after %{x:.1f} s")
+        | {"line": {"shape": "hv", **_plotly_look(index)}}
+        for index, (run, label) in enumerate(zip(runs, labels(runs), strict=True))
+    ]
+    layout = {
+        "xaxis": axis("simulated time [s]", rangemode="tozero"),
+        "yaxis": axis("goals reached [% of the mission]", range=[0, 102]),
+    }
+    return {"data": data, "layout": layout | {"hovermode": "closest"}}
+
+
+def _goals_table(runs: Sequence[RunData]) -> Table:
+    """Return when each share of the goals was reached."""
+    curves = [_goal_shares(run) for run in runs]
+    rows = []
+    for share in range(10, 101, 10):
+        reached = [np.flatnonzero(shares >= share - 1e-9) for _, shares in curves]
+        cells = [
+            f"{times[found[0]]:.1f}" if len(found) else "–"
+            for (times, _), found in zip(curves, reached, strict=True)
+        ]
+        rows.append([f"{share} %", *cells])
+    return Table(["of the mission's goals, at [s]", *labels(runs)], rows)
+
+
+def _clearance_table(runs: Sequence[RunData]) -> Table:
+    """Return the share of robot-seconds nearer than a distance."""
+    curves = [_nearness(run) for run in runs]
+    wanted = np.arange(0.04, 0.5, 0.04)
+    rows = [
+        [
+            f"{edge:.2f} m",
+            *(
+                "–" if curve is None else f"{np.interp(edge, *curve):.2f} %"  # at an edge
+                for curve in curves
+            ),
+        ]
+        for edge in wanted
+    ]
+    return Table(["nearer than", *labels(runs)], rows, "Of all robot-seconds.")
+
+
+def _merits_table(runs: Sequence[RunData]) -> Table:
+    """Return the figures of the bars."""
+    rows = [[title, *(number(_merit(run, key)) for run in runs)] for key, title in BARS.items()]
+    return Table(["", *labels(runs)], rows)
+
+
+def _nearness(run: RunData) -> tuple[FloatArray, FloatArray] | None:
+    """Return distances [m] and the share [%] of robot-seconds nearer than that to anything."""
+    series = run.series
+    if series is None:
+        return None
+    nearest = np.minimum(series.to_robot, series.to_world).ravel()
+    nearest = nearest[np.isfinite(nearest)]
+    edges = np.arange(0.0, series.near, BIN)
+    return edges, 100.0 * np.searchsorted(np.sort(nearest), edges) / max(nearest.size, 1)
+
+
 def _clearance(runs: Sequence[RunData]) -> Figure:
     drawing = figure(3.4)
     axes = drawing.add_subplot()
     for index, (run, label) in enumerate(zip(runs, labels(runs), strict=True)):
-        series = run.series
-        if series is None:
-            continue
-        nearest = np.minimum(series.to_robot, series.to_world).ravel()
-        edges = np.arange(0.0, series.near, BIN)
-        share = 100.0 * np.searchsorted(np.sort(nearest), edges) / max(nearest.size, 1)
-        axes.plot(edges, share, label=label, **_look(index))
+        curve = _nearness(run)
+        if curve is not None:
+            axes.plot(*curve, label=label, **_look(index))
     axes.set_xlim(left=0.0)
     axes.set_ylim(bottom=0.0)
     axes.set_xlabel("distance to the nearest robot or obstacle [m]")
     axes.set_ylabel("robot-seconds nearer [%]")
     _legend(axes)
     return drawing
+
+
+def _clearance_chart(runs: Sequence[RunData]) -> Chart:
+    curves = [
+        (index, label, _nearness(run))
+        for index, (run, label) in enumerate(zip(runs, labels(runs), strict=True))
+    ]
+    data = [
+        _line(index, label, *curve, "%{y:.2f} % nearer than %{x:.2f} m")
+        for index, label, curve in curves
+        if curve is not None
+    ]
+    layout = {
+        "xaxis": axis("distance to the nearest robot or obstacle [m]", rangemode="tozero"),
+        "yaxis": axis("robot-seconds nearer [%]", rangemode="tozero"),
+    }
+    return {"data": data, "layout": layout | {"hovermode": "closest"}}
+
+
+def _line(index: int, label: str, x: FloatArray, y: FloatArray, says: str) -> Chart:
+    return {
+        "type": "scatter",
+        "mode": "lines",
+        "name": text(label),
+        "x": packed(x),
+        "y": packed(y),
+        "line": _plotly_look(index),
+        "hovertemplate": says,
+    }
+
+
+def _plotly_look(index: int) -> dict[str, Any]:
+    look = _look(index)
+    dash = DASHES[LINE_STYLES.index(look["linestyle"])]
+    color = INK if look["color"] == BLACK else look["color"]
+    return {"color": color, "dash": dash, "width": 2}
+
+
+def _merits_chart(runs: Sequence[RunData]) -> Chart:
+    names = [text(name) for name in labels(runs)]
+    colors = [_plotly_look(index)["color"] for index in range(len(runs))]
+    layout: Chart = {
+        "grid": {"rows": 2, "columns": 3, "pattern": "independent", "ygap": 0.5, "xgap": 0.12},
+        "showlegend": False,
+        "hovermode": "closest",
+        "height": 200 + 2 * max(80, 30 * len(runs)),
+    }
+    data = []
+    for place, (key, title) in enumerate(BARS.items(), 1):
+        number_ = "" if place == 1 else str(place)
+        data.append(
+            {
+                "type": "bar",
+                "orientation": "h",
+                "y": names,
+                "x": [_merit(run, key) for run in runs],
+                "xaxis": f"x{number_}",
+                "yaxis": f"y{number_}",
+                "marker": {"color": colors},
+                "hovertemplate": f"%{{y}}<br>{title}: %{{x:.4g}}<extra></extra>",
+            }
+        )
+        layout[f"xaxis{number_}"] = axis(title, rangemode="tozero")
+        layout[f"yaxis{number_}"] = axis("", autorange="reversed", automargin=True) | {
+            "showticklabels": place in (1, 4)
+        }
+    return {"data": data, "layout": layout}
+
+
+def _merit(run: RunData, key: str) -> float | None:
+    value: float | None = run.report.get(key)
+    return makespan(run.report) if key == "makespan" else value
 
 
 def _merits(runs: Sequence[RunData]) -> Figure:
@@ -143,9 +403,7 @@ def _merits(runs: Sequence[RunData]) -> Figure:
     rows = np.arange(len(runs))
     colors = [CYCLE[row % len(CYCLE)] for row in rows]
     for axes, (key, title) in zip(panels.ravel(), BARS.items(), strict=True):
-        values = [
-            makespan(run.report) if key == "makespan" else run.report.get(key) for run in runs
-        ]
+        values = [_merit(run, key) for run in runs]
         bars = axes.barh(rows, [value or 0.0 for value in values], color=colors, height=0.7)
         axes.bar_label(bars, [number(value) for value in values], padding=3, fontsize=8)
         axes.margins(x=0.18)

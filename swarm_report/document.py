@@ -127,12 +127,19 @@ def write_document(folder: Path) -> Path:
     return page
 
 
-def _draw(run: RunData, folder: Path) -> list[Plot]:
-    """Draw what the run has data for, as SVG and PNG."""
-    shutil.rmtree(folder, ignore_errors=True)
+def document_html(run: RunData) -> str:
+    """Return the page of a run; nothing is written."""
+    return _document(run, _draw(run, None))
+
+
+def _draw(run: RunData, folder: Path | None) -> list[Plot]:
+    """Draw what the run has data for; also as SVG and PNG, if there is a folder."""
+    if folder is not None:
+        shutil.rmtree(folder, ignore_errors=True)
     if run.series is None and not run.spans:
         return []
-    folder.mkdir(parents=True)
+    if folder is not None:
+        folder.mkdir(parents=True)
     plots = []
     with style.settings():
         for name, drawing in DRAWINGS.items():
@@ -143,7 +150,7 @@ def _draw(run: RunData, folder: Path) -> list[Plot]:
                 Plot(
                     name,
                     drawing.caption,
-                    save(still, folder / name),
+                    save(still, None if folder is None else folder / name),
                     drawing.is_wide,
                     drawing.chart(run),
                     drawing.table(run),
@@ -152,12 +159,13 @@ def _draw(run: RunData, folder: Path) -> list[Plot]:
     return plots
 
 
-def save(drawing: Figure, path: Path) -> bytes:
-    """Write a figure as .svg and .png; return the SVG."""
+def save(drawing: Figure, path: Path | None) -> bytes:
+    """Return a figure as SVG; write it as .svg and .png, if there is a path."""
     buffer = io.BytesIO()
     drawing.savefig(buffer, format="svg", dpi=PIXELS_DPI, metadata={"Date": None})
-    path.with_suffix(".svg").write_bytes(buffer.getvalue())
-    drawing.savefig(path.with_suffix(".png"), dpi=DPI)
+    if path is not None:
+        path.with_suffix(".svg").write_bytes(buffer.getvalue())
+        drawing.savefig(path.with_suffix(".png"), dpi=DPI)
     return buffer.getvalue()
 
 

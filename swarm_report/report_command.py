@@ -9,9 +9,14 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from swarm_report.compare import comparison, write_comparison
+from swarm_common.middleware.addresses import check_port
+from swarm_common.model.errors import ConfigError
+from swarm_report.compare import comparison, what_differs, write_comparison
 from swarm_report.document import write_document
+from swarm_report.inputs import differences
 from swarm_report.run import RunData
+
+PORT = 8090
 
 report_app = typer.Typer(rich_markup_mode=None)
 
@@ -25,24 +30,52 @@ def report(
     output: Annotated[
         Path, typer.Option("--output", "-o", help="Page that compares several runs.")
     ] = Path("comparison.html"),
+    serve: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder of runs to list in the browser, with search, reports and comparisons.",
+            show_default=False,
+        ),
+    ] = None,
+    port: Annotated[int, typer.Option(help="With --serve: TCP port on 127.0.0.1.")] = PORT,
 ) -> None:
-    """Draw report.html of a run again, or compare several runs in a table and a page.
+    """Draw report.html of a run again, compare several runs, or list all runs in the browser.
 
     One RUN: its report.html and plots/ are written, also for a run that was killed.
     Several: a table is printed, and the page of --output is written with its plots beside it.
+    With --serve runs/: a list of the runs there is served on this machine until Ctrl-C.
     """
     console = Console()
+    if serve is not None:
+        if runs:
+            raise ConfigError("--serve takes one folder of runs and no RUN beside it")
+        _serve(serve, port)
+        return
     folders = runs or [Path("runs/latest")]
     if len(folders) == 1:
         console.print(f"report: {write_document(folders[0])}", highlight=False, soft_wrap=True)
         return
     data = [RunData(folder) for folder in folders]
-    head, rows = comparison(data)
+    console.print(f"input: {what_differs(data)}", highlight=False, soft_wrap=True)
+    found = comparison(data)
+    unequal, _ = differences(data)
     table = Table()
-    for index, name in enumerate(head):
+    for index, name in enumerate(found.head):
         table.add_column(name, justify="left" if index == 0 else "right", overflow="fold")
-    for row in rows:
-        table.add_row(*row)
+    for line in unequal:
+        table.add_row(*line)
+    table.add_section()
+    for line in found.rows:
+        table.add_row(*line)
     console.print(table)
     write_comparison(data, output)
     console.print(f"comparison: {output}", highlight=False, soft_wrap=True)
+
+
+def _serve(runs: Path, port: int) -> None:
+    check_port(port)
+    from swarm_report.serve import ReportServer
+
+    with ReportServer(runs, port) as server:
+        typer.echo(f"reports: {server.link}")
+        server.serve_forever()

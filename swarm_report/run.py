@@ -116,8 +116,8 @@ class RunData:
             ConfigError: If the folder is not that of a run.
         """
         self.folder = folder
-        self.report: Mapping[str, Any] = report or _read_json(folder / "report.json")
-        self.config = _read_json(folder / "config" / "world.json")
+        self.report: Mapping[str, Any] = report or read_json(folder / "report.json")
+        self.config = read_json(folder / "config" / "world.json")
         if not self.report and not self.config:
             raise ConfigError(
                 f"{folder} is not the folder of a run: neither report.json nor config/world.json"
@@ -259,7 +259,8 @@ class RunData:
         return states
 
 
-def _read_json(path: Path) -> dict[str, Any]:
+def read_json(path: Path) -> dict[str, Any]:
+    """Return the object in a file; empty if there is none."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):

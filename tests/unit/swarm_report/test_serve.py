@@ -1,0 +1,118 @@
+"""The list of runs in the browser, and who gets in."""
+
+import http.client
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from swarm_common.model.errors import ConfigError
+from swarm_report.run_list import RunList
+from swarm_report.serve import ReportServer
+from tests.fakes.run_folder import make_run
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("runs")
+    make_run(folder / "first", robots=2, seconds=10)
+    make_run(folder / "crashed <b>", robots=3, seconds=10, crash=True)
+    make_run(folder / "killed", robots=2, seconds=0)
+    (folder / "latest").symlink_to("first")
+    (folder / "notes").mkdir()
+    return folder
+
+
+@pytest.fixture(scope="module")
+def server(runs: Path) -> Iterator[ReportServer]:
+    with ReportServer(runs, 0) as server:
+        thread = threading.Thread(target=server.serve_forever, args=(0.05,))
+        thread.start()
+        yield server
+        server.shutdown()
+        thread.join()
+
+
+def ask(server: ReportServer, path: str, *hosts: str) -> tuple[int, str]:
+    """Return status and body of a request, by default with the server's own name."""
+    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=60)
+    connection.putrequest("GET", path, skip_host=True)
+    for host in hosts or (f"127.0.0.1:{server.server_port}",):
+        connection.putheader("Host", host)
+    connection.endheaders()
+    response = connection.getresponse()
+    body = response.read().decode()
+    connection.close()
+    return response.status, body
+
+
+def test_all_runs_are_listed_with_what_became_of_them(server: ReportServer) -> None:
+    status, text = ask(server, f"/{server.token}/")
+    assert status == 200
+    assert text.count('type="checkbox"') == 3  # the link `latest` and `notes` are no runs
+    assert '<td class="good">Passed</td>' in text
+    assert '<td class="bad">Failed</td>' in text
+    assert '<td class="open">No verdict</td>' in text
+    assert 'id="search"' in text
+    assert "crashed <b>" not in text
+
+
+def test_the_newest_report_is_read(tmp_path: Path) -> None:
+    folder = make_run(tmp_path / "a", robots=2, seconds=0)
+    shown = RunList(tmp_path)
+    assert [entry.cells[1] for entry in shown.entries()] == ["No verdict"]
+    make_run(tmp_path / "b", robots=2, seconds=5)
+    (folder / "report.json").write_bytes((tmp_path / "b" / "report.json").read_bytes())
+    assert [entry.cells[1] for entry in shown.entries()] == ["Passed", "Passed"]
+
+
+@pytest.mark.parametrize("name", ["first", "killed", "crashed%20%3Cb%3E"])
+def test_a_run_is_shown_also_if_it_was_killed(server: ReportServer, name: str) -> None:
+    status, text = ask(server, f"/{server.token}/run/{name}")
+    assert (status, text[:15]) == (200, "<!DOCTYPE html>")
+
+
+def test_chosen_runs_are_compared(server: ReportServer) -> None:
+    status, text = ask(server, f"/{server.token}/compare?run=first&run=killed")
+    assert status == 200
+    assert "2 runs compared" in text
+    assert ask(server, f"/{server.token}/compare?run=first")[0] == 404
+
+
+@pytest.mark.parametrize(
+    "path",
+    ["run/../first/report.json", "run/%2e%2e", "run//etc/passwd", "run/notes", "first", "run/x"],
+)
+def test_nothing_else_of_the_disk_is_shown(server: ReportServer, path: str) -> None:
+    assert ask(server, f"/{server.token}/{path}")[0] == 404
+
+
+@pytest.mark.parametrize("hosts", [("evil.example:{port}",), ("127.0.0.1",), ("a", "b"), ("",)])
+def test_a_foreign_name_gets_nothing(server: ReportServer, hosts: tuple[str, ...]) -> None:
+    named = [host.format(port=server.server_port) for host in hosts]
+    status, text = ask(server, f"/{server.token}/", *named)
+    assert status == 403
+    assert "first" not in text
+
+
+def test_localhost_is_a_name_of_it(server: ReportServer) -> None:
+    assert ask(server, f"/{server.token}/", f"localhost:{server.server_port}")[0] == 200
+
+
+@pytest.mark.parametrize("path", ["/", "/run/first", "/wrong/", "//", "/%00/"])
+def test_nobody_without_the_token_gets_anything(server: ReportServer, path: str) -> None:
+    status, text = ask(server, path)
+    assert status == 403
+    assert "first" not in text
+
+
+def test_it_listens_on_this_machine_only(server: ReportServer) -> None:
+    assert server.server_address[0] == "127.0.0.1"
+
+
+def test_a_port_in_use_and_a_folder_that_is_none(server: ReportServer, runs: Path) -> None:
+    with pytest.raises(ConfigError, match="choose another --port"):
+        ReportServer(runs, server.server_port)
+    with pytest.raises(ConfigError, match="is not a folder"):
+        ReportServer(runs / "nowhere", 0)
