@@ -1,4 +1,4 @@
-"""All robots of one model: those nearby with wheels that turn, the others as one piece each."""
+"""All robots of one model: those nearby as they look, the others in the colour of their state."""
 
 from __future__ import annotations
 
@@ -15,7 +15,9 @@ from swarm_view.wheels import Hubs, rolled
 
 AWAY = -100.0  # [m] height of hidden bodies
 PLAIN = 100_000  # [bytes] of a mesh up to which a simpler one is not worth drawing
+PLAIN_FACES = 2000  # the same
 Rows = NDArray[np.intp]
+Colors = NDArray[np.uint8]
 
 
 class Bodies:
@@ -42,7 +44,7 @@ class Bodies:
         self._name = name
         self._mesh = mesh
         self._room = min(near, len(members))
-        self._whole = _Batch(scene, name, mesh.glb, len(members))
+        self._whole = _Batch(_add_shape(scene, name, mesh, len(members)), len(members))
         self._body: _Batch | None = None
         self._wheels: list[tuple[_Batch, list[int]]] = []
         self._near: Rows = np.zeros(0, np.intp)
@@ -58,9 +60,9 @@ class Bodies:
                 batch.remove()
 
     def look_at(self, near: Rows) -> bool:
-        """Let the wheels of these of all robots turn; return whether that is new."""
+        """Draw these of all robots as they look; return whether that is new."""
         own = np.flatnonzero(np.isin(self.members, near))
-        if not self._mesh.wheels or np.array_equal(own, self._near):
+        if np.array_equal(own, self._near):
             return False
         self._near = own
         if self._body is None:
@@ -69,14 +71,15 @@ class Bodies:
 
     def _draw_parts(self) -> None:
         mesh, room = self._mesh, self._room
-        self._body = _Batch(self._scene, f"{self._name}_body", mesh.body, room)
+        glb = mesh.body or mesh.glb
+        self._body = _Batch(_add_glb(self._scene, f"{self._name}_body", glb, room), room)
         alike: dict[bytes, list[int]] = {}
         for number, wheel in enumerate(mesh.wheels):
             alike.setdefault(wheel.glb, []).append(number)
         for glb, numbers in alike.items():
             name = f"{self._name}_wheel{numbers[0]}"
-            batch = _Batch(self._scene, name, glb, room * len(numbers))
-            self._wheels.append((batch, numbers))
+            count = room * len(numbers)
+            self._wheels.append((_Batch(_add_glb(self._scene, name, glb, count), count), numbers))
 
     def move(self, poses: FloatArray) -> None:
         """Put the robots at poses (n, 3) of all robots, in map."""
@@ -94,17 +97,18 @@ class Bodies:
         places[near, 2] = AWAY
         self._whole.move(places, turns)
 
+    def color(self, colors: Colors) -> None:
+        """Give the robots far away the colours (n, 3) of all robots."""
+        self._whole.color(colors[self.members])
+
 
 class _Batch:
     """Instances of a mesh; those without a place are far below the floor."""
 
-    def __init__(self, scene: viser.SceneApi, name: str, glb: bytes, count: int) -> None:
+    def __init__(self, handle: Any, count: int) -> None:
         self._places = np.full((count, 3), AWAY, np.float32)
         self._turns = quaternions(np.zeros(count)).astype(np.float32)
-        self._handle: Any = scene.add_batched_glb(
-            name, glb, batched_wxyzs=self._turns, batched_positions=self._places,
-            lod="off" if len(glb) < PLAIN else "auto", cast_shadow=False, receive_shadow=False,
-        )  # fmt: skip
+        self._handle = handle
 
     def move(self, places: FloatArray, turns: FloatArray) -> None:
         """Put the first instances there, and the others away."""
@@ -114,6 +118,34 @@ class _Batch:
         self._handle.batched_positions = self._places
         self._handle.batched_wxyzs = self._turns
 
+    def color(self, colors: Colors) -> None:
+        """Give each instance its colour (n, 3)."""
+        self._handle.batched_colors = colors
+
     def remove(self) -> None:
         """Draw it no more."""
         self._handle.remove()
+
+
+def _nowhere(count: int) -> dict[str, Any]:
+    return {
+        "batched_wxyzs": quaternions(np.zeros(count)).astype(np.float32),
+        "batched_positions": np.full((count, 3), AWAY, np.float32),
+        "cast_shadow": False,
+        "receive_shadow": False,
+    }
+
+
+def _add_glb(scene: viser.SceneApi, name: str, glb: bytes, count: int) -> Any:
+    lod: Any = "off" if len(glb) < PLAIN else "auto"
+    return scene.add_batched_glb(name, glb, lod=lod, **_nowhere(count))
+
+
+def _add_shape(scene: viser.SceneApi, name: str, mesh: RobotMesh, count: int) -> Any:
+    vertices, faces = mesh.shape
+    lod: Any = "off" if len(faces) < PLAIN_FACES else "auto"
+    colors = np.full((count, 3), 255, np.uint8)
+    return scene.add_batched_meshes_simple(
+        name, vertices, faces, batched_colors=colors, flat_shading=True, side="double", lod=lod,
+        **_nowhere(count),
+    )  # fmt: skip

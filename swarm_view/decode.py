@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from rclpy.serialization import deserialize_message
+from visualization_msgs.msg import Marker
 
 from swarm_common.middleware import cdr, cdr_layout
 from swarm_common.model.beacon import deserialize_beacon
@@ -86,6 +87,17 @@ def raster(grid: Any) -> Raster:
     info = grid.info
     cells = np.frombuffer(grid.data, np.int8).reshape(info.height, info.width)
     return Raster(cells, float(info.resolution), (info.origin.position.x, info.origin.position.y))
+
+
+def station_places(markers: list[Any]) -> dict[str, FloatArray]:
+    """Return the places (3,) in map of the names among the scene's markers."""
+    return {
+        str(marker.text): np.array(
+            [marker.pose.position.x, marker.pose.position.y, marker.pose.position.z]
+        )
+        for marker in markers
+        if marker.type == Marker.TEXT_VIEW_FACING
+    }
 
 
 def path(message: Any) -> FloatArray:

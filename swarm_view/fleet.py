@@ -1,4 +1,8 @@
-"""All robots in the scene: batches per model, and a ring in the colour of the state."""
+"""All robots in the scene: batches per model, and a mark in the colour of the state below each.
+
+A mark is a disc with a nose where its robot's front is. Each page sees it at least `MARK_PIXELS`
+wide, however far away; the bodies keep their size, so that gaps between robots are what they seem.
+"""
 
 from __future__ import annotations
 
@@ -7,43 +11,67 @@ from typing import Any
 
 import numpy as np
 import viser
+from numpy.typing import NDArray
 
-from swarm_common.model.palette import UNKNOWN, linear, state_color
+from swarm_common.model.palette import BLACK, RGB, UNKNOWN, linear, state_color
 from swarm_common.model.records import FloatArray
 from swarm_view.bodies import AWAY, Bodies
 from swarm_view.decode import RobotState
 from swarm_view.robot_mesh import RobotMesh, robot_mesh
-from swarm_view.shapes import lifted, quaternions, ring
+from swarm_view.shapes import Mesh, lifted, pointer, quaternions
+from swarm_view.views import Camera
 
-RING_HEIGHT = 0.012  # [m]
-RING_WIDTH = 0.07  # [m]
-NEAR = 6.0  # [m] from a page's camera within which turning wheels can be seen
-NEAR_ROBOTS = 16  # robots whose wheels turn, at most; all others cost nothing
+MARK_HEIGHT, RIM_HEIGHT = 0.012, 0.008  # [m]
+RIM = 1.16  # of a mark's size
+MARK_PIXELS = 26.0  # least width of a mark on a page, without its nose
+PALE = 0.15  # share of white in a mark, so that its robot stands out
+COARSE = 0.04  # of a mark's size, by which it may be off
+NEAR = 6.0  # [m] from a page's camera within which a robot is drawn as it looks
+NEAR_ROBOTS = 16  # robots drawn so, at most; all others cost less
+Sizes = NDArray[np.float32]
 
 
 class Fleet:
-    """The robots' bodies, shared by all pages.
+    """The robots' bodies.
 
     Attributes:
         names: Of the robots that are drawn, in the order of all arrays.
         meshes: Model of each robot, as far as it is known.
+        revision: Grows when other robots are drawn.
     """
 
-    def __init__(self, server: viser.ViserServer) -> None:
-        """Draw no robot yet."""
+    def __init__(self, scene: viser.SceneApi, root: str = "") -> None:
+        """Draw no robot yet.
+
+        Args:
+            scene: Of all pages, or of one.
+            root: Node below which they are drawn.
+        """
         self.names: list[str] = []
         self.meshes: dict[str, RobotMesh] = {}
-        self._server = server
+        self.revision = 0
+        self._scene = scene
+        self._root = root
         self._models: dict[str, RobotMesh] = {}
         self._bodies: list[Bodies] = []
-        self._rings: Any = None
-        self._colors: list[tuple[int, int, int]] = []
+        self._radius = 0.2
+        self._middles: FloatArray = np.zeros((0, 2))  # of the bodies, in their own frames
+        self._marks: list[Any] = []  # fill and rim
+        self._colors: list[RGB] = []
+
+    @property
+    def marks(self) -> tuple[str, str]:
+        """Names of the nodes of all marks and of their rims."""
+        return f"{self._root}/marks", f"{self._root}/rims"
+
+    @property
+    def radius(self) -> float:
+        """[m] of a mark at its own size."""
+        return self._radius
 
     def assemble(self, names: list[str], urdfs: Mapping[str, str]) -> None:
-        """Draw these robots from now on; a robot without a description is only a ring."""
-        for bodies in self._bodies:
-            bodies.remove()
-        self._bodies = []
+        """Draw these robots from now on; a robot without a description is only a mark."""
+        self.remove()
         self.names = list(names)
         self.meshes.clear()
         groups: dict[str, list[int]] = {}
@@ -55,28 +83,45 @@ class Fleet:
                 self._models[urdf] = robot_mesh(urdf)
             mesh = self._models[urdf]
             self.meshes.update((names[index], mesh) for index in members)
-            scene, rows = self._server.scene, np.array(members)
-            self._bodies.append(Bodies(scene, f"/robots/{number}", mesh, rows, NEAR_ROBOTS))
-        self._draw_rings(names)
+            name = f"{self._root}/robots/{number}"
+            self._bodies.append(Bodies(self._scene, name, mesh, np.array(members), NEAR_ROBOTS))
+        self._draw_marks(len(names))
+        self.revision += 1
 
-    def _draw_rings(self, names: list[str]) -> None:
-        radius = max([mesh.radius for mesh in self.meshes.values()], default=0.2)
-        vertices, faces = ring(radius, radius + RING_WIDTH)
-        self._colors = [UNKNOWN] * len(names)
-        if self._rings is not None:
-            self._rings.remove()
-            self._rings = None
-        if names:
-            self._rings = self._server.scene.add_batched_meshes_simple(
-                "/rings", vertices, faces,
-                batched_wxyzs=quaternions(np.zeros(len(names))),
-                batched_positions=np.full((len(names), 3), AWAY),
-                batched_colors=np.array(self._colors, np.uint8),
-                lod="off", side="double", cast_shadow=False, receive_shadow=False,
-            )  # fmt: skip
+    def remove(self) -> None:
+        """Draw no robot any more."""
+        for drawn in (*self._bodies, *self._marks):
+            drawn.remove()
+        self._bodies, self._marks, self._colors = [], [], []
+
+    def _draw_marks(self, count: int) -> None:
+        boxes = {name: _box(mesh) for name, mesh in self.meshes.items()}
+        self._radius = max([radius for _, radius in boxes.values()], default=0.2)
+        self._middles = np.array([boxes[n][0] if n in boxes else (0.0, 0.0) for n in self.names])
+        self._colors = [UNKNOWN] * count
+        if not count:
+            return
+        inner, outer = pointer(self._radius), pointer(RIM * self._radius)
+        colors = np.array(self._colors, np.uint8)
+        rims = np.full((count, 3), BLACK, np.uint8)
+        self._marks = [
+            self._add_mark(self.marks[0], inner, colors),
+            self._add_mark(self.marks[1], outer, rims),
+        ]
+
+    def _add_mark(self, name: str, mesh: Mesh, colors: NDArray[np.uint8]) -> Any:
+        count = len(colors)
+        return self._scene.add_batched_meshes_simple(
+            name, *mesh,
+            batched_wxyzs=quaternions(np.zeros(count)),
+            batched_positions=np.full((count, 3), AWAY),
+            batched_scales=np.ones(count, np.float32),
+            batched_colors=colors,
+            lod="off", side="double", cast_shadow=False, receive_shadow=False,
+        )  # fmt: skip
 
     def look_from(self, cameras: Sequence[FloatArray], poses: FloatArray) -> bool:
-        """Let the wheels of robots near cameras (3,) turn; return whether those are others."""
+        """Draw robots near cameras (3,) as they look; return whether those are others."""
         if not cameras or len(poses) != len(self.names):
             return False
         places = lifted(poses[:, :2], 0.0)
@@ -87,18 +132,55 @@ class Fleet:
 
     def move(self, poses: FloatArray) -> None:
         """Put the robots at poses (n, 3) in map."""
-        if self._rings is None or len(poses) != len(self._colors):
+        if not self._marks or len(poses) != len(self._colors):
             return
         for bodies in self._bodies:
             bodies.move(poses)
-        places = lifted(poses[:, :2], RING_HEIGHT)
-        self._rings.batched_positions = places.astype(np.float32)
+        turns = quaternions(poses[:, 2]).astype(np.float32)
+        middles = self.middles(poses)
+        for mark, height in zip(self._marks, (MARK_HEIGHT, RIM_HEIGHT), strict=True):
+            mark.batched_positions = lifted(middles, height).astype(np.float32)
+            mark.batched_wxyzs = turns
+
+    def middles(self, poses: FloatArray) -> FloatArray:
+        """Return the middles (n, 2) of the bodies at poses (n, 3), in map."""
+        cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+        x, y = self._middles.T
+        turned = np.column_stack([cos * x - sin * y, sin * x + cos * y])
+        middles: FloatArray = poses[:, :2] + turned
+        return middles
 
     def color(self, names: list[str], states: Mapping[str, RobotState]) -> None:
-        """Give each ring the colour of its robot's state."""
+        """Give each robot and its mark the colour of its state."""
         colors = [
             linear(state_color(states[name].state)) if name in states else UNKNOWN for name in names
         ]
-        if self._rings is not None and colors != self._colors and len(colors) == len(self._colors):
+        if self._marks and colors != self._colors and len(colors) == len(self._colors):
             self._colors = colors
-            self._rings.batched_colors = np.array(colors, np.uint8)
+            values = np.array(colors, np.uint8)
+            self._marks[0].batched_colors = np.array([_pale(color) for color in colors], np.uint8)
+            for bodies in self._bodies:
+                bodies.color(values)
+
+    def mark_sizes(self, camera: Camera, poses: FloatArray) -> Sizes:
+        """Return by how much to enlarge each mark (n,) on a page with a camera."""
+        wanted = 0.5 * MARK_PIXELS * camera.sizes(lifted(poses[:, :2], 0.0))
+        return np.maximum(1.0, wanted / self._radius).astype(np.float32)
+
+
+def _box(mesh: RobotMesh) -> tuple[FloatArray, float]:
+    """Return the middle (2,) of a body seen from above, and how far it reaches from there [m]."""
+    low, high = (bound(mesh.shape[0][:, :2], axis=0) for bound in (np.min, np.max))
+    return 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))
+
+
+def _pale(color: RGB) -> RGB:
+    red, green, blue = (round((1.0 - PALE) * value + PALE * 255) for value in color)
+    return red, green, blue
+
+
+def are_alike(one: Sizes, other: Sizes | None) -> bool:
+    """Return whether nobody sees the difference between two lists of sizes."""
+    if other is None or len(one) != len(other):
+        return False
+    return bool((np.abs(one - other) <= COARSE * other).all())

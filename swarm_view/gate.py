@@ -17,6 +17,7 @@ import hmac
 import http
 from collections.abc import Collection
 from dataclasses import dataclass
+from pathlib import Path
 from urllib.parse import parse_qs, urlsplit
 
 from swarm_common.model.errors import SwarmError
@@ -28,24 +29,7 @@ HTTP_PORT = 80  # which browsers leave out
 KEY_HEADER = "X-Swarm-Key"
 DECISIVE = frozenset({"host", "origin", "upgrade", "connection", KEY_HEADER.lower()})
 CHUNK = 1 << 16
-# viser's client connects to the page's address without its query. This hands the query on.
-SCRIPT = """<script>
-const post = Worker.prototype.postMessage;
-Worker.prototype.postMessage = function (message, ...rest) {
-  if (message && message.type === "set_server" && !message.server.includes("?"))
-    message = { ...message, server: message.server + location.search };
-  return post.call(this, message, ...rest);
-};
-// react-three-fiber makes it passive; viser's client prevents its default when a drag begins.
-const listen = EventTarget.prototype.addEventListener;
-EventTarget.prototype.addEventListener = function (type, listener, options) {
-  if (type === "pointerdown" && options && options.passive)
-    options = { ...options, passive: false };
-  return listen.call(this, type, listener, options);
-};
-document.title = "swarm" + (new URLSearchParams(location.search).get("robot") ?? "").replace(
-  /^(.)/, " · $1");
-</script>"""
+SCRIPT = "<script>\n{\n" + Path(__file__).with_name("page.js").read_text("utf-8") + "}\n</script>"
 
 
 class DoorError(SwarmError):

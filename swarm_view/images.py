@@ -2,24 +2,42 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
+from swarm_common.model.palette import RGB
 from swarm_view.decode import Raster
 
 Image = NDArray[np.uint8]
-FREE, UNKNOWN, WALL = (244, 244, 240), (205, 205, 205), (70, 74, 80)
+
+
+@dataclass(frozen=True, slots=True)
+class Shades:
+    """Colours of what is not a robot."""
+
+    free: RGB
+    unknown: RGB
+    wall: RGB
+    background: RGB
+
+
+# Robots of every colour stand out from the floor, and the floor from what is around the hall.
+LIGHT = Shades((247, 247, 244), (205, 209, 214), (62, 66, 72), (192, 197, 203))
+DARK = Shades((62, 67, 74), (34, 38, 43), (148, 154, 162), (20, 23, 27))
+FREE = LIGHT.free
 LOW, HIGH = np.array([86, 180, 233]), np.array([213, 94, 0])
 INSCRIBED, LETHAL = (204, 121, 167, 200), (60, 20, 60, 220)
 
 
-def map_image(raster: Raster) -> Image:
+def map_image(raster: Raster, shades: Shades = LIGHT) -> Image:
     """Return the map as RGB (height, width, 3), the highest y on top."""
     cells = raster.cells[::-1]
     image = np.empty((*cells.shape, 3), np.uint8)
-    image[:] = FREE
-    image[cells < 0] = UNKNOWN
-    image[cells >= 50] = WALL
+    image[:] = shades.free
+    image[cells < 0] = shades.unknown
+    image[cells >= 50] = shades.wall
     return image
 
 

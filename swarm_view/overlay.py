@@ -9,12 +9,16 @@ import numpy as np
 
 from swarm_common.model.palette import HELD, RGB, TRAIL
 from swarm_common.model.records import FloatArray
+from swarm_view.labels import Placed, Wish, arrange
 from swarm_view.panel_text import label_text
 from swarm_view.shapes import polyline, raised
 from swarm_view.swarm import Swarm
 from swarm_view.topics import Layer
+from swarm_view.views import Camera
 
-LABEL_HEIGHT = 0.45  # [m]
+LABEL_HEIGHT = 0.2  # [m]
+LABEL_SCALE = 0.8
+LETTERS = "".join(chr(code) for code in range(65, 123))  # before a robot's number
 LINE_HEIGHT = 0.015  # [m]
 MOVED = 0.01  # [m] from which a label goes with its robot
 STYLES: dict[str, tuple[RGB, float]] = {"trails": (TRAIL, 0.03), "claims": (HELD, 0.08)}
@@ -30,30 +34,48 @@ class Overlay:
         self._labels: dict[str, Any] = {}
         self._lines: dict[str, Any] = {}
 
-    def draw_labels(self, names: Sequence[str], poses: FloatArray) -> None:
-        """Label these robots, and no others; `poses` (n, 3) of all robots in map."""
-        places = {}
+    def draw_labels(
+        self, names: Sequence[str], poses: FloatArray, sizes: FloatArray, camera: Camera
+    ) -> None:
+        """Label stations and these robots as far as there is room, and nothing else.
+
+        Args:
+            names: Of the robots, the most important one first.
+            poses: Of all robots (n, 3), in map.
+            sizes: [m] of all robots' marks (n,).
+            camera: Of the page.
+        """
+        wishes = []
         for name in names:
             index = self._swarm.index(name)
-            if index is not None and index < len(poses):
-                places[name] = float(poses[index, 0]), float(poses[index, 1]), LABEL_HEIGHT
-        for name in self._labels.keys() - places.keys():
+            if index is not None and index < min(len(poses), len(sizes)):
+                place = np.array([poses[index, 0], poses[index, 1], LABEL_HEIGHT])
+                text = label_text(name, self._swarm.states.get(name))
+                texts = (text, name, name.lstrip(LETTERS) or name)
+                wishes.append(Wish(name, texts, place, float(sizes[index])))
+        stations = self._swarm.stations
+        wishes += [Wish(f"station {name}", (name,), place) for name, place in stations.items()]
+        placed = arrange(wishes, camera, LABEL_SCALE)
+        for name in self._labels.keys() - placed.keys():
             self._labels.pop(name).remove()
-        for name, place in places.items():
-            self._label(name, label_text(name, self._swarm.states.get(name)), place)
+        for name, label in placed.items():
+            self._label(name, label)
 
-    def _label(self, name: str, text: str, place: tuple[float, float, float]) -> None:
+    def _label(self, name: str, placed: Placed) -> None:
         label = self._labels.get(name)
+        if label is not None and label.anchor != placed.anchor:
+            label.remove()
+            label = None
         if label is None:
             self._labels[name] = self._scene.add_label(
-                f"/labels/{name}", text, position=place, anchor="bottom-center",
-                font_screen_scale=0.8,
+                f"/labels/{name}", placed.text, position=placed.place, anchor=placed.anchor,
+                font_screen_scale=LABEL_SCALE,
             )  # fmt: skip
             return
-        if label.text != text:
-            label.text = text
-        if np.abs(label.position - place).max() > MOVED:
-            label.position = place
+        if label.text != placed.text:
+            label.text = placed.text
+        if np.abs(label.position - placed.place).max() > MOVED:
+            label.position = placed.place
 
     def draw_trails(self, *, wanted: bool) -> None:
         """Draw where the robots have been, or no more."""

@@ -4,25 +4,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 import numpy as np
 
 from swarm_common.model.records import FloatArray, Pose
 from swarm_view import topics
-from swarm_view.chase import Chase
 from swarm_view.fleet import Fleet
+from swarm_view.inbox import Inbox, numbers
 from swarm_view.operator_link import OperatorLink
 from swarm_view.overlay import Overlay
 from swarm_view.panel import Panel, assign
-from swarm_view.panel_text import robot_html, stations_html, verdict_html
+from swarm_view.panel_text import is_driving, robot_html, stations_html, verdict_html
 from swarm_view.robot_layers import RobotLayers
 from swarm_view.shapes import lifted, nearest_to_ray
+from swarm_view.sight import Sight
 from swarm_view.swarm import Swarm
 from swarm_view.tool import Hand, Post, Tool
 from swarm_view.topics import Layer
-from swarm_view.viser_compat import look
+from swarm_view.views import View
 
 PANEL_PERIOD = 0.5  # [s] of wall time between two looks of the panel
 SLOW_PERIOD = 0.25  # [s] of wall time between two updates of trails, names and claims
@@ -60,12 +60,12 @@ class Page:
         self._post = post
         self._layers = RobotLayers(client.scene)
         self._overlay = Overlay(client.scene, swarm)
-        self._chase = Chase(client.camera, partial(look, client))
-        self._camera = client.camera
+        self._sight = Sight(client, fleet)
         self._hand = Hand(client.scene, self._use, post)
         self._panel = Panel(client.gui, self, is_live=link is not None)
-        self._panel.follow.value = bool(robot)
+        self._sight.take(View.FOLLOW if robot else View.HALL)
         client.scene.on_click()(self._on_click)
+        Inbox(client, self._on_message)
         self._panel_due = self._slow_due = 0.0
         self._was_there = False
         self._cpu = ""
@@ -83,6 +83,18 @@ class Page:
     def on_cancel(self) -> None:
         """Cancel the robot's goal."""
         self._command(lambda link: link.cancel(self.robot, self._say), needs_robot=True)
+
+    def on_view(self, view: View) -> None:
+        """Look from somewhere else."""
+        self._post(lambda: self.look(view))
+
+    def on_walls(self, *, whole: bool) -> None:
+        """Show walls whole or cut."""
+        self._post(lambda: self._sight.show_walls(whole=whole))
+
+    def on_dark(self, *, dark: bool) -> None:
+        """Be dark or light."""
+        self._post(lambda: self._sight.set_dark(dark=dark))
 
     def on_pause(self) -> None:
         """Pause or resume."""
@@ -121,7 +133,7 @@ class Page:
     @property
     def eye(self) -> FloatArray:
         """Where its camera is (3,), in map."""
-        return np.asarray(self._camera.position, np.float64)
+        return self._sight.eye
 
     def topics(self) -> set[str]:
         """Return the topics that it shows beside those that every page shows."""
@@ -137,15 +149,17 @@ class Page:
         """Look at a robot; empty for none."""
         self.robot = robot
         self._was_there = False
-        self._chase.rest()
+        self._sight.rest()
         self._layers.clear()
         self._panel_due = 0.0
 
-    def look_at(self, target: FloatArray, position: FloatArray) -> None:
-        """Point the camera somewhere, unless it follows a robot; pages open with that view."""
-        self._chase.expect(target, position)
-        if not self.robot:
-            self._chase.look(target, position)
+    def look(self, view: View) -> None:
+        """Look from a preset."""
+        if view in (View.FOLLOW, View.EYE) and not self.robot:
+            self._say(SELECT_FIRST)
+            return
+        self._sight.take(view)
+        self._panel.whole_walls.value = view is View.EYE or self._panel.whole_walls.value
 
     # Drawing
 
@@ -160,16 +174,31 @@ class Page:
         self._draw_robot(poses, now)
         if now >= self._slow_due:
             self._slow_due = now + SLOW_PERIOD
-            panel, one = self._panel, [self.robot] if self.robot else []
-            self._overlay.draw_labels(self._swarm.names if panel.names.value else one, poses)
+            panel = self._panel
+            self._sight.scale_marks(poses, now)
+            self._draw_labels(poses)
             self._overlay.draw_trails(wanted=panel.trails.value)
             self._overlay.draw_claims(wanted=panel.claims.value)
         if now >= self._panel_due:
             self._panel_due = now + PANEL_PERIOD
             self._tell(cpu)
 
+    def _draw_labels(self, poses: FloatArray) -> None:
+        camera = self._sight.camera
+        if camera is None:
+            return
+        chosen = [self.robot] if self.robot else []
+        states = self._swarm.states
+        others = [name for name in self._swarm.names if name != self.robot]
+        if self._panel.names.value:  # of labels in one place, those of robots that drive go first
+            chosen += sorted(others, key=lambda name: is_driving(states.get(name)))
+        self._overlay.draw_labels(chosen, poses, self._sight.sizes, camera)
+
     def _draw_robot(self, poses: FloatArray, now: float) -> None:
         index = self._swarm.index(self.robot)
+        if self._swarm.map is not None:
+            self._sight.show_map(self._swarm.map)
+        self._sight.update(poses, index, now)
         if index is None:
             if self._was_there:
                 self._say(f"{self.robot} is not there any more.")
@@ -179,10 +208,6 @@ class Page:
         mesh = self._fleet.meshes.get(self.robot)
         self._layers.draw(self._swarm, self.robot, mesh, self._panel.wanted_layers())
         self._layers.draw_goal(self._swarm, self.robot)
-        if not self._panel.follow.value:
-            self._chase.rest()
-        elif index < len(poses):
-            self._chase.follow(poses[index], now)
 
     def _tell(self, cpu: str) -> None:
         swarm, panel, link = self._swarm, self._panel, self._link
@@ -200,6 +225,11 @@ class Page:
         return robot_html(robot, state, self._url(robot), true_pose)
 
     # Clicks and tools
+
+    def _on_message(self, kind: str, value: Any) -> None:
+        """The page's script tells something; on viser's threads."""
+        if kind == "size" and (size := numbers(value, 2)) is not None:
+            self._post(lambda: self._sight.resize(*size))
 
     def _take_tool(self, tool: Tool) -> None:
         self._hand.drop()

@@ -8,6 +8,7 @@ from typing import Any, Protocol
 from swarm_common.robots.source import robot_names
 from swarm_view.tool import Tool
 from swarm_view.topics import LABELS, SHOWN_AT_FIRST, Layer
+from swarm_view.views import View
 
 NOBODY = "(none)"
 FIRST_MODEL = "turtlebot3_waffle"
@@ -34,6 +35,15 @@ class Actions(Protocol):
     def on_cancel(self) -> None:
         """Cancel the robot's goal."""
 
+    def on_view(self, view: View) -> None:
+        """Another view was chosen."""
+
+    def on_walls(self, *, whole: bool) -> None:
+        """Walls are to be shown whole, or cut."""
+
+    def on_dark(self, *, dark: bool) -> None:
+        """The page is to be dark, or light."""
+
     def on_pause(self) -> None:
         """Pause or resume."""
 
@@ -59,12 +69,12 @@ class Panel:
         with gui.add_folder("Swarm"):
             self.verdict = gui.add_html("")
         self.message = gui.add_markdown("")
+        self._add_view(actions)
         if is_live:
             self._add_simulation(actions)
         with gui.add_folder("Robot"):
             self.robot = gui.add_dropdown("Robot", (NOBODY,))
             self.status = gui.add_html("")
-            self.follow = gui.add_checkbox("Follow", False, hint="The camera goes with the robot")
             if is_live:
                 self._add_orders(actions)
         if is_live:
@@ -83,6 +93,23 @@ class Panel:
 
     def _chosen(self) -> str:
         return "" if self.robot.value == NOBODY else str(self.robot.value)
+
+    def _add_view(self, actions: Actions) -> None:
+        gui = self._gui
+        with gui.add_folder("View"):
+            view = gui.add_button_group(
+                "Camera", [view.value for view in View],
+                hint="Top and hall show all of it; the other two go with the robot",
+            )  # fmt: skip
+            self.whole_walls = gui.add_checkbox(
+                "Whole walls", False, hint="Else they are cut at 0.5 m, so that robots are seen"
+            )
+            self.dark = gui.add_checkbox("Dark", False)
+        view.on_click(lambda _: actions.on_view(View(view.value)))
+        self.whole_walls.on_update(
+            _if_typed(lambda: actions.on_walls(whole=self.whole_walls.value))
+        )
+        self.dark.on_update(_if_typed(lambda: actions.on_dark(dark=self.dark.value)))
 
     def _add_simulation(self, actions: Actions) -> None:
         gui = self._gui

@@ -7,7 +7,7 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
-from swarm_common.model.palette import STATES, css, state_color
+from swarm_common.model.palette import LOOKS, RGB, VERMILLION, css, state_color
 from swarm_common.model.records import FloatArray
 from swarm_view.decode import RobotState
 from swarm_view.swarm import Swarm
@@ -39,7 +39,7 @@ def _collisions(verdict: object) -> str:
     robots = getattr(verdict, "collisions_robot_robot", 0)
     world = getattr(verdict, "collisions_robot_world", 0)
     text = f"{robots} robot-robot, {world} robot-world"
-    return f"<b style='color:#d55e00'>{text}</b>" if robots + world else text
+    return f"<b style='color:{css(VERMILLION)}'>{text}</b>" if robots + world else text
 
 
 def _metres(value: float) -> str:
@@ -55,14 +55,22 @@ def _table(rows: Sequence[tuple[str, str]]) -> str:
 
 
 def _legend(states: Mapping[str, RobotState]) -> str:
+    """Return what each colour means, and how many robots have it; those of no robot are pale."""
     counts = Counter(state.state for state in states.values())
-    known = [name for name in STATES if counts[name]]
-    parts = (
-        f"<span style='white-space:nowrap'><span style='color:{css(state_color(name))}'>&#9679;"
-        f"</span> {name} {counts[name]}</span>"
-        for name in known
+    rows = "".join(
+        f"<tr style='opacity:{1.0 if counts[name] else 0.45}'>"
+        f"<td style='padding-right:0.4em'>{dot(look.color)}</td>"
+        f"<td style='white-space:nowrap;padding-right:0.6em'>{name} {counts[name]}</td>"
+        f"<td style='opacity:0.65;line-height:1.2'>{look.meaning}</td></tr>"
+        for name, look in LOOKS.items()
     )
-    return f"<div style='{STYLE}'>{' &nbsp; '.join(parts)}</div>"
+    return f"<div style='{STYLE}'><table style='border-spacing:0 0.15em'>{rows}</table></div>"
+
+
+def dot(color: RGB) -> str:
+    """Return a dot in a colour, seen on light and dark ground."""
+    size = "display:inline-block;width:0.75em;height:0.75em;border-radius:50%"
+    return f"<span style='{size};background:{css(color)};border:1px solid #888'></span>"
 
 
 def robot_html(
@@ -80,10 +88,9 @@ def robot_html(
     link = f"<a href='{html.escape(url)}' target='_blank'>page of its own</a>"
     if state is None:
         return _table([(name, f"has said nothing yet; {link}")])
-    color = css(state_color(state.state))
     rows = [
         (name, link),
-        ("state", f"<span style='color:{color}'>&#9679;</span> {html.escape(state.state)}"),
+        ("state", f"{dot(state_color(state.state))} {html.escape(state.state)}"),
         ("", html.escape(state.detail) or "&nbsp;"),
     ]
     pose, off = state.pose_map, ""
@@ -122,3 +129,8 @@ def stations_html(states: Mapping[str, RobotState]) -> str:
 def label_text(robot: str, state: RobotState | None) -> str:
     """Return the label at a robot."""
     return robot if state is None else f"{robot} {state.state}"
+
+
+def is_driving(state: RobotState | None) -> bool:
+    """Return whether a robot is in no need of attention."""
+    return state is None or state.state in ("driving", "idle")

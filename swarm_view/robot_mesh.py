@@ -12,6 +12,7 @@ import trimesh
 import yourdfpy
 
 from swarm_common.model.records import FloatArray
+from swarm_view.shapes import Mesh
 from swarm_view.visuals import GREY, Visual, painted, spokes, visuals
 from swarm_view.wheels import Axle, axles
 
@@ -46,6 +47,7 @@ class RobotMesh:
         links: root_from_link (4, 4) by link.
         body: The same as `glb` without the wheels.
         wheels: What rolls.
+        shape: Vertices (n, 3) and faces (m, 3) of all of it, to be drawn in one colour.
     """
 
     glb: bytes
@@ -54,6 +56,7 @@ class RobotMesh:
     links: dict[str, FloatArray]
     body: bytes
     wheels: tuple[Wheel, ...]
+    shape: Mesh
 
 
 def robot_mesh(urdf: str) -> RobotMesh:
@@ -87,7 +90,7 @@ def _assembled(
         wheels = [_wheel(axle, shown, links, axle.turns(ground, center)) for axle in axles]
     return RobotMesh(
         _glb(whole), radius, float(whole.bounds[1, 2]), links,
-        _glb(_scene(body, links)) if wheels else b"", tuple(wheels),
+        _glb(_scene(body, links)) if wheels else b"", tuple(wheels), _shape(whole),
     )  # fmt: skip
 
 
@@ -116,6 +119,11 @@ def _scene(shown: Sequence[Visual], frames: dict[str, FloatArray]) -> Any:
 
 def _glb(scene: Any) -> bytes:
     return bytes(scene.export(file_type="glb"))
+
+
+def _shape(scene: Any) -> Mesh:
+    mesh = scene.to_mesh()
+    return np.asarray(mesh.vertices, np.float32), np.asarray(mesh.faces, np.uint32)
 
 
 def _link_frames(robot: Any) -> dict[str, FloatArray]:

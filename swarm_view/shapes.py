@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+NOSE = 1.6  # of a pointer's radius, from its middle to its tip
 Mesh = tuple[NDArray[np.float32], NDArray[np.uint32]]  # vertices (n, 3), faces (m, 3)
 
 
@@ -39,20 +40,15 @@ def quaternions(yaws: FloatArray) -> FloatArray:
     return turns
 
 
-def ring(inner: float, outer: float, corners: int = 28) -> Mesh:
-    """Return a flat ring around the origin."""
-    angles = np.linspace(0.0, 2.0 * np.pi, corners, endpoint=False)
-    circle = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(corners)])
-    vertices = np.vstack([inner * circle, outer * circle]).astype(np.float32)
-    here = np.arange(corners, dtype=np.uint32)
-    there = (here + 1) % corners
-    faces = np.vstack(
-        [
-            np.column_stack([here, here + corners, there]),
-            np.column_stack([there, here + corners, there + corners]),
-        ]
-    )
-    return vertices, faces.astype(np.uint32)
+def pointer(radius: float, corners: int = 24) -> Mesh:
+    """Return a flat disc around the origin with a nose towards x."""
+    angles = np.linspace(0.25 * np.pi, 1.75 * np.pi, corners)
+    rim = radius * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(corners)])
+    tip = np.array([[NOSE * radius, 0.0, 0.0]])
+    vertices = np.vstack([np.zeros((1, 3)), tip, rim]).astype(np.float32)
+    here = np.arange(1, corners + 2, dtype=np.uint32)
+    there = np.roll(here, -1)
+    return vertices, np.column_stack([np.zeros_like(here), here, there])
 
 
 def floor(x_min: float, y_min: float, x_max: float, y_max: float) -> Mesh:

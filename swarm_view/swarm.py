@@ -39,6 +39,7 @@ class Swarm:
         track: Where they are.
         trails: Where they have been.
         markers: Of the scene; None before it is known.
+        stations: Places (3,) of their labels in map, by name.
         movers: Markers of the other moving bodies.
         map: None before it is known.
         verdict: swarm_interfaces/Verdict; None before the first.
@@ -55,6 +56,7 @@ class Swarm:
         self.track = Track()
         self.trails = Trails()
         self.markers: list[Any] | None = None
+        self.stations: dict[str, FloatArray] = {}
         self.movers: list[Any] = []
         self.map: Raster | None = None
         self.verdict: Any = None
@@ -127,6 +129,7 @@ class Swarm:
             self.movers = decode.message(topic, data).markers
         elif topic == topics.SCENE:
             self.markers = decode.message(topic, data).markers
+            self.stations = decode.station_places(self.markers)
             self.revision += 1
         elif topic == topics.MAP:
             self.map = decode.raster(decode.message(topic, data))

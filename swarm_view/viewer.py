@@ -27,7 +27,7 @@ LOOK_PERIOD = 3.0  # [s] of wall time between two updates of the list of robots
 SLOW_PERIOD = 0.25  # [s] of wall time between two looks at a recording's time
 NEAR_PERIOD = 0.25  # [s] of wall time between two searches for robots near a camera
 COLOR_PERIOD = 0.2  # [s] of wall time between two looks at the states' colours
-PANEL_SHARE = 0.08  # of the map's width by which the camera looks past its middle
+LIVE = "/live"  # node below which the robots of all pages are drawn
 ALWAYS = {topics.TF, topics.VERDICT, topics.MOVERS}
 
 
@@ -57,7 +57,7 @@ class Viewer:
         self._wake = asyncio.Event()
         self._swarm = Swarm()
         self._scenery = Scenery(server.viser)
-        self._fleet = Fleet(server.viser)
+        self._fleet = Fleet(server.viser.scene, LIVE)
         self._cpu = CpuMeter()
         self._playback: Playback | None = None
         self._slow_due = 0.0
@@ -158,7 +158,6 @@ class Viewer:
         if swarm.map is not None and not self._has_map:
             self._has_map = True
             self._scenery.draw_map(swarm.map)
-            self._point_camera()
         if swarm.markers is not None and not self._has_scene:
             self._has_scene = True
             self._scenery.draw_markers(swarm.markers)
@@ -168,20 +167,8 @@ class Viewer:
             self._shown = None
             self._state_revision = -1
 
-    def _point_camera(self) -> None:
-        """Let pages open with the whole map in view."""
-        raster = self._swarm.map
-        assert raster is not None
-        (x, y), (width, depth) = raster.origin, raster.size
-        center = np.array([x + (0.5 + PANEL_SHARE) * width, y + 0.5 * depth, 0.0])
-        camera = self._server.viser.initial_camera
-        camera.look_at = center
-        camera.position = center + np.array([0.0, -0.45, 0.75]) * max(width, depth)
-        for page in self._pages.values():
-            page.look_at(camera.look_at, camera.position)
-
     def _look_near(self, poses: FloatArray, now: float) -> bool:
-        """Return whether the wheels of other robots are to turn from now on."""
+        """Return whether other robots are to be drawn in detail from now on."""
         if now < self._near_due:
             return False
         self._near_due = now + NEAR_PERIOD
@@ -195,12 +182,9 @@ class Viewer:
 
     def _on_open(self, client: Any, robot: str) -> None:
         self._look_due = 0.0
-        page = self._pages[client.client_id] = Page(
+        self._pages[client.client_id] = Page(
             client, robot, self._swarm, self._fleet, self._link, self._server.url, self._post
         )
-        if self._has_map:
-            camera = self._server.viser.initial_camera
-            page.look_at(camera.look_at, camera.position)
         self._wake.set()
 
     def _on_close(self, client_id: int) -> None:

@@ -1,7 +1,8 @@
 """The private parts of viser that we use, all in one place; written for viser 1.1.
 
 viser has no public way to serve its page to some only, to know the address that a page was opened
-with, or to set a camera's position and target without its orientation.
+with, to set a camera's position and target without its orientation, to show a
+node of all pages differently on one, or to use what a browser offers beside its scene.
 """
 
 from __future__ import annotations
@@ -27,6 +28,9 @@ PAGE = Path(viser.__file__).parent / "client" / "build" / "index.html"
 PARTS: tuple[tuple[Any, str], ...] = (
     (_messages, "SetCameraLookAtMessage"),
     (_messages, "SetCameraPositionMessage"),
+    (_messages, "SceneNodeUpdateMessage"),
+    (_messages, "RunJavascriptMessage"),
+    (_messages, "SetSceneNodeVisibilityMessage"),
     (viser.ClientHandle.__init__, "_websock_connection"),
     (viser.ViserServer.__init__, "_websock_server"),
     (WebsockServer.__init__, "_live_connections"),
@@ -76,6 +80,26 @@ def look(client: viser.ClientHandle, target: FloatArray, position: FloatArray) -
     with client.atomic():
         queue(_messages.SetCameraPositionMessage((x, y, z)))
         queue(_messages.SetCameraLookAtMessage((target_x, target_y, target_z)))
+
+
+def update_for(client: viser.ClientHandle, name: str, **updates: Any) -> None:
+    """Change a node of the scene that all pages share, for one page only.
+
+    What the server changes of the same properties later holds for all pages again.
+    """
+    message = _messages.SceneNodeUpdateMessage(name, updates)
+    client._websock_connection.queue_message(message)
+
+
+def set_visible(client: viser.ClientHandle, name: str, *, visible: bool) -> None:
+    """Show or hide a node of the scene that all pages share, on one page only."""
+    message = _messages.SetSceneNodeVisibilityMessage(name, visible)
+    client._websock_connection.queue_message(message)
+
+
+def run_script(client: viser.ClientHandle, source: str) -> None:
+    """Run JavaScript on a page; viser has no public way to use what it does so for Plotly."""
+    client._websock_connection.queue_message(_messages.RunJavascriptMessage(source))
 
 
 def request_of(server: viser.ViserServer, client_id: int) -> Any:

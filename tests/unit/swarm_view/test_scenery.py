@@ -3,9 +3,10 @@
 from types import SimpleNamespace
 from typing import Any
 
+import pytest
 from visualization_msgs.msg import Marker
 
-from swarm_view.scenery import Scenery
+from swarm_view.scenery import CUT, CUT_HEIGHT, WHOLE, Scenery
 
 
 class Handle:
@@ -43,3 +44,41 @@ def test_movers_come_move_change_and_go() -> None:
     scenery.draw_movers([marker(1, 2.0, size=0.8)])  # another thing of the same number
     assert len(shown) == 1
     assert shown != [second]
+
+
+def upright(height: float, middle: float) -> Any:
+    item = marker(0, 0.0)
+    item.scale.z, item.pose.position.z, item.pose.orientation.w = height, middle, 1.0
+    return item
+
+
+class Sheet:
+    """A scene that notes what is drawn on it."""
+
+    def __init__(self) -> None:
+        self.drawn: dict[str, Any] = {}
+
+    def add_frame(self, name: str, **_: Any) -> None:
+        """Add a root."""
+
+    def add_batched_meshes_simple(self, name: str, *_: Any, **properties: Any) -> None:
+        """Note boxes."""
+        self.drawn[name] = properties
+
+
+def test_walls_are_cut_where_they_would_hide_robots() -> None:
+    sheet = Sheet()
+    scenery = Scenery(SimpleNamespace(scene=sheet))  # type: ignore[arg-type]
+    scenery.draw_markers([upright(2.0, 1.0), upright(0.3, 0.15), upright(0.4, 2.0)])
+    whole = [name for name in sheet.drawn if name.startswith(WHOLE)]
+    cut = [name for name in sheet.drawn if name.startswith(CUT)]
+    assert sum(len(sheet.drawn[name]["batched_positions"]) for name in whole) == 3
+    tops = [
+        float(place[2] + 0.5 * size[2])
+        for name in cut
+        for place, size in zip(
+            sheet.drawn[name]["batched_positions"], sheet.drawn[name]["batched_scales"], strict=True
+        )
+    ]
+    assert sorted(tops) == pytest.approx([0.3, CUT_HEIGHT])  # what hangs above is left out
+    assert all(sheet.drawn[name]["opacity"] is None for name in cut)

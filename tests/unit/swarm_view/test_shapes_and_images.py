@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
 
+from swarm_common.model.palette import STATES
 from swarm_view.decode import Raster
-from swarm_view.images import FREE, UNKNOWN, WALL, cost_image, map_image
-from swarm_view.shapes import floor, loop, nearest_to_ray, on_floor, polyline, quaternions, ring
+from swarm_view.images import DARK, LIGHT, cost_image, map_image
+from swarm_view.shapes import floor, loop, nearest_to_ray, on_floor, pointer, polyline, quaternions
 
 
 def test_lines() -> None:
@@ -14,11 +15,10 @@ def test_lines() -> None:
     assert quaternions(np.array([np.pi]))[0] == pytest.approx([0.0, 0.0, 0.0, 1.0])
 
 
-def test_ring_and_floor_are_closed_meshes_seen_from_above() -> None:
-    vertices, faces = ring(0.2, 0.3, 12)
-    assert vertices.shape == (24, 3)
-    assert faces.shape == (24, 3)
-    for vertices, faces in (ring(0.2, 0.3), floor(0, 0, 1, 2)):
+def test_pointer_and_floor_are_closed_meshes_seen_from_above() -> None:
+    vertices, _ = pointer(0.2)
+    assert vertices[:, 0].max() > 1.4 * np.abs(vertices[:, 1]).max()  # its nose is ahead
+    for vertices, faces in (pointer(0.2), floor(0, 0, 1, 2)):
         a, b, c = (vertices[faces[:, k]].astype(float) for k in range(3))
         assert (np.cross(b - a, c - a)[:, 2] > 0.0).all()
 
@@ -37,16 +37,25 @@ def test_grids_have_the_highest_y_on_top() -> None:
     cells = np.array([[0, 100], [-1, 99]], np.int8)
     raster = Raster(cells, 0.5, (0.0, 0.0))
     assert raster.size == (1.0, 1.0)
-    assert tuple(map_image(raster)[1, 1]) == WALL
+    assert tuple(map_image(raster)[1, 1]) == LIGHT.wall
     image = cost_image(raster).astype(int)
-    assert tuple(image[1, 0]) == FREE
+    assert tuple(image[1, 0]) == LIGHT.free
     assert (image[1, 1] < image[1, 0]).all()
-    assert tuple(image[0, 0]) == FREE
+    assert tuple(image[0, 0]) == LIGHT.free
 
 
 def test_costs_lie_over_the_map() -> None:
     floor = Raster(np.array([[0, 0, 100], [0, 0, 0]], np.int8), 1.0, (0.0, 0.0))
     costs = Raster(np.zeros((2, 4), np.int8), 0.5, (2.0, 0.0))
     image = cost_image(costs, floor)
-    assert tuple(image[1, 1]) == WALL
-    assert tuple(image[1, 2]) == UNKNOWN  # beyond the map
+    assert tuple(image[1, 1]) == LIGHT.wall
+    assert tuple(image[1, 2]) == LIGHT.unknown  # beyond the map
+
+
+def test_robots_of_every_colour_stand_out_from_light_and_dark_floors() -> None:
+    for shades in (LIGHT, DARK):
+        assert np.abs(np.subtract(shades.free, shades.background)).max() > 30
+        for color in STATES.values():
+            gap = np.abs(np.subtract(color, shades.free)).max()
+            rim = np.abs(np.subtract((255, 255, 255) if shades is DARK else (0, 0, 0), shades.free))
+            assert gap > 30 or rim.max() > 150

@@ -1,0 +1,84 @@
+"""Presets show all of a hall beside the panel, and labels do not cover each other."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from swarm_view.decode import Raster
+from swarm_view.labels import LETTER_HEIGHT, Wish, arrange
+from swarm_view.views import PANEL_WIDTH, STRIP_HEIGHT, Camera, View, eye_of, whole
+
+SIZE = (1600.0, 900.0)
+
+
+def hall(width: float, depth: float) -> Raster:
+    return Raster(np.zeros((round(depth), round(width)), np.int8), 1.0, (-3.0, 5.0))
+
+
+@pytest.mark.parametrize("view", [View.TOP, View.HALL])
+@pytest.mark.parametrize("size", [(17, 13), (40, 8), (6, 60)])
+def test_all_of_a_hall_is_seen_as_large_as_the_free_part_allows(
+    view: View, size: tuple[int, int]
+) -> None:
+    raster = hall(*size)
+    camera = whole(raster, view, 1.3, *SIZE)
+    (x, y), (width, depth) = raster.origin, raster.size
+    corners = np.array([(a, b, 0.0) for a in (x, x + width) for b in (y, y + depth)])
+    pixels, depths = camera.project(corners)
+    assert (depths > 0.0).all()
+    free = np.array([SIZE[0] - PANEL_WIDTH, SIZE[1] - STRIP_HEIGHT])
+    assert (pixels > -0.01 * free).all()
+    assert (pixels < 1.01 * free).all()
+    assert ((pixels.max(axis=0) - pixels.min(axis=0)) / free).max() > 0.85
+
+
+def test_a_camera_projects_what_is_right_to_the_right() -> None:
+    camera = Camera(np.array([0.0, -5.0, 5.0]), np.zeros(3), 1.0, *SIZE)
+    pixels, depths = camera.project(np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]))
+    np.testing.assert_allclose(pixels[0], [800.0, 450.0])
+    assert pixels[1][0] > 800.0
+    assert pixels[2][1] < 450.0
+    assert depths[0] == pytest.approx(50.0**0.5)
+    metre = 1.0 / camera.sizes(np.zeros((1, 3)))[0]
+    assert pixels[1][0] - 800.0 == pytest.approx(metre, rel=0.05)
+
+
+def test_a_robots_eye_looks_ahead() -> None:
+    target, position = eye_of(np.array([1.0, 2.0, 0.5 * np.pi]), 0.3)
+    np.testing.assert_allclose(position[:2], [1.0, 2.3], atol=1e-9)
+    assert target[1] > position[1]
+    assert target[2] < position[2]
+
+
+def test_labels_in_one_place_do_not_pile_up() -> None:
+    camera = Camera(np.array([0.0, -1e-3, 10.0]), np.zeros(3), 1.0, *SIZE)
+    wishes = [
+        Wish(f"Srobot{i}", (f"Srobot{i} waiting", f"{i}"), np.array([0.2 * i - 3.0, 0.0, 0.0]), 0.1)
+        for i in range(30)
+    ]
+    placed = arrange(wishes, camera)
+    assert "Srobot0" in placed
+    assert placed["Srobot0"].text == "Srobot0 waiting"
+    assert 3 < len(placed) < 30
+    tops = {name: camera.project(label.place[None])[0][0] for name, label in placed.items()}
+    same = [
+        (a, b)
+        for a, b in itertools.combinations(placed, 2)
+        if placed[a].anchor == placed[b].anchor == "bottom-center"
+        and abs(tops[a][1] - tops[b][1]) < LETTER_HEIGHT
+    ]
+    for a, b in same:
+        assert abs(tops[a][0] - tops[b][0]) > 7.0 * min(len(placed[a].text), len(placed[b].text))
+
+
+def test_labels_far_apart_are_all_shown_in_full() -> None:
+    camera = Camera(np.array([0.0, -1e-3, 10.0]), np.zeros(3), 1.0, *SIZE)
+    wishes = [Wish(f"{i}", (f"robot {i}", "x"), np.array([2.0 * i, 0.0, 0.0])) for i in (-2, 0, 2)]
+    placed = arrange(wishes, camera)
+    assert [label.text for label in placed.values()] == ["robot -2", "robot 0", "robot 2"]
+
+
+def test_a_label_behind_the_camera_is_not_shown() -> None:
+    camera = Camera(np.array([0.0, -5.0, 1.0]), np.zeros(3), 1.0, *SIZE)
+    assert arrange([Wish("a", ("a",), np.array([0.0, -9.0, 0.0]))], camera) == {}
