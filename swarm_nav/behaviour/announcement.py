@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from swarm_common.model.beacon import (
 )
 from swarm_common.model.records import CONTROL_PERIOD, Pose, RobotSpec, stamp_from_tick
 from swarm_common.model.sites import Sites
+from swarm_nav.behaviour.automaton import Automaton
 from swarm_nav.behaviour.behaviors import Behavior
 from swarm_nav.behaviour.task import Task
 from swarm_nav.core.goals import Feedback, Status
@@ -30,6 +32,7 @@ from swarm_nav.core.states import State
 from swarm_nav.traffic.gate import Gate
 from swarm_nav.traffic.holding import SAME_STATION, HoldingPattern, Lease
 from swarm_nav.traffic.right_of_way import RightOfWay
+from swarm_nav.traffic.senses import Senses
 from swarm_nav.traffic.situation import Situation
 
 MODES = {
@@ -46,42 +49,64 @@ NOWHERE = (math.nan, math.nan)
 WAITING_TICKS = 10  # ticks of being blocked after which `status` says waiting
 
 
-def compose_beacon(
-    situation: Situation,
-    spec: RobotSpec,
-    state: State,
-    right: RightOfWay,
-    lease: Lease,
-    gate: Gate,
-    holding: HoldingPattern,
-    last_goal_tick: int,
-    has_goal: bool,
-    is_active: bool,
-) -> np.void:
-    """Return the beacon of this tick; also stores the published priority in the situation."""
-    s = situation
+@dataclass(frozen=True, slots=True)
+class Deciders:
+    """The parts of a navigator whose decisions it tells."""
+
+    automaton: Automaton
+    right: RightOfWay
+    lease: Lease
+    gate: Gate
+    holding: HoldingPattern
+    senses: Senses
+
+
+def priorities(
+    robot_id: int, deciders: Deciders, last_goal_tick: int, has_goal: bool
+) -> tuple[int, int]:
+    """Return the robot's own priority, and the one with what it inherits from a robot that pushes.
+
+    Args:
+        robot_id: Breaks ties.
+        deciders: The state gives the class, lease and right of way what is inherited.
+        last_goal_tick: Tick at which the last target was reached: who waited longer ranks higher.
+        has_goal: Whether a goal is in hand.
+    """
     rank = CLASS_DONE
     if has_goal:
-        rank = CLASS_HOLDING if state in (State.HOLDING, State.BEHAVING) else CLASS_DRIVING
-    s.own_priority = max(base_priority(rank, last_goal_tick, s.robot_id), lease.inherited)
-    priority = max(s.own_priority, right.inherited)
-    if priority != s.priority:
-        s.tube.forget_requests()  # robots that acknowledged them compared another priority
-    s.priority = priority
-    flags = (FLAG_STUCK if s.is_stuck or not is_active else 0) | (FLAG_ACTIVE if is_active else 0)
-    flags |= FLAG_DEAF if s.is_deaf else 0
-    target = holding.target or NOWHERE
-    if right.is_yielding:
+        is_waiting = deciders.automaton.state in (State.HOLDING, State.BEHAVING)
+        rank = CLASS_HOLDING if is_waiting else CLASS_DRIVING
+    own = max(base_priority(rank, last_goal_tick, robot_id), deciders.lease.inherited)
+    return own, max(own, deciders.right.inherited)
+
+
+def compose_beacon(
+    situation: Situation, spec: RobotSpec, deciders: Deciders, is_active: bool
+) -> np.void:
+    """Return the beacon of this tick, with the priority and the blocks as they were published.
+
+    Args:
+        situation: Of the robot.
+        spec: Its footprint is sent.
+        deciders: Its decisions.
+        is_active: Whether the navigator is active.
+    """
+    s, d = situation, deciders
+    priority = s.priority
+    is_yielding = d.right.is_yielding
+    flags = (FLAG_STUCK if d.right.is_stuck or not is_active else 0) | d.holding.flags
+    flags |= (FLAG_ACTIVE if is_active else 0) | (FLAG_DEAF if d.senses.is_deaf else 0)
+    target = d.holding.target or NOWHERE
+    if is_yielding:
         x, y = s.tube.points[-1]
         target = (float(x), float(y))
-    sizes = map(len, s.tube.publish(s.pose, s.tick))
     head = (
         *stamp_from_tick(s.tick), s.robot_id, s.tick, s.radius,
         s.pose.x, s.pose.y, s.pose.yaw, s.twist.vx, s.twist.wz,
         priority >> 32, priority & 0xFFFFFFFF, s.blocked_ticks, s.blocked_by, s.yields_for,
-        flags | holding.flags, MODE_YIELD if right.is_yielding else MODES[state],
-        *target, *(lease.station or NOWHERE), lease.tick, gate.announced,
-        *sizes, len(spec.footprint),
+        flags, MODE_YIELD if is_yielding else MODES[d.automaton.state],
+        *target, *(d.lease.station or NOWHERE), d.lease.tick, d.gate.announced,
+        *s.tube.published_sizes, len(spec.footprint),
     )  # fmt: skip
     words = blank_beacon(spec.footprint).copy()
     pack_head(words, head)
@@ -92,24 +117,30 @@ def compose_beacon(
 
 def compose_status(
     situation: Situation,
+    deciders: Deciders,
     is_active: bool,
-    state: State,
     target: Pose | None,
-    lease: Lease,
-    gate: Gate,
     sites: Sites,
-    holding: HoldingPattern,
-    holding_since: int,
     distance: float,
 ) -> Status:
-    """Return the status for the operator."""
-    s = situation
+    """Return the status for the operator.
+
+    Args:
+        situation: Of the robot.
+        deciders: Its decisions.
+        is_active: Whether the navigator is active.
+        target: In map, None without a goal.
+        sites: Names of stations.
+        distance: [m] of path left.
+    """
+    s, state = situation, deciders.automaton.state
+    lease, gate, holding = deciders.lease, deciders.gate, deciders.holding
     name, detail = state.value, ""
     station = _station_name(lease, sites)
     if not is_active:
         name = "inactive"
-    elif s.missing:
-        name, detail = "waiting", s.missing
+    elif deciders.senses.missing:
+        name, detail = "waiting", deciders.senses.missing
     elif state is State.HOLDING:
         where = "on the circuit" if holding.is_on_circuit else "parked"
         detail = f"{where}, {_queue(lease, gate, station or 'its goal')}"
@@ -117,7 +148,7 @@ def compose_status(
         detail = f"makes way for Srobot{s.yields_for}" if s.yields_for else "steps back"
         if s.blocked_ticks > WAITING_TICKS:
             detail += f", waits {_blocker(s)}"
-        elif s.is_stuck:
+        elif deciders.right.is_stuck:
             detail += ", finds no place"
     elif state is State.DRIVING and s.blocked_ticks > WAITING_TICKS:
         name, detail = "waiting", _blocker(s)
@@ -133,7 +164,7 @@ def compose_status(
         queue_place=lease.place,
         distance_remaining=distance,
         estimated_time_remaining=distance / s.config.controller.max_vel_x,
-        holding_since_tick=holding_since if state is State.HOLDING else 0,
+        holding_since_tick=deciders.automaton.holding_since if state is State.HOLDING else 0,
         hold_time=counters.hold_ticks * CONTROL_PERIOD,
         wait_time=counters.wait_ticks * CONTROL_PERIOD,
         number_of_recoveries=counters.recoveries,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from swarm_nav.core.goals import Event as Report
 from swarm_nav.core.goals import StateChanged
 from swarm_nav.core.states import Event, State, next_state
 from swarm_nav.traffic.holding import HoldingPattern
@@ -9,7 +10,13 @@ from swarm_nav.traffic.situation import Situation
 
 
 class Automaton:
-    """Keeps the state and tells its changes; the holding pattern is entered and left with it."""
+    """Keeps the state and what happened; the holding pattern is entered and left with the state.
+
+    Attributes:
+        state: By the table of `core/states.py`.
+        holding_since: Tick at which the robot began to hold last.
+        events: What happened since the last `take_events`, in order.
+    """
 
     def __init__(self, situation: Situation, holding: HoldingPattern) -> None:
         """Start idle."""
@@ -17,6 +24,7 @@ class Automaton:
         self._holding = holding
         self.state = State.IDLE
         self.holding_since = 0
+        self.events: list[Report] = []
 
     def switch(self, event: Event) -> None:
         """Go to the state that follows `event`.
@@ -35,4 +43,9 @@ class Automaton:
             self.holding_since = self._s.tick
             self._holding.enter(self._s)
         self.state = new
-        self._s.events.append(StateChanged(new.value, self._s.tick))
+        self.events.append(StateChanged(new.value, self._s.tick))
+
+    def take_events(self) -> tuple[Report, ...]:
+        """Return what happened since the last call, and forget it."""
+        events, self.events = tuple(self.events), []
+        return events

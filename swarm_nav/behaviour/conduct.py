@@ -43,22 +43,30 @@ class Conduct:
         self._controller = controller
         self._held_place = 0  # in the queue when the robot began to wait
 
-    def act(self) -> Twist:
-        """Return the twist of this tick."""
-        state = self._automaton.state
+    def choose_path(self, is_person_near: bool) -> Twist | None:
+        """Let the state choose the path to follow, or a twist that overrides following it.
+
+        Args:
+            is_person_near: Whether the robot had to be slow for a person in the last tick.
+
+        Returns:
+            That twist, None if the path is followed.
+        """
+        state, task = self._automaton.state, self._pursuit.task
         if state in (State.BEHAVING, State.RECOVERING):
             return self._behave()
-        task = self._pursuit.task
         if state is State.DRIVING:
             assert task is not None
-            twist = self._navigate(task)
-            if twist is not None:
-                return twist
-        elif state is State.HOLDING:
+            return self._navigate(task, is_person_near)
+        if state is State.HOLDING:
             assert task is not None
             self._hold(task)
+        return None
+
+    def follow_path(self) -> Twist:
+        """Return the twist along the path; only to make way, or where it cannot turn, backwards."""
         s = self._s
-        may_back = state is State.YIELDING or s.is_confined
+        may_back = self._automaton.state is State.YIELDING or s.is_confined
         if not self._controller.choose_direction(s.tube, s.pose, s.twist, may_back):
             return self._controller.stop(s.twist)
         return self._controller.follow(s.tube, s.pose, s.twist)
@@ -90,7 +98,7 @@ class Conduct:
             pursuit.end(Outcome.ABORTED, end.code, end.message)
         return twist
 
-    def _navigate(self, task: Task) -> Twist | None:
+    def _navigate(self, task: Task, is_person_near: bool) -> Twist | None:
         """Return a twist that overrides following the tube, if any."""
         s = self._s
         if task.is_reached(s):
@@ -114,7 +122,7 @@ class Conduct:
             return None
         self._route.update(task)
         if self._pursuit.task is task:
-            self._check_progress(task)
+            self._check_progress(task, is_person_near)
         return None
 
     def _settle(self, task: Task) -> Twist:
@@ -158,12 +166,12 @@ class Conduct:
         """Whether the robot may approach its station, and nobody stands on it for good."""
         return self._lease.is_turn(self._s.config.holding) and not self._lease.is_covered(self._s)
 
-    def _check_progress(self, task: Task) -> None:
+    def _check_progress(self, task: Task, is_person_near: bool) -> None:
         s = self._s
         traffic = s.config.traffic
         is_listening = s.tick - s.listening_since < 2 * traffic.listen_ticks
         is_waiting = s.blocked_ticks > 0 or s.is_unconfirmed
-        task.note_progress(s, is_listening or is_waiting)
+        task.note_progress(s, is_listening or is_waiting, is_person_near)
         code = ErrorCode.FAILED_TO_MAKE_PROGRESS
         if s.tick - task.moved_tick > s.ticks(traffic.patience):
             message = f"blocked by Srobot{s.blocked_by} for {traffic.patience:.0f} s"

@@ -12,7 +12,13 @@ from swarm_common.model.grid import Grid
 from swarm_common.model.records import FloatArray, Odometry, Pose, RobotSpec, Scan, Twist
 from swarm_common.model.sites import Sites
 from swarm_nav.behaviour import costmap as costmaps
-from swarm_nav.behaviour.announcement import compose_beacon, compose_feedback, compose_status
+from swarm_nav.behaviour.announcement import (
+    Deciders,
+    compose_beacon,
+    compose_feedback,
+    compose_status,
+    priorities,
+)
 from swarm_nav.behaviour.automaton import Automaton
 from swarm_nav.behaviour.conduct import Conduct
 from swarm_nav.behaviour.costmap import Costmap
@@ -24,7 +30,7 @@ from swarm_nav.core.goals import Feedback, Goal, GoalKind, Outcome, Output, Stat
 from swarm_nav.core.priority import CLASS_DRIVING, base_priority
 from swarm_nav.core.states import State
 from swarm_nav.localisation.localiser import START_DEVIATION, make_localiser
-from swarm_nav.traffic.caution import limited
+from swarm_nav.traffic.caution import NOBODY_NEAR, limited, people_near
 from swarm_nav.traffic.claim import Claim
 from swarm_nav.traffic.departure import Departure
 from swarm_nav.traffic.gate import Gate, narrow_region
@@ -59,8 +65,7 @@ class Navigator:
         self._holding = HoldingPattern(sites.circuits, stations)
         self._lease = Lease()
         self._right = RightOfWay()
-        self._s = s = begin(config, spec, grid, robot_id, initial_pose_map)
-        s.stations = tuple(stations)
+        self._s = s = begin(config, spec, grid, robot_id, initial_pose_map, tuple(stations))
         self._localiser = make_localiser(
             initial_pose_map, config.localisation, spec, s.terrain, s.hood, robot_id
         )
@@ -75,6 +80,10 @@ class Navigator:
         )  # fmt: skip
         self._senses = Senses(s)
         self._claim = Claim(s)
+        self._deciders = Deciders(
+            self._automaton, self._right, self._lease, self._gate, self._holding, self._senses
+        )
+        self._people = NOBODY_NEAR  # at the end of the last tick in which the robot could drive
 
     def _narrow_region(self) -> NDArray[np.bool_] | None:
         return narrow_region(self._s.terrain, self._s.stations)
@@ -139,19 +148,9 @@ class Navigator:
         """Go on from a pose that is elsewhere; claims made at the old one are dropped."""
         s, pose = self._s, self._localiser.pose_map
         if pose.distance(s.pose) > s.config.traffic.safety_margin:
-            s.listening_since = s.tick  # the owner of the space there is not known yet
+            self._senses.listen_anew()  # the owner of the space there is not known yet
         s.pose = pose
         s.tube.reset(pose)
-
-    def _trust_pose(self) -> None:
-        """See how good the pose is: it decides on the safety margin and on driving at all."""
-        s, localiser = self._s, self._localiser
-        s.is_lost = localiser.is_lost
-        s.take_margin(localiser.margin)
-        if localiser.wants_leap and s.is_standing:
-            localiser.leap()
-            s.obstacles.clear()
-            self._take_over_pose()
 
     def load_map(self, grid: Grid) -> None:
         """Take another map."""
@@ -169,7 +168,7 @@ class Navigator:
         """Start to navigate; listens first."""
         if not self.is_active:
             self.is_active = True
-            self._s.listening_since = self._s.tick
+            self._senses.listen_anew()
             self._s.tube.reset(self._s.pose)
 
     def deactivate(self) -> None:
@@ -220,62 +219,122 @@ class Navigator:
         self._pursuit.end(Outcome.CANCELED, message="canceled")
 
     def tick(self, tick: int) -> Output:
-        """Decide; call once per control tick after the observations of that tick."""
+        """Decide; call once per control tick after the observations of that tick.
+
+        Args:
+            tick: Number of the control tick.
+
+        Returns:
+            The twist to drive, the beacon to send, and what happened since the last tick.
+        """
+        self._begin(tick)
+        is_lost = self._localise()
+        can_drive = self._sense(is_lost) and self.is_active
+        self._choose_goal()
+        if can_drive:
+            self._guard_reservation()
+            self._decide_right_of_way()
+            twist = self._choose_twist(self._conduct.choose_path(self._people.is_near))
+            self._claim.extend()
+        else:
+            twist = self._stand()
+        beacon = self._announce()
+        self._count_waiting()
+        return Output(twist, beacon, self._automaton.take_events())
+
+    def _begin(self, tick: int) -> None:
+        """Take the time; after a gap in it the other robots no longer respect the old space."""
         s = self._s
-        if s.tick == 0 and tick > 1:
-            s.listening_since = tick  # a navigator that joins late listens first
-        elif tick - s.tick > s.config.traffic.lost_ticks:
-            self._return(tick)
+        is_first, passed = s.tick == 0, tick - s.tick
         s.tick = tick
-        s.hood.refresh(tick)
-        s.radio.note(s.hood.acks, tick)
-        self._trust_pose()
-        self._pursuit.begin_pending()
+        if is_first and tick > 1:
+            self._senses.listen_anew()  # a navigator that joins late listens first
+        elif passed > s.config.traffic.lost_ticks:
+            self._senses.listen_anew()
+            s.tube.reset(s.pose)
+            self._replan()
+
+    def _localise(self) -> bool:
+        """Announce the margin that the pose needs, and correct it; return whether it is lost."""
+        s, localiser = self._s, self._localiser
+        is_lost = localiser.is_lost
+        s.take_margin(localiser.margin)
+        if localiser.wants_leap and s.is_standing:
+            localiser.leap()
+            s.obstacles.clear()
+            self._take_over_pose()
+        return is_lost
+
+    def _sense(self, is_lost: bool) -> bool:
+        """Take in what the neighbours said; return whether the robot knows enough to drive."""
+        s = self._s
+        s.hood.refresh(s.tick)
+        s.radio.note(s.hood.acks, s.tick)
+        return self._senses.update(is_lost)
+
+    def _choose_goal(self) -> None:
+        """Begin a goal that is due; queue for its station and at the gate before it."""
+        s, pursuit = self._s, self._pursuit
+        pursuit.begin_pending()
         self._lease.update(s)
         self._gate.update(
             s,
             has_turn=self._task is not None and self._lease.is_turn(self.config.holding),
             is_driving=self._state is State.DRIVING,
             priority=max(
-                base_priority(CLASS_DRIVING, self._pursuit.last_goal_tick, s.robot_id),
+                base_priority(CLASS_DRIVING, pursuit.last_goal_tick, s.robot_id),
                 self._lease.inherited,
             ),
         )
-        if self._senses.update() and self.is_active:
-            twist = self._drive()
-        else:
-            self._claim.retract()
-            self._conduct.stand()
-            twist = self._controller.stop(s.twist)
-        events, s.events = tuple(s.events), []
-        beacon = compose_beacon(
-            s, self.spec, self._state, self._right, self._lease, self._gate, self._holding,
-            self._pursuit.last_goal_tick, self._pursuit.has_goal, self.is_active,
-        )  # fmt: skip
+
+    def _guard_reservation(self) -> None:
+        """Give up space that an obstacle or another robot is in, or that is not driven."""
+        self._claim.guard()
+        if self._claim.drop_if_unused():
+            self._replan()
+
+    def _decide_right_of_way(self) -> None:
+        """Make way, step back, or go on with the goal in hand."""
+        self._pursuit.yield_or_resume(self._right.update(self._s))
+
+    def _choose_twist(self, override: Twist | None) -> Twist:
+        """Return the twist along the path or instead of it, slowed down near people and walls.
+
+        Args:
+            override: Twist that the state asks for instead of following the path.
+        """
+        twist = self._conduct.follow_path() if override is None else override
+        self._people = people_near(self._s)
+        return self._admitted(limited(twist, self._people, self.config.controller))
+
+    def _stand(self) -> Twist:
+        """Give up what is not needed to stop, and stop."""
+        self._claim.retract()
+        self._conduct.stand()
+        return self._controller.stop(self._s.twist)
+
+    def _announce(self) -> np.void:
+        """Publish priority and reservation; return the beacon."""
+        s, pursuit = self._s, self._pursuit
+        s.take_priorities(
+            *priorities(s.robot_id, self._deciders, pursuit.last_goal_tick, pursuit.has_goal)
+        )
+        s.tube.publish(s.pose, s.tick)
         self._claim.note_published(*s.tube.published_held)
+        return compose_beacon(s, self.spec, self._deciders, self.is_active)
+
+    def _count_waiting(self) -> None:
+        """Count the time spent in a queue and behind other robots, for the report."""
+        s = self._s
         if self._state is State.HOLDING:
             s.counters.hold_ticks += 1
         elif self._state is State.DRIVING and s.blocked_ticks > 0 and s.is_standing:
             s.counters.wait_ticks += 1
-        return Output(twist, beacon, events)
 
-    def _return(self, tick: int) -> None:
-        """Continue after a time without data: the others no longer respect the old space."""
-        s = self._s
-        s.listening_since = tick
-        s.tube.reset(s.pose)
+    def _replan(self) -> None:
+        """Have the way to the target planned anew."""
         if self._task is not None:
             self._task.is_planned = False
-
-    def _drive(self) -> Twist:
-        """Choose the twist inside the held space, then let that space grow."""
-        self._claim.guard()
-        if self._claim.drop_if_unused() and self._task is not None:
-            self._task.is_planned = False
-        self._pursuit.yield_or_resume(self._right.update(self._s))
-        twist = self._admitted(limited(self._s, self._conduct.act()))
-        self._claim.extend()
-        return twist
 
     def _admitted(self, twist: Twist) -> Twist:
         """Return what of a twist a long robot's outline has room for."""
@@ -337,6 +396,5 @@ class Navigator:
         if target is None and self._pursuit.has_goal:
             target = self._s.pose  # a behaviour that somebody asked for: the robot is not free
         return compose_status(
-            self._s, self.is_active, self._state, target, self._lease, self._gate, self.sites,
-            self._holding, self._automaton.holding_since, self.distance_remaining(),
-        )  # fmt: skip
+            self._s, self._deciders, self.is_active, target, self.sites, self.distance_remaining()
+        )

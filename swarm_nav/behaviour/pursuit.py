@@ -100,7 +100,7 @@ class Pursuit:
             s.tube.release_ahead(s.brake_points)
             s.tube.cut()
         missed = tuple(task.missed) if task is not None else ()
-        s.events.append(GoalEnded(goal_id, outcome, s.tick, code, message, missed))
+        self._automaton.events.append(GoalEnded(goal_id, outcome, s.tick, code, message, missed))
         self._automaton.switch(Event.FINISHED)
 
     def _count(self, outcome: Outcome) -> None:

@@ -22,12 +22,17 @@ FATAL = (ErrorCode.GOAL_OCCUPIED, ErrorCode.GOAL_OUTSIDE_MAP, ErrorCode.NO_VALID
 
 
 class Route:
-    """Plans the way to the target and gives it to the tube."""
+    """Plans the way to the target and gives it to the tube.
+
+    Attributes:
+        last_plan_tick: Tick of the last plan.
+    """
 
     def __init__(self, situation: Situation, pursuit: Pursuit) -> None:
         """Plan nothing before the first update."""
         self._s = situation
         self._pursuit = pursuit
+        self.last_plan_tick = -1000
 
     def update(self, task: Task) -> None:
         """Plan if it is due; a target without a way is recovered from or given up."""
@@ -38,7 +43,7 @@ class Route:
 
     def _is_due(self, task: Task) -> bool:
         s = self._s
-        since = s.tick - s.last_plan_tick
+        since = s.tick - self.last_plan_tick
         if not task.is_planned or self._is_period_over(task, since):
             return True
         if since < s.patience(REPLAN_PAUSE):
@@ -57,7 +62,7 @@ class Route:
 
     def _plan(self, task: Task) -> None:
         s = self._s
-        s.last_plan_tick = s.tick
+        self.last_plan_tick = s.tick
         try:
             extra = crowd.congestion(s)
             path = self._path_to(task, extra)

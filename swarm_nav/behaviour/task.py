@@ -119,11 +119,18 @@ class Task:
             return True
         return abs(wrap_angle(target.yaw - situation.pose.yaw)) <= checker.yaw_goal_tolerance
 
-    def note_progress(self, situation: Situation, is_excused: bool) -> None:
+    def note_progress(
+        self, situation: Situation, is_excused: bool, is_person_near: bool = False
+    ) -> None:
         """Restart the progress checker's clock when the robot moved or could not be expected to.
 
         While it drives slowly near a person, the clock pauses but does not restart: otherwise a
         person who comes by repeatedly would excuse a robot that another obstacle blocks.
+
+        Args:
+            situation: Of the robot.
+            is_excused: Whether it could not be expected to move.
+            is_person_near: Whether it drives slowly for a person.
         """
         radius = situation.config.progress_checker.required_movement_radius
         if situation.pose.distance(self.progress_pose) >= radius:
@@ -131,7 +138,7 @@ class Task:
             self.progress_tick = self.moved_tick = situation.tick
         elif is_excused:
             self.progress_tick = situation.tick
-        elif situation.is_wary:
+        elif is_person_near:
             self.progress_tick = min(self.progress_tick + 1, situation.tick)
 
     def note_holding(self, situation: Situation) -> None:

@@ -37,6 +37,7 @@ class Tube:
         self._blocks = np.split(points, (HELD_POINTS, HELD_POINTS + WANTED_POINTS))
         self.published: NDArray[np.uint32] = points.view(np.uint32).ravel()
         self.published_held = self._blocks[0], 0  # and how many of its points count
+        self.published_sizes = (0, 0, 0)  # points that count of held, wanted, intent
         self._log: NDArray[np.int64] = np.zeros((REMEMBERED, 2), np.int64)
         self.is_reverse = False
         self.reset(pose)
@@ -151,7 +152,7 @@ class Tube:
         sizes = tube_kernels.publish(
             self.points, (pose.x, pose.y), (self.near, self.stop, end), held, wanted, intent
         )  # fmt: skip
-        self.published_held = held, sizes[0]
+        self.published_held, self.published_sizes = (held, sizes[0]), sizes
         return held[: sizes[0]], wanted[: sizes[1]], intent[: sizes[2]]
 
     def _note_request(self, tick: int, end: int) -> None:

@@ -10,8 +10,10 @@ and braking, in all of which a person walks on.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from swarm_common.model.records import CONTROL_PERIOD, Twist
+from swarm_nav.core.config import ControllerConfig
 from swarm_nav.traffic.situation import Situation
 
 CREEP_SPEED = 0.015  # [m/s] at which a robot counts as standing
@@ -44,21 +46,40 @@ def cautious_speed(gap: float, acceleration: float) -> float:
     return acceleration * (math.sqrt(half * half + 2.0 * spare / acceleration) - half)
 
 
-def limited(situation: Situation, twist: Twist) -> Twist:
-    """Return the twist, slowed down if a person is near, which `is_wary` records."""
+class People(NamedTuple):
+    """The nearest moving body that neither map nor radio explains."""
+
+    gap: float  # [m] between its last place and the robot's circle, inf if there is none
+    is_near: bool  # whether the robot must not drive at full speed
+
+
+NOBODY_NEAR = People(math.inf, False)
+
+
+def people_near(situation: Situation) -> People:
+    """Return how near the nearest person may be."""
     s = situation
     config = s.config.controller
     gap = s.obstacles.restless_gap(s.pose.x, s.pose.y, s.tick) - s.body_radius
     if gap == math.inf:
-        s.is_wary = False
+        return NOBODY_NEAR
+    return People(gap, gap < caution_distance(config.max_vel_x, config.acc_lim_x))
+
+
+def limited(twist: Twist, people: People, config: ControllerConfig) -> Twist:
+    """Return a twist scaled so that the robot stands before a person reaches it.
+
+    Args:
+        twist: As chosen without regard to people.
+        people: Who is near.
+        config: Limits of the drive.
+    """
+    if not people.is_near:
         return twist
-    s.is_wary = gap < caution_distance(config.max_vel_x, config.acc_lim_x)
-    speed = math.hypot(twist.vx, twist.vy) if twist.vy else abs(twist.vx)
-    if not s.is_wary:
-        return twist
-    if gap < TURN_ROOM:
+    if people.gap < TURN_ROOM:
         return Twist()
-    allowed = max(CREEP_SPEED, cautious_speed(gap, config.acc_lim_x))
+    speed = math.hypot(twist.vx, twist.vy) if twist.vy else abs(twist.vx)
+    allowed = max(CREEP_SPEED, cautious_speed(people.gap, config.acc_lim_x))
     if speed <= allowed:
         return twist
     share = allowed / speed

@@ -38,11 +38,17 @@ GO_ON_PATIENCE = 2.0  # [s] that a pushed robot may be blocked on its own way
 
 
 class RightOfWay:
-    """Making way for one robot at a time, and stepping back."""
+    """Making way for one robot at a time, and stepping back.
+
+    Attributes:
+        inherited: Priority of the robot that is made way for minus one, 0 without one.
+        is_stuck: Whether there is no refuge, or none that the robot gets to.
+    """
 
     def __init__(self) -> None:
         """Start without a pusher."""
         self.inherited = 0
+        self.is_stuck = False
         self._last_pushed_tick = 0
         self._next_search_tick = 0
         self._retreat_until = -1
@@ -105,13 +111,13 @@ class RightOfWay:
             time += traffic.retreat_time
         if situation.tick - self._last_pushed_tick > situation.patience(time):
             self._release(situation)
-        elif situation.is_stuck and situation.tick >= self._next_search_tick:
+        elif self.is_stuck and situation.tick >= self._next_search_tick:
             self._search(situation)
 
     def _release(self, situation: Situation) -> None:
         self.inherited = 0
         situation.yields_for = 0
-        situation.is_stuck = self._was_stuck = False
+        self.is_stuck = self._was_stuck = False
         self._blocked_since = -1
         if self._is_diverted:
             self._is_diverted = False
@@ -131,14 +137,14 @@ class RightOfWay:
         if is_new:
             situation.counters.pushes += 1
             situation.yields_for = pusher_id
-            situation.is_stuck = self._was_stuck = False
+            self.is_stuck = self._was_stuck = False
             self._is_at_refuge = False
             self._margin = REFUGE_MARGIN
             self._blocked_since = -1
             self._search(situation)
             return
         if situation.has_grown:
-            situation.is_stuck = False
+            self.is_stuck = False
         if situation.blocked_ticks == 0:
             self._blocked_since = -1
         elif self._blocked_since < 0:
@@ -146,10 +152,10 @@ class RightOfWay:
         waited = situation.tick - self._blocked_since if self._blocked_since >= 0 else 0
         patience = situation.patience(situation.config.traffic.stuck_time)
         if max(waited, situation.obstacle_ticks) > patience:
-            situation.is_stuck = self._was_stuck = True
+            self.is_stuck = self._was_stuck = True
         if situation.tick < self._next_search_tick:
             return
-        if situation.tube.is_complete or situation.is_stuck:
+        if situation.tube.is_complete or self.is_stuck:
             if self._is_at_refuge:  # and in the way there, as the pusher says
                 self._margin += REFUGE_MARGIN
             self._search(situation)
@@ -172,7 +178,7 @@ class RightOfWay:
         self._is_at_refuge = path is not None and len(path) < 2
         if path is None:
             self._margin = REFUGE_MARGIN
-            situation.is_stuck = self._was_stuck = True
+            self.is_stuck = self._was_stuck = True
             return
         if len(path) >= 2:
             situation.tube.adopt(path)

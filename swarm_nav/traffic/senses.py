@@ -8,11 +8,18 @@ from swarm_nav.traffic.situation import Situation
 
 
 class Senses:
-    """Takes scans and the radio's batches; without data it stops, after a silence it listens."""
+    """Takes scans and the radio's batches; without data it stops, after a silence it listens.
+
+    Attributes:
+        missing: What keeps the robot from driving (no scans, no radio), empty if nothing.
+        is_deaf: Whether nothing was heard for so long that all must be listened to anew.
+    """
 
     def __init__(self, situation: Situation) -> None:
         """Start before the first observation."""
         self._s = situation
+        self.missing = ""
+        self.is_deaf = False
         self._is_hearing = False
         self._deaf_ticks = 0
         self._scan_tick = -1
@@ -33,18 +40,26 @@ class Senses:
         self._is_hearing = True
         self._s.hood.take(reception, self._s.pose.x, self._s.pose.y)
 
-    def update(self) -> bool:
-        """Close the observations of this tick; return whether there are enough to drive on."""
+    def listen_anew(self) -> None:
+        """Hold only what is held until the radio has been heard for a while without a gap."""
+        self._s.listening_since = self._s.tick
+
+    def update(self, is_lost: bool = False) -> bool:
+        """Close the observations of this tick; return whether there are enough to drive on.
+
+        Args:
+            is_lost: Whether the robot does not know well enough where it is.
+        """
         self._note_deafness()
         is_hearing, self._is_hearing = self._is_hearing, False
-        self._s.missing = self._missing(is_hearing)
-        return not self._s.missing
+        self.missing = self._missing(is_lost, is_hearing)
+        return not self.missing
 
-    def _missing(self, is_hearing: bool) -> str:
+    def _missing(self, is_lost: bool, is_hearing: bool) -> str:
         """Return what keeps the robot from driving, for people; empty if nothing does."""
         s = self._s
         timeout = s.config.costmap.scan_timeout
-        if s.is_lost:
+        if is_lost:
             return "stands: lost"
         if not is_hearing:
             return "stands: its radio delivers nothing"
@@ -59,9 +74,9 @@ class Senses:
         """Listen again after a silence in which robots may have come near unheard."""
         if not self._is_hearing:
             self._deaf_ticks += 1
-            self._s.is_deaf = self._deaf_ticks > self._s.config.traffic.lost_ticks
+            self.is_deaf = self._deaf_ticks > self._s.config.traffic.lost_ticks
             return
-        if self._s.is_deaf:
-            self._s.listening_since = self._s.tick
+        if self.is_deaf:
+            self.listen_anew()
         self._deaf_ticks = 0
-        self._s.is_deaf = False
+        self.is_deaf = False

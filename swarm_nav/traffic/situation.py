@@ -12,7 +12,6 @@ from swarm_common.model.grid import Grid
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec, Twist
 from swarm_nav.control.tube import Tube
 from swarm_nav.core.config import NavConfig
-from swarm_nav.core.goals import Event
 from swarm_nav.perception.neighborhood import Neighborhood
 from swarm_nav.perception.obstacles import ObstacleLayer
 from swarm_nav.planning.oblong import Oblong
@@ -60,14 +59,9 @@ class Situation:
         yields_for: Id of the robot that is made way for, 0 for none.
         priority: As published in the last beacon.
         own_priority: The same without what was inherited from robots that push.
-        is_wary: Whether somebody may be near who walks into a robot that drives.
         radio: How slow the radio is.
         stations: Places (x, y) in map that many robots go to, by `sites.yaml`.
-        missing: What keeps the robot from driving (no scans, no radio), empty if nothing.
-        is_lost: Whether the robot does not know well enough where it is.
-        is_deaf: Whether nothing was heard for so long that all must be listened to anew.
         listening_since: Tick since which the radio is heard without a gap.
-        events: What happened since the last output, in order.
     """
 
     robot_id: int
@@ -89,17 +83,10 @@ class Situation:
     is_unconfirmed: bool = False
     obstacle_ticks: int = 0
     yields_for: int = 0
-    is_stuck: bool = False
-    is_deaf: bool = False
-    is_lost: bool = False
-    is_wary: bool = False
     has_grown: bool = False
-    missing: str = ""
     priority: int = 0
     own_priority: int = 0
-    last_plan_tick: int = -1000
     listening_since: int = 0
-    events: list[Event] = field(default_factory=list)
     stations: tuple[tuple[float, float], ...] = ()
     oblong: Oblong | None = None
     radio: Patience = field(default_factory=Patience)
@@ -139,6 +126,17 @@ class Situation:
         if wanted > self.radius:
             self.tube.forget_requests()
         self.radius = least + MARGIN_STEP * math.ceil((wanted - least) / MARGIN_STEP - 1e-9)
+
+    def take_priorities(self, own: int, published: int) -> None:
+        """Announce a priority.
+
+        Args:
+            own: Without what is inherited from robots that push.
+            published: With it.
+        """
+        if published != self.priority:
+            self.tube.forget_requests()  # robots that acknowledged them compared another priority
+        self.own_priority, self.priority = own, published
 
     ticks = staticmethod(ticks_of)
 
@@ -213,9 +211,23 @@ def terrain_of(config: NavConfig, spec: RobotSpec, grid: Grid) -> Terrain:
 
 
 def begin(
-    config: NavConfig, spec: RobotSpec, grid: Grid, robot_id: int, pose_map: Pose
+    config: NavConfig,
+    spec: RobotSpec,
+    grid: Grid,
+    robot_id: int,
+    pose_map: Pose,
+    stations: tuple[tuple[float, float], ...] = (),
 ) -> Situation:
-    """Return the situation of a robot that stands at a pose and knows of no other robot yet."""
+    """Return the situation of a robot that stands at a pose and knows of no other robot yet.
+
+    Args:
+        config: Parameters.
+        spec: Of the robot.
+        grid: Map.
+        robot_id: From 1.
+        pose_map: Of base_footprint in map.
+        stations: Places (x, y) in map that many robots go to.
+    """
     body = spec.circumscribed_radius
     terrain = terrain_of(config, spec, grid)
     traffic = config.traffic
@@ -236,4 +248,5 @@ def begin(
         twist=Twist(),
         counters=Counters(),
         oblong=Oblong.of(spec),
+        stations=stations,
     )

@@ -171,7 +171,7 @@ class Actor:
         beacon: np.void = np.zeros(1, BEACON_DTYPE)[0]
         beacon["id"], beacon["tick"], beacon["radius"] = s.robot_id, s.tick, s.radius
         beacon["pose"] = (s.pose.x, s.pose.y, 0.0)
-        beacon["flags"] = FLAG_ACTIVE | (FLAG_DEAF if s.is_deaf else 0)
+        beacon["flags"] = FLAG_ACTIVE | (FLAG_DEAF if self.senses.is_deaf else 0)
         beacon["heard"] = s.hood.heard(s.tick)
         if s.priority != self._next_priority:
             s.tube.forget_requests()

@@ -29,12 +29,19 @@ from swarm_common.model.beacon import (
 )
 from swarm_common.model.records import Pose
 from swarm_common.model.sites import Sites
-from swarm_nav.behaviour.announcement import compose_beacon, compose_status
+from swarm_nav.behaviour.announcement import (
+    Deciders,
+    compose_beacon,
+    compose_status,
+    priorities,
+)
+from swarm_nav.behaviour.automaton import Automaton
 from swarm_nav.core.priority import CLASS_DRIVING, CLASS_HOLDING, base_priority
 from swarm_nav.core.states import State
 from swarm_nav.traffic.gate import Gate
 from swarm_nav.traffic.holding import HoldingPattern, Lease
 from swarm_nav.traffic.right_of_way import RightOfWay
+from swarm_nav.traffic.senses import Senses
 from swarm_nav.traffic.situation import Situation
 from tests.fakes.navigation import RADIUS, room, situation, waffle
 
@@ -49,14 +56,24 @@ def driving() -> Situation:
     return s
 
 
+def deciders(
+    s: Situation, state: State, lease: Lease, gate: Gate | None = None,
+    right: RightOfWay | None = None,
+) -> Deciders:  # fmt: skip
+    holding = HoldingPattern({}, [])
+    automaton = Automaton(s, holding)
+    automaton.state, automaton.holding_since = state, 60
+    return Deciders(automaton, right or RightOfWay(), lease, gate or Gate(None), holding, Senses(s))
+
+
 def announce(
     s: Situation, state: State = State.DRIVING, has_goal: bool = True, is_active: bool = True,
     right: RightOfWay | None = None,
 ) -> np.void:  # fmt: skip
-    return compose_beacon(
-        s, waffle(), state, right or RightOfWay(), Lease(STATION, 70, 1), Gate(None),
-        HoldingPattern({}, []), 33, has_goal, is_active,
-    )  # fmt: skip
+    told = deciders(s, state, Lease(STATION, 70, 1), right=right)
+    s.take_priorities(*priorities(s.robot_id, told, 33, has_goal))
+    s.tube.publish(s.pose, s.tick)
+    return compose_beacon(s, waffle(), told, is_active)
 
 
 def test_a_beacon_carries_the_claims_of_its_tick() -> None:
@@ -82,6 +99,13 @@ def test_the_priority_is_published_and_remembered() -> None:
     assert s.priority == base_priority(CLASS_HOLDING, 33, 4)
 
 
+def test_composing_a_beacon_changes_nothing() -> None:
+    s = driving()
+    first = announce(s)
+    told = deciders(s, State.DRIVING, Lease(STATION, 70, 1))
+    assert compose_beacon(s, waffle(), told, True).tobytes() == first.tobytes()
+
+
 @pytest.mark.parametrize(
     ("state", "has_goal", "mode"),
     [
@@ -98,7 +122,7 @@ def test_the_mode_follows_the_state(state: State, has_goal: bool, mode: int) -> 
 
 def test_a_yielding_robot_announces_its_refuge_and_what_it_inherited() -> None:
     s, right = driving(), RightOfWay()
-    s.yields_for, s.is_stuck, right.inherited = 9, True, 2**50 - 1
+    s.yields_for, right.is_stuck, right.inherited = 9, True, 2**50 - 1
     right._is_diverted = True
     record = announce(s, State.YIELDING, right=right)
     assert record["mode"] == MODE_YIELD
@@ -118,10 +142,7 @@ def status(  # type: ignore[no-untyped-def]
 ):
     sites = Sites(stations={"loader_1": Pose(*STATION, 0.0)})
     lease = Lease(STATION, 70, place, 9 if place else 0)
-    return compose_status(
-        s, is_active, state, None, lease, gate or Gate(None), sites,
-        HoldingPattern({}, []), 60, 1.3,
-    )  # fmt: skip
+    return compose_status(s, deciders(s, state, lease, gate), is_active, None, sites, 1.3)
 
 
 def test_the_status_says_what_the_robot_waits_for() -> None:

@@ -40,9 +40,9 @@ def driving(x: float = 6.0) -> tuple[Situation, Route, Task]:
 
 def replans(s: Situation, route: Route, task: Task, since: int) -> bool:
     """Return whether the route is planned anew `since` ticks after the last plan."""
-    s.last_plan_tick = s.tick - since
+    route.last_plan_tick = s.tick - since
     route.update(task)
-    return s.last_plan_tick == s.tick
+    return route.last_plan_tick == s.tick
 
 
 def test_the_first_plan_leads_from_the_robot_to_the_goal() -> None:
@@ -93,6 +93,7 @@ def test_a_plan_back_along_held_space_starts_where_the_robot_can_stop() -> None:
 
 
 def test_a_goal_off_the_map_ends_at_once() -> None:
-    s, _, _ = driving(50.0)
-    ends = [event for event in s.events if isinstance(event, GoalEnded)]
+    _, route, _ = driving(50.0)
+    events = route._pursuit._automaton.take_events()
+    ends = [event for event in events if isinstance(event, GoalEnded)]
     assert [end.error_code for end in ends] == [ErrorCode.GOAL_OUTSIDE_MAP]

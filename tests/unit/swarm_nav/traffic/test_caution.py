@@ -12,7 +12,14 @@ from swarm_common.model.records import LidarSpec, Pose, Scan, Twist
 from swarm_nav.core.config import CostmapConfig
 from swarm_nav.perception.movers import CAME_TICKS, MOVER_TICKS, STILL_TICKS
 from swarm_nav.perception.obstacles import ObstacleLayer
-from swarm_nav.traffic.caution import CREEP_SPEED, caution_distance, cautious_speed, limited
+from swarm_nav.traffic.caution import (
+    CREEP_SPEED,
+    NOBODY_NEAR,
+    caution_distance,
+    cautious_speed,
+    limited,
+    people_near,
+)
 from swarm_nav.traffic.situation import Situation
 from tests.fakes.navigation import Squad, room, situation
 
@@ -145,8 +152,9 @@ def test_a_robot_stands_before_a_person_who_comes_at_it_is_there(
 def test_near_somebody_the_robot_creeps_and_turns_or_does_nothing() -> None:
     s = situation(HALL, MIDDLE)
     drive = Twist(0.2, 0.0, 0.4)
-    assert limited(s, drive) == drive
-    assert not s.is_wary
+    config = s.config.controller
+    assert people_near(s) == NOBODY_NEAR
+    assert limited(drive, NOBODY_NEAR, config) == drive
     body = s.body_radius
     for gap, expected in (
         (1.5, drive),
@@ -155,12 +163,14 @@ def test_near_somebody_the_robot_creeps_and_turns_or_does_nothing() -> None:
     ):
         s.obstacles.clear()
         watch(s, s.obstacles, s.tick, MIDDLE.x + 0.25 + body + gap + 0.025, MIDDLE.y)
-        found = limited(s, drive)
+        people = people_near(s)
+        found = limited(drive, people, config)
         assert found.vx == pytest.approx(expected.vx)
         assert found.wz == pytest.approx(expected.wz)
-        assert s.is_wary == (gap < 1.0)
+        assert people.gap == pytest.approx(gap, abs=0.03)
+        assert people.is_near == (gap < 1.0)
         turn = Twist(0.0, 0.0, 1.0)
-        assert limited(s, turn) == (turn if gap > 0.1 else Twist())
+        assert limited(turn, people, config) == (turn if gap > 0.1 else Twist())
 
 
 def test_who_walks_by_again_and_again_excuses_a_stuck_robot_only_while_it_is_near() -> None:
@@ -177,9 +187,9 @@ def test_who_walks_by_again_and_again_excuses_a_stuck_robot_only_while_it_is_nea
     alone = 0
     for _ in range(4 * allowance):
         s.tick += 1
-        s.is_wary = s.tick % 50 < 30
-        alone += not s.is_wary
-        robot._conduct._check_progress(task)
+        is_near = s.tick % 50 < 30
+        alone += not is_near
+        robot._conduct._check_progress(task, is_near)
         assert task.recoveries == (alone > allowance)
         if task.recoveries:
             return

@@ -179,7 +179,7 @@ def test_a_robot_makes_way_until_nobody_has_pushed_it_for_the_release_time() -> 
     release = s.ticks(s.config.traffic.release_time)
     assert run(s, right, release, free)
     assert not run(s, right, 1, free)
-    assert (s.yields_for, right.inherited, s.is_stuck) == (0, 0, False)
+    assert (s.yields_for, right.inherited, right.is_stuck) == (0, 0, False)
     assert s.tube.is_complete
 
 
@@ -196,7 +196,7 @@ def in_a_dead_end() -> tuple[Situation, RightOfWay]:
 def test_a_robot_without_a_refuge_says_that_it_is_stuck() -> None:
     s, right = in_a_dead_end()
     assert right.is_yielding
-    assert s.is_stuck
+    assert right.is_stuck
     assert refuge_path(s, way_of(s, 0), s.reach(0) + REFUGE_MARGIN, right.inherited) is None
 
 
@@ -209,12 +209,12 @@ def test_who_is_blocked_on_the_way_to_its_refuge_for_long_is_stuck() -> None:
         s.blocked_by = 9
         hear(s, pushing(3.2, 4.0), beacon(9, 4.0, 5.0))
         right.update(s)
-    assert s.is_stuck
+    assert right.is_stuck
     s.has_grown, s.blocked_ticks = True, 0
     s.tick += 1
     hear(s, pushing(3.2, 4.0))
     right.update(s)
-    assert not s.is_stuck
+    assert not right.is_stuck
 
 
 def blocked_by_a_stuck_one(flags: int = STUCK, blocked: int = 16) -> tuple[Situation, RightOfWay]:
@@ -264,8 +264,8 @@ LANE = room(16.0, 4.0, (4.0, 0.0, 12.0, 1.5), (4.0, 2.4, 12.0, 4.0))
 def test_from_a_single_lane_a_refuge_is_in_the_room_behind_however_far() -> None:
     """Random hall 0 with 20 robots: idle ones in an aisle were pushed along it, and stuck."""
     idle = [beacon(robot, 6.5 + robot, 1.95) for robot in (3, 4, 5)]
-    s, _ = pushed(Pose(6.8, 1.95, 0.0), pushing(6.1, 1.95), *idle, grid=LANE)
-    assert not s.is_stuck
+    s, right = pushed(Pose(6.8, 1.95, 0.0), pushing(6.1, 1.95), *idle, grid=LANE)
+    assert not right.is_stuck
     assert s.tube.points[-1][0] > 12.0
 
 

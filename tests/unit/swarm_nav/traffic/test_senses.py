@@ -70,4 +70,12 @@ def test_a_robot_that_never_gets_a_scan_stands_and_says_so() -> None:
     s.tick += s.ticks(s.config.costmap.scan_timeout) + 1
     senses.on_neighbors(NOBODY)
     assert not senses.update()
-    assert "no scan" in s.missing
+    assert "no scan" in senses.missing
+
+
+def test_a_lost_robot_stands_whatever_it_hears() -> None:
+    s, senses = robot()
+    senses.on_scan(scan(s.tick))
+    senses.on_neighbors(NOBODY)
+    assert not senses.update(is_lost=True)
+    assert senses.missing == "stands: lost"
