@@ -4,18 +4,26 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 
 @njit(cache=True)
-def smallest_gap(held, sizes, radii, bounds, far, best):
+def smallest_gap(
+    held: NDArray[np.float32],
+    sizes: NDArray[np.uint32],
+    radii: NDArray[np.float32],
+    bounds: NDArray[np.float64],
+    far: float,
+    best: NDArray[np.float64],
+) -> None:
     """Find the pair of tubes with the smallest distance.
 
     Args:
-        held: Points (n, p, 2) of each tube.
+        held: Points (n, p, 2) [m] of each tube.
         sizes: (n,) points in use; 0 for a robot that is left out.
-        radii: (n,) of each tube.
+        radii: (n,) [m] of each tube.
         bounds: (n, 4) scratch.
-        far: Distances from here on are of no interest.
+        far: [m] distances from here on are of no interest.
         best: (4,) out: smallest distance, smallest distance less the radii, and the pair's
             indices; left as it is where nothing is nearer.
     """

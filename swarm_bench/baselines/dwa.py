@@ -22,6 +22,7 @@ from swarm_common.model.records import (
     wrap_angle,
 )
 from swarm_nav.core.goals import PlanError
+from swarm_nav.planning.distance_kernels import Place
 
 PADDING = 0.03  # [m] around the robot's circle: half a map cell, and 2 % of slip
 LATENCY = 0.2  # [s] of a moving robot's way that is added to its circle: beacon and reaction
@@ -31,8 +32,8 @@ LOOKAHEAD = 1.0  # [m] to the point of the path that is steered for
 HORIZON_STEPS = 15  # of 0.1 s: 1.5 s, about Nav2's 1.7
 SHIM_ANGLE = 0.785  # [rad] of Nav2's rotation shim
 ALIGNED = 0.2  # [rad] at which it ends
-SCALES = (0.4, 1.0, 0.8, 0.15, 0.3)  # heading, progress, path, clearance, clearance enough
-SAMPLES = (8, 21)
+SCALES = kernels.Scales(heading=0.4, progress=1.0, path=0.8, clearance=0.15, enough=0.3)
+SAMPLES = kernels.Samples(8, 21)
 NEAR = 1.5  # [m] up to which robots and LiDAR hits can matter within the horizon
 
 
@@ -99,10 +100,12 @@ class DwaDriver(Baseline):
         if self._is_turning:
             return self._turner.turn_to(pose.yaw + error, pose, self.twist)
         v, w, _ = kernels.best_twist(
-            (pose.x, pose.y, pose.yaw),
-            (self.twist.vx, self.twist.wz),
+            Place(pose.x, pose.y, pose.yaw),
+            kernels.Velocity(self.twist.vx, self.twist.wz),
             place,
-            (config.max_vel_x, config.max_vel_theta, config.acc_lim_x, config.acc_lim_theta),
+            kernels.Limits(
+                config.max_vel_x, config.max_vel_theta, config.acc_lim_x, config.acc_lim_theta
+            ),
             SAMPLES,
             clearance,
             self._scene(),
@@ -121,7 +124,7 @@ class DwaDriver(Baseline):
         hits = self.obstacles.points
         hits = hits[np.hypot(hits[:, 0] - pose.x, hits[:, 1] - pose.y) < NEAR]
         reach = self.config.costmap.unknown_body_margin
-        return (
+        return kernels.Scene(
             terrain.distance,
             terrain.frame,
             np.ascontiguousarray(discs[is_near]),
@@ -159,7 +162,7 @@ class DwaDriver(Baseline):
     def can_back_up(self, way: float) -> bool:
         """Whether there is room to back up by `way` [m]."""
         pose = self.pose
-        place = (pose.x, pose.y, pose.yaw)
+        place = Place(pose.x, pose.y, pose.yaw)
         return bool(kernels.backing_room(place, way, self.radius + PADDING, self._scene()))
 
 

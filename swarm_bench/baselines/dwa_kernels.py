@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
 from swarm_common.model.records import FloatArray
-from swarm_nav.planning.distance_kernels import Frame, sample
-
-# What may be touched: distances of the map and their frame, discs (k, 3): x, y, radius, points
-# (m, 2), and how far a body may extend around each of these.
-Scene = tuple[FloatArray, Frame, FloatArray, FloatArray, float]
+from swarm_nav.planning.distance_kernels import Frame, Place, sample
 
 STEP = 0.1  # [s] of a rollout, and the control period
 FAR = 1e9
@@ -20,10 +17,61 @@ TOO_NEAR = 0.01  # [m] below zero from which only a way out is admissible: one o
 GETAWAY = 0.3  # [m] of gap are gained per metre
 
 
+class Scene(NamedTuple):
+    """What may be touched."""
+
+    distance: FloatArray  # (h, w) [m] from mapped walls
+    frame: Frame  # of these
+    discs: FloatArray  # (k, 3) [m] x, y, radius
+    points: FloatArray  # (m, 2) [m] that the LiDAR sees
+    reach: float  # [m] by which a body may extend around each point
+
+
+class Velocity(NamedTuple):
+    """A twist ahead and about the vertical axis."""
+
+    v: float  # [m/s]
+    w: float  # [rad/s]
+
+
+class Limits(NamedTuple):
+    """What the drive can do."""
+
+    v_max: float  # [m/s]
+    w_max: float  # [rad/s]
+    v_acc: float  # [m/s²]
+    w_acc: float  # [rad/s²]
+
+
+class Samples(NamedTuple):
+    """How many speeds of the window are tried."""
+
+    v: int
+    w: int
+
+
+class Scales(NamedTuple):
+    """Weights of the objective."""
+
+    heading: float
+    progress: float
+    path: float
+    clearance: float
+    enough: float  # [m] of clearance beyond which more is no better
+
+
 @njit(cache=True)
-def gap(x, y, radius, field, frame, discs, points, reach):
-    """Distance [m] of a robot's circle at (x, y) from walls, discs (k, 3) and points (m, 2)."""
-    best = sample(field, frame, x, y) - radius
+def gap(x: float, y: float, radius: float, scene: Scene) -> float:
+    """Return the distance [m] of a robot's circle from what may be touched.
+
+    Args:
+        x: [m] of its centre, in map.
+        y: [m] of its centre, in map.
+        radius: [m]
+        scene: What may be touched.
+    """
+    discs, points, reach = scene.discs, scene.points, scene.reach
+    best = sample(scene.distance, scene.frame, x, y) - radius
     for k in range(discs.shape[0]):
         near = math.hypot(discs[k, 0] - x, discs[k, 1] - y) - discs[k, 2] - radius
         best = min(best, near)
@@ -34,8 +82,8 @@ def gap(x, y, radius, field, frame, discs, points, reach):
 
 
 @njit(cache=True)
-def path_gap(x, y, path):
-    """Distance [m] of (x, y) to the nearest point of a path (n, 2)."""
+def path_gap(x: float, y: float, path: FloatArray) -> float:
+    """Return the distance [m] of (x, y) to the nearest point of a path (n, 2)."""
     best = FAR
     for k in range(path.shape[0]):
         best = min(best, (path[k, 0] - x) ** 2 + (path[k, 1] - y) ** 2)
@@ -43,15 +91,29 @@ def path_gap(x, y, path):
 
 
 @njit(cache=True)
-def follow(pose, v, w, steps, radius, scene, path):
-    """Drive an arc; return (way to the first contact, smallest gap, end x, y, yaw, path gap).
+def follow(
+    pose: Place, v: float, w: float, steps: int, radius: float, scene: Scene, path: FloatArray
+) -> tuple[float, float, float, float, float, float]:
+    """Drive an arc for `steps` periods.
 
     A robot that is a little too near to something already may go where it does not get nearer,
     one that is much too near only where it gets away.
+
+    Args:
+        pose: Where it starts.
+        v: [m/s]
+        w: [rad/s]
+        steps: Periods of `STEP`.
+        radius: [m] of the robot.
+        scene: What may be touched.
+        path: (n, 2) [m] in map.
+
+    Returns:
+        Way to the first contact [m], smallest gap [m], x, y [m] and yaw [rad] at the end, and mean
+        distance from the path [m].
     """
-    field, frame, discs, points, reach = scene
     x, y, yaw = pose
-    start = gap(x, y, radius, field, frame, discs, points, reach)
+    start = gap(x, y, radius, scene)
     floor = min(0.0, start)
     rise = GETAWAY * abs(v) * STEP if start < -TOO_NEAR else 0.0
     smallest = start
@@ -65,7 +127,7 @@ def follow(pose, v, w, steps, radius, scene, path):
         x += v * STEP * math.cos(middle)
         y += v * STEP * math.sin(middle)
         yaw += w * STEP
-        near = gap(x, y, radius, field, frame, discs, points, reach)
+        near = gap(x, y, radius, scene)
         smallest = min(smallest, near)
         floor += rise
         if near < min(floor, 0.0):
@@ -78,22 +140,44 @@ def follow(pose, v, w, steps, radius, scene, path):
 
 
 @njit(cache=True)
-def best_twist(pose, twist, target, limits, samples, radius, scene, path, scales, steps):
+def best_twist(
+    pose: Place,
+    twist: Velocity,
+    target: tuple[float, float],
+    limits: Limits,
+    samples: Samples,
+    radius: float,
+    scene: Scene,
+    path: FloatArray,
+    scales: Scales,
+    steps: int,
+) -> tuple[float, float, float]:
     """Return (v, w, score) of the best admissible twist; (0, 0, -FAR) if there is none.
 
-    pose = (x, y, yaw), twist = (v, w) now; target = (x, y) on the path ahead; limits = (v_max,
-    w_max, v_acc, w_acc); samples = (nv, nw); scene = (field, frame, discs, points, reach), see
-    `gap`; scales = (heading, progress, path, clearance, clearance that is enough).
-    A twist is admissible if the robot can stop before the first contact on its arc.
+    A twist is admissible if the robot can stop before the first contact on its arc:
+    v STEP + v² / (2 v_acc) is at most the way to it. The score is the weighted sum of heading,
+    progress and clearance less the distance from the path.
+
+    Args:
+        pose: Of the robot.
+        twist: Now.
+        target: (x, y) [m] in map, on the path ahead.
+        limits: Of the drive.
+        samples: Of the window.
+        radius: [m] of the robot.
+        scene: What may be touched.
+        path: (n, 2) [m] in map.
+        scales: Of the objective.
+        steps: Periods of a rollout.
     """
     v_max, w_max, v_acc, w_acc = limits
     nv, nw = samples
-    v_low = max(0.0, twist[0] - v_acc * STEP)
-    v_high = min(v_max, max(0.0, twist[0]) + v_acc * STEP)
-    w_low = max(-w_max, twist[1] - w_acc * STEP)
-    w_high = min(w_max, twist[1] + w_acc * STEP)
+    v_low = max(0.0, twist.v - v_acc * STEP)
+    v_high = min(v_max, max(0.0, twist.v) + v_acc * STEP)
+    w_low = max(-w_max, twist.w - w_acc * STEP)
+    w_high = min(w_max, twist.w + w_acc * STEP)
     straight = min(max(0.0, w_low), w_high)
-    rest = math.hypot(target[0] - pose[0], target[1] - pose[1])
+    rest = math.hypot(target[0] - pose.x, target[1] - pose.y)
     wish = max(1e-3, min(rest, v_max * STEP * steps))
     best = -FAR
     best_v = 0.0
@@ -108,10 +192,11 @@ def best_twist(pose, twist, target, limits, samples, radius, scene, path, scales
             left = math.hypot(target[0] - x, target[1] - y)
             ahead = math.atan2(target[1] - y, target[0] - x) if left > 0.05 else yaw
             error = abs((ahead - yaw + math.pi) % (2.0 * math.pi) - math.pi)
-            score = scales[0] * (1.0 - error / math.pi)
-            score += scales[1] * (rest - left) / wish
-            score -= scales[2] * off
-            score += scales[3] * min(max(smallest, 0.0), scales[4]) / scales[4]
+            score = scales.heading * (1.0 - error / math.pi)
+            score += scales.progress * (rest - left) / wish
+            score -= scales.path * off
+            clear = min(max(smallest, 0.0), scales.enough)
+            score += scales.clearance * clear / scales.enough
             if score > best:
                 best = score
                 best_v = v
@@ -120,15 +205,31 @@ def best_twist(pose, twist, target, limits, samples, radius, scene, path, scales
 
 
 @njit(cache=True)
-def can_stop(pose, v, w, v_acc, radius, scene):
-    """Whether a robot that drives (v, w) for a period can stop before it touches something."""
+def can_stop(pose: Place, v: float, w: float, v_acc: float, radius: float, scene: Scene) -> bool:
+    """Whether a robot that drives (v, w) for a period can stop before it touches something.
+
+    Args:
+        pose: Of the robot.
+        v: [m/s]
+        w: [rad/s]
+        v_acc: [m/s²] with which it brakes.
+        radius: [m] of the robot.
+        scene: What may be touched.
+    """
     free = follow(pose, v, w, 4, radius, scene, np.zeros((1, 2)))[0]
     return abs(v) * STEP + v * v / (2.0 * v_acc) <= free
 
 
 @njit(cache=True)
-def backing_room(pose, way, radius, scene):
-    """Whether backing up by `way` [m] in a straight line touches nothing."""
+def backing_room(pose: Place, way: float, radius: float, scene: Scene) -> bool:
+    """Whether backing up in a straight line touches nothing.
+
+    Args:
+        pose: Of the robot.
+        way: [m]
+        radius: [m] of the robot.
+        scene: What may be touched.
+    """
     free, _, _, _, _, _ = follow(
         pose, -way, 0.0, round(1.0 / STEP), radius, scene, np.zeros((1, 2))
     )

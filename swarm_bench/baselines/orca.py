@@ -24,6 +24,7 @@ from swarm_common.model.errors import ConfigError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import CONTROL_PERIOD, Pose, Twist
 from swarm_nav.core.goals import PlanError
+from swarm_nav.planning.distance_kernels import Place
 
 OFFSET = 0.1  # [m] of the steered point ahead of the axle
 HORIZON = 3.0  # [s] for which robots keep clear of each other (tau)
@@ -120,8 +121,8 @@ class OrcaDriver(Baseline):
         ORCA's constraints hold for velocities that are there at once; this drive ramps.
         """
         pose, terrain = self.pose, self._planner.terrain
-        scene = (terrain.distance, terrain.frame, NO_DISCS, NO_POINTS, 0.0)
-        place = (pose.x, pose.y, pose.yaw)
+        scene = kernels.Scene(terrain.distance, terrain.frame, NO_DISCS, NO_POINTS, 0.0)
+        place = Place(pose.x, pose.y, pose.yaw)
         acc = self.config.controller.acc_lim_x
         if kernels.can_stop(place, twist.vx, twist.wz, acc, self.radius + WALL_PADDING, scene):
             return twist

@@ -14,6 +14,7 @@ from swarm_common.model.grid import Grid
 from swarm_common.model.records import FloatArray, Pose
 from swarm_nav.core.config import CostmapConfig, NavConfig, PlannerConfig
 from swarm_nav.planning import distance_kernels, search_kernels
+from swarm_nav.planning.distance_kernels import Field
 from swarm_nav.planning.planner import SPACING, Planner
 from swarm_nav.planning.terrain import Terrain
 
@@ -109,6 +110,6 @@ def waypoint(
     points = np.ascontiguousarray(track.ahead(distance))
     terrain = planner.terrain
     index = sight_kernels.farthest_in_sight(
-        points, pose.x, pose.y, clearance, SIGHT_SLACK, terrain.distance, terrain.frame
+        points, pose.x, pose.y, clearance, SIGHT_SLACK, Field(terrain.distance, terrain.frame)
     )
     return float(points[index, 0]), float(points[index, 1])

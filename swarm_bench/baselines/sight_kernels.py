@@ -6,18 +6,28 @@ import math
 
 from numba import njit
 
-from swarm_nav.planning.distance_kernels import sample
+from swarm_common.model.records import FloatArray
+from swarm_nav.planning.distance_kernels import Field, sample
 
 STEP = 0.05  # [m] between the samples of a line
 STRIDE = 3  # path points between two candidates
 
 
 @njit(cache=True)
-def farthest_in_sight(points, x, y, clearance, slack, field, frame):
-    """Index of the last of the points (n, 2) to which the line from (x, y) is clear; 0 if none.
+def farthest_in_sight(
+    points: FloatArray, x: float, y: float, clearance: float, slack: float, walls: Field
+) -> int:
+    """Return the index of the last point to which the line from (x, y) is clear; 0 if none.
 
-    Clear: it keeps `clearance` [m] from walls, or as much as its ends do, less `slack` [m].
+    Args:
+        points: (n, 2) [m] in map.
+        x: [m] in map.
+        y: [m] in map.
+        clearance: [m] that a clear line keeps from walls, or as much as its ends do,
+        slack: [m] less than that.
+        walls: Distances to them.
     """
+    field, frame = walls
     here = min(clearance, sample(field, frame, x, y))
     for k in range(points.shape[0] - 1, 0, -STRIDE):
         dx = points[k, 0] - x

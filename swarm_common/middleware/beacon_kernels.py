@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from swarm_common.middleware.cdr_layout import MOST_SECONDS
 from swarm_common.model.beacon import (
@@ -39,11 +40,17 @@ FOOTPRINT, TARGET = word_of("footprint"), word_of("target")
 
 
 @njit(cache=True)
-def within(words, start, count, limit_bits):
+def within(words: NDArray[np.uint32], start: int, count: int, limit_bits: np.uint32) -> bool:
     """Whether `count` floats from `start` on are finite and at most the limit in size.
 
     Without their sign the bits of floats are ordered as the floats are, NaN and infinity last;
     the largest of integers is found without a branch.
+
+    Args:
+        words: (words,) of a beacon.
+        start: First of them.
+        count: How many.
+        limit_bits: The limit's bits.
     """
     largest = np.uint32(0)
     for k in range(start, start + count):
@@ -52,10 +59,14 @@ def within(words, start, count, limit_bits):
 
 
 @njit(cache=True)
-def fault(words, now):
-    """Return what is wrong with a beacon (words,), SOUND if nothing is.
+def fault(words: NDArray[np.uint32], now: int) -> int:
+    """Return what is wrong with a beacon, SOUND if nothing is; others are indices into `FAULTS`.
 
     No beacon is of a tick after `now`. One of a robot that was taken out holds nothing.
+
+    Args:
+        words: (words,)
+        now: Tick.
     """
     tick = np.int64(words[TICK])
     if words[ID] == NO_ROBOT:
@@ -93,11 +104,18 @@ def fault(words, now):
 
 
 @njit(cache=True)
-def sift(words, now, own_id):
-    """Move the sound beacons of a batch (n, words) to its front.
+def sift(words: NDArray[np.uint32], now: int, own_id: int) -> tuple[int, int]:
+    """Move the sound beacons of a batch to its front.
 
-    Their ids ascend, and none is the receiver's own. Returns the last fault found and how many
-    beacons are sound.
+    Their ids ascend, and none is the receiver's own.
+
+    Args:
+        words: (n, words); changed.
+        now: Tick.
+        own_id: Of the receiver.
+
+    Returns:
+        The last fault found, and how many beacons are sound.
     """
     count, last_fault = 0, SOUND
     last = np.int64(NO_ROBOT)

@@ -13,7 +13,17 @@ from numpy.typing import NDArray
 
 from swarm_common.model.beacon import BEACON_WORDS, Reception
 from swarm_nav.perception import absence_kernels as kernels
-from swarm_nav.perception.absence_kernels import FATE, LEFT, NEVER, PARTED, SILENT, UNKNOWN
+from swarm_nav.perception.absence_kernels import (
+    FATE,
+    LEFT,
+    NEVER,
+    PARTED,
+    SILENT,
+    UNKNOWN,
+    Absentees,
+    Hearing,
+    Spot,
+)
 from swarm_nav.perception.neighborhood_kernels import ID
 
 WITNESS_TICKS = 8  # between two checks of the robots that the others hear
@@ -82,9 +92,14 @@ class Absence:
         before = self._facts[:, FATE].copy()
         for heard in receptions:
             changes += kernels.listen(
-                self._words, self._floats, self._facts, self._places, len(self._words),
-                (heard.words, heard.rows), position, limits, tick, is_witnessed,
-            )  # fmt: skip
+                Absentees(self._words, self._floats, self._facts, self._places),
+                heard.words,
+                heard.rows,
+                Spot(*position),
+                Hearing(*limits),
+                tick,
+                is_witnessed,
+            )
         if not changes:
             return NOBODY, []
         fates = self._facts[:, FATE]

@@ -7,9 +7,11 @@ row.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from swarm_nav.perception.neighborhood_kernels import (
     HEARD,
@@ -30,9 +32,45 @@ PARTED_TICKS = 600  # the same for one that drove out of range: then it counts a
 MOTION = 0.2  # [m] that a witness may have driven since it heard the robot
 
 
+Words = NDArray[np.uint32]
+
+
+class Absentees(NamedTuple):
+    """The robots that fell silent, one a row."""
+
+    words: Words  # (m, words) last beacons
+    floats: NDArray[np.float32]  # the same memory
+    facts: NDArray[np.int64]  # (m, 5) what was learned since
+    places: NDArray[np.int64]  # row of each id, -1 for others
+
+
+class Hearing(NamedTuple):
+    """What the radio promises."""
+
+    edge: float  # [m] within which a robot that lives is heard
+    range: float  # [m] of the radio
+    lost_ticks: int  # without a beacon after which a robot is silent
+
+
+class Spot(NamedTuple):
+    """A point in map, [m]."""
+
+    x: float
+    y: float
+
+
 @njit(cache=True)
-def nearest_and_farthest(words, floats, x, y):
-    """Return the smallest and the largest distance [m] of (x, y) from the points of a beacon."""
+def nearest_and_farthest(
+    words: Words, floats: NDArray[np.float32], x: float, y: float
+) -> tuple[float, float]:
+    """Return the smallest and the largest distance [m] of a point from what a beacon claims.
+
+    Args:
+        words: (words,) of the beacon.
+        floats: The same memory.
+        x: [m] in map.
+        y: [m] in map.
+    """
     near, far = 1e20, 0.0
     for first, size in ((HELD, words[HELD_SIZE]), (WANTED, words[WANTED_SIZE])):
         for k in range(np.int64(size)):
@@ -43,20 +81,35 @@ def nearest_and_farthest(words, floats, x, y):
 
 
 @njit(cache=True)
-def listen(words, floats, facts, places, count, heard, own, limits, tick, is_witnessed):
-    """Take the beacons of a tick; return the number of rows whose state changes.
-
-    places: row of each id, -1 for others. heard = (beacons as words, rows of them heard);
-    own = (x, y) [m]; limits = (edge [m], range [m], lost_ticks).
+def listen(
+    absent: Absentees,
+    batch: Words,
+    rows: NDArray[np.int64],
+    own: Spot,
+    hearing: Hearing,
+    tick: int,
+    is_witnessed: bool,
+) -> int:
+    """Take the beacons of a tick; return the number of absent robots whose fate changes.
 
     A robot that hears an absent robot while one of the two cannot be at the place that the absent
     one held is a witness that it has left: the witness is out of range of that place, or we are
     well in its range and hear nothing. An absent robot that no robot hears while we are near is
     silent: dead, unless it lives alone elsewhere.
+
+    Args:
+        absent: Robots that fell silent; their facts are updated.
+        batch: (n, words) beacons.
+        rows: Those of them that were heard.
+        own: Where this robot is.
+        hearing: What the radio promises.
+        tick: Now.
+        is_witnessed: Whether to look at whom the others hear, which costs more.
     """
-    batch, rows = heard
+    words, floats, facts, places = absent
+    count = words.shape[0]
     sent = batch.view(np.float32)
-    edge, reach, lost_ticks = limits
+    lost_ticks = hearing.lost_ticks
     found = 0
     for k in rows:
         robot = batch[k, ID]
@@ -68,7 +121,7 @@ def listen(words, floats, facts, places, count, heard, own, limits, tick, is_wit
     if not is_witnessed:
         return found
     for m in range(count):
-        if nearest_and_farthest(words[m], floats[m], own[0], own[1])[1] > edge - 0.01:
+        if nearest_and_farthest(words[m], floats[m], own.x, own.y)[1] > hearing.edge - 0.01:
             facts[m, SINCE] = NEVER
         elif facts[m, SINCE] == NEVER:
             facts[m, SINCE] = tick
@@ -87,7 +140,7 @@ def listen(words, floats, facts, places, count, heard, own, limits, tick, is_wit
             is_near = facts[m, SINCE] != NEVER and shown > facts[m, SINCE]
             if not is_near:
                 gap = nearest_and_farthest(words[m], floats[m], sent[k, POSE], sent[k, POSE + 1])[0]
-                if gap <= reach + MOTION:
+                if gap <= hearing.range + MOTION:
                     continue
             if shown - facts[m, LAST] > DECIDE_TICKS:
                 facts[m, FIRST] = shown

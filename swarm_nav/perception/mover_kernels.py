@@ -3,63 +3,116 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
+import numpy as np
 from numba import njit
+from numpy.typing import NDArray
+
+from swarm_nav.perception.obstacle_kernels import Beam
+from swarm_nav.planning.distance_kernels import Floats, Place
+
+Ticks = NDArray[np.int64]
+NONE, CAME, WALKS = 0, 1, 2  # motion of a mark: never moved, has come, was seen walking
+
+
+class Marks(NamedTuple):
+    """History of n marks."""
+
+    births: Ticks  # (n,) in which each appeared
+    motion: NDArray[np.int64]  # (n,) NONE, CAME or WALKS
+    hit_ticks: Ticks  # (n,) in which each was last hit
+
+
+class Ages(NamedTuple):
+    """What ages are measured by."""
+
+    tick: int  # now
+    limits: tuple[int, int, int]  # [ticks] by motion, after which a mark is no longer restless
+
+
+class Sizes(NamedTuple):
+    """Lengths that make marks one body."""
+
+    cell: float  # [m] of a mark
+    body: float  # [m] within which marks belong to one body
 
 
 @njit(cache=True)
-def passed_through(points, ranges, beam, pose, limits, out):
-    """Flag points that all rays of a scan around their bearing went beyond.
+def passed_through(
+    points: Floats,
+    ranges: NDArray[np.float32],
+    beam: Beam,
+    pose: Place,
+    max_range: float,
+    margin: float,
+    out: NDArray[np.bool_],
+) -> None:
+    """Flag points that the ray at their bearing and both beside it went beyond.
 
     Args:
         points: (k, 2) [m] in map.
         ranges: (n,) [m] of the scan.
-        beam: (angle_min [rad], angle_increment [rad], range_min [m]).
-        pose: (x, y, yaw) of the LiDAR in map.
-        limits: (max_range, margin) [m]: how far points may be, and how far beyond a ray must go.
-        out: (k,) bool, written.
+        beam: Of the LiDAR.
+        pose: Of the LiDAR.
+        max_range: [m] from the LiDAR beyond which no point is flagged.
+        margin: [m] beyond a point that the rays must have gone.
+        out: (k,) receives the flags.
     """
     n = ranges.shape[0]
     for k in range(points.shape[0]):
-        dx = points[k, 0] - pose[0]
-        dy = points[k, 1] - pose[1]
+        dx = points[k, 0] - pose.x
+        dy = points[k, 1] - pose.y
         d = math.hypot(dx, dy)
         out[k] = False
-        if d > limits[0] or d < beam[2]:
+        if d > max_range or d < beam.range_min:
             continue
-        angle = math.atan2(dy, dx) - pose[2] - beam[0]
-        index = round((angle % (2.0 * math.pi)) / beam[1])
-        if index >= n and (n + 0.5) * beam[1] < 2.0 * math.pi:
+        angle = math.atan2(dy, dx) - pose.yaw - beam.angle_min
+        index = round((angle % (2.0 * math.pi)) / beam.angle_increment)
+        if index >= n and (n + 0.5) * beam.angle_increment < 2.0 * math.pi:
             continue  # outside the field of view; a full circle closes
         out[k] = True
         for side in range(-1, 2):
-            if not ranges[(index + side) % n] > d + limits[1]:
+            if not ranges[(index + side) % n] > d + margin:
                 out[k] = False
 
 
 @njit(cache=True)
-def inherit(marks, old, seen, sizes, times, out):
-    """Write birth, motion and time of the last hit of marks, from older marks near by.
+def inherit(
+    marks: Floats,
+    points: Floats,
+    old: Marks,
+    hits: Floats,
+    arrivals: Floats,
+    sizes: Sizes,
+    ages: Ages,
+    walk_ticks: int,
+    out: Marks,
+) -> None:
+    """Write the history of marks, taken over from older marks near by.
+
+    A mark takes over birth and motion of the older one in its cell. With an arrival within a cell
+    it has come, and walks if a body beside it began to come `walk_ticks` ago. A young mark within
+    `body` of a mover is a part of it; one within 1.6 cells of a thing is a part of that.
 
     Args:
         marks: (n, 2) [m] in map.
-        old: (points (m, 2), births (m,), motion (m,), hit_ticks (m,)) of the older marks; motion
-            is 0 (none), 1 (has come), or 2 (walks).
-        seen: (hits (k, 2), arrivals (j, 2)) [m] in map, of this scan.
-        sizes: (cell, body) [m]: of a mark, and of a body.
-        times: (tick, limits, walk_ticks): after limits[m] ticks a mark of motion m is no longer
-            restless.
-        out: (births (n,), motion (n,), hit_ticks (n,)), written.
+        points: The older marks (m, 2) [m] in map.
+        old: Their history.
+        hits: (k, 2) [m] in map, of this scan.
+        arrivals: (j, 2) [m] in map: those of the hits where nothing was shortly before.
+        sizes: Of marks and bodies.
+        ages: Now, and when a mark is a thing.
+        walk_ticks: Between the first and a later arrival of a walking body.
+        out: Receives the history.
     """
-    points, old_births, old_motion, old_hits = old
-    hits, arrivals = seen
-    births, motion, hit_ticks = out
-    cell, body = sizes
-    tick, limits, walk_ticks = times
+    births, motion, hit_ticks = out.births, out.motion, out.hit_ticks
+    old_births, old_motion, old_hits = old.births, old.motion, old.hit_ticks
+    cell, body, tick, limits = sizes.cell, sizes.body, ages.tick, ages.limits
     for i in range(marks.shape[0]):
         x, y = marks[i, 0], marks[i, 1]
         births[i] = tick
-        motion[i] = 0
+        motion[i] = NONE
         hit_ticks[i] = tick
         is_beside_thing = False
         beside, youngest, eldest = 0, -1, tick  # movers near by: motion, births
@@ -83,33 +136,44 @@ def inherit(marks, old, seen, sizes, times, out):
         for k in range(arrivals.shape[0]):
             if max(abs(arrivals[k, 0] - x), abs(arrivals[k, 1] - y)) <= cell:
                 has_come = True
-                motion[i] = max(motion[i], 2 if tick - eldest >= walk_ticks else 1)
+                motion[i] = max(motion[i], WALKS if tick - eldest >= walk_ticks else CAME)
                 break
         for k in range(hits.shape[0]):
             if max(abs(hits[k, 0] - x), abs(hits[k, 1] - y)) <= 0.6 * cell:
                 hit_ticks[i] = tick
                 break
-        if beside and tick - births[i] < limits[0]:
+        if beside and tick - births[i] < limits[NONE]:
             motion[i] = max(motion[i], beside)
-            if is_new and not has_come and beside == 1:
+            if is_new and not has_come and beside == CAME:
                 births[i] = youngest  # a part of a body that came then, seen only now
-        if is_beside_thing and motion[i] == 0:
-            births[i] = min(births[i], tick - limits[0])
+        if is_beside_thing and motion[i] == NONE:
+            births[i] = min(births[i], tick - limits[NONE])
 
 
 @njit(cache=True)
-def restless_gap(marks, births, motion, times, x, y):
-    """Distance [m] of a place from the nearest mark that may be a walking person; inf without one.
+def restless_gap(
+    marks: Floats,
+    births: Ticks,
+    motion: NDArray[np.int64],
+    ages: tuple[int, tuple[int, int, int]],
+    x: float,
+    y: float,
+) -> float:
+    """Return the distance [m] of a place from the nearest restless mark; inf without one.
+
+    A mark of motion m is restless, which means that it may be a walking person, until it is
+    limits[m] ticks old.
 
     Args:
         marks: (n, 2) [m] in map.
         births: (n,) ticks in which the marks appeared.
-        motion: (n,) see `inherit`.
-        times: (tick, limits), see `inherit`.
+        motion: (n,) NONE, CAME or WALKS.
+        ages: Fields of `Ages`; plain, since this is called in every tick and numba's dispatcher
+            takes plain tuples faster.
         x: [m] of the place, in map.
         y: [m] of the place, in map.
     """
-    tick, limits = times
+    tick, limits = Ages(*ages)
     best = 1e20
     for k in range(marks.shape[0]):
         if tick - births[k] >= limits[motion[k]]:

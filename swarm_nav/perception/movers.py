@@ -16,19 +16,19 @@ from numpy.typing import NDArray
 
 from swarm_common.model.records import FloatArray
 from swarm_nav.perception import mover_kernels
+from swarm_nav.perception.mover_kernels import Ages, Marks, Sizes
+from swarm_nav.perception.obstacle_kernels import Beam
+from swarm_nav.planning.distance_kernels import Place
 
 STILL_TICKS = 80  # after which a mark of what never moved is a thing,
 CAME_TICKS = 200  # of what came and has stood since,
 MOVER_TICKS = 3000  # and of what was seen walking
-LIMITS = (STILL_TICKS, CAME_TICKS, MOVER_TICKS)  # by motion: 0 none, 1 has come, 2 walks
+LIMITS = (STILL_TICKS, CAME_TICKS, MOVER_TICKS)  # by motion
 WALK_TICKS = 4  # between two arrivals of a walking body; a standing one arrives for PAST_SCANS only
 PAST_SCANS = 2  # looked back for where something moved to
 FREE_MARGIN = 0.15  # [m] beyond a place that a ray must have gone to show that it was free
 GONE_TICKS = 30  # after which the mark of a moving body, if not hit again, is dropped
 BODY = 0.3  # [m] within which marks belong to one body
-
-Beam = tuple[float, float, float]
-PoseTuple = tuple[float, float, float]
 
 
 class Movers:
@@ -37,7 +37,7 @@ class Movers:
     def __init__(self, cell: float) -> None:
         """Start without marks; `cell` [m] is the lattice that they lie on."""
         self._cell = cell
-        self._past: collections.deque[tuple[NDArray[np.float32], PoseTuple]] = collections.deque(
+        self._past: collections.deque[tuple[NDArray[np.float32], Place]] = collections.deque(
             maxlen=PAST_SCANS
         )
         self.clear()
@@ -74,7 +74,7 @@ class Movers:
         hits: FloatArray,
         ranges: NDArray[np.float32],
         beam: Beam,
-        pose: PoseTuple,
+        pose: Place,
         reach: float,
     ) -> FloatArray:
         """Return the hits at places through which rays passed two scans ago; remember this scan.
@@ -82,8 +82,8 @@ class Movers:
         Args:
             hits: Unexplained ones (k, 2) in map.
             ranges: Of the scan (n,) [m].
-            beam: (angle_min, angle_increment, range_min).
-            pose: (x, y, yaw) of the LiDAR in map.
+            beam: Of the LiDAR.
+            pose: Of the LiDAR.
             reach: [m] up to which rays tell of free space.
         """
         past = self._past[0] if len(self._past) == PAST_SCANS else None
@@ -92,8 +92,7 @@ class Movers:
             return hits[:0]
         has_come = np.zeros(len(hits), np.bool_)
         before, pose_before = past
-        limits = (reach, FREE_MARGIN)
-        mover_kernels.passed_through(hits, before, beam, pose_before, limits, has_come)
+        mover_kernels.passed_through(hits, before, beam, pose_before, reach, FREE_MARGIN, has_come)
         return hits[has_come]
 
     def update(
@@ -118,11 +117,14 @@ class Movers:
         motion = np.empty(len(marks), np.int64)
         mover_kernels.inherit(
             marks,
-            (old, self._births, self._motion, self._hit_ticks),
-            (hits, arrivals),
-            (self._cell, BODY),
-            (tick, LIMITS, WALK_TICKS),
-            (births, motion, hit_ticks),
+            old,
+            Marks(self._births, self._motion, self._hit_ticks),
+            hits,
+            arrivals,
+            Sizes(self._cell, BODY),
+            Ages(tick, LIMITS),
+            WALK_TICKS,
+            Marks(births, motion, hit_ticks),
         )
         self._births, self._motion, self._hit_ticks = births, motion, hit_ticks
 
@@ -137,5 +139,5 @@ class Movers:
         """
         if len(marks) == 0:
             return math.inf
-        times = (tick, LIMITS)
-        return float(mover_kernels.restless_gap(marks, self._births, self._motion, times, x, y))
+        ages = (tick, LIMITS)
+        return float(mover_kernels.restless_gap(marks, self._births, self._motion, ages, x, y))

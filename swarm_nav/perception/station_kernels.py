@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from swarm_common.model.beacon import word_of
 from swarm_nav.core.priority import DEPTH_BITS, ID_MASK
@@ -16,20 +17,28 @@ STATION_TICK = word_of("station_tick")
 
 
 @njit(cache=True)
-def earlier_requests(words, floats, gone, station, tick, own_id, same):
-    """Count the robots that asked for a station before (tick, own_id).
+def earlier_requests(
+    words: NDArray[np.uint32],
+    floats: NDArray[np.float32],
+    gone: NDArray[np.bool_],
+    station: tuple[float, float],
+    tick: int,
+    own_id: int,
+    same: float,
+) -> tuple[int, int]:
+    """Count the robots that asked for a station before (tick, own_id), in lexicographic order.
 
     Args:
         words: (n, words) uint32, the neighbours' beacons.
         floats: The same memory as float32.
-        gone: (n,) bool.
+        gone: (n,) whether each is silent.
         station: (x, y) [m] in map.
         tick: Of the own request.
         own_id: Of this robot.
         same: [m] within which two stations are the same.
 
     Returns:
-        (number of such robots, id of the first of them or 0).
+        The number of such robots, and the id of the first of them, 0 for none.
     """
     count = 0
     first = 0
@@ -51,8 +60,15 @@ def earlier_requests(words, floats, gone, station, tick, own_id, same):
 
 
 @njit(cache=True)
-def highest_waiting(words, floats, gone, priorities, station, same):
-    """Highest priority of the robots that asked for a station, 0 if there are none.
+def highest_waiting(
+    words: NDArray[np.uint32],
+    floats: NDArray[np.float32],
+    gone: NDArray[np.bool_],
+    priorities: NDArray[np.int64],
+    station: tuple[float, float],
+    same: float,
+) -> int:
+    """Return the highest priority of the robots that asked for a station, 0 if there are none.
 
     Only priorities of their own count, told by the id in them: one that was inherited may come
     from the very robot that asks, and would go round for ever.
@@ -60,8 +76,8 @@ def highest_waiting(words, floats, gone, priorities, station, same):
     Args:
         words: (n, words) uint32, the neighbours' beacons.
         floats: The same memory as float32.
-        gone: (n,) bool.
-        priorities: (n,).
+        gone: (n,) whether each is silent.
+        priorities: (n,) as published.
         station: (x, y) [m] in map.
         same: [m] within which two stations are the same.
     """

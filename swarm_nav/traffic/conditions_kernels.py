@@ -4,11 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 
 @njit(cache=True)
-def steps_from(mask, seeds, out):
-    """Fill `out`, -1 before, with the number of steps to the nearest of `seeds` through `mask`."""
+def steps_from(mask: NDArray[np.bool_], seeds: NDArray[np.bool_], out: NDArray[np.int32]) -> None:
+    """Write how many steps each cell is from the nearest seed (breadth-first, eight neighbours).
+
+    Args:
+        mask: (h, w) cells that may be stepped on.
+        seeds: (h, w) cells where steps begin.
+        out: (h, w), filled with -1, which stays where no way leads; changed.
+    """
     height, width = mask.shape
     queue = np.empty((height * width, 2), np.int64)
     first = last = 0
@@ -30,8 +37,13 @@ def steps_from(mask, seeds, out):
 
 
 @njit(cache=True)
-def root_of(parents, cell):
-    """The cell that stands for the set that a cell belongs to."""
+def root_of(parents: NDArray[np.int64], cell: int) -> int:
+    """Return the cell that stands for the set of a cell (union-find; halves the way to it).
+
+    Args:
+        parents: (n,) a cell of the same set nearer to the root, for the root itself; changed.
+        cell: Of the set.
+    """
     while parents[cell] != cell:
         parents[cell] = parents[parents[cell]]
         cell = parents[cell]
@@ -39,12 +51,17 @@ def root_of(parents, cell):
 
 
 @njit(cache=True)
-def peaks(values, order, width, prominence):
-    """Number of peaks that rise by `prominence` or more above the saddle to a higher one, or 0.
+def peaks(values: NDArray[np.int32], order: NDArray[np.int64], width: int, prominence: int) -> int:
+    """Count the peaks that rise by `prominence` or more above the saddle to a higher one, or 0.
 
     Cells flow together from the highest to the lowest (union-find): where two sets meet, the one
-    with the lower peak ends, and counts if it is that high above the meeting point. `values` is
-    flat, rows of `width` cells; `order` has its cells from the highest to the lowest.
+    with the lower peak ends, and counts if it is that high above the meeting point.
+
+    Args:
+        values: (h · width,) heights, row after row.
+        order: Cells (k,) from the highest to the lowest.
+        width: Cells of a row.
+        prominence: In the unit of the values.
     """
     parents = np.full(values.shape[0], -1, np.int64)
     count = 0

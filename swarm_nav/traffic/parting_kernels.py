@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
+import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from swarm_nav.control.tube_kernels import gap_squared
 
@@ -12,11 +15,29 @@ REACH = 2.5  # [m] of path beyond which nothing of a tube lies
 
 
 @njit(cache=True)
-def first_overlap(points, near, stop, radius, slack, claims):
-    """Index of the first held point ahead that is too near to a living robot's tube, or stop + 1.
+def first_overlap(
+    points: NDArray[np.float64],
+    near: int,
+    stop: int,
+    radius: float,
+    slack: float,
+    claims: tuple[NDArray[Any], ...],
+) -> int:
+    """Return the index of the first held point ahead that is too near to a living robot's tube.
 
-    Too near is nearer than both radii minus `slack` [m], and nearer than the robot's present place:
-    robots whose places overlap already may part. claims: see `Neighborhood.columns`.
+    Too near is nearer than both radii minus the slack, and nearer than the robot's present place:
+    robots whose places overlap already may part.
+
+    Args:
+        points: Path (n, 2) [m] in map.
+        near: Index of the robot on it.
+        stop: Index of the last held point.
+        radius: [m] of this robot.
+        slack: [m] by which tubes may be nearer than both radii.
+        claims: What the neighbours hold, see `Neighborhood.columns`.
+
+    Returns:
+        That index, stop + 1 if no point is too near.
     """
     (ids, _, gone, _, radii, _, held, held_size, _, _, _, _) = claims
     best = stop + 1

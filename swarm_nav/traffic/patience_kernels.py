@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 
 @njit(cache=True)
-def mean_trip(acks, tick, longest):
-    """Mean age of the acknowledgements, without those that are not needed or too old; 0 if none."""
+def mean_trip(acks: NDArray[np.int64], tick: int, longest: int) -> float:
+    """Return the mean age [ticks] of the acknowledgements; 0 if none counts.
+
+    Args:
+        acks: (n,) tick of the newest own beacon that each neighbour has acknowledged. One of now
+            is none that was needed.
+        tick: Now.
+        longest: [ticks] age of the oldest that count.
+    """
     total = 0
     count = 0
     for row in range(acks.shape[0]):

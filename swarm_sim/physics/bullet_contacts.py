@@ -11,6 +11,7 @@ from swarm_common.model.records import CONTROL_PERIOD, RobotSpec
 from swarm_sim.physics.bullet_kernels import near_pairs
 from swarm_sim.physics.engine import NEAR, NEAR_MISS, Approach, FloatArray, Touch
 from swarm_sim.physics.planar import MAX_CORNERS, bounds_of, pack_like, pad_polygon
+from swarm_sim.physics.planar_kernels import Walls
 from swarm_sim.scene.section import GROUND_GAP
 
 EXACT_BELOW = 0.1  # [m] clearances below this come from the engine, larger ones from footprints
@@ -106,7 +107,7 @@ class Contacts:
             poses,
             self.radii,
             self.hulls,
-            (self._walls, self._bounds, walkers),
+            Walls(self._walls, self._bounds, walkers),
             NEAR,
             self._robot_gaps,
             self._wall_gaps,

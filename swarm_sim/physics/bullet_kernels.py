@@ -8,7 +8,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_sim.physics.planar_kernels import box_gap, ramp
+from swarm_sim.physics.planar_kernels import Walls, box_gap, ramp
 from swarm_sim.physics.walker_kernels import disc_gap
 from swarm_sim.scene.polygon_kernels import distance, place
 
@@ -42,7 +42,7 @@ def near_pairs(
     poses: FloatArray,
     radii: FloatArray,
     hulls: FloatArray,
-    walls: tuple[FloatArray, FloatArray, FloatArray],
+    walls: Walls,
     near: float,
     robot_gaps: FloatArray,
     wall_gaps: FloatArray,
@@ -53,7 +53,7 @@ def near_pairs(
         poses: (n, 3).
         radii: (n,) circumscribed radii.
         hulls: (n, k, 2) footprints in base_footprint.
-        walls: Outlines (m, c, 2), their bounds (m, 4), and discs (d, 3), counted after these.
+        walls: What can be touched; discs are counted after the polygons.
         near: [m]
         robot_gaps: Rows i, j, distance with i < j, written.
         wall_gaps: Rows i, wall, distance, written.
@@ -74,21 +74,21 @@ def near_pairs(
                 robot_gaps[robots, 0], robot_gaps[robots, 1] = i, j
                 robot_gaps[robots, 2] = gap
                 robots += 1
-        for k in range(len(walls[0])):
-            if box_gap(walls[1][k], x, y) > radii[i] + near:
+        for k in range(len(walls.polygons)):
+            if box_gap(walls.bounds[k], x, y) > radii[i] + near:
                 continue
-            gap = distance(placed[i], walls[0][k])
+            gap = distance(placed[i], walls.polygons[k])
             if gap <= near:
                 wall_gaps[sides, 0], wall_gaps[sides, 1] = i, k
                 wall_gaps[sides, 2] = gap
                 sides += 1
-        for k in range(len(walls[2])):
-            disc = walls[2][k]
+        for k in range(len(walls.discs)):
+            disc = walls.discs[k]
             if math.hypot(disc[0] - x, disc[1] - y) > radii[i] + disc[2] + near:
                 continue
             gap = disc_gap(placed[i], disc[0], disc[1], disc[2])
             if gap <= near:
-                wall_gaps[sides, 0], wall_gaps[sides, 1] = i, len(walls[0]) + k
+                wall_gaps[sides, 0], wall_gaps[sides, 1] = i, len(walls.polygons) + k
                 wall_gaps[sides, 2] = gap
                 sides += 1
     return robots, sides

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -15,15 +16,44 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
+class Walls(NamedTuple):
+    """What robots can touch beside each other."""
+
+    polygons: FloatArray  # (m, k, 2) [m] convex outlines, padded with repeated corners
+    bounds: FloatArray  # (m, 4) [m] x_min, y_min, x_max, y_max of each
+    discs: FloatArray  # (d, 3) [m] x, y, radius of walkers
+
+
+class Notes(NamedTuple):
+    """What happened in a control period; steps of first contact are -1 for none."""
+
+    robots: IntArray  # (n, n) step in which a robot met another, at the smaller index first
+    polygons: IntArray  # (n, m) step in which it met a polygon
+    discs: IntArray  # (n, d) step in which it met a disc
+    driven: FloatArray  # (n, 3) ahead [m], turned [rad], to the left [m]
+
+
 @numba.njit(cache=True)
 def ramp(value: float, target: float, limit: float) -> float:
-    """Return the speed after one step towards the target with a bounded change."""
+    """Return the speed after one step towards the target with a bounded change.
+
+    Args:
+        value: Speed before.
+        target: Speed aimed at.
+        limit: Largest change.
+    """
     return value + min(limit, max(-limit, target - value))
 
 
 @numba.njit(cache=True)
 def box_gap(bounds: FloatArray, x: float, y: float) -> float:
-    """Return the distance of a point from an axis-parallel box (4,); 0 inside."""
+    """Return the distance [m] of a point from an axis-parallel box; 0 inside.
+
+    Args:
+        bounds: (4,) [m] x_min, y_min, x_max, y_max.
+        x: [m] of the point.
+        y: [m] of the point.
+    """
     dx = max(bounds[0] - x, x - bounds[2], 0.0)
     dy = max(bounds[1] - y, y - bounds[3], 0.0)
     return math.hypot(dx, dy)
@@ -35,11 +65,21 @@ def hits(
     state: FloatArray,
     limits: FloatArray,
     placed: FloatArray,
-    walls: tuple[FloatArray, FloatArray, FloatArray],
-    touches: tuple[IntArray, IntArray, IntArray, FloatArray],
+    walls: Walls,
+    notes: Notes,
     step: int,
 ) -> bool:
-    """Note which robots and walls a robot's placed hull meets; return whether any."""
+    """Note which robots and walls a robot's placed hull meets; return whether any.
+
+    Args:
+        robot: Its index.
+        state: (n, 6), see `move`.
+        limits: (n, 4), see `move`.
+        placed: (n, k, 2) [m] footprints in map.
+        walls: What can be touched.
+        notes: Receives first contacts.
+        step: Its number within the control period.
+    """
     polygons, bounds, discs = walls
     radius = limits[robot, 2]
     any_hit = False
@@ -51,21 +91,21 @@ def hits(
             continue
         if overlap(placed[robot], placed[j]):
             a, b = min(robot, j), max(robot, j)
-            if touches[0][a, b] < 0:
-                touches[0][a, b] = step
+            if notes.robots[a, b] < 0:
+                notes.robots[a, b] = step
             any_hit = True
     for k in range(polygons.shape[0]):
         if box_gap(bounds[k], x, y) <= radius and overlap(placed[robot], polygons[k]):
-            if touches[1][robot, k] < 0:
-                touches[1][robot, k] = step
+            if notes.polygons[robot, k] < 0:
+                notes.polygons[robot, k] = step
             any_hit = True
     for k in range(discs.shape[0]):
         cx, cy, size = discs[k, 0], discs[k, 1], discs[k, 2]
         if math.hypot(cx - x, cy - y) > radius + size:
             continue
         if disc_gap(placed[robot], cx, cy, size) <= 0.0:
-            if touches[2][robot, k] < 0:
-                touches[2][robot, k] = step
+            if notes.discs[robot, k] < 0:
+                notes.discs[robot, k] = step
             any_hit = True
     return any_hit
 
@@ -76,8 +116,8 @@ def move(
     targets: FloatArray,
     limits: FloatArray,
     hulls: FloatArray,
-    walls: tuple[FloatArray, FloatArray, FloatArray],
-    touches: tuple[IntArray, IntArray, IntArray, FloatArray],
+    walls: Walls,
+    notes: Notes,
     period: float,
     step: int,
 ) -> bool:
@@ -89,9 +129,8 @@ def move(
         limits: (n, 4): acceleration, angular acceleration, circumscribed radius, acceleration to
             the left.
         hulls: (n, k, 2) footprints in base_footprint.
-        walls: Packed polygons (m, k, 2), their bounds (m, 4), and discs (d, 3).
-        touches: First step of contact with robots (n, n), polygons (n, m), discs (n, d), -1 for
-            none; driven path (n, 3): v, w, v to the left. Changed.
+        walls: What can be touched.
+        notes: Receives first contacts and the driven path.
         period: [s] of the step.
         step: Its number within the control period.
     """
@@ -116,15 +155,15 @@ def move(
         if v == 0.0 and w == 0.0 and slide == 0.0:
             continue
         place(hulls[i], state[i, 0], state[i, 1], state[i, 2], placed[i])
-        if hits(i, state, limits, placed, walls, touches, step):
+        if hits(i, state, limits, placed, walls, notes, step):
             state[i, 0], state[i, 1], state[i, 2] = x, y, yaw
             state[i, 3], state[i, 4], state[i, 5] = 0.0, 0.0, 0.0
             place(hulls[i], x, y, yaw, placed[i])
             any_touch = True
         else:
-            touches[3][i, 0] += v * period
-            touches[3][i, 1] += w * period
-            touches[3][i, 2] += slide * period
+            notes.driven[i, 0] += v * period
+            notes.driven[i, 1] += w * period
+            notes.driven[i, 2] += slide * period
     return any_touch
 
 
@@ -134,15 +173,26 @@ def move_on(
     targets: FloatArray,
     limits: FloatArray,
     hulls: FloatArray,
-    walls: tuple[FloatArray, FloatArray, FloatArray],
-    touches: tuple[IntArray, IntArray, IntArray, FloatArray],
+    walls: Walls,
+    notes: Notes,
     period: float,
     steps: int,
 ) -> bool:
-    """Advance all robots by a number of physics steps from 0 on; see `move`."""
+    """Advance all robots by a number of physics steps; return whether any touched.
+
+    Args:
+        state: (n, 6), see `move`; changed.
+        targets: (n, 3), see `move`.
+        limits: (n, 4), see `move`.
+        hulls: (n, k, 2) footprints in base_footprint.
+        walls: What can be touched.
+        notes: Receives first contacts and the driven path.
+        period: [s] of a step.
+        steps: How many, numbered from 0.
+    """
     any_touch = False
     for step in range(steps):
-        if move(state, targets, limits, hulls, walls, touches, period, step):
+        if move(state, targets, limits, hulls, walls, notes, period, step):
             any_touch = True
     return any_touch
 
@@ -152,8 +202,9 @@ def clearances(
     state: FloatArray,
     limits: FloatArray,
     hulls: FloatArray,
-    walls: tuple[FloatArray, FloatArray, FloatArray],
-    near: tuple[float, float],
+    walls: Walls,
+    near: float,
+    near_miss: float,
     out: FloatArray,
     close: FloatArray,
 ) -> int:
@@ -163,8 +214,9 @@ def clearances(
         state: (n, 6): of which the pose x, y, yaw is used.
         limits: (n, 4): of which the circumscribed radius is used.
         hulls: (n, k, 2) footprints in base_footprint.
-        walls: Packed polygons (m, k, 2), their bounds (m, 4), and discs (d, 3).
-        near: [m] distances beyond the first are not measured, those below the second listed.
+        walls: What can be touched.
+        near: [m] beyond which distances are not measured.
+        near_miss: [m] below which they are listed.
         out: (n, 2) inf where nothing is near.
         close: Rows i, kind (0 hull, 1 polygon, 2 disc), index, distance; written.
 
@@ -180,29 +232,29 @@ def clearances(
     for i in range(count):
         x, y = state[i, 0], state[i, 1]
         for j in range(i):
-            reach = limits[i, 2] + limits[j, 2] + near[0]
+            reach = limits[i, 2] + limits[j, 2] + near
             dx, dy = state[j, 0] - x, state[j, 1] - y
             if dx * dx + dy * dy > reach * reach:
                 continue
             gap = distance(placed[i], placed[j])
-            if gap <= near[0]:
+            if gap <= near:
                 out[i, 0], out[j, 0] = min(out[i, 0], gap), min(out[j, 0], gap)
-                listed = _list(close, listed, (j, 0, i), gap, near[1])
+                listed = _list(close, listed, (j, 0, i), gap, near_miss)
         for k in range(polygons.shape[0]):
-            if box_gap(bounds[k], x, y) > limits[i, 2] + near[0]:
+            if box_gap(bounds[k], x, y) > limits[i, 2] + near:
                 continue
             gap = distance(placed[i], polygons[k])
-            if gap <= near[0]:
+            if gap <= near:
                 out[i, 1] = min(out[i, 1], gap)
-                listed = _list(close, listed, (i, 1, k), gap, near[1])
+                listed = _list(close, listed, (i, 1, k), gap, near_miss)
         for k in range(discs.shape[0]):
-            reach = limits[i, 2] + discs[k, 2] + near[0]
+            reach = limits[i, 2] + discs[k, 2] + near
             if math.hypot(discs[k, 0] - x, discs[k, 1] - y) > reach:
                 continue
             gap = disc_gap(placed[i], discs[k, 0], discs[k, 1], discs[k, 2])
-            if gap <= near[0]:
+            if gap <= near:
                 out[i, 1] = min(out[i, 1], gap)
-                listed = _list(close, listed, (i, 2, k), gap, near[1])
+                listed = _list(close, listed, (i, 2, k), gap, near_miss)
     return listed
 
 
@@ -210,7 +262,15 @@ def clearances(
 def _list(
     close: FloatArray, listed: int, pair: tuple[int, int, int], gap: float, limit: float
 ) -> int:
-    """Add a row to a list if a pair is closer than a limit; return the list's new length."""
+    """Add a row to a list if a pair is closer than a limit; return the list's new length.
+
+    Args:
+        close: (m, 4) list; changed.
+        listed: Rows in use.
+        pair: Robot, kind and index of the other, see `clearances`.
+        gap: [m] between them.
+        limit: [m] below which they are listed.
+    """
     if gap >= limit or listed >= close.shape[0]:
         return listed
     close[listed, 0], close[listed, 1], close[listed, 2] = pair

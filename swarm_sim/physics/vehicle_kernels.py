@@ -14,6 +14,8 @@ from swarm_sim.physics.walker_kernels import (
     PAUSE,
     STANDING,
     WAITED,
+    Loops,
+    Robots,
     go_on,
     next_corner,
     point_at,
@@ -30,7 +32,15 @@ SPEED, TURN, STEP, PATIENCE, LENGTH, WIDTH = 0, 1, 2, 3, 4, 5  # columns of its 
 
 @numba.njit(cache=True)
 def outline(pose: FloatArray, front: float, back: float, half: float, out: FloatArray) -> None:
-    """Write the corners (4, 2) of a rectangle around a pose; lengths ahead, behind, aside."""
+    """Write the corners of a rectangle around a pose.
+
+    Args:
+        pose: (3,) x, y [m], yaw [rad].
+        front: [m] ahead.
+        back: [m] behind.
+        half: [m] to either side.
+        out: (4, 2) receives the corners.
+    """
     cos, sin = math.cos(pose[2]), math.sin(pose[2])
     for k in range(4):
         along = front if k in (1, 2) else -back
@@ -41,7 +51,14 @@ def outline(pose: FloatArray, front: float, back: float, half: float, out: Float
 
 @numba.njit(cache=True)
 def heading_at(path: FloatArray, arcs: FloatArray, arc: float, direction: float) -> float:
-    """Return the direction of travel on a closed path when leaving an arc length."""
+    """Return the direction of travel [rad] on a closed path when leaving an arc length.
+
+    Args:
+        path: (k + 1, 2) [m], of which the last point is the first one again.
+        arcs: (k + 1,) [m] length up to each point.
+        arc: [m] from where.
+        direction: 1 forwards, -1 backwards.
+    """
     probe = arc + direction * 1e-6
     if probe < 0.0:
         probe += arcs[-1]
@@ -56,7 +73,7 @@ def heading_at(path: FloatArray, arcs: FloatArray, arc: float, direction: float)
 @numba.njit(cache=True)
 def meets(
     corners: FloatArray,
-    robots: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    robots: Robots,
     touches: IntArray,
     step: int,
 ) -> bool:
@@ -64,19 +81,19 @@ def meets(
 
     Args:
         corners: (4, 2).
-        robots: Poses (n, 3), forward speeds (n,), hulls (n, k, 2), circumscribed radii (n,).
+        robots: All of them.
         touches: (n,) first step of contact, -1 for none; changed.
         step: Its number within the control period.
     """
     x, y = 0.5 * (corners[0, 0] + corners[2, 0]), 0.5 * (corners[0, 1] + corners[2, 1])
     reach = 0.5 * math.hypot(corners[2, 0] - corners[0, 0], corners[2, 1] - corners[0, 1])
-    hull = np.empty_like(robots[2][0])
+    hull = np.empty_like(robots.hulls[0])
     found = False
-    for i in range(robots[0].shape[0]):
-        rx, ry, yaw = robots[0][i, 0], robots[0][i, 1], robots[0][i, 2]
-        if math.hypot(rx - x, ry - y) > reach + robots[3][i]:
+    for i in range(robots.poses.shape[0]):
+        rx, ry, yaw = robots.poses[i, 0], robots.poses[i, 1], robots.poses[i, 2]
+        if math.hypot(rx - x, ry - y) > reach + robots.radii[i]:
             continue
-        place(robots[2][i], rx, ry, yaw, hull)
+        place(robots.hulls[i], rx, ry, yaw, hull)
         if overlap(corners, hull):
             found = True
             if touches[i] < 0:
@@ -89,7 +106,7 @@ def bars(
     roomy: FloatArray,
     present: FloatArray,
     bare: FloatArray,
-    robots: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    robots: Robots,
 ) -> bool:
     """Return whether a robot that stands is in the way of a vehicle.
 
@@ -99,13 +116,13 @@ def bars(
         roomy: (4, 2) where it goes next, with elbow room.
         present: (4, 2) where it is, with elbow room.
         bare: (4, 2) where it goes next, without.
-        robots: Poses (n, 3), forward speeds (n,), hulls (n, k, 2), circumscribed radii (n,).
+        robots: All of them.
     """
-    hull = np.empty_like(robots[2][0])
-    for i in range(robots[0].shape[0]):
-        if abs(robots[1][i]) >= STANDING:
+    hull = np.empty_like(robots.hulls[0])
+    for i in range(robots.poses.shape[0]):
+        if abs(robots.speeds[i]) >= STANDING:
             continue
-        place(robots[2][i], robots[0][i, 0], robots[0][i, 1], robots[0][i, 2], hull)
+        place(robots.hulls[i], robots.poses[i, 0], robots.poses[i, 1], robots.poses[i, 2], hull)
         if overlap(roomy, hull) and (overlap(bare, hull) or not overlap(present, hull)):
             return True
     return False
@@ -116,8 +133,8 @@ def drive(
     state: FloatArray,
     poses: FloatArray,
     traits: FloatArray,
-    loops: tuple[FloatArray, FloatArray, IntArray, FloatArray],
-    robots: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    loops: Loops,
+    robots: Robots,
     touches: IntArray,
     period: float,
     step: int,
@@ -130,8 +147,8 @@ def drive(
         state: (m, 5): arc length, direction, pause left, time waited, points visited; changed.
         poses: (m, 3); changed.
         traits: (m, 6): speed, turn speed, step length, patience, length, width.
-        loops: Paths (m, k, 2), arc lengths (m, k), number of points of each (m,), pauses (m, p).
-        robots: Poses (n, 3), forward speeds (n,), hulls (n, c, 2), circumscribed radii (n,).
+        loops: Where they drive.
+        robots: All of them.
         touches: (n, m) first step of contact, -1 for none; changed.
         period: [s] of the step.
         step: Its number within the control period.
@@ -143,8 +160,8 @@ def drive(
         if state[v, PAUSE] > 0.0:
             state[v, PAUSE] -= period
             continue
-        count = loops[2][v]
-        path, arcs = loops[0][v, :count], loops[1][v, :count]
+        count = loops.counts[v]
+        path, arcs = loops.paths[v, :count], loops.arcs[v, :count]
         half, side = 0.5 * traits[v, LENGTH], 0.5 * traits[v, WIDTH]
         direction, arc = state[v, DIRECTION], state[v, ARC]
         left = abs(next_corner(arcs, arc, direction) - arc)
@@ -179,5 +196,5 @@ def drive(
         if length == 0.0:
             continue
         is_at_point = left <= traits[v, SPEED] * period
-        go_on(state[v], arc + direction * length, arcs, loops[3][v], is_at_point)
+        go_on(state[v], arc + direction * length, arcs, loops.pauses[v], is_at_point)
     return any_touch

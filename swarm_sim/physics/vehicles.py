@@ -10,6 +10,7 @@ from swarm_common.model.records import Pose, RobotSpec
 from swarm_sim.physics.engine import FloatArray
 from swarm_sim.physics.scripted_paths import ScriptedPaths
 from swarm_sim.physics.vehicle_kernels import drive, heading_at
+from swarm_sim.physics.walker_kernels import Loops, Robots
 from swarm_sim.scene.actors import VehicleSpec
 from swarm_sim.scene.scene import Body, Box, Part, transform_from_xyz_rpy
 
@@ -61,8 +62,8 @@ class Vehicles(ScriptedPaths[VehicleSpec]):
             self._state,
             self.poses,
             self._traits,
-            (self._paths, self._arcs, self._counts, self._pauses),
-            (np.ascontiguousarray(poses), np.ascontiguousarray(speeds), hulls, self._radii),
+            Loops(self._paths, self._arcs, self._counts, self._pauses),
+            Robots(np.ascontiguousarray(poses), np.ascontiguousarray(speeds), hulls, self._radii),
             self._touches,
             period,
             step,

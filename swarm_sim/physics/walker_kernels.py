@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -18,9 +19,34 @@ ARC, DIRECTION, PAUSE, WAITED, VISITS = 0, 1, 2, 3, 4  # columns of a walker's s
 SPEED, RADIUS, STEP, PATIENCE = 0, 1, 2, 3  # columns of a walker's traits
 
 
+class Robots(NamedTuple):
+    """Robots as walkers and vehicles meet them."""
+
+    poses: FloatArray  # (n, 3) x, y [m], yaw [rad]
+    speeds: FloatArray  # (n,) [m/s] ahead
+    hulls: FloatArray  # (n, k, 2) [m] footprints in base_footprint
+    radii: FloatArray  # (n,) [m] circumscribed
+
+
+class Loops(NamedTuple):
+    """Closed paths, one per walker or vehicle."""
+
+    paths: FloatArray  # (m, k, 2) [m]; the last point of each is its first one again
+    arcs: FloatArray  # (m, k) [m] length up to each point
+    counts: IntArray  # (m,) points of each path
+    pauses: FloatArray  # (m, p) [s] at the points, in order of visits
+
+
 @numba.njit(cache=True)
 def disc_gap(hull: FloatArray, x: float, y: float, radius: float) -> float:
-    """Return the distance of a disc from a convex polygon (k, 2); 0 if they meet."""
+    """Return the distance [m] of a disc from a convex polygon; 0 if they meet.
+
+    Args:
+        hull: (k, 2) [m].
+        x: [m] of the disc's centre.
+        y: [m] of the disc's centre.
+        radius: [m] of the disc.
+    """
     point = np.empty((1, 2))
     point[0, 0], point[0, 1] = x, y
     return max(0.0, distance(hull, point) - radius)
@@ -47,7 +73,13 @@ def point_at(path: FloatArray, arcs: FloatArray, arc: float, out: FloatArray) ->
 
 @numba.njit(cache=True)
 def next_corner(arcs: FloatArray, arc: float, direction: float) -> float:
-    """Return the arc length of the next point of a path, past its end if that is the first."""
+    """Return the arc length [m] of the next point of a path, its whole length for the first one.
+
+    Args:
+        arcs: (k + 1,) [m] length up to each point.
+        arc: [m] from where.
+        direction: 1 forwards, -1 backwards.
+    """
     if direction > 0.0:
         for k in range(1, len(arcs)):
             if arcs[k] > arc + 1e-9:
@@ -61,7 +93,13 @@ def next_corner(arcs: FloatArray, arc: float, direction: float) -> float:
 
 @numba.njit(cache=True)
 def wait(state: FloatArray, period: float, patience: float) -> None:
-    """Note in a walker's or vehicle's state that it waits; turn round when it has for long."""
+    """Note in a walker's or vehicle's state that it waits; turn round when it has for long.
+
+    Args:
+        state: (5,); changed.
+        period: [s] of the step.
+        patience: [s] after which it turns round.
+    """
     state[WAITED] += period
     if state[WAITED] > patience:
         state[WAITED], state[DIRECTION] = 0.0, -state[DIRECTION]
@@ -95,28 +133,28 @@ def is_barred(
     here: FloatArray,
     ahead: FloatArray,
     radius: float,
-    robots: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    robots: Robots,
 ) -> bool:
-    """Return whether a robot that stands is in the way from `here` to `ahead`, both (2,).
+    """Return whether a robot that stands is in the way of a walker's next step.
 
     Robots count as discs in which they can turn; one that is too near already bars nobody who
     walks away from it.
 
     Args:
-        here: Where the walker is.
-        ahead: Where its next step ends.
+        here: (2,) [m] where the walker is.
+        ahead: (2,) [m] where its next step ends.
         radius: [m] of the walker.
-        robots: Poses (n, 3), forward speeds (n,), hulls (n, k, 2), circumscribed radii (n,).
+        robots: All of them.
     """
     ex, ey = ahead[0] - here[0], ahead[1] - here[1]
     length = ex * ex + ey * ey
-    for i in range(robots[0].shape[0]):
-        if abs(robots[1][i]) >= STANDING:
+    for i in range(robots.poses.shape[0]):
+        if abs(robots.speeds[i]) >= STANDING:
             continue
-        dx, dy = robots[0][i, 0] - here[0], robots[0][i, 1] - here[1]
+        dx, dy = robots.poses[i, 0] - here[0], robots.poses[i, 1] - here[1]
         along = min(1.0, max(0.0, (dx * ex + dy * ey) / length)) if length > 0.0 else 0.0
         nearest = math.hypot(dx - along * ex, dy - along * ey)
-        reach = radius + ELBOW_ROOM + robots[3][i]
+        reach = radius + ELBOW_ROOM + robots.radii[i]
         if nearest < reach and nearest < math.hypot(dx, dy) - 1e-9:
             return True
     return False
@@ -127,8 +165,8 @@ def walk(
     state: FloatArray,
     places: FloatArray,
     traits: FloatArray,
-    loops: tuple[FloatArray, FloatArray, IntArray, FloatArray],
-    robots: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    loops: Loops,
+    robots: Robots,
     touches: IntArray,
     period: float,
     step: int,
@@ -141,21 +179,21 @@ def walk(
         state: (m, 5): arc length, direction, pause left, time waited, points visited; changed.
         places: (m, 2); changed.
         traits: (m, 4): speed, radius, step length, patience.
-        loops: Paths (m, k, 2), arc lengths (m, k), number of points of each (m,), pauses (m, p).
-        robots: Poses (n, 3), forward speeds (n,), hulls (n, c, 2), circumscribed radii (n,).
+        loops: Where they walk.
+        robots: All of them.
         touches: (n, m) first step of contact, -1 for none; changed.
         period: [s] of the step.
         step: Its number within the control period.
     """
-    hull = np.empty_like(robots[2][0])
+    hull = np.empty_like(robots.hulls[0])
     goal = np.empty(2)
     any_touch = False
     for w in range(len(state)):
         if state[w, PAUSE] > 0.0:
             state[w, PAUSE] -= period
             continue
-        count = loops[2][w]
-        path, arcs = loops[0][w, :count], loops[1][w, :count]
+        count = loops.counts[w]
+        path, arcs = loops.paths[w, :count], loops.arcs[w, :count]
         direction = state[w, DIRECTION]
         corner = next_corner(arcs, state[w, ARC], direction)
         left = abs(corner - state[w, ARC])
@@ -170,7 +208,7 @@ def walk(
             any_touch = True
             continue
         places[w], state[w, WAITED] = goal, 0.0
-        go_on(state[w], arc, arcs, loops[3][w], left <= traits[w, SPEED] * period)
+        go_on(state[w], arc, arcs, loops.pauses[w], left <= traits[w, SPEED] * period)
     return any_touch
 
 
@@ -178,18 +216,27 @@ def walk(
 def _hits(
     center: FloatArray,
     radius: float,
-    robots: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    robots: Robots,
     hull: FloatArray,
     touches: IntArray,
     step: int,
 ) -> bool:
-    """Note which robots a walker at a place would touch; return whether any."""
+    """Note which robots a walker at a place would touch; return whether any.
+
+    Args:
+        center: (2,) [m] of the walker.
+        radius: [m] of the walker.
+        robots: All of them.
+        hull: (k, 2) scratch.
+        touches: (n,) first step of contact, -1 for none; changed.
+        step: Its number within the control period.
+    """
     any_hit = False
-    for i in range(robots[0].shape[0]):
-        x, y, yaw = robots[0][i, 0], robots[0][i, 1], robots[0][i, 2]
-        if math.hypot(x - center[0], y - center[1]) > radius + robots[3][i]:
+    for i in range(robots.poses.shape[0]):
+        x, y, yaw = robots.poses[i, 0], robots.poses[i, 1], robots.poses[i, 2]
+        if math.hypot(x - center[0], y - center[1]) > radius + robots.radii[i]:
             continue
-        place(robots[2][i], x, y, yaw, hull)
+        place(robots.hulls[i], x, y, yaw, hull)
         if disc_gap(hull, center[0], center[1], radius) <= 0.0:
             if touches[i] < 0:
                 touches[i] = step

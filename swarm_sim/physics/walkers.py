@@ -9,7 +9,7 @@ import numpy as np
 from swarm_common.model.records import Pose, RobotSpec
 from swarm_sim.physics.engine import FloatArray
 from swarm_sim.physics.scripted_paths import ScriptedPaths
-from swarm_sim.physics.walker_kernels import walk
+from swarm_sim.physics.walker_kernels import Loops, Robots, walk
 from swarm_sim.scene.actors import WalkerSpec
 
 SEARCH_STEP = 0.1  # [m] along the path when looking for a place to start
@@ -59,8 +59,8 @@ class Walkers(ScriptedPaths[WalkerSpec]):
             self._state,
             self._places,
             self._traits,
-            (self._paths, self._arcs, self._counts, self._pauses),
-            (np.ascontiguousarray(poses), np.ascontiguousarray(speeds), hulls, self._radii),
+            Loops(self._paths, self._arcs, self._counts, self._pauses),
+            Robots(np.ascontiguousarray(poses), np.ascontiguousarray(speeds), hulls, self._radii),
             self._touches,
             period,
             step,

@@ -7,6 +7,7 @@ sensor, so a scan costs about as much as it has hits, not rays times obstacles.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -19,9 +20,35 @@ IntArray = NDArray[np.int64]
 TWO_PI = 2.0 * math.pi
 
 
+class Shapes(NamedTuple):
+    """Segments or discs, and whose they are."""
+
+    shapes: FloatArray  # (s, 4) [m] ends x0, y0, x1, y1; or (d, 3) [m] x, y, radius
+    owners: IntArray  # (s,) index of the robot, -1 for the world
+
+
+class Fan(NamedTuple):
+    """Directions and reach of rays."""
+
+    angle_min: float  # [rad] of ray 0, in the sensor's frame
+    increment: float  # [rad]
+    range_max: float  # [m]
+
+
 @numba.njit(cache=True)
 def ray_segment(dx: float, dy: float, ax: float, ay: float, bx: float, by: float) -> float:
-    """Return the range along a unit ray from the origin to the segment a-b; inf if it misses."""
+    """Return the range along a unit ray from the origin to the segment a-b; inf if it misses.
+
+    Solves t d = a + u (b - a) for t ≥ 0 and 0 ≤ u ≤ 1.
+
+    Args:
+        dx: Of the ray.
+        dy: Of the ray.
+        ax: [m] of one end.
+        ay: [m] of one end.
+        bx: [m] of the other end.
+        by: [m] of the other end.
+    """
     ex, ey = bx - ax, by - ay
     denominator = dx * ey - dy * ex
     if denominator == 0.0:
@@ -35,7 +62,17 @@ def ray_segment(dx: float, dy: float, ax: float, ay: float, bx: float, by: float
 
 @numba.njit(cache=True)
 def ray_disc(dx: float, dy: float, cx: float, cy: float, radius: float) -> float:
-    """Return the range along a unit ray from the origin to a circle; inf if it misses."""
+    """Return the range along a unit ray from the origin to a circle; inf if it misses.
+
+    Solves |t d - c| = r for the smallest t ≥ 0.
+
+    Args:
+        dx: Of the ray.
+        dy: Of the ray.
+        cx: [m] of the centre.
+        cy: [m] of the centre.
+        radius: [m]
+    """
     middle = cx * dx + cy * dy
     aside = cx * dy - cy * dx
     squared = radius * radius - aside * aside
@@ -81,38 +118,36 @@ def ray_window(
 def cast(
     sensors: FloatArray,
     owners: IntArray,
-    segments: tuple[FloatArray, IntArray],
-    discs: tuple[FloatArray, IntArray],
-    angles: tuple[float, float],
-    range_max: float,
+    segments: Shapes,
+    discs: Shapes,
+    fan: Fan,
     out: FloatArray,
 ) -> None:
-    """Write the true range of each ray, inf beyond `range_max`.
+    """Write the true range [m] of each ray, inf beyond the fan's.
 
     Args:
-        sensors: (n, 3): x, y, yaw.
+        sensors: (n, 3): x, y [m], yaw [rad] in map.
         owners: (n,) robot that carries the sensor; it does not see itself.
-        segments: (s, 4) ends x0, y0, x1, y1, and owner of each (s,), -1 for the world.
-        discs: (d, 3) x, y, radius, and owner of each (d,).
-        angles: Of ray 0, and between rays.
-        range_max: [m]
-        out: (n, rays).
+        segments: Of walls and robots.
+        discs: Of the world and robots.
+        fan: Of each sensor.
+        out: (n, rays) receives the ranges.
     """
     rays = out.shape[1]
     directions = np.empty((rays, 2))
     for i in range(sensors.shape[0]):
         x, y, yaw = sensors[i, 0], sensors[i, 1], sensors[i, 2]
-        zero = yaw + angles[0]
+        zero = yaw + fan.angle_min
         for k in range(rays):
-            directions[k, 0] = math.cos(zero + k * angles[1])
-            directions[k, 1] = math.sin(zero + k * angles[1])
+            directions[k, 0] = math.cos(zero + k * fan.increment)
+            directions[k, 1] = math.sin(zero + k * fan.increment)
             out[i, k] = math.inf
-        for s in range(segments[0].shape[0]):
-            if segments[1][s] == owners[i]:
+        for s in range(segments.shapes.shape[0]):
+            if segments.owners[s] == owners[i]:
                 continue
-            ax, ay = segments[0][s, 0] - x, segments[0][s, 1] - y
-            bx, by = segments[0][s, 2] - x, segments[0][s, 3] - y
-            if segment_gap(ax, ay, bx, by) > range_max:
+            ax, ay = segments.shapes[s, 0] - x, segments.shapes[s, 1] - y
+            bx, by = segments.shapes[s, 2] - x, segments.shapes[s, 3] - y
+            if segment_gap(ax, ay, bx, by) > fan.range_max:
                 continue
             start = math.atan2(ay, ax)
             width = math.atan2(by, bx) - start
@@ -120,25 +155,26 @@ def cast(
             if width > math.pi:
                 start, width = start + width, TWO_PI - width
             for turn in range(2):
-                first, last = ray_window(start - zero, width, turn, angles[1], rays)
+                first, last = ray_window(start - zero, width, turn, fan.increment, rays)
                 for k in range(first, last + 1):
                     hit = ray_segment(directions[k, 0], directions[k, 1], ax, ay, bx, by)
-                    if hit <= range_max and hit < out[i, k]:
+                    if hit <= fan.range_max and hit < out[i, k]:
                         out[i, k] = hit
-        for d in range(discs[0].shape[0]):
-            if discs[1][d] == owners[i]:
+        for d in range(discs.shapes.shape[0]):
+            if discs.owners[d] == owners[i]:
                 continue
-            cx, cy, radius = discs[0][d, 0] - x, discs[0][d, 1] - y, discs[0][d, 2]
+            cx, cy = discs.shapes[d, 0] - x, discs.shapes[d, 1] - y
+            radius = discs.shapes[d, 2]
             gap = math.hypot(cx, cy)
-            if gap - radius > range_max:
+            if gap - radius > fan.range_max:
                 continue
             half = math.pi if gap <= radius else math.asin(radius / gap)
             start = math.atan2(cy, cx) - half
             for turn in range(2):
-                first, last = ray_window(start - zero, 2.0 * half, turn, angles[1], rays)
+                first, last = ray_window(start - zero, 2.0 * half, turn, fan.increment, rays)
                 for k in range(first, last + 1):
                     hit = ray_disc(directions[k, 0], directions[k, 1], cx, cy, radius)
-                    if hit <= range_max and hit < out[i, k]:
+                    if hit <= fan.range_max and hit < out[i, k]:
                         out[i, k] = hit
 
 

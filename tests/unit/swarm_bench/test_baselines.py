@@ -21,14 +21,15 @@ from swarm_common.model.records import Odometry, Pose, Twist
 from swarm_common.model.sites import Sites
 from swarm_common.robots.loading import load_robot
 from swarm_nav.core.config import NavConfig
-from swarm_nav.planning.distance_kernels import Frame
+from swarm_nav.planning.distance_kernels import Frame, Place
 from swarm_nav.planning.search_kernels import WALL
 
 METHODS = ("dwa", "orca")
 HALL = Grid(np.zeros((160, 160), np.int8), 0.05, -4.0, -4.0)
-LIMITS = (0.26, 1.82, 1.0, 3.2)
-SAMPLES = (8, 21)
-SCALES = (0.4, 1.0, 0.8, 0.15, 0.3)
+LIMITS = dwa_kernels.Limits(0.26, 1.82, 1.0, 3.2)
+SAMPLES = dwa_kernels.Samples(8, 21)
+SCALES = dwa_kernels.Scales(0.4, 1.0, 0.8, 0.15, 0.3)
+START = Place(0.0, 0.0, 0.0)
 RADIUS = 0.26
 
 
@@ -71,7 +72,9 @@ def random_scene(seed: int) -> dwa_kernels.Scene:
     points = rng.uniform(-1.2, 1.2, (5, 2))
     start = np.hypot(discs[:, 0], discs[:, 1]) > 0.24 + RADIUS
     away = np.hypot(points[:, 0], points[:, 1]) > 0.05 + RADIUS
-    return np.full((160, 160), 9.0), Frame(-4.0, -4.0, 0.05), discs[start], points[away], 0.05
+    return dwa_kernels.Scene(
+        np.full((160, 160), 9.0), Frame(-4.0, -4.0, 0.05), discs[start], points[away], 0.05
+    )
 
 
 @pytest.mark.parametrize("seed", range(60))
@@ -82,7 +85,16 @@ def test_a_robot_can_stop_before_it_touches_anything(seed: int) -> None:
     target = tuple(rng.uniform(-1.0, 1.0, 2))
     path = np.array(((0.0, 0.0), target))
     v, w, score = dwa_kernels.best_twist(
-        (0.0, 0.0, 0.0), (speed, turn), target, LIMITS, SAMPLES, RADIUS, scene, path, SCALES, 15
+        START,
+        dwa_kernels.Velocity(speed, turn),
+        target,
+        LIMITS,
+        SAMPLES,
+        RADIUS,
+        scene,
+        path,
+        SCALES,
+        15,
     )
     if score == -dwa_kernels.FAR:
         return
@@ -92,11 +104,11 @@ def test_a_robot_can_stop_before_it_touches_anything(seed: int) -> None:
         step = min(0.005, way)
         yaw += w * step / v
         x, y, way = x + step * math.cos(yaw), y + step * math.sin(yaw), way - step
-        assert dwa_kernels.gap(x, y, RADIUS, *scene) > -0.01
+        assert dwa_kernels.gap(x, y, RADIUS, scene) > -0.01
 
 
 def test_the_window_is_what_the_drive_can_reach_in_a_period() -> None:
-    scene = (
+    scene = dwa_kernels.Scene(
         np.full((160, 160), 9.0),
         Frame(-4.0, -4.0, 0.05),
         np.zeros((0, 3)),
@@ -105,7 +117,16 @@ def test_the_window_is_what_the_drive_can_reach_in_a_period() -> None:
     )
     path = np.array(((0.0, 0.0), (1.0, 0.0)))
     v, w, _ = dwa_kernels.best_twist(
-        (0.0, 0.0, 0.0), (0.05, 0.3), (1.0, 0.0), LIMITS, SAMPLES, RADIUS, scene, path, SCALES, 15
+        START,
+        dwa_kernels.Velocity(0.05, 0.3),
+        (1.0, 0.0),
+        LIMITS,
+        SAMPLES,
+        RADIUS,
+        scene,
+        path,
+        SCALES,
+        15,
     )
     assert v == pytest.approx(0.15)
     assert w == pytest.approx(0.0, abs=0.02)
