@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field
 
 Point = tuple[float, float]
-MEETING = 1.5  # [m] beyond both radii within which a request has to be acknowledged
+HEARING = 5.58  # [m] within which a request has to be acknowledged
 
 
 @dataclass
@@ -51,13 +51,15 @@ def comes_near(
     slack: float,
     rounding: float = 1e-6,
 ) -> bool:
-    """Return whether a point violates a claim; a tube that already does may grow away from it.
+    """Return whether a point is too near to any claimed one from which it does not lead away.
 
-    rounding: of squared distances [m²], by which growing away may fail.
+    rounding: of squared distances [m²], by which a step away may fail.
     """
-    here, there = gap(point, claimed), gap(before, claimed)
-    is_leaving = there < reach and here**2 >= there**2 - rounding
-    return here < reach - slack and not is_leaving
+    return any(
+        math.dist(point, one) < reach - slack
+        and math.dist(point, one) ** 2 < math.dist(before, one) ** 2 - rounding
+        for one in claimed
+    )
 
 
 def refusal(own: Own, other: Other, point: Point, before: Point, origin: Point) -> str:
@@ -79,7 +81,7 @@ def refusal(own: Own, other: Other, point: Point, before: Point, origin: Point) 
     if not wins and gap(point, wanted) < reach - slack:
         return "G2 wanted"
     ahead = other.intent[:8]
-    is_entitled = other.blocked >= own.push_ticks and other.priority > own.priority
+    is_entitled = other.blocked >= own.push_ticks and not wins
     is_exempt = own.yields_for or gap(origin, ahead) < reach
     if is_entitled and not is_exempt and gap(point, ahead) < reach:
         return "G5"
@@ -101,14 +103,14 @@ def extend(
         here, there = gap(path[k], obstacles), gap(path[k - 1], obstacles)
         if here < clearance and here <= there:
             return k - 1, "obstacle"
+        waits = k > confirmed
         for other in others:
             rule = refusal(own, other, path[k], path[k - 1], path[stop])
             if rule:
                 return k - 1, rule
-            reach = own.radius + other.radius + MEETING
-            is_near = math.dist(path[k], other.held[0]) < reach
+            is_near = math.dist(path[stop], other.held[0]) < HEARING
             if is_near and k > other.acknowledged and not other.is_gone:
-                return k - 1, "G3"
-        if k > confirmed:
-            return k - 1, "G1"
+                waits = True
+        if waits:
+            return k - 1, "G1 or G3"
     return last, ""
