@@ -11,7 +11,7 @@ import rclpy
 import typer
 
 from swarm_commander.mission.discovery import find_robots
-from swarm_commander.run.domain import check_swarm, domain_id
+from swarm_commander.run.domain import check_swarm, domain_id, patience_for
 from swarm_commander.run.options import LOOPBACK, VIEWER_PORT
 from swarm_common.middleware.addresses import check_address
 from swarm_view.feed import Recording
@@ -37,7 +37,7 @@ def view(
     check_swarm(domain_id())
     node = open_node()
     try:
-        find_robots(node, domain_id(), [])
+        find_robots(node, [], patience_for(domain_id()))
         server = Server(host, port)
         _announce(server)
         serve_live(server, node)

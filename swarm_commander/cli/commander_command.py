@@ -15,7 +15,7 @@ from swarm_commander.mission.discovery import find_robots, read_home, read_sites
 from swarm_commander.mission.driver import RobotDriver, has_goal, sim_seconds
 from swarm_commander.mission.itinerary import Itinerary, Order, Outcome
 from swarm_commander.mission.mission import Mission, load_mission, single_goal, usual_mission
-from swarm_commander.run.domain import check_swarm, domain_id
+from swarm_commander.run.domain import check_swarm, domain_id, patience_for
 from swarm_common.middleware.ros_io import tick_of
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
@@ -61,7 +61,7 @@ def command(
     rclpy.init()
     node = rclpy.create_node("swarm_commander", enable_rosout=False, start_parameter_services=False)
     try:
-        running = find_robots(node, domain, robots or [])
+        running = find_robots(node, robots or [], patience_for(domain))
         names = running if all_ else list(dict.fromkeys(robots or []))
         for name in names:
             if name not in running:

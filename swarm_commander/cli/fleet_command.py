@@ -34,7 +34,7 @@ from swarm_commander.run.domain import domain_id
 from swarm_commander.run.recording import FILE
 from swarm_common.middleware import ros_io
 from swarm_common.middleware.simulation import resource_in
-from swarm_common.model.errors import ConfigError, NoSwarmError
+from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
 from swarm_common.process.messages import RestartNavigator
 from swarm_common.process.pipes import EventWriter
@@ -42,7 +42,6 @@ from swarm_common.robots.source import find_robot
 from swarm_recording.recorder import record
 
 DEFAULT_ROBOT = "turtlebot3_waffle"
-LOOK_LIMIT = 20.0  # [s] of wall time to find the world
 ANSWER_LIMIT = 60.0  # [s] of wall time for it to answer; it does between two ticks
 ACTIVE_LIMIT = 60.0  # [s] of wall time for a new navigator to be there
 
@@ -212,7 +211,10 @@ def _ask(node: Node, kind: Any, name: str, request: Any) -> Any:
     """
     client = node.create_client(kind, f"/sim/{name}")
     try:
-        _wait(node, client.service_is_ready, LOOK_LIMIT, str(NoSwarmError(domain_id())))
+        patience, start = domain.patience_for(domain_id()), time.monotonic()
+        while not client.service_is_ready():
+            patience.check(time.monotonic() - start)
+            rclpy.spin_once(node, timeout_sec=0.1)
         future = client.call_async(request)
         _wait(
             node, future.done, ANSWER_LIMIT, "the world does not answer; do its robots all answer?"

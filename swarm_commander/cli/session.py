@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.text import Text
 
 from swarm_commander.run import terminal
-from swarm_commander.run.domain import DomainLock, domain_id
+from swarm_commander.run.domain import DomainLock
 from swarm_commander.run.local_run import LocalRun
 from swarm_commander.run.plan import RunPlan
 from swarm_commander.run.progress import Progress, summary_table
@@ -34,10 +34,9 @@ from swarm_common.middleware.secret import own_secret
 from swarm_common.model.breaches import breach_lines, shortened
 
 
-def bring_up(plan: RunPlan) -> int:
-    """Run a checked plan; return the exit code."""
+def bring_up(plan: RunPlan, lock: DomainLock) -> int:
+    """Run a checked plan in the domain of `lock`, which is released; return the exit code."""
     ros_env.set_defaults()
-    lock = DomainLock(domain_id())
     try:
         folder = create_run_folder(plan.options.run_dir, datetime.now())
         os.environ.setdefault("ROS_LOG_DIR", str(folder.logs / "ros"))

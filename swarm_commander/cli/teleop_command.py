@@ -24,7 +24,7 @@ from swarm_commander.cli.teleop_keys import HELP, Keys
 from swarm_commander.mission.client import RobotCommander
 from swarm_commander.mission.discovery import find_robots, read_parameters
 from swarm_commander.mission.task import Task, TaskResult
-from swarm_commander.run.domain import check_swarm, domain_id
+from swarm_commander.run.domain import check_swarm, domain_id, patience_for
 from swarm_common.middleware.ros_io import RELIABLE
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Twist
@@ -59,7 +59,7 @@ def teleop(
     rclpy.init()
     node = rclpy.create_node("swarm_teleop", enable_rosout=False, start_parameter_services=False)
     try:
-        running = find_robots(node, domain, [robot])
+        running = find_robots(node, [robot], patience_for(domain))
         if robot not in running:
             raise ConfigError(f"no robot '{robot}' is running; there are {', '.join(running)}")
         values = read_parameters(node, robot, ["max_vel_x", "max_vel_theta"])

@@ -11,6 +11,7 @@ import typer
 from swarm_commander.cli.listing import fleet_names, listing, mission_names, world_names
 from swarm_commander.cli.session import bring_up
 from swarm_commander.hosts.host_options import Role, check_combination
+from swarm_commander.run.domain import DomainLock, domain_id
 from swarm_commander.run.options import (
     DEFAULT_ROBOT,
     LOOPBACK,
@@ -362,8 +363,9 @@ def up(
     run_plan = check_plan(options)
     if drive is None and usual_engine() != BULLET:
         typer.echo(NO_WHEELS, err=True)
+    lock = DomainLock(domain_id())  # from now on commands in other terminals wait for us
     ensure_interfaces()
-    code = bring_up(run_plan)
+    code = bring_up(run_plan, lock)
     ensure_bytecode([*own_packages(), *interface_packages()])  # for the next start
     raise typer.Exit(code)
 

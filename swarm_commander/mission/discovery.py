@@ -13,27 +13,28 @@ from rcl_interfaces.srv import GetParameters
 from rclpy.node import Node
 from swarm_interfaces.msg import Mission
 
+from swarm_commander.mission.patience import Patience
 from swarm_common.files.sites_io import load_sites
 from swarm_common.middleware.ros_io import LATCHED
-from swarm_common.model.errors import ConfigError, NoSwarmError
+from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
 from swarm_common.model.sites import Sites
 
 STATUS_TYPE = "swarm_interfaces/msg/RobotStatus"
-LOOK_LIMIT = 5.0  # [s] of wall time to see a swarm
 # Every process announces itself once a second (fastdds.xml); on a busy machine that takes longer.
+NEWS_LIMIT = 5.0  # [s] of wall time for a mission that is announced to be heard of
 CALM_TIME = 2.0  # [s] without news after which all has been seen
 ANSWER_LIMIT = 20.0  # [s] of wall time for a navigator to answer, on a busy machine
 ASK_PERIOD = 2.0  # [s] after which a question is repeated: discovery may have lost the answer
 
 
-def find_robots(node: Node, domain: int, wanted: Sequence[str]) -> list[str]:
+def find_robots(node: Node, wanted: Sequence[str], patience: Patience) -> list[str]:
     """Return the names of the robots that run, in order of their numbers.
 
     Args:
         node: Node that looks.
-        domain: For the message.
         wanted: Return as soon as these are seen; empty to look for all.
+        patience: Decides how long to look.
 
     Raises:
         ConfigError: If there are none.
@@ -48,8 +49,8 @@ def find_robots(node: Node, domain: int, wanted: Sequence[str]) -> list[str]:
         complete = bool(wanted) and seen.issuperset(wanted)
         if complete or (seen and now - changed > CALM_TIME):
             return sorted(seen, key=lambda name: (len(name), name))
-        if not seen and now - start > LOOK_LIMIT:
-            raise NoSwarmError(domain)
+        if not seen:
+            patience.check(now - start)
         rclpy.spin_once(node, timeout_sec=0.1)
 
 
@@ -110,7 +111,7 @@ def robot_on_mission(node: Node, robots: Sequence[str]) -> str | None:
             if (news := sum(counts.values()) + len(node.get_node_names())) != known:
                 known, changed = news, now
             silent = [robot for robot in robots if len(said[robot]) < counts[robot]]
-            if now - changed > CALM_TIME and (not silent or now - start > LOOK_LIMIT):
+            if now - changed > CALM_TIME and (not silent or now - start > NEWS_LIMIT):
                 return silent[0] if silent else None
             rclpy.spin_once(node, timeout_sec=0.1)
         return next(robot for robot in robots if any(said[robot]))

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import json
 import os
 import socket
 import struct
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 
+from swarm_commander.mission.patience import Patience
 from swarm_common.middleware import ros_env
 from swarm_common.model.errors import ConfigError, NoSwarmError
 from swarm_common.process.messages import (
@@ -38,20 +41,36 @@ def domain_id(environment: Mapping[str, str] = os.environ) -> int:
     return int(text)
 
 
+def has_swarm(domain: int) -> bool | None:
+    """Return whether somebody has the domain, be it a swarm that starts; None if unknown.
+
+    A graph that is on this host only has a swarm if somebody here has the domain; on other hosts
+    one may be that this cannot see.
+    """
+    if ros_env.bound_address() != ros_env.LOOPBACK:
+        return None
+    name = f"@{_address(domain)[1:]}"
+    return name in SOCKETS.read_text(encoding="utf-8", errors="replace").split()
+
+
 def check_swarm(domain: int) -> None:
     """Refuse at once to look for a swarm that cannot be there.
-
-    A graph that is on this host only has a swarm if somebody has the domain; on other hosts one
-    may be that this cannot see.
 
     Raises:
         NoSwarmError: If there is none.
     """
-    if ros_env.bound_address() != ros_env.LOOPBACK:
-        return
-    name = f"@{_address(domain)[1:]}"
-    if name not in SOCKETS.read_text(encoding="utf-8", errors="replace").split():
+    if has_swarm(domain) is False:
         raise NoSwarmError(domain)
+
+
+def patience_for(domain: int) -> Patience:
+    """Return the patience with a domain's swarm; what is waited for goes to stderr."""
+    return Patience(domain, functools.partial(has_swarm, domain), _tell)
+
+
+def _tell(line: str) -> None:
+    sys.stderr.write(f"{line}\n")
+    sys.stderr.flush()
 
 
 class DomainLock:
