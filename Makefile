@@ -10,11 +10,12 @@ PYTHON ?=
 export PYTHON
 
 inputs := pyproject.toml tools/bootstrap.sh $(shell find interfaces -type f)
-live := tests/faults tests/graph tests/hosts tests/scenario
-pure := $(filter-out $(live),$(patsubst %/,%,$(wildcard tests/*/)))
+live := tests/faults tests/graph tests/hosts
+runs := tests/scenario
+pure := $(filter-out $(live) $(runs),$(patsubst %/,%,$(wildcard tests/*/)))
 DEMO := --swarm-size 20 --world slim_blockage --mission loading_route --until-done
 
-.PHONY: help demo test test-live test-pure setup docs clean
+.PHONY: help demo test test-live test-pure test-runs setup docs clean
 
 help:
 	@sed -n 's/^# \{0,1\}//p' $(firstword $(MAKEFILE_LIST))
@@ -28,12 +29,12 @@ test: .venv/.ready-test
 	.venv/bin/mypy
 	.venv/bin/lint-imports --no-logo
 	NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --strict --quiet
-	# The kernels are compiled once, before both halves need them at the same time.
+	# The kernels are compiled once, before several need them at the same time.
 	.venv/bin/python -c "from swarm_nav.launch.warm_up import warm_up; warm_up()"
-	$(MAKE) --jobs=2 --output-sync=target --no-print-directory test-live test-pure
+	$(MAKE) --jobs=2 --output-sync=target --no-print-directory test-live test-pure test-runs
 
-# Swarms that run, and everything else: a core each.
-test-live test-pure: test-%: .venv/.ready-test
+# Live graphs on one core; everything else, and then whole runs, on another.
+test-live test-pure test-runs: test-%: .venv/.ready-test
 	.venv/bin/pytest $($*)
 
 setup: .venv/.ready-run
