@@ -21,6 +21,7 @@ from swarm_sim.physics.bullet_fixed import (
 from swarm_sim.physics.bullet_shapes import compound, position_quaternion
 from swarm_sim.physics.engine import FloatArray
 from swarm_sim.physics.objects import Objects
+from swarm_sim.scene.mesh_section import SHEET
 from swarm_sim.scene.scene import Body, Mesh, Plane, Transform
 from swarm_sim.scene.section import GROUND_GAP
 
@@ -30,6 +31,7 @@ SLIP = 0.1  # [m] by which it may at the start: it is pushed out then
 PARTING_STEPS = 200  # of physics in which it has to be
 CONTACT_DISTANCE = 8  # field of a contact point
 FLOOR = 500.0  # [m] from the origin to the edge of the ground for loose bodies
+NARROW = 1e-4  # [m] below which a triangle may have no width in Bullet's single precision
 ROLLING = 0.002  # [m] coefficient of rolling friction, so that what rolls comes to rest
 
 
@@ -51,23 +53,61 @@ def add_piece(client: int, piece: Body) -> list[int]:
     place = piece.world_from_body @ piece.parts[0].body_from_part
     heights = shape.vertices @ place[2, :3] + place[2, 3]
     faces = shape.faces[heights[shape.faces].max(axis=1) > GROUND_GAP]  # the rest is ground
+    vertices, faces = _with_ribbons(shape.vertices, faces)
     return [
-        _add_mesh(client, shape, faces[first : first + CHUNK], place)
+        _add_mesh(client, shape.source, vertices, faces[first : first + CHUNK], place)
         for first in range(0, len(faces), CHUNK)
     ]
 
 
-def _add_mesh(client: int, mesh: Mesh, faces: NDArray[np.int64], place: Transform) -> int:
+def _with_ribbons(
+    vertices: FloatArray, faces: NDArray[np.int64]
+) -> tuple[FloatArray, NDArray[np.int64]]:
+    """Add two crossed ribbons along each needle of a mesh, as thick as a surface is drawn.
+
+    Args:
+        vertices: (n, 3) [m].
+        faces: (m, 3) indices of their corners.
+
+    Returns:
+        Vertices (n + 8 k, 3) and faces (m + 4 k, 3) for k needles.
+    """
+    corners = vertices[faces]
+    edges = np.roll(corners, -1, axis=1) - corners
+    lengths = np.linalg.norm(edges, axis=2)
+    longest = lengths.argmax(axis=1)
+    length = lengths.max(axis=1)
+    area = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)  # twice the triangle's
+    needles = np.flatnonzero((area < NARROW * length) & (length > 0.0))
+    start, along = corners[needles, longest[needles]], edges[needles, longest[needles]]
+    ahead = along / length[needles, None]
+    axis = np.eye(3)[np.abs(ahead).argmin(axis=1)]
+    left = np.cross(ahead, axis)
+    left *= SHEET / np.linalg.norm(left, axis=1)[:, None]
+    up = np.cross(ahead, left)
+    ribbons = [
+        np.stack([start + side, start - side, start + along + side, start + along - side], axis=1)
+        for side in (left, up)
+    ]
+    added = np.concatenate(ribbons).reshape(-1, 3)
+    first = len(vertices) + 4 * np.arange(len(added) // 4)[:, None]
+    strips = (first + np.array([0, 1, 2, 1, 3, 2])).reshape(-1, 3)
+    return np.concatenate([vertices, added]), np.concatenate([faces, strips])
+
+
+def _add_mesh(
+    client: int, source: str, vertices: FloatArray, faces: NDArray[np.int64], place: Transform
+) -> int:
     used, indices = np.unique(faces, return_inverse=True)
     shape = pybullet.createCollisionShape(
         pybullet.GEOM_MESH,
-        vertices=mesh.vertices[used].tolist(),
+        vertices=vertices[used].tolist(),
         indices=indices.ravel().tolist(),
         flags=pybullet.GEOM_FORCE_CONCAVE_TRIMESH,
         physicsClientId=client,
     )
     if shape < 0:
-        raise WorldError(f"{mesh.source}: the physics engine refuses the mesh; simplify it")
+        raise WorldError(f"{source}: the physics engine refuses the mesh; simplify it")
     position, quaternion = position_quaternion(place)
     body = int(
         pybullet.createMultiBody(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from swarm_common.model.records import LidarSpec, Pose, Twist
 from swarm_common.robots.loading import load_robot
 from swarm_sim.maps.raster import draw_grid
 from swarm_sim.maps.spawn import wall_distance
+from swarm_sim.maps.world_check import differences
 from swarm_sim.scene.scene import Body, Scene
 from swarm_sim.scene.section import Section, section_between
 from swarm_sim.sensing.lidar import LidarGroup
@@ -206,6 +208,26 @@ def test_a_long_needle_is_there_up_to_its_tip() -> None:
     section = section_between([body], 0.005, 0.192)
     tip = max(float(outline[:, 0].max()) for outline in section.outlines())
     assert tip == pytest.approx(13.17, abs=0.01)
+
+
+def test_hairs_are_felt_though_single_precision_gives_them_no_width() -> None:
+    hairs = trimesh.Trimesh(
+        [
+            (-0.9639002680778503, -4.752672737911343, 0.45087549090385437),
+            (-0.9638999104499817, -4.752664231359958, 0.45087501406669617),
+            (0.05002235993742943, -26.279579002857208, -0.7456051707267761),
+            (0.8588606715202332, 6.193722728639841, 0.8018251061439514),
+            (0.8588610887527466, 6.193720968663692, 0.8018245100975037),
+            (-0.2384219914674759, -33.45083179056644, -0.8039329051971436),
+        ],
+        [(1, 0, 2), (4, 5, 3)],
+        process=False,
+    )
+    cos, sin = -0.014224174744686464, -0.9998988313088643
+    lying = np.array([[cos, 0, sin, -1], [0, 1, 0, -2], [-sin, 0, cos, 0], [0, 0, 0, 1]])
+    body = replace(body_of(hairs), world_from_body=lying)
+    scene = Scene("hairs", Path("."), (body,))
+    assert list(differences(scene, [0.1], (0.005, 0.192), with_physics=True)) == []
 
 
 @settings(max_examples=25, deadline=None, derandomize=True)
