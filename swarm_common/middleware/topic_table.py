@@ -69,6 +69,16 @@ ROBOT_TOPICS = (
     Topic("amcl_pose", "geometry_msgs/msg/PoseWithCovarianceStamped", is_latched=True, depth=1),
     Topic("particle_cloud", "nav2_msgs/msg/ParticleCloud", is_reliable=False, depth=5),
 )
+# The same costmaps in Nav2's other forms: raw costs, and what has changed. Not recorded.
+COSTMAP_TOPICS = tuple(
+    Topic(f"{space}_costmap/{name}", kind, is_latched=True, depth=1)
+    for space in ("global", "local")
+    for name, kind in (
+        ("costmap_raw", "nav2_msgs/msg/Costmap"),
+        ("costmap_updates", "map_msgs/msg/OccupancyGridUpdate"),
+        ("costmap_raw_updates", "nav2_msgs/msg/CostmapUpdate"),
+    )
+)
 # What a robot listens to, for the tools of RViz and Foxglove.
 ORDERS = (
     Topic("initialpose", "geometry_msgs/msg/PoseWithCovarianceStamped"),

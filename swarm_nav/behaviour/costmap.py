@@ -29,6 +29,33 @@ class Costmap:
     origin_y: float
 
 
+@dataclass(frozen=True, slots=True)
+class Window:
+    """A rectangle of cells."""
+
+    rows: slice
+    columns: slice
+
+
+def changed_window(before: Costmap, now: Costmap) -> Window | None:
+    """Return the smallest rectangle that holds every changed cell.
+
+    None where nothing has changed, and where the costmaps cannot be compared: another size,
+    resolution or origin.
+    """
+    geometry = (before.resolution, before.origin_x, before.origin_y, before.cells.shape)
+    if geometry != (now.resolution, now.origin_x, now.origin_y, now.cells.shape):
+        return None
+    has_changed = before.cells != now.cells
+    rows = np.flatnonzero(has_changed.any(axis=1))
+    columns = np.flatnonzero(has_changed.any(axis=0))
+    if len(rows) == 0:
+        return None
+    return Window(
+        slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)
+    )
+
+
 def inflate(
     lethal: NDArray[np.bool_],
     resolution: float,

@@ -3,8 +3,8 @@
 What a module imports of its folder stands above it:
 
     clock        Simulated time of a navigator's node, from the ticks that it sees anyway
-    demand       Servers that exist only once somebody looks for them, or that come after the
-                 start
+    demand       Servers and topics that exist only once somebody looks for them, or that come
+                 after the start
     inputs       Collects what belongs to one control tick: odometry, neighbours, and the scan
                  when it is due
     reach        How far away anything can be that means something on the map at hand
@@ -12,6 +12,8 @@ What a module imports of its folder stands above it:
                  parameters
     status       The state of a robot for its operator, as bytes: a Python message takes longer
                  than a tick
+    costmaps     A costmap on Nav2's topics: whole and in parts, as occupancy and with its raw
+                 costs
     views        What a navigator shows to viewers, sent only while they subscribe
     withholding  When a navigator withholds the answer to a tick, so that a mission's outcome is
                  repeatable

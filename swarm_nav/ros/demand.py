@@ -1,4 +1,4 @@
-"""Servers that exist only once somebody looks for them, or that come after the start.
+"""Servers and topics that exist only once somebody looks for them, or that come after the start.
 
 Nine of a navigator's ten action servers and most of its services are used by few robots of a large
 swarm, and never by most. Each of them costs every process that knows the robot, so that announcing
@@ -19,16 +19,17 @@ from rclpy.expand_topic_name import expand_topic_name
 from rclpy.node import Node
 
 LOOK_PERIOD = 0.5  # [s] of wall time between two looks for clients
-LOOK_NAMES = 24  # services of which one look counts the clients; the others have the next turns
+LOOK_NAMES = 24  # names of which one look counts the clients; the others have the next turns
 START_TIME = 10.0  # [s] of wall time after which a swarm that has not begun is not waited for
 
 
 @dataclass(slots=True)
 class Offer:
-    """What can be created, and the services that its clients look for."""
+    """What can be created, and the services or topics that its clients look for."""
 
-    services: Sequence[str]
+    names: Sequence[str]
     create: Callable[[], object]
+    are_topics: bool = False
 
 
 class OnDemand:
@@ -53,10 +54,19 @@ class OnDemand:
             create: Called once, when it is wanted.
             is_rare: Whether it needs a client in a small swarm, too.
         """
+        self._add(Offer(self._full(services), create), is_rare=is_rare)
+
+    def offer_topics(self, topics: Sequence[str], create: Callable[[], object]) -> None:
+        """Offer publishers of topics, which come together; see `offer`."""
+        self._add(Offer(self._full(topics), create, are_topics=True), is_rare=False)
+
+    def _full(self, names: Sequence[str]) -> list[str]:
         name, space = self._node.get_name(), self._node.get_namespace()
-        full = [expand_topic_name(service, name, space) for service in services]
+        return [expand_topic_name(relative, name, space) for relative in names]
+
+    def _add(self, offer: Offer, *, is_rare: bool) -> None:
         offers = self._soon if self._is_eager and not is_rare else self._offers
-        offers.append(Offer(full, create))
+        offers.append(offer)
 
     def offer_action(
         self, name: str, create: Callable[[], object], *, is_rare: bool = False
@@ -87,11 +97,12 @@ class OnDemand:
                     offer.create()
                 else:
                     offers.append(offer)
-                looked += len(offer.services)
+                looked += len(offer.names)
                 if looked >= LOOK_NAMES:
                     break
 
     def _has_client(self, offer: Offer) -> bool:
         with self._node.handle:
-            count = self._node.handle.get_count_clients
-            return any(count(service) for service in offer.services)
+            handle = self._node.handle
+            count = handle.get_count_subscribers if offer.are_topics else handle.get_count_clients
+            return any(count(name) for name in offer.names)

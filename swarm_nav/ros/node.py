@@ -130,7 +130,7 @@ class NavigatorNode:
         self._measure(grid)
         self._answers.announce()
         self._status = self.node.create_publisher(RobotStatus, "status", ros_io.RELIABLE)
-        self._views = Views(self.node, brain)
+        self._views = Views(self.node, brain, self._on_demand)
         self._tasks = Tasks(
             self.node,
             brain,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import array
 import math
 from collections.abc import Callable
 from functools import partial
@@ -11,7 +10,6 @@ from typing import Any, Protocol
 from urllib.parse import urlparse
 
 from geometry_msgs.msg import PoseStamped
-from nav2_msgs.msg import Costmap as CostmapMsg
 from nav2_msgs.srv import (
     ClearCostmapAroundPose,
     ClearCostmapAroundRobot,
@@ -33,6 +31,7 @@ from swarm_common.model.records import Pose
 from swarm_nav.behaviour.costmap import Costmap
 from swarm_nav.behaviour.navigator import Navigator
 from swarm_nav.core.lifecycle import Lifecycle
+from swarm_nav.ros.costmaps import costmap_msg
 from swarm_nav.ros.demand import OnDemand
 
 # By number in the request.
@@ -133,16 +132,3 @@ class Services:
             return response
 
         return answer
-
-
-def costmap_msg(costmap: Costmap, tick: int) -> CostmapMsg:
-    """Return nav2_msgs/Costmap."""
-    message = CostmapMsg(header=ros_io.header(tick, "map"))
-    info = message.metadata
-    info.update_time = message.header.stamp
-    info.layer = "master"
-    info.resolution = float(costmap.resolution)
-    info.size_y, info.size_x = costmap.cells.shape
-    info.origin = ros_io.pose_msg(Pose(costmap.origin_x, costmap.origin_y, 0.0))
-    message.data = array.array("B", costmap.cells.tobytes())
-    return message

@@ -5,15 +5,16 @@ from __future__ import annotations
 import numpy as np
 from geometry_msgs.msg import PolygonStamped, PoseWithCovarianceStamped
 from nav2_msgs.msg import Particle, ParticleCloud
-from nav_msgs.msg import OccupancyGrid, Path
+from nav_msgs.msg import Path
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from tf2_msgs.msg import TFMessage
 
 from swarm_common.middleware import cdr, ros_io
 from swarm_common.model.records import Pose
-from swarm_nav.behaviour.costmap import Costmap
 from swarm_nav.behaviour.navigator import Navigator
+from swarm_nav.ros.costmaps import CostmapTopics
+from swarm_nav.ros.demand import OnDemand
 
 LOOK_TICKS = 10  # between two looks for subscribers
 PLAN_TICKS = 5
@@ -25,14 +26,19 @@ POSE_TICKS = 10
 class Views:
     """The publishers for RViz and its like, on one node."""
 
-    def __init__(self, node: Node, brain: Navigator) -> None:
+    def __init__(self, node: Node, brain: Navigator, on_demand: OnDemand) -> None:
         """Create the topics."""
         self._brain = brain
         make = node.create_publisher
         self._plan = make(Path, "plan", ros_io.LATEST)
         self._local_plan = make(Path, "local_plan", ros_io.LATEST)
-        self._global = make(OccupancyGrid, "global_costmap/costmap", ros_io.LATCHED)
-        self._local = make(OccupancyGrid, "local_costmap/costmap", ros_io.LATCHED)
+        self._costmaps = [
+            CostmapTopics(node, space, period, compose, on_demand)
+            for space, period, compose in (
+                ("local_costmap", LOCAL_TICKS, brain.local_costmap),
+                ("global_costmap", GLOBAL_TICKS, brain.global_costmap),
+            )
+        ]
         self._footprint = make(PolygonStamped, "local_costmap/published_footprint", ros_io.LATEST)
         self._amcl_pose = make(PoseWithCovarianceStamped, "amcl_pose", ros_io.LATCHED)
         self._particles = make(ParticleCloud, "particle_cloud", ros_io.SENSOR)
@@ -47,6 +53,8 @@ class Views:
             self._look_for_subscribers()
         if tick % POSE_TICKS == 0:
             self.publish_pose(tick)
+        for costmap in self._costmaps:
+            costmap.publish(tick)
         if not self._wanted:
             return
         if self._is_due(self._tf, tick, 1):
@@ -58,10 +66,6 @@ class Views:
             self._plan.publish(ros_io.path_msg(self._brain.plan_map(), tick))
         if self._is_due(self._local_plan, tick, LOCAL_TICKS):
             self._local_plan.publish(ros_io.path_msg(self._brain.local_plan_map(), tick))
-        if self._is_due(self._local, tick, LOCAL_TICKS):
-            self._local.publish(_occupancy(self._brain.local_costmap(), tick))
-        if self._is_due(self._global, tick, GLOBAL_TICKS):
-            self._global.publish(_occupancy(self._brain.global_costmap(), tick))
         if self._is_due(self._footprint, tick, LOCAL_TICKS):
             self._publish_footprint(tick)
         if self._is_due(self._particles, tick, PLAN_TICKS):
@@ -73,11 +77,11 @@ class Views:
         self._amcl_pose.publish(self._pose_writer.encode(tick, brain.pose_map, brain.variances()))
 
     def _look_for_subscribers(self) -> None:
+        for costmap in self._costmaps:
+            costmap.look_for_subscribers()
         heavy = (
             self._plan,
             self._local_plan,
-            self._global,
-            self._local,
             self._footprint,
             self._particles,
             self._tf,
@@ -104,9 +108,3 @@ class Views:
             for x, y, yaw in particles
         ]
         self._particles.publish(message)
-
-
-def _occupancy(costmap: Costmap, tick: int) -> OccupancyGrid:
-    cells = ros_io.OCCUPANCY_FROM_COST[costmap.cells]
-    origin = (costmap.origin_x, costmap.origin_y)
-    return ros_io.occupancy_msg(cells, costmap.resolution, origin, tick, "map")

@@ -42,6 +42,15 @@ TOPICS = {
     "local_plan": "nav_msgs/msg/Path",
     "global_costmap/costmap": "nav_msgs/msg/OccupancyGrid",
     "local_costmap/costmap": "nav_msgs/msg/OccupancyGrid",
+    **{
+        f"{space}_costmap/{name}": kind
+        for space in ("global", "local")
+        for name, kind in (
+            ("costmap_raw", "nav2_msgs/msg/Costmap"),
+            ("costmap_updates", "map_msgs/msg/OccupancyGridUpdate"),
+            ("costmap_raw_updates", "nav2_msgs/msg/CostmapUpdate"),
+        )
+    },
     "local_costmap/published_footprint": "geometry_msgs/msg/PolygonStamped",
     "amcl_pose": "geometry_msgs/msg/PoseWithCovarianceStamped",
     "particle_cloud": "nav2_msgs/msg/ParticleCloud",

@@ -2,7 +2,11 @@
 
 import pytest
 from nav2_msgs.action import Spin
+from nav2_msgs.msg import Costmap
 from rcl_interfaces.srv import GetParameters
+
+from swarm_common.middleware.ros_io import LATCHED
+from tests.graph.conftest import START_LIMIT
 
 
 @pytest.fixture(scope="module")
@@ -37,6 +41,19 @@ def test_an_action_server_comes_for_its_client(swarm):
     finally:
         swarm.node.destroy_client(client)
     assert "follow_path/_action/send_goal" not in services_of(swarm, "Srobot2")
+
+
+def test_raw_costmaps_come_for_their_listener(swarm):
+    def topics():
+        return {name for name, _ in swarm.node.get_topic_names_and_types()}
+
+    heard = []
+    topic = "/Srobot2/local_costmap/costmap_raw"
+    assert topic not in topics()
+    subscription = swarm.node.create_subscription(Costmap, topic, heard.append, LATCHED)
+    swarm.spin_until(lambda: heard, START_LIMIT)
+    assert "/Srobot1/local_costmap/costmap_raw" not in topics()
+    swarm.node.destroy_subscription(subscription)
 
 
 def test_parameters_can_be_read(swarm):

@@ -29,7 +29,7 @@ def test_shipped_packages_come_after_their_dependencies() -> None:
     found = packages.load_packages(share_directory("interfaces") / "interfaces")
     names = [package.name for package in found]
     own = {"simulation_interfaces", "swarm_interfaces"}
-    assert set(names) == own | {"geographic_msgs", "nav2_msgs", "tf2_msgs"}
+    assert set(names) == own | {"geographic_msgs", "map_msgs", "nav2_msgs", "tf2_msgs"}
     assert names.index("geographic_msgs") < names.index("nav2_msgs")
 
 
