@@ -9,11 +9,11 @@ from __future__ import annotations
 import dataclasses
 import inspect
 import json
-import re
 from pathlib import Path
 from typing import Any
 
 from swarm_nav.core.config import NavConfig
+from swarm_nav.core.parameter_table import field_comments
 
 TARGET = Path(__file__).resolve().parent.parent / "params" / "navigator.yaml"
 HEAD = """\
@@ -42,12 +42,6 @@ def parameter_file() -> str:
             comment = f"  # {comments[field.name]}" if comments.get(field.name) else ""
             lines.append(f"{indent}{field.name}: {_yaml(getattr(part, field.name))}{comment}\n")
     return "".join(lines)
-
-
-def field_comments(config_class: type) -> dict[str, str]:
-    """Return the comment at the end of each field's line in the source."""
-    pattern = re.compile(r"^    (\w+): [\w.]+ = [^#\n]*#[ ]*(.*)$", re.MULTILINE)
-    return dict(pattern.findall(inspect.getsource(config_class)))
 
 
 def _yaml(value: Any) -> str:

@@ -5,13 +5,12 @@ Usage: python -m tools.write_reference    (a test compares the pages with what i
 
 from __future__ import annotations
 
-import dataclasses
 import enum
 import inspect
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, get_type_hints
 
 import typer
 
@@ -26,13 +25,18 @@ from swarm_commander.cli.commander_command import commander_app
 from swarm_commander.cli.fleet_command import fleet_app
 from swarm_commander.mission.client import RobotCommander
 from swarm_commander.mission.task import TaskResult
-from swarm_common.middleware.topic_table import ORDERS, ROBOT_TOPICS, WORLD_TOPICS, Topic
-from swarm_common.model.errors import ConfigError
+from swarm_common.middleware.topic_table import (
+    COSTMAP_TOPICS,
+    ORDERS,
+    ROBOT_TOPICS,
+    WORLD_TOPICS,
+    Topic,
+)
 from swarm_map import cli as map_cli
 from swarm_nav.core.config import NavConfig
-from swarm_nav.core.limits import MOST, RANGES
+from swarm_nav.core.parameter_table import ParameterRow, parameter_table
+from swarm_nav.ros.settings import FIXED, FIXED_EFFECTS
 from swarm_view import cli as view_cli
-from tools.write_params import field_comments
 
 COMPLETION = ("install_completion", "show_completion")
 FOLDER = Path(__file__).resolve().parent.parent / "docs" / "reference"
@@ -136,50 +140,42 @@ def parameter_page() -> str:
         " unless your file sets them.\n\nBeyond its range a parameter is refused, with a message"
         " that names it. A group may refuse more, where values do not make sense together.\n",
     ]
-    config = NavConfig()
-    for group in dataclasses.fields(config):
-        part = getattr(config, group.name)
-        prefix = "" if group.name == "controller" else f"{group.name}."
-        summary = (inspect.getdoc(type(part)) or "").splitlines()[0]
-        parts.append(f"\n## {group.name}\n\n{summary}\n\n")
+    rows = parameter_table().values()
+    for group, kind in get_type_hints(NavConfig).items():
+        summary = (inspect.getdoc(kind) or "").splitlines()[0]
+        parts.append(f"\n## {group}\n\n{summary}\n\n")
         parts.append("| parameter | default | unit | range | effect |\n|---|---|---|---|---|\n")
-        comments = field_comments(type(part))
-        for field in dataclasses.fields(part):
-            value = getattr(part, field.name)
-            name = prefix + field.name
-            unit, effect = _unit(comments.get(field.name, ""))
-            shown = str(value).lower() if isinstance(value, bool) else value
-            parts.append(
-                f"| `{name}` | {shown} | {unit} | {_range(part, name, value)} | {_cell(effect)} |\n"
-            )
+        parts += [_parameter(row) for row in rows if row.group == group]
+    parts.append(
+        "\n## Read once\n\nOf one robot, written by `swarm-up`; `robot.` and what follows are those"
+        " of its model.\n\n| parameter | default | effect |\n|---|---|---|\n"
+    )
+    for name, effect in FIXED_EFFECTS.items():
+        parts.append(f"| `{name}` | {_shown(FIXED[name])} | {_cell(effect)} |\n")
     return "".join(parts)
 
 
-def _unit(comment: str) -> tuple[str, str]:
-    match = re.match(r"\[([^\]]*)\]\s*(.*)", comment)
-    return (match[1], match[2]) if match else ("", comment)
+def _parameter(row: ParameterRow) -> str:
+    note = " (read once)" if row.is_fixed else ""
+    return (
+        f"| `{row.name}` | {_shown(row.default)} | {row.unit} | {_range(row)}"
+        f" | {_cell(row.effect)}{note} |\n"
+    )
 
 
-def _range(part: Any, name: str, value: Any) -> str:
-    """Return the range of a parameter: that of `limits`, and what the group refuses below it."""
-    if isinstance(value, (bool, str)):
-        return "true, false" if isinstance(value, bool) else ""
-    low, high = RANGES.get(name, (-MOST, MOST))
-    field = name.rpartition(".")[2]
-    if low <= 0 and not _takes(part, field, type(value)(0)):
-        return f"1 to {high:g}" if isinstance(value, int) else f"above 0, to {high:g}"
-    if low < 0 and not _takes(part, field, type(value)(-1)):
-        low = 0
-    return f"{low:.10g} to {high:.10g}"
+def _shown(value: Any) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)
 
 
-def _takes(part: Any, field: str, value: Any) -> bool:
-    """Tell whether a group of parameters takes a value, the others being at their defaults."""
-    try:
-        dataclasses.replace(part, **{field: value})
-    except ConfigError:
-        return False
-    return True
+def _range(row: ParameterRow) -> str:
+    if isinstance(row.default, bool):
+        return "true, false"
+    if not row.is_number:
+        return ", ".join(row.choices)
+    if not (row.excludes_low or row.excludes_high):
+        return f"{row.low:.10g} to {row.high:.10g}"
+    low = f"above {row.low:.10g}," if row.excludes_low else f"{row.low:.10g}"
+    return f"{low} to {'below ' * row.excludes_high}{row.high:.10g}"
 
 
 # Topics
@@ -194,7 +190,7 @@ def topic_page() -> str:
     parts = ["# Topics, services, actions\n\n", WRITTEN, quality]
     for title, topics in (
         ("Of the world", WORLD_TOPICS),
-        ("Of a robot", ROBOT_TOPICS),
+        ("Of a robot", (*ROBOT_TOPICS, *COSTMAP_TOPICS)),
         ("Taken by a robot", ORDERS),
     ):
         parts.append(f"\n## {title}\n\n| topic | type | quality |\n|---|---|---|\n")

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import rclpy
-from rcl_interfaces.msg import SetParametersResult
+from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.context import Context
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
@@ -26,6 +26,7 @@ from rclpy.type_support import check_for_type_support
 from swarm_common.process.last_resort import FaultLog, shown
 from swarm_common.process.private_parts import require
 
+Describe = Callable[[ParameterDescriptor], ParameterDescriptor]
 MOST = 1000  # parameters of a request
 LONGEST = 256  # letters of a name
 PARTS: tuple[tuple[Any, str], ...] = (
@@ -158,14 +159,23 @@ class CheckedParameterService(ParameterService):  # type: ignore[misc]  # rclpy 
     is asked.
     """
 
-    def __init__(self, node: Node) -> None:
-        """Offer them."""
+    def __init__(self, node: Node, describe: Describe = lambda found: found) -> None:
+        """Offer them.
+
+        Args:
+            node: With parameters.
+            describe: Completes what rclpy knows of a parameter for those who ask. A range that
+                rclpy knew would be checked by rclpy, with another message than ours.
+        """
         self._node = node
+        self._describe = describe
         super().__init__(node)
 
     def _describe_parameters_callback(self, request: Any, response: Any) -> Any:
-        known = _are_known(request.names)
-        return super()._describe_parameters_callback(request, response) if known else response
+        if _are_known(request.names):
+            response = super()._describe_parameters_callback(request, response)
+            response.descriptors = [self._describe(found) for found in response.descriptors]
+        return response
 
     def _get_parameters_callback(self, request: Any, response: Any) -> Any:
         known = _are_known(request.names)

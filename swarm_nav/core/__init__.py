@@ -17,6 +17,8 @@ What a module imports of its folder stands above it:
                          robot is
     config               Parameters of a navigator. A field is a ROS parameter: `group.name`,
                          the controller's bare
+    parameter_table      What each parameter of a navigator is: unit, effect, range; from the
+                         comments of its class
 
 May import swarm_common only.
 """

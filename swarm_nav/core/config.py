@@ -25,10 +25,10 @@ class ControllerConfig:
 
     max_vel_x: float = 0.26  # [m/s] largest speed forwards
     max_vel_theta: float = 1.82  # [rad/s] largest turning rate
-    acc_lim_x: float = 1.0  # [m/s²] what the drive can do, also when braking
-    acc_lim_theta: float = 3.2  # [rad/s²] what the drive can do, also when braking
+    acc_lim_x: float = 1.0  # [m/s²] largest acceleration, also when braking
+    acc_lim_theta: float = 3.2  # [rad/s²] largest acceleration of a turn, also when braking
     max_vel_y: float = 0.0  # [m/s] largest speed sideways, of omnidirectional drives
-    acc_lim_y: float = 0.0  # [m/s²] sideways, of omnidirectional drives
+    acc_lim_y: float = 0.0  # [m/s²] largest acceleration sideways, of omnidirectional drives
     vx_samples: int = 8  # speeds that a tick compares
     vy_samples: int = 8  # speeds sideways that a tick compares, of omnidirectional drives
     vtheta_samples: int = 20  # turning rates that a tick compares
@@ -65,7 +65,7 @@ class PlannerConfig:
 
     tolerance: float = 0.5  # [m] by which a goal may be moved out of an obstacle
     allow_unknown: bool = True  # false: unknown cells of the map are walls
-    resolution: float = 0.1  # [m] of the search lattice
+    resolution: float = 0.1  # [m] cell of the search lattice
     replan_period: float = 8.0  # [s] between two plans while driving
     lane_weight: float = 3.0  # extra cost of driving with the nearer wall on the left
     lane_width: float = 2.2  # [m] from a wall within which lanes exist
@@ -138,7 +138,7 @@ class BehaviorConfig:
 
     spin_dist: float = 1.57  # [rad] turned by a recovery
     backup_dist: float = 0.30  # [m] driven back by a recovery
-    backup_speed: float = 0.15  # [m/s] of that
+    backup_speed: float = 0.15  # [m/s] of driving back in a recovery
     wait_duration: float = 5.0  # [s] waited by a recovery
 
     def __post_init__(self) -> None:
@@ -157,16 +157,16 @@ class TrafficConfig:
     """Reservation and right of way; `traffic.` parameters. See ARCHITECTURE.md."""
 
     safety_margin: float = 0.047  # [m] beyond the circumscribed radius: tracking + localisation
-    yield_slack: float = 0.02  # [m] of that margin that a robot making way may use up
+    yield_slack: float = 0.02  # [m] of safety_margin that a robot making way may use up
     confirmations: int = 1  # beacons in which space was requested before it is taken (M)
     held_length: float = 0.35  # [m] of path held ahead
-    wanted_length: float = 0.35  # [m] requested beyond that
+    wanted_length: float = 0.35  # [m] of path requested beyond the held one
     listen_ticks: int = 16  # ticks of listening before the first claim
     lost_ticks: int = 16  # ticks without a beacon after which a robot left or died
     dead_ticks: int = 100  # ticks of silence after which a robot well within range has stopped
     radio_range: float = 6.0  # [m] within which beacons are heard
     push_ticks: int = 3  # ticks of being blocked before the blocker makes way
-    moving_patience: float = 1.5  # [s] the same for a blocker that drives on or is stuck
+    moving_patience: float = 1.5  # [s] blocked by a robot that drives on or is stuck, likewise
     release_time: float = 1.2  # [s] without a pusher before a robot stops making way
     replan_blocked: float = 0.8  # [s] blocked before another way is looked for
     stuck_time: float = 4.0  # [s] blocked or still before a refuge or a claim is given up
@@ -192,7 +192,7 @@ class TrafficConfig:
 class HoldingConfig:
     """Stations and the holding pattern; `holding.` parameters."""
 
-    mode: str = "auto"  # circuit | park | auto
+    mode: str = "auto"  # where to wait for a station: circuit | park | auto
     request_distance: float = 4.0  # [m] from the station at which its lease is requested
     hold_distance: float = 3.0  # [m] from the station at which a robot without its turn holds
     approach_slots: int = 3  # robots that may be on the last metres to a station

@@ -17,7 +17,7 @@ MOST_PARTICLES = 20_000
 class LocalisationConfig:
     """Where the robot is; `localisation.` parameters, all but `type` for amcl, named as Nav2's."""
 
-    type: str = "odometry"  # odometry | amcl; fixed at the start
+    type: str = "odometry"  # how the robot knows where it is: odometry | amcl
     alpha1: float = 0.0002  # variance of a turn [rad²] per rad² turned
     alpha2: float = 0.0004  # [rad²/m²] variance of a turn per m² driven
     alpha3: float = 0.0016  # variance of a distance [m²] per m² driven
@@ -41,7 +41,7 @@ class LocalisationConfig:
     beam_skip_threshold: float = 0.3  # share of the particles that must agree, or the hit is left
     beam_skip_error_threshold: float = 0.9  # share of hits left out from which all count again
     recovery_alpha_slow: float = 0.001  # rate of the slow mean of how well scans fit the map
-    recovery_alpha_fast: float = 0.3  # of the fast mean; their ratio decides on new particles
+    recovery_alpha_fast: float = 0.3  # rate of the fast mean; their ratio decides on new particles
     recovery_spread: float = 0.4  # [m] standard deviation of new particles around the estimate
     recovery_spread_yaw: float = 0.3  # [rad] standard deviation of their heading
     lost_fit: float = 0.6  # share of hits on mapped walls below which the robot is lost

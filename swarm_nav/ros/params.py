@@ -5,13 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from swarm_common.middleware.rclpy_compat import CheckedParameterService
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.model.errors import SwarmError
+from swarm_common.model.records import RobotSpec
 from swarm_common.robots.params import robot_parameters
 from swarm_nav.core.config import (
     FIXED_PARAMETERS,
@@ -19,8 +25,15 @@ from swarm_nav.core.config import (
     config_from_parameters,
     parameter_values,
 )
+from swarm_nav.core.parameter_table import parameter_table
 from swarm_nav.ros.demand import OnDemand
-from swarm_nav.ros.settings import ROBOT_PREFIX, NodeSettings, check_limits
+from swarm_nav.ros.settings import (
+    FIXED_EFFECTS,
+    LIMITED,
+    ROBOT_PREFIX,
+    NodeSettings,
+    check_limits,
+)
 
 USE_SIM_TIME = "use_sim_time"
 SERVICES = (
@@ -75,7 +88,10 @@ class Parameters:
         node.declare_parameters("", changeable + constant, ignore_override=True)
         node.add_on_set_parameters_callback(self._on_set)
         services = [f"{node.get_name()}/{service}" for service in SERVICES]
-        on_demand.offer(services, lambda: CheckedParameterService(node))
+        on_demand.offer(services, lambda: CheckedParameterService(node, self._describe))
+
+    def _describe(self, found: ParameterDescriptor) -> ParameterDescriptor:
+        return describe(found, self._spec)
 
     def _on_set(self, parameters: Sequence[Parameter]) -> SetParametersResult:
         values: dict[str, Any] = {
@@ -93,3 +109,32 @@ class Parameters:
             self.config = config
             self._on_change(config)
         return SetParametersResult(successful=True)
+
+
+def describe(found: ParameterDescriptor, spec: RobotSpec) -> ParameterDescriptor:
+    """Return what there is to know of a parameter beside its name and type.
+
+    Args:
+        found: What rclpy knows.
+        spec: Of the robot, whose limits are those of its controller.
+    """
+    told = ParameterDescriptor(
+        name=found.name,
+        type=found.type,
+        read_only=found.read_only,
+        dynamic_typing=found.dynamic_typing,
+    )
+    row = parameter_table().get(found.name)
+    if row is None:
+        robot = "of the robot model" if found.name.startswith(ROBOT_PREFIX) else ""
+        told.description = FIXED_EFFECTS.get(found.name, robot)
+        return told
+    told.description = row.description
+    told.additional_constraints = row.constraint
+    high = getattr(spec, row.name) if row.name in LIMITED else row.high
+    if isinstance(row.default, float):
+        limits = FloatingPointRange(from_value=float(row.low), to_value=float(high))
+        told.floating_point_range = [limits]
+    elif row.is_number:
+        told.integer_range = [IntegerRange(from_value=int(row.low), to_value=int(high))]
+    return told

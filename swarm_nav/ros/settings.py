@@ -19,6 +19,7 @@ from swarm_nav.core.config import NavConfig, config_from_parameters, parameter_v
 NODE = "navigator"
 SECTION = "ros__parameters"
 ROBOT_PREFIX = "robot."
+LIMITED = ("max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta", "max_vel_y", "acc_lim_y")
 FIXED: dict[str, Any] = {
     "use_sim_time": True,
     "robot_id": 0,
@@ -31,6 +32,19 @@ FIXED: dict[str, Any] = {
     "wait_for_mission": False,
     "on_demand": False,
     "with_lidar": True,
+}
+FIXED_EFFECTS = {
+    "use_sim_time": "time is that of /clock",
+    "robot_id": "3 for Srobot3",
+    "initial_pose.x": "[m] in map, where odometry began",
+    "initial_pose.y": "[m] in map, where odometry began",
+    "initial_pose.yaw": "[rad] in map, where odometry began",
+    "sites": "file with the world's named places",
+    "map_sha256": "digest of the only map that is taken at first; empty for any",
+    "autostart": "be active as soon as there is a map",
+    "wait_for_mission": "withhold the answers to ticks until a mission has given its goal",
+    "on_demand": "create what few clients use when the first of them appears",
+    "with_lidar": "ticks bring scans",
 }
 
 
@@ -129,8 +143,7 @@ def check_limits(config: NavConfig, spec: RobotSpec) -> None:
     Raises:
         ConfigError: Naming the limit.
     """
-    names = ["max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta", "max_vel_y", "acc_lim_y"]
-    for name in names:
+    for name in LIMITED:
         value, limit = getattr(config.controller, name), getattr(spec, name)
         if value > limit * (1.0 + 1e-6):
             raise ConfigError(f"{name} is {value}; a {spec.model} reaches {limit}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from rcl_interfaces.msg import SetParametersResult
+from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from simulation_interfaces.action import SimulateSteps
@@ -63,7 +63,14 @@ class Control:
             self._simulate_steps,
             lambda _: setattr(self, "_is_cancelled", True),
         )
-        node.declare_parameter(SPEED, 0.0 if speed is None else speed)
+        node.declare_parameter(
+            SPEED,
+            0.0 if speed is None else speed,
+            ParameterDescriptor(
+                description="times real time; 0: as fast as possible",
+                additional_constraints=f"0, or {SLOWEST:g} to {FASTEST:g}",
+            ),
+        )
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._apply)
         CheckedParameterService(node)

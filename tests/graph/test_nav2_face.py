@@ -6,19 +6,24 @@ import itertools
 import math
 import time
 
+import numpy as np
 import pytest
 from builtin_interfaces.msg import Duration
 from geometry_msgs.msg import PoseStamped, Twist
 from lifecycle_msgs import srv as lifecycle
 from lifecycle_msgs.msg import Transition
+from map_msgs.msg import OccupancyGridUpdate
 from nav2_msgs import action, srv
-from nav_msgs.msg import Odometry, Path
+from nav2_msgs.msg import Costmap, CostmapUpdate
+from nav_msgs.msg import OccupancyGrid, Odometry, Path
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from rcl_interfaces.srv import DescribeParameters, SetParameters
 from rclpy.action import ActionClient
 from rclpy.clock import ClockType
 from rclpy.time import Time
 from std_msgs.msg import Empty
 
-from swarm_common.middleware.ros_io import pose_from_msg, pose_stamped
+from swarm_common.middleware.ros_io import LATCHED, pose_from_msg, pose_stamped
 from swarm_common.model.records import Pose
 from swarm_ros2 import cli
 from tests.graph.conftest import START_LIMIT
@@ -251,3 +256,129 @@ def test_parts_of_the_costmaps_are_cleared(swarm):
             (srv.ClearCostmapAroundPose, f"{space}/clear_around_pose_{space}"),
         ):
             swarm.call(kind, f"/Srobot1/{name}", kind.Request(reset_distance=1.0))
+
+
+def listen(swarm, kind, name):
+    """Subscribe as Nav2's own costmap subscriber does; return what arrives."""
+    heard = []
+    topic = f"/Srobot1/{name}"
+    subscription = swarm.node.create_subscription(kind, topic, heard.append, LATCHED)
+    return subscription, heard
+
+
+@pytest.mark.parametrize("space", ["global_costmap", "local_costmap"])
+def test_raw_costs_are_those_of_the_occupancy_grid(swarm, space):
+    subscriptions, (grids, costmaps) = zip(
+        listen(swarm, OccupancyGrid, f"{space}/costmap"),
+        listen(swarm, Costmap, f"{space}/costmap_raw"),
+        strict=True,
+    )
+
+    def pairs():
+        stamps = {grid.header.stamp.sec + 1e-9 * grid.header.stamp.nanosec: grid for grid in grids}
+        return [
+            (stamps[at], costmap)
+            for costmap in costmaps
+            if (at := costmap.header.stamp.sec + 1e-9 * costmap.header.stamp.nanosec) in stamps
+        ]
+
+    swarm.spin_until(pairs, START_LIMIT)
+    grid, costmap = pairs()[-1]
+    info = costmap.metadata
+    assert (info.layer, costmap.header.frame_id) == ("master", "map")
+    assert (info.size_x, info.size_y) == (grid.info.width, grid.info.height)
+    assert (info.resolution, info.origin) == (grid.info.resolution, grid.info.origin)
+    # As nav2_costmap_2d documents its costs: 0 free, 253 inscribed, 254 lethal, 255 unknown.
+    named = {0: 0, 253: 99, 254: 100, 255: -1}
+    expected = [named.get(cost, 1 + 97 * (cost - 1) // 251) for cost in costmap.data]
+    assert expected == list(grid.data)
+    assert {0, 254} <= set(costmap.data)
+    for subscription in subscriptions:
+        swarm.node.destroy_subscription(subscription)
+
+
+def test_changes_make_the_old_costmap_the_new_one(swarm):
+    """A client of `costmap_raw_updates`: the costmap, a change of it, and it is the next one."""
+    subscriptions, (whole, changes, grids) = zip(
+        listen(swarm, Costmap, "global_costmap/costmap_raw"),
+        listen(swarm, CostmapUpdate, "global_costmap/costmap_raw_updates"),
+        listen(swarm, OccupancyGridUpdate, "global_costmap/costmap_updates"),
+        strict=True,
+    )
+    swarm.spin_until(lambda: len(whole) > 1, START_LIMIT)
+    target = stamped(place(swarm, "Srobot2").compose(Pose(0.6, 0.0, 0.0)))
+    goal = action.NavigateToPose.Goal(pose=target)  # what the other one holds is in the costmap
+    client, handle = begin(swarm, action.NavigateToPose, "navigate_to_pose", goal, robot="Srobot2")
+    swarm.spin_until(lambda: changes and grids, START_LIMIT)
+    swarm.result_of(handle.get_result_async(), 60.0)
+    client.destroy()
+    change = changes[-1]
+    swarm.spin_until(lambda: any(one.header.stamp == change.header.stamp for one in whole))
+    now = next(i for i, one in enumerate(whole) if one.header.stamp == change.header.stamp)
+    width = whole[now].metadata.size_x
+    before = np.array(whole[now - 1].data).reshape(-1, width)
+    area = np.array(change.data).reshape(change.size_y, change.size_x)
+    before[change.y : change.y + change.size_y, change.x : change.x + change.size_x] = area
+    assert (before == np.array(whole[now].data).reshape(-1, width)).all()
+    assert len(change.data) < len(whole[now].data)
+    occupancy = next(one for one in grids if one.header.stamp == change.header.stamp)
+    size = (occupancy.x, occupancy.y, occupancy.width, occupancy.height)
+    assert size == (change.x, change.y, change.size_x, change.size_y)
+    for subscription in subscriptions:
+        swarm.node.destroy_subscription(subscription)
+
+
+def test_parameters_are_described_with_their_ranges(swarm):
+    kind = DescribeParameters
+    names = ["costmap.inflation_radius", "vx_samples", "traffic.confirmations", "holding.mode",
+             "planner.allow_unknown", "robot_id", "robot.wheel_radius", "max_vel_x"]  # fmt: skip
+    answer = swarm.call(kind, "/Srobot1/navigator/describe_parameters", kind.Request(names=names))
+    found = dict(zip(names, answer.descriptors, strict=True))
+    assert [descriptor.name for descriptor in answer.descriptors] == names
+    assert all(descriptor.description for descriptor in answer.descriptors)
+    (limits,) = found["costmap.inflation_radius"].floating_point_range
+    assert (limits.from_value, limits.to_value, limits.step) == (0.01, 50.0, 0.0)
+    (limits,) = found["vx_samples"].integer_range
+    assert (limits.from_value, limits.to_value) == (2, 100)
+    (limits,) = found["max_vel_x"].floating_point_range
+    assert (limits.from_value, limits.to_value) == (0.0, pytest.approx(0.26))  # its model's
+    assert found["max_vel_x"].additional_constraints == "more than 0"
+    assert found["holding.mode"].additional_constraints == "one of circuit, park, auto"
+    read_only = {name for name in names if found[name].read_only}
+    assert read_only == {"traffic.confirmations", "robot_id", "robot.wheel_radius"}
+
+
+def test_what_is_beyond_a_range_is_refused_with_our_reason(swarm):
+    value = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=51.0)
+    parameter = Parameter(name="costmap.inflation_radius", value=value)
+    kind = SetParameters
+    answer = swarm.call(
+        kind, "/Srobot1/navigator/set_parameters", kind.Request(parameters=[parameter])
+    )
+    (result,) = answer.results
+    assert not result.successful
+    assert result.reason == "costmap.inflation_radius is 51.0; it must be from 0.01 to 50"
+
+
+def test_ros2_param_describe_prints_unit_range_and_effect(swarm, capfd, monkeypatch):
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(swarm.domain))
+    capfd.readouterr()
+    names = ("costmap.inflation_radius", "traffic.lost_ticks")
+    assert cli.run(["param", "describe", "/Srobot1/navigator", *names]) == 0
+    assert capfd.readouterr().out == (
+        "Parameter name: costmap.inflation_radius\n"
+        "  Type: double\n"
+        "  Description: around obstacles in the costmaps [m]\n"
+        "  Constraints:\n"
+        "    Min value: 0.01\n"
+        "    Max value: 50.0\n"
+        "Parameter name: traffic.lost_ticks\n"
+        "  Type: integer\n"
+        "  Description: ticks without a beacon after which a robot left or died\n"
+        "  Constraints:\n"
+        "    Read only: true\n"
+        "    Min value: 1\n"
+        "    Max value: 10000\n"
+    )
+    assert cli.run(["param", "describe", "/sim/world", "speed"]) == 0
+    assert "Description: times real time; 0: as fast" in capfd.readouterr().out

@@ -1,0 +1,131 @@
+"""What each parameter of a navigator is: unit, effect, range; from the comments of its class.
+
+The one source of `ros2 param describe`, of docs/reference/parameters.md and of
+params/navigator.yaml.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import re
+import sys
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from swarm_common.model.errors import ConfigError
+from swarm_nav.core.config import FIXED_PARAMETERS, NavConfig
+from swarm_nav.core.limits import MOST, RANGES
+
+Value = bool | int | float | str
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterRow:
+    """One parameter.
+
+    Attributes:
+        name: Of the ROS parameter.
+        group: Field of NavConfig that it belongs to.
+        default: Its type is the parameter's.
+        unit: Like `m/s`; empty for counts, shares and names.
+        effect: In a few words.
+        low: Least value of a number.
+        high: Largest value of a number.
+        excludes_low: Whether `low` itself is refused.
+        excludes_high: Whether `high` itself is refused.
+        choices: Of a text.
+        is_fixed: Whether it is read once, at the start.
+    """
+
+    name: str
+    group: str
+    default: Value
+    unit: str
+    effect: str
+    low: float = 0.0
+    high: float = 0.0
+    excludes_low: bool = False
+    excludes_high: bool = False
+    choices: tuple[str, ...] = ()
+    is_fixed: bool = False
+
+    @property
+    def is_number(self) -> bool:
+        """Whether it has a range."""
+        return not isinstance(self.default, (bool, str))
+
+    @property
+    def description(self) -> str:
+        """Effect and unit in one line."""
+        return f"{self.effect} [{self.unit}]" if self.unit else self.effect
+
+    @property
+    def constraint(self) -> str:
+        """What a closed range cannot say; empty if there is nothing."""
+        parts = [f"more than {self.low:.10g}"] * self.excludes_low
+        parts += [f"less than {self.high:.10g}"] * self.excludes_high
+        parts += [f"one of {', '.join(self.choices)}"] * bool(self.choices)
+        return ", ".join(parts)
+
+
+@cache
+def parameter_table() -> dict[str, ParameterRow]:
+    """Return all parameters by name, in the order of their classes."""
+    config = NavConfig()
+    rows = {}
+    for group in dataclasses.fields(config):
+        part = getattr(config, group.name)
+        comments = field_comments(type(part))
+        for item in dataclasses.fields(part):
+            row = _row(group.name, part, item.name, comments.get(item.name, ""))
+            rows[row.name] = row
+    return rows
+
+
+def field_comments(config_class: type) -> dict[str, str]:
+    """Return the comment at the end of each field's line in the source of a class."""
+    source = inspect.getsource(sys.modules[config_class.__module__])
+    _, _, rest = source.partition(f"\nclass {config_class.__name__}:\n")
+    body = re.split(r"^(?=\S)", rest, maxsplit=1, flags=re.MULTILINE)[0]
+    pattern = r"^    (\w+): [^=#\n]+(?: = [^#\n]*)?  # ?(.*)$"
+    return dict(re.findall(pattern, body, re.MULTILINE))
+
+
+def unit_and_effect(comment: str) -> tuple[str, str]:
+    """Return what a comment like `[m/s] largest speed` says: unit and effect."""
+    match = re.match(r"\[([^\]]*)\]\s*(.*)", comment)
+    return (match[1], match[2]) if match else ("", comment)
+
+
+def _row(group: str, part: Any, field: str, comment: str) -> ParameterRow:
+    name = field if group == "controller" else f"{group}.{field}"
+    default = getattr(part, field)
+    unit, effect = unit_and_effect(comment)
+    row = ParameterRow(name, group, default, unit, effect, is_fixed=name in FIXED_PARAMETERS)
+    if isinstance(default, str):
+        choices = re.search(r"\w+(?: \| \w+)+", effect)
+        return dataclasses.replace(row, choices=tuple(choices[0].split(" | ")) if choices else ())
+    if not row.is_number:
+        return row
+    low, high = RANGES.get(name, (-MOST, MOST))
+    if low < 0 and not _takes(part, field, type(default)(-1)):
+        low = 0.0
+    is_whole = isinstance(default, int)
+    return dataclasses.replace(
+        row,
+        low=low,
+        high=high,
+        excludes_low=not (is_whole or _takes(part, field, low)),
+        excludes_high=not (is_whole or _takes(part, field, high)),
+    )
+
+
+def _takes(part: Any, field: str, value: Value) -> bool:
+    """Tell whether a group of parameters takes a value, the others being at their defaults."""
+    try:
+        dataclasses.replace(part, **{field: value})
+    except ConfigError:
+        return False
+    return True

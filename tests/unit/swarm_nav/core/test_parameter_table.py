@@ -1,0 +1,68 @@
+"""The table of parameters tells what is accepted, and says something about each."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from swarm_common.model.errors import ConfigError
+from swarm_nav.core.config import NavConfig, config_from_parameters, parameter_values
+from swarm_nav.core.parameter_table import ParameterRow, parameter_table, unit_and_effect
+
+ROWS = parameter_table()
+NUMBERS = [pytest.param(row, id=row.name) for row in ROWS.values() if row.is_number]
+# Bounds of one that depend on another one: set together.
+PAIRS = {"localisation.min_particles": "localisation.max_particles"}
+PAIRS |= {high: low for low, high in PAIRS.items()}
+
+
+def accepts(row: ParameterRow, value: float) -> bool:
+    names = [row.name, *([PAIRS[row.name]] if row.name in PAIRS else [])]
+    try:
+        config_from_parameters({name: type(row.default)(value) for name in names})
+    except ConfigError:
+        return False
+    return True
+
+
+def test_every_parameter_is_in_the_table_with_its_default_and_its_effect() -> None:
+    assert {name: row.default for name, row in ROWS.items()} == parameter_values(NavConfig())
+    assert not [name for name, row in ROWS.items() if not row.effect]
+
+
+@pytest.mark.parametrize("row", NUMBERS)
+def test_the_range_is_what_is_accepted(row: ParameterRow) -> None:
+    is_whole = isinstance(row.default, int)
+    below = row.low - 1 if is_whole else math.nextafter(row.low, -math.inf)
+    above = row.high + 1 if is_whole else math.nextafter(row.high, math.inf)
+    assert not accepts(row, below)
+    assert not accepts(row, above)
+    assert accepts(row, row.low) == (not row.excludes_low)
+    assert accepts(row, row.high) == (not row.excludes_high)
+    if row.excludes_low:
+        assert accepts(row, row.low + 1e-3)
+    if row.excludes_high:
+        assert accepts(row, row.high - 1e-3)
+
+
+def test_texts_name_their_choices() -> None:
+    for row in ROWS.values():
+        if isinstance(row.default, str):
+            assert row.default in row.choices
+            for choice in row.choices:
+                config_from_parameters({row.name: choice})
+    assert ROWS["holding.mode"].choices == ("circuit", "park", "auto")
+
+
+def test_what_a_range_cannot_say_is_a_constraint() -> None:
+    assert ROWS["costmap.cost_scaling_factor"].constraint == "more than 0"
+    assert ROWS["localisation.pf_z"].constraint == "less than 1"
+    assert ROWS["localisation.type"].constraint == "one of odometry, amcl"
+    assert ROWS["max_vel_y"].constraint == ""
+    assert ROWS["max_vel_x"].description == "largest speed forwards [m/s]"
+
+
+def test_a_unit_stands_in_front() -> None:
+    assert unit_and_effect("[m/s²] of that") == ("m/s²", "of that")
+    assert unit_and_effect("variance [rad²] of a turn") == ("", "variance [rad²] of a turn")
