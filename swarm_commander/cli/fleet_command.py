@@ -1,4 +1,4 @@
-"""`swarm-commander spawn | remove | move | list | reset | restart`: changes to a swarm."""
+"""`swarm-commander spawn | remove | move | list | reset | restart | record | frames`."""
 
 from __future__ import annotations
 
@@ -32,6 +32,7 @@ from swarm_commander.cli.thing_request import thing_request
 from swarm_commander.run import domain
 from swarm_commander.run.domain import domain_id
 from swarm_commander.run.recording import FILE
+from swarm_commander.viewers.frame_relay import relay_frames
 from swarm_common.middleware import ros_io
 from swarm_common.middleware.simulation import resource_in
 from swarm_common.model.errors import ConfigError
@@ -189,6 +190,18 @@ def record_(
     signal.signal(signal.SIGINT, lambda *_: os.kill(os.getpid(), signal.SIGTERM))
     record(config, EventWriter(None))
     rclpy.try_shutdown()
+
+
+@fleet_app.command("frames")
+def frames() -> None:
+    """Relay all robots' frames to /tf and /tf_static, as Srobot3/base_link, until Ctrl-C."""
+    with _node() as node:
+        relay_frames(node, _tell_frames)
+
+
+def _tell_frames(robots: list[str]) -> None:
+    names = ", ".join(robots) or "nobody yet"
+    typer.echo(f"/tf and /tf_static have the frames of {names}; Ctrl-C ends it", err=True)
 
 
 @contextmanager

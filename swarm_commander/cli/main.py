@@ -25,6 +25,7 @@ FLEET_COMMANDS = (
     "reset",
     "restart",
     "record",
+    "frames",
 )  # of swarm-commander
 
 

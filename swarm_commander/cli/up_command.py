@@ -213,7 +213,8 @@ def up(
         str | None,
         typer.Option(
             rich_help_panel=VIEW,
-            help="Open RViz: for the swarm, or for Srobot3,Srobot4, or for all robots.",
+            help="Open RViz: for the swarm, or for Srobot3,Srobot4, or for all robots; merged:"
+            " the swarm with its models.",
             metavar="[NAMES]",
         ),
     ] = None,

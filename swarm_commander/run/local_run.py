@@ -20,7 +20,13 @@ from swarm_commander.run.rundir import RunFolder
 from swarm_commander.run.supervisor import Exit, describe_exit
 from swarm_commander.run.usage import process_tree
 from swarm_commander.viewers.foxglove import write_foxglove
-from swarm_commander.viewers.rviz import find_rviz, rviz_command, write_rviz
+from swarm_commander.viewers.rviz import (
+    MERGED,
+    find_rviz,
+    relay_command,
+    rviz_command,
+    write_rviz,
+)
 from swarm_common.files.map_io import MAP_FILE
 from swarm_common.middleware import ros_env
 from swarm_common.model.records import Pose
@@ -169,6 +175,8 @@ class LocalRun(ProcessRun):
         for name in wanted if program else ():
             command = rviz_command(str(program), self._folder.rviz / f"{name}.rviz", name)
             self._start(f"{RVIZ}_{name}", {"command": command})
+        if program and MERGED in wanted:
+            self._start(f"{RVIZ}_frames", {"command": relay_command()})
 
     # What they say
 

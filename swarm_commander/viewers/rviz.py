@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import shutil
+import sys
 from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 from typing import Any
 
 import yaml
 
-from swarm_commander.viewers.rviz_config import robot_config, swarm_config
+from swarm_commander.viewers.rviz_config import merged_config, robot_config, swarm_config
 from swarm_common.model.errors import UnknownNameError
 
-SWARM, ALL = "swarm", "all"
+SWARM, MERGED, ALL = "swarm", "merged", "all"
 DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # the one in C is ten times as fast
 HOW_TO_GET = (
     "--rviz: rviz2 is not installed; on Ubuntu 24.04 with ROS 2: apt install ros-jazzy-rviz2."
@@ -23,12 +24,13 @@ HOW_TO_GET = (
 def write_rviz(
     folder: Path, robots: Sequence[str], newcomers: Collection[str] | None = None
 ) -> None:
-    """Write `SrobotK.rviz` for each robot, or for newcomers only, and `swarm.rviz`."""
+    """Write `SrobotK.rviz` for each robot, or newcomers only, `swarm.rviz` and `merged.rviz`."""
     folder.mkdir(parents=True, exist_ok=True)
     for index, robot in enumerate(robots):
         if newcomers is None or robot in newcomers:
             _write(folder / f"{robot}.rviz", robot_config(robot, index))
     _write(folder / f"{SWARM}.rviz", swarm_config(robots))
+    _write(folder / f"{MERGED}.rviz", merged_config(robots))
 
 
 def _write(path: Path, config: dict[str, Any]) -> None:
@@ -36,7 +38,7 @@ def _write(path: Path, config: dict[str, Any]) -> None:
 
 
 def windows(text: str, robots: Sequence[str]) -> list[str]:
-    """Return which windows --rviz asks for: names of robots, or `swarm`.
+    """Return which windows --rviz asks for: names of robots, `swarm` or `merged`.
 
     Args:
         text: Names separated by commas; `all` for one window per robot, empty for the swarm.
@@ -49,8 +51,8 @@ def windows(text: str, robots: Sequence[str]) -> list[str]:
     if names == [ALL]:
         return list(robots)
     for name in names:
-        if name != SWARM and name not in robots:
-            raise UnknownNameError("robot", name, [*robots, ALL, SWARM], "--rviz")
+        if name not in (SWARM, MERGED, *robots):
+            raise UnknownNameError("robot", name, [*robots, ALL, SWARM, MERGED], "--rviz")
     return names
 
 
@@ -69,10 +71,17 @@ def rviz_command(program: str, config: Path, name: str) -> list[str]:
 
 def remappings(name: str) -> tuple[str, ...]:
     """Return the ROS arguments of a window: every robot has a tree of frames of its own."""
-    pairs = (
-        {"/tf": "/sim/tf"}
-        if name == SWARM
-        else {"/tf": f"/{name}/tf", "/tf_static": f"/{name}/tf_static"}
-    )
+    match name:
+        case "swarm":
+            pairs = {"/tf": "/sim/tf"}
+        case "merged":
+            pairs = {}  # the relay's
+        case _:
+            pairs = {"/tf": f"/{name}/tf", "/tf_static": f"/{name}/tf_static"}
     words = [word for old, new in pairs.items() for word in ("-r", f"{old}:={new}")]
     return (*words, "-r", f"__node:=rviz_{name}", "-p", "use_sim_time:=true")
+
+
+def relay_command() -> list[str]:
+    """Return the command that puts all robots' frames into one tree, for the merged window."""
+    return [sys.executable, "-m", "swarm_commander.viewers.frame_relay"]

@@ -1,4 +1,4 @@
-"""What an RViz window shows: the configuration of one robot's, and of the whole swarm's."""
+"""What an RViz window shows: one robot; the whole swarm; the whole swarm with its models."""
 
 from __future__ import annotations
 
@@ -67,20 +67,28 @@ def swarm_config(robots: Sequence[str]) -> dict[str, Any]:
     ]
     for index, robot in enumerate(robots):
         color = COLORS[index % len(COLORS)]
-        displays.append(
-            {
-                "Class": "rviz_common/Group",
-                "Name": robot,
-                "Enabled": True,
-                "Displays": [
-                    _polygon(
-                        "Footprint", robot_topic(robot, "local_costmap/published_footprint"), color
-                    ),
-                    _path("Global plan", robot_topic(robot, "plan"), color, 0.03),
-                    _path("Local plan", robot_topic(robot, "local_plan"), color, 0.05),
-                ],
-            }
-        )
+        displays.append(_group(robot, _ways(robot, color)))
+    return _config(displays, _tools(robots[:1]))
+
+
+def merged_config(robots: Sequence[str]) -> dict[str, Any]:
+    """Return the configuration for all robots with their models, in one tree of frames.
+
+    The frames are those of `frame_relay`: with the robot's name in front.
+    """
+    displays = [
+        _grid(),
+        _map("Map", _world_topic("/map"), "map", 1.0),
+        _markers("Scene", _world_topic("/sim/scene")),
+        _markers("People and vehicles", _world_topic("/sim/movers")),
+        _display(
+            "TF", "Frames", is_enabled=False, values={"Show Names": True, "Marker Scale": 0.5}
+        ),
+    ]
+    for index, robot in enumerate(robots):
+        color = COLORS[index % len(COLORS)]
+        model = _robot_model(robot_topic(robot, "robot_description"), prefix=robot)
+        displays.append(_group(robot, [model, *_ways(robot, color)]))
     return _config(displays, _tools(robots[:1]))
 
 
@@ -137,6 +145,25 @@ def _display(
     }
 
 
+def _group(name: str, displays: Sequence[Display]) -> Display:
+    return {
+        "Class": "rviz_common/Group",
+        "Name": name,
+        "Enabled": True,
+        "Displays": list(displays),
+    }
+
+
+def _ways(robot: str, color: str) -> list[Display]:
+    """Return where a robot is and what it plans, all of it in the frame `map`."""
+    footprint = robot_topic(robot, "local_costmap/published_footprint")
+    return [
+        _polygon("Footprint", footprint, color),
+        _path("Global plan", robot_topic(robot, "plan"), color, 0.03),
+        _path("Local plan", robot_topic(robot, "local_plan"), color, 0.05),
+    ]
+
+
 def _grid() -> Display:
     return _display("Grid", "Grid", values={"Cell Size": 1, "Plane Cell Count": 40, "Alpha": 0.3})
 
@@ -168,14 +195,14 @@ def _path(name: str, topic: Topic, color: str, width: float) -> Display:
     )
 
 
-def _robot_model(topic: Topic) -> Display:
+def _robot_model(topic: Topic, prefix: str = "") -> Display:
     return _display(
         "RobotModel",
         "Robot model",
         values={
             "Description Source": "Topic",
             "Description Topic": _source(topic),
-            "TF Prefix": "",
+            "TF Prefix": prefix,
             "Visual Enabled": True,
             "Collision Enabled": False,
         },

@@ -29,7 +29,12 @@ from rosbags.typesys import Stores, get_typestore
 from rosgraph_msgs.msg import Clock
 
 from swarm_commander.run.domain import DomainLock
-from swarm_commander.viewers.rviz_config import named_topics, robot_config, swarm_config
+from swarm_commander.viewers.rviz_config import (
+    merged_config,
+    named_topics,
+    robot_config,
+    swarm_config,
+)
 from swarm_common.middleware.topic_table import ORDERS, all_topics, robot_topic
 from swarm_recording.bag import Bag
 from swarm_recording.ros_types import message_class, quality
@@ -289,9 +294,10 @@ def test_the_table_of_topics_is_that_of_the_graph(swarm: Swarm) -> None:
             assert [reader.topic_type for reader in readers] == [order.type], name
 
 
-@pytest.mark.parametrize("window", ["Srobot1", "Srobot2", "swarm"])
+@pytest.mark.parametrize("window", ["Srobot1", "Srobot2", "swarm", "merged"])
 def test_rviz_shows_what_is_there(swarm: Swarm, window: str) -> None:
-    config = swarm_config(swarm.names) if window == "swarm" else robot_config(window)
+    whole = {"swarm": swarm_config, "merged": merged_config}
+    config = whole[window](swarm.names) if window in whole else robot_config(window)
     wanted = named_topics(config)
     assert len(wanted) >= 10
     swarm.spin_until(lambda: {t.name for t in wanted} <= graph_types(swarm).keys())

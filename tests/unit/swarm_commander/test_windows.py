@@ -1,5 +1,6 @@
 """`swarm-up --rviz` over fakes: opens the windows, or says how to get them."""
 
+import json
 import os
 import subprocess
 import sys
@@ -62,6 +63,17 @@ def test_without_names_the_window_is_that_of_the_swarm(
 ) -> None:
     up(tmp_path, "--rviz", **rviz)
     assert "swarm.rviz" in calls(tmp_path, 1)[0]
+
+
+def test_the_merged_window_comes_with_the_relay_of_frames(
+    tmp_path: Path, rviz: dict[str, str]
+) -> None:
+    result = up(tmp_path, "--rviz", "merged", **rviz)
+    assert result.returncode == 0, result.stdout
+    call = calls(tmp_path, 1)[0]
+    assert "merged.rviz --ros-args -r __node:=rviz_merged" in call
+    config = json.loads((tmp_path / "run" / "config" / "rviz_frames.json").read_text())
+    assert config["command"][-1] == "swarm_commander.viewers.frame_relay"
 
 
 def test_a_window_that_fails_is_reported_and_the_run_goes_on(

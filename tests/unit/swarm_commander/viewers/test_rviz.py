@@ -18,7 +18,7 @@ ROBOTS = ["Srobot1", "Srobot2", "Srobot3"]
 
 def test_every_robot_and_the_swarm_have_a_configuration(tmp_path: Path) -> None:
     rviz.write_rviz(tmp_path, ROBOTS)
-    assert sorted(path.stem for path in tmp_path.iterdir()) == [*ROBOTS, "swarm"]
+    assert sorted(path.stem for path in tmp_path.iterdir()) == [*ROBOTS, "merged", "swarm"]
     known = {topic.name for topic in all_topics(ROBOTS)}
     known |= {robot_topic(robot, topic.name).name for robot in ROBOTS for topic in ORDERS}
     for robot in ROBOTS:
@@ -32,6 +32,25 @@ def test_every_robot_and_the_swarm_have_a_configuration(tmp_path: Path) -> None:
             assert f"/{robot}/{wanted}" in names
     swarm = yaml.safe_load((tmp_path / "swarm.rviz").read_text())
     assert {f"/{robot}/plan" for robot in ROBOTS} < {topic.name for topic in named_topics(swarm)}
+
+
+def test_the_merged_window_has_the_model_of_every_robot_in_frames_of_its_name(
+    tmp_path: Path,
+) -> None:
+    rviz.write_rviz(tmp_path, ROBOTS)
+    manager = yaml.safe_load((tmp_path / "merged.rviz").read_text())["Visualization Manager"]
+    assert manager["Global Options"]["Fixed Frame"] == "map"
+    groups = [item for item in manager["Displays"] if item["Class"] == "rviz_common/Group"]
+    models = {}
+    for group in groups:
+        (model,) = [
+            item for item in group["Displays"] if item["Class"] == "rviz_default_plugins/RobotModel"
+        ]
+        assert model["Description Source"] == "Topic"
+        models[model["TF Prefix"]] = model["Description Topic"]["Value"]
+    assert models == {robot: f"/{robot}/robot_description" for robot in ROBOTS}
+    command = rviz.rviz_command("/opt/rviz2", Path("/run/merged.rviz"), "merged")
+    assert not [word for word in command if word.startswith("/tf")]
 
 
 def test_every_robot_and_the_swarm_have_a_layout(tmp_path: Path) -> None:
@@ -57,6 +76,7 @@ def leaves(node: object) -> set[str]:
         ("all", ROBOTS),
         ("Srobot3, Srobot1", ["Srobot3", "Srobot1"]),
         ("Srobot2,swarm", ["Srobot2", "swarm"]),
+        ("merged", ["merged"]),
     ],
 )
 def test_windows(text: str, names: list[str]) -> None:
