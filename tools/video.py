@@ -93,21 +93,22 @@ class Recording:
     def trail(self, at: float) -> FloatArray:
         """Return the positions (k, n, 2) of the latest seconds, up to now."""
         first, last = np.searchsorted(self._times, (at - TRAIL, at))
+        first, last = np.searchsorted(self._times, (at - TRAIL, at))
         return np.concatenate([self._poses[first:last, :, :2], self.poses(at)[None, :, :2]])
 
     def states(self, at: float) -> list[str]:
         """Return the state that each robot showed last; dead if it fell silent."""
         found = []
         for robot in range(len(self.names)):
-            said = _latest(self._states[robot], at)
-            heard = _latest(self._held[robot], at) or said
+            said = latest(self._states[robot], at)
+            heard = latest(self._held[robot], at) or said
             is_silent = heard is not None and at - heard[0] > SILENT
             found.append("dead" if is_silent else said[1] if said else "inactive")
         return found
 
     def held(self, at: float) -> list[FloatArray]:
         """Return the polyline that each robot holds; empty for one that has said nothing."""
-        latest = (_latest(held, at) for held in self._held)
+        latest = (latest(held, at) for held in self._held)
         return [np.zeros((0, 2)) if said is None else said[1] for said in latest]
 
     def reached(self, at: float) -> int:
@@ -115,7 +116,7 @@ class Recording:
         return sum(goal.outcome == "reached" and goal.time <= at for goal in self.data.goals)
 
 
-def _latest(said: Sequence[tuple[float, Any]], at: float) -> tuple[float, Any] | None:
+def latest(said: Sequence[tuple[float, Any]], at: float) -> tuple[float, Any] | None:
     """Return the last of entries in order of time that is not later than `at`."""
     place = bisect.bisect_right(said, at, key=lambda entry: entry[0])
     return said[place - 1] if place else None
@@ -235,7 +236,7 @@ class Sheet:
     def line(self, points: FloatArray, color: RGB, alpha: int, width: float) -> None:
         """Draw a polyline; width in pixels of this sheet."""
         if len(points) > 1:
-            self.draw.line(self.pixels(points), (*color, alpha), max(1, round(width)), "curve")
+            self.draw.line(self.pixels(points), (*color, alpha), max(1, round(width)))
 
     def area(self, points: FloatArray, color: RGB, alpha: int) -> None:
         """Fill a polygon."""
@@ -312,7 +313,7 @@ def _draw_words(
     sheet: Sheet, recording: Recording, shot: Shot, at: float, speed: float, states: Sequence[str]
 ) -> None:
     left = SIZE[0] - PANEL
-    sheet.draw.rectangle((FINER * left, 0, FINER * SIZE[0], FINER * SIZE[1]), (255, 255, 255, 255))
+    sheet.image.paste((255, 255, 255), (FINER * left, 0, FINER * SIZE[0], FINER * SIZE[1]))
     x, y = left + 20, 26
     sheet.text(x, y, shot.title, 21, INK, weight="-Bold")
     y += 42

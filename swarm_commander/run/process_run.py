@@ -31,6 +31,7 @@ from swarm_common.process.messages import (
     Alive,
     ClientEvent,
     CommandBase,
+    Compiling,
     ConditionsChecked,
     Event,
     ForeignPublisher,
@@ -252,6 +253,8 @@ class ProcessRun:
                 self.verdict = verdict
             case Note(message=message):
                 self._progress.note(message)
+            case Compiling(ready=ready, known=known):
+                self._progress.compiling(ready, known)
             case InputsRejected(notices=notices):
                 self._note_rejections(notices)
             case ConditionsChecked(text=text, guaranteed=holds):

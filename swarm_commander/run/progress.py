@@ -17,6 +17,7 @@ from swarm_commander.run.status_table import status_table
 REFRESH = 0.25  # [s] of wall time between two pictures
 LINE_PERIOD = 5.0  # [s] between two lines where there is no terminal
 SEPARATOR = " | "
+STARTING = "starting"  # with which the phases begin in which kernels may be compiled
 SHOWN_NOTES = 8  # of a kind; the report has all
 
 
@@ -36,7 +37,8 @@ class Progress:
         self._statistics = statistics
         self._clock = clock
         self._due = 0.0
-        self._phase = "starting"
+        self._phase = STARTING
+        self._aside = ""
         self._last_line = ""
         self._shown: list[Text] = []
         self._breaches: Counter[str] = Counter()
@@ -54,7 +56,16 @@ class Progress:
     def phase(self, text: str) -> None:
         """Set the phase that is shown."""
         self._phase = text
+        if not text.startswith(STARTING):
+            self._aside = ""
         self._due = 0.0
+
+    def compiling(self, ready: int, known: int) -> None:
+        """Say beside the phase that a first start compiles, and how far it is."""
+        if not self._phase.startswith(STARTING):
+            return
+        self._aside = f" (first start: compiling, {ready} of {known} kernels are ready)"
+        self._due = 0.0 if self._console.is_terminal else self._due
 
     def note(self, text: str, style: str = "") -> None:
         """Print a line that stays."""
@@ -88,14 +99,14 @@ class Progress:
                 self._live.update(Group(*picture), refresh=True)
             return
         self._due = now + LINE_PERIOD
-        line = summary_line(self._phase, self._statistics)
+        line = summary_line(self._phase + self._aside, self._statistics)
         if line != self._last_line:
             self._console.print(Text(line), soft_wrap=True)
             self._last_line = line
 
     def _picture(self) -> list[Text]:
         collided = self._statistics.collisions or self._statistics.failed
-        head = packed(_parts(self._phase, self._statistics), self._console.width)
+        head = packed(_parts(self._phase + self._aside, self._statistics), self._console.width)
         style = "red" if collided else ""
         rest = [Text(line, style="red") for line in self._untold()]
         room = self._console.height - len(head) - len(rest) - 1

@@ -70,6 +70,13 @@ class Note(EventBase, frozen=True, tag="note"):
     message: str
 
 
+class Compiling(EventBase, frozen=True, tag="compiling"):
+    """Kernels are being compiled, as on a first start: how many are ready, of how many."""
+
+    ready: int
+    known: int
+
+
 class InputsRejected(EventBase, frozen=True, tag="rejected"):
     """Inputs that were rejected since the last such event: how many, and the first of each kind."""
 
@@ -414,6 +421,7 @@ ProcessEvent = (
     | Alive
     | Refused
     | Note
+    | Compiling
     | InputsRejected
     | ForeignPublisher
     | ConditionsChecked

@@ -17,7 +17,8 @@ import traceback
 
 from swarm_common.middleware import ros_env
 from swarm_common.model.errors import SwarmError
-from swarm_common.process.messages import ConditionsChecked, Ready, Refused
+from swarm_common.process.compile_watch import watched
+from swarm_common.process.messages import Compiling, ConditionsChecked, Ready, Refused
 from swarm_common.process.pipes import EventWriter
 from swarm_common.process.quick_start import load_numba, without_collector
 from swarm_common.process.single_thread import without_threads
@@ -28,13 +29,16 @@ with without_threads():  # which OpenBLAS and rclpy would start
     from swarm_nav.launch.warm_up import warm_up
     from swarm_nav.ros.types import load_type_supports
 
+KERNELS = ("swarm_nav", "swarm_common")  # whose kernels a navigator needs
 
-def _prepare() -> None:
+
+def _prepare(events: EventWriter) -> None:
     """Do once what every child would do."""
     with without_collector(), without_threads():
         load_numba()
         load_type_supports()
-        warm_up()
+        with watched(lambda *counts: events.write(Compiling(*counts)), KERNELS):
+            warm_up()
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -51,7 +55,7 @@ def main(arguments: list[str] | None = None) -> int:
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: fork_server.stop())
     if options.wait:
-        _prepare()
+        _prepare(events)
         if not fork_server.wait_for_go(options.control_fd):
             return 0
     elif options.control_fd is not None:
@@ -63,7 +67,7 @@ def main(arguments: list[str] | None = None) -> int:
         sys.stderr.write(f"{error}\n")
         return 2
     if not options.wait:
-        _prepare()
+        _prepare(events)
     with without_collector():  # what the children share must not be touched by it
         found = grouping.share_terrain()
     if found is not None:

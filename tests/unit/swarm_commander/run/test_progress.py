@@ -135,3 +135,19 @@ def test_many_breaches_are_counted_not_printed(is_terminal: bool) -> None:
     assert f"missed {SHOWN_NOTES - 1}" in text
     assert f"missed {SHOWN_NOTES}" not in text
     assert ("and 292 more missed goals" if is_terminal else "more missed goals follow") in text
+
+
+def test_a_first_start_says_that_it_compiles_and_how_far_it_is() -> None:
+    stream = io.StringIO()
+    now = iter(range(0, 100, 10))
+    progress = Progress(Console(file=stream, width=200), swarm(2), lambda: float(next(now)))
+    progress.phase("starting navigators")
+    progress.compiling(37, 112)
+    progress.update()
+    progress.phase("running")
+    progress.update()
+    first, second = stream.getvalue().splitlines()
+    assert first.startswith(
+        "starting navigators (first start: compiling, 37 of 112 kernels are ready) | active"
+    )
+    assert second.startswith("running | active")
