@@ -24,7 +24,7 @@ def verdict_html(swarm: Swarm, paused: bool | None, cpu: str) -> str:
     if verdict is not None:
         rows.append(("real-time factor", f"{verdict.real_time_factor:.2f}"))
         rows.append(("robots", f"{verdict.robots}, {verdict.answering} answering"))
-    rows.append(("goals", f"{reached} reached, {failed} missed"))
+    rows.append(("goals", f"{reached} reached, {failed} tries failed"))
     if swarm.time > 0.0:
         rows.append(("goals per minute", f"{60.0 * reached / swarm.time:.1f}"))
     if verdict is not None:
@@ -104,7 +104,7 @@ def robot_html(
     if state.station:
         place = "holds it" if state.queue_place == 0 else f"number {state.queue_place} in the queue"
         rows.append(("station", f"{html.escape(state.station)}, {place}"))
-    rows.append(("goals", f"{state.goals_reached} reached, {state.goals_failed} missed"))
+    rows.append(("goals", f"{state.goals_reached} reached, {state.goals_failed} tries failed"))
     rows.append(("waited, held", f"{state.wait_time:.0f} s, {state.hold_time:.0f} s"))
     return _table(rows)
 

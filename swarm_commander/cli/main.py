@@ -171,7 +171,10 @@ def run_app(name: str, load: Callable[[], typer.Typer]) -> int:
         message = _usage_message(error)
     except SwarmError as error:
         message = str(error)
-    except (typer.Abort, KeyboardInterrupt):
+    except (typer.Abort, KeyboardInterrupt) as stop:
+        if isinstance(stop.__cause__, EOFError) and not ended_by:  # typer takes it for Ctrl-D
+            traceback.print_exc()
+            return COMPONENT_FAILED
         return 128 + (ended_by[0] if ended_by else signal.SIGINT)
     except OSError as error:  # of a file that the user names: too long a name, no permission, ...
         if error.errno not in FULL and error.filename is None:

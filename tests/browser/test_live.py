@@ -143,7 +143,7 @@ def test_a_robot_goes_where_the_floor_is_clicked(browser: WebDriver, address: st
     _use(browser, "Goal")
     click_canvas(browser, -70, -60)
     wait_for(lambda: "Goal sent" in text_of(browser), "the goal to be sent")
-    wait_for(lambda: "1 reached, 0 missed" in text_of(browser), "the robot to arrive")
+    wait_for(lambda: "1 reached, 0 tries failed" in text_of(browser), "the robot to arrive")
     assert errors(browser) == []
 
 

@@ -52,7 +52,7 @@ def test_twenty_robots_are_there_and_move(browser: WebDriver, show: Show) -> Non
     show.feed.is_standing = False
     browser.get(show.server.url())
     wait_for(lambda: "20, 20 answering" in text_of(browser), "twenty robots in the panel")
-    assert "190 reached, 0 missed" in text_of(browser)
+    assert "190 reached, 0 tries failed" in text_of(browser)
     assert "driving 4" in text_of(browser)
     assert topics.TF in show.feed.wanted
     assert not any(topic.endswith("/scan") for topic in show.feed.wanted)

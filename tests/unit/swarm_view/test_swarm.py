@@ -58,7 +58,7 @@ def test_layers_that_nobody_shows_are_forgotten(swarm: Swarm) -> None:
 def test_the_panel_says_what_is_known(swarm: Swarm) -> None:
     text = verdict_html(swarm, True, "7 %")
     assert "(paused)" in text
-    assert "66 reached, 0 missed" in text
+    assert "66 reached, 0 tries failed" in text
     assert "0.110 m" in text
     assert "driving 2" in text
     assert "number 3 in the queue" in robot_html("Srobot4", swarm.states["Srobot4"], "/x")

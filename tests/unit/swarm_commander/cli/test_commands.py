@@ -78,6 +78,18 @@ def test_a_file_that_is_missing_is_named() -> None:
         thing_request("", "nofile.sdf", None, None, None, (1.0, 1.0, 0.0))
 
 
+def test_a_file_that_ends_too_early_is_no_silent_ctrl_c(monkeypatch, capsys) -> None:
+    app = typer.Typer()
+
+    @app.command()
+    def command() -> None:
+        raise EOFError("ran out of input")
+
+    monkeypatch.setattr(sys, "argv", ["command"])
+    assert main.run_app("command", lambda: app) == 3
+    assert "EOFError: ran out of input" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_a_command_without_a_traceback(monkeypatch, capsys, number: int) -> None:
     app = typer.Typer()
