@@ -164,7 +164,15 @@ def _lock(folder: Path) -> Iterator[None]:
     """Let one process at a time build and install."""
     folder.mkdir(parents=True, exist_ok=True)
     with (folder / "lock").open("w") as file:
-        fcntl.flock(file, fcntl.LOCK_EX)
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            sys.stderr.write(
+                "another process builds the interface packages; waiting for its end"
+                f" (its lock: {folder / 'lock'})\n"
+            )
+            sys.stderr.flush()
+            fcntl.flock(file, fcntl.LOCK_EX)
         yield
 
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from swarm_common.files.resources import share_directory
 from swarm_common.model.errors import ConfigError
+from swarm_setup import build
 from swarm_setup.rosidl import packages
 
 MANIFEST = """<?xml version="1.0"?>
@@ -112,3 +115,20 @@ def test_categories_have_the_numbers_of_the_published_standard() -> None:
     assert numbers == {
         "OBJECT": "0", "ROBOT": "1", "HUMAN": "2", "DYNAMIC_OBJECT": "4", "STATIC_OBJECT": "5",
     }  # fmt: skip
+
+
+def test_a_build_of_another_process_is_waited_for_and_named(tmp_path: Path, capfd) -> None:
+    script = (
+        "import fcntl, sys, time; file = open(sys.argv[1], 'w');"
+        " fcntl.flock(file, fcntl.LOCK_EX); print(flush=True); time.sleep(1.0)"
+    )
+    command = [sys.executable, "-c", script, str(tmp_path / "lock")]
+    with subprocess.Popen(command, stdout=subprocess.PIPE) as other:
+        assert other.stdout is not None
+        other.stdout.readline()
+        with build._lock(tmp_path):
+            assert other.wait(10.0) == 0
+    assert "another process builds the interface packages" in capfd.readouterr().err
+    with build._lock(tmp_path):
+        pass
+    assert capfd.readouterr().err == ""
