@@ -113,6 +113,15 @@ class BagFeed:
             self._next = next(self._stream, None)
         return list(newest.values())
 
+    def scan(self, topics: Collection[str]) -> Iterator[tuple[str, bytes]]:
+        """Yield (topic, serialized message) of all messages of topics; on any thread."""
+        bag = Bag(self.bag.path)
+        try:
+            for topic, _, data in bag.messages(topics):
+                yield topic, data
+        finally:
+            bag.close()
+
     def close(self) -> None:
         """Close the bag."""
         self.bag.close()

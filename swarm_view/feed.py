@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from typing import Protocol
 
 
@@ -56,3 +56,6 @@ class Recording(Feed, Protocol):
 
     def seek(self, time: float) -> None:
         """Go to a time [s]; the state at that time is delivered next."""
+
+    def scan(self, topics: Collection[str]) -> Iterator[tuple[str, bytes]]:
+        """Yield (topic, CDR bytes) of all messages of topics, oldest first, on any thread."""

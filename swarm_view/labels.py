@@ -13,6 +13,7 @@ from swarm_view.views import Camera
 
 LETTER_WIDTH, LETTER_HEIGHT = 7.6, 20.0  # [px] of viser's labels at a scale of 1
 PADDING = 10.0  # [px]
+Box = tuple[float, float, float, float]  # left, top, right, bottom [px]
 # Where a label may be put at its place, the best one first: anchor, and the part of its own size
 # by which its middle is off (right, down).
 ANCHORS = (
@@ -63,25 +64,35 @@ def arrange(wishes: Sequence[Wish], camera: Camera, scale: float = 1.0) -> dict[
         camera: Of the page.
         scale: Of the font.
     """
+    if not wishes:
+        return {}
     _, right, down = camera.axes
-    taken = np.zeros((0, 4))
+    places = np.array([wish.place for wish in wishes])
+    pixels, depths = camera.project(places)
+    sizes = camera.sizes(places)
+    taken: list[Box] = []
     placed: dict[str, Placed] = {}
-    for wish in wishes:
-        for text, (anchor, *off) in product(wish.texts, ANCHORS):
-            place = wish.place + 2.0 * wish.gap * (off[0] * right + off[1] * down)
-            (pixel,), (depth,) = camera.project(place[None])
-            size = scale * np.array([LETTER_WIDTH * len(text) + PADDING, LETTER_HEIGHT])
-            middle = pixel + size * off
-            box = np.concatenate([middle - 0.5 * size, middle + 0.5 * size])
-            if depth > 0.0 and _is_free(box, taken):
+    for wish, (x, y), depth, size in zip(
+        wishes, pixels.tolist(), depths.tolist(), sizes.tolist(), strict=True
+    ):
+        if depth <= 0.0:
+            continue
+        gap = 2.0 * wish.gap
+        for text, (anchor, off_x, off_y) in product(wish.texts, ANCHORS):
+            width = scale * (LETTER_WIDTH * len(text) + PADDING)
+            height = scale * LETTER_HEIGHT
+            left = x + off_x * (gap / size + width) - 0.5 * width
+            top = y + off_y * (gap / size + height) - 0.5 * height
+            box = left, top, left + width, top + height
+            if not any(_overlap(box, other) for other in taken):
+                place = wish.place + gap * (off_x * right + off_y * down)
                 placed[wish.name] = Placed(text, anchor, place)
-                taken = np.vstack([taken, box])
+                taken.append(box)
                 break
     return placed
 
 
-def _is_free(box: FloatArray, taken: FloatArray) -> bool:
-    """Return whether a box (4,) overlaps none of the others (n, 4)."""
-    left, top, right, bottom = taken.T
-    apart = (left >= box[2]) | (right <= box[0]) | (top >= box[3]) | (bottom <= box[1])
-    return bool(apart.all())
+def _overlap(one: Box, other: Box) -> bool:
+    return (
+        one[0] < other[2] and other[0] < one[2] and one[1] < other[3] and other[1] < one[3]
+    )  # fmt: skip

@@ -8,7 +8,8 @@ from uuid import uuid4
 
 from action_msgs.srv import CancelGoal
 from geometry_msgs.msg import PoseWithCovarianceStamped
-from nav2_msgs.action import NavigateToPose
+from geometry_msgs.msg import Twist as TwistMsg
+from nav2_msgs.action import AssistedTeleop, NavigateToPose
 from rcl_interfaces.msg import Parameter as ParameterMsg
 from rcl_interfaces.msg import ParameterType, ParameterValue
 from rcl_interfaces.srv import GetParameters, SetParameters
@@ -21,13 +22,14 @@ from simulation_interfaces.srv import (
     SpawnEntity,
     StepSimulation,
 )
+from std_msgs.msg import Empty
 from unique_identifier_msgs.msg import UUID
 
 from swarm_common.middleware import ros_io
 from swarm_common.middleware.rclpy_compat import SafeExecutor
 from swarm_common.middleware.ros_poll import drain
 from swarm_common.middleware.simulation import resource_in
-from swarm_common.model.records import Pose
+from swarm_common.model.records import Pose, Twist
 
 POSITION_VARIANCE, YAW_VARIANCE = 0.25, 0.0685  # what RViz's tool sends
 PATIENCE = 5.0  # [s] of wall time in which a listener must appear
@@ -55,6 +57,7 @@ class OperatorLink:
         self._waiting: list[tuple[float, Callable[[], bool], str, Tell]] = []
         self._asked = float("-inf")
         self._busy: set[str] = set()
+        self._full_speeds: dict[str, Twist] = {}
 
     def turn(self, now: float) -> None:
         """Process answers, orders that wait for a listener, and the world's state."""
@@ -155,15 +158,58 @@ class OperatorLink:
             "/sim/delete_entity", DeleteEntity, request, f"the removal of {robot}", tell, done
         )
 
+    def begin_drive(self, robot: str, tell: Tell, on_end: Callable[[], None]) -> None:
+        """Ask a robot to be driven by hand; `on_end` is called when it is not any more."""
+        send, get = AssistedTeleop.Impl.SendGoalService, AssistedTeleop.Impl.GetResultService
+        action = f"/{robot}/assisted_teleop/_action"
+        identifier = UUID(uuid=list(uuid4().bytes))
+        request = GetParameters.Request(names=["max_vel_x", "max_vel_theta"])
+
+        def learn(response: Any) -> None:
+            if len(response.values) == 2:
+                values = [value.double_value for value in response.values]
+                self._full_speeds[robot] = Twist(values[0], 0.0, values[1])
+
+        def ended(response: Any) -> None:
+            message = getattr(response.result, "error_msg", "")
+            tell(f"{robot} is on its own again{f': {message}' if message else '.'}")
+            on_end()
+
+        def done(response: Any) -> None:
+            if not response.accepted:
+                tell(f"{robot} cannot be driven by hand; is its navigator active?")
+                on_end()
+                return
+            tell(f"{robot} is yours.")
+            self._call(
+                f"{action}/get_result", get, get.Request(goal_id=identifier), "a result", tell,
+                ended, heeds_problems=False,
+            )  # fmt: skip
+
+        self._ask(f"/{robot}/navigator/get_parameters", GetParameters, request, learn)
+        goal = send.Request(goal_id=identifier)
+        self._call(f"{action}/send_goal", send, goal, f"driving {robot} by hand", tell, done)
+
+    def full_speed(self, robot: str) -> Twist | None:
+        """Return a robot's full speed; None before it has said it."""
+        return self._full_speeds.get(robot)
+
+    def wish(self, robot: str, twist: Twist) -> None:
+        """Say how a robot that is driven by hand is to drive."""
+        message = TwistMsg()
+        message.linear.x, message.angular.z = twist.vx, twist.wz
+        self._publisher(f"/{robot}/cmd_vel_teleop", TwistMsg).publish(message)
+
+    def end_drive(self, robot: str) -> None:
+        """Give a robot back to its mission."""
+        self._publisher(f"/{robot}/preempt_teleop", Empty).publish(Empty())
+
     def close(self) -> None:
         """Stop; the node is its owner's to destroy."""
         self._executor.shutdown()
 
     def _publish(self, topic: str, message: Any, tell: Tell) -> None:
-        if topic not in self._publishers:
-            make = self._node.create_publisher
-            self._publishers[topic] = make(type(message), topic, ros_io.RELIABLE)
-        publisher = self._publishers[topic]
+        publisher = self._publisher(topic, type(message))
 
         def attempt() -> bool:
             if publisher.get_subscription_count() == 0:
@@ -173,16 +219,21 @@ class OperatorLink:
 
         self._waiting.append((0.0, attempt, topic, tell))
 
+    def _publisher(self, topic: str, kind: Any) -> Any:
+        if topic not in self._publishers:
+            self._publishers[topic] = self._node.create_publisher(kind, topic, ros_io.RELIABLE)
+        return self._publishers[topic]
+
     def _call(
         self, name: str, kind: Any, request: Any, what: str, tell: Tell,
-        done: Callable[[Any], None] | None = None,
+        done: Callable[[Any], None] | None = None, *, heeds_problems: bool = True,
     ) -> None:  # fmt: skip
         """Call a service when it is there; `done` gets the answer, `tell` a refusal."""
         client = self._client(name, kind)
 
         def take(future: Any) -> None:
             response = future.result()
-            problem = _problem_in(response)
+            problem = _problem_in(response) if heeds_problems else ""
             if problem:
                 tell(problem)
             elif done is not None:

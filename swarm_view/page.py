@@ -2,32 +2,58 @@
 
 from __future__ import annotations
 
+import html
+import io
+import json
 import math
+import time
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from PIL import Image
 
-from swarm_common.model.records import FloatArray, Pose
+from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose
 from swarm_view import topics
+from swarm_view.charts import Charts
+from swarm_view.driving import Driving
 from swarm_view.fleet import Fleet
+from swarm_view.history import History
 from swarm_view.inbox import Inbox, numbers
+from swarm_view.link import Place
 from swarm_view.operator_link import OperatorLink
 from swarm_view.overlay import Overlay
-from swarm_view.panel import Panel, assign
-from swarm_view.panel_text import is_driving, robot_html, stations_html, verdict_html
+from swarm_view.panel import FILM, MOST_PLANS, STOP_FILM, Panel, assign
+from swarm_view.panel_text import (
+    history_html,
+    is_driving,
+    robot_html,
+    stations_html,
+    topics_html,
+    verdict_html,
+)
+from swarm_view.past import Past
+from swarm_view.playback import Playback
 from swarm_view.robot_layers import RobotLayers
+from swarm_view.ruler import Ruler
 from swarm_view.shapes import lifted, nearest_to_ray
 from swarm_view.sight import Sight
 from swarm_view.swarm import Swarm
-from swarm_view.tool import Hand, Post, Tool
+from swarm_view.time_line import TimeLine, next_mark
+from swarm_view.tool import ORDERS, Hand, Post, Tool, heading
 from swarm_view.topics import Layer
 from swarm_view.views import View
+from swarm_view.viser_compat import run_script
 
 PANEL_PERIOD = 0.5  # [s] of wall time between two looks of the panel
+PLANS_PERIOD = 5.0  # [s] of wall time between two choices of the robots whose plans are shown
+SHOWN_CHANGES = 12  # of a robot's states, in its history
 SLOW_PERIOD = 0.25  # [s] of wall time between two updates of trails, names and claims
 PICK_RADIUS, PICK_HEIGHT = 0.25, 0.1  # [m] of the ball that stands for a robot that is clicked
+RENDER_LIMIT = 60.0  # [s] of wall time for a page to draw a picture
 SELECT_FIRST = "Select a robot first."
+LEAVE_PAST = "This page shows the past; press **Live** on the time line first."
+TIME_ORDERS = ("seek", "step", "mark", "play", "live")
 
 
 class Page:
@@ -35,25 +61,34 @@ class Page:
 
     Attributes:
         robot: Which one it looks at; empty for none.
+        history: What has happened.
     """
 
     def __init__(
-        self, client: Any, robot: str, swarm: Swarm, fleet: Fleet, link: OperatorLink | None,
-        url: Callable[[str], str], post: Post,
+        self, client: Any, place: Place, swarm: Swarm, fleet: Fleet, link: OperatorLink | None,
+        url: Callable[[str, Place | None], str], post: Post, history: History,
+        playback: Playback | None,
     ) -> None:  # fmt: skip
         """Build the page.
 
         Args:
             client: viser's handle of it.
-            robot: That it opens with; empty for none.
+            place: That it opens with.
             swarm: The swarm's state as received.
             fleet: The robots' bodies.
             link: To the swarm; None for a recording.
-            url: Returns the address of a robot's page.
+            url: Returns the address of a robot's page, or of a place.
             post: Brings a call to the main thread.
+            history: What has happened.
+            playback: Of a recording; None for a live swarm.
         """
-        self.robot = robot
-        self._swarm = swarm
+        self.robot = place.robot
+        self.history = history
+        self._playback = playback
+        self._past = Past(client, swarm, history)
+        self._time_line = TimeLine(client, is_live=playback is None)
+        self._charts = Charts(client, self._time_line.panel)
+        self._present = self._swarm = swarm
         self._fleet = fleet
         self._link = link
         self._url = url
@@ -63,12 +98,18 @@ class Page:
         self._sight = Sight(client, fleet)
         self._hand = Hand(client.scene, self._use, post)
         self._panel = Panel(client.gui, self, is_live=link is not None)
-        self._sight.take(View.FOLLOW if robot else View.HALL)
+        self._sight.take(View.FOLLOW if place.robot else View.HALL)
+        self._opened_with: Place | None = place
+        self._ruler = Ruler(client.scene)
+        self._driving = None if link is None else Driving(link)
+        self._client = client
+        self._is_filming = False
         client.scene.on_click()(self._on_click)
         Inbox(client, self._on_message)
         self._panel_due = self._slow_due = 0.0
+        self._planned: list[str] = []
+        self._plans_due = 0.0
         self._was_there = False
-        self._cpu = ""
 
     # Actions of the panel, on viser's threads
 
@@ -113,13 +154,87 @@ class Page:
         self._command(lambda link: link.spawn(self._panel.model.value, None, self._say))
 
     def on_remove(self) -> None:
-        """Take the robot out."""
-        self._command(lambda link: link.remove(self.robot, self._say), needs_robot=True)
+        """Take the robot out, if that is meant."""
+
+        def ask(link: OperatorLink) -> None:
+            robot = self.robot
+            self._panel.confirm(
+                f"Take {robot} out of the world? Its goal counts as missed.",
+                f"Remove {robot}",
+                lambda: self._post(lambda: link.remove(robot, self._say)),
+            )
+
+        self._command(ask, needs_robot=True)
+
+    def on_drive(self) -> None:
+        """Drive the robot by hand, or no more."""
+
+        def drive(_: OperatorLink) -> None:
+            driving = self._driving
+            if driving is None:
+                return
+            if driving.robot:
+                driving.end()
+            else:
+                driving.begin(self.robot, self._say, self._show_driving)
+            self._show_driving()
+
+        self._command(drive, needs_robot=self._driving is not None and not self._driving.robot)
+
+    def on_share(self, share: float) -> None:
+        """Drive with a share of the full speed."""
+        if self._driving is not None:
+            self._driving.set_share(share)
+
+    def on_picture(self) -> None:
+        """Save a picture; waits for the page."""
+        client, camera = self._client, self._sight.camera
+        if camera is None:
+            return
+        image = client.get_render(
+            round(camera.height), round(camera.width), transport_format="png", timeout=RENDER_LIMIT
+        )
+        content = io.BytesIO()
+        Image.fromarray(image).convert("RGB").save(content, "PNG")
+        name = f"swarm_{self.shown_time:.1f}s.png"
+        client.send_file_download(name, content.getvalue(), save_immediately=True)
+        self._post(lambda: self._say(f"Saved {name}."))
+
+    def on_film(self) -> None:
+        """Begin to film, or stop and save it."""
+        self._is_filming = not self._is_filming
+        self._panel.film.label = STOP_FILM if self._is_filming else FILM
+        name = json.dumps(f"swarm_{self.shown_time:.1f}s.webm")
+        script = "startFilm()" if self._is_filming else f"stopFilm({name})"
+        run_script(self._client, f"window.swarm.{script}")
+
+    def on_link(self) -> None:
+        """Copy a link to camera, robot and time."""
+        self._post(self._copy_link)
+
+    def _copy_link(self) -> None:
+        camera, time = self._sight.camera, self.shown_time
+        is_past = self._playback is not None or self._past.time is not None
+        view = None if camera is None else np.array([camera.position, camera.target])
+        place = Place(self.robot, view, time if is_past else None, self._sight.is_dark)
+        run_script(self._client, f"window.swarm.copy({json.dumps(self._url('', place))})")
+
+    def _show_driving(self) -> None:
+        robot = "" if self._driving is None else self._driving.robot
+        self._panel.show_driving(robot)
+        run_script(self._client, f"window.swarm.setDriving({str(bool(robot)).lower()})")
+
+    def close(self) -> None:
+        """Let go of what is driven; the page is gone."""
+        if self._driving is not None:
+            self._driving.end()
 
     def _command(self, do: Callable[[OperatorLink], None], *, needs_robot: bool = False) -> None:
         def run() -> None:
             if needs_robot and not self.robot:
                 self._say(SELECT_FIRST)
+            elif self._past.time is not None:
+                self._say(LEAVE_PAST)
             elif self._link is not None:
                 do(self._link)
 
@@ -141,6 +256,7 @@ class Page:
         if self.robot:
             layers = self._panel.wanted_layers()
             wanted |= {topics.of_layer(self.robot, layer) for layer in layers}
+        wanted |= {topics.of_layer(name, Layer.PLAN) for name in self._planned}
         if self._panel.claims.value:
             wanted |= {topics.of_layer(name, Layer.MOTION) for name in self._swarm.names}
         return wanted
@@ -171,17 +287,61 @@ class Page:
             now: Wall time [s].
             cpu: Text of the panel about the CPU.
         """
+        if self._driving is not None:
+            self._driving.update(now)
+        self._past.play(now)
+        if self._past.time is not None:
+            poses = self._past.swarm.track.latest
+        self._show(self._past.time is not None)
         self._draw_robot(poses, now)
+        self._draw_time(now)
+        self._charts.update(self.history, now)
         if now >= self._slow_due:
             self._slow_due = now + SLOW_PERIOD
             panel = self._panel
             self._sight.scale_marks(poses, now)
             self._draw_labels(poses)
+            self._choose_plans(poses, now)
+            self._overlay.draw_plans(self._planned)
             self._overlay.draw_trails(wanted=panel.trails.value)
             self._overlay.draw_claims(wanted=panel.claims.value)
         if now >= self._panel_due:
             self._panel_due = now + PANEL_PERIOD
             self._tell(cpu)
+
+    def _show(self, is_past: bool) -> None:
+        """Show the swarm of the present, or of the past."""
+        swarm = self._past.swarm if is_past else self._present
+        if swarm is self._swarm:
+            return
+        self._swarm = self._overlay.swarm = swarm
+        self._sight.fleet = self._past.fleet if is_past else self._fleet
+        self._layers.clear()
+        self._slow_due = self._panel_due = 0.0
+
+    def _draw_time(self, now: float) -> None:
+        playback, past = self._playback, self._past
+        if playback is not None:
+            is_playing = playback.is_playing
+        elif past.time is not None:
+            is_playing = past.is_playing
+        else:
+            is_playing = not (self._link and self._link.is_paused)
+        self._time_line.update(
+            self.history, now, self.shown_time, is_playing=is_playing, is_past=past.time is not None
+        )
+
+    def _choose_plans(self, poses: FloatArray, now: float) -> None:
+        """Choose the robots whose plans are shown: those nearest to the middle of the picture."""
+        names, camera = self._swarm.names, self._sight.camera
+        if not self._panel.plans.value or self._past.time is not None:
+            self._planned = []
+        elif len(names) <= MOST_PLANS:
+            self._planned = list(names)
+        elif camera is not None and len(poses) == len(names) and now >= self._plans_due:
+            self._plans_due = now + PLANS_PERIOD
+            gaps = np.hypot(*(poses[:, :2] - camera.target[:2]).T)
+            self._planned = [names[row] for row in np.argsort(gaps, kind="stable")[:MOST_PLANS]]
 
     def _draw_labels(self, poses: FloatArray) -> None:
         camera = self._sight.camera
@@ -215,6 +375,7 @@ class Page:
         paused = None if link is None else link.is_paused
         assign(panel.verdict, verdict_html(swarm, paused, cpu))
         assign(panel.status, self._robot_text() if self.robot else "")
+        self._tell_past()
         assign(panel.stations, stations_html(swarm.states))
         if link is not None:
             panel.show_running(link.is_paused, link.speed)
@@ -222,25 +383,106 @@ class Page:
     def _robot_text(self) -> str:
         robot, state = self.robot, self._swarm.states.get(self.robot)
         true_pose = None if state is None else self._swarm.true_pose(robot, state.tick)
-        return robot_html(robot, state, self._url(robot), true_pose)
+        time = self.shown_time
+        since = self.history.state_since(robot, time)
+        return robot_html(robot, self._swarm.states, self._url(robot, None), true_pose, since, time)
+
+    def _tell_past(self) -> None:
+        """Say what the robot did, and draw where it has been."""
+        robot, time, panel = self.robot, self.shown_time, self._panel
+        changes = self.history.changes(robot, time, SHOWN_CHANGES) if robot else []
+        assign(panel.history, history_html(changes, time) if robot else "")
+        assign(panel.topics, topics_html(robot) if robot else "")
+        is_wanted = robot and panel.way.value
+        self._overlay.draw_way(self.history.way(robot, time) if is_wanted else None)
 
     # Clicks and tools
 
     def _on_message(self, kind: str, value: Any) -> None:
         """The page's script tells something; on viser's threads."""
         if kind == "size" and (size := numbers(value, 2)) is not None:
-            self._post(lambda: self._sight.resize(*size))
+            self._post(lambda: self._resize(*size))
+        elif kind == "drive" and (way := numbers(value, 2)) is not None:
+            self._post(lambda: self._steer(*way))
+        elif kind == "filmed" and isinstance(value, int | float):
+            self._post(lambda: self._say(f"Saved a film of {value / 1e6:.1f} MB."))
+        elif kind == "select" and value in self._swarm.names:
+            self.on_select(value)
+        elif kind == "copied" and isinstance(value, str):
+            self._post(lambda: self._say(f"Copied: `{value}`"))
+        elif kind in TIME_ORDERS and isinstance(value, int | float) and abs(value) < 1e7:
+            self._post(lambda: self._turn_time(kind, float(value)))
+
+    def _steer(self, ahead: float, turn: float) -> None:
+        if self._driving is not None:
+            self._driving.steer(ahead, turn, time.monotonic())
+
+    def _resize(self, width: float, height: float) -> None:
+        self._sight.resize(width, height)
+        self._time_line.place(width)
+        self._open()
+
+    def _open(self) -> None:
+        """Go where the address says; done once, when the page can be told."""
+        place, self._opened_with = self._opened_with, None
+        if place is None:
+            return
+        if place.is_dark:
+            self._panel.dark.value = True
+            self._sight.set_dark(dark=True)
+        if place.camera is not None:
+            position, target = place.camera
+            self._sight.go(target, position)
+        if place.time is not None:
+            self._turn_time("seek", place.time)
+
+    def _turn_time(self, kind: str, value: float) -> None:
+        """Go to another time: of a recording with all pages, of a live swarm on this one only."""
+        now, past, playback = time.monotonic(), self._past, self._playback
+        shown = self.shown_time
+        if kind == "mark":
+            mark = next_mark(self.history.marks, shown, 1 if value > 0 else -1)
+            if mark is None:
+                self._say("There is no further mark.")
+                return
+            kind, value = "seek", mark.time
+            self._say(f"{mark.time:.1f} s: {html.escape(mark.text)}")
+        elif kind == "step":
+            past.is_playing = False
+            if playback is not None:
+                playback.step(round(value))
+                return
+            kind, value = "seek", shown + value * CONTROL_PERIOD
+        if playback is not None:
+            playback.toggle() if kind == "play" else playback.jump(value)
+        elif kind == "live" or (kind == "seek" and value >= self.history.span[1]):
+            past.leave()
+        elif kind == "play":
+            past.is_playing = not past.is_playing
+        elif not past.go(value, now):
+            self._say("Nothing is known of that time: the viewer remembers while a page is open.")
+
+    @property
+    def shown_time(self) -> float:
+        """[s] of simulated time that the page shows."""
+        if self._playback is not None:
+            return self._playback.time
+        return self._swarm.time if self._past.time is None else self._past.time
 
     def _take_tool(self, tool: Tool) -> None:
         self._hand.drop()
+        self._ruler.clear()
         self._say("")
         if tool is Tool.SELECT or self._swarm.map is None:
             return
-        if tool is not Tool.SPAWN and not self.robot:
+        if self._past.time is not None and tool is not Tool.MEASURE:
+            self._say(LEAVE_PAST)
+            return
+        if tool in ORDERS and not self.robot:
             self._say(SELECT_FIRST)
             return
         self._hand.take(tool, self._swarm.map)
-        whose = "" if tool is Tool.SPAWN else f" for {self.robot}"
+        whose = f" for {self.robot}" if tool in ORDERS else ""
         self._say(f"**{tool.value}**{whose}: click the floor, or drag.")
 
     def _on_click(self, event: Any) -> None:
@@ -257,13 +499,27 @@ class Page:
         if index is not None:
             self.select(self._swarm.names[index])
 
-    def _use(self, tool: Tool, point: FloatArray, yaw: float | None) -> None:
-        """Do what a tool is for at a place (2,) in map."""
-        link = self._link
-        if link is None or (tool is not Tool.SPAWN and not self.robot):
+    def _measure(self, point: FloatArray, tip: FloatArray | None) -> None:
+        distance = self._ruler.point(point) if tip is None else self._ruler.measure(point, tip)
+        if distance is not None:
+            self._say(f"Measured: {distance:.2f} m.")
+        elif self._swarm.map is not None:
+            self._hand.take(Tool.MEASURE, self._swarm.map)
+            self._say("**Measure**: click the other place.")
+
+    def _use(self, tool: Tool, point: FloatArray, tip: FloatArray | None) -> None:
+        """Do what a tool is for at a place (2,) in map, with an arrow to `tip` (2,)."""
+        if tool is Tool.MEASURE:
+            self._measure(point, tip)
             return
-        heading = self._usual_heading(tool, point) if yaw is None else yaw
-        pose = Pose(float(point[0]), float(point[1]), heading)
+        link = self._link
+        if link is None or (tool in ORDERS and not self.robot):
+            return
+        yaw = None if tip is None else heading(point, tip)
+        pose = Pose(
+            float(point[0]), float(point[1]),
+            self._usual_heading(tool, point) if yaw is None else yaw,
+        )  # fmt: skip
         self._say(f"{tool.value} sent: ({pose.x:.2f}, {pose.y:.2f}, {pose.yaw:.2f}).")
         if tool is Tool.SPAWN:
             link.spawn(self._panel.model.value, pose, self._say)

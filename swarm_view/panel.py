@@ -3,13 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, Protocol
 
 from swarm_common.robots.source import robot_names
-from swarm_view.tool import Tool
+from swarm_view.tool import ORDERS, Tool
 from swarm_view.topics import LABELS, SHOWN_AT_FIRST, Layer
 from swarm_view.views import View
 
+MOST_PLANS = 20
+FILM, STOP_FILM = "Record film", "Stop and save film"
+_KEY = (
+    "border:1px solid #8888;border-radius:6px;background:transparent;color:inherit;width:3em;"
+    "height:2.2em;touch-action:none;cursor:pointer"
+)
+PAD = (
+    "<div style='padding:0.3em 0.8em;font-size:0.85rem;text-align:center'>"
+    + "".join(
+        f"<button style='{_KEY}' data-swarm-way='{key}'>{sign}</button>{after}"
+        for key, sign, after in (
+            ("KeyW", "W ▴", "<br>"), ("KeyA", "A ◂", " "),
+            ("KeyS", "S ▾", " "), ("KeyD", "D ▸", ""),
+        )
+    )
+    + "<br>Keep a key pressed: without one the robot stops.</div>"
+)  # fmt: skip
 NOBODY = "(none)"
 FIRST_MODEL = "turtlebot3_waffle"
 SPEEDS = {
@@ -57,7 +75,22 @@ class Actions(Protocol):
         """Add a robot at a free place."""
 
     def on_remove(self) -> None:
-        """Take the robot out."""
+        """Take the robot out, if that is meant."""
+
+    def on_drive(self) -> None:
+        """Drive the robot by hand, or no more."""
+
+    def on_share(self, share: float) -> None:
+        """Drive with a share of its full speed."""
+
+    def on_picture(self) -> None:
+        """Save a picture."""
+
+    def on_film(self) -> None:
+        """Begin to film, or stop."""
+
+    def on_link(self) -> None:
+        """Copy a link."""
 
 
 class Panel:
@@ -79,16 +112,27 @@ class Panel:
                 self._add_orders(actions)
         if is_live:
             self._add_spawning(actions)
+        with gui.add_folder("History of the robot", expand_by_default=False):
+            self.history = gui.add_html("")
+        with gui.add_folder("Topics of the robot", expand_by_default=False):
+            self.topics = gui.add_html("")
         with gui.add_folder("Show of the robot", expand_by_default=False):
             self.layers = {
                 layer: gui.add_checkbox(LABELS[layer], layer in SHOWN_AT_FIRST) for layer in Layer
             }
+            self.way = gui.add_checkbox("Its way so far", False)
         with gui.add_folder("Show of all", expand_by_default=False):
             self.names = gui.add_checkbox("Names and states", False)
+            self.plans = gui.add_checkbox(
+                f"Plans of up to {MOST_PLANS} robots", False, hint="Those nearest to the middle"
+            )
             self.trails = gui.add_checkbox("Trails", False)
             self.claims = gui.add_checkbox("Committed motion", False)
         with gui.add_folder("Stations", expand_by_default=False):
             self.stations = gui.add_html("")
+        self._add_takeaway(actions)
+        if is_live:
+            self._add_danger(actions)
         self.robot.on_update(_if_typed(lambda: actions.on_select(self._chosen())))
 
     def _chosen(self) -> str:
@@ -123,15 +167,58 @@ class Panel:
 
     def _add_orders(self, actions: Actions) -> None:
         gui = self._gui
-        tools = [tool.value for tool in Tool if tool is not Tool.SPAWN]
+        tools = [tool.value for tool in (Tool.SELECT, *ORDERS)]
         tool = gui.add_button_group(
             "Tool", tools, hint="Goal and initial pose: click the floor, or drag for a heading"
         )
         cancel = gui.add_button("Cancel goal")
-        remove = gui.add_button("Remove robot", color="red", hint="Takes it out of the world")
         tool.on_click(lambda _: actions.on_tool(Tool(tool.value)))
         cancel.on_click(lambda _: actions.on_cancel())
+        self.drive = gui.add_button("Drive by hand", hint="With the keys W A S D or the arrows")
+        self.pad = gui.add_html(PAD, visible=False)
+        self.share = gui.add_slider(
+            "Speed of driving", min=0.1, max=1.0, step=0.05, initial_value=0.5, visible=False
+        )
+        self.drive.on_click(lambda _: actions.on_drive())
+        self.share.on_update(_if_typed(lambda: actions.on_share(self.share.value)))
+
+    def _add_takeaway(self, actions: Actions) -> None:
+        gui = self._gui
+        with gui.add_folder("Measure and take away"):
+            measure = gui.add_button("Measure", hint="Click two places on the floor, or drag")
+            picture = gui.add_button("Save picture", hint="Of the scene, as PNG")
+            self.film = gui.add_button(FILM, hint="Of the scene, as WebM")
+            link = gui.add_button("Copy link", hint="To this camera, robot and time")
+        measure.on_click(lambda _: actions.on_tool(Tool.MEASURE))
+        picture.on_click(lambda _: actions.on_picture())
+        self.film.on_click(lambda _: actions.on_film())
+        link.on_click(lambda _: actions.on_link())
+
+    def _add_danger(self, actions: Actions) -> None:
+        gui = self._gui
+        with gui.add_folder("What cannot be undone", expand_by_default=False):
+            remove = gui.add_button("Remove robot", color="red", hint="Takes it out of the world")
         remove.on_click(lambda _: actions.on_remove())
+
+    def confirm(self, question: str, answer: str, do: Callable[[], None]) -> None:
+        """Ask before something is done that cannot be undone."""
+        modal = self._gui.add_modal(question)
+        with modal:
+            yes = self._gui.add_button(answer, color="red")
+            no = self._gui.add_button("Cancel")
+
+        def close(_: Any, *, is_wanted: bool) -> None:
+            modal.close()
+            if is_wanted:
+                do()
+
+        yes.on_click(partial(close, is_wanted=True))
+        no.on_click(partial(close, is_wanted=False))
+
+    def show_driving(self, robot: str) -> None:
+        """Show the pad while a robot is driven."""
+        self.drive.label = f"Give {robot} back" if robot else "Drive by hand"
+        self.pad.visible = self.share.visible = bool(robot)
 
     def _add_spawning(self, actions: Actions) -> None:
         gui, models = self._gui, robot_names()

@@ -7,11 +7,15 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
+from swarm_commander.run.wait_graph import waits_for
+from swarm_common.middleware.topic_table import ROBOT_TOPICS
 from swarm_common.model.palette import LOOKS, RGB, VERMILLION, css, state_color
 from swarm_common.model.records import FloatArray
 from swarm_view.decode import RobotState
+from swarm_view.history import Change
 from swarm_view.swarm import Swarm
 
+LINK = "#3b8eea"  # seen on light and dark ground
 STYLE = "font-size:0.8em;line-height:1.5;padding:0.2em 0.8em"
 
 
@@ -31,7 +35,8 @@ def verdict_html(swarm: Swarm, paused: bool | None, cpu: str) -> str:
         rows.append(("collisions", _collisions(verdict)))
         rows.append(("smallest clearance", _metres(verdict.min_clearance)))
         rows.append(("late answers", str(verdict.late_ticks)))
-    rows.append(("CPU", cpu))
+    if cpu:
+        rows.append(("CPU", cpu))
     return _table(rows) + _legend(states)
 
 
@@ -74,25 +79,34 @@ def dot(color: RGB) -> str:
 
 
 def robot_html(
-    robot: str, state: RobotState | None, url: str, true_pose: FloatArray | None = None
-) -> str:
-    """Return what one robot says of itself, and a link to its own page.
+    robot: str, states: Mapping[str, RobotState], url: str, true_pose: FloatArray | None = None,
+    since: float | None = None, now: float = 0.0,
+) -> str:  # fmt: skip
+    """Return what one robot does, why it waits and for whom, and a link to its own page.
 
     Args:
         robot: Its name.
-        state: Its latest status; None before the first.
+        states: Latest status of each robot.
         url: Of its page.
         true_pose: Where it really is (3,), in map, if that is known.
+        since: [s] when it came into its state, if that is known.
+        now: [s] of simulated time.
     """
-    name = html.escape(robot)
+    name, state = html.escape(robot), states.get(robot)
     link = f"<a href='{html.escape(url)}' target='_blank'>page of its own</a>"
     if state is None:
         return _table([(name, f"has said nothing yet; {link}")])
+    look = LOOKS.get(state.state)
+    lasting = "" if since is None else f" for {max(0.0, now - since):.0f} s"
     rows = [
         (name, link),
-        ("state", f"{dot(state_color(state.state))} {html.escape(state.state)}"),
-        ("", html.escape(state.detail) or "&nbsp;"),
+        ("state", f"{dot(state_color(state.state))} {html.escape(state.state)}{lasting}"),
+        ("that is", look.meaning if look else "&nbsp;"),
+        ("it says", html.escape(state.detail) or "&nbsp;"),
     ]
+    chain = wait_chain(robot, states)
+    if chain:
+        rows.append(("waits for", " &rarr; ".join(_robot_link(other, states) for other in chain)))
     pose, off = state.pose_map, ""
     if true_pose is not None:
         off = f", {math.hypot(pose.x - true_pose[0], pose.y - true_pose[1]):.2f} m off"
@@ -107,6 +121,58 @@ def robot_html(
     rows.append(("goals", f"{state.goals_reached} reached, {state.goals_failed} tries failed"))
     rows.append(("waited, held", f"{state.wait_time:.0f} s, {state.hold_time:.0f} s"))
     return _table(rows)
+
+
+def wait_chain(robot: str, states: Mapping[str, RobotState]) -> list[str]:
+    """Return for whom a robot waits, for whom that one waits, and so on; a circle once round."""
+    chain: list[str] = []
+    while robot in states:
+        state = states[robot]
+        robot = waits_for(state.state, state.detail)
+        if not robot:
+            break
+        chain.append(robot)
+        if chain.count(robot) > 1:
+            break
+    return chain
+
+
+def _robot_link(robot: str, states: Mapping[str, RobotState]) -> str:
+    """Return a robot's name, which selects it when clicked, and what it does."""
+    name = html.escape(robot)
+    what = f" ({html.escape(states[robot].state)})" if robot in states else ""
+    style = f"color:{LINK};cursor:pointer;text-decoration:underline"
+    send = f"data-swarm-send='select' data-swarm-text='{name}'"
+    return f"<span style='{style}' {send}>{name}</span>{what}"
+
+
+def history_html(changes: Sequence[Change], now: float) -> str:
+    """Return what a robot did lately, the newest first; a click on a time goes there."""
+    rows, end = [], now
+    for change in changes:
+        state = change.state
+        time = (
+            f"<span style='color:{LINK};cursor:pointer' data-swarm-send='seek'"
+            f" data-swarm-value='{change.time:.1f}'>{change.time:.1f} s</span>"
+        )
+        where = f" {html.escape(state.station)}" if state.station else ""
+        what = f"{dot(state_color(state.state))} {html.escape(state.state)}{where}"
+        rows.append((time, f"{what}, {end - change.time:.0f} s"))
+        end = change.time
+    return _table(rows or [("nothing yet", "")])
+
+
+def topics_html(robot: str) -> str:
+    """Return the topics of a robot, each with a button that copies its name."""
+    rows = []
+    for topic in ROBOT_TOPICS:
+        name = html.escape(f"/{robot}/{topic.name}", quote=True)
+        button = (
+            f"<span data-swarm-copy='{name}' title='Copy the name of this {topic.type}'"
+            f" style='cursor:pointer;color:{LINK}'>copy</span>"
+        )
+        rows.append(f"<tr><td style='padding-right:0.6em'>{button}</td><td>{name}</td></tr>")
+    return f"<div style='{STYLE};word-break:break-all'><table>{''.join(rows)}</table></div>"
 
 
 def stations_html(states: Mapping[str, RobotState]) -> str:

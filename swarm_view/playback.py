@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+from swarm_common.model.records import CONTROL_PERIOD
 from swarm_view.feed import Recording
 
 SPEEDS = {"0.25 x": 0.25, "0.5 x": 0.5, "1 x": 1.0, "2 x": 2.0, "5 x": 5.0, "20 x": 20.0}
@@ -40,14 +41,14 @@ class Playback:
             self._time = gui.add_slider(
                 "Time [s]", min=start, max=max(end, start + 0.1), step=0.1, initial_value=start
             )
-        self._play.on_click(lambda _: post(self._toggle))
+        self._play.on_click(lambda _: post(self.toggle))
         self._speed.on_update(
             lambda event: (
                 post(lambda: self._set_speed(SPEEDS[self._speed.value])) if event.client else None
             )
         )
         self._time.on_update(
-            lambda event: post(lambda: self._jump(self._time.value)) if event.client else None
+            lambda event: post(lambda: self.jump(self._time.value)) if event.client else None
         )
 
     def update(self) -> None:
@@ -59,7 +60,23 @@ class Playback:
         if abs(self._time.value - now) >= 0.1:
             self._time.value = now
 
-    def _toggle(self) -> None:
+    @property
+    def time(self) -> float:
+        """[s] that is shown."""
+        return self._recording.now
+
+    @property
+    def is_playing(self) -> bool:
+        """Whether time goes on."""
+        return self._recording.is_playing
+
+    def step(self, ticks: int) -> None:
+        """Go some ticks on, or back, and stand still there."""
+        self._recording.pause()
+        self.jump(self._recording.now + ticks * CONTROL_PERIOD)
+
+    def toggle(self) -> None:
+        """Play or pause."""
         recording = self._recording
         if recording.is_playing:
             recording.pause()
@@ -72,9 +89,11 @@ class Playback:
     def _set_speed(self, speed: float) -> None:
         self._recording.speed = speed
 
-    def _jump(self, time: float) -> None:
+    def jump(self, time: float) -> None:
+        """Go to a time [s]."""
         self._recording.seek(time)
         self._on_jump()
+        self.update()
 
 
 def _name_of(speed: float) -> str:

@@ -14,6 +14,7 @@ import viser
 
 from swarm_common.middleware.addresses import own_addresses
 from swarm_view.gate import KEY_HEADER, Gate, query_of
+from swarm_view.link import PARAMETERS, Place, place_of
 from swarm_view.viser_compat import admitting, request_of
 
 EVERYWHERE = ("0.0.0.0", "::")
@@ -70,17 +71,17 @@ class Server:
         """That it listens on."""
         return self._gate.port
 
-    def url(self, robot: str = "") -> str:
-        """Return the address of a page."""
-        pairs = (("robot", robot), ("token", self._token))
+    def url(self, robot: str = "", place: Place | None = None) -> str:
+        """Return the address of a robot's page, or of one that opens with all of a place."""
+        pairs = (*(place or Place(robot)).pairs(), ("token", self._token))
         query = "&".join(f"{name}={value}" for name, value in pairs if value)
         host = socket.gethostname() if self._host in EVERYWHERE else _bracketed(self._host)
         return f"http://{host}:{self.port}/" + (f"?{query}" if query else "")
 
     def on_pages(
-        self, on_open: Callable[[Any, str], None], on_close: Callable[[int], None]
+        self, on_open: Callable[[Any, Place], None], on_close: Callable[[int], None]
     ) -> None:
-        """Call back, on the event loop, for each page with the robot in its address.
+        """Call back, on the event loop, for each page with what its address says.
 
         Connections that did not come through the gate are not reported.
         """
@@ -89,7 +90,7 @@ class Server:
         async def _(client: Any) -> None:
             request = request_of(self.viser, client.client_id)
             if request is not None and request.headers.get(KEY_HEADER) == self._key:
-                on_open(client, query_of(request.path, "robot"))
+                on_open(client, place_of(*(query_of(request.path, name) for name in PARAMETERS)))
 
         @self.viser.on_client_disconnect
         async def _(client: Any) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from functools import partial
 from typing import Any
 
@@ -28,6 +29,7 @@ class Sight:
 
     Attributes:
         view: Preset that the page keeps to: FOLLOW, EYE, or None where the reader moves freely.
+        fleet: The robots that the page shows.
         sizes: [m] of each robot's mark (n,) as seen there.
         is_dark: Whether it is dark.
     """
@@ -39,7 +41,7 @@ class Sight:
         self.is_dark = False
         self._size: tuple[float, float] | None = None
         self._client = client
-        self._fleet = fleet
+        self.fleet = fleet
         self._chase = Chase(client.camera, partial(look, client))
         self._scales: Sizes | None = None
         self._scaled = (-1, 0.0)  # the fleet's revision, and when
@@ -47,8 +49,8 @@ class Sight:
         self._map: Any = None
         self._raster: Raster | None = None
         self._waiting: View | None = None  # preset that shows the whole hall
-        self._fitted: Camera | None = None  # what it came to, and what was seen before
-        self._before: FloatArray = np.zeros(3)
+        self._fitted: Camera | None = None  # what it came to
+        self._told: deque[FloatArray] = deque(maxlen=8)  # positions that are not the reader's
         client.scene.set_background_image(_plain(LIGHT.background), format="png")
 
     @property
@@ -138,35 +140,36 @@ class Sight:
             return
         if fitted is not None:
             if np.abs(camera.position - fitted.position).max() > MOVED:
-                if np.abs(camera.position - self._before).max() > MOVED:
+                if all(np.abs(camera.position - told).max() > MOVED for told in self._told):
                     self._waiting = None  # the reader has turned the view
                 return
             if (camera.width, camera.height) == (fitted.width, fitted.height):
                 return
         fitted = whole(raster, self._waiting, camera.fov or FOV, camera.width, camera.height)
-        self._fitted, self._before = fitted, camera.position
+        self._fitted = fitted
+        self._told += [camera.position, fitted.position]
         self._chase.expect(fitted.target, fitted.position)
         self._chase.look(fitted.target, fitted.position)
 
     def _look_ahead(self, pose: FloatArray) -> None:
         if self._eye is None or np.abs(pose - self._eye).max() > EYE_TURN:
             self._eye = pose.copy()
-            self._chase.look(*eye_of(pose, self._fleet.radius))
+            self._chase.look(*eye_of(pose, self.fleet.radius))
 
     def scale_marks(self, poses: FloatArray, now: float) -> None:
         """Let this page see the marks as large as they must be; called a few times a second."""
         camera = self.camera
-        if camera is None or len(poses) != len(self._fleet.names) or not len(poses):
+        if camera is None or len(poses) != len(self.fleet.names) or not len(poses):
             return
-        scales = self._fleet.mark_sizes(camera, poses)
-        self.sizes = scales.astype(np.float64) * self._fleet.radius
+        scales = self.fleet.mark_sizes(camera, poses)
+        self.sizes = scales.astype(np.float64) * self.fleet.radius
         revision, since = self._scaled
-        is_known = revision == self._fleet.revision and now < since + REPEAT
+        is_known = revision == self.fleet.revision and now < since + REPEAT
         if is_known and are_alike(scales, self._scales):
             return
-        self._scales, self._scaled = scales, (self._fleet.revision, now)
+        self._scales, self._scaled = scales, (self.fleet.revision, now)
         rim = np.full((len(scales), 3), WHITE if self.is_dark else BLACK, np.uint8)
-        fills, rims = self._fleet.marks
+        fills, rims = self.fleet.marks
         update_for(self._client, fills, batched_scales=scales)
         update_for(self._client, rims, batched_scales=scales, batched_colors=rim)
 

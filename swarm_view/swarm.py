@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from swarm_common.middleware.ros_io import tick_of
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose
 from swarm_view import decode, topics
 from swarm_view.decode import Raster, RobotState
+from swarm_view.history import History
 from swarm_view.topics import Layer
 from swarm_view.track import Track, Trails
 
@@ -69,6 +71,7 @@ class Swarm:
         self._history: dict[int, FloatArray] = {}
         self._places: dict[str, Pose] = {}  # of statuses, where there is no ground truth
         self._has_truth = False
+        self.history: History | None = None  # told of all that comes; None in a recording
         self._reader = cdr.TransformsReader()
         self._frames: list[str] = []
 
@@ -124,6 +127,8 @@ class Swarm:
             self._take_poses(data, now)
         elif topic == topics.VERDICT:
             self.verdict = decode.message(topic, data)
+            if self.history is not None:
+                self.history.add_verdict(self.verdict)
             self.tick = max(self.tick, tick_of(self.verdict.stamp))
         elif topic == topics.MOVERS:
             self.movers = decode.message(topic, data).markers
@@ -144,6 +149,8 @@ class Swarm:
                 return  # the last word of one that was taken out
             state = decode.robot_state(data)
             self.states[robot] = state
+            if self.history is not None:
+                self.history.add_status(robot, state)
             self.state_revision += 1
             if not self._has_truth:
                 self._take_place(robot, state.pose_map, now)
@@ -166,6 +173,8 @@ class Swarm:
             del self._history[min(self._history)]
         self.track.add(array, now)
         self.trails.add(array)
+        if self.history is not None:
+            self.history.add_poses(tick, self.names, array)
 
     def _take_place(self, robot: str, pose: Pose, now: float) -> None:
         self._places[robot] = pose
@@ -207,6 +216,16 @@ class Swarm:
         for topic in self._layers.keys() - wanted:
             del self._layers[topic]
             self._decoded.pop(topic, None)
+
+
+def history_of(messages: Iterable[tuple[str, bytes]], period: float) -> History:
+    """Return what happened by messages in their order, with poses `period` [s] apart."""
+    swarm = Swarm()
+    swarm.history = History(period)
+    for topic, data in messages:
+        with contextlib.suppress(*UNREADABLE):
+            swarm._apply(topic, data, 0.0)
+    return swarm.history
 
 
 def _decode(topic: str, layer: Layer, data: bytes) -> Any:

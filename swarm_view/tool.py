@@ -26,10 +26,14 @@ class Tool(Enum):
     GOAL = "Goal"
     INITIAL_POSE = "Initial pose"
     SPAWN = "Spawn"
+    MEASURE = "Measure"
 
 
-# Called with the tool, the place (2,) in map and the heading that was drawn, if any.
-Use = Callable[[Tool, FloatArray, float | None], None]
+ORDERS = (Tool.GOAL, Tool.INITIAL_POSE)  # of a robot
+
+
+# Called with the tool, the place (2,) in map and the tip (2,) of the arrow drawn there, if any.
+Use = Callable[[Tool, FloatArray, FloatArray | None], None]
 
 
 class Hand:
@@ -103,7 +107,7 @@ class Hand:
         tool = self.tool
         if tool is not Tool.SELECT:
             self.drop()
-            self._use(tool, point, None if tip is None else heading(point, tip))
+            self._use(tool, point, tip)
 
 
 def heading(start: FloatArray, tip: FloatArray) -> float | None:

@@ -49,6 +49,10 @@ class Track:
         shown[moved > JUMP] = poses[moved > JUMP]
         self._from, self._to, self._since = shown, poses, now
 
+    def put(self, poses: FloatArray) -> None:
+        """Stand at poses (n, 3) at once."""
+        self._from = self._to = poses
+
     def at(self, now: float) -> FloatArray:
         """Return the poses (n, 3) to be drawn at a wall time; a copy."""
         share = min(1.0, max(0.0, (now - self._since) / self._interval))

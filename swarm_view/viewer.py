@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import signal
+import threading
 import time
 from collections.abc import Callable
 from typing import Any
@@ -14,20 +15,23 @@ from swarm_common.model.records import FloatArray
 from swarm_view import topics
 from swarm_view.feed import Feed, Recording
 from swarm_view.fleet import Fleet
+from swarm_view.history import History
+from swarm_view.link import Place
 from swarm_view.machine import CpuMeter
 from swarm_view.operator_link import OperatorLink
 from swarm_view.page import Page
+from swarm_view.past import LIVE
 from swarm_view.playback import Playback
 from swarm_view.scenery import Scenery
 from swarm_view.server import Server
-from swarm_view.swarm import Swarm
+from swarm_view.swarm import Swarm, history_of
 
 FRAME_PERIOD = 0.04  # [s] of wall time: 25 frames per second
 LOOK_PERIOD = 3.0  # [s] of wall time between two updates of the list of robots
 SLOW_PERIOD = 0.25  # [s] of wall time between two looks at a recording's time
 NEAR_PERIOD = 0.25  # [s] of wall time between two searches for robots near a camera
 COLOR_PERIOD = 0.2  # [s] of wall time between two looks at the states' colours
-LIVE = "/live"  # node below which the robots of all pages are drawn
+HISTORY_PERIOD = 1.0  # [s] between two poses of a robot's way in a recording
 ALWAYS = {topics.TF, topics.VERDICT, topics.MOVERS}
 
 
@@ -67,7 +71,11 @@ class Viewer:
         self._revision = self._state_revision = -1
         self._has_map = self._has_scene = False
         self._shown: Any = None
-        if recording is not None:
+        self._history = History()
+        if recording is None:
+            self._swarm.history = self._history
+        else:
+            threading.Thread(target=self._read_history, daemon=True).start()
             jump = self._swarm.forget_past
             self._playback = Playback(server.viser.gui, recording, jump, self._post)
         server.on_pages(self._on_open, self._on_close)
@@ -80,6 +88,19 @@ class Viewer:
     def stop(self) -> None:
         """Make `run` return soon; from any thread."""
         self._post(self._stop)
+
+    def _read_history(self) -> None:
+        """Read all of the recording once; on a thread of its own."""
+        assert self._recording is not None
+        names = [name for name in self._recording.topics() if name.endswith(f"/{topics.STATUS}")]
+        wanted = {topics.TF, topics.VERDICT, *names} & self._recording.topics().keys()
+        history = history_of(self._recording.scan(wanted), HISTORY_PERIOD)
+        self._post(lambda: self._know_history(history))
+
+    def _know_history(self, history: History) -> None:
+        self._history = history
+        for page in self._pages.values():
+            page.history = history
 
     def _stop(self) -> None:
         self._is_stopped = True
@@ -132,7 +153,8 @@ class Viewer:
         if self._playback is not None and now >= self._slow_due:
             self._slow_due = now + SLOW_PERIOD
             self._playback.update()
-        cpu = self._cpu.text(now)
+        # A recording says how the run went, not how busy the machine is that shows it.
+        cpu = self._cpu.text(now) if self._playback is None else ""
         for page in self._pages.values():
             page.update(poses, now, cpu)
 
@@ -180,15 +202,18 @@ class Viewer:
             self._state_revision = self._swarm.state_revision
             self._fleet.color(self._swarm.names, self._swarm.states)
 
-    def _on_open(self, client: Any, robot: str) -> None:
+    def _on_open(self, client: Any, place: Place) -> None:
         self._look_due = 0.0
         self._pages[client.client_id] = Page(
-            client, robot, self._swarm, self._fleet, self._link, self._server.url, self._post
-        )
+            client, place, self._swarm, self._fleet, self._link, self._server.url, self._post,
+            self._history, self._playback,
+        )  # fmt: skip
         self._wake.set()
 
     def _on_close(self, client_id: int) -> None:
-        self._pages.pop(client_id, None)
+        page = self._pages.pop(client_id, None)
+        if page is not None:
+            page.close()
 
     def _post(self, call: Callable[[], None]) -> None:
         """Bring a call of another thread to the event loop."""

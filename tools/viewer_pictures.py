@@ -28,10 +28,11 @@ from simulation_interfaces.srv import SetSimulationState, StepSimulation
 
 from swarm_common.middleware import ros_env
 from swarm_common.model.palette import STATES
+from swarm_view.views import PANEL_WIDTH, STRIP_HEIGHT
 
 UP = "swarm-up --mission loading_route --viewer --port 0 --no-report --speed max"
 FLAGS = ("--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--disable-dev-shm-usage")
-SIZE = (1280, 860)
+SIZE = (1600, 900)
 WARM_UP_TICKS = 900  # before the first picture
 FRAME_TICKS = 4  # of the GIF; played at 10 frames per second it is 4 times real time
 GIF_WIDTH = 640
@@ -119,6 +120,15 @@ def visit(browser: webdriver.Chrome, address: str) -> None:
     raise SystemExit(f"{address} shows nothing")
 
 
+def choose_dark(browser: webdriver.Chrome) -> None:
+    """Let the page be dark."""
+    browser.execute_script(
+        """const label = [...document.querySelectorAll('label')].find(
+             (x) => (x.innerText || x.textContent).trim() === 'Dark');
+           document.getElementById(label.htmlFor).click();"""
+    )
+
+
 def main() -> int:
     """Take the pictures."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
@@ -139,6 +149,9 @@ def main() -> int:
                 stage.step(FRAME_TICKS)
                 frames.append(picture(browser, 0.8))
             save_gif(frames, options.out / "viewer.gif")
+            choose_dark(browser)
+            stage.step(10)
+            picture(browser, REST).save(options.out / "viewer_dark.png", optimize=True)
             visit(browser, f"{stage.address}&robot=Srobot3")
             for _ in range(4):
                 stage.step(10)
@@ -152,12 +165,12 @@ def main() -> int:
 
 def save_gif(frames: list[Image.Image], path: Path) -> None:
     """Write frames as a GIF of the scene without the panel."""
-    width, height = frames[0].size
-    box = (int(0.12 * width), int(0.1 * height), int(0.735 * width), int(0.92 * height))
+    width, height = frames[0].size  # without the panel and the time line
+    box = (0, 0, width - round(PANEL_WIDTH), height - round(STRIP_HEIGHT))
     size = (GIF_WIDTH, round(GIF_WIDTH * (box[3] - box[1]) / (box[2] - box[0])))
     small = [frame.crop(box).resize(size, Image.Resampling.LANCZOS) for frame in frames]
     sample = small[0].copy()
-    for place, color in enumerate(STATES.values()):  # rings are thin, and their colours matter
+    for place, color in enumerate(STATES.values()):  # robots are small, and their colours matter
         sample.paste(color, (SWATCH * place, 0, SWATCH * (place + 1), SWATCH))
     palette = sample.quantize(128)
     indexed = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in small]

@@ -99,6 +99,15 @@ def labelled(browser: WebDriver, label: str, number: int = 0) -> WebElement:
     return found
 
 
+def click_time_line(browser: WebDriver, share: float) -> None:
+    """Click the time line at a share of its length."""
+    line = "[data-swarm-line]"
+    wait_for(lambda: bool(browser.find_elements("css selector", line)), "the time line")
+    element = browser.find_element("css selector", line)
+    right = round((share - 0.5) * element.size["width"])
+    ActionChains(browser).move_to_element_with_offset(element, right, -18).click().perform()
+
+
 def picture(browser: WebDriver) -> np.ndarray:
     """Return what the page looks like, (height, width, 3)."""
     taken: list[bytes] = []

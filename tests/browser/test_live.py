@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.remote.webdriver import WebDriver
 
 from tests.browser.page import (
@@ -235,8 +236,41 @@ def test_robots_come_and_go(browser: WebDriver, address: str) -> None:
         choose(browser, "Robot", name)
         wait_for(lambda: "estimate" in text_of(browser), "what the newcomer says")
         press(browser, "Remove robot")
+        press(browser, "Cancel")  # it asks first
+        press(browser, "Remove robot")
+        press(browser, f"Remove {name}")
         wait_for(lambda: chosen(browser, "Robot") == "(none)", f"{name} to be gone")
     wait_for(lambda: "2, 2 answering" in text_of(browser), "two robots again")
+    assert errors(browser) == []
+
+
+def test_a_robot_is_driven_by_hand(browser: WebDriver, address: str) -> None:
+    _open(browser, address, "Srobot1")
+    press(browser, "Drive by hand")
+    wait_for(lambda: "Srobot1 is yours" in text_of(browser), "the robot to be handed over")
+
+    def x() -> float:
+        return _number(browser, r"estimate\s+\((-?[\d.]+), ")
+
+    def y() -> float:
+        return _number(browser, r"estimate\s+\(-?[\d.]+, (-?[\d.]+), ")
+
+    before = x(), y()
+    body = browser.find_element("css selector", "body")
+    moved = 0.0
+    for key in ("w", "s"):  # one of both ways is free
+        ActionChains(browser).move_to_element(body).key_down(key).perform()
+        time.sleep(4.0)
+        ActionChains(browser).key_up(key).perform()
+        time.sleep(1.5)
+        moved = max(moved, abs(x() - before[0]), abs(y() - before[1]))
+    assert moved > 0.1
+    still = x(), y()
+    time.sleep(2.0)
+    assert (x(), y()) == pytest.approx(still, abs=0.05)  # nobody presses a key
+    press(browser, "Give Srobot1 back")
+    wait_for(lambda: "Srobot1 is on its own again" in text_of(browser), "the robot to be free")
+    wait_for(lambda: "Drive by hand" in text_of(browser), "the button as before")
     assert errors(browser) == []
 
 

@@ -1,23 +1,38 @@
 """The viewer's page in a real browser, fed without a graph."""
 
+import re
 import threading
 import time
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
+from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.remote.webdriver import WebDriver
 
 from swarm_common.model.palette import state_color
 from swarm_view import topics
 from swarm_view.images import LIGHT
+from swarm_view.page import Page
 from swarm_view.server import Server
 from swarm_view.shapes import lifted
 from swarm_view.sight import Sight
 from swarm_view.topics import Layer
 from swarm_view.viewer import Viewer
 from swarm_view.views import Camera
-from tests.browser.page import errors, picture, press, text_of, tick_box, wait_for
+from tests.browser.page import (
+    click_canvas,
+    click_time_line,
+    errors,
+    picture,
+    press,
+    text_of,
+    tick_box,
+    unfold,
+    wait_for,
+)
 from tests.fakes.moving_feed import MovingFeed
 
 pytestmark = [pytest.mark.long, pytest.mark.timeout(400)]
@@ -52,8 +67,8 @@ def test_twenty_robots_are_there_and_move(browser: WebDriver, show: Show) -> Non
     show.feed.is_standing = False
     browser.get(show.server.url())
     wait_for(lambda: "20, 20 answering" in text_of(browser), "twenty robots in the panel")
-    assert "190 reached, 0 tries failed" in text_of(browser)
-    assert "driving 4" in text_of(browser)
+    wait_for(lambda: "190 reached, 0 tries failed" in text_of(browser), "all goals")
+    wait_for(lambda: "driving 4" in text_of(browser), "all states")
     assert topics.TF in show.feed.wanted
     assert not any(topic.endswith("/scan") for topic in show.feed.wanted)
     show.feed.is_standing = True
@@ -91,27 +106,39 @@ def overview(browser: WebDriver) -> Iterator[None]:
     browser.set_window_size(before["width"], before["height"])
 
 
+def page_of(show: Show) -> Page:
+    """Return the only page, once those before it are gone."""
+    wait_for(lambda: show.viewer.pages == 1, "one page")
+    return next(iter(show.viewer._pages.values()))
+
+
 def sight_of(show: Show) -> Sight:
-    return next(iter(show.viewer._pages.values()))._sight
+    return page_of(show)._sight
 
 
 def seen_from(show: Show, browser: WebDriver, view: str) -> Camera:
     """Choose a preset and return the camera when it has come to rest."""
-    before = sight_of(show).camera
+    sight = sight_of(show)
+    wait_for(lambda: sight.camera is not None, "the page to report")
+    before = sight.camera
     assert before is not None
     press(browser, view)
-    seen = [before, before]
+    seen = [before]
 
     def rests() -> bool:
-        time.sleep(1.0)
-        camera = sight_of(show).camera
+        time.sleep(0.7)
+        camera = sight.camera
         assert camera is not None
-        seen[:] = [seen[1], camera]
-        gap = np.abs(seen[0].position - seen[1].position).max()
-        return bool(gap < 0.3 and np.abs(before.position - camera.position).max() > 0.1)
+        seen[:] = [camera]
+        if view == "Robot's eye":
+            return bool(camera.position[2] < 0.5)
+        if view == "Follow":
+            return bool(camera.position[2] < 5.0 and 1.0 < camera.position[2])
+        wanted = sight._fitted
+        return wanted is not None and bool(np.abs(wanted.position - camera.position).max() < 0.1)
 
     wait_for(rests, f"the view '{view}'")
-    return seen[1]
+    return seen[0]
 
 
 @pytest.mark.usefixtures("overview")
@@ -130,10 +157,8 @@ def test_twenty_robots_are_seen_from_afar(browser: WebDriver, show: Show) -> Non
         poses = show.viewer._swarm.track.latest
         middles = lifted(show.viewer._fleet.middles(poses), 0.012)
         pixels, _ = camera.project(middles)
-        ahead, _ = camera.project(
-            middles
-            + 0.1 * np.column_stack([np.cos(poses[:, 2]), np.sin(poses[:, 2]), 0 * poses[:, 2]])
-        )
+        heading = lifted(np.column_stack([np.cos(poses[:, 2]), np.sin(poses[:, 2])]), 0.0)
+        ahead, _ = camera.project(middles + 0.1 * heading)
         floor = np.array(LIGHT.free)
         for name, pixel, nose in zip(show.feed.names, pixels, ahead - pixels, strict=True):
             state = show.viewer._swarm.states[name].state
@@ -175,6 +200,121 @@ def test_presets_walls_and_darkness(browser: WebDriver, show: Show) -> None:
     assert errors(browser) == []
 
 
+def test_a_page_looks_into_the_past_of_a_live_swarm(browser: WebDriver, show: Show) -> None:
+    show.feed.is_standing = False
+    browser.get(show.server.url("Srobot5"))
+    wait_for(lambda: "loader_1, number 4 in the queue" in text_of(browser), "its station")
+    page = page_of(show)
+    seen_from(show, browser, "Top")
+    wait_for(lambda: page.history.span[1] - page.history.span[0] > 10.0, "ten seconds")
+    start, end = page.history.span
+    click_time_line(browser, 0.3)
+    wait_for(lambda: "· the past" in text_of(browser), "the past")
+    time_then = page.shown_time
+    assert abs(time_then - (start + 0.3 * (end - start))) < 0.1 * (end - start) + 1.0
+    time.sleep(4.0)
+    then = picture(browser)
+    moment = page.history.moment(time_then)
+    assert moment is not None
+    tick = moment[0]
+    np.testing.assert_allclose(moment[2][:, :2], show.feed.poses(tick)[:, :2], atol=1e-4)
+    time.sleep(1.5)
+    assert differing(then, picture(browser)) < 20  # others drive on, this page stands
+    press(browser, "+1 s")
+    wait_for(lambda: differing(then, picture(browser)) > 50, "a second later")
+    assert page.shown_time == pytest.approx(time_then + 1.0, abs=0.06)
+    press(browser, "Live")
+    wait_for(lambda: "· the past" not in text_of(browser), "the present")
+    before = picture(browser)
+    wait_for(lambda: differing(before, picture(browser)) > 50, "robots that move")
+    assert errors(browser) == []
+
+
+def test_a_robot_tells_what_it_did_and_its_topics(browser: WebDriver, show: Show) -> None:
+    show.feed.is_standing = False
+    browser.get(show.server.url("Srobot3"))
+    wait_for(lambda: "waiting for" in text_of(browser), "how long it has waited")
+    assert "stands on its way: a robot or an obstacle is in front of it" in text_of(browser)
+    unfold(browser, "History of the robot")
+    wait_for(lambda: "waiting loader_1" in text_of(browser), "its history")
+    unfold(browser, "Topics of the robot")
+    wait_for(lambda: "/Srobot3/cmd_vel" in text_of(browser), "its topics")
+    browser.execute_script(
+        "document.querySelector(arguments[0]).click()", "[data-swarm-copy='/Srobot3/cmd_vel']"
+    )
+    wait_for(lambda: "Copied: /Srobot3/cmd_vel" in text_of(browser), "the copy")
+    plans = {topics.of_layer(name, Layer.PLAN) for name in show.feed.names}
+    tick_box(browser, "Plans of up to 20 robots")
+    wait_for(lambda: plans <= show.feed.wanted, "everybody's plan to be wanted")
+    for title in ("Throughput", "States", "Clearance"):
+        tab = browser.find_element("xpath", f"//*[normalize-space(text())='{title}']")
+        ActionChains(browser).click(tab).perform()
+        wait_for(lambda: bool(browser.find_elements("css selector", ".uplot canvas")), title)
+    assert errors(browser) == []
+
+
+def test_measuring_pictures_films_and_links(browser: WebDriver, show: Show, tmp_path: Path) -> None:
+    browser.execute_cdp_cmd(  # type: ignore[attr-defined]
+        "Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(tmp_path)}
+    )
+    show.feed.is_standing = False
+    browser.get(show.server.url("Srobot3"))
+    wait_for(lambda: "loader_1, number 2 in the queue" in text_of(browser), "its station")
+    camera = seen_from(show, browser, "Top")
+    press(browser, "Measure")
+    wait_for(lambda: "Measure: click" in text_of(browser), "the ruler")
+    width, height = camera.width, camera.height
+    places = np.array([[-2.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
+    pixels, _ = camera.project(places)
+    for right, down in np.round(pixels - (0.5 * width, 0.5 * height)).astype(int):
+        time.sleep(1.0)
+        click_canvas(browser, int(right), int(down))
+        time.sleep(1.0)
+    wait_for(lambda: "Measured: " in text_of(browser), "the distance")
+    found = re.search(r"Measured: ([\d.]+) m", text_of(browser))
+    assert found is not None
+    assert float(found[1]) == pytest.approx(4.0, abs=0.1)
+    press(browser, "Save picture")
+    wait_for(lambda: bool(list(tmp_path.glob("swarm_*s.png"))), "the picture")
+    time.sleep(1.0)
+    (saved,) = tmp_path.glob("swarm_*s.png")
+    assert np.asarray(Image.open(saved).convert("RGB")).std() > 10.0
+    press(browser, "Record film")
+    wait_for(lambda: "Stop and save film" in text_of(browser), "the film to begin")
+    time.sleep(4.0)
+    press(browser, "Stop and save film")
+    wait_for(lambda: "Saved a film" in text_of(browser), "the film")
+    films: list[Path] = []
+
+    def is_there() -> bool:
+        films[:] = tmp_path.glob("swarm_*s.webm")
+        return bool(films) and films[0].stat().st_size > 1000
+
+    wait_for(is_there, "the film's file")
+    film = films[0]
+    assert film.read_bytes()[:4] == b"\x1a\x45\xdf\xa3"
+    click_time_line(browser, 0.5)
+    wait_for(lambda: "· the past" in text_of(browser), "the past")
+    tick_box(browser, "Dark")
+    shown = page_of(show).shown_time
+    press(browser, "Copy link")
+    wait_for(lambda: "Copied: http://" in text_of(browser), "the link")
+    copied = re.search(r"Copied: (http\S+)", text_of(browser))
+    assert copied is not None
+    browser.get("about:blank")
+    wait_for(lambda: show.viewer.pages == 0, "the page to be gone")
+    browser.get(copied[1])
+    wait_for(lambda: "· the past" in text_of(browser), "the time of the link")
+    page = page_of(show)
+    assert page.robot == "Srobot3"
+    assert page.shown_time == pytest.approx(shown, abs=0.11)
+    wait_for(lambda: picture(browser)[5:60, 5:60].mean() < 60, "darkness")
+    then = sight_of(show).camera
+    assert then is not None
+    np.testing.assert_allclose(then.position, camera.position, atol=0.1)
+    assert errors(browser) == []
+
+
 def test_nobody_looks(browser: WebDriver, show: Show) -> None:
     browser.get("about:blank")
     wait_for(lambda: show.feed.wanted == set(), "the viewer to want nothing")
@@ -182,7 +322,7 @@ def test_nobody_looks(browser: WebDriver, show: Show) -> None:
 
 
 def differing(before: np.ndarray, after: np.ndarray) -> int:
-    """Return the number of pixels that differ visibly, without the panel on the right."""
-    half = before.shape[1] // 2
-    change = np.abs(before[:, :half].astype(int) - after[:, :half]).max(axis=2)
+    """Return the number of pixels that differ visibly, without the panel and the time line."""
+    high, half = int(0.65 * before.shape[0]), before.shape[1] // 2
+    change = np.abs(before[:high, :half].astype(int) - after[:high, :half]).max(axis=2)
     return int((change > 40).sum())

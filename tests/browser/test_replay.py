@@ -17,7 +17,7 @@ from swarm_common.middleware.topic_table import WORLD_TOPICS, Topic, robot_topic
 from swarm_recording.selection import ALWAYS
 from swarm_recording.tape import Tape
 from swarm_view import topics
-from tests.browser.page import choose, errors, press, text_of, wait_for
+from tests.browser.page import choose, click_time_line, errors, press, text_of, wait_for
 from tests.fakes.moving_feed import PERIOD, MovingFeed
 
 pytestmark = [pytest.mark.long, pytest.mark.timeout(600)]
@@ -25,12 +25,14 @@ ROOT = Path(__file__).resolve().parents[2]
 REPLAY = "from swarm_commander.cli.main import replay; replay()"
 KINDS = ("status", "scan", "robot_description")
 LENGTH = 400.0  # [s] of the recording
+COLLISION = 100.0  # [s] at which two robots collide in it
 
 
 def record(path: Path) -> None:
     """Write a recording of four robots, of which one goes and another one comes half-way."""
     now = [0.0]
     feed = MovingFeed(4, clock=lambda: now[0])
+    feed.collides_at = round(COLLISION / PERIOD)
     tape = Tape(path, {"world": "slim_blockage"})
     known: set[str] = set()
     while now[0] < LENGTH:
@@ -108,4 +110,29 @@ def test_a_recording_is_played_at_several_speeds(browser: WebDriver, address: st
     choose(browser, "Robot", "Srobot9")
     wait_for(lambda: "page of its own" in text_of(browser), "the robot that came")
     wait_for(lambda: time_shown(browser) > LENGTH - 1.0, "the end")
+    assert errors(browser) == []
+
+
+def test_the_time_line_leads_to_what_happened(browser: WebDriver, address: str) -> None:
+    browser.get(address)
+    wait_for(lambda: "collisions 1" in text_of(browser), "the mark of the collision")
+    text = text_of(browser)
+    assert "goals 0" in text
+    assert "of this machine's" not in text  # the watcher's machine is not the run's
+    if "Pause" in text:
+        press(browser, "Pause")
+    click_time_line(browser, 0.05)
+    wait_for(lambda: 10.0 < time_shown(browser) < 30.0, "the beginning")
+    press(browser, "▸|")
+    wait_for(lambda: time_shown(browser) == pytest.approx(COLLISION), "the collision")
+    assert "robot touches robot; nearest to each other: Srobot" in text_of(browser)
+    press(browser, "◂")
+    wait_for(lambda: time_shown(browser) == pytest.approx(COLLISION - 0.1), "a step back")
+    press(browser, "+1 s")
+    wait_for(lambda: time_shown(browser) == pytest.approx(COLLISION + 0.9), "a second on")
+    click_time_line(browser, 0.75)
+    wait_for(lambda: 280.0 < time_shown(browser) < 320.0, "the last quarter")
+    press(browser, "|◂")
+    wait_for(lambda: time_shown(browser) < 0.55 * LENGTH, "the mark before, a wait")
+    assert "waits: " in text_of(browser)
     assert errors(browser) == []

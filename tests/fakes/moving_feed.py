@@ -34,6 +34,7 @@ class MovingFeed:
     Attributes:
         wanted: What somebody wants now.
         is_standing: Whether time stands still.
+        collides_at: Tick from which on a collision is counted; None for never.
     """
 
     def __init__(
@@ -46,6 +47,7 @@ class MovingFeed:
         self.names = [f"Srobot{i + 1}" for i in range(count)]
         self.wanted: set[str] = set()
         self.is_standing = False
+        self.collides_at: int | None = None
         self._fresh: set[str] = set()
         scene = load_world("slim_blockage")
         self._urdfs = [description(model) for model in models]
@@ -103,6 +105,8 @@ class MovingFeed:
             verdict = Verdict(stamp=ros_io.time_msg(tick), real_time_factor=1.0)
             verdict.robots = verdict.answering = len(self.names)
             verdict.min_clearance = 0.11
+            has_collided = self.collides_at is not None and tick >= self.collides_at
+            verdict.collisions_robot_robot = int(has_collided)
             taken.append((topics.VERDICT, serialize_message(verdict)))
         return taken
 

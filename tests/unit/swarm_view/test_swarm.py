@@ -1,10 +1,20 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from swarm_common.model.palette import LOOKS
 from swarm_view import topics
-from swarm_view.panel_text import robot_html, stations_html, verdict_html
+from swarm_view.decode import RobotState
+from swarm_view.panel_text import (
+    robot_html,
+    stations_html,
+    topics_html,
+    verdict_html,
+    wait_chain,
+)
 from swarm_view.robot_mesh import robot_mesh
 from swarm_view.swarm import Swarm
 from swarm_view.topics import Layer
@@ -61,15 +71,35 @@ def test_the_panel_says_what_is_known(swarm: Swarm) -> None:
     assert "66 reached, 0 tries failed" in text
     assert "0.110 m" in text
     assert "driving 2" in text
-    assert "number 3 in the queue" in robot_html("Srobot4", swarm.states["Srobot4"], "/x")
+    assert "number 3 in the queue" in robot_html("Srobot4", swarm.states, "/x")
     moved = swarm.states["Srobot4"].pose_map
-    text = robot_html(
-        "Srobot4", swarm.states["Srobot4"], "/x", np.array([moved.x, moved.y + 0.5, 0])
-    )
+    text = robot_html("Srobot4", swarm.states, "/x", np.array([moved.x, moved.y + 0.5, 0]))
     assert "0.50 m off" in text
-    assert "has said nothing" in robot_html("<b>", None, "/x")
-    assert "&lt;b&gt;" in robot_html("<b>", None, "/x")
+    assert "has said nothing" in robot_html("<b>", {}, "/x")
+    assert "&lt;b&gt;" in robot_html("<b>", {}, "/x")
     assert "Srobot1 &larr; Srobot2" in stations_html(swarm.states)
+
+
+def test_a_robot_says_for_whom_it_waits_and_that_one_for_whom(swarm: Swarm) -> None:
+    def waits(robot: str, other: str) -> RobotState:
+        return replace(swarm.states[robot], state="waiting", detail=f"for {other}, which turns")
+
+    states = {
+        **swarm.states,
+        "Srobot1": waits("Srobot1", "Srobot2"),
+        "Srobot2": waits("Srobot2", "Srobot7"),
+    }
+    assert wait_chain("Srobot1", states) == ["Srobot2", "Srobot7"]
+    states["Srobot7"] = waits("Srobot7", "Srobot1")
+    assert wait_chain("Srobot1", states) == ["Srobot2", "Srobot7", "Srobot1", "Srobot2"]
+    text = robot_html("Srobot1", states, "/x", None, 10.0, 52.0)
+    assert "waiting for 42 s" in text
+    assert "data-swarm-text='Srobot7'" in text
+    assert LOOKS["waiting"].meaning in text
+
+
+def test_topics_of_a_robot_can_be_copied() -> None:
+    assert "data-swarm-copy='/Srobot3/cmd_vel'" in topics_html("Srobot3")
 
 
 def test_without_ground_truth_the_statuses_say_where_robots_are() -> None:

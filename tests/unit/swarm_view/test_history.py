@@ -1,0 +1,110 @@
+"""What the viewer remembers of a run: marks, states, curves, places."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from swarm_interfaces.msg import Verdict
+
+from swarm_common.middleware import ros_io
+from swarm_common.model.records import Pose
+from swarm_view.decode import RobotState
+from swarm_view.history import History, Kind
+
+IDLE = RobotState(0, "idle", "", Pose(0.0, 0.0, 0.0), None, "", 0, 0.0, 0.0, 0.0, 0, 0)
+
+
+def said(tick: int, state: str, detail: str = "", **values: object) -> RobotState:
+    return replace(IDLE, tick=tick, state=state, detail=detail, **values)  # type: ignore[arg-type]
+
+
+def verdict(tick: int, robots: int = 0, world: int = 0, near: int = 0) -> Verdict:
+    message = Verdict(stamp=ros_io.time_msg(tick), min_clearance=0.2 - 0.001 * tick)
+    message.collisions_robot_robot, message.collisions_robot_world = robots, world
+    message.near_misses = near
+    return message
+
+
+def texts(history: History, kind: Kind) -> list[tuple[float, str]]:
+    return [(round(mark.time, 1), mark.text) for mark in history.marks if mark.kind is kind]
+
+
+def test_collisions_and_near_misses_are_marked_when_they_happen() -> None:
+    history = History()
+    poses = np.array([[0.0, 0.0, 0.0], [0.4, 0.0, 0.0], [5.0, 0.0, 0.0]])
+    history.add_poses(40, ["Srobot1", "Srobot2", "Srobot3"], poses)
+    for message in (verdict(10), verdict(50, near=1), verdict(60, robots=1, near=1)):
+        history.add_verdict(message)
+    history.add_verdict(verdict(70, robots=1, world=2, near=1))
+    assert texts(history, Kind.NEAR_MISS) == [
+        (5.0, "near miss; nearest to each other: Srobot1 and Srobot2")
+    ]
+    assert [time for time, _ in texts(history, Kind.COLLISION)] == [6.0, 7.0]
+    assert texts(history, Kind.COLLISION)[1][1] == "2 x robot touches the world"
+
+
+def test_a_wait_of_more_than_a_minute_is_one_mark_from_its_beginning() -> None:
+    history = History()
+    for tick in range(0, 1500, 5):
+        state = "driving" if tick < 100 or tick >= 1200 else "waiting" if tick % 2 else "yielding"
+        history.add_status("Srobot1", said(tick, state, f"for Srobot{2 + tick % 3}"))
+        history.add_status("Srobot2", said(tick, "holding" if tick < 500 else "driving"))
+    (mark,) = [mark for mark in history.marks if mark.kind is Kind.WAIT]
+    assert mark.robot == "Srobot1"
+    assert (mark.time, mark.end) == pytest.approx((10.0, 119.5))
+
+
+def test_goals_and_faults_are_marked() -> None:
+    history = History()
+    history.add_status("Srobot1", said(0, "driving", station="loader_1"))
+    history.add_status("Srobot1", said(10, "idle", goals_reached=1))
+    history.add_status("Srobot1", said(20, "recovering", "lost", goals_reached=1))
+    history.add_status("Srobot1", said(30, "recovering", "lost", goals_reached=1, goals_failed=1))
+    history.add_status("Srobot1", said(40, "inactive", goals_reached=1, goals_failed=1))
+    assert texts(history, Kind.GOAL) == [(1.0, "Srobot1 reaches its goal at loader_1")]
+    assert [time for time, _ in texts(history, Kind.FAULT)] == [2.0, 3.0, 4.0]
+    assert history.span == (0.0, 4.0)
+
+
+def test_states_and_places_of_the_past_are_known() -> None:
+    history = History()
+    for tick in range(101):
+        history.add_poses(tick, ["Srobot1"], np.array([[0.1 * tick, 0.0, 0.0]]))
+    history.add_status("Srobot1", said(0, "driving"))
+    history.add_status("Srobot1", said(40, "waiting", "for Srobot2"))
+    history.add_status("Srobot1", said(60, "waiting", "for Srobot3"))
+    moment = history.moment(5.04)
+    assert moment is not None
+    assert moment[0] == 50
+    assert moment[2][0, 0] == pytest.approx(5.0)
+    state = history.state_at("Srobot1", 5.0)
+    assert state is not None
+    assert state.detail == "for Srobot2"
+    assert history.state_since("Srobot1", 9.0) == pytest.approx(4.0)
+    assert [change.state.state for change in history.changes("Srobot1", 9.0, 5)] == [
+        "waiting",
+        "driving",
+    ]
+    assert history.state_at("Srobot1", -1.0) is None
+    assert history.state_at("Srobot9", 5.0) is None
+    way = history.way("Srobot1", 5.0, 0.25)
+    assert way[-1, 0] <= 5.0
+    assert np.diff(way[:, 0]).min() >= 0.25
+
+
+def test_curves_over_time() -> None:
+    history = History()
+    for tick in range(0, 1201, 10):
+        reached = tick // 100
+        history.add_status("Srobot1", said(tick, "driving", goals_reached=reached))
+        history.add_status("Srobot2", said(tick, "driving" if tick < 600 else "holding"))
+        history.add_verdict(verdict(min(tick, 150)))
+    times, rates = history.throughput()
+    assert rates[times == 100.0] == pytest.approx(6.0)  # a goal every ten seconds
+    times, counts = history.states(["driving", "holding"])
+    assert times.tolist()[:3] == [0.0, 5.0, 10.0]
+    assert counts[:, times == 50.0].ravel().tolist() == [2.0, 0.0]
+    assert counts[:, times == 100.0].ravel().tolist() == [1.0, 1.0]
+    times, gaps = history.clearance()
+    assert len(times) == len(gaps) == 121
+    assert gaps[0] == pytest.approx(0.2)

@@ -1,0 +1,110 @@
+"""What a page is made of, without a browser: links, the time line, messages, driving by hand."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from swarm_common.model.records import Twist
+from swarm_view.driving import Driving
+from swarm_view.history import Kind, Mark
+from swarm_view.inbox import LONGEST, numbers, parse
+from swarm_view.link import Place, place_of
+from swarm_view.time_line import next_mark, strip_html
+
+MARKS = [
+    Mark(5.0, Kind.GOAL, "Srobot1 reaches its goal"),
+    Mark(10.0, Kind.COLLISION, "<b>robot</b> touches robot"),
+    Mark(20.0, Kind.WAIT, "Srobot2 waits", "Srobot2", 90.0),
+]
+
+
+def test_a_link_brings_back_camera_robot_and_time() -> None:
+    place = Place("Srobot3", np.array([[1.0, 2.0, 3.0], [4.0, 5.5, 0.0]]), 12.3, True)
+    again = place_of(*(value for _, value in place.pairs()))
+    assert (again.robot, again.time, again.is_dark) == ("Srobot3", 12.3, True)
+    assert again.camera is not None
+    np.testing.assert_allclose(again.camera, place.camera)
+
+
+@pytest.mark.parametrize("camera", ["", "1,2", "1,2,3,4,5,x", "1,2,3,1,2,3", "nan,0,0,0,0,1"])
+def test_what_is_no_camera_is_left_out(camera: str) -> None:
+    assert place_of("", camera, "", "").camera is None
+    assert place_of("", "", "inf", "").time is None
+
+
+def test_marks_are_on_the_time_line_where_they_happened() -> None:
+    text = strip_html(MARKS, 0.0, 100.0, 42.0, is_live=False)
+    assert "collisions 1" in text
+    assert "near misses 0" in text
+    assert "goals 1" in text
+    assert "10.00%" in text
+    assert "left:42.00%" in text
+    assert "width:70.00%" in text
+    assert "&lt;b&gt;robot" in text
+    assert "<b>robot" not in text
+    assert "Live" not in text
+    assert "Live" in strip_html(MARKS, 0.0, 100.0, 42.0, is_live=True)
+
+
+def test_the_next_mark_is_no_goal() -> None:
+    assert next_mark(MARKS, 0.0, 1) is MARKS[1]
+    assert next_mark(MARKS, 10.0, 1) is MARKS[2]
+    assert next_mark(MARKS, 20.0, -1) is MARKS[1]
+    assert next_mark(MARKS, 10.0, -1) is None
+
+
+def test_messages_of_the_page_are_read_with_care() -> None:
+    assert parse('{"kind": "seek", "value": 3.5, "count": 1}') == ("seek", 3.5)
+    for text in ("", "[]", "{", '{"kind": 3}', "[" * 1000, '{"kind":"' + "x" * LONGEST + '"}'):
+        assert parse(text) is None
+    assert numbers([1, 2.5], 2) == (1.0, 2.5)
+    for value in ([1], [1, "x"], None, [1, float("nan")], [1, 1e30]):
+        assert numbers(value, 2) is None
+
+
+class Robot:
+    """A robot that is driven."""
+
+    def __init__(self) -> None:
+        self.wishes: list[Twist] = []
+        self.given_back = 0
+
+    def begin_drive(
+        self, robot: str, tell: Callable[[str], None], on_end: Callable[[], None]
+    ) -> None:
+        self.end = on_end
+
+    def full_speed(self, robot: str) -> Twist | None:
+        return Twist(0.2, 0.0, 1.0)
+
+    def wish(self, robot: str, twist: Twist) -> None:
+        self.wishes.append(twist)
+
+    def end_drive(self, robot: str) -> None:
+        self.given_back += 1
+
+
+def test_a_robot_stops_half_a_second_after_the_last_key() -> None:
+    robot = Robot()
+    driving = Driving(robot)
+    driving.begin("Srobot1", lambda _: None, lambda: None)
+    driving.steer(1.0, -3.0, 0.0)
+    for now in (0.1, 0.3, 0.7, 0.9):
+        driving.update(now)
+    assert robot.wishes == [Twist(0.1, 0.0, -0.5)] * 2 + [Twist()] * 2
+    driving.end()
+    driving.update(1.0)
+    assert robot.given_back == 1
+    assert len(robot.wishes) == 4
+
+
+def test_a_robot_that_takes_itself_back_is_driven_no_more() -> None:
+    robot, ended = Robot(), []
+    driving = Driving(robot)
+    driving.begin("Srobot1", lambda _: None, lambda: ended.append(True))
+    robot.end()
+    assert ended == [True]
+    assert driving.robot == ""
+    driving.end()
+    assert robot.given_back == 0
