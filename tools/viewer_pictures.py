@@ -1,6 +1,7 @@
 """Take the viewer's pictures in docs/ from a real run, in a headless browser.
 
-Usage: python tools/viewer_pictures.py [--robots 20] [--frames 40] [--out docs]
+Usage: python tools/viewer_pictures.py [--robots 20] [--frames 40] [--out docs] [--recording RUN]
+With --recording the run is one that was made with `swarm-up --record`; else it is started here.
 Needs Debian's packages chromium and chromium-driver, and the extra `dev`.
 """
 
@@ -13,6 +14,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from pathlib import Path
 
@@ -28,6 +30,10 @@ from simulation_interfaces.srv import SetSimulationState, StepSimulation
 
 from swarm_common.middleware import ros_env
 from swarm_common.model.palette import STATES
+from swarm_common.model.records import CONTROL_PERIOD
+from swarm_recording.bag_feed import BagFeed
+from swarm_view.server import Server
+from swarm_view.viewer import Viewer
 from swarm_view.views import PANEL_WIDTH, STRIP_HEIGHT
 
 UP = "swarm-up --mission loading_route --viewer --port 0 --no-report --speed max"
@@ -84,6 +90,30 @@ class Stage:
         self._process.wait(60.0)
 
 
+class Replay:
+    """A recorded run that is stepped from picture to picture."""
+
+    def __init__(self, run: Path) -> None:
+        """Open it."""
+        feed, server = BagFeed(run), Server("127.0.0.1", 0)
+        self._viewer = Viewer(server, feed, None, feed)
+        self._loop, self._feed = server.viser.get_event_loop(), feed
+        self._thread = threading.Thread(target=self._viewer.run)
+        self._thread.start()
+        self.address = server.url()
+
+    def step(self, ticks: int) -> None:
+        """Let time go on."""
+        time_there = self._feed.now + ticks * CONTROL_PERIOD
+        self._loop.call_soon_threadsafe(lambda: self._feed.seek(time_there))
+
+    def stop(self) -> None:
+        """Close it."""
+        self._viewer.stop()
+        self._thread.join()
+        self._viewer.close()
+
+
 def open_browser() -> webdriver.Chrome:
     """Return a browser without a window."""
     options = Options()
@@ -134,10 +164,12 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("--robots", type=int, default=20)
     parser.add_argument("--frames", type=int, default=40)
+    parser.add_argument("--recording", type=Path, help="folder of a run made with --record")
     parser.add_argument("--out", type=Path, default=Path("docs"))
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        stage = Stage(options.robots, Path(folder))
+        recording = options.recording
+        stage = Replay(recording) if recording else Stage(options.robots, Path(folder))
         browser = open_browser()
         try:
             stage.step(WARM_UP_TICKS)
