@@ -9,7 +9,8 @@ What a module imports of its folder stands above it:
                   them
     heartbeat     Which processes have said nothing for too long. No I/O
     options       Options of `swarm-up`, checked once
-    restarts      Decides when a process that died is restarted. No clock, no I/O
+    restarts      Decides when, and how often at most, a process that died is restarted. No
+                  clock, no I/O
     rundir        The folder of a run: parameters, logs, report, and what another terminal must
                   source
     signals       Signals that ask for the end, counted
@@ -18,8 +19,8 @@ What a module imports of its folder stands above it:
     terminal      Output that may end before the run does: a pipe into `head`, a terminal that
                   is closed
     usage         CPU time and memory of the processes of a run
-    keeper        Which navigators run, which are to be restarted, and whether the fork server
-                  obeys
+    keeper        Restarts navigators: which run, which are to be restarted, and whether the
+                  fork server obeys
     launch        Starts a child process with its log and two pipes, so that it never outlives
                   us
     statistics    What is known of a run while it goes: events of the processes added up

@@ -1,4 +1,7 @@
-"""Which navigators run, which are to be restarted, and whether the fork server obeys."""
+"""Restarts navigators: which run, which are to be restarted, and whether the fork server obeys.
+
+Part of `swarm-up` (`process_run.py`); `restarts.py` says when and how often.
+"""
 
 from __future__ import annotations
 
@@ -120,7 +123,7 @@ class Keeper:
                 self._tell(StartNavigator(name, self.params[name]))
 
     def is_fork_server_deaf(self) -> bool:
-        """True if the nursery did not carry out a command in time."""
+        """True if the fork server did not carry out a command in time."""
         return any(self._clock() - asked > ANSWER_LIMIT for asked in self._asked.values())
 
     def overdue(self) -> list[str]:

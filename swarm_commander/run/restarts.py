@@ -1,4 +1,4 @@
-"""Decides when a process that died is restarted. No clock, no I/O."""
+"""Decides when, and how often at most, a process that died is restarted. No clock, no I/O."""
 
 from __future__ import annotations
 

@@ -1,6 +1,9 @@
 """Every topic of a swarm that people look at or record: name, type, quality. Knows no ROS.
 
-A test holds it against the graph of a running swarm.
+A list for recorder, RViz and Foxglove. Who publishes does not read it, and names the topic again:
+swarm_sim/ros/ (mostly links.py), and answer.py, views.py and node.py of swarm_nav/ros/.
+`test_the_table_of_topics_is_that_of_the_graph` (tests/graph/test_recording.py) compares it with the
+graph of a running swarm. Not in it: `mission`, on which an operator announces goals to a robot.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, Twist, wrap_angle
-from swarm_nav.control import control_kernels
+from swarm_nav.control import dwa_kernels
 from swarm_nav.control.tube import Tube
 from swarm_nav.core.config import ControllerConfig
 
@@ -53,7 +53,7 @@ class Controller:
                 config.oscillation_scale,
             ),
         )
-        self.arc: FloatArray = np.zeros((max(1, round(config.sim_time / control_kernels.STEP)), 3))
+        self.arc: FloatArray = np.zeros((max(1, round(config.sim_time / dwa_kernels.STEP)), 3))
 
     def course(self, twist: Twist) -> Twist:
         """Take the measured twist; return it as the other parts are to see it.
@@ -161,7 +161,7 @@ class Controller:
         window = tube.points[first : min(corner, tube.near + WINDOW) + 1]
         if len(window) < 2:
             return Twist()
-        v, w, _ = control_kernels.choose_twist(
+        v, w, _ = dwa_kernels.choose_twist(
             (pose.x, pose.y, pose.yaw),
             (max(0.0, twist.vx), twist.wz),
             window,
@@ -219,7 +219,7 @@ def length_to(tube: Tube, end: int, pose: Pose) -> float:
     """
     if end <= tube.near:
         return _signed_rest(tube, end, pose)
-    return float(control_kernels.length_between(tube.points, tube.near, end, pose.x, pose.y))
+    return float(dwa_kernels.length_between(tube.points, tube.near, end, pose.x, pose.y))
 
 
 def _signed_rest(tube: Tube, end: int, pose: Pose) -> float:

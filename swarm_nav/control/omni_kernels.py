@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from swarm_nav.control.control_kernels import (
+from swarm_nav.control.dwa_kernels import (
     STEP,
     advance,
     arc_length,
@@ -29,7 +29,7 @@ class PlanarVelocity(NamedTuple):
 
 
 class InsideTowards(NamedTuple):
-    """As `control_kernels.Inside`, and a point that one sample leads straight to."""
+    """As `dwa_kernels.Inside`, and a point that one sample leads straight to."""
 
     v_limit: float  # [m/s]
     held: int
@@ -59,7 +59,7 @@ class PlanarSamples(NamedTuple):
 
 
 class PlanarScales(NamedTuple):
-    """As `control_kernels.Scales`; the facing [rad] is added to the path's direction."""
+    """As `dwa_kernels.Scales`; the facing [rad] is added to the path's direction."""
 
     path: float
     goal: float
@@ -170,7 +170,7 @@ def best_velocity(
 ) -> tuple[float, float, float]:
     """Return (vx, vy, w) of the admissible velocity with the smallest critics' sum.
 
-    As `control_kernels.best_twist`, with a second axis. If no velocity is admissible, the robot
+    As `dwa_kernels.best_twist`, with a second axis. If no velocity is admissible, the robot
     brakes.
 
     Args:
@@ -243,7 +243,7 @@ def choose_velocity(
     scales: tuple[float, float, float, float, float],
     arc: Floats,
 ) -> tuple[float, float, float]:
-    """Return `best_velocity` of plain tuples; see `control_kernels.choose_twist`."""
+    """Return `best_velocity` of plain tuples; see `dwa_kernels.choose_twist`."""
     return best_velocity(
         Place(*pose),
         PlanarVelocity(*velocity),

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from swarm_common.model.records import CONTROL_PERIOD, Pose, Twist, wrap_angle
-from swarm_nav.control import control_kernels
+from swarm_nav.control import dwa_kernels
 from swarm_nav.control.controller import (
     LOOKAHEAD,
     TUBE_TOLERANCE,
@@ -49,11 +49,11 @@ class StraightController(Controller):
         speed = min(speed, twist.vx + config.acc_lim_x * CONTROL_PERIOD)
         held = tube.points[tube.near : tube.stop + 1]
         place = Place(pose.x, pose.y, pose.yaw)
-        gap = control_kernels.held_gap(held, len(held) - 1, pose.x, pose.y)
-        if not control_kernels.stops_inside(
+        gap = dwa_kernels.held_gap(held, len(held) - 1, pose.x, pose.y)
+        if not dwa_kernels.stops_inside(
             place, twist.vx, speed, rate, config.acc_lim_x, held, len(held) - 1,
             max(TUBE_TOLERANCE, gap),
         ):  # fmt: skip
             speed = 0.0
-        control_kernels.predict(place, speed, rate, self.arc)
+        dwa_kernels.predict(place, speed, rate, self.arc)
         return Twist(float(speed), 0.0, float(rate))

@@ -172,7 +172,7 @@ def admissible(p, previous, beacon, held_size, reach, slack, wins, prefix):
 
 @njit(cache=True)
 def acknowledged(requests, tick):
-    """Last point that the beacon of a tick and all since have requested.
+    """Last point that the beacon of a tick and all since have requested (rule G3).
 
     Args:
         requests: (k, 2) ticks and last points, in order of ticks.
@@ -199,7 +199,10 @@ def extend(
     around,
     claims,
 ):
-    """Let the tube grow along a path until the first refusal (rules G1 to G5, docs/architecture).
+    """Let the tube grow along a path until the first refusal.
+
+    Rules G1, G2, G3 and G5 of docs/architecture/safety.md, named where they are checked; the caller
+    (`swarm_nav.traffic.claim.Claim.extend`) checks G4: that the robot has listened for long enough.
 
     Args:
         points: (n, 2) [m] in map, the path.
@@ -234,7 +237,7 @@ def extend(
         reach = radius + heads[j, RADIUS]
         gap = math.hypot(heads[j, HELD] - origin[0], heads[j, HELD + 1] - origin[1])
         near[j] = gap < REASONABLE_REACH + reach
-        if gap < hearing_reach and not gone[j]:
+        if gap < hearing_reach and not gone[j]:  # G3
             confirmed = min(confirmed, acknowledged(requests, acks[j]))
         if not near[j]:
             continue
@@ -258,25 +261,26 @@ def extend(
             reach = radius + heads[j, RADIUS]
             beacon = heads[j] if links[j, SOURCE] == OWN else far[links[j, PLACE]]
             held = np.int64(words[j, HELD_SIZE])
-            if gone[j]:
+            if gone[j]:  # G2 of a silent robot, whatever its rank:
                 # it may have stopped anywhere in its held or requested space
                 wanted = np.int64(words[j, WANTED_SIZE])
                 is_free = not intrudes(
                     beacon, HELD, held, p, before, reach - slack, 1e-6
                 ) and not intrudes(beacon, WANTED, wanted, p, before, reach, 1e-6)
             else:
+                # G2
                 wins = outranks(priority, own_id, priorities[j], ids[j])
                 is_free = admissible(p, before, beacon, held, reach, slack, wins, prefix[j])
             if not is_free:
                 return k - 1, ROBOT, j
-            if (
+            if (  # G5
                 words[j, BLOCKED_TICKS] >= push_ticks
                 and not exempt[j]
                 and may_hold_up(priorities[j], ids[j], gone[j], (priority, own_id, yields_for))
                 and intent_gap(beacon, words[j], p) < reach * reach
             ):
                 return k - 1, RIGHT_OF_WAY, j
-        if k > confirmed:
+        if k > confirmed:  # G1, or G3: not requested, or not acknowledged
             return k - 1, UNCONFIRMED, -1
     return last, REACHED, -1
 

@@ -162,8 +162,8 @@ class TrafficConfig:
     held_length: float = 0.35  # [m] of path held ahead
     wanted_length: float = 0.35  # [m] of path requested beyond the held one
     listen_ticks: int = 16  # ticks of listening before the first claim
-    lost_ticks: int = 16  # ticks without a beacon after which a robot left or died
-    dead_ticks: int = 100  # ticks of silence after which a robot well within range has stopped
+    lost_ticks: int = 16  # ticks without a beacon after which a robot is silent: dead, mute or gone
+    dead_ticks: int = 100  # ticks without a beacon after which a silent robot has stopped
     radio_range: float = 6.0  # [m] within which beacons are heard
     push_ticks: int = 3  # ticks of being blocked before the blocker makes way
     moving_patience: float = 1.5  # [s] blocked by a robot that drives on or is stuck, likewise

@@ -75,11 +75,16 @@ def goal_from_request(
 ) -> Goal:
     """Return the brain's goal: the door of all navigation actions.
 
+    `Tasks` calls it before it accepts a request. Frame, numbers and lengths are checked here, and
+    that places lie within 1000 m of the map (`Reach.check`). Whether a place is free and can be
+    reached is not: the planner finds out once the goal is accepted, and fails it with Nav2's code.
+    A tick at which the goal is to begin travels in `behavior_tree`, see `start_in`.
+
     Args:
         kind: Action.
         goal_id: For the goal.
         request: Goal message of that action.
-        to_map: Brings a pose of a known frame to map, near it.
+        to_map: Brings a pose of a known frame to map; refuses one more than 1000 m off it.
         reach: Of the map at hand.
 
     Raises:

@@ -10,8 +10,8 @@ What a module imports of its folder stands above it:
     randomness       Random numbers that depend on what they are for and on nothing else
     scene            A world's geometry after reading: bodies made of primitive shapes, and its
                      named places
-    mesh_section     What of a triangle mesh lies between two heights, from above, as convex
-                     polygons
+    mesh_section     What LiDAR, map and robots meet of a triangle mesh: its part between two
+                     heights, as polygons
     overlaps         Models that lie inside others: a mistake of the world's author
     raw_triangles    The triangles of bodies as their files have them: the truth that all else
                      is compared with

@@ -1,4 +1,7 @@
-"""What of a triangle mesh lies between two heights, from above, as convex polygons.
+"""What LiDAR, map and robots meet of a triangle mesh: its part between two heights, as polygons.
+
+`section.py` asks for the convex polygons of that part, seen from above, and joins them with those
+of all other shapes; `swarm_sim/sensing/lidar.py` casts its rays on the result.
 
 Any triangles will do: open, given twice, crossing each other, inside out. The shadow of every
 triangle counts; seen edge on it is a thin wall. Beside that what is certainly inside is filled,

@@ -32,7 +32,7 @@ def test_without_autostart_a_robot_answers_but_waits_for_startup(sleeping):
     sleeping.host.wait_for("active")
 
 
-def test_the_nursery_has_one_thread_so_that_no_fork_copies_a_lock_of_another(sleeping):
+def test_the_fork_server_has_one_thread_so_that_no_fork_copies_a_lock_of_another(sleeping):
     assert psutil.Process(sleeping.host.popen.pid).num_threads() == 1
     assert "was forked beside" not in (sleeping.folder / "host.log").read_text(encoding="utf-8")
 
@@ -41,7 +41,7 @@ def test_navigators_do_not_interrupt_each_other(sleeping):
     assert os.sched_getscheduler(sleeping.pid_of("Srobot1")) == os.SCHED_BATCH
 
 
-def test_the_world_writes_its_verdict_and_nobody_survives_the_nursery(sleeping):
+def test_the_world_writes_its_verdict_and_nobody_survives_the_fork_server(sleeping):
     """Last for this swarm: it is ended here, the fork server with a SIGKILL."""
     sleeping.host.wait_for("active")
     navigator = psutil.Process(sleeping.pid_of("Srobot1"))
@@ -53,7 +53,7 @@ def test_the_world_writes_its_verdict_and_nobody_survives_the_nursery(sleeping):
     assert len(verdict["trajectory_sha256"]) == 64
 
 
-def test_the_nursery_refuses_bad_parameters(tmp_path):
+def test_the_fork_server_refuses_bad_parameters(tmp_path):
     values = parameters(1, [0.0, 0.0, 0.0]) | {"max_val_x": 0.2}
     path = tmp_path / "Srobot1.yaml"
     tree = {"/Srobot1/navigator": {"ros__parameters": values}}

@@ -4,15 +4,19 @@ import re
 import shlex
 import tomllib
 from collections.abc import Iterator
+from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any
 
 import pytest
 import typer
+import yaml
 
 from benchmarks.app import load as load_benchmarks
 from swarm_bench import cli as bench_cli
+from swarm_bench.scenario import Scenario, load_scenario
 from swarm_commander.cli import main as commander_cli
+from swarm_common.model.records import LidarSpec
 from swarm_map import cli as map_cli
 from swarm_nav.core.states import diagram
 from swarm_view import cli as view_cli
@@ -34,6 +38,7 @@ LOADERS = {
     "swarm-view": view_cli._load,
     "benchmarks": load_benchmarks,  # python -m benchmarks
 }
+EXAMPLES = {"description", "actors", "dead", "seeds", "time_limit", "targets"}  # without a default
 OTHERS = {"ros2"}  # scripts that take no options of typer
 FOLDERS = r"(?:docs|params|worlds|robots|maps|tests|tools|benchmarks|swarm_[a-z0-9]+)"
 ENDINGS = r"(?:md|yaml|py|sdf|sh|png|svg|gif|webm|xml)"
@@ -109,6 +114,35 @@ def test_files_that_are_named_exist(document: Path) -> None:
 
 def test_the_state_diagram_in_the_documents_is_the_automaton() -> None:
     assert diagram() in (ROOT / "docs" / "architecture" / "tick.md").read_text("utf-8")
+
+
+def yaml_block(document: str, first_key: str) -> dict[str, Any]:
+    """Return the block of a document that begins with a key."""
+    text = (ROOT / "docs" / document).read_text("utf-8")
+    blocks = re.findall(rf"```yaml\n({first_key}:.*?)```", text, re.S)
+    assert len(blocks) == 1
+    content: dict[str, Any] = yaml.safe_load(blocks[0])
+    return content
+
+
+def test_all_keys_of_a_lidar_and_their_defaults_are_told() -> None:
+    told = yaml_block("robots.md", "lidar")["lidar"]
+    defaults = {item.name: item.default for item in fields(LidarSpec)}
+    assert told.keys() == defaults.keys()
+    has_default = {name for name, value in defaults.items() if value is not MISSING}
+    assert {name: told[name] for name in has_default} == {
+        name: defaults[name] for name in has_default
+    }
+
+
+def test_all_keys_of_a_scenario_and_their_defaults_are_told(tmp_path: Path) -> None:
+    told = yaml_block("bench.md", "description")
+    path = tmp_path / "told.yaml"
+    path.write_text(yaml.safe_dump(told), "utf-8")
+    loaded, default = load_scenario(str(path)), Scenario(name="default")
+    assert told.keys() == {item.name for item in fields(Scenario)} - {"name"}
+    for name in told.keys() - EXAMPLES:
+        assert getattr(loaded, name) == getattr(default, name), name
 
 
 def test_the_reference_is_what_the_commands_and_classes_say() -> None:

@@ -86,7 +86,7 @@ def test_one_that_stays_down_may_be_wanted_again(case: Case) -> None:
     assert case.keeper.given_up == set()
 
 
-def test_a_nursery_that_does_not_answer_is_noticed(case: Case) -> None:
+def test_a_fork_server_that_does_not_answer_is_noticed(case: Case) -> None:
     case.keeper.kill("Srobot1")
     case.turn(ANSWER_LIMIT + 0.1)
     assert case.keeper.is_fork_server_deaf()
@@ -118,7 +118,7 @@ def test_stragglers_of_the_start_are_noticed_when_the_others_have_long_been_acti
     assert case.keeper.stragglers(1, names[1:]) == []
 
 
-def test_when_the_nursery_ends_all_navigators_are_down_and_none_is_started_twice(
+def test_when_the_fork_server_ends_all_navigators_are_down_and_none_is_started_twice(
     case: Case,
 ) -> None:
     case.keeper.on_death("Srobot1")

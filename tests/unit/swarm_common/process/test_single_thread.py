@@ -15,7 +15,7 @@ os._exit(0)
 """
 
 
-def test_the_nursery_has_one_thread_when_it_is_ready_to_fork() -> None:
+def test_the_fork_server_has_one_thread_when_it_is_ready_to_fork() -> None:
     """numpy, scipy, numba, rclpy and all type supports are loaded by then."""
     command = (sys.executable, "-c", PREPARED)
     done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=250)

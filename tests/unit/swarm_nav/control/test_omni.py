@@ -9,8 +9,8 @@ import pytest
 
 from swarm_common.model.records import Pose, Twist
 from swarm_common.robots.loading import load_robot
-from swarm_nav.control.control_kernels import held_gap
 from swarm_nav.control.controller import TUBE_TOLERANCE, Controller
+from swarm_nav.control.dwa_kernels import held_gap
 from swarm_nav.control.omni import OmniController, make_controller
 from swarm_nav.control.omni_kernels import PlanarLimits, PlanarVelocity, stop_gap
 from swarm_nav.control.tube import Tube

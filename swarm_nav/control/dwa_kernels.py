@@ -1,4 +1,15 @@
-"""Bare numba kernels of the dynamic-window controller (Fox, Burgard, Thrun 1997; DWB's critics)."""
+"""Bare numba kernels of the dynamic window: trajectories are sampled, scored, and one is chosen.
+
+Fox, Burgard, Thrun 1997, with critics of Nav2's DWB. `best_twist` rolls out a trajectory for each
+twist (v, w) that the drive can reach in a tick, and takes the one with the smallest sum of
+
+    PathDist     path_distance_scale * mean(d²) / DISTANCE_UNIT², d from its points to the path
+    GoalDist     goal_distance_scale * max(0, wish - progress along the path) / (v_max * horizon)
+    PathAlign    path_align_scale * e², e its heading against the path's at the end
+    Oscillation  oscillation_scale * |w - present w|
+
+among those after which braking ends inside the held tube (`stops_inside`).
+"""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from swarm_nav.control import control_kernels as kernels
+from swarm_nav.control import dwa_kernels as kernels
 from swarm_nav.core.config import ControllerConfig
 from swarm_nav.planning.distance_kernels import Place
 from tests.oracles import control as oracle
