@@ -180,7 +180,14 @@ def compose_status(
 def compose_feedback(
     situation: Situation, goal_id: int, task: Task | None, behavior: Behavior | None
 ) -> Feedback:
-    """Return the progress of a task, or without one of a behaviour."""
+    """Return the progress of a task, or without one of a behaviour.
+
+    Args:
+        situation: Of the robot.
+        goal_id: Of the goal in hand or pending.
+        task: A navigation goal in hand, if any.
+        behavior: A behaviour in hand, if any.
+    """
     s = situation
     navigation, rest, traveled, angle = 0.0, 0.0, 0.0, 0.0
     if task is not None:

@@ -29,6 +29,9 @@ class Automaton:
     def switch(self, event: Event) -> None:
         """Go to the state that follows `event`.
 
+        Args:
+            event: What happened.
+
         Raises:
             IllegalTransitionError: If the table has no such pair.
         """

@@ -63,7 +63,15 @@ def inflate(
     inflation_radius: float,
     scaling: float,
 ) -> NDArray[np.uint8]:
-    """Return costs (h, w) of lethal cells and their inflation (Nav2's InflationLayer)."""
+    """Return costs (h, w) of lethal cells and their inflation (Nav2's InflationLayer).
+
+    Args:
+        lethal: (h, w) cells that are occupied.
+        resolution: [m] edge of a cell.
+        inscribed_radius: [m] within which the robot touches for sure.
+        inflation_radius: [m] beyond which there is no cost.
+        scaling: [1/m] of the exponential decay between the two.
+    """
     costs = np.zeros(lethal.shape, np.uint8)
     if not lethal.any():
         return costs
@@ -77,7 +85,13 @@ def inflate(
 
 
 def compose(situation: Situation, inscribed_radius: float, window: float | None) -> Costmap:
-    """Return the global costmap, or with `window` [m] the rolling local one around the robot."""
+    """Return the global costmap, or with `window` [m] the rolling local one around the robot.
+
+    Args:
+        situation: Of the robot.
+        inscribed_radius: [m] of its footprint.
+        window: [m] edge of the local costmap; None for the global one.
+    """
     grid = situation.terrain.grid
     resolution = grid.resolution
     rows, columns = (0, grid.height), (0, grid.width)

@@ -31,11 +31,19 @@ class GivenPath:
         return path_length(self.points[self.index :]) < LAST_PIECE
 
     def advance(self, x: float, y: float) -> None:
-        """Move the index on to the point nearest to the robot."""
+        """Move the index on to the point nearest to the robot.
+
+        Args:
+            x: [m] of the robot, in map.
+            y: [m] of the robot, in map.
+        """
         self.index = self._nearest(x, y)
 
     def way(self, situation: Situation) -> FloatArray:
         """Return the path (n, 2) from the stop point back to the given one and along its rest.
+
+        Args:
+            situation: Of the robot.
 
         Raises:
             PlanError: If the given path comes too near to a wall, or there is no way to it.

@@ -117,30 +117,51 @@ class Navigator:
         return self._localiser.particles()
 
     def on_odom(self, odom: Odometry) -> None:
-        """Take the odometry of this tick."""
+        """Take the odometry of this tick.
+
+        Args:
+            odom: Pose in odom, and twist.
+        """
         self._localiser.on_odom(odom)
         self._s.twist = self._controller.course(odom.twist)
         self._s.pose = self._localiser.pose_map
 
     def on_scan(self, scan: Scan) -> None:
-        """Take a scan."""
+        """Take a scan.
+
+        Args:
+            scan: Ranges of one revolution.
+        """
         scan = scan.from_above(self.spec.lidar)
         if scan.tick - self._s.listening_since > self._s.config.traffic.listen_ticks // 2:
             self._localiser.on_scan(scan)  # only then are the robots around known by radio
         self._senses.on_scan(scan)
 
     def on_neighbors(self, beacons: BeaconArray) -> None:
-        """Take the radio's batch of this tick, which may be empty."""
+        """Take the radio's batch of this tick, which may be empty.
+
+        Args:
+            beacons: (n,) by ascending id.
+        """
         self._senses.on_neighbors(beacons)
 
     def on_reception(self, reception: Reception) -> None:
-        """Take the radio's batch of this tick where it is, without a copy."""
+        """Take the radio's batch of this tick where it is, without a copy.
+
+        Args:
+            reception: Beacons as words, and the rows that are heard.
+        """
         self._senses.on_reception(reception)
 
     def on_initial_pose(
         self, pose_map: Pose, deviation: tuple[float, float] = START_DEVIATION
     ) -> None:
-        """Take a pose from the operator, known to within `deviation` [m], [rad]."""
+        """Take a pose from the operator, known to within `deviation` [m], [rad].
+
+        Args:
+            pose_map: Of base_footprint.
+            deviation: Standard deviations of position [m] and heading [rad].
+        """
         self._localiser.initialise(pose_map, deviation)
         self._take_over_pose()
 
@@ -153,13 +174,21 @@ class Navigator:
         s.tube.reset(pose)
 
     def load_map(self, grid: Grid) -> None:
-        """Take another map."""
+        """Take another map.
+
+        Args:
+            grid: Occupancy, in the same map frame.
+        """
         self._s.load_map(grid)
         self._localiser.load_map(self._s.terrain)
         self._gate.region = self._narrow_region()
 
     def reconfigure(self, config: NavConfig) -> None:
-        """Take new parameters, effective from the next tick."""
+        """Take new parameters, effective from the next tick.
+
+        Args:
+            config: All parameters.
+        """
         self._controller.configure(config.controller)
         self._s.configure(config)
         self._localiser.configure(config.localisation)
@@ -191,7 +220,11 @@ class Navigator:
         self._s.obstacles.clear_square(centre.x, centre.y, half, is_except)
 
     def steer(self, twist: Twist) -> None:
-        """Take what an operator wants of an assisted teleoperation in hand."""
+        """Take what an operator wants of an assisted teleoperation in hand.
+
+        Args:
+            twist: That is asked for; it is limited to what is free.
+        """
         if self._pursuit.behavior is not None:
             self._pursuit.behavior.steer(twist, self._s.tick)
 
@@ -202,16 +235,28 @@ class Navigator:
             behavior.finish()
 
     def smooth(self, points: FloatArray) -> FloatArray:
-        """Return a polyline (n, 2) smoothed and lifted off walls, as plans are."""
+        """Return a polyline (n, 2) smoothed and lifted off walls, as plans are.
+
+        Args:
+            points: (n, 2) [m] in map.
+        """
         return self._s.planner.smooth(points)
 
     def is_clear(self, points: FloatArray) -> bool:
-        """Whether the robot's body fits everywhere on a polyline (n, 2), by the map."""
+        """Whether the robot's body fits everywhere on a polyline (n, 2), by the map.
+
+        Args:
+            points: (n, 2) [m] in map.
+        """
         terrain, radius = self._s.terrain, self.spec.inscribed_radius
         return all(terrain.clearance(x, y) >= radius for x, y in points.tolist())
 
     def set_goal(self, goal: Goal) -> None:
-        """Take a goal; the one in hand ends as canceled (preempted)."""
+        """Take a goal; the one in hand ends as canceled (preempted).
+
+        Args:
+            goal: With the tick from which it counts.
+        """
         self._pursuit.set_goal(goal)
 
     def cancel_goal(self) -> None:
@@ -356,6 +401,10 @@ class Navigator:
 
     def make_plan(self, start: Pose | None, goals: Sequence[Pose]) -> FloatArray:
         """Return a path (n, 2) through the goals from `start` (None: the robot's pose).
+
+        Args:
+            start: Where the path begins; None for the pose of the robot.
+            goals: Poses to pass, in order.
 
         Raises:
             PlanError: With Nav2's code, if there is none.

@@ -63,7 +63,11 @@ class Pursuit:
         return None
 
     def set_goal(self, goal: Goal) -> None:
-        """Take a goal for its start tick; the one in hand ends as canceled (preempted)."""
+        """Take a goal for its start tick; the one in hand ends as canceled (preempted).
+
+        Args:
+            goal: With the tick from which it counts.
+        """
         self.end(Outcome.CANCELED, message="preempted by a new goal")
         self._pending = goal
 
@@ -87,7 +91,13 @@ class Pursuit:
         self._automaton.switch(Event.GOAL)
 
     def end(self, outcome: Outcome, code: ErrorCode = ErrorCode.NONE, message: str = "") -> None:
-        """End the goal in hand or pending, if any."""
+        """End the goal in hand or pending, if any.
+
+        Args:
+            outcome: Succeeded, aborted or canceled.
+            code: Nav2's error code.
+            message: For people.
+        """
         s, task, goal_id = self._s, self.task, self.goal_id
         if goal_id is None:
             return
@@ -119,7 +129,11 @@ class Pursuit:
             self._lease.aim((task.target.x, task.target.y))
 
     def reach_target(self, task: Task) -> None:
-        """Go on to the next target, or end the goal as succeeded."""
+        """Go on to the next target, or end the goal as succeeded.
+
+        Args:
+            task: The goal in hand.
+        """
         if task.next_target(self._s.tick):
             self.last_goal_tick = self._s.tick
             self._aim(task)
@@ -127,7 +141,13 @@ class Pursuit:
             self.end(Outcome.SUCCEEDED)
 
     def fail_target(self, task: Task, code: ErrorCode, message: str) -> None:
-        """Leave out a waypoint, or end any other goal as aborted."""
+        """Leave out a waypoint, or end any other goal as aborted.
+
+        Args:
+            task: The goal in hand.
+            code: Nav2's error code.
+            message: For people.
+        """
         if task.goal.kind is not GoalKind.WAYPOINTS:
             self.end(Outcome.ABORTED, code, message)
             return
@@ -138,7 +158,13 @@ class Pursuit:
             self.end(Outcome.SUCCEEDED)
 
     def recover_or_fail(self, task: Task, code: ErrorCode, message: str) -> None:
-        """Start the next recovery, or give the target up when all are spent."""
+        """Start the next recovery, or give the target up when all are spent.
+
+        Args:
+            task: The goal in hand.
+            code: Nav2's error code if it is given up.
+            message: For people.
+        """
         s = self._s
         if task.recoveries >= s.config.progress_checker.number_of_retries:
             self.fail_target(task, code, message)
@@ -164,6 +190,9 @@ class Pursuit:
         """Interrupt the goal in hand while the robot makes way, and resume it afterwards.
 
         Without a goal it also makes way for robots that wait to enter the region where it stands.
+
+        Args:
+            is_yielding: Whether right of way asks the robot to make way or to step back.
         """
         is_idle = not is_yielding and self.goal_id is None
         is_yielding |= self._departure.update(self._s, is_idle)

@@ -35,7 +35,11 @@ class Route:
         self.last_plan_tick = -1000
 
     def update(self, task: Task) -> None:
-        """Plan if it is due; a target without a way is recovered from or given up."""
+        """Plan if it is due; a target without a way is recovered from or given up.
+
+        Args:
+            task: The goal in hand.
+        """
         if task.given is not None:
             task.given.advance(self._s.pose.x, self._s.pose.y)
         if self._is_due(task):

@@ -58,7 +58,11 @@ class Task:
         return self._moved_to or (self.target.x, self.target.y)
 
     def note_plan(self, path: FloatArray) -> None:
-        """Remember where the plan (n, 2) to the target ends."""
+        """Remember where the plan (n, 2) to the target ends.
+
+        Args:
+            path: (n, 2) [m] in map; may be empty.
+        """
         self.is_planned = True
         if len(path) > 0:
             self._moved_to = (float(path[-1, 0]), float(path[-1, 1]))
@@ -74,7 +78,11 @@ class Task:
         return len(self.goal.poses_map) - self.index
 
     def distance_remaining(self, situation: Situation) -> float:
-        """Return the path length [m] to the last pose driven to without a stop."""
+        """Return the path length [m] to the last pose driven to without a stop.
+
+        Args:
+            situation: Of the robot.
+        """
         rest = situation.tube.length_ahead()
         rest += math.dist(situation.tube.points[-1], self.place)
         if self.goal.kind is GoalKind.THROUGH:
@@ -83,7 +91,11 @@ class Task:
         return rest
 
     def next_target(self, tick: int) -> bool:
-        """Go on to the next target; False if there is none."""
+        """Go on to the next target; False if there is none.
+
+        Args:
+            tick: Now.
+        """
         self.has_arrived = False
         self.is_planned = False
         self._moved_to = None
@@ -99,7 +111,11 @@ class Task:
         return False
 
     def is_reached(self, situation: Situation) -> bool:
-        """Whether the present target is reached; position first, then heading (stateful)."""
+        """Whether the present target is reached; position first, then heading (stateful).
+
+        Args:
+            situation: Of the robot.
+        """
         target = self.target
         distance = situation.distance_to(*self.place)
         if self.is_passing:
@@ -142,12 +158,20 @@ class Task:
             self.progress_tick = min(self.progress_tick + 1, situation.tick)
 
     def note_holding(self, situation: Situation) -> None:
-        """Restart all clocks: a robot in a queue is not expected to move, however long that is."""
+        """Restart all clocks: a robot in a queue is not expected to move, however long that is.
+
+        Args:
+            situation: Of the robot.
+        """
         self.progress_pose = situation.pose
         self.progress_tick = self.moved_tick = situation.tick
 
     def lacks_progress(self, situation: Situation) -> bool:
-        """Whether the progress checker's time is over."""
+        """Whether the progress checker's time is over.
+
+        Args:
+            situation: Of the robot.
+        """
         allowance = situation.config.progress_checker.movement_time_allowance
         return situation.tick - self.progress_tick > situation.ticks(allowance)
 

@@ -37,7 +37,12 @@ def caution_distance(max_speed: float, acceleration: float) -> float:
 
 
 def cautious_speed(gap: float, acceleration: float) -> float:
-    """Return the largest speed [m/s] whose `caution_distance` is at most a gap [m]; 0 for none."""
+    """Return the largest speed [m/s] whose `caution_distance` is at most a gap [m]; 0 for none.
+
+    Args:
+        gap: [m] to the person.
+        acceleration: [m/s²] with which the robot brakes.
+    """
     reaction = SCAN_AGE + CONTROL_PERIOD
     spare = gap - WALKING_SPEED * reaction - ROOM
     if spare <= 0.0:
@@ -57,7 +62,11 @@ NOBODY_NEAR = People(math.inf, False)
 
 
 def people_near(situation: Situation) -> People:
-    """Return how near the nearest person may be."""
+    """Return how near the nearest person may be.
+
+    Args:
+        situation: Of the robot.
+    """
     s = situation
     config = s.config.controller
     gap = s.obstacles.restless_gap(s.pose.x, s.pose.y, s.tick) - s.body_radius

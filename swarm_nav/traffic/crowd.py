@@ -19,7 +19,15 @@ IMMOVABLE_MARGIN = 0.1  # [m] beyond the reach that a path keeps from robots tha
 def stamp(
     grid: NDArray[np.float32], situation: Situation, points: object, radius: float, value: float
 ) -> None:
-    """Raise the lattice cells within `radius` of the points to at least `value`."""
+    """Raise the lattice cells within `radius` of the points to at least `value`.
+
+    Args:
+        grid: (h, w) lattice of costs; changed.
+        situation: Of the robot.
+        points: (n, 2) [m] in map, or one point.
+        radius: [m]
+        value: Cost per metre.
+    """
     block = np.ascontiguousarray(points, np.float64).reshape(-1, 2)
     frame = situation.planner.lattice.frame
     distance_kernels.stamp_discs(grid, frame, block, len(block), radius, np.float32(value))
@@ -55,14 +63,24 @@ def stamp_tubes(
 
 
 def stamp_obstacles(grid: NDArray[np.float32], situation: Situation, value: float) -> None:
-    """Stamp what the LiDAR sees beyond map and beacons."""
+    """Stamp what the LiDAR sees beyond map and beacons.
+
+    Args:
+        grid: (h, w) lattice of costs; changed.
+        situation: Of the robot.
+        value: Cost per metre.
+    """
     points = situation.obstacle_points()
     if len(points):
         stamp(grid, situation, points, situation.obstacle_clearance + 0.03, value)
 
 
 def congestion(situation: Situation) -> NDArray[np.float32]:
-    """Return the extra costs under which a way to the goal is planned."""
+    """Return the extra costs under which a way to the goal is planned.
+
+    Args:
+        situation: Of the robot.
+    """
     extra = situation.planner.no_extra()
     hood = situation.hood
     speeds = np.abs(hood.heads["twist"][:, 0].astype(np.float64))
@@ -77,7 +95,13 @@ def congestion(situation: Situation) -> NDArray[np.float32]:
 
 
 def refuge_costs(situation: Situation, priority: int, margin: float) -> NDArray[np.float32]:
-    """Return extra costs for making way at `priority`: robots as high, or stuck, are walls."""
+    """Return extra costs for making way at `priority`: robots as high, or stuck, are walls.
+
+    Args:
+        situation: Of the robot.
+        priority: Robots that rank at least so high are walls.
+        margin: [m] to keep from other robots beyond the reach.
+    """
     extra = situation.planner.no_extra()
     hood = situation.hood
     is_wall = (hood.priorities >= priority) | hood.stuck

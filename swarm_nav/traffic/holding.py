@@ -68,12 +68,20 @@ class Approach:
         self.is_inside = False
 
     def way(self, situation: Situation) -> float:
-        """Return the distance from where the robot stops to the station."""
+        """Return the distance from where the robot stops to the station.
+
+        Args:
+            situation: Of the robot.
+        """
         node = self.lattice.node_of(*situation.stop_point)
         return math.inf if node is None else float(self.costs.ravel()[node])
 
     def reach_of(self, area: float) -> float:
-        """Return the distance within which there are `area` [m²] of floor."""
+        """Return the distance within which there are `area` [m²] of floor.
+
+        Args:
+            area: [m²]
+        """
         if not len(self._in_order):
             return 0.0
         cells = min(int(area / self.lattice.step**2), len(self._in_order) - 1)
@@ -105,7 +113,11 @@ class Lease:
     _approach: Approach | None = None
 
     def aim(self, station: tuple[float, float] | None) -> None:
-        """Take a new target; the old lease is given back, out of a dead end once it is left."""
+        """Take a new target; the old lease is given back, out of a dead end once it is left.
+
+        Args:
+            station: (x, y) [m] in map; None for no station.
+        """
         if station == self.station:
             self.is_leaving = False
         elif self.is_leaving or (self._approach is not None and self._approach.is_inside):
@@ -123,7 +135,11 @@ class Lease:
         self._approach = None
 
     def update(self, situation: Situation) -> None:
-        """Request within range of the station and work out the place in the queue."""
+        """Request within range of the station and work out the place in the queue.
+
+        Args:
+            situation: Of the robot.
+        """
         if self.is_leaving:
             self._leave(situation)
         if self.station is None:
@@ -205,24 +221,40 @@ class Lease:
         return self._way(situation) <= self._queue(situation, self.place) + slack
 
     def kept_free(self, situation: Situation) -> NDArray[np.bool_] | None:
-        """Return the lattice cells that those earlier in the queue need, None without any."""
+        """Return the lattice cells that those earlier in the queue need, None without any.
+
+        Args:
+            situation: Of the robot.
+        """
         if self.station is None or self.tick == 0 or not self.place:
             return None
         approach = self._approach_of(situation)
         return approach.costs <= max(self._queue(situation, self.place), approach.depth)
 
     def is_turn(self, config: HoldingConfig) -> bool:
-        """Whether the robot may drive the last metres; in a dead end one robot has the turn."""
+        """Whether the robot may drive the last metres; in a dead end one robot has the turn.
+
+        Args:
+            config: `holding.` parameters.
+        """
         is_dead_end = self._approach is not None and self._approach.depth > 0.0
         return self.is_leaving or self.place < (1 if is_dead_end else config.approach_slots)
 
     def is_barred(self, situation: Situation) -> bool:
-        """Whether a silent or inactive robot is on the station, and was waited for long enough."""
+        """Whether a silent or inactive robot is on the station, and was waited for long enough.
+
+        Args:
+            situation: Of the robot.
+        """
         patience = situation.ticks(situation.config.holding.station_patience)
         return situation.tick - self.tick > patience and self.is_covered(situation)
 
     def is_covered(self, situation: Situation) -> bool:
-        """Whether a robot that will not move by itself is on the station."""
+        """Whether a robot that will not move by itself is on the station.
+
+        Args:
+            situation: Of the robot.
+        """
         if self.station is None or self.tick == 0 or self.is_leaving:
             return False
         hood = situation.hood
@@ -249,7 +281,11 @@ class HoldingPattern:
         self.target: tuple[float, float] | None = None
 
     def enter(self, situation: Situation) -> None:
-        """Choose the pattern: `circuit`, `park`, or by the room on the circuit (`auto`)."""
+        """Choose the pattern: `circuit`, `park`, or by the room on the circuit (`auto`).
+
+        Args:
+            situation: Of the robot.
+        """
         mode = situation.config.holding.mode
         circuit = self._nearest_circuit(situation)
         if mode == "auto":
@@ -266,7 +302,12 @@ class HoldingPattern:
         self.target = None
 
     def update(self, situation: Situation, closed: NDArray[np.bool_] | None = None) -> None:
-        """Keep going round, or look for a parking place, not in `closed`, until it is reached."""
+        """Keep going round, or look for a parking place, not in `closed`, until it is reached.
+
+        Args:
+            situation: Of the robot.
+            closed: (h, w) lattice cells that are no parking places; None for none.
+        """
         if self.is_on_circuit:
             self._drive_circuit(situation)
         elif situation.tick >= self._next_search_tick and self._needs_place(situation):

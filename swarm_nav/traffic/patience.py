@@ -31,7 +31,12 @@ class Patience:
         self._trip = 0.0
 
     def note(self, acks: NDArray[np.int64], tick: int) -> None:
-        """Take the ticks (n,) of own beacons that the neighbours have acknowledged by `tick`."""
+        """Take the ticks (n,) of own beacons that the neighbours have acknowledged by `tick`.
+
+        Args:
+            acks: (n,) ticks.
+            tick: Now.
+        """
         mean = float(mean_trip(acks, tick, LONGEST_TRIP))
         if mean > 0.0:
             self._trip += WEIGHT * (mean - self._trip)

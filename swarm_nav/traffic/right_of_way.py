@@ -70,7 +70,11 @@ class RightOfWay:
         return self._retreat_until >= 0
 
     def pusher(self, situation: Situation) -> int | None:
-        """Return the row of the highest robot that this one blocks and that ranks above it."""
+        """Return the row of the highest robot that this one blocks and that ranks above it.
+
+        Args:
+            situation: Of the robot.
+        """
         traffic = situation.config.traffic
         # a robot that drives on its own path is not disturbed at once
         is_moving = not self.is_yielding and situation.twist.vx > MOVING_SPEED
@@ -80,7 +84,11 @@ class RightOfWay:
         return situation.hood.highest_pusher(situation.own_priority, patience, LEAST_DEPTH)
 
     def update(self, situation: Situation) -> bool:
-        """React to pushers; return whether the robot is (still) making way or stepping back."""
+        """React to pushers; return whether the robot is (still) making way or stepping back.
+
+        Args:
+            situation: Of the robot.
+        """
         tick = situation.tick
         row = self.pusher(situation)
         if row is not None:
@@ -95,7 +103,11 @@ class RightOfWay:
         return self.is_yielding
 
     def reset(self, situation: Situation) -> None:
-        """Forget the pusher, as after a restart."""
+        """Forget the pusher, as after a restart.
+
+        Args:
+            situation: Of the robot.
+        """
         self._release(situation)
         self._retreat_until = -1
 
@@ -203,7 +215,12 @@ class RightOfWay:
 
 
 def clears_way(situation: Situation, row: int) -> bool:
-    """Whether the robot's own path leads out of the way of a neighbour, or ahead of it."""
+    """Whether the robot's own path leads out of the way of a neighbour, or ahead of it.
+
+    Args:
+        situation: Of the robot.
+        row: Of the neighbour.
+    """
     tube = situation.tube
     path = tube.points[tube.near : tube.near + WAY_AHEAD]
     if len(path) < 3 or situation.obstacle_ticks:
@@ -220,13 +237,22 @@ def clears_way(situation: Situation, row: int) -> bool:
 
 
 def is_in_room(situation: Situation) -> bool:
-    """Whether the robot stops where two robots pass each other."""
+    """Whether the robot stops where two robots pass each other.
+
+    Args:
+        situation: Of the robot.
+    """
     floor = rooms(situation.terrain, situation.usual_radius)
     return bool(is_inside(floor, situation.planner.lattice.frame, *situation.stop_point))
 
 
 def way_of(situation: Situation, row: int) -> FloatArray:
-    """Return the way (n, 2) [m] in map that a pusher needs: held, requested, the next metres."""
+    """Return the way (n, 2) [m] in map that a pusher needs: held, requested, the next metres.
+
+    Args:
+        situation: Of the robot.
+        row: Of the pusher.
+    """
     pusher = situation.hood.beacons[row]
     return np.vstack(
         (
@@ -281,7 +307,11 @@ def refuge_path(
 
 
 def retreat_path(situation: Situation) -> FloatArray | None:
-    """Return a way to a free place at least `RETREAT_DISTANCE` from here, if any."""
+    """Return a way to a free place at least `RETREAT_DISTANCE` from here, if any.
+
+    Args:
+        situation: Of the robot.
+    """
     taken = situation.planner.no_extra()
     crowd.stamp(taken, situation, situation.stop_point, RETREAT_DISTANCE, 1.0)
     crowd.stamp_tubes(taken, situation, REFUGE_MARGIN, 1.0)

@@ -25,18 +25,30 @@ class Senses:
         self._scan_tick = -1
 
     def on_scan(self, scan: Scan) -> None:
-        """Take a scan; it marks obstacles only once the robots around are known by radio."""
+        """Take a scan; it marks obstacles only once the robots around are known by radio.
+
+        Args:
+            scan: Ranges of one revolution.
+        """
         self._scan_tick = scan.tick
         s = self._s
         if scan.tick - s.listening_since > s.config.traffic.listen_ticks // 2:
             s.obstacles.update(scan, s.pose, s.terrain, s.hood, s.radius - s.body_radius)
 
     def on_neighbors(self, beacons: BeaconArray) -> None:
-        """Take the radio's batch of this tick, which may be empty."""
+        """Take the radio's batch of this tick, which may be empty.
+
+        Args:
+            beacons: (n,) by ascending id.
+        """
         self.on_reception(reception_of(beacons))
 
     def on_reception(self, reception: Reception) -> None:
-        """Take the radio's batch of this tick where it is, without a copy."""
+        """Take the radio's batch of this tick where it is, without a copy.
+
+        Args:
+            reception: Beacons as words, and the rows that are heard.
+        """
         self._is_hearing = True
         self._s.hood.take(reception, self._s.pose.x, self._s.pose.y)
 

@@ -40,7 +40,11 @@ class Counters:
 
 @functools.lru_cache(maxsize=256)
 def ticks_of(seconds: float) -> int:
-    """Return a duration in control ticks."""
+    """Return a duration in control ticks.
+
+    Args:
+        seconds: [s]
+    """
     return max(1, round(seconds / CONTROL_PERIOD))
 
 
@@ -92,7 +96,11 @@ class Situation:
     radio: Patience = field(default_factory=Patience)
 
     def load_map(self, grid: Grid) -> None:
-        """Take another map; the path on the old one ends at the stop point."""
+        """Take another map; the path on the old one ends at the stop point.
+
+        Args:
+            grid: Occupancy, in the same map frame.
+        """
         config = self.config
         self.terrain = terrain_for(
             grid, config.planner, config.costmap, self.body_radius, self.oblong
@@ -102,7 +110,11 @@ class Situation:
         self.tube.cut()
 
     def configure(self, config: NavConfig) -> None:
-        """Take new parameters and hand them to every layer."""
+        """Take new parameters and hand them to every layer.
+
+        Args:
+            config: All parameters.
+        """
         old, self.config = self.config, config
         traffic = config.traffic
         self.radius = self.body_radius + traffic.safety_margin
@@ -118,6 +130,9 @@ class Situation:
 
         Space is granted only to requests that all have acknowledged together with the radius that
         it was requested with; what is held is looked at by `Claim.guard`.
+
+        Args:
+            needed: [m]
         """
         least = self.usual_radius
         wanted = max(least, self.body_radius + needed)
@@ -141,7 +156,11 @@ class Situation:
     ticks = staticmethod(ticks_of)
 
     def patience(self, seconds: float) -> int:
-        """Return for how many ticks robots wait for each other: more over a slow radio."""
+        """Return for how many ticks robots wait for each other: more over a slow radio.
+
+        Args:
+            seconds: [s] over a radio that is not slow.
+        """
         return ticks_of(seconds) * self.radio.factor
 
     @property
@@ -150,7 +169,11 @@ class Situation:
         return self.body_radius + self.config.traffic.safety_margin
 
     def reach(self, row: int) -> float:
-        """Return the distance [m] that the own tube and a neighbour's keep."""
+        """Return the distance [m] that the own tube and a neighbour's keep.
+
+        Args:
+            row: Of the neighbour.
+        """
         return self.radius + self.hood.radius(row)
 
     @property
@@ -171,7 +194,12 @@ class Situation:
         return abs(self.twist.vx) < 0.02 and abs(self.twist.wz) < 0.1
 
     def distance_to(self, x: float, y: float) -> float:
-        """Return the distance [m] from the robot to a point in map."""
+        """Return the distance [m] from the robot to a point in map.
+
+        Args:
+            x: [m] in map.
+            y: [m] in map.
+        """
         return math.hypot(self.pose.x - x, self.pose.y - y)
 
     @property
@@ -205,7 +233,13 @@ class Situation:
 
 
 def terrain_of(config: NavConfig, spec: RobotSpec, grid: Grid) -> Terrain:
-    """Return what a robot makes of a map; equal ones in one process share it."""
+    """Return what a robot makes of a map; equal ones in one process share it.
+
+    Args:
+        config: Parameters.
+        spec: Of the robot.
+        grid: Map.
+    """
     body = spec.circumscribed_radius
     return terrain_for(grid, config.planner, config.costmap, body, Oblong.of(spec))
 

@@ -2,7 +2,6 @@
 
 What a module imports of its folder stands above it:
 
-    raster_kernels  Numba kernel on occupancy cells: the connected parts of free space
     raster          Drawing of a section onto an occupancy grid
     draw_map        The map of a world: what a LiDAR sees of it, and what robots can touch
                     beside that

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from swarm_common.model.errors import MapError
 from swarm_common.model.grid import FREE, OCCUPIED, UNKNOWN, Grid
-from swarm_sim.maps.raster_kernels import flood
 from swarm_sim.scene.section import FloatArray, Section
 
 MARGIN = 0.5  # [m] of map beyond the outermost obstacle
@@ -58,9 +58,26 @@ def draw_grid(
     grid = draw_on((height, width), resolution, origin_x, origin_y, section)
     if len(seeds):
         cells = np.array([grid.cell_of(x, y) for x, y in seeds], dtype=np.int64)
-        reached = flood(grid.cells, cells)
-        grid.cells[(grid.cells == FREE) & ~reached] = UNKNOWN
+        grid.cells[(grid.cells == FREE) & ~connected(grid.cells, cells)] = UNKNOWN
     return grid
+
+
+def connected(cells: NDArray[np.int8], seeds: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Return which free cells are connected with a seed through free cells (four neighbours).
+
+    Args:
+        cells: (height, width).
+        seeds: Rows and columns (n, 2); those outside or not free are ignored.
+    """
+    from scipy.ndimage import label  # slow to import
+
+    labels, count = label(cells == FREE)
+    is_reached = np.zeros(count + 1, np.bool_)
+    is_inside = ((seeds >= 0) & (seeds < cells.shape)).all(axis=1)
+    is_reached[labels[tuple(seeds[is_inside].T)]] = True
+    is_reached[0] = False  # the label of all cells that are not free
+    reached: NDArray[np.bool_] = is_reached[labels]
+    return reached
 
 
 def draw_on(

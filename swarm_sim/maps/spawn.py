@@ -14,8 +14,7 @@ from swarm_common.model.errors import WorldError
 from swarm_common.model.records import Pose, RobotSpec, wrap_angle
 from swarm_common.model.sites import Sites, Spawn, SpawnArea, SpawnAreas, SpawnCircle
 from swarm_sim.maps.draw_map import accessible_points
-from swarm_sim.maps.raster import draw_grid
-from swarm_sim.maps.raster_kernels import flood
+from swarm_sim.maps.raster import connected, draw_grid
 from swarm_sim.physics.planar import bounds_of, pack_polygons
 from swarm_sim.scene.polygon_kernels import corner_distance, nearest_outline
 from swarm_sim.scene.scene import Scene
@@ -238,9 +237,9 @@ def _reachable(points: FloatArray, section: Section, scene: Scene) -> NDArray[np
     for choice in choices:
         if len(choices) > 1 and best[(cells == choice[0]).all(axis=1)].any():
             continue  # this place belongs to the best set already
-        reached = flood(grid.cells, choice)
-        connected = np.zeros(len(points), np.bool_)
-        connected[on_grid] = reached[cells[on_grid, 0], cells[on_grid, 1]]
-        if connected.sum() > best.sum():
-            best = connected
+        reached = connected(grid.cells, choice)
+        found = np.zeros(len(points), np.bool_)
+        found[on_grid] = reached[cells[on_grid, 0], cells[on_grid, 1]]
+        if found.sum() > best.sum():
+            best = found
     return best

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import Generic, TypeVar
 
@@ -11,6 +12,7 @@ import numpy as np
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose, RobotSpec
 from swarm_sim.physics.engine import FloatArray, Touch
+from swarm_sim.physics.walker_kernels import Loops, Robots
 from swarm_sim.scene.actors import VehicleSpec, WalkerSpec
 from swarm_sim.scene.randomness import hash_words, uniform
 
@@ -20,7 +22,7 @@ START_GAP = 0.4  # [m] from any robot's circle at the start
 Spec = TypeVar("Spec", bound=WalkerSpec | VehicleSpec)
 
 
-class ScriptedPaths(Generic[Spec]):
+class ScriptedPaths(ABC, Generic[Spec]):
     """Everybody of one kind on their closed paths.
 
     Attributes:
@@ -77,6 +79,31 @@ class ScriptedPaths(Generic[Spec]):
     def begin(self) -> None:
         """Begin a control period."""
         self._touches[:] = -1
+
+    def step(
+        self, poses: FloatArray, speeds: FloatArray, hulls: FloatArray, period: float, step: int
+    ) -> bool:
+        """Go on for one physics step; return whether somebody ran into a robot.
+
+        Args:
+            poses: True poses (n, 3) of the robots.
+            speeds: Forward speeds (n,) [m/s].
+            hulls: Footprints (n, k, 2) in base_footprint.
+            period: [s] of the step.
+            step: Its number within the control period.
+        """
+        if not len(self.specs) or not len(hulls):
+            return False
+        contiguous = np.ascontiguousarray(poses), np.ascontiguousarray(speeds)
+        return self._advance(Robots(*contiguous, hulls, self._radii), period, step)
+
+    @abstractmethod
+    def _advance(self, robots: Robots, period: float, step: int) -> bool:
+        """Go on among robots that can be met; see `step`."""
+
+    @property
+    def _loops(self) -> Loops:
+        return Loops(self._paths, self._arcs, self._counts, self._pauses)
 
     def touches(self) -> list[Touch]:
         """Return the contacts that walkers or vehicles caused in this control period."""

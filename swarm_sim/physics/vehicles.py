@@ -10,7 +10,7 @@ from swarm_common.model.records import Pose, RobotSpec
 from swarm_sim.physics.engine import FloatArray
 from swarm_sim.physics.scripted_paths import ScriptedPaths
 from swarm_sim.physics.vehicle_kernels import drive, heading_at
-from swarm_sim.physics.walker_kernels import Loops, Robots
+from swarm_sim.physics.walker_kernels import Robots
 from swarm_sim.scene.actors import VehicleSpec
 from swarm_sim.scene.scene import Body, Box, Part, transform_from_xyz_rpy
 
@@ -44,31 +44,9 @@ class Vehicles(ScriptedPaths[VehicleSpec]):
         ]
         self.poses: FloatArray = np.column_stack((self._places, np.array(yaws)))
 
-    def step(
-        self, poses: FloatArray, speeds: FloatArray, hulls: FloatArray, period: float, step: int
-    ) -> bool:
-        """Drive for one physics step; return whether a vehicle ran into a robot.
-
-        Args:
-            poses: True poses (n, 3) of the robots.
-            speeds: Forward speeds (n,) [m/s].
-            hulls: Footprints (n, k, 2) in base_footprint.
-            period: [s] of the step.
-            step: Its number within the control period.
-        """
-        if not len(self.specs) or not len(hulls):
-            return False
-        touched = drive(
-            self._state,
-            self.poses,
-            self._traits,
-            Loops(self._paths, self._arcs, self._counts, self._pauses),
-            Robots(np.ascontiguousarray(poses), np.ascontiguousarray(speeds), hulls, self._radii),
-            self._touches,
-            period,
-            step,
-        )
-        return bool(touched)
+    def _advance(self, robots: Robots, period: float, step: int) -> bool:
+        places = self.poses, self._traits
+        return bool(drive(self._state, *places, self._loops, robots, self._touches, period, step))
 
     def _place(self, index: int) -> tuple[float, float]:
         x, y, _ = self.poses[index].tolist()

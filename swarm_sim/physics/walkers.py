@@ -9,7 +9,7 @@ import numpy as np
 from swarm_common.model.records import Pose, RobotSpec
 from swarm_sim.physics.engine import FloatArray
 from swarm_sim.physics.scripted_paths import ScriptedPaths
-from swarm_sim.physics.walker_kernels import Loops, Robots, walk
+from swarm_sim.physics.walker_kernels import Robots, walk
 from swarm_sim.scene.actors import WalkerSpec
 
 SEARCH_STEP = 0.1  # [m] along the path when looking for a place to start
@@ -41,29 +41,8 @@ class Walkers(ScriptedPaths[WalkerSpec]):
         ).reshape(-1, 4)
         self.discs: FloatArray = np.column_stack((self._places, self._traits[:, 1]))
 
-    def step(
-        self, poses: FloatArray, speeds: FloatArray, hulls: FloatArray, period: float, step: int
-    ) -> bool:
-        """Walk for one physics step; return whether a walker ran into a robot.
-
-        Args:
-            poses: True poses (n, 3) of the robots.
-            speeds: Forward speeds (n,) [m/s].
-            hulls: Footprints (n, k, 2) in base_footprint.
-            period: [s] of the step.
-            step: Its number within the control period.
-        """
-        if not len(hulls):
-            return False
-        touched = walk(
-            self._state,
-            self._places,
-            self._traits,
-            Loops(self._paths, self._arcs, self._counts, self._pauses),
-            Robots(np.ascontiguousarray(poses), np.ascontiguousarray(speeds), hulls, self._radii),
-            self._touches,
-            period,
-            step,
-        )
+    def _advance(self, robots: Robots, period: float, step: int) -> bool:
+        places = self._places, self._traits
+        touched = walk(self._state, *places, self._loops, robots, self._touches, period, step)
         self.discs[:, :2] = self._places
         return bool(touched)
