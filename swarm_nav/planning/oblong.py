@@ -109,7 +109,9 @@ class Oblong:
 
 
 def cover(corners: FloatArray, gap: float) -> FloatArray:
-    """Return discs (k, 3): a point outside all of them is at least `gap` from the polygon.
+    """Return discs (k, 3) that cover a polygon and a rim around it.
+
+    A point outside polygon and discs is at least √(gap² - (RIM_SPACING / 2)²) from the polygon.
 
     Args:
         corners: Of a convex polygon (n, 2) [m], counter-clockwise.

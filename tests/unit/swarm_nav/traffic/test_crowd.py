@@ -1,0 +1,86 @@
+"""Other robots and obstacles as costs of the search lattice."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from swarm_common.model.beacon import FLAG_ACTIVE, FLAG_STUCK, MODE_YIELD
+from swarm_common.model.records import Pose
+from swarm_nav.planning.search_kernels import WALL
+from swarm_nav.traffic import crowd
+from swarm_nav.traffic.situation import Situation
+from tests.fakes.navigation import beacon, hear, room, situation
+
+HALL = room(8.0, 8.0)
+THERE = (5.0, 4.0)
+
+
+def robot(*others: np.void) -> Situation:
+    s = situation(HALL, Pose(2.0, 4.0, 0.0))
+    hear(s, *others)
+    return s
+
+
+def cost_at(s: Situation, costs: np.ndarray, x: float, y: float) -> float:
+    node = s.planner.lattice.node_of(x, y)
+    assert node is not None
+    return float(costs.ravel()[node])
+
+
+@pytest.mark.parametrize(
+    ("fields", "cost"),
+    [
+        ({}, crowd.STANDING),
+        ({"twist": (0.2, 0.0)}, crowd.MOVING),
+        ({"twist": (0.2, 0.0), "mode": MODE_YIELD}, crowd.YIELDING),
+        ({"flags": FLAG_ACTIVE | FLAG_STUCK}, crowd.STUCK),
+    ],
+)
+def test_a_robot_costs_by_what_it_does(fields: dict, cost: float) -> None:
+    s = robot(beacon(7, *THERE, **fields))
+    costs = crowd.congestion(s)
+    assert cost_at(s, costs, *THERE) == pytest.approx(cost)
+    assert cost_at(s, costs, 6.5, 6.5) == 0.0
+
+
+def test_a_robot_costs_as_far_as_both_tubes_reach() -> None:
+    s = robot(beacon(7, *THERE))
+    costs = crowd.congestion(s)
+    reach = s.reach(0)
+    assert cost_at(s, costs, THERE[0] + reach - 0.1, THERE[1]) > 0.0
+    assert cost_at(s, costs, THERE[0] + reach + 0.1, THERE[1]) == 0.0
+
+
+def test_what_a_silent_robot_asked_for_counts_as_held() -> None:
+    way = [(5.0, 4.0 + 0.1 * k) for k in range(1, 8)]
+    s = robot(beacon(7, *THERE, wanted=way))
+    assert cost_at(s, crowd.congestion(s), 5.0, 5.0) == 0.0
+    gone = situation(HALL, Pose(2.0, 4.0, 0.0))
+    hear(gone, beacon(7, *THERE, wanted=way), tick=50)
+    assert gone.hood.gone.all()
+    assert cost_at(gone, crowd.congestion(gone), 5.0, 5.0) > 0.0
+
+
+def test_what_only_the_lidar_sees_costs_most() -> None:
+    s = robot(beacon(7, *THERE))
+    s.obstacles.points = np.array((THERE,))
+    assert cost_at(s, crowd.congestion(s), *THERE) == crowd.OBSTACLE
+
+
+@pytest.mark.parametrize(
+    ("priority", "flags", "is_wall"),
+    [(9, FLAG_ACTIVE, True), (8, FLAG_ACTIVE, False), (8, FLAG_ACTIVE | FLAG_STUCK, True)],
+)
+def test_who_makes_way_pushes_lower_robots_only(priority: int, flags: int, is_wall: bool) -> None:
+    s = robot(beacon(7, *THERE, priority=priority, flags=flags))
+    costs = crowd.refuge_costs(s, 9, 0.0)
+    assert cost_at(s, costs, *THERE) == pytest.approx(WALL if is_wall else crowd.PUSHABLE)
+
+
+def test_a_stamp_raises_and_never_lowers() -> None:
+    s = robot()
+    grid = s.planner.no_extra().copy()
+    crowd.stamp(grid, s, THERE, 0.5, 2.0)
+    crowd.stamp(grid, s, np.array((THERE,)), 0.3, 1.0)
+    assert cost_at(s, grid, *THERE) == 2.0

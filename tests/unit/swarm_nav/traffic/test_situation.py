@@ -1,0 +1,99 @@
+"""What the parts of a navigator share: derived facts, new maps, parameters and priorities."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from swarm_common.model.records import Pose, Twist
+from swarm_nav.planning.planner import SPACING
+from swarm_nav.traffic.situation import FEWEST_BRAKE_POINTS, Situation, ticks_of
+from tests.fakes.navigation import beacon, hear, room, situation
+
+HALL = room(8.0, 8.0)
+
+
+def standing() -> Situation:
+    return situation(HALL, Pose(2.0, 4.0, 0.0))
+
+
+def on_a_path() -> Situation:
+    s = standing()
+    s.tube.adopt(np.column_stack((np.arange(2.0, 5.0, SPACING), np.full(60, 4.0))))
+    s.tube.publish(s.pose, s.tick)
+    return s
+
+
+@pytest.mark.parametrize(("seconds", "ticks"), [(0.0, 1), (0.04, 1), (1.0, 10), (2.26, 23)])
+def test_a_duration_is_at_least_one_tick(seconds: float, ticks: int) -> None:
+    assert ticks_of(seconds) == ticks
+
+
+def test_robots_wait_longer_over_a_slow_radio() -> None:
+    s = standing()
+    s.radio.factor = 3
+    assert s.patience(2.0) == 60
+    assert s.ticks(2.0) == 20
+
+
+@pytest.mark.parametrize(("speed", "points"), [(0.0, FEWEST_BRAKE_POINTS), (0.26, 2), (1.0, 12)])
+def test_a_robot_keeps_the_points_that_it_needs_to_stop(speed: float, points: int) -> None:
+    s = standing()
+    assert s.config.controller.acc_lim_x == 1.0
+    s.twist = Twist(-speed)
+    assert s.brake_points == points
+
+
+@pytest.mark.parametrize(("twist", "stands"), [(Twist(0.01), True), (Twist(0.03), False),
+                                               (Twist(0.0, 0.0, 0.2), False)])  # fmt: skip
+def test_a_robot_that_turns_does_not_stand(twist: Twist, stands: bool) -> None:
+    s = standing()
+    s.twist = twist
+    assert s.is_standing is stands
+
+
+def test_tubes_keep_the_sum_of_both_radii() -> None:
+    s = standing()
+    hear(s, beacon(7, 4.0, 4.0, radius=0.4))
+    assert s.reach(0) == pytest.approx(s.radius + 0.4)
+
+
+def test_another_priority_is_requested_anew() -> None:
+    s = on_a_path()
+    s.take_priorities(5, 7)
+    assert (s.own_priority, s.priority) == (5, 7)
+    assert len(s.tube.requests) == 0
+    s.tube.publish(s.pose, s.tick)
+    s.take_priorities(6, 7)  # as published before
+    assert s.own_priority == 6
+    assert len(s.tube.requests) == 1
+
+
+def test_a_new_map_ends_the_path_at_the_stop_point() -> None:
+    s = on_a_path()
+    s.tube.stop = 7
+    s.load_map(room(6.0, 6.0))
+    assert s.terrain.grid.width == 120
+    assert s.planner.terrain is s.terrain
+    assert len(s.tube.points) == 8
+
+
+def test_parameters_reach_every_layer() -> None:
+    s = on_a_path()
+    before = s.terrain
+    traffic = dataclasses.replace(s.config.traffic, safety_margin=0.1, held_length=0.2)
+    s.configure(dataclasses.replace(s.config, traffic=traffic))
+    assert s.radius == pytest.approx(s.body_radius + 0.1)
+    assert s.tube.span[1] == 4
+    assert s.terrain is before  # which they do not concern
+    planner = dataclasses.replace(s.config.planner, lane_weight=0.0)
+    s.configure(dataclasses.replace(s.config, planner=planner))
+    assert s.terrain is not before
+
+
+def test_long_robots_only_are_confined() -> None:
+    s = situation(HALL, Pose(0.1, 0.1, 0.0))
+    assert not s.is_confined
+    assert (s.obstacle_clearances(np.zeros((3, 2))) == s.obstacle_clearance).all()
