@@ -10,7 +10,7 @@ import typer
 
 from benchmarks.app import benchmarks_app
 from benchmarks.peer_jobs import OURS_INCLUDES, PEERS, check_python, run_peer
-from swarm_bench.bench_command import new_console
+from swarm_bench.bench_command import JsonLines, new_console
 from swarm_bench.document import replace_part
 from swarm_bench.scale_plan import HARNESS, ScaleJob, plan_jobs
 from swarm_bench.scale_process import run_harness
@@ -33,10 +33,7 @@ def peers(
     names: Annotated[str, typer.Option("--peers", help="Names, comma-separated, or all.")] = ALL,
     repeats: Annotated[int, typer.Option(help="Runs of each size; tables have medians.")] = 3,
     seconds: Annotated[float, typer.Option(help="Simulated seconds of a run, at most.")] = 120.0,
-    json_: Annotated[
-        Path | None,
-        typer.Option("--json", help="File of JSON lines to add to; runs in it are not repeated."),
-    ] = None,
+    json_: JsonLines = None,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Document in which to replace the part.")
     ] = None,

@@ -9,7 +9,7 @@ import typer
 from rich.markup import escape
 
 from swarm_bench.ablation import BASE, ablation_markdown, jobs_of, run_job, variants
-from swarm_bench.bench_command import Jobs, bench_app, new_console
+from swarm_bench.bench_command import Jobs, JsonLines, bench_app, new_console
 from swarm_bench.document import replace_part
 from swarm_bench.halls import DRAWN, NONE, hall_runs
 from swarm_bench.json_lines import append_json_line, open_to_append, read_json_lines
@@ -33,10 +33,7 @@ def ablate(
     halls: Annotated[str, typer.Option(help="Seeds of random halls, or none.")] = "0-9",
     robots: Annotated[str, typer.Option(help="Swarm sizes of the halls.")] = "20",
     jobs: Jobs = 1,
-    json_: Annotated[
-        Path | None,
-        typer.Option("--json", help="File of JSON lines to add to; runs in it are not repeated."),
-    ] = None,
+    json_: JsonLines = None,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Document whose part to write.")
     ] = None,

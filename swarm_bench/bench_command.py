@@ -22,6 +22,14 @@ MISSED = 1
 PIPE_WIDTH = 170  # columns of tables that nobody looks at on a terminal
 
 Jobs = Annotated[int, typer.Option(help="Number of processes.")]
+JsonLines = Annotated[
+    Path | None,
+    typer.Option("--json", help="File of JSON lines to add to; runs in it are not repeated."),
+]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option("--set", help="Parameter of the navigators: traffic.safety_margin=0.06"),
+]
 
 bench_app = typer.Typer(rich_markup_mode=None, no_args_is_help=True)
 
@@ -60,16 +68,10 @@ def traffic(
         ),
     ] = False,
     method: Annotated[str, typer.Option(help="ours, dwa or orca.")] = "ours",
-    set_: Annotated[
-        list[str] | None,
-        typer.Option("--set", help="Parameter of the navigators: traffic.safety_margin=0.06"),
-    ] = None,
+    set_: Settings = None,
     jobs: Jobs = 1,
     ros: Annotated[bool, typer.Option("--ros", help="Run swarm-up on the real ROS graph.")] = False,
-    json_: Annotated[
-        Path | None,
-        typer.Option("--json", help="File of JSON lines to add to; runs in it are not repeated."),
-    ] = None,
+    json_: JsonLines = None,
 ) -> None:
     """Run scenarios; without --ros each run is one process without the ROS graph.
 

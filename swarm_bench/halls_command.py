@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from swarm_bench.bench_command import Jobs, bench_app, exit_code, new_console
+from swarm_bench.bench_command import Jobs, JsonLines, Settings, bench_app, exit_code, new_console
 from swarm_bench.halls import DRAWN, hall_runs, run_hall
 from swarm_bench.selection import check_jobs, parse_seeds, parse_sizes
 from swarm_bench.stage import parse_parameters
@@ -28,15 +27,9 @@ def halls(
     trouble: Annotated[
         str, typer.Option(help="none, dead, radio, people, mixed; drawn: by the seed.")
     ] = DRAWN,
-    set_: Annotated[
-        list[str] | None,
-        typer.Option("--set", help="Parameter of the navigators: traffic.safety_margin=0.06"),
-    ] = None,
+    set_: Settings = None,
     jobs: Jobs = 1,
-    json_: Annotated[
-        Path | None,
-        typer.Option("--json", help="File of JSON lines to add to; runs in it are not repeated."),
-    ] = None,
+    json_: JsonLines = None,
 ) -> None:
     """Run random missions in random halls: each seed is a hall with doors, aisles and stations.
 

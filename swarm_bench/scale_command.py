@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from swarm_bench.bench_command import MISSED, bench_app, new_console
+from swarm_bench.bench_command import MISSED, JsonLines, bench_app, new_console
 from swarm_bench.document import replace_part
 from swarm_bench.scale_compare import compare, comparison_table
 from swarm_bench.scale_plan import AUTO, GRAPH, HARNESS, WORKLOADS, plan_jobs
@@ -60,10 +60,7 @@ def scale(
             help="bullet or planar.  [default: bullet; planar with --harness]", show_default=False
         ),
     ] = None,
-    json_: Annotated[
-        Path | None,
-        typer.Option("--json", help="File of JSON lines to add to; runs in it are not repeated."),
-    ] = None,
+    json_: JsonLines = None,
     output: Annotated[
         Path | None,
         typer.Option(

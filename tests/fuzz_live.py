@@ -55,7 +55,8 @@ from swarm_common.middleware.rclpy_compat import SafeExecutor
 from swarm_common.middleware.ros_io import pose_stamped
 from swarm_common.middleware.ros_poll import PolledTopic, drain
 from swarm_common.model.records import Pose
-from tests.graph.conftest import Swarm, reserved_domain
+from tests.fakes.ros_domains import reserved_domain
+from tests.graph.conftest import Swarm
 
 ROBOTS = 3
 SPEED = 4.0  # times real time

@@ -65,7 +65,7 @@ def warm_up() -> None:
     ]
     for index, robot in enumerate(robots):
         robot.set_goal(Goal(kind=GoalKind.NAVIGATE, poses_map=(poses[1 - index],)))
-    _drive(robots, poses)
+    _drive(robots)
     config = NavConfig(localisation=LocalisationConfig(type=AMCL))
     _localise(Navigator(config, spec, grid, sites, 3, poses[0]))
     situation = robots[0]._s
@@ -146,7 +146,7 @@ def _pass_door(situation: Situation) -> None:
     barrier(labels, frame, np.zeros((2, 2)), 1, (0, 1, 0), claims)
 
 
-def _drive(robots: list[Navigator], poses: list[Pose]) -> None:
+def _drive(robots: list[Navigator]) -> None:
     beacons = None
     places = [Pose(0.0, 0.0, 0.0) for _ in robots]
     twists = [Twist() for _ in robots]

@@ -150,14 +150,14 @@ def choose_axes(clearance: Floats, room: float, fits: Bits, axes: NDArray[np.int
 
 @njit(cache=True)
 def add_straight_moves(
-    base: NDArray[np.float32],
-    axes: NDArray[np.int8],
-    room: NDArray[np.bool_],
-    moves: NDArray[np.uint16],
+    axes: NDArray[np.int8], room: NDArray[np.bool_], moves: NDArray[np.uint16]
 ) -> None:
-    """Open the moves (h, w) uint16 along the axes of slots, between these and into the room.
+    """Open the moves along the axes of slots, between these and into the room.
 
-    `room` (h, w) bool says where the robot can turn; `moves` holds the moves between such nodes.
+    Args:
+        axes: (h, w) line of each slot, `NO_AXIS` elsewhere.
+        room: (h, w) where the robot can turn.
+        moves: (h, w) bits of the moves between such nodes; changed.
     """
     for r in range(axes.shape[0]):
         for c in range(axes.shape[1]):

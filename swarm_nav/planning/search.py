@@ -29,7 +29,7 @@ class SearchSpace:
             kernels.open_moves(base, moves)
         else:
             kernels.open_moves(np.where(slots.room, base, kernels.WALL), moves)
-            oblong_kernels.add_straight_moves(base, slots.axes, slots.room, moves)
+            oblong_kernels.add_straight_moves(slots.axes, slots.room, moves)
         self._shape = base.shape
         self._ground = kernels.Ground(base, lane, heading, moves, step)
         heap = HEAP_SHARE * base.size + 64

@@ -190,7 +190,7 @@ def _compile(source: Path, package: str, build: Path, tools: Toolchain) -> Path:
         [
             *compiler,
             *FLAGS,
-            *_includes(package, build, tools),
+            *_includes(build, tools),
             f"-DROSIDL_GENERATOR_C_BUILDING_DLL_{package}",
             "-c",
             str(source),
@@ -201,7 +201,7 @@ def _compile(source: Path, package: str, build: Path, tools: Toolchain) -> Path:
     return target
 
 
-def _includes(package: str, build: Path, tools: Toolchain) -> list[str]:
+def _includes(build: Path, tools: Toolchain) -> list[str]:
     folders = [build / generator for generator in GENERATORS]
     for prefix in tools.prefixes:
         folders += [path for path in sorted((prefix / "include").iterdir()) if path.is_dir()]

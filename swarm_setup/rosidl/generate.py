@@ -55,7 +55,7 @@ def prepare(package: InterfacePackage, build: Path, prefixes: tuple[Path, ...]) 
         if any((path / kind).is_dir() for kind in ("msg", "srv", "action"))
     ]
     _cache_parser()
-    arguments = _arguments(package, build, "rosidl_generator_type_description", share)
+    arguments = _arguments(package, build, share)
     arguments["include_paths"] = folders
     module = importlib.import_module("rosidl_generator_type_description")
     module.generate_type_hash(_write(arguments, build, "type_description"))
@@ -65,7 +65,7 @@ def generate(package: InterfacePackage, build: Path, prefix: Path, generator: st
     """Run one generator for one prepared package into `build/<generator>/<package>`."""
     _cache_parser()
     output = build / generator / package.name
-    arguments = _arguments(package, build, generator, output)
+    arguments = _arguments(package, build, output)
     arguments["template_dir"] = str(prefix / "share" / generator / "resource")
     for kind in {relative.parent.name for relative in package.files} | {"msg"}:
         (output / kind / "detail").mkdir(parents=True, exist_ok=True)
@@ -83,9 +83,7 @@ def generate(package: InterfacePackage, build: Path, prefix: Path, generator: st
     _write_visibility_control(prefix, generator, package, output)
 
 
-def _arguments(
-    package: InterfacePackage, build: Path, generator: str, output: Path
-) -> dict[str, object]:
+def _arguments(package: InterfacePackage, build: Path, output: Path) -> dict[str, object]:
     share = build / "share" / package.name
     idl = [relative.with_suffix(".idl") for relative in package.files]
     return {

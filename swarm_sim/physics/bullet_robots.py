@@ -71,12 +71,10 @@ class Stance:
     Attributes:
         tilt: [rad] of its upright axis.
         wheel_loads: [N] that each driven wheel carries, in the order of `RobotBody.wheels`.
-        ball_loads: [N] that each caster, or what stands for it, carries.
     """
 
     tilt: float
     wheel_loads: FloatArray
-    ball_loads: FloatArray
 
 
 def add_robot(client: int, model: RobotModel, spec: RobotSpec, pose: Pose) -> RobotBody:
@@ -164,7 +162,7 @@ def stance(client: int, robot: RobotBody, ground: int) -> Stance:
     _, (x, y, _, _) = pybullet.getBasePositionAndOrientation(robot.body, client)
     upright = 1.0 - 2.0 * (x * x + y * y)
     driven = len(robot.wheels)
-    return Stance(math.acos(max(-1.0, min(1.0, upright))), loads[:driven], loads[driven:])
+    return Stance(math.acos(max(-1.0, min(1.0, upright))), loads[:driven])
 
 
 def put(client: int, robot: RobotBody, pose: FloatArray) -> None:

@@ -28,7 +28,7 @@ from tests.browser.page import (
     unfold,
     wait_for,
 )
-from tests.graph.conftest import reserved_domain
+from tests.fakes.ros_domains import reserved_domain
 
 pytestmark = [pytest.mark.long, pytest.mark.timeout(900)]
 ROOT = Path(__file__).resolve().parents[2]

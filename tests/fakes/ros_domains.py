@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import socket
+from collections.abc import Iterator
 
 RUNS = range(89, 102)  # one for each run of the tests
 SWARMS = range(40, 89)  # for swarms within a run
@@ -27,3 +28,12 @@ def unix_socket() -> socket.socket:
 def of_this_run(reservation: socket.socket) -> int:
     """Return the domain of this run of the tests: two runs must not see each other."""
     return reserve(RUNS, reservation) or 20 + os.getpid() % 20
+
+
+@contextlib.contextmanager
+def reserved_domain() -> Iterator[int]:
+    """Yield a ROS domain that no other run of the tests uses."""
+    with unix_socket() as reservation:
+        domain = reserve(SWARMS, reservation)
+        assert domain is not None, "every ROS domain for tests is in use"
+        yield domain

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.faults.real_swarm import RealSwarm, reserved_domain
+from tests.fakes.ros_domains import reserved_domain
+from tests.faults.real_swarm import RealSwarm
 
 
 @pytest.fixture

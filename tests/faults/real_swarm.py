@@ -9,14 +9,13 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 import psutil
 
 from swarm_common.middleware.ros_env import DOMAIN_PORTS, FIRST_PORT
-from tests.fakes import ros_domains
 
 UP = "from swarm_commander.cli.main import swarm_up; swarm_up()"
 MODULES = {
@@ -31,15 +30,6 @@ END_LIMIT = 120.0  # [s] likewise
 SETTLE_LIMIT = 20.0  # [s] of wall time until what was killed is gone
 SHARED = Path("/dev/shm")
 TRACER = "lttng-ust-wait"  # two pages of LTTng's, which every user of rclpy shares for ever
-
-
-@contextlib.contextmanager
-def reserved_domain() -> Iterator[int]:
-    """Yield a ROS domain that no other run of the tests uses."""
-    with ros_domains.unix_socket() as reservation:
-        domain = ros_domains.reserve(ros_domains.SWARMS, reservation)
-        assert domain is not None, "every ROS domain for tests is in use"
-        yield domain
 
 
 class RealSwarm:

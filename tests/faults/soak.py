@@ -24,7 +24,8 @@ from typing import Any
 
 import psutil
 
-from tests.faults.real_swarm import RealSwarm, reserved_domain
+from tests.fakes.ros_domains import reserved_domain
+from tests.faults.real_swarm import RealSwarm
 
 PERIOD = 60.0  # [s] of wall time between two faults
 LAPS = 1000  # more than an hour holds

@@ -60,6 +60,17 @@ def look_at(path: Path) -> None:
         check_vehicles(scene, scene.vehicles)
 
 
+def survives_with(package: Path, file: Path, edits: list[Edit]) -> None:
+    """Look at a world of whose files one is mutated."""
+    intact = file.read_bytes()
+    try:
+        file.write_bytes(mutated(intact, edits))
+        with suppress(SwarmError):
+            look_at(package)
+    finally:
+        file.write_bytes(intact)
+
+
 @FUZZ
 @given(edits=EDITS)
 def test_worlds(package: Path, edits: list[Edit]) -> None:
@@ -71,26 +82,14 @@ def test_worlds(package: Path, edits: list[Edit]) -> None:
 @given(edits=EDITS, name=st.sampled_from(["bay", "barrier", "table"]))
 def test_included_models(package: Path, edits: list[Edit], name: str) -> None:
     file = package.parents[1] / "models" / name / "model.sdf"
-    intact = file.read_bytes()
-    try:
-        file.write_bytes(mutated(intact, edits))
-        with suppress(SwarmError):
-            look_at(package)
-    finally:
-        file.write_bytes(intact)
+    survives_with(package, file, edits)
 
 
 @FUZZ
 @given(edits=EDITS, name=st.sampled_from(["bay/meshes/curb.stl", "barrier/meshes/barrier.dae"]))
 def test_meshes(package: Path, edits: list[Edit], name: str) -> None:
     file = package.parents[1] / "models" / name
-    intact = file.read_bytes()
-    try:
-        file.write_bytes(mutated(intact, edits))
-        with suppress(SwarmError):
-            look_at(package)
-    finally:
-        file.write_bytes(intact)
+    survives_with(package, file, edits)
 
 
 @FUZZ

@@ -26,20 +26,11 @@ from swarm_common.process.lifetime import die_with
 from swarm_common.robots.loading import load_robot
 from swarm_common.robots.params import robot_parameters
 from swarm_nav.core.config import NavConfig, parameter_values
-from tests.fakes import ros_domains
+from tests.fakes.ros_domains import reserved_domain
 
 ROBOT = "turtlebot3_waffle"
 WORLD = "slim_blockage"
 START_LIMIT = 90.0  # [s] of wall time, on a busy machine
-
-
-@contextlib.contextmanager
-def reserved_domain() -> Iterator[int]:
-    """Yield a ROS domain that no other run of the tests uses."""
-    with ros_domains.unix_socket() as reservation:
-        domain = ros_domains.reserve(ros_domains.SWARMS, reservation)
-        assert domain is not None, "every ROS domain for tests is in use"
-        yield domain
 
 
 class Process:

@@ -17,7 +17,7 @@ from swarm_common.middleware.ros_poll import drain
 from swarm_common.middleware.tick_action import RESULT_TIMEOUT, TickActionServer
 from swarm_common.model.records import CONTROL_PERIOD
 from swarm_nav.ros.clock import TickClock
-from tests.graph.conftest import reserved_domain
+from tests.fakes.ros_domains import reserved_domain
 
 GOALS = 20
 

@@ -40,7 +40,8 @@ from swarm_recording.bag import Bag
 from swarm_recording.ros_types import message_class, quality
 from swarm_recording.selection import select
 from swarm_ros2 import cli
-from tests.graph.conftest import Process, Swarm, reserved_domain
+from tests.fakes.ros_domains import reserved_domain
+from tests.graph.conftest import Process, Swarm
 
 PATTERNS = "status,odom,scan,tf,tf_static,robot_description,plan,amcl_pose,beacon,particle_cloud"
 TYPES = {  # what each display and tool of RViz is made for

@@ -12,7 +12,7 @@ from std_msgs.msg import String
 
 from swarm_common.middleware.ros_io import RELIABLE
 from swarm_common.middleware.ros_poll import SoleTopic
-from tests.graph.conftest import reserved_domain
+from tests.fakes.ros_domains import reserved_domain
 
 TOPIC = "/Srobot1/cmd_vel"
 RIGHTFUL = "/Srobot1/navigator"

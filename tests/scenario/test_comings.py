@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.graph.conftest import reserved_domain
+from tests.fakes.ros_domains import reserved_domain
 
 ROOT = Path(__file__).resolve().parents[2]
 LIMIT = 120.0  # [s] of wall time

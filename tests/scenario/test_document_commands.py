@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from tests.document_blocks import Block, blocks_of
-from tests.graph.conftest import reserved_domain
+from tests.fakes.ros_domains import reserved_domain
 
 ROOT = Path(__file__).resolve().parents[2]
 LIMIT = 400.0  # [s] of wall time for a block

@@ -20,7 +20,7 @@ from rclpy.executors import SingleThreadedExecutor
 
 from swarm_common.middleware.ros_io import pose_from_msg
 from swarm_common.model.records import Pose, wrap_angle
-from tests.graph.conftest import reserved_domain
+from tests.fakes.ros_domains import reserved_domain
 
 ROOT = Path(__file__).resolve().parents[2]
 LIMIT = 300.0  # [s] of wall time for a step, on a busy machine
