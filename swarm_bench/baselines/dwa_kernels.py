@@ -83,7 +83,13 @@ def gap(x: float, y: float, radius: float, scene: Scene) -> float:
 
 @njit(cache=True)
 def path_gap(x: float, y: float, path: FloatArray) -> float:
-    """Return the distance [m] of (x, y) to the nearest point of a path (n, 2)."""
+    """Return the distance [m] of (x, y) to the nearest point of a path (n, 2).
+
+    Args:
+        x: [m] in map.
+        y: [m] in map.
+        path: (n, 2) [m] in map.
+    """
     best = FAR
     for k in range(path.shape[0]):
         best = min(best, (path[k, 0] - x) ** 2 + (path[k, 1] - y) ** 2)

@@ -212,9 +212,14 @@ def arc_length(path: Floats, segments: Floats, k: int, x: float, y: float) -> fl
 
 @njit(cache=True)
 def advance(pose: Place, pace: float, headings: Floats, path: Floats, track: Floats) -> int:
-    """Drive `pace` [m] per step along given headings (steps, 2); return the path index reached.
+    """Drive along given headings; return the index of the path point that is reached.
 
-    `track` (steps, 3) receives x, y and the index of the path point beside them.
+    Args:
+        pose: Where it starts.
+        pace: [m] per step.
+        headings: (steps, 2) unit vectors.
+        path: (n, 2) [m] in map.
+        track: (steps, 3) receives x, y [m] and the index of the path point beside them.
     """
     x = pose.x
     y = pose.y
@@ -257,7 +262,14 @@ def turning(yaw: float, w: float, headings: Floats) -> float:
 
 @njit(cache=True)
 def predict(pose: Place, v: float, w: float, arc: Floats) -> None:
-    """Fill the poses `arc` (steps, 3) under a constant twist."""
+    """Fill the poses `arc` (steps, 3) under a constant twist.
+
+    Args:
+        pose: Where it starts.
+        v: [m/s]
+        w: [rad/s]
+        arc: (steps, 3) receives x, y [m], yaw [rad].
+    """
     x, y, yaw = pose.x, pose.y, pose.yaw
     for s in range(arc.shape[0]):
         middle = yaw + 0.5 * w * STEP

@@ -133,7 +133,15 @@ def stop_gap(
 
 @njit(cache=True)
 def predict(pose: Place, vx: float, vy: float, w: float, arc: Floats) -> None:
-    """Fill the poses `arc` (steps, 3) under a constant velocity in base_footprint."""
+    """Fill the poses `arc` (steps, 3) under a constant velocity in base_footprint.
+
+    Args:
+        pose: Where it starts.
+        vx: [m/s]
+        vy: [m/s]
+        w: [rad/s]
+        arc: (steps, 3) receives x, y [m], yaw [rad].
+    """
     x, y, yaw = pose.x, pose.y, pose.yaw
     for s in range(arc.shape[0]):
         middle = yaw + 0.5 * w * STEP
@@ -149,7 +157,15 @@ def predict(pose: Place, vx: float, vy: float, w: float, arc: Floats) -> None:
 def straight_to(
     pose: Place, aim_x: float, aim_y: float, speed: float, limits: PlanarLimits
 ) -> tuple[float, float]:
-    """Return (vx, vy) that leads straight to a point, no faster than the drive goes that way."""
+    """Return (vx, vy) that leads straight to a point, no faster than the drive goes that way.
+
+    Args:
+        pose: Of the robot.
+        aim_x: [m] in map.
+        aim_y: [m] in map.
+        speed: [m/s] at most.
+        limits: Of the drive.
+    """
     bearing = math.atan2(aim_y - pose.y, aim_x - pose.x) - pose.yaw
     vx = speed * math.cos(bearing)
     vy = speed * math.sin(bearing)

@@ -12,13 +12,27 @@ from numba import njit
 
 
 @njit(cache=True)
-def outranks(theirs, their_id, own, own_id):
-    """Whether a robot with the priority `theirs` ranks above one with `own`."""
+def outranks(theirs: int, their_id: int, own: int, own_id: int) -> bool:
+    """Whether another robot ranks above this one; of equal priorities the smaller id does.
+
+    Args:
+        theirs: Priority of the other robot.
+        their_id: Its id.
+        own: Priority of this robot.
+        own_id: Its id.
+    """
     return theirs > own or (theirs == own and their_id < own_id)
 
 
 @njit(cache=True)
-def may_hold_up(theirs, their_id, is_gone, own):
-    """Whether a rule may hold up `own` = (priority, id, yields for) for another robot."""
+def may_hold_up(theirs: int, their_id: int, is_gone: bool, own: tuple[int, int, int]) -> bool:
+    """Whether a rule may hold up this robot for another one.
+
+    Args:
+        theirs: Priority of the other robot.
+        their_id: Its id.
+        is_gone: Whether it is silent.
+        own: Priority and id of this robot, and the id that it makes way for, 0 for none.
+    """
     priority, own_id, yields_for = own
     return yields_for == 0 and not is_gone and outranks(theirs, their_id, priority, own_id)

@@ -139,7 +139,14 @@ def wrap(angle: float) -> float:
 
 @njit(cache=True)
 def scatter(particles: Floats, mean: Place, spread: Spread, state: NDArray[np.uint64]) -> None:
-    """Draw all particles (n, 3) around a pose in map."""
+    """Draw all particles (n, 3) around a pose in map.
+
+    Args:
+        particles: (n, 3) x, y [m], yaw [rad]; written.
+        mean: Pose that they are drawn around.
+        spread: Standard deviations.
+        state: (1,) counter of the random numbers; changed.
+    """
     for k in range(particles.shape[0]):
         for axis in range(3):
             particles[k, axis] = mean[axis] + spread[axis] * normal(state)
@@ -147,7 +154,13 @@ def scatter(particles: Floats, mean: Place, spread: Spread, state: NDArray[np.ui
 
 @njit(cache=True)
 def blur(particles: Floats, spread: Floats, state: NDArray[np.uint64]) -> None:
-    """Add noise to particles (n, 3); spread (3,) has the standard deviations of x, y, yaw."""
+    """Add normal noise to particles.
+
+    Args:
+        particles: (n, 3) x, y [m], yaw [rad]; changed.
+        spread: (3,) standard deviations of these.
+        state: (1,) counter of the random numbers; changed.
+    """
     for k in range(particles.shape[0]):
         for axis in range(3):
             particles[k, axis] += spread[axis] * normal(state)
@@ -158,6 +171,12 @@ def move(particles: Floats, step: Motion, noise: Noise, state: NDArray[np.uint64
     """Move particles (n, 3) by an odometry step with noise.
 
     Thrun, Burgard, Fox 2005, table 5.6. The way lies in the direction after the first turn.
+
+    Args:
+        particles: (n, 3) x, y [m], yaw [rad]; changed.
+        step: In the frame of each particle.
+        noise: Standard deviations of its parts.
+        state: (1,) counter of the random numbers; changed.
     """
     for k in range(particles.shape[0]):
         first = step.first + noise.first * normal(state)

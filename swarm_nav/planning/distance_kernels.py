@@ -117,6 +117,12 @@ def sample(field: Floats, frame: Frame, x: float, y: float) -> float:
     """Return the bilinear value of a cell-centred field (h, w) at (x, y) [m] in map.
 
     Outside of the field it is the value at the border.
+
+    Args:
+        field: (h, w), each at least 2.
+        frame: Of the field.
+        x: [m] in map.
+        y: [m] in map.
     """
     height, width = field.shape
     u = (x - frame.origin_x) / frame.step - 0.5
@@ -134,7 +140,14 @@ def sample(field: Floats, frame: Frame, x: float, y: float) -> float:
 
 @njit(cache=True)
 def sample_lattice(field: Floats, frame: Frame, lattice: Floats, step: float) -> None:
-    """Fill `lattice` (h, w), cells of `step` [m] from the same origin, with bilinear samples."""
+    """Fill `lattice` (h, w), cells of `step` [m] from the same origin, with bilinear samples.
+
+    Args:
+        field: (h, w).
+        frame: Of the field.
+        lattice: (h, w) receives the samples.
+        step: [m] edge of its cells.
+    """
     for r in range(lattice.shape[0]):
         for c in range(lattice.shape[1]):
             x = frame.origin_x + (c + 0.5) * step
@@ -227,7 +240,16 @@ def stamp_rows(
     radii: Floats,
     values: Floats,
 ) -> None:
-    """Stamp discs of one radius and value per row; points (n, k, 2), sizes (n,) of them count."""
+    """Stamp discs of one radius and value per row; points (n, k, 2), sizes (n,) of them count.
+
+    Args:
+        grid: (h, w) to raise.
+        frame: Of the grid.
+        points: (n, k, 2) [m] in map.
+        sizes: (n,) of the points that count.
+        radii: (n,) [m].
+        values: (n,) at least this much.
+    """
     for row in range(sizes.shape[0]):
         stamp_discs(grid, frame, points[row], sizes[row], radii[row], values[row])
 

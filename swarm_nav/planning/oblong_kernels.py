@@ -61,6 +61,13 @@ def slack(field: Field, discs: Floats, x: float, y: float, yaw: float) -> float:
     """Return the smallest clearance [m] of discs (k, 3) at a pose, less what each needs.
 
     It is negative if the polygon is too near to a wall.
+
+    Args:
+        field: Distances to walls.
+        discs: (k, 3) x, y, radius [m] in base_footprint.
+        x: [m] in map.
+        y: [m] in map.
+        yaw: [rad] in map.
     """
     cos = math.cos(yaw)
     sin = math.sin(yaw)
@@ -74,7 +81,15 @@ def slack(field: Field, discs: Floats, x: float, y: float, yaw: float) -> float:
 
 @njit(cache=True)
 def fits_along(field: Field, discs: Floats, x: float, y: float, yaw: float) -> bool:
-    """Return True if the polygon fits with either end ahead."""
+    """Return True if the polygon fits with either end ahead.
+
+    Args:
+        field: Distances to walls.
+        discs: (k, 3) x, y, radius [m] in base_footprint.
+        x: [m] in map.
+        y: [m] in map.
+        yaw: [rad] of the axis, in map.
+    """
     return slack(field, discs, x, y, yaw) >= 0.0 and slack(field, discs, x, y, yaw + math.pi) >= 0.0
 
 
@@ -109,7 +124,17 @@ def fitting_axes(
 def steps_to_room(
     clearance: Floats, room: float, fits: Bits, r: int, c: int, axis: int, sign: int
 ) -> int:
-    """Return the steps along an axis from node (r, c) to the first with room to turn, or -1."""
+    """Return the steps along an axis from node (r, c) to the first with room to turn, or -1.
+
+    Args:
+        clearance: (h, w) [m] from walls.
+        room: [m] from which the robot can turn.
+        fits: (h, w) bits of the axes on which the polygon fits.
+        r: Row of the node.
+        c: Column of the node.
+        axis: Index into `AXES`.
+        sign: 1 along the axis, -1 against it.
+    """
     move = MOVES[AXES[axis]]
     steps = 0
     while True:
@@ -129,6 +154,12 @@ def choose_axes(clearance: Floats, room: float, fits: Bits, axes: NDArray[np.int
     """Fill `axes` (h, w) int8: the line on which a node is passed straight, `NO_AXIS` for none.
 
     Of the axes along which the polygon fits all the way from room to room the shortest counts.
+
+    Args:
+        clearance: (h, w) [m] from walls.
+        room: [m] from which the robot can turn.
+        fits: (h, w) bits of the axes on which the polygon fits.
+        axes: (h, w) receives the lines.
     """
     for r in range(fits.shape[0]):
         for c in range(fits.shape[1]):
@@ -176,7 +207,15 @@ def add_straight_moves(
 
 @njit(cache=True)
 def obstacle_slack(points: Floats, corners: Floats, x: float, y: float, yaw: float) -> float:
-    """Return the distance [m] of points (n, 2) from a convex polygon (m, 2) at a pose; 0 inside."""
+    """Return the distance [m] of points (n, 2) from a convex polygon (m, 2) at a pose; 0 inside.
+
+    Args:
+        points: (n, 2) [m] in map.
+        corners: (m, 2) [m] of the polygon in base_footprint, counter-clockwise.
+        x: [m] in map.
+        y: [m] in map.
+        yaw: [rad] in map.
+    """
     cos = math.cos(yaw)
     sin = math.sin(yaw)
     best = 1e9

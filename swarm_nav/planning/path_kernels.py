@@ -44,6 +44,14 @@ def smooth_path(
 
     A point stays where it is if the average is below the floor and nearer to a wall, or in a
     cell with a larger value of `others`. The ends stay.
+
+    Args:
+        points: (n, 2) [m] in map.
+        passes: Times that it is averaged.
+        reach: Points on either side that are averaged.
+        walls: What it keeps clear of.
+        others: What other robots add per metre.
+        out: (n, 2) receives the path.
     """
     field, frame = walls.field.distance, walls.field.frame
     floor = walls.floor
@@ -79,7 +87,14 @@ def smooth_path(
 
 @njit(cache=True)
 def cell_value(grid: NDArray[np.float32], frame: Frame, x: float, y: float) -> float:
-    """Return the value of the cell that holds (x, y) [m] in map; 1e9 outside of the grid."""
+    """Return the value of the cell that holds (x, y) [m] in map; 1e9 outside of the grid.
+
+    Args:
+        grid: (h, w).
+        frame: Of the grid.
+        x: [m] in map.
+        y: [m] in map.
+    """
     r = math.floor((y - frame.origin_y) / frame.step)
     c = math.floor((x - frame.origin_x) / frame.step)
     if r < 0 or c < 0 or r >= grid.shape[0] or c >= grid.shape[1]:
@@ -89,7 +104,13 @@ def cell_value(grid: NDArray[np.float32], frame: Frame, x: float, y: float) -> f
 
 @njit(cache=True)
 def lift_off_walls(points: Floats, walls: Walls, rounds: int) -> None:
-    """Move inner points (n, 2) up the distance field to the floor, a centimetre a round."""
+    """Move inner points (n, 2) up the distance field to the floor, a centimetre a round.
+
+    Args:
+        points: (n, 2) [m] in map; changed.
+        walls: What they keep clear of.
+        rounds: A centimetre each.
+    """
     field, frame = walls.field.distance, walls.field.frame
     wanted = walls.floor
     eps = frame.step
@@ -214,7 +235,15 @@ def with_ends(points: Floats, ends: Floats, gap: float) -> NDArray[np.float64]:
 def drivable(
     points: Floats, spacing: float, smoothing: Smoothing, walls: Walls, others: Blocked
 ) -> NDArray[np.float64]:
-    """Return points (m, 2) every `spacing` [m] along a smoothed polyline (n, 2) in map."""
+    """Return points (m, 2) every `spacing` [m] along a smoothed polyline (n, 2) in map.
+
+    Args:
+        points: (n, 2) [m] in map.
+        spacing: [m] of the result.
+        smoothing: How it is smoothed.
+        walls: What it keeps clear of.
+        others: What other robots add per metre.
+    """
     path = resampled(points, spacing)
     if path.shape[0] < 3:
         return path

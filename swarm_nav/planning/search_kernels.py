@@ -161,6 +161,13 @@ def nearest_open(
     """Return the flat index of the open node nearest to (x, y) within two cells, or -1.
 
     Nodes of (h, w) that `extra` closes count as ten cells further away.
+
+    Args:
+        base: (h, w) cost factors, `WALL` where no path may enter.
+        extra: (h, w) what other robots add.
+        frame: Of the lattice.
+        x: [m] in map.
+        y: [m] in map.
     """
     height, width = base.shape
     step = frame.step

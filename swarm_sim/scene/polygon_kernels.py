@@ -17,7 +17,15 @@ FloatArray = NDArray[np.float64]
 
 @numba.njit(cache=True)
 def place(hull: FloatArray, x: float, y: float, yaw: float, out: FloatArray) -> None:
-    """Write a hull, given in its own frame, into `out` at a pose."""
+    """Write a hull, given in its own frame, into `out` at a pose.
+
+    Args:
+        hull: (k, 2) [m].
+        x: [m]
+        y: [m]
+        yaw: [rad]
+        out: (k, 2) receives the hull.
+    """
     cos, sin = math.cos(yaw), math.sin(yaw)
     for k in range(hull.shape[0]):
         out[k, 0] = x + cos * hull[k, 0] - sin * hull[k, 1]
@@ -26,7 +34,12 @@ def place(hull: FloatArray, x: float, y: float, yaw: float, out: FloatArray) -> 
 
 @numba.njit(cache=True)
 def separated(a: FloatArray, b: FloatArray) -> bool:
-    """Return whether an edge of `a` has all of `b` on its outer side."""
+    """Return whether an edge of `a` has all of `b` on its outer side.
+
+    Args:
+        a: (k, 2), counter-clockwise.
+        b: (m, 2).
+    """
     count = a.shape[0]
     for i in range(count):
         j = i + 1 if i + 1 < count else 0
@@ -45,13 +58,23 @@ def separated(a: FloatArray, b: FloatArray) -> bool:
 
 @numba.njit(cache=True)
 def overlap(a: FloatArray, b: FloatArray) -> bool:
-    """Return whether two convex polygons meet."""
+    """Return whether two convex polygons meet.
+
+    Args:
+        a: (k, 2), counter-clockwise.
+        b: (m, 2), counter-clockwise.
+    """
     return not separated(a, b) and not separated(b, a)
 
 
 @numba.njit(cache=True)
 def corner_distance(a: FloatArray, b: FloatArray) -> float:
-    """Return the smallest distance of a corner of `a` from an edge of `b`."""
+    """Return the smallest distance of a corner of `a` from an edge of `b`.
+
+    Args:
+        a: (k, 2).
+        b: (m, 2).
+    """
     best = math.inf
     count = b.shape[0]
     for i in range(count):
@@ -70,7 +93,12 @@ def corner_distance(a: FloatArray, b: FloatArray) -> float:
 
 @numba.njit(cache=True)
 def distance(a: FloatArray, b: FloatArray) -> float:
-    """Return the distance between two convex polygons; 0 if they meet."""
+    """Return the distance between two convex polygons; 0 if they meet.
+
+    Args:
+        a: (k, 2), counter-clockwise.
+        b: (m, 2), counter-clockwise.
+    """
     if overlap(a, b):
         return 0.0
     return min(corner_distance(a, b), corner_distance(b, a))

@@ -86,7 +86,14 @@ def ray_disc(dx: float, dy: float, cx: float, cy: float, radius: float) -> float
 
 @numba.njit(cache=True)
 def segment_gap(ax: float, ay: float, bx: float, by: float) -> float:
-    """Return the distance of the origin from the segment a-b."""
+    """Return the distance of the origin from the segment a-b.
+
+    Args:
+        ax: [m] of one end.
+        ay: [m] of one end.
+        bx: [m] of the other end.
+        by: [m] of the other end.
+    """
     ex, ey = bx - ax, by - ay
     length = ex * ex + ey * ey
     share = 0.0
@@ -180,7 +187,14 @@ def cast(
 
 @numba.njit(cache=True)
 def draw(seed: int, tick: int, members: IntArray, words: NDArray[np.uint64]) -> None:
-    """Write a random word for each ray (n, rays): `hash_words` of seed, tick, member and ray."""
+    """Write a random word for each ray (n, rays): `hash_words` of seed, tick, member and ray.
+
+    Args:
+        seed: Of everything random.
+        tick: Of the scan.
+        members: (n,) indices of the robots.
+        words: (n, rays) receives the words.
+    """
     head = mixed(mixed(np.uint64(0), np.uint64(seed)), np.uint64(tick))
     for i in range(words.shape[0]):
         word = mixed(head, np.uint64(members[i]))

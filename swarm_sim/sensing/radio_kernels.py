@@ -14,7 +14,12 @@ IntArray = NDArray[np.int64]
 
 @numba.njit(cache=True)
 def mixed(word: np.uint64, part: np.uint64) -> np.uint64:
-    """Return the word with one more coordinate in it, as `randomness.hash_words` chains them."""
+    """Return the word with one more coordinate in it, as `randomness.hash_words` chains them.
+
+    Args:
+        word: 64 bits.
+        part: The coordinate.
+    """
     word += np.uint64(0x9E3779B97F4A7C15) + part
     word = (word ^ (word >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     word = (word ^ (word >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
@@ -23,7 +28,12 @@ def mixed(word: np.uint64, part: np.uint64) -> np.uint64:
 
 @numba.njit(cache=True)
 def draw(prefix: tuple[int, int, int], words: NDArray[np.uint64]) -> None:
-    """Write a random word for each place (n, k): `hash_words` of the prefix, row and column."""
+    """Write a random word for each place (n, k): `hash_words` of the prefix, row and column.
+
+    Args:
+        prefix: Coordinates before row and column.
+        words: (n, k) receives the words.
+    """
     head = np.uint64(0)
     for part in prefix:
         head = mixed(head, np.uint64(part))
