@@ -55,10 +55,6 @@ class Restarts:
         self.total += len(names)
         return names
 
-    def number_of(self, name: str) -> int:
-        """Return how many restarts of a process count at the moment."""
-        return len(self._starts.get(name, ()))
-
     def is_waiting(self, name: str) -> bool:
         """Whether a process will be started."""
         return name in self._due

@@ -167,17 +167,3 @@ def serialize_neighbors(sec: int, nanosec: int, beacons: BeaconArray) -> bytes:
     """Return the CDR message of a NeighborArray."""
     head = np.array([sec, nanosec, len(beacons)], "<u4")
     return ENCAPSULATION + head.tobytes() + beacons.tobytes()
-
-
-def deserialize_neighbors(data: bytes | bytearray) -> tuple[int, int, BeaconArray]:
-    """Return (sec, nanosec, beacons) of a NeighborArray message; the beacons are a view.
-
-    Raises:
-        ValueError: If the message is shorter than its own count says.
-    """
-    if len(data) < 16:
-        raise ValueError(f"neighbour message of {len(data)} bytes; expected at least 16")
-    sec, nanosec, count = np.frombuffer(data, "<u4", 3, 4)
-    if len(data) < 16 + int(count) * BEACON_SIZE:
-        raise ValueError(f"neighbour message of {len(data)} bytes is too short for {count} beacons")
-    return int(sec), int(nanosec), np.frombuffer(data, BEACON_DTYPE, int(count), 16)

@@ -176,26 +176,6 @@ def window_max(field: Floats, reach: int, out: Floats) -> None:
 
 
 @njit(cache=True)
-def nearest_squared(points: Floats, count: int, x: float, y: float) -> float:
-    """Smallest squared distance [m²] of a point to some points.
-
-    Args:
-        points: (n, 2) [m].
-        count: How many of them count; with 0 the result is `INFINITE`.
-        x: [m] of the point.
-        y: [m] of the point.
-    """
-    best = INFINITE
-    for k in range(count):
-        dx = points[k, 0] - x
-        dy = points[k, 1] - y
-        d = dx * dx + dy * dy
-        if d < best:
-            best = d
-    return best
-
-
-@njit(cache=True)
 def stamp_discs(
     grid: Floats, frame: Frame, points: Floats, count: int, radius: float, value: float
 ) -> None:

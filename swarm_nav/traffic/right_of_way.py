@@ -102,15 +102,6 @@ class RightOfWay:
             situation.tube.cut()
         return self.is_yielding
 
-    def reset(self, situation: Situation) -> None:
-        """Forget the pusher, as after a restart.
-
-        Args:
-            situation: Of the robot.
-        """
-        self._release(situation)
-        self._retreat_until = -1
-
     def _await_release(self, situation: Situation) -> None:
         """Be free after a while; on a single lane look for a refuge while the pusher is away.
 

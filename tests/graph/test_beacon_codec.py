@@ -7,6 +7,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 from swarm_interfaces.msg import Beacon, NeighborArray
 
 from swarm_common.model import beacon as codec
+from tests.fakes.neighbors import deserialize_neighbors
 
 ARRAYS = (
     "pose",
@@ -62,7 +63,7 @@ def test_neighbors_are_joined_beacons():
         assert len(message.beacons) == count
         for item, record in zip(message.beacons, beacons, strict=True):
             assert_equal(item, record)
-        sec, nanosec, again = codec.deserialize_neighbors(serialize_message(message))
+        sec, nanosec, again = deserialize_neighbors(serialize_message(message))
         assert (sec, nanosec) == (5, 700_000_000)
         np.testing.assert_array_equal(again, beacons)
 

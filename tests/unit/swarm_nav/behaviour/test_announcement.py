@@ -20,7 +20,6 @@ from swarm_common.model.beacon import (
     MODE_YIELD,
     blank_beacon,
     deserialize_beacon,
-    deserialize_neighbors,
     pack_head,
     record_of,
     serialize_beacon,
@@ -44,6 +43,7 @@ from swarm_nav.traffic.right_of_way import RightOfWay
 from swarm_nav.traffic.senses import Senses
 from swarm_nav.traffic.situation import Situation
 from tests.fakes.navigation import RADIUS, room, situation, waffle
+from tests.fakes.neighbors import deserialize_neighbors
 
 HALL = room(6.0, 6.0)
 STATION = (4.0, 4.0)
@@ -190,12 +190,7 @@ def test_a_batch_survives_its_encoding(count: int) -> None:
     assert back.tobytes() == batch.tobytes()
 
 
-def test_messages_that_are_too_short_are_refused() -> None:
-    data = serialize_neighbors(0, 0, np.array([announce(driving())], BEACON_DTYPE))
-    with pytest.raises(ValueError, match="too short for 1 beacons"):
-        deserialize_neighbors(data[:-1])
-    with pytest.raises(ValueError, match="at least 16"):
-        deserialize_neighbors(data[:15])
+def test_a_beacon_that_is_too_short_is_refused() -> None:
     with pytest.raises(ValueError, match="expected"):
         deserialize_beacon(serialize_beacon(announce(driving()))[:-1])
 

@@ -92,10 +92,3 @@ def test_untouched_is_what_is_allowed_and_not_stamped() -> None:
     out = np.empty((2, 2), np.uint8)
     kernels.untouched(stamped, np.array(((1, 1), (0, 2)), np.uint8), out)
     assert out.tolist() == [[1, 0], [0, 1]]
-
-
-def test_the_nearest_point_counts_the_first_ones_only() -> None:
-    points = np.array(((3.0, 4.0), (0.0, 1.0)))
-    assert kernels.nearest_squared(points, 1, 0.0, 0.0) == 25.0
-    assert kernels.nearest_squared(points, 2, 0.0, 0.0) == 1.0
-    assert kernels.nearest_squared(points, 0, 0.0, 0.0) == kernels.INFINITE
