@@ -50,50 +50,65 @@ def ticks_of(seconds: float) -> int:
 
 @dataclass(slots=True)
 class Situation:
-    """Mutable state of one robot, shared by the parts of its navigator.
+    """State of one robot that the parts of its navigator share; each field has one writer.
 
     Attributes:
-        radius: [m] safety radius: the circumscribed one plus the margin.
+        robot_id: From 1.
+        config: Parameters, by `configure`.
         body_radius: [m] circumscribed radius.
         oblong: Outline of a long robot, which plans with it; None for others.
-        blocked_ticks: Ticks for which the tube could not grow because of `blocked_by`.
+        stations: Places (x, y) in map that many robots go to, by `sites.yaml`.
+        terrain: The map as this robot sees it, by `load_map`.
+        planner: On this terrain.
+        hood: What is known of the neighbours.
+        obstacles: What the LiDAR sees beyond map and neighbours.
+        tube: Path, held and requested space.
+        radio: How slow the radio is.
+        counters: For the report; every part counts its own.
+        tick: Now; by the navigator, as pose and twist.
+        pose: In map.
+        twist: In base_footprint, vx along the course.
+        radius: [m] safety radius: the circumscribed one plus the margin, by `take_margin`.
+        own_priority: As in the last beacon without what was inherited from robots that push, by
+            `take_priorities`.
+        priority: As in the last beacon.
+        listening_since: Tick since which the radio is heard without a gap, by `Senses`.
+        yields_for: Id of the robot that is made way for, 0 for none, by `RightOfWay`.
+        blocked_ticks: Ticks for which the tube could not grow because of `blocked_by`; by `Claim`,
+            as what follows.
         blocked_by: Id of that robot, 0 for none.
         blocked_why: What that robot does, for people.
         is_unconfirmed: Whether the tube did not grow because a request is not acknowledged yet.
-        yields_for: Id of the robot that is made way for, 0 for none.
-        priority: As published in the last beacon.
-        own_priority: The same without what was inherited from robots that push.
-        radio: How slow the radio is.
-        stations: Places (x, y) in map that many robots go to, by `sites.yaml`.
-        listening_since: Tick since which the radio is heard without a gap.
+        obstacle_ticks: Ticks for which it could not grow because of something else in the way.
+        has_grown: Whether it grew in the last tick.
     """
 
     robot_id: int
     config: NavConfig
     body_radius: float
-    radius: float
     terrain: Terrain
     planner: Planner
     hood: Neighborhood
     obstacles: ObstacleLayer
     tube: Tube
     pose: Pose
-    twist: Twist
-    counters: Counters
+    radius: float
+    oblong: Oblong | None = None
+    stations: tuple[tuple[float, float], ...] = ()
+    radio: Patience = field(default_factory=Patience)
+    counters: Counters = field(default_factory=Counters)
     tick: int = 0
+    twist: Twist = field(default_factory=Twist)
+    own_priority: int = 0
+    priority: int = 0
+    listening_since: int = 0
+    yields_for: int = 0
     blocked_ticks: int = 0
     blocked_by: int = 0
     blocked_why: str = ""
     is_unconfirmed: bool = False
     obstacle_ticks: int = 0
-    yields_for: int = 0
     has_grown: bool = False
-    priority: int = 0
-    own_priority: int = 0
-    listening_since: int = 0
-    stations: tuple[tuple[float, float], ...] = ()
-    oblong: Oblong | None = None
-    radio: Patience = field(default_factory=Patience)
 
     def load_map(self, grid: Grid) -> None:
         """Take another map; the path on the old one ends at the stop point.
@@ -279,8 +294,6 @@ def begin(
         obstacles=ObstacleLayer(config.costmap, spec.lidar, spec.footprint),
         tube=tube,
         pose=pose_map,
-        twist=Twist(),
-        counters=Counters(),
         oblong=Oblong.of(spec),
         stations=stations,
     )
