@@ -111,11 +111,11 @@ class Conduct:
             self._automaton.switch(Event.STATION_TAKEN)
             return None
         is_barred = self._lease.is_barred(s)
-        if self._lease.station is not None and not is_barred and not self._has_turn():
-            if self._lease.is_too_near(s):
-                self._held_place = self._lease.place
-                self._automaton.switch(Event.STATION_TAKEN)
-                return None
+        has_to_wait = self._lease.station is not None and not is_barred and not self._has_turn()
+        if has_to_wait and self._lease.is_too_near(s):
+            self._held_place = self._lease.place
+            self._automaton.switch(Event.STATION_TAKEN)
+            return None
         if is_barred:
             message = "a robot that no longer answers or is inactive stands on the station"
             self._pursuit.fail_target(task, ErrorCode.GOAL_OCCUPIED, message)

@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from swarm_nav.perception.obstacle_kernels import Beam
+from swarm_nav.perception.obstacle_kernels import Beam, ray_at
 from swarm_nav.planning.distance_kernels import Floats, Place
 
 Ticks = NDArray[np.int64]
@@ -67,10 +67,9 @@ def passed_through(
         out[k] = False
         if d > max_range or d < beam.range_min:
             continue
-        angle = math.atan2(dy, dx) - pose.yaw - beam.angle_min
-        index = round((angle % (2.0 * math.pi)) / beam.angle_increment)
-        if index >= n and (n + 0.5) * beam.angle_increment < 2.0 * math.pi:
-            continue  # outside the field of view; a full circle closes
+        index = ray_at(beam, n, math.atan2(dy, dx) - pose.yaw)
+        if index < 0:
+            continue
         out[k] = True
         for side in range(-1, 2):
             if not ranges[(index + side) % n] > d + margin:

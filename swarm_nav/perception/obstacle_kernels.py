@@ -84,6 +84,21 @@ def unexplained(
 
 
 @njit(cache=True)
+def ray_at(beam: Beam, rays: int, bearing: float) -> int:
+    """Return the index of the ray nearest to a bearing, -1 outside the field of view.
+
+    Args:
+        beam: Of the LiDAR.
+        rays: How many there are.
+        bearing: [rad] in the LiDAR's frame, any multiple of 2π.
+    """
+    index = round(((bearing - beam.angle_min) % (2.0 * math.pi)) / beam.angle_increment)
+    if index >= rays and (rays + 0.5) * beam.angle_increment < 2.0 * math.pi:
+        return -1  # a full circle closes
+    return index % rays
+
+
+@njit(cache=True)
 def still_there(
     points: Floats,
     ranges: NDArray[np.float32],
@@ -106,7 +121,6 @@ def still_there(
         reach: Radii (k,) [m] of these.
         keep: To clear.
     """
-    n = ranges.shape[0]
     for k in range(points.shape[0]):
         dx = points[k, 0] - pose.x
         dy = points[k, 1] - pose.y
@@ -118,11 +132,8 @@ def still_there(
         d = math.hypot(dx, dy)
         if d > max_range or d < beam.range_min:
             continue
-        angle = math.atan2(dy, dx) - pose.yaw - beam.angle_min
-        index = round((angle % (2.0 * math.pi)) / beam.angle_increment)
-        if index >= n and (n + 0.5) * beam.angle_increment < 2.0 * math.pi:
-            continue  # outside the field of view; a full circle closes
-        if ranges[index % n] > d + 0.1:
+        index = ray_at(beam, ranges.shape[0], math.atan2(dy, dx) - pose.yaw)
+        if index >= 0 and ranges[index] > d + 0.1:
             keep[k] = False
 
 
