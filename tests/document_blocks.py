@@ -4,6 +4,7 @@
 <!-- run long -->        by the long tests only
 <!-- run background -->  by the long tests: started, and left running for the blocks after it
 <!-- save NAME -->       the next block is the file NAME
+<!-- not run: WHY -->    the next block is not run
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 MARK = re.compile(r"<!-- (run|save)(?: ([\w.]+))? -->")
+NOT_RUN = re.compile(r"<!-- not run: .+ -->")
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,18 @@ def blocks_of(document: str) -> Iterator[Block]:
         if not text:
             raise ValueError(f"line {number + 1}: no block follows {line.strip()}")
         yield Block(kind, word if verb == "save" else "", text + "\n", number + 1)
+
+
+def unmarked_fences(document: str) -> list[int]:
+    """Return the lines, from 1 on, at which fenced blocks without any mark begin."""
+    lines = document.splitlines()
+    fences = [number for number, line in enumerate(lines) if line.startswith("```")]
+    return [
+        number + 1
+        for number in fences[::2]
+        if number == 0
+        or not (MARK.fullmatch(lines[number - 1]) or NOT_RUN.match(lines[number - 1]))
+    ]
 
 
 def _block(lines: list[str]) -> list[str]:

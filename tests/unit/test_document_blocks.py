@@ -1,6 +1,10 @@
+from pathlib import Path
+
 import pytest
 
-from tests.document_blocks import Block, blocks_of
+from tests.document_blocks import Block, blocks_of, unmarked_fences
+
+ROOT = Path(__file__).parents[2]
 
 DOCUMENT = """\
 Prose, and a block that nobody marked:
@@ -36,3 +40,17 @@ def test_marked_blocks_are_found_and_others_are_not() -> None:
 def test_a_mark_that_means_nothing_is_an_error(text: str) -> None:
     with pytest.raises(ValueError, match="line 1"):
         list(blocks_of(text))
+
+
+def test_a_fence_has_a_mark_right_above_it_or_none() -> None:
+    text = (
+        "```\na\n```\n<!-- run -->\n```\nb\n```\n<!-- not run: no engine -->\n```sh\nc\n```\n\n"
+        "<!-- not run: -->\n```\nd\n```\n"
+    )
+    assert unmarked_fences(text) == [1, 14]
+
+
+def test_every_block_of_the_ros_page_is_run_or_says_why_not() -> None:
+    text = (ROOT / "docs" / "ros.md").read_text("utf-8")
+    assert not unmarked_fences(text)
+    assert len([block for block in blocks_of(text) if block.kind == "long"]) >= 6

@@ -1,0 +1,15 @@
+#!/bin/sh
+# Runs the unit and the graph tests on another Python, in an environment of its own under build/.
+# Usage: tools/test_on_python.sh python3.12 [PYTEST ARGUMENTS]     (default: tests/unit tests/graph)
+set -eu
+cd "$(dirname "$0")/.."
+python=${1:?usage: tools/test_on_python.sh PYTHON [PYTEST ARGUMENTS]}
+shift
+version=$("$python" -c 'import sys; print("%d.%d" % sys.version_info[:2])')
+venv=build/python$version
+[ -x "$venv/bin/python" ] || "$python" -m venv "$venv"
+echo "installing dependencies into $venv"
+"$venv/bin/python" -m pip install --quiet --editable ".[dev]"
+"$venv/bin/swarm-setup"
+[ $# -gt 0 ] || set -- tests/unit tests/graph
+exec "$venv/bin/python" -m pytest "$@"
