@@ -87,7 +87,7 @@ def time_shown(browser: WebDriver) -> float:
 
 
 def test_a_recording_is_played_at_several_speeds(browser: WebDriver, address: str) -> None:
-    browser.get(f"{address}?robot=Srobot3")
+    browser.get(f"{address}&robot=Srobot3")
     wait_for(lambda: "estimate" in text_of(browser), "the robot of the address")
     assert "Cancel goal" not in text_of(browser)
     assert "Remove robot" not in text_of(browser)
