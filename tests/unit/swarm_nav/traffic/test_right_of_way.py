@@ -108,7 +108,7 @@ def test_who_is_still_in_the_way_at_its_refuge_looks_for_one_farther_off() -> No
     s.pose = Pose(float(first[0]), float(first[1]), 0.0)
     s.tube.reset(s.pose)
     run(s, right, 60, pushing(3.2, 4.0))
-    assert not s.is_stuck
+    assert not right.is_stuck
     assert math.dist(s.tube.points[-1], first) > 0.5 * REFUGE_MARGIN
 
 
