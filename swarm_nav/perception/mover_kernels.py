@@ -24,6 +24,10 @@ class Marks(NamedTuple):
     hit_ticks: Ticks  # (n,) in which each was last hit
 
 
+# For calls from Python with every scan: numba's dispatcher takes plain tuples faster.
+PlainMarks = tuple[Ticks, NDArray[np.int64], Ticks]
+
+
 class Ages(NamedTuple):
     """What ages are measured by."""
 
@@ -80,13 +84,13 @@ def passed_through(
 def inherit(
     marks: Floats,
     points: Floats,
-    old: Marks,
+    old: PlainMarks,
     hits: Floats,
     arrivals: Floats,
-    sizes: Sizes,
-    ages: Ages,
+    sizes: tuple[float, float],
+    ages: tuple[int, tuple[int, int, int]],
     walk_ticks: int,
-    out: Marks,
+    out: PlainMarks,
 ) -> None:
     """Write the history of marks, taken over from older marks near by.
 
@@ -97,17 +101,18 @@ def inherit(
     Args:
         marks: (n, 2) [m] in map.
         points: The older marks (m, 2) [m] in map.
-        old: Their history.
+        old: Their history, fields of `Marks`.
         hits: (k, 2) [m] in map, of this scan.
         arrivals: (j, 2) [m] in map: those of the hits where nothing was shortly before.
-        sizes: Of marks and bodies.
-        ages: Now, and when a mark is a thing.
+        sizes: Fields of `Sizes`.
+        ages: Fields of `Ages`.
         walk_ticks: Between the first and a later arrival of a walking body.
-        out: Receives the history.
+        out: Receives the history, fields of `Marks`.
     """
-    births, motion, hit_ticks = out.births, out.motion, out.hit_ticks
-    old_births, old_motion, old_hits = old.births, old.motion, old.hit_ticks
-    cell, body, tick, limits = sizes.cell, sizes.body, ages.tick, ages.limits
+    births, motion, hit_ticks = Marks(*out)
+    old_births, old_motion, old_hits = Marks(*old)
+    cell, body = Sizes(*sizes)
+    tick, limits = Ages(*ages)
     for i in range(marks.shape[0]):
         x, y = marks[i, 0], marks[i, 1]
         births[i] = tick

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from swarm_common.model.records import FloatArray
 from swarm_nav.perception import mover_kernels
-from swarm_nav.perception.mover_kernels import Ages, Marks, Sizes
 from swarm_nav.perception.obstacle_kernels import Beam
 from swarm_nav.planning.distance_kernels import Place
 
@@ -118,13 +117,13 @@ class Movers:
         mover_kernels.inherit(
             marks,
             old,
-            Marks(self._births, self._motion, self._hit_ticks),
+            (self._births, self._motion, self._hit_ticks),
             hits,
             arrivals,
-            Sizes(self._cell, BODY),
-            Ages(tick, LIMITS),
+            (self._cell, BODY),
+            (tick, LIMITS),
             WALK_TICKS,
-            Marks(births, motion, hit_ticks),
+            (births, motion, hit_ticks),
         )
         self._births, self._motion, self._hit_ticks = births, motion, hit_ticks
 

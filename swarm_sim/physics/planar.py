@@ -15,7 +15,7 @@ from swarm_common.model.shapes import Transform
 from swarm_sim.physics.drive import Wheels
 from swarm_sim.physics.engine import NEAR, NEAR_MISS, Approach, FloatArray, Touch
 from swarm_sim.physics.objects import Objects
-from swarm_sim.physics.planar_kernels import Notes, Walls, clearances, move, move_on
+from swarm_sim.physics.planar_kernels import PlainWalls, clearances, move, move_on
 from swarm_sim.physics.walkers import Walkers
 from swarm_sim.scene.robot_model import RobotModel
 from swarm_sim.scene.scene import Body
@@ -79,7 +79,7 @@ class PlanarEngine:
         self._walkers.begin()
         self._objects.vehicles.begin()
         paths = np.zeros((len(self._state), 3))
-        notes = Notes(self._robot_touches, self._wall_touches, self._walker_touches, paths)
+        notes = (self._robot_touches, self._wall_touches, self._walker_touches, paths)
         robots = (self._state, targets, self._limits, self._hulls, self._obstacles, notes)
         if len(self._walkers) == 0 and len(self._objects) == 0:
             touched = move_on(*robots, self._period, self._steps)
@@ -189,9 +189,9 @@ class PlanarEngine:
         return Approach(int(robot), -1, names[int(index)], gap)
 
     @property
-    def _obstacles(self) -> Walls:
+    def _obstacles(self) -> PlainWalls:
         """Fixed bodies and walkers."""
-        return Walls(self._walls, self._bounds, self._walkers.discs)
+        return self._walls, self._bounds, self._walkers.discs
 
     def _touches(self) -> list[Touch]:
         touches = [

@@ -33,6 +33,11 @@ class Notes(NamedTuple):
     driven: FloatArray  # (n, 3) ahead [m], turned [rad], to the left [m]
 
 
+# The same for calls from Python in every tick: numba's dispatcher takes plain tuples faster.
+PlainWalls = tuple[FloatArray, FloatArray, FloatArray]
+PlainNotes = tuple[IntArray, IntArray, IntArray, FloatArray]
+
+
 @numba.njit(cache=True)
 def ramp(value: float, target: float, limit: float) -> float:
     """Return the speed after one step towards the target with a bounded change.
@@ -116,8 +121,8 @@ def move(
     targets: FloatArray,
     limits: FloatArray,
     hulls: FloatArray,
-    walls: Walls,
-    notes: Notes,
+    walls: PlainWalls,
+    notes: PlainNotes,
     period: float,
     step: int,
 ) -> bool:
@@ -129,11 +134,12 @@ def move(
         limits: (n, 4): acceleration, angular acceleration, circumscribed radius, acceleration to
             the left.
         hulls: (n, k, 2) footprints in base_footprint.
-        walls: What can be touched.
-        notes: Receives first contacts and the driven path.
+        walls: Fields of `Walls`.
+        notes: Fields of `Notes`; changed.
         period: [s] of the step.
         step: Its number within the control period.
     """
+    solid, noted = Walls(*walls), Notes(*notes)
     count = state.shape[0]
     placed = np.empty_like(hulls)
     for i in range(count):
@@ -155,15 +161,15 @@ def move(
         if v == 0.0 and w == 0.0 and slide == 0.0:
             continue
         place(hulls[i], state[i, 0], state[i, 1], state[i, 2], placed[i])
-        if hits(i, state, limits, placed, walls, notes, step):
+        if hits(i, state, limits, placed, solid, noted, step):
             state[i, 0], state[i, 1], state[i, 2] = x, y, yaw
             state[i, 3], state[i, 4], state[i, 5] = 0.0, 0.0, 0.0
             place(hulls[i], x, y, yaw, placed[i])
             any_touch = True
         else:
-            notes.driven[i, 0] += v * period
-            notes.driven[i, 1] += w * period
-            notes.driven[i, 2] += slide * period
+            noted.driven[i, 0] += v * period
+            noted.driven[i, 1] += w * period
+            noted.driven[i, 2] += slide * period
     return any_touch
 
 
@@ -173,8 +179,8 @@ def move_on(
     targets: FloatArray,
     limits: FloatArray,
     hulls: FloatArray,
-    walls: Walls,
-    notes: Notes,
+    walls: PlainWalls,
+    notes: PlainNotes,
     period: float,
     steps: int,
 ) -> bool:
@@ -185,8 +191,8 @@ def move_on(
         targets: (n, 3), see `move`.
         limits: (n, 4), see `move`.
         hulls: (n, k, 2) footprints in base_footprint.
-        walls: What can be touched.
-        notes: Receives first contacts and the driven path.
+        walls: Fields of `Walls`.
+        notes: Fields of `Notes`; changed.
         period: [s] of a step.
         steps: How many, numbered from 0.
     """
@@ -202,7 +208,7 @@ def clearances(
     state: FloatArray,
     limits: FloatArray,
     hulls: FloatArray,
-    walls: Walls,
+    walls: PlainWalls,
     near: float,
     near_miss: float,
     out: FloatArray,
@@ -214,7 +220,7 @@ def clearances(
         state: (n, 6): of which the pose x, y, yaw is used.
         limits: (n, 4): of which the circumscribed radius is used.
         hulls: (n, k, 2) footprints in base_footprint.
-        walls: What can be touched.
+        walls: Fields of `Walls`.
         near: [m] beyond which distances are not measured.
         near_miss: [m] below which they are listed.
         out: (n, 2) inf where nothing is near.

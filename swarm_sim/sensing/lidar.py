@@ -15,7 +15,6 @@ from swarm_sim.scene.randomness import hash_words, normal, uniform
 from swarm_sim.scene.scene import Body, Scene
 from swarm_sim.scene.section import Section, section_between
 from swarm_sim.sensing import lidar_kernels
-from swarm_sim.sensing.lidar_kernels import Fan, Shapes
 
 FloatArray = NDArray[np.float64]
 WORLD = -1  # owner of what no robot carries
@@ -153,9 +152,9 @@ class LidarGroup:
         lidar_kernels.cast(
             compose(poses[self.members], self._base_from_lidar),
             self.members,
-            Shapes(self._segments, self._owners[0]),
-            Shapes(self._discs, self._owners[1]),
-            Fan(angle, self.spec.angle_increment, self.spec.range_max),
+            (self._segments, self._owners[0]),
+            (self._discs, self._owners[1]),
+            (angle, self.spec.angle_increment, self.spec.range_max),
             out,
         )
         if self.spec.upside_down:

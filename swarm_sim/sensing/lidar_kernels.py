@@ -125,9 +125,9 @@ def ray_window(
 def cast(
     sensors: FloatArray,
     owners: IntArray,
-    segments: Shapes,
-    discs: Shapes,
-    fan: Fan,
+    segments: tuple[FloatArray, IntArray],
+    discs: tuple[FloatArray, IntArray],
+    fan: tuple[float, float, float],
     out: FloatArray,
 ) -> None:
     """Write the true range [m] of each ray, inf beyond the fan's.
@@ -135,26 +135,27 @@ def cast(
     Args:
         sensors: (n, 3): x, y [m], yaw [rad] in map.
         owners: (n,) robot that carries the sensor; it does not see itself.
-        segments: Of walls and robots.
-        discs: Of the world and robots.
-        fan: Of each sensor.
+        segments: Fields of `Shapes`; plain, since numba's dispatcher takes plain tuples faster.
+        discs: The same.
+        fan: Fields of `Fan`.
         out: (n, rays) receives the ranges.
     """
+    lines, circles, view = Shapes(*segments), Shapes(*discs), Fan(*fan)
     rays = out.shape[1]
     directions = np.empty((rays, 2))
     for i in range(sensors.shape[0]):
         x, y, yaw = sensors[i, 0], sensors[i, 1], sensors[i, 2]
-        zero = yaw + fan.angle_min
+        zero = yaw + view.angle_min
         for k in range(rays):
-            directions[k, 0] = math.cos(zero + k * fan.increment)
-            directions[k, 1] = math.sin(zero + k * fan.increment)
+            directions[k, 0] = math.cos(zero + k * view.increment)
+            directions[k, 1] = math.sin(zero + k * view.increment)
             out[i, k] = math.inf
-        for s in range(segments.shapes.shape[0]):
-            if segments.owners[s] == owners[i]:
+        for s in range(lines.shapes.shape[0]):
+            if lines.owners[s] == owners[i]:
                 continue
-            ax, ay = segments.shapes[s, 0] - x, segments.shapes[s, 1] - y
-            bx, by = segments.shapes[s, 2] - x, segments.shapes[s, 3] - y
-            if segment_gap(ax, ay, bx, by) > fan.range_max:
+            ax, ay = lines.shapes[s, 0] - x, lines.shapes[s, 1] - y
+            bx, by = lines.shapes[s, 2] - x, lines.shapes[s, 3] - y
+            if segment_gap(ax, ay, bx, by) > view.range_max:
                 continue
             start = math.atan2(ay, ax)
             width = math.atan2(by, bx) - start
@@ -162,26 +163,26 @@ def cast(
             if width > math.pi:
                 start, width = start + width, TWO_PI - width
             for turn in range(2):
-                first, last = ray_window(start - zero, width, turn, fan.increment, rays)
+                first, last = ray_window(start - zero, width, turn, view.increment, rays)
                 for k in range(first, last + 1):
                     hit = ray_segment(directions[k, 0], directions[k, 1], ax, ay, bx, by)
-                    if hit <= fan.range_max and hit < out[i, k]:
+                    if hit <= view.range_max and hit < out[i, k]:
                         out[i, k] = hit
-        for d in range(discs.shapes.shape[0]):
-            if discs.owners[d] == owners[i]:
+        for d in range(circles.shapes.shape[0]):
+            if circles.owners[d] == owners[i]:
                 continue
-            cx, cy = discs.shapes[d, 0] - x, discs.shapes[d, 1] - y
-            radius = discs.shapes[d, 2]
+            cx, cy = circles.shapes[d, 0] - x, circles.shapes[d, 1] - y
+            radius = circles.shapes[d, 2]
             gap = math.hypot(cx, cy)
-            if gap - radius > fan.range_max:
+            if gap - radius > view.range_max:
                 continue
             half = math.pi if gap <= radius else math.asin(radius / gap)
             start = math.atan2(cy, cx) - half
             for turn in range(2):
-                first, last = ray_window(start - zero, 2.0 * half, turn, fan.increment, rays)
+                first, last = ray_window(start - zero, 2.0 * half, turn, view.increment, rays)
                 for k in range(first, last + 1):
                     hit = ray_disc(directions[k, 0], directions[k, 1], cx, cy, radius)
-                    if hit <= fan.range_max and hit < out[i, k]:
+                    if hit <= view.range_max and hit < out[i, k]:
                         out[i, k] = hit
 
 
