@@ -113,9 +113,9 @@ def services(image: Image, tmp_path: Path) -> Iterator[Services]:
 def test_world_robots_and_viewer_of_the_compose_file_meet(services: Services) -> None:
     services.start("world")
     services.start("robots")
-    services.wait_for("world", "all robots are active")
+    services.wait_for("world", r"running \| active 2/2")
     services.start("viewer")
-    link = services.wait_for("viewer", r"http://\S+:8080/\?token=\w+")
+    link = services.wait_for("viewer", r"http://\S+:8080/\?token=[\w-]+")
     token = link.partition("?")[2]
     page = f"http://127.0.0.1:8080/?{token}"
     code = "import sys, urllib.request as u; print(u.urlopen(sys.argv[1]).status)"
