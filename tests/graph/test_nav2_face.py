@@ -374,7 +374,7 @@ def test_ros2_param_describe_prints_unit_range_and_effect(swarm, capfd, monkeypa
         "    Max value: 50.0\n"
         "Parameter name: traffic.lost_ticks\n"
         "  Type: integer\n"
-        "  Description: ticks without a beacon after which a robot left or died\n"
+        "  Description: ticks without a beacon after which a robot is silent: dead, mute or gone\n"
         "  Constraints:\n"
         "    Read only: true\n"
         "    Min value: 1\n"
