@@ -48,7 +48,7 @@ def _zero(*_: Any) -> int:
 
 
 RULES: Mapping[str, Mapping[str, Any]] = {
-    "push": {"traffic.push_ticks": 100_000},
+    "push": {"traffic.push_ticks": 10_000},
     "going on": {f"{TRAFFIC}.right_of_way.clears_way": _false},
     "refuges in rooms": {f"{TRAFFIC}.right_of_way.rooms": _everywhere},
     "retreat": {f"{TRAFFIC}.right_of_way.retreat_path": _nothing},

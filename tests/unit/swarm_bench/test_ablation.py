@@ -20,6 +20,7 @@ from swarm_bench.ablation import (
 from swarm_bench.result import RunResult
 from swarm_bench.selection import select
 from swarm_common.model.errors import UnknownNameError
+from swarm_nav.core.config import NavConfig, config_from_parameters, parameter_values
 from swarm_nav.traffic import right_of_way
 from tests.fakes.results import result
 
@@ -32,6 +33,12 @@ def test_each_rule_is_off_once_and_each_number_halved_and_doubled() -> None:
     assert (halved.values, doubled.values) == ({"traffic.push_ticks": 2}, {"traffic.push_ticks": 6})
     with pytest.raises(UnknownNameError, match="rule or number"):
         variants(["gat"])
+
+
+def test_navigators_take_every_changed_parameter() -> None:
+    known = parameter_values(NavConfig())
+    for variant in variants():
+        config_from_parameters({k: v for k, v in variant.values.items() if k in known})
 
 
 def test_constants_are_changed_while_a_run_lasts(monkeypatch: pytest.MonkeyPatch) -> None:
