@@ -16,7 +16,6 @@ class PoseErrors:
     """Distances [m] of all robots in all ticks so far."""
 
     def __init__(self) -> None:
-        """Begin with none."""
         self._values = array("f")
 
     def note(self, drivers: Sequence[Driver], truth_map: FloatArray, dead: Collection[int]) -> None:

@@ -68,7 +68,6 @@ class Scenario:
     targets: Mapping[int, Target] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Refuse impossible values."""
         if not self.robots:
             raise ConfigError("robots is empty; expected at least one swarm size")
         for size in self.robots:

@@ -38,7 +38,6 @@ class PlanScale:
     wall_height: float = 2.5
 
     def __post_init__(self) -> None:
-        """Refuse impossible values."""
         if not 0.001 <= self.resolution <= 1.0:
             raise ConfigError(f"--resolution is {self.resolution}; expected 0.001 to 1 m per pixel")
         if not 0.01 <= self.wall_height <= 100.0:

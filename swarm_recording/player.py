@@ -23,7 +23,6 @@ class Player:
     """Publishes the messages of a bag, byte by byte as they were recorded."""
 
     def __init__(self, node: Node, bag: Bag, topics: Collection[str] | None = None) -> None:
-        """Create the topics of a bag, or some of them."""
         names = bag.topics.keys() if topics is None else topics
         self._bag = bag
         self._publishers: dict[str, Publisher] = {

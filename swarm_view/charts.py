@@ -22,7 +22,6 @@ class Charts:
     """A tab for each curve, beside the time line."""
 
     def __init__(self, client: Any, panel: Any) -> None:
-        """Draw empty ones."""
         gui, self._due, self._seen = client.gui, 0.0, (-1, 0.0)
         with panel.add_tab("Throughput", viser.Icon.CHART_LINE):
             self._rate = _plot(gui, [("goals per minute", css(GREEN))], "goals per minute")

@@ -37,7 +37,6 @@ class Driving:
     """
 
     def __init__(self, wheel: Wheel) -> None:
-        """Drive nobody."""
         self.robot = ""
         self.share = 0.5
         self._wheel = wheel

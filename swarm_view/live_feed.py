@@ -24,7 +24,6 @@ class LiveFeed:
     """Topics of a node."""
 
     def __init__(self, node: Node) -> None:
-        """Subscribe to nothing yet."""
         self._node = node
         self._topics: dict[str, PolledTopic] = {}
         self._turn = 0

@@ -11,7 +11,6 @@ class CpuMeter:
     """Reads the machine's load now and then; costs nothing while the load is not asked for."""
 
     def __init__(self) -> None:
-        """Begin without a reading."""
         self._due = 0.0
         self._text = ""
 

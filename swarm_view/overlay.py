@@ -38,7 +38,6 @@ class Overlay:
     """
 
     def __init__(self, scene: Any, swarm: Swarm) -> None:
-        """Draw nothing yet; `scene` is the client's."""
         self._scene = scene
         self.swarm = swarm
         self._labels: dict[str, Any] = {}

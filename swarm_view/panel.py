@@ -97,7 +97,6 @@ class Panel:
     """The widgets."""
 
     def __init__(self, gui: Any, actions: Actions, *, is_live: bool) -> None:
-        """Build the widgets; a recording takes no goals."""
         self._gui = gui
         with gui.add_folder("Swarm"):
             self.verdict = gui.add_html("")

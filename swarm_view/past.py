@@ -26,7 +26,6 @@ class Past:
     """
 
     def __init__(self, client: Any, present: Swarm, history: History) -> None:
-        """Show the present."""
         self.time: float | None = None
         self.swarm = Swarm()
         self.fleet = Fleet(client.scene, ROOT)

@@ -24,7 +24,6 @@ class RobotLayers:
     """The nodes under `/robot` in the scene of one page."""
 
     def __init__(self, scene: Any) -> None:
-        """Draw nothing yet; `scene` is the client's."""
         self._scene = scene
         self._drawn: dict[Layer, tuple[str, int]] = {}  # robot and version
         self._handles: dict[str, Any] = {}

@@ -19,7 +19,6 @@ class Ruler:
     """The nodes under `/ruler` in the scene of one page."""
 
     def __init__(self, scene: Any) -> None:
-        """Measure nothing yet; `scene` is the client's."""
         self._scene = scene
         self._drawn: list[Any] = []
         self._start: FloatArray | None = None

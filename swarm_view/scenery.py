@@ -53,7 +53,6 @@ class Scenery:
     """
 
     def __init__(self, server: viser.ViserServer) -> None:
-        """Draw nothing yet."""
         self._scene = server.scene
         self._movers: dict[tuple[Any, ...], Any] = {}
         self._numbers = itertools.count()  # so that no name is used twice

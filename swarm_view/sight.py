@@ -35,7 +35,6 @@ class Sight:
     """
 
     def __init__(self, client: Any, fleet: Fleet) -> None:
-        """Look at nothing yet."""
         self.view: View | None = None
         self.sizes: FloatArray = np.zeros(0)
         self.is_dark = False

@@ -51,7 +51,6 @@ class Swarm:
     """
 
     def __init__(self) -> None:
-        """Know nothing."""
         self.names: list[str] = []
         self.states: dict[str, RobotState] = {}
         self.descriptions: dict[str, str] = {}

@@ -22,7 +22,6 @@ class Track:
     """
 
     def __init__(self) -> None:
-        """Begin without robots."""
         self._from = self._to = np.zeros((0, 3))
         self._since = 0.0
         self._interval = 0.1

@@ -173,7 +173,6 @@ class Recovery:
     """One of Nav2's recovery behaviours."""
 
     def __init__(self, kind: str, robot: DwaDriver) -> None:
-        """Begin at the robot's present pose."""
         behavior = robot.config.behavior
         self._kind = kind
         self._start = robot.pose

@@ -74,7 +74,6 @@ class Track:
     """A path (n, 2) and how far along it the robot is."""
 
     def __init__(self, points: FloatArray) -> None:
-        """Begin at the first point."""
         self.points = points
         self._near = 0
 

@@ -27,7 +27,6 @@ class Keys:
     """
 
     def __init__(self, full: Twist) -> None:
-        """Begin with half of the full speed."""
         self.share = 0.5
         self.is_over = False
         self._full = full

@@ -30,7 +30,6 @@ class LinkEnd(ABC, Generic[Kind]):
     """One end of the line: hears swarm-up of its host, and the other end."""
 
     def __init__(self, events: EventWriter) -> None:
-        """Say what happens to `events`."""
         self._events = events
 
     @property

@@ -39,7 +39,6 @@ class HostServer(LinkEnd[ServerCommand]):
     def __init__(
         self, node: Node, config: dict[str, Any], events: EventWriter, secret: str
     ) -> None:
-        """Begin; `config` holds the description."""
         super().__init__(events)
         description = config["description"]
         self._run = description["run"]

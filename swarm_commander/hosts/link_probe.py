@@ -50,7 +50,6 @@ class Asker:
     """The side of a robots' host."""
 
     def __init__(self, secret: str, host: str) -> None:
-        """Take the secret and the name of this start."""
         self._secret = secret
         self._host = host.encode()
         self._number = 0
@@ -147,7 +146,6 @@ class Answerer:
     """The side of the world's host."""
 
     def __init__(self, secret: str) -> None:
-        """Know no other host."""
         self._secret = secret
         self._unheard: dict[bytes, tuple[int, str]] = {}  # small questions, and from where
         self._told: set[bytes] = set()

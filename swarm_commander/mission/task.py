@@ -48,7 +48,6 @@ class Task:
     def __init__(
         self, client: GoalClient, goal: Any, on_end: Callable[[Task], None] | None = None
     ) -> None:
-        """Send a goal."""
         self.feedback: Any = None
         self.result: Any = None
         self.outcome = TaskResult.UNKNOWN

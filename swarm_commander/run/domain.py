@@ -131,7 +131,6 @@ class Request:
     """
 
     def __init__(self, connection: socket.socket, command: RestartNavigator) -> None:
-        """Keep the connection for the answer."""
         self.command = command
         self._connection = connection
 

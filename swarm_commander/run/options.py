@@ -58,7 +58,6 @@ class UpOptions:
     bind: str = ""  # address of this host with --role world; empty: all is on one host
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be."""
         _at_least(1, "--swarm-size", self.swarm_size)
         if self.swarm_size > SIZE_LIMIT and not self.over_limit:
             raise ConfigError(

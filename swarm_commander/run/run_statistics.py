@@ -56,7 +56,6 @@ class Meters:
     """Figures that a navigator counts up from zero, and a new one of its robot once more."""
 
     def __init__(self) -> None:
-        """Begin with zero."""
         self._latest: dict[str, float] = {}
         self._before: dict[str, float] = {}
 

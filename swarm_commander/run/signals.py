@@ -17,12 +17,10 @@ class SignalCounter:
     """
 
     def __init__(self) -> None:
-        """Count nothing before it is entered."""
         self.count = 0
         self._before: dict[int, Any] = {}
 
     def __enter__(self) -> SignalCounter:
-        """Begin to count."""
         self._before = {number: signal.signal(number, self._note) for number in NUMBERS}
         return self
 
@@ -32,7 +30,6 @@ class SignalCounter:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Put the former handlers back."""
         for number, handler in self._before.items():
             signal.signal(number, handler)
 

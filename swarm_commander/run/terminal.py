@@ -19,7 +19,6 @@ class Outlet(io.TextIOBase):
     """
 
     def __init__(self, stream: TextIO) -> None:
-        """Begin with an open stream."""
         self._stream = stream
         self.is_open = True
 

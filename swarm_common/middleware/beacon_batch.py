@@ -37,7 +37,6 @@ class BatchWriter:
     """Encodes the batches for one host."""
 
     def __init__(self, secret: str, run: str, host: str) -> None:
-        """Take what seals them."""
         self._secret = secret
         self._for = (KIND.encode(), run.encode(), host.encode())
         self._number = 0
@@ -62,7 +61,6 @@ class BatchReader:
     """Decodes them, each once."""
 
     def __init__(self, secret: str, run: str, host: str) -> None:
-        """Take what sealed them."""
         self._secret = secret
         self._for = (KIND.encode(), run.encode(), host.encode())
         self._newest = 0

@@ -73,7 +73,6 @@ class OdometryWriter:
     _VARIANCE = struct.Struct("<d")
 
     def __init__(self, frame: str, child_frame: str) -> None:
-        """Lay out the message once."""
         data = bytearray(LITTLE_ENDIAN + STAMP.pack(0, 0) + encode_string(frame))
         data += bytes(aligned(len(data), 4) - len(data)) + encode_string(child_frame)
         data += bytes(aligned(len(data), 8) - len(data))
@@ -133,7 +132,6 @@ class CovariantPoseWriter:
     _DIAGONAL = (0, 7, 35)  # x, y, yaw in the 6 x 6 covariance
 
     def __init__(self, frame: str) -> None:
-        """Lay out the message once."""
         data = bytearray(LITTLE_ENDIAN + STAMP.pack(0, 0) + encode_string(frame))
         data += bytes(aligned(len(data), 8) - len(data))
         self._pose_at = len(data)
@@ -157,7 +155,6 @@ class TransformsWriter:
     """Encodes tf2_msgs/TFMessage: one frame to many others, all in the plane."""
 
     def __init__(self, parent: str, children: Sequence[str]) -> None:
-        """Lay out the message once."""
         data = bytearray(LITTLE_ENDIAN + struct.pack("<I", len(children)))
         stamps, poses = [], []
         for child in children:
@@ -191,7 +188,6 @@ class TransformsReader:
     """Reads tf2_msgs/TFMessage; a message whose frames are those of the last one is read fast."""
 
     def __init__(self) -> None:
-        """Know no frames."""
         self._children: list[str] = []
         self._poses_at: NDArray[np.intp] = np.zeros((0, 7), np.intp)
         self._fixed = np.zeros(0, np.uint8)  # bytes of the last message, without what changes
@@ -311,7 +307,6 @@ class CommandWriter:
     _TWIST = struct.Struct("<6d")
 
     def __init__(self, frame: str) -> None:
-        """Lay out the message once."""
         data = bytearray(LITTLE_ENDIAN + STAMP.pack(0, 0) + encode_string(frame))
         data += bytes(aligned(len(data), 8) - len(data))
         self._twist_at = len(data)
@@ -330,7 +325,6 @@ class CommandReader:
     """Reads geometry_msgs/TwistStamped."""
 
     def __init__(self) -> None:
-        """Know no message yet."""
         self._layout = Layout(1, 8, "6d")
 
     def read(self, data: bytes) -> tuple[int, Twist]:

@@ -76,7 +76,6 @@ class Taker:
     """
 
     def __init__(self) -> None:
-        """Allocate the buffer."""
         rcl, rcutils = _libraries()
         self.sender = NOBODY
         self.received = 0
@@ -111,5 +110,4 @@ class Taker:
         return ctypes.string_at(self._bytes.buffer, self._bytes.length)
 
     def __del__(self) -> None:
-        """Free the buffer."""
         self._rcutils.rcutils_uint8_array_fini(ctypes.byref(self._bytes))

@@ -51,7 +51,6 @@ class Sealer:
     """Seals the messages of one kind from one sender."""
 
     def __init__(self, secret: str, kind: str, sender: str) -> None:
-        """Begin with number 1."""
         self._secret = secret
         self._kind = kind
         self._sender = sender
@@ -77,7 +76,6 @@ class Opener:
     """Opens the messages of one kind, each once."""
 
     def __init__(self, secret: str, kind: str) -> None:
-        """Know no sender."""
         self._secret = secret
         self._kind = kind
         self._newest: dict[tuple[str, str], int] = {}

@@ -76,7 +76,6 @@ class UnknownNameError(ConfigError):
     """
 
     def __init__(self, kind: str, name: str, known: Iterable[str], where: str = "") -> None:
-        """Compose the message with the closest known names."""
         self.kind = kind
         self.name = name
         self.known = sorted(known)

@@ -38,7 +38,6 @@ class EventWriter:
     """Writer of events; without a descriptor it writes nothing."""
 
     def __init__(self, descriptor: int | None) -> None:
-        """Keep the descriptor of a pipe's writing end."""
         self._descriptor = descriptor
 
     def write(self, event: Event) -> None:

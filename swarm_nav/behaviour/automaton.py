@@ -19,7 +19,6 @@ class Automaton:
     """
 
     def __init__(self, situation: Situation, holding: HoldingPattern) -> None:
-        """Start idle."""
         self._s = situation
         self._holding = holding
         self.state = State.IDLE

@@ -37,7 +37,6 @@ class Behavior:
     """One run of SPIN, BACKUP, DRIVE_ON_HEADING, WAIT or TELEOP."""
 
     def __init__(self, goal: Goal, situation: Situation) -> None:
-        """Start at the present pose."""
         self.goal = goal
         self._start_tick = situation.tick
         self._start: Pose = situation.pose

@@ -32,7 +32,6 @@ class Conduct:
         holding: HoldingPattern,
         controller: Controller,
     ) -> None:
-        """Act on the parts of one navigator."""
         self._s = situation
         self._automaton = automaton
         self._pursuit = pursuit

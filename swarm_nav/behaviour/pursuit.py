@@ -34,7 +34,6 @@ class Pursuit:
         right: RightOfWay,
         departure: Departure,
     ) -> None:
-        """Start without a goal."""
         self._departure = departure
         self._s = situation
         self._automaton = automaton

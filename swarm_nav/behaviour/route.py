@@ -29,7 +29,6 @@ class Route:
     """
 
     def __init__(self, situation: Situation, pursuit: Pursuit) -> None:
-        """Plan nothing before the first update."""
         self._s = situation
         self._pursuit = pursuit
         self.last_plan_tick = -1000

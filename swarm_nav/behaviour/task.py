@@ -27,7 +27,6 @@ class Task:
     """
 
     def __init__(self, goal: Goal, situation: Situation) -> None:
-        """Start at the present tick."""
         self.goal = goal
         self.start_tick = situation.tick
         self.index = goal.first_index

@@ -32,7 +32,6 @@ class Controller:
     """Turns a tube into a twist, tick by tick."""
 
     def __init__(self, config: ControllerConfig) -> None:
-        """Allocate the rollout."""
         self.configure(config)
         self._is_turning = False
 

@@ -40,7 +40,6 @@ class OmniController(Controller):
     """Turns a tube into a twist with a speed sideways."""
 
     def __init__(self, config: ControllerConfig) -> None:
-        """Begin at rest."""
         super().__init__(config)
         self._velocity = (0.0, 0.0, 0.0)
 

@@ -29,7 +29,6 @@ class Tube:
     def __init__(
         self, pose: Pose, confirmations: int, held_length: float, wanted_length: float
     ) -> None:
-        """Hold the place under the robot."""
         self.configure(confirmations, held_length, wanted_length)
         self.corner_angle = 0.5
         self.slots: Slots | None = None  # of a long robot

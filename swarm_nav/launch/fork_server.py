@@ -38,7 +38,6 @@ class ForkServer:
     """Forks, watches and ends the navigators' processes."""
 
     def __init__(self, events: EventWriter) -> None:
-        """Begin without children."""
         self._events = events
         self._children: dict[int, set[str]] = {}  # names of the robots of each
         self._starts: dict[str, str] = {}  # parameter files of robots that are to get one

@@ -37,7 +37,6 @@ class Absence:
     """The last beacons of robots that may have left, and the facts learned about them since."""
 
     def __init__(self, own_id: int) -> None:
-        """Start without robots."""
         self._own_id = own_id
         self._take(NOBODY, np.zeros((0, 5), np.int64))
 

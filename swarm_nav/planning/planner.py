@@ -24,7 +24,6 @@ class Planner:
     """Plans on one terrain; `extra` is the lattice of costs that other robots add."""
 
     def __init__(self, terrain: Terrain, planner: PlannerConfig, costmap: CostmapConfig) -> None:
-        """Keep the terrain, which holds the work arrays."""
         self.terrain = terrain
         self._config = planner
         self._wall_clearance = wall_clearance(costmap, terrain.radius)

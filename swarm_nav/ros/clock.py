@@ -20,7 +20,6 @@ class TickClock:
     """Sets the clock of a node that was created without simulated time."""
 
     def __init__(self, node: Node) -> None:
-        """Switch the node to simulated time."""
         self._source = time_source_without_topic(node)
         node.set_parameters([Parameter(USE_SIM_TIME, value=True)])
 

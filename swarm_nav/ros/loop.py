@@ -46,7 +46,6 @@ class TickLoop:
     """
 
     def __init__(self, slots: Sequence[Slot], context: Context) -> None:
-        """Take the navigators of the process."""
         self._slots = list(slots)
         self._waiter = Waiter(context, len(slots))
         self._requests_due = 0.0

@@ -59,7 +59,6 @@ class Services:
     """All services of one navigator beside its parameters'."""
 
     def __init__(self, node: Node, body: Body, brain: Navigator, on_demand: OnDemand) -> None:
-        """Offer them."""
         self._body = body
         self._brain = brain
 

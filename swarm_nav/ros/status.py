@@ -19,7 +19,6 @@ class StatusWriter:
     """Encodes swarm_interfaces/RobotStatus of one robot."""
 
     def __init__(self, robot: str) -> None:
-        """Take the robot's name."""
         self._robot = encode_string(robot)
 
     def encode(self, tick: int, status: Status) -> bytes:

@@ -27,7 +27,6 @@ class Views:
     """The publishers for RViz and its like, on one node."""
 
     def __init__(self, node: Node, brain: Navigator, on_demand: OnDemand) -> None:
-        """Create the topics."""
         self._brain = brain
         make = node.create_publisher
         self._plan = make(Path, "plan", ros_io.LATEST)

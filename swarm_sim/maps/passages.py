@@ -85,7 +85,6 @@ class Ways:
     """Distances to the nearest obstacle between ground and a robot's height, on a grid."""
 
     def __init__(self, scene: Scene, height: float) -> None:
-        """Draw the grid."""
         from scipy.ndimage import distance_transform_edt  # slow to import
 
         self._labels: dict[float, NDArray[np.int32]] = {}  # of the last room asked for

@@ -123,7 +123,6 @@ class BulletObjects:
     """The bodies of `Objects`: loose ones follow physics, vehicles their script."""
 
     def __init__(self, client: int, objects: Objects) -> None:
-        """Add all bodies where they start."""
         self._client = client
         self._objects = objects
         self._has_floor = False

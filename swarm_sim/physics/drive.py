@@ -18,7 +18,6 @@ class CommandBuffer:
     """Holds the last command of each robot, within its limits, until it is too old."""
 
     def __init__(self, specs: Sequence[RobotSpec]) -> None:
-        """Start with everybody standing."""
         self._limits = np.array([[s.max_vel_x, s.max_vel_theta, s.max_vel_y] for s in specs])
         self._targets = np.zeros((len(specs), 3))
         self._ages = np.zeros(len(specs), np.int64)
@@ -103,7 +102,6 @@ class Odometer:
     """Odometry as a TurtleBot3 does it: distance from the wheels, heading from the gyro."""
 
     def __init__(self, count: int) -> None:
-        """Start all robots at the origins of their odom frames."""
         self._poses = np.zeros((count, 3))
         self._travels = np.zeros((count, 2))
         self._yaws = np.zeros(count)

@@ -18,7 +18,6 @@ class Hosts:
     """Knows which robots are on which host, and sends each host its batch."""
 
     def __init__(self, node: Node) -> None:
-        """Begin with no other host; `node` is the world's."""
         self._node = node
         self._batches: dict[str, tuple[Any, BatchWriter]] = {}  # publisher and writer, by host
         self._place_of: dict[int, tuple[str, int]] = {}  # host and robot's number, by index

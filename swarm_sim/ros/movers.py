@@ -17,7 +17,6 @@ class Movers:
     """Markers of walkers, vehicles and things; those of what is gone are deleted once."""
 
     def __init__(self, world: World) -> None:
-        """Show nothing yet."""
         self._world = world
         self._ids: dict[tuple[str, int], int] = {}  # by name of the body and number of its part
         self._shown: set[int] = set()

@@ -90,7 +90,6 @@ class Moves:
     """All robots that were put elsewhere and may not know it yet."""
 
     def __init__(self, node: Node) -> None:
-        """Begin with none; `node` is the world's."""
         self._node = node
         self._relocations: dict[int, Relocation] = {}
         self._unsure: dict[int, Pose] = {}  # whose beacons have not said yet that they know

@@ -35,7 +35,6 @@ class Rate:
     """True at most once per period of wall time."""
 
     def __init__(self, period: float) -> None:
-        """Take the period [s]."""
         self._period = period
         self._last = float("-inf")
 
@@ -51,7 +50,6 @@ class SpeedMeter:
     """Real-time factor over the last second or so."""
 
     def __init__(self) -> None:
-        """Begin without a measurement."""
         self._wall = self._sim = 0.0
         self.factor = 0.0
 

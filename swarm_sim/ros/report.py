@@ -31,7 +31,6 @@ class Reporter:
     """The topic /sim/verdict, and events for swarm-up."""
 
     def __init__(self, node: Node, world: World, barrier: Barrier, events: EventWriter) -> None:
-        """Create the topic on the world's node."""
         self._world = world
         self._barrier = barrier
         self._events = events

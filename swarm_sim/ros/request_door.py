@@ -23,7 +23,6 @@ class Door:
     """Lets requests in that `check_request` admits, and fills in their results."""
 
     def __init__(self, rejections: Rejections) -> None:
-        """Take who counts what is not let in."""
         self._rejections = rejections
         self._faults = FaultLog("request")
 

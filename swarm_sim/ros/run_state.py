@@ -25,7 +25,6 @@ class RunState:
     """
 
     def __init__(self) -> None:
-        """Begin by playing."""
         self.is_paused = False
         self._steps = 0
         self._waiting: list[tuple[Callable[[bool], None], Callable[[], None]]] = []

@@ -26,7 +26,6 @@ class Scenery:
     """The topics `/sim/scene`, `/sim/tf` and `/sim/movers`."""
 
     def __init__(self, node: Node, scene: Scene, world: World) -> None:
-        """Create the topics and publish what never changes."""
         self._world = world
         self.renew(world.names)
         make = node.create_publisher

@@ -64,7 +64,6 @@ class Settings:
     radio: RadioConfig = field(default_factory=RadioConfig)
 
     def __post_init__(self) -> None:
-        """Refuse impossible values."""
         if not self.robots:
             raise ConfigError("the world's configuration names no robots")
         if self.speed is not None and self.speed <= 0.0:

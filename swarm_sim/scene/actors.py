@@ -38,7 +38,6 @@ class WalkerSpec:
     patience: float = 3.0  # [s] of waiting for one, then the walker turns round
 
     def __post_init__(self) -> None:
-        """Refuse impossible values."""
         _check_path(self.name, self.path)
         if not 0.0 < self.speed <= MAX_SPEED:
             raise ConfigError(f"{self.name}: speed is {self.speed} m/s; expected 0 to {MAX_SPEED}")
@@ -72,7 +71,6 @@ class VehicleSpec:
     patience: float = 5.0  # [s] of waiting for one, then the vehicle turns round
 
     def __post_init__(self) -> None:
-        """Refuse impossible values."""
         _check_path(self.name, self.path)
         if not 0.0 < self.speed <= MAX_SPEED:
             raise ConfigError(f"{self.name}: speed is {self.speed} m/s; expected 0 to {MAX_SPEED}")

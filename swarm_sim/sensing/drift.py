@@ -18,7 +18,6 @@ class Drift:
     """
 
     def __init__(self, errors: SensorErrors, spec: RobotSpec) -> None:
-        """Begin at the origin."""
         self._odometry, self._imu = errors.odometry, errors.imu
         self._width = spec.wheel_separation
         self._way = self._turn = self._time = 0.0

@@ -40,7 +40,6 @@ class RadioConfig:
     delay: float = 0.0  # [s] in addition to the one tick that a beacon always takes
 
     def __post_init__(self) -> None:
-        """Refuse impossible values."""
         if not self.range > 0.0:
             raise ConfigError(f"radio.range is {self.range} m; it must be positive")
         if not 0.0 <= self.loss <= 1.0:

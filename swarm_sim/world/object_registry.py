@@ -24,7 +24,6 @@ class ObjectRegistry:
     """Lets things come and go; call what changes the world only between two ticks."""
 
     def __init__(self, world: ChangingWorld) -> None:
-        """Begin with what the world file says can be pushed."""
         self._world = world
         self._spawned: set[str] = set()
 

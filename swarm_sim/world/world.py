@@ -62,7 +62,6 @@ class WorldConfig:
     vehicles: tuple[VehicleSpec, ...] | None = None  # None: those of the scene
 
     def __post_init__(self) -> None:
-        """Refuse impossible values."""
         if self.engine not in ENGINES:
             raise UnknownNameError("engine", self.engine, ENGINES)
         if not 0.0 <= self.actuation_noise <= MAX_NOISE:
