@@ -20,7 +20,8 @@ from swarm_bench.scale_result import ScaleResult
 from swarm_bench.stage import RunOptions, build
 from swarm_commander.mission.itinerary import Itinerary
 from swarm_common.model.errors import ConfigError
-from swarm_sim.scene.section import GROUND_GAP, FloatArray, section_between
+from swarm_common.model.records import FloatArray
+from swarm_sim.scene.section import GROUND_GAP, section_between
 from swarm_sim.sdf.reader import load_world
 
 WALL_LIMIT = 60.0  # [s] after which a slow peer's run ends

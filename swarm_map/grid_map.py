@@ -12,14 +12,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from swarm_common.model.errors import ConfigError
+from swarm_common.model.records import Mask
 from swarm_map.floor_plan import WALL_COLOR, FloorPlan, Thing
 from swarm_map.plan_image import rectangles
 from swarm_sim.scene.scene import Box
 
-Mask = NDArray[np.bool_]
 Cell = tuple[int, int]  # row from the north, column
 FREE, BLOCKED = ".GS", "@OTW"
 MAX_CELLS = 4_000_000

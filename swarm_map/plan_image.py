@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_common.model.errors import ConfigError
+from swarm_common.model.records import Mask
 from swarm_map.floor_plan import WALL_COLOR, FloorPlan, Thing
 from swarm_sim.scene.scene import Box
 
-Mask = NDArray[np.bool_]
 MAX_PIXELS = 4_000_000
 MAX_BOXES = 20_000
 DARK = 100  # of 255; a pixel all of whose colours are below is a wall

@@ -22,7 +22,7 @@ from swarm_common.middleware.ros_poll import PolledTopic
 from swarm_common.middleware.topic_table import Topic
 from swarm_common.model.errors import SwarmError
 from swarm_common.process.messages import RecordingBegun, RecordingEnded, Refused
-from swarm_common.process.pipes import EventWriter
+from swarm_common.process.pipes import EventWriter, child_options
 from swarm_recording.filter import RateFilter
 from swarm_recording.ros_types import message_class, quality
 from swarm_recording.selection import select, select_of
@@ -127,9 +127,9 @@ def record(config: dict[str, Any], events: EventWriter) -> None:
 
 def main() -> int:
     """Run until SIGTERM; return the exit code."""
-    config = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
-    flags = dict(zip(sys.argv[2::2], sys.argv[3::2], strict=True))
-    events = EventWriter(int(flags["--event-fd"]))
+    options = child_options("Recorder of a swarm")
+    config = json.loads(options.config.read_text(encoding="utf-8"))
+    events = EventWriter(options.event_fd)
     with contextlib.suppress(BrokenPipeError):
         try:
             record(config, events)

@@ -6,9 +6,7 @@ import sys
 
 import typer
 
-from swarm_commander.cli.main import run_app
-from swarm_common.middleware import ros_env
-from swarm_setup.build import ensure_interfaces
+from swarm_commander.cli.main import prepare_ros, run_app
 
 
 def main() -> None:
@@ -17,8 +15,7 @@ def main() -> None:
 
 
 def _load() -> typer.Typer:
-    ros_env.set_defaults()  # before rclpy is imported
-    ensure_interfaces()  # before our messages are imported
+    prepare_ros()
     from swarm_view.view_command import view_app
 
     return view_app

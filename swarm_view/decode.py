@@ -16,10 +16,8 @@ from visualization_msgs.msg import Marker
 
 from swarm_common.middleware import cdr, cdr_layout
 from swarm_common.model.beacon import deserialize_beacon
-from swarm_common.model.records import Pose, Scan
+from swarm_common.model.records import FloatArray, Pose, Scan
 from swarm_view.topics import type_of
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

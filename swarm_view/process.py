@@ -2,30 +2,24 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 import logging
 import os
 import sys
-from pathlib import Path
 
 from swarm_common.model.errors import SwarmError
 from swarm_common.process.messages import Refused, ViewerOpened
-from swarm_common.process.pipes import EventWriter
+from swarm_common.process.pipes import EventWriter, child_options
 from swarm_view.live import open_node, serve_live
 from swarm_view.server import Server
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Serve the view until told to stop; returns the exit code."""
-    parser = argparse.ArgumentParser(description="Viewer of a swarm; started by swarm-up.")
-    parser.add_argument("config", help="JSON file with host and port")
-    parser.add_argument("--event-fd", type=int, help="pipe to which events are written")
-    parser.add_argument("--control-fd", type=int, help="not used")
-    options = parser.parse_args(arguments)
+    options = child_options("Viewer of a swarm", arguments)
     logging.basicConfig(level=logging.WARNING)
     events = EventWriter(options.event_fd)
-    config = json.loads(Path(options.config).read_text(encoding="utf-8"))
+    config = json.loads(options.config.read_text(encoding="utf-8"))
     try:
         server = Server(config["host"], config["port"])
     except SwarmError as error:

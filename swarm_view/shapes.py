@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from swarm_common.model.records import FloatArray
+
 NOSE = 1.6  # of a pointer's radius, from its middle to its tip
 Mesh = tuple[NDArray[np.float32], NDArray[np.uint32]]  # vertices (n, 3), faces (m, 3)
 

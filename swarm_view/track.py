@@ -6,9 +6,9 @@ from collections import deque
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from swarm_common.model.records import FloatArray
+
 JUMP = 1.0  # [m] from which a robot was moved, not driven
 LONGEST = 0.5  # [s] of wall time over which a step is spread
 SMOOTHING = 0.3  # of the newest interval in the estimate

@@ -42,17 +42,17 @@ COMPLETION = ("install_completion", "show_completion")
 FOLDER = Path(__file__).resolve().parent.parent / "docs" / "reference"
 WRITTEN = "<!-- written by tools/write_reference.py -->\n\n"
 APPS = {
-    "swarm-up": lambda: commander_cli._load_up(),
+    "swarm-up": lambda: commander_cli.load_app("swarm-up"),
     "swarm-commander": lambda: commander_app,
     "swarm-commander ": lambda: fleet_app,
-    "swarm-teleop": lambda: commander_cli._load_teleop(),
+    "swarm-teleop": lambda: commander_cli.load_app("swarm-teleop"),
     "swarm-view": lambda: view_cli._load(),
-    "swarm-report": lambda: commander_cli._load_report(),
-    "swarm-replay": lambda: commander_cli._load_replay(),
+    "swarm-report": lambda: commander_cli.load_app("swarm-report"),
+    "swarm-replay": lambda: commander_cli.load_app("swarm-replay"),
     "swarm-map": lambda: map_cli._load(),
     "swarm-bench": lambda: bench_cli._load(),
-    "swarm-doctor": lambda: commander_cli._load_doctor(),
-    "swarm-setup": lambda: commander_cli._load_setup(),
+    "swarm-doctor": lambda: commander_cli.load_app("swarm-doctor"),
+    "swarm-setup": lambda: commander_cli.load_app("swarm-setup"),
     "python -m benchmarks": load_benchmarks,
 }
 

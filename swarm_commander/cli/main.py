@@ -17,102 +17,81 @@ if TYPE_CHECKING:
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EIO)  # not the user's input
 LONGEST_NAME = 200  # letters of a file's name that are shown
-FLEET_COMMANDS = (
-    "spawn",
-    "remove",
-    "move",
-    "list",
-    "reset",
-    "restart",
-    "record",
-    "frames",
-)  # of swarm-commander
+# Commands of swarm-commander that change the swarm.
+FLEET_COMMANDS = ("spawn", "remove", "move", "list", "reset", "restart", "record", "frames")
 
 
 def swarm_up() -> None:
     """Run `swarm-up`."""
     sys.argv[1:] = with_value(sys.argv[1:], "--rviz", "swarm")
-    sys.exit(run_app("swarm-up", _load_up))
+    _run("swarm-up")
 
 
 def commander() -> None:
     """Run `swarm-commander`."""
-    sys.exit(run_app("swarm-commander", _load_commander))
+    _run("swarm-commander")
 
 
 def teleop() -> None:
     """Run `swarm-teleop`."""
-    sys.exit(run_app("swarm-teleop", _load_teleop))
+    _run("swarm-teleop")
 
 
 def report() -> None:
     """Run `swarm-report`."""
-    sys.exit(run_app("swarm-report", _load_report))
+    _run("swarm-report")
 
 
 def replay() -> None:
     """Run `swarm-replay`."""
-    sys.exit(run_app("swarm-replay", _load_replay))
+    _run("swarm-replay")
 
 
 def doctor() -> None:
     """Run `swarm-doctor`."""
-    sys.exit(run_app("swarm-doctor", _load_doctor))
+    _run("swarm-doctor")
 
 
 def setup() -> None:
     """Run `swarm-setup`."""
-    sys.exit(run_app("swarm-setup", _load_setup))
+    _run("swarm-setup")
 
 
-def _load_setup() -> typer.Typer:
-    from swarm_commander.cli.setup_command import setup_app
-
-    return setup_app
+def _run(name: str) -> None:
+    sys.exit(run_app(name, lambda: load_app(name)))
 
 
-def _load_doctor() -> typer.Typer:
-    from swarm_commander.cli.doctor_command import doctor_app
+def load_app(name: str) -> typer.Typer:
+    """Import the command line of a command, and before it what it needs."""
+    if name in ("swarm-commander", "swarm-teleop"):
+        prepare_ros()
+    match name:
+        case "swarm-up":
+            from swarm_commander.cli.up_command import up_app as app
+        case "swarm-commander" if _first_word() in FLEET_COMMANDS:
+            from swarm_commander.cli.fleet_command import fleet_app as app
+        case "swarm-commander":
+            from swarm_commander.cli.commander_command import commander_app as app
+        case "swarm-teleop":
+            from swarm_commander.cli.teleop_command import teleop_app as app
+        case "swarm-report":
+            from swarm_report.report_command import report_app as app
+        case "swarm-replay":
+            from swarm_commander.cli.replay_command import replay_app as app
+        case "swarm-doctor":
+            from swarm_commander.cli.doctor_command import doctor_app as app
+        case _:
+            from swarm_commander.cli.setup_command import setup_app as app
+    return app
 
-    return doctor_app
 
-
-def _load_replay() -> typer.Typer:
-    from swarm_commander.cli.replay_command import replay_app
-
-    return replay_app
-
-
-def _load_report() -> typer.Typer:
-    from swarm_report.report_command import report_app
-
-    return report_app
-
-
-def _prepare_ros() -> None:
+def prepare_ros() -> None:
+    """Set the environment and build the interfaces, before rclpy and messages are imported."""
     from swarm_common.middleware import ros_env
     from swarm_setup.build import ensure_interfaces
 
-    ros_env.set_defaults()  # before rclpy is imported
-    ensure_interfaces()  # before our messages are imported
-
-
-def _load_teleop() -> typer.Typer:
-    _prepare_ros()
-    from swarm_commander.cli.teleop_command import teleop_app
-
-    return teleop_app
-
-
-def _load_commander() -> typer.Typer:
-    _prepare_ros()
-    if _first_word() in FLEET_COMMANDS:
-        from swarm_commander.cli.fleet_command import fleet_app
-
-        return fleet_app
-    from swarm_commander.cli.commander_command import commander_app
-
-    return commander_app
+    ros_env.set_defaults()
+    ensure_interfaces()
 
 
 def _first_word() -> str:
@@ -120,12 +99,6 @@ def _first_word() -> str:
     typed = os.environ.get("_TYPER_COMPLETE_ARGS") or os.environ.get("COMP_WORDS")
     words = sys.argv if typed is None else typed.split()
     return words[1] if len(words) > 1 else ""
-
-
-def _load_up() -> typer.Typer:
-    from swarm_commander.cli.up_command import up_app
-
-    return up_app
 
 
 def with_value(words: Sequence[str], flag: str, default: str) -> list[str]:

@@ -5,13 +5,11 @@ python -m swarm_commander.hosts.distributor CONFIG.json --event-fd N --control-f
 
 from __future__ import annotations
 
-import argparse
 import json
 import os
 import signal
 import sys
 import time
-from pathlib import Path
 
 import rclpy
 from rclpy.signals import SignalHandlerOptions
@@ -24,19 +22,15 @@ from swarm_common.middleware.rejections import Rejections
 from swarm_common.middleware.ros_poll import PolledTopic, Waiter
 from swarm_common.middleware.sealed import ForgedError
 from swarm_common.middleware.secret import VARIABLE
-from swarm_common.process.pipes import EventWriter
+from swarm_common.process.pipes import EventWriter, child_options
 
 WAIT_SLICE = 0.25  # [s] after which signals are looked at
 
 
 def main() -> None:
     """Run until SIGTERM."""
-    parser = argparse.ArgumentParser(description="Beacons for the robots of a host.")
-    parser.add_argument("config", help="JSON file with host, run and robots")
-    parser.add_argument("--event-fd", type=int)
-    parser.add_argument("--control-fd", type=int, help="not used")
-    options = parser.parse_args()
-    config = json.loads(Path(options.config).read_text(encoding="utf-8"))
+    options = child_options("Beacons for the robots of a host")
+    config = json.loads(options.config.read_text(encoding="utf-8"))
     reader = BatchReader(os.environ.pop(VARIABLE), config["run"], config["host"])
     stopping: list[int] = []
     signal.signal(signal.SIGTERM, lambda number, _: stopping.append(number))

@@ -6,11 +6,9 @@ import contextlib
 import json
 import os
 import signal
-import sys
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any, Generic
 
 import msgspec
@@ -20,7 +18,7 @@ from rclpy.node import Node
 from swarm_common.middleware.rclpy_compat import SafeExecutor
 from swarm_common.middleware.secret import VARIABLE
 from swarm_common.process.messages import Event, Kind
-from swarm_common.process.pipes import EventWriter, MessageReader
+from swarm_common.process.pipes import EventWriter, MessageReader, child_options
 
 FAREWELL = 4.0  # [s] of wall time for the hosts to say that they know of the end
 TURN = 0.1  # [s]
@@ -71,10 +69,10 @@ def serve(
         decoder: Of the commands that it takes.
     """
     secret = os.environ.pop(VARIABLE)
-    config = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
-    flags = dict(zip(sys.argv[2::2], sys.argv[3::2], strict=True))
-    events = EventWriter(int(flags["--event-fd"]))
-    commands = MessageReader(int(flags["--control-fd"]), decoder)
+    options = child_options("Link between hosts")
+    config = json.loads(options.config.read_text(encoding="utf-8"))
+    events = EventWriter(options.event_fd)
+    commands = MessageReader(options.control_fd, decoder)
     stopping: list[int] = []
     signal.signal(signal.SIGTERM, lambda number, _: stopping.append(number))
     rclpy.init(signal_handler_options=rclpy.SignalHandlerOptions.NO)

@@ -9,7 +9,6 @@ import contextlib
 import json
 import os
 import signal
-import sys
 import time
 from pathlib import Path
 from typing import Any, assert_never
@@ -50,7 +49,7 @@ from swarm_common.process.messages import (
     StatusReported,
     WatchRobot,
 )
-from swarm_common.process.pipes import EventWriter, MessageReader
+from swarm_common.process.pipes import EventWriter, MessageReader, child_options
 
 BEAT_PERIOD = 2.0  # [s] of wall time between two signs of life
 TURN_PERIOD = 0.25  # [s] of wall time between two looks at everything else
@@ -293,12 +292,12 @@ def itineraries(config: dict[str, Any]) -> list[Itinerary | None]:
 
 def main() -> None:
     """Run until SIGTERM."""
-    config = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
-    flags = dict(zip(sys.argv[2::2], sys.argv[3::2], strict=True))
-    events = EventWriter(int(flags["--event-fd"]))
-    commands = MessageReader(int(flags["--control-fd"]), MISSION)
+    options = child_options("Missions of a swarm")
+    config = json.loads(options.config.read_text(encoding="utf-8"))
+    events = EventWriter(options.event_fd)
+    commands = MessageReader(options.control_fd, MISSION)
     count = len(config["robots"])
-    profile = Path(sys.argv[1]).resolve().with_suffix(".xml")
+    profile = options.config.resolve().with_suffix(".xml")
     is_large = prepare(count, config.get("processes", count), profile)
     rclpy.init(signal_handler_options=rclpy.SignalHandlerOptions.NO)
     node = rclpy.create_node("mission", enable_rosout=False, start_parameter_services=False)

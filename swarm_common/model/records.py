@@ -20,6 +20,8 @@ TICK_NANOSECONDS = 100_000_000
 OBLONG_SHARE = 1.7  # circle to half width from which ways are planned with the polygon
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 T = TypeVar("T")
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import argparse
 import contextlib
 import os
+from pathlib import Path
 from typing import Generic
 
 import msgspec
@@ -50,3 +52,21 @@ class EventWriter:
                 data = data[os.write(self._descriptor, data) :]
         except BrokenPipeError:
             self._descriptor = None
+
+
+def child_options(about: str, arguments: list[str] | None = None) -> argparse.Namespace:
+    """Return what swarm-up starts a process with.
+
+    Args:
+        about: What the process is, for its help.
+        arguments: Of the command line; None for this process's own.
+
+    Returns:
+        `config` (a path), `event_fd`, `control_fd` (None without) and `wait`.
+    """
+    parser = argparse.ArgumentParser(description=f"{about}; started by swarm-up.")
+    parser.add_argument("config", type=Path, help="JSON file")
+    parser.add_argument("--event-fd", type=int, help="pipe to which events are written")
+    parser.add_argument("--control-fd", type=int, help="pipe from which commands are read")
+    parser.add_argument("--wait", action="store_true", help="read CONFIG only when told to go")
+    return parser.parse_args(arguments)

@@ -9,7 +9,6 @@ thread, whatever it imports: see `single_thread`.
 
 from __future__ import annotations
 
-import argparse
 import os
 import signal
 import sys
@@ -19,7 +18,7 @@ from swarm_common.middleware import ros_env
 from swarm_common.model.errors import SwarmError
 from swarm_common.process.compile_watch import watched
 from swarm_common.process.messages import Compiling, ConditionsChecked, Ready, Refused
-from swarm_common.process.pipes import EventWriter
+from swarm_common.process.pipes import EventWriter, child_options
 from swarm_common.process.quick_start import load_numba, without_collector
 from swarm_common.process.single_thread import without_threads
 
@@ -43,12 +42,7 @@ def _prepare(events: EventWriter) -> None:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run all navigators until told to stop; returns the exit code."""
-    parser = argparse.ArgumentParser(description="Navigators of a swarm; started by swarm-up.")
-    parser.add_argument("config", help="JSON file: robots, their parameter files, pack, log_dir")
-    parser.add_argument("--event-fd", type=int, help="pipe to which events are written")
-    parser.add_argument("--control-fd", type=int, help="pipe from which commands are read")
-    parser.add_argument("--wait", action="store_true", help="read CONFIG only when told to go")
-    options = parser.parse_args(arguments)
+    options = child_options("Navigators of a swarm", arguments)
     ros_env.set_defaults()
     events = EventWriter(options.event_fd)
     fork_server = ForkServer(events)

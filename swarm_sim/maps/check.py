@@ -10,13 +10,13 @@ import numpy as np
 from swarm_common.files.map_io import map_path
 from swarm_common.model.errors import ConfigError, MapError
 from swarm_common.model.grid import Grid
-from swarm_common.model.records import RobotSpec
+from swarm_common.model.records import FloatArray, RobotSpec
 from swarm_sim.maps.draw_map import SCAN_HEIGHT, Reach
 from swarm_sim.maps.map_difference import compare
 from swarm_sim.maps.spawn import wall_distance
 from swarm_sim.scene.actors import VehicleSpec, WalkerSpec
 from swarm_sim.scene.scene import Scene
-from swarm_sim.scene.section import GROUND_GAP, FloatArray, Section, section_between
+from swarm_sim.scene.section import GROUND_GAP, Section, section_between
 
 WALK_STEP = 0.1  # [m] between the places of a walker's path that are looked at
 

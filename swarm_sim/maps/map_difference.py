@@ -6,15 +6,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from swarm_common.model.errors import MapError
 from swarm_common.model.grid import FREE, OCCUPIED, UNKNOWN, Grid
+from swarm_common.model.records import Mask
 from swarm_sim.maps.raster import draw_on
 from swarm_sim.scene.scene import Scene
 from swarm_sim.scene.section import section_between
 
-Mask = NDArray[np.bool_]
 TOLERANCE = 0.1  # [m] by which an obstacle may be displaced on the map
 MAX_SHARE = 0.02  # of the occupied cells that may disagree
 PLACES = 3  # named in the message

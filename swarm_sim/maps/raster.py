@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from swarm_common.model.errors import MapError
 from swarm_common.model.grid import FREE, OCCUPIED, UNKNOWN, Grid
-from swarm_sim.scene.section import FloatArray, Section
+from swarm_common.model.records import FloatArray
+from swarm_sim.scene.section import Section
 
 MARGIN = 0.5  # [m] of map beyond the outermost obstacle
 MAX_CELLS = 30_000_000

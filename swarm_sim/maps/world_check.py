@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from swarm_common.files.cache import kept
 from swarm_common.model.errors import WorldError
 from swarm_common.model.grid import COARSEST, OCCUPIED, Grid
+from swarm_common.model.records import FloatArray
 from swarm_sim.maps.draw_map import Reach
 from swarm_sim.maps.map_difference import MapDifference, grown
 from swarm_sim.maps.raster import draw_grid, draw_on
@@ -24,7 +25,7 @@ from swarm_sim.physics.planar import bounds_of, pack_polygons
 from swarm_sim.scene.polygon_kernels import nearest_outline
 from swarm_sim.scene.raw_triangles import cuts, points_along, triangles_between, triangles_of
 from swarm_sim.scene.scene import Body, Mesh, Scene
-from swarm_sim.scene.section import FloatArray, Section, section_between
+from swarm_sim.scene.section import Section, section_between
 
 STEP = COARSEST / 2.0  # [m] between points that are looked at
 MOST_POINTS = 40_000  # of a body; of a larger one every so many

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import pybullet
 
-from swarm_common.model.records import CONTROL_PERIOD, Pose, RobotSpec
+from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec
 from swarm_common.model.shapes import Transform
 from swarm_sim.physics.bullet_contacts import Contacts
 from swarm_sim.physics.bullet_fixed import add_ground
@@ -16,7 +16,7 @@ from swarm_sim.physics.bullet_kernels import ramp_all
 from swarm_sim.physics.bullet_robots import Stance, add_robot, push, put, set_asleep, stance
 from swarm_sim.physics.bullet_surroundings import Surroundings
 from swarm_sim.physics.drive import Wheels, travelled
-from swarm_sim.physics.engine import Approach, FloatArray, Touch
+from swarm_sim.physics.engine import Approach, Touch
 from swarm_sim.physics.objects import Objects
 from swarm_sim.physics.walkers import Walkers
 from swarm_sim.scene.robot_model import RobotModel

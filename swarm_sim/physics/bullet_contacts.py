@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 import pybullet
 
-from swarm_common.model.records import CONTROL_PERIOD, RobotSpec
+from swarm_common.model.records import CONTROL_PERIOD, FloatArray, RobotSpec
 from swarm_sim.physics.bullet_kernels import near_pairs
-from swarm_sim.physics.engine import NEAR, NEAR_MISS, Approach, FloatArray, Touch
+from swarm_sim.physics.engine import NEAR, NEAR_MISS, Approach, Touch
 from swarm_sim.physics.planar import MAX_CORNERS, bounds_of, pack_like, pad_polygon
 from swarm_sim.physics.planar_kernels import Walls
 from swarm_sim.scene.section import GROUND_GAP

@@ -5,16 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
 import pybullet
-from numpy.typing import NDArray
 
+from swarm_common.model.records import FloatArray
 from swarm_sim.physics.bullet_shapes import compound, position_quaternion
 from swarm_sim.scene.raw_triangles import tiles_between, triangles_of
 from swarm_sim.scene.scene import Body, Mesh
 from swarm_sim.scene.section import section_between
-
-FloatArray = NDArray[np.float64]
 
 GROUND, WHEEL, ROBOT, OBSTACLE, LOOSE = 1, 2, 4, 8, 16  # collision groups
 WALL_FRICTION = 0.3

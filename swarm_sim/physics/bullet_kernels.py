@@ -8,11 +8,10 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from swarm_common.model.records import FloatArray
 from swarm_sim.physics.planar_kernels import Walls, box_gap, ramp
 from swarm_sim.physics.walker_kernels import disc_gap
 from swarm_sim.scene.polygon_kernels import distance, place
-
-FloatArray = NDArray[np.float64]
 
 
 @numba.njit(cache=True)

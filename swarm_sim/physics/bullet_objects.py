@@ -10,6 +10,7 @@ import pybullet
 from numpy.typing import NDArray
 
 from swarm_common.model.errors import WorldError
+from swarm_common.model.records import FloatArray
 from swarm_sim.physics.bullet_fixed import (
     GROUND,
     LOOSE,
@@ -19,7 +20,6 @@ from swarm_sim.physics.bullet_fixed import (
     add_obstacle,
 )
 from swarm_sim.physics.bullet_shapes import compound, position_quaternion
-from swarm_sim.physics.engine import FloatArray
 from swarm_sim.physics.objects import Objects
 from swarm_sim.scene.mesh_section import SHEET
 from swarm_sim.scene.scene import Body, Mesh, Plane, Transform

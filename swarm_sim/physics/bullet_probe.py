@@ -6,10 +6,10 @@ import numpy as np
 import pybullet
 from numpy.typing import NDArray
 
+from swarm_common.model.records import FloatArray
 from swarm_sim.physics.bullet_objects import add_piece, pieces_of
 from swarm_sim.scene.scene import Body
 
-FloatArray = NDArray[np.float64]
 BATCH = 10_000  # rays at a time
 
 

@@ -18,16 +18,13 @@ from typing import Any
 
 import numpy as np
 import pybullet
-from numpy.typing import NDArray
 
 from swarm_common.model.errors import RobotModelError
-from swarm_common.model.records import Pose, RobotSpec
+from swarm_common.model.records import FloatArray, Pose, RobotSpec
 from swarm_sim.physics.bullet_fixed import GROUND, LOOSE, OBSTACLE, ROBOT, WALL_FRICTION, WHEEL
 from swarm_sim.physics.bullet_shapes import compound, position_quaternion
 from swarm_sim.physics.bullet_supports import Supports, find_supports
 from swarm_sim.scene.robot_model import RigidGroup, RobotModel
-
-FloatArray = NDArray[np.float64]
 
 ROTOR_INERTIA = 1e-3  # [kg m²] of the motor's rotor, seen through its gear; steadies the solver
 ROTOR_SHARE = 1.0 / 40.0  # of what the robot's mass is to a wheel: those of heavy robots have more

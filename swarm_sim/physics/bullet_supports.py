@@ -13,15 +13,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from swarm_common.model.outline import placed_corners
-from swarm_common.model.records import RobotSpec
+from swarm_common.model.records import FloatArray, RobotSpec
 from swarm_common.robots.drive_train import radius_of
 from swarm_sim.scene.robot_model import RigidGroup
 from swarm_sim.scene.scene import Part, Sphere, Transform
 
-FloatArray = NDArray[np.float64]
 Ball = tuple[FloatArray, float]  # centre in base_footprint, radius [m]
 
 ON_GROUND = 0.002  # [m] above the wheels' plane down to which a ball of the body is a caster

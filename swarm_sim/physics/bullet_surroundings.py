@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 import pybullet
 
+from swarm_common.model.records import FloatArray
 from swarm_sim.physics.bullet_fixed import add_walker, let_robots_pass, mesh_tiles, solid_bodies
 from swarm_sim.physics.bullet_objects import BulletObjects, add_piece, pieces_of
-from swarm_sim.physics.engine import FloatArray
 from swarm_sim.physics.objects import Objects
 from swarm_sim.physics.planar import pack_polygons
 from swarm_sim.physics.walkers import Walkers

@@ -5,11 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from swarm_common.model.records import CONTROL_PERIOD, Odometry, Pose, RobotSpec, Twist, wrap_angle
+from swarm_common.model.records import (
+    CONTROL_PERIOD,
+    FloatArray,
+    Odometry,
+    Pose,
+    RobotSpec,
+    Twist,
+    wrap_angle,
+)
 
-FloatArray = NDArray[np.float64]
 _STOP = (0.0, 0.0, 0.0)
 COMMAND_TIMEOUT = 0.5  # [s] of simulated time after which a robot without a command stops
 

@@ -5,15 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
-from swarm_common.model.records import RobotSpec
+from swarm_common.model.records import FloatArray, RobotSpec
 from swarm_common.model.shapes import Transform
 from swarm_sim.scene.robot_model import RobotModel
 from swarm_sim.scene.scene import Body
 
-FloatArray = NDArray[np.float64]
 NEAR = 0.5  # [m] clearances beyond this are not measured
 NEAR_MISS = 0.03  # [m] closer than this without contact is a near miss
 

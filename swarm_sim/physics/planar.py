@@ -10,10 +10,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from swarm_common.model.records import CONTROL_PERIOD, Pose, RobotSpec
+from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec
 from swarm_common.model.shapes import Transform
 from swarm_sim.physics.drive import Wheels
-from swarm_sim.physics.engine import NEAR, NEAR_MISS, Approach, FloatArray, Touch
+from swarm_sim.physics.engine import NEAR, NEAR_MISS, Approach, Touch
 from swarm_sim.physics.objects import Objects
 from swarm_sim.physics.planar_kernels import PlainWalls, clearances, move, move_on
 from swarm_sim.physics.walkers import Walkers

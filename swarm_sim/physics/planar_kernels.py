@@ -7,13 +7,10 @@ from typing import NamedTuple
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
+from swarm_common.model.records import FloatArray, IntArray
 from swarm_sim.physics.walker_kernels import disc_gap
 from swarm_sim.scene.polygon_kernels import distance, overlap, place
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 class Walls(NamedTuple):

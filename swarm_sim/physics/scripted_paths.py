@@ -10,8 +10,8 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from swarm_common.model.errors import ConfigError
-from swarm_common.model.records import Pose, RobotSpec
-from swarm_sim.physics.engine import FloatArray, Touch
+from swarm_common.model.records import FloatArray, Pose, RobotSpec
+from swarm_sim.physics.engine import Touch
 from swarm_sim.physics.walker_kernels import Loops, Robots
 from swarm_sim.scene.actors import VehicleSpec, WalkerSpec
 from swarm_sim.scene.randomness import hash_words, uniform

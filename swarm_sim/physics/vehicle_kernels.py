@@ -6,8 +6,8 @@ import math
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
+from swarm_common.model.records import FloatArray, IntArray
 from swarm_sim.physics.walker_kernels import (
     ARC,
     DIRECTION,
@@ -23,8 +23,6 @@ from swarm_sim.physics.walker_kernels import (
 )
 from swarm_sim.scene.polygon_kernels import overlap, place
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 ELBOW_ROOM = 0.1  # [m] that a vehicle keeps from a robot that stands
 ALIGNED = 1e-6  # [rad]
 SPEED, TURN, STEP, PATIENCE, LENGTH, WIDTH = 0, 1, 2, 3, 4, 5  # columns of its traits

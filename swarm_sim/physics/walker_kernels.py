@@ -7,12 +7,10 @@ from typing import NamedTuple
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
+from swarm_common.model.records import FloatArray, IntArray
 from swarm_sim.scene.polygon_kernels import distance, place
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 STANDING = 0.02  # [m/s] below which a robot stands
 ELBOW_ROOM = 0.05  # [m] that a walker keeps from a robot that stands
 ARC, DIRECTION, PAUSE, WAITED, VISITS = 0, 1, 2, 3, 4  # columns of a walker's state

@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from swarm_common.model.records import Pose, RobotSpec
-from swarm_sim.physics.engine import FloatArray
+from swarm_common.model.records import FloatArray, Pose, RobotSpec
 from swarm_sim.physics.scripted_paths import ScriptedPaths
 from swarm_sim.physics.walker_kernels import Robots, walk
 from swarm_sim.scene.actors import WalkerSpec

@@ -6,11 +6,9 @@ advances the world. Nothing in it is decided by the wall clock except who is lat
 
 from __future__ import annotations
 
-import argparse
 import os
 import signal
 import sys
-from pathlib import Path
 
 import rclpy
 from rclpy.signals import SignalHandlerOptions
@@ -20,7 +18,7 @@ from swarm_common.middleware.participants import prepare
 from swarm_common.middleware.ros_io import map_digest
 from swarm_common.model.errors import SwarmError
 from swarm_common.process.messages import Note, Ready, Refused, TimeOver, WorldBuilt
-from swarm_common.process.pipes import EventWriter
+from swarm_common.process.pipes import EventWriter, child_options
 from swarm_common.process.quick_start import load_numba, without_collector
 from swarm_sim.ros.build import build
 from swarm_sim.ros.settings import read_settings
@@ -29,11 +27,7 @@ from swarm_sim.ros.world_node import WorldNode
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the world until it is told to stop; returns the exit code."""
-    parser = argparse.ArgumentParser(description="World of a swarm; started by swarm-up.")
-    parser.add_argument("config", help="JSON file with the settings")
-    parser.add_argument("--event-fd", type=int, help="pipe to which events are written")
-    parser.add_argument("--control-fd", type=int, help="pipe from which commands are read")
-    options = parser.parse_args(arguments)
+    options = child_options("World of a swarm", arguments)
     events = EventWriter(options.event_fd)
     try:
         settings = read_settings(options.config)
@@ -50,7 +44,7 @@ def main(arguments: list[str] | None = None) -> int:
     events.write(WorldBuilt(poses, map_digest(stage.grid)))
     ros_env.set_defaults()
     robots = len(settings.robots)
-    profile = Path(options.config).resolve().with_suffix(".xml")
+    profile = options.config.resolve().with_suffix(".xml")
     is_large = prepare(robots, settings.processes or robots, profile)
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     node = WorldNode(stage, settings, events, is_large=is_large)

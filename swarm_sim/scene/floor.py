@@ -11,8 +11,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from swarm_common.model.records import FloatArray
 from swarm_common.model.sites import Sites, Spawn, SpawnAreas, SpawnCircle
-from swarm_sim.scene.raw_triangles import FloatArray, triangles_of
+from swarm_sim.scene.raw_triangles import triangles_of
 from swarm_sim.scene.scene import Body, Scene
 from swarm_sim.scene.section import GROUND_GAP
 

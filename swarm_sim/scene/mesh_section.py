@@ -20,12 +20,11 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from swarm_common.model.records import FloatArray, IntArray
 from swarm_sim.scene.mesh_kernels import crossings, roofed
 from swarm_sim.scene.polygon_pieces import convex_pieces
 from swarm_sim.scene.scene import Mesh, Transform
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 SHEET = 0.002  # [m] on either side of a surface without thickness
 DETAIL = 0.001  # [m] by which outlines are simplified
 LATTICE = 1e-6  # [m] to which the corners of a cut are rounded, so that equal ones are found

@@ -6,11 +6,10 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from swarm_common.model.records import FloatArray
 from swarm_sim.scene.scene import Body, Box, Cylinder, Hull, Mesh, Part, Plane, Shape, Sphere
 
-FloatArray = NDArray[np.float64]
 INSET = 0.001  # [m] by which a body must be inside sideways
 RIM = 12  # points that stand for a round rim
 

@@ -10,9 +10,8 @@ import math
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from swarm_common.model.records import FloatArray
 
 
 @numba.njit(cache=True)

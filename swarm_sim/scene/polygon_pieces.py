@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from swarm_common.model.records import FloatArray
+
 Point = tuple[float, float]
 DETAIL = 0.001  # [m] by which a piece with too many corners is simplified at first
 MAX_CORNERS = 32  # of a piece

@@ -9,12 +9,11 @@ import math
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from swarm_common.model.records import FloatArray
 from swarm_common.model.shapes import Box, Cylinder, Hull, Mesh, Part, Shape, Sphere
 from swarm_sim.scene.scene import Body
 
-FloatArray = NDArray[np.float64]
 RIM = 96  # corners that stand for a circle
 TILE = 1.0  # [m] of the squares that `tiles_between` divides a mesh into
 BOX_FACES = np.array(

@@ -11,11 +11,10 @@ from dataclasses import dataclass
 from itertools import combinations, pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from swarm_common.model.records import FloatArray
 from swarm_sim.scene.scene import Body, Box, Cylinder, Hull, Mesh, Scene, Shape, Sphere, Transform
 
-FloatArray = NDArray[np.float64]
 GROUND_GAP = 0.005  # [m] above ground from which something is an obstacle
 RIM_POINTS = 24  # corners that stand for the rim of a cylinder that is not upright
 UPRIGHT = 1.0 - 1e-9

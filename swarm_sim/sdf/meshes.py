@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from swarm_common.files.quiet import quiet_trimesh
 from swarm_common.model.errors import WorldError
+from swarm_common.model.records import FloatArray
 from swarm_sim.scene.scene import Hull, Mesh
 
-FloatArray = NDArray[np.float64]
 MIN_EXTENT = 0.001  # [m] of a mesh along its longest side
 MAX_EXTENT = 1000.0  # [m]
 MIN_AREA = 1e-9  # [m²] of a triangle of a mesh that a scale makes flat

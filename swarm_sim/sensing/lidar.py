@@ -8,7 +8,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.model.records import CONTROL_PERIOD, LidarSpec, RobotSpec, Scan
+from swarm_common.model.records import CONTROL_PERIOD, FloatArray, LidarSpec, RobotSpec, Scan
 from swarm_common.model.sensors import IDEAL, LidarErrors, SensorErrors
 from swarm_sim.physics.objects import Objects
 from swarm_sim.scene.randomness import hash_words, normal, uniform
@@ -16,7 +16,6 @@ from swarm_sim.scene.scene import Body, Scene
 from swarm_sim.scene.section import Section, section_between
 from swarm_sim.sensing import lidar_kernels
 
-FloatArray = NDArray[np.float64]
 WORLD = -1  # owner of what no robot carries
 DROPOUT_WORD = 191  # what a random number is for
 SWEEP_RAYS = 10  # that are taken at one time, if each ray has its own

@@ -13,10 +13,9 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from swarm_common.model.records import FloatArray, IntArray
 from swarm_sim.sensing.radio_kernels import mixed
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 TWO_PI = 2.0 * math.pi
 
 

@@ -8,11 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.model.records import CONTROL_PERIOD, RobotSpec
+from swarm_common.model.records import CONTROL_PERIOD, FloatArray, RobotSpec
 from swarm_common.model.sensors import IDEAL, SensorErrors
 from swarm_sim.scene.randomness import hash_words, normal
 
-FloatArray = NDArray[np.float64]
 GRAVITY = 9.81  # [m/s²]
 # What a random number is for.
 SIDE_WORD, SEPARATION_WORD, SLIP_WORD, GYRO_WORD, SCALE_WORD, NOISE_WORD, ACCEL_WORD = range(

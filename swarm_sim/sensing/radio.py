@@ -23,10 +23,9 @@ from swarm_common.model.beacon import (
     word_of,
 )
 from swarm_common.model.errors import ConfigError
-from swarm_common.model.records import CONTROL_PERIOD, stamp_from_tick
+from swarm_common.model.records import CONTROL_PERIOD, FloatArray, stamp_from_tick
 from swarm_sim.sensing import radio_kernels
 
-FloatArray = NDArray[np.float64]
 FAREWELL_TICKS = 50  # for which all are told that a robot was removed; late robots hear it, too
 ID = word_of("id")
 

@@ -8,8 +8,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from swarm_common.model.records import FloatArray, IntArray
 
 
 @numba.njit(cache=True)

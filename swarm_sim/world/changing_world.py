@@ -11,9 +11,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from swarm_common.model.breaches import Collision
-from swarm_common.model.records import Pose, RobotSpec, Twist
+from swarm_common.model.records import FloatArray, Pose, RobotSpec, Twist
 from swarm_common.model.shapes import Transform
-from swarm_sim.physics.engine import FloatArray
 from swarm_sim.scene.robot_model import RobotModel
 from swarm_sim.scene.scene import Body, Scene
 from swarm_sim.world.world import World, WorldConfig

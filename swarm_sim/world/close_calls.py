@@ -6,11 +6,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from swarm_common.model.records import FloatArray
 from swarm_sim.physics.engine import Approach
 
-FloatArray = NDArray[np.float64]
 EPISODE_GAP = 0.5  # [s] without approach, or contact, that end an episode
 Key = tuple[int, int, str]  # robot, other robot or -1, obstacle
 

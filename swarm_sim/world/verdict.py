@@ -9,14 +9,11 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from swarm_common.model.breaches import Collision
-from swarm_common.model.records import CONTROL_PERIOD
+from swarm_common.model.records import CONTROL_PERIOD, FloatArray
 from swarm_sim.physics.engine import Approach, Touch
 from swarm_sim.world.close_calls import EPISODE_GAP, CloseCalls, NearMiss
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

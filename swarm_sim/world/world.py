@@ -14,6 +14,7 @@ from swarm_common.model.engines import usual_engine
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import (
     CONTROL_PERIOD,
+    FloatArray,
     Odometry,
     Pose,
     RobotSpec,
@@ -25,7 +26,7 @@ from swarm_common.model.sensors import IDEAL, SensorErrors
 from swarm_common.robots.loading import load_robot_model
 from swarm_common.robots.sensors_io import sensor_errors
 from swarm_sim.physics.drive import CommandBuffer, Odometer
-from swarm_sim.physics.engine import Engine, FloatArray
+from swarm_sim.physics.engine import Engine
 from swarm_sim.physics.objects import Objects
 from swarm_sim.physics.planar import PlanarEngine
 from swarm_sim.physics.vehicles import Vehicles

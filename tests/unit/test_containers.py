@@ -7,6 +7,7 @@ import re
 import shlex
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,7 @@ from tests.fakes.containers import (
 
 ROOT = Path(__file__).parents[2]
 BIN = Path(sys.executable).parent
-APPS = {"swarm-up": commander_cli._load_up, "swarm-view": view_cli._load}
+APPS = {"swarm-up": partial(commander_cli.load_app, "swarm-up"), "swarm-view": view_cli._load}
 SECRET = {"SWARM_SECRET": "of a test"}
 
 

@@ -5,6 +5,7 @@ import shlex
 import tomllib
 from collections.abc import Iterator
 from dataclasses import MISSING, fields
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,12 +28,12 @@ DOCUMENTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
 DATED = ("CHANGELOG.md",)  # what was true then
 SCRIPTS = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["scripts"]
 LOADERS = {
-    "swarm-up": commander_cli._load_up,
-    "swarm-teleop": commander_cli._load_teleop,
-    "swarm-report": commander_cli._load_report,
-    "swarm-replay": commander_cli._load_replay,
-    "swarm-doctor": commander_cli._load_doctor,
-    "swarm-setup": commander_cli._load_setup,
+    "swarm-up": partial(commander_cli.load_app, "swarm-up"),
+    "swarm-teleop": partial(commander_cli.load_app, "swarm-teleop"),
+    "swarm-report": partial(commander_cli.load_app, "swarm-report"),
+    "swarm-replay": partial(commander_cli.load_app, "swarm-replay"),
+    "swarm-doctor": partial(commander_cli.load_app, "swarm-doctor"),
+    "swarm-setup": partial(commander_cli.load_app, "swarm-setup"),
     "swarm-bench": bench_cli._load,
     "swarm-map": map_cli._load,
     "swarm-view": view_cli._load,
