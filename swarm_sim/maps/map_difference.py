@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from scipy.ndimage import maximum_filter
 
 from swarm_common.model.errors import MapError
 from swarm_common.model.grid import FREE, OCCUPIED, UNKNOWN, Grid
@@ -204,15 +205,7 @@ def _hint(truth: Mask, drawn: Mask, grid: Grid) -> str:
 
 def grown(mask: Mask, reach: int) -> Mask:
     """Return a mask grown by `reach` cells in the eight directions."""
-    grown = mask.copy()
-    for axis in (0, 1):
-        line = grown.copy()
-        for step in range(1, reach + 1):
-            front, back = [slice(None)] * 2, [slice(None)] * 2
-            front[axis], back[axis] = slice(step, None), slice(None, -step)
-            line[tuple(front)] |= grown[tuple(back)]
-            line[tuple(back)] |= grown[tuple(front)]
-        grown = line
+    grown: Mask = maximum_filter(mask, 2 * reach + 1, mode="constant")
     return grown
 
 

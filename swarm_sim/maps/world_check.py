@@ -21,8 +21,7 @@ from swarm_common.model.records import FloatArray
 from swarm_sim.maps.draw_map import Reach
 from swarm_sim.maps.map_difference import MapDifference, grown
 from swarm_sim.maps.raster import draw_grid, draw_on
-from swarm_sim.physics.planar import bounds_of, pack_polygons
-from swarm_sim.scene.polygon_kernels import nearest_outline
+from swarm_sim.maps.spawn import wall_distance
 from swarm_sim.scene.raw_triangles import cuts, points_along, triangles_between, triangles_of
 from swarm_sim.scene.scene import Body, Mesh, Scene
 from swarm_sim.scene.section import Section, section_between
@@ -154,7 +153,7 @@ def _compared(name: str, what: str, segments: FloatArray, section: Section) -> I
     import shapely  # slow to import, and not needed for what is in the cache
 
     points = _few(points_along(segments, STEP))
-    missing = points[_distances(points, section) > COARSEST]
+    missing = points[wall_distance(points, section) > COARSEST]
     yield from _difference(name, f"{what} lacks it", missing)
     outlines = [shapely.Polygon(outline) for outline in section.outlines()]
     # closed where two pieces of one surface leave a slit between them, which is no rim
@@ -220,13 +219,6 @@ def _difference(name: str, what: str, points: FloatArray) -> Iterator[Difference
 def _few(points: FloatArray) -> FloatArray:
     kept_ones: FloatArray = np.ascontiguousarray(points[:: max(1, len(points) // MOST_POINTS)])
     return kept_ones
-
-
-def _distances(points: FloatArray, section: Section) -> FloatArray:
-    nearest = np.full(len(points), np.inf)
-    outlines = pack_polygons(section.outlines())
-    nearest_outline(points, outlines, bounds_of(outlines), nearest)
-    return nearest
 
 
 def _cells(grid: Grid, points: FloatArray) -> NDArray[np.int64]:

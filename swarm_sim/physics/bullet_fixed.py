@@ -5,16 +5,47 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
 import pybullet
 
 from swarm_common.model.records import FloatArray
+from swarm_common.model.shapes import Transform
 from swarm_sim.physics.bullet_shapes import compound, position_quaternion
 from swarm_sim.scene.raw_triangles import tiles_between, triangles_of
 from swarm_sim.scene.scene import Body, Mesh
 from swarm_sim.scene.section import section_between
 
 GROUND, WHEEL, ROBOT, OBSTACLE, LOOSE = 1, 2, 4, 8, 16  # collision groups
+SOLID = OBSTACLE, ROBOT | LOOSE
 WALL_FRICTION = 0.3
+ORIGIN: Transform = np.eye(4)
+
+
+def add_body(
+    client: int,
+    shape: int,
+    groups: tuple[int, int],
+    place: Transform = ORIGIN,
+    friction: float = WALL_FRICTION,
+) -> int:
+    """Add a body that nothing pushes; return its id.
+
+    Args:
+        client: The engine.
+        shape: Id of its collision shape.
+        groups: Its own collision group, and the groups that it meets.
+        place: World from body (4, 4).
+        friction: Its lateral friction.
+    """
+    position, quaternion = position_quaternion(place)
+    body = int(
+        pybullet.createMultiBody(
+            0, shape, basePosition=position, baseOrientation=quaternion, physicsClientId=client
+        )
+    )
+    pybullet.changeDynamics(body, -1, lateralFriction=friction, physicsClientId=client)
+    pybullet.setCollisionFilterGroupMask(body, -1, *groups, physicsClientId=client)
+    return body
 
 
 def add_ground(client: int) -> int:
@@ -22,26 +53,13 @@ def add_ground(client: int) -> int:
     shape = pybullet.createCollisionShape(
         pybullet.GEOM_PLANE, planeNormal=[0, 0, 1], physicsClientId=client
     )
-    ground = int(pybullet.createMultiBody(0, shape, physicsClientId=client))
-    pybullet.changeDynamics(ground, -1, lateralFriction=1.0, physicsClientId=client)
-    pybullet.setCollisionFilterGroupMask(ground, -1, GROUND, WHEEL, physicsClientId=client)
-    return ground
+    return add_body(client, shape, (GROUND, WHEEL), friction=1.0)
 
 
 def add_obstacle(client: int, body: Body) -> int:
     """Add a body of the scene, which stays where it is; return its id."""
     shape = compound(client, [(p.shape, p.body_from_part) for p in body.parts])
-    position, quaternion = position_quaternion(body.world_from_body)
-    identifier = int(
-        pybullet.createMultiBody(
-            0, shape, basePosition=position, baseOrientation=quaternion, physicsClientId=client
-        )
-    )
-    pybullet.changeDynamics(identifier, -1, lateralFriction=WALL_FRICTION, physicsClientId=client)
-    pybullet.setCollisionFilterGroupMask(
-        identifier, -1, OBSTACLE, ROBOT | LOOSE, physicsClientId=client
-    )
-    return identifier
+    return add_body(client, shape, SOLID, body.world_from_body)
 
 
 def let_robots_pass(client: int, bodies: Sequence[int]) -> None:
@@ -55,10 +73,7 @@ def add_walker(client: int, radius: float, height: float) -> int:
     shape = pybullet.createCollisionShape(
         pybullet.GEOM_CYLINDER, radius=radius, height=height, physicsClientId=client
     )
-    identifier = int(pybullet.createMultiBody(0, shape, physicsClientId=client))
-    pybullet.changeDynamics(identifier, -1, lateralFriction=WALL_FRICTION, physicsClientId=client)
-    pybullet.setCollisionFilterGroupMask(identifier, -1, OBSTACLE, ROBOT, physicsClientId=client)
-    return identifier
+    return add_body(client, shape, (OBSTACLE, ROBOT))
 
 
 def solid_bodies(bodies: Sequence[Body], low: float, high: float) -> list[Body]:

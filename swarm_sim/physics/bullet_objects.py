@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 
 from swarm_common.model.errors import WorldError
 from swarm_common.model.records import FloatArray
+from swarm_common.model.shapes import transform_from_xyz_rpy
 from swarm_sim.physics.bullet_fixed import (
     GROUND,
     LOOSE,
     OBSTACLE,
     ROBOT,
-    WALL_FRICTION,
+    SOLID,
+    add_body,
     add_obstacle,
 )
 from swarm_sim.physics.bullet_shapes import compound, position_quaternion
@@ -108,15 +110,7 @@ def _add_mesh(
     )
     if shape < 0:
         raise WorldError(f"{source}: the physics engine refuses the mesh; simplify it")
-    position, quaternion = position_quaternion(place)
-    body = int(
-        pybullet.createMultiBody(
-            0, shape, basePosition=position, baseOrientation=quaternion, physicsClientId=client
-        )
-    )
-    pybullet.changeDynamics(body, -1, lateralFriction=WALL_FRICTION, physicsClientId=client)
-    pybullet.setCollisionFilterGroupMask(body, -1, OBSTACLE, ROBOT | LOOSE, physicsClientId=client)
-    return body
+    return add_body(client, shape, SOLID, place)
 
 
 class BulletObjects:
@@ -242,11 +236,8 @@ def _add_floor(client: int) -> None:
     shape = pybullet.createCollisionShape(
         pybullet.GEOM_BOX, halfExtents=[FLOOR, FLOOR, 1.0], physicsClientId=client
     )
-    floor = int(
-        pybullet.createMultiBody(0, shape, basePosition=[0, 0, -1.0], physicsClientId=client)
-    )
-    pybullet.changeDynamics(floor, -1, lateralFriction=1.0, physicsClientId=client)
-    pybullet.setCollisionFilterGroupMask(floor, -1, GROUND, LOOSE, physicsClientId=client)
+    place = transform_from_xyz_rpy(0.0, 0.0, -1.0, 0.0, 0.0, 0.0)
+    add_body(client, shape, (GROUND, LOOSE), place, friction=1.0)
 
 
 def _center(body: Body) -> FloatArray:
