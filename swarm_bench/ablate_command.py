@@ -12,7 +12,7 @@ from swarm_bench.ablation import BASE, ablation_markdown, jobs_of, run_job, vari
 from swarm_bench.bench_command import Jobs, JsonLines, bench_app, new_console
 from swarm_bench.document import replace_part
 from swarm_bench.halls import DRAWN, NONE, hall_runs
-from swarm_bench.json_lines import append_json_line, open_to_append, read_json_lines
+from swarm_bench.json_lines import collected, read_json_lines
 from swarm_bench.result import RunResult, result_from_json
 from swarm_bench.selection import check_jobs, parse_seeds, parse_sizes, select
 from swarm_bench.sweep import in_processes
@@ -47,22 +47,23 @@ def ablate(
         parse_seeds(halls) or range(10), parse_sizes(robots), DRAWN, NONE
     )  # fmt: skip
     console = new_console()
-    results = _known(json_)
-    known = {_key(name, result.scenario, result.robots, result.seed) for name, result in results}
+    results: list[tuple[str, RunResult]] = []
+    if json_ is not None and json_.is_file():
+        results = read_json_lines(json_, _parse, "swarm-bench ablate")
+    known = {(name, result.scenario, result.robots, result.seed) for name, result in results}
     todo = [
         job
         for job in jobs_of(chosen, rows, in_halls)
-        if _key(job.variant.name, job.options.scenario.name, job.options.robots, job.options.seed)
+        if (job.variant.name, job.options.scenario.name, job.options.robots, job.options.seed)
         not in known
     ]
-    file = open_to_append(json_) if json_ is not None else None
-    for name, result in in_processes(todo, jobs, run_job):
-        results.append((name, result))
-        console.print(f"{name}: {run_line(result)}", highlight=False, soft_wrap=True, markup=False)
-        if file is not None:
-            append_json_line(file, {"variant": name, **result.as_json()})
-    if file is not None:
-        file.close()
+    results += collected(
+        in_processes(todo, jobs, run_job),
+        json_,
+        console,
+        lambda found: f"{found[0]}: {run_line(found[1])}",
+        lambda found: {"variant": found[0], **found[1].as_json()},
+    )
     names = {variant.name for variant in chosen}
     table = ablation_markdown([item for item in results if item[0] in names | {BASE}])
     console.print(escape(table))
@@ -70,15 +71,5 @@ def ablate(
         replace_part(output, "ablation", table)
 
 
-def _known(path: Path | None) -> list[tuple[str, RunResult]]:
-    if path is None or not path.is_file():
-        return []
-    return read_json_lines(path, _parse, "swarm-bench ablate")
-
-
 def _parse(data: dict[str, Any]) -> tuple[str, RunResult]:
     return data.pop("variant"), result_from_json(data)
-
-
-def _key(name: str, scenario: str, robots: int, seed: int) -> tuple[str, str, int, int]:
-    return name, scenario, robots, seed

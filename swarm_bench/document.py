@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 from swarm_common.model.errors import ConfigError
@@ -25,3 +26,8 @@ def replace_part(path: Path, name: str, text: str) -> None:
         path.write_text(f"{head}{begin}\n{text.strip()}\n\n{end}{tail}", encoding="utf-8")
     except (OSError, UnicodeDecodeError) as cause:
         raise ConfigError(f"cannot write to {path}: {cause}") from cause
+
+
+def table_line(cells: Iterable[str]) -> str:
+    """Return a line of a Markdown table."""
+    return "| " + " | ".join(cells) + " |\n"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Sequence
 from typing import Any
 
@@ -12,13 +11,19 @@ from swarm_bench.harness import Harness
 from swarm_bench.methods import load_method
 from swarm_bench.result import RunResult
 from swarm_bench.scenario import Scenario
-from swarm_bench.stage import RunOptions, Stage, nav_config, room_for
+from swarm_bench.stage import (
+    RunOptions,
+    Stage,
+    nav_config,
+    robot_named,
+    room_for,
+)
 from swarm_commander.mission.itinerary import Itinerary
 from swarm_commander.mission.leg import Stop
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose
-from swarm_common.robots.loading import load_robot, load_robot_model
+from swarm_common.robots.loading import load_robot_model
 from swarm_sim.sensing.radio import RadioConfig
 from swarm_sim.world.world import World, WorldConfig
 
@@ -95,7 +100,9 @@ def run_hall(options: RunOptions) -> RunResult:
 def hall_of(options: RunOptions) -> tuple[Hall, Grid]:
     """Return the hall of a run and its map."""
     scenario, count = options.scenario, options.robots
-    widest = max((_robot(m) for m in scenario.models(count)), key=lambda s: s.circumscribed_radius)
+    widest = max(
+        (robot_named(m) for m in scenario.models(count)), key=lambda s: s.circumscribed_radius
+    )
     margin = nav_config(options, widest).traffic.safety_margin
     trouble = scenario.name.partition(", ")[2]
     radius = widest.circumscribed_radius
@@ -114,7 +121,7 @@ def build_hall(options: RunOptions) -> Stage:
     """Return the stage of one of `hall_runs`."""
     scenario = options.scenario
     hall, grid = hall_of(options)
-    specs = [_robot(model) for model in scenario.models(options.robots)]
+    specs = [robot_named(model) for model in scenario.models(options.robots)]
     scene = hall.scene()
     models = None
     if scenario.with_lidar or options.engine != "planar":
@@ -150,6 +157,3 @@ def _stops(goals: Sequence[Pose], names: dict[tuple[float, float], str]) -> list
         Stop(names.get((pose.x, pose.y), f"place_{number}"), pose, 2)
         for number, pose in enumerate(goals, 1)
     ]
-
-
-_robot = functools.lru_cache(maxsize=8)(load_robot)

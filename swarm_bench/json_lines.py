@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, TextIO, TypeVar
+
+from rich.console import Console
 
 from swarm_common.model.errors import ConfigError
 
@@ -18,7 +21,7 @@ def read_json_lines(path: Path, parse: Callable[[Any], T], command: str) -> list
 
     Args:
         path: The file.
-        parse: Makes a result of a line's data.
+        parse: Makes a result of a line's data without its schema.
         command: That writes such files, for the error.
 
     Raises:
@@ -33,7 +36,9 @@ def read_json_lines(path: Path, parse: Callable[[Any], T], command: str) -> list
         if not line.strip():
             continue
         try:
-            results.append(parse(json.loads(line)))
+            data = json.loads(line)
+            data.pop("schema", None)
+            results.append(parse(data))
         except (ValueError, TypeError, KeyError, AttributeError) as cause:
             raise ConfigError(
                 f"{path}, line {number} is no result of {command}: {cause}"
@@ -61,6 +66,33 @@ def append_json_line(file: TextIO, data: Mapping[str, Any]) -> None:
     """Write one result, so that it is there whatever comes next."""
     file.write(json.dumps(data, allow_nan=False) + "\n")
     file.flush()
+
+
+def collected(
+    new: Iterable[T],
+    file: Path | None,
+    console: Console,
+    line: Callable[[T], str],
+    as_json: Callable[[T], Mapping[str, Any]],
+) -> list[T]:
+    """Print each result as it comes, add it to a file, and return all.
+
+    Args:
+        new: The results.
+        file: Of JSON lines; None to keep nothing.
+        console: For a line per result.
+        line: Returns that line.
+        as_json: Returns what is kept of a result.
+    """
+    results = []
+    with contextlib.ExitStack() as stack:
+        output = stack.enter_context(open_to_append(file)) if file is not None else None
+        for result in new:
+            results.append(result)
+            console.print(line(result), highlight=False, soft_wrap=True, markup=False)
+            if output is not None:
+                append_json_line(output, as_json(result))
+    return results
 
 
 def rounded(value: Any) -> Any:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 
+from swarm_bench.document import table_line
 from swarm_bench.result import RunResult
 from swarm_bench.ros_run import ENGINE as ROS
 from swarm_bench.scenario import Target
-from swarm_bench.summary import Row, in_suite_order, summarise
+from swarm_bench.summary import Row, summarise
 from swarm_bench.table import number
 
 OURS = "ours"
@@ -63,7 +64,8 @@ def traffic_report(results: Sequence[RunResult], machine: str) -> str:
         results: Of any number of sweeps.
         machine: That they ran on, in one line.
     """
-    rows = in_suite_order(summarise(results))
+    rows = summarise(results)
+    rows.sort(key=lambda row: (row.label, row.first.robots, row.first.method))
     bench = [row for row in rows if row.first.method == OURS and row.first.engine != ROS]
     graph = [row for row in rows if row.first.method == OURS and row.first.engine == ROS]
     others = [row for row in rows if row.first.method != OURS]
@@ -105,13 +107,9 @@ COLUMNS: dict[str, Callable[[Row], str]] = {
 
 
 def _suite_table(rows: Sequence[Row]) -> str:
-    lines = [_line(COLUMNS), _line(["---", *["---:"] * (len(COLUMNS) - 1)])]
-    lines += [_line(cell(row) for cell in COLUMNS.values()) for row in rows]
+    lines = [table_line(COLUMNS), table_line(["---", *["---:"] * (len(COLUMNS) - 1)])]
+    lines += [table_line(cell(row) for cell in COLUMNS.values()) for row in rows]
     return "".join(lines)
-
-
-def _line(cells: Iterable[str]) -> str:
-    return "| " + " | ".join(cells) + " |\n"
 
 
 def _target_text(row: Row) -> str:
@@ -141,7 +139,7 @@ def _comparison(rows: Sequence[Row]) -> str:
     for row in rows:
         lines.setdefault((row.label, row.first.robots), {})[row.first.method] = row
     head = ["scenario", "robots", "seeds", *methods]
-    text = _line(head) + _line(["---", *["---:"] * (len(head) - 1)])
+    text = table_line(head) + table_line(["---", *["---:"] * (len(head) - 1)])
     for (label, robots), by_method in lines.items():
         if len(by_method) < 2:
             continue
@@ -150,7 +148,7 @@ def _comparison(rows: Sequence[Row]) -> str:
             _comparison_cell(by_method[method], seeds) if method in by_method else "-"
             for method in methods
         ]
-        text += _line([label, str(robots), str(len(seeds)), *cells])
+        text += table_line([label, str(robots), str(len(seeds)), *cells])
     return text
 
 

@@ -138,14 +138,13 @@ class RunResult:
 
 
 def result_from_json(data: Mapping[str, Any]) -> RunResult:
-    """Return the result in a dictionary of `RunResult.as_json`.
+    """Return the result in a dictionary of `RunResult.as_json` without its schema.
 
     Raises:
         TypeError: If a field is unknown or missing.
     """
-    values = {key: value for key, value in data.items() if key != "schema"}
-    robots = {name: RobotResult(**item) for name, item in values["per_robot"].items()}
-    return RunResult(**(values | {"per_robot": robots}))
+    robots = {name: RobotResult(**item) for name, item in data["per_robot"].items()}
+    return RunResult(**{**data, "per_robot": robots})
 
 
 def finite(value: float) -> float | None:

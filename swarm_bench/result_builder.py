@@ -90,7 +90,7 @@ def _truth(world: World, verdict: Verdict) -> dict[str, Any]:
     return {
         "robot_robot": verdict.robot_robot,
         "robot_world": verdict.robot_world,
-        "first_collision": _first_collision(world),
+        "first_collision": str(world.collisions[0]) if world.collisions else "",
         "near_misses": verdict.near_misses,
         "min_clearance": finite(verdict.min_clearance),
         "sim_time": verdict.sim_time,
@@ -149,10 +149,6 @@ def _robot(itinerary: Itinerary, truth: RobotVerdict, status: Status) -> RobotRe
         collisions=truth.collisions,
         min_clearance=finite(truth.min_clearance),
     )
-
-
-def _first_collision(world: World) -> str:
-    return str(world.collisions[0]) if world.collisions else ""
 
 
 def _first_miss(stage: Stage, alive: Sequence[int]) -> str:

@@ -114,9 +114,10 @@ def write_part(document: Path, name: str, rows: Sequence[ScaleRow]) -> None:
         rows: To show.
     """
     plot = document.with_name(name.replace("-", "_"))
+    commits = sorted({run.code or "unknown" for row in rows for run in row.runs})
     text = "\n".join(
         [
-            f"Machine: {rows[0].first.machine}; commit {_commits(rows)}.\n",
+            f"Machine: {rows[0].first.machine}; commit {', '.join(commits)}.\n",
             markdown(rows, columns_of(rows)),
             *(f"{line}\n" for line in _remarks(rows)),
             f"![{name}]({plot.name}.svg)",
@@ -124,10 +125,6 @@ def write_part(document: Path, name: str, rows: Sequence[ScaleRow]) -> None:
     )
     replace_part(document, name, text)
     draw_scale(rows, plot)
-
-
-def _commits(rows: Sequence[ScaleRow]) -> str:
-    return ", ".join(sorted({run.code or "unknown" for row in rows for run in row.runs}))
 
 
 def _remarks(rows: Sequence[ScaleRow]) -> list[str]:

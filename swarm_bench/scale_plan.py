@@ -137,7 +137,7 @@ def plan_jobs(
             robots=size,
             seconds=seconds,
             goals=goals,
-            pack=_pack_for(pack, size) if system == GRAPH else 1,
+            pack=(pack or (PACK if size >= PACKED_FROM else 1)) if system == GRAPH else 1,
             engine=engine or ("bullet" if system == GRAPH else "planar"),
         )
         for size in sizes
@@ -153,7 +153,3 @@ def _workload_for(name: str, size: int) -> str:
             "--workload warehouse is larger"
         )
     return chosen
-
-
-def _pack_for(pack: int | None, size: int) -> int:
-    return pack or (PACK if size >= PACKED_FROM else 1)

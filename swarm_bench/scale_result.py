@@ -8,9 +8,9 @@ import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
-from swarm_bench.json_lines import append_json_line, read_json_lines, rounded
+from swarm_bench.json_lines import read_json_lines, rounded
 
 SCHEMA = 1
 
@@ -84,16 +84,7 @@ class ScaleResult:
 
 def read_scale_results(path: Path) -> list[ScaleResult]:
     """Return the results in a file; see `read_json_lines`."""
-    return read_json_lines(path, _from_json, "swarm-bench scale")
-
-
-def append_scale_result(file: TextIO, result: ScaleResult) -> None:
-    """Write one result."""
-    append_json_line(file, result.as_json())
-
-
-def _from_json(data: Mapping[str, Any]) -> ScaleResult:
-    return ScaleResult(**{key: value for key, value in data.items() if key != "schema"})
+    return read_json_lines(path, lambda data: ScaleResult(**data), "swarm-bench scale")
 
 
 def median_of(values: Sequence[float | None]) -> float | None:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from rich.markup import escape
 from rich.table import Table
 
+from swarm_bench.document import table_line
 from swarm_bench.scale_result import ScaleResult, median_of
 from swarm_bench.table import number
 
@@ -139,9 +140,9 @@ def markdown(rows: Sequence[ScaleRow], columns: dict[str, Column]) -> str:
     """Return the table as Markdown."""
     left = ("workload", "system", "includes")
     lines = [
-        _line(columns),
-        _line("---" if name in left else "---:" for name in columns),
-        *(_line(cell(row) for cell in columns.values()) for row in rows),
+        table_line(columns),
+        table_line("---" if name in left else "---:" for name in columns),
+        *(table_line(cell(row) for cell in columns.values()) for row in rows),
     ]
     return "".join(lines)
 
@@ -152,10 +153,6 @@ def growth(rows: Sequence[ScaleRow], few: int = 20, many: int = 100) -> float | 
     if few not in costs or many not in costs or not costs[few]:
         return None
     return costs[many] / costs[few]
-
-
-def _line(cells: Iterable[str]) -> str:
-    return "| " + " | ".join(cells) + " |\n"
 
 
 def _count(value: int | None) -> str:

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import contextlib
 import subprocess
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from rich.console import Console
 
-from swarm_bench.json_lines import open_to_append
+from swarm_bench.json_lines import collected
 from swarm_bench.machine import machine_line
 from swarm_bench.scale_graph import run_graph
 from swarm_bench.scale_plan import GRAPH, ScaleJob
 from swarm_bench.scale_process import run_harness
-from swarm_bench.scale_result import ScaleResult, append_scale_result, read_scale_results
+from swarm_bench.scale_result import ScaleResult, read_scale_results
 from swarm_bench.stage import RunOptions, check
 from swarm_bench.table import number
 
@@ -43,14 +42,8 @@ def run_scale(
     done = {result.key for result in results}
     if results:
         console.print(f"{len(results)} of {len(jobs)} runs are in {file} already")
-    with contextlib.ExitStack() as stack:
-        output = stack.enter_context(open_to_append(file)) if file is not None else None
-        for result in run_jobs([job for job in jobs if job.key not in done], runner):
-            results.append(result)
-            console.print(scale_line(result), highlight=False, soft_wrap=True, markup=False)
-            if output is not None:
-                append_scale_result(output, result)
-    return results
+    new = run_jobs([job for job in jobs if job.key not in done], runner)
+    return results + collected(new, file, console, scale_line, ScaleResult.as_json)
 
 
 def run_jobs(jobs: Sequence[ScaleJob], runner: Runner | None = None) -> Iterator[ScaleResult]:

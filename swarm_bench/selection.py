@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from swarm_bench.methods import METHODS
-from swarm_bench.scenario import Scenario, check_size, load_scenario, scenario_names
+from swarm_bench.scenario import check_size, load_scenario, scenario_names
 from swarm_bench.stage import RunOptions, parse_parameters
 from swarm_bench.sweep import Sweep
 from swarm_common.model.errors import ConfigError, UnknownNameError
@@ -103,7 +103,8 @@ def select(
         for key, value in {"loss": loss, "delay": delay, "with_lidar": lidar}.items()
         if value is not None
     }
-    scenarios = [dataclasses.replace(item, **changes) for item in _scenarios(names)]
+    chosen = scenario_names() if names == ALL else [name.strip() for name in names.split(",")]
+    scenarios = [dataclasses.replace(load_scenario(name), **changes) for name in chosen]
     return [
         RunOptions(scenario=scenario, robots=size, seed=seed, **common)
         for scenario in scenarios
@@ -156,9 +157,3 @@ def suite_sweeps(
 def _by_seed(options: Sequence[RunOptions]) -> list[RunOptions]:
     """Return runs by seed, the largest swarms of each seed first."""
     return sorted(options, key=lambda item: (item.seed, -item.robots))
-
-
-def _scenarios(names: str) -> list[Scenario]:
-    if names == ALL:
-        return [load_scenario(name) for name in scenario_names()]
-    return [load_scenario(name.strip()) for name in names.split(",")]

@@ -193,7 +193,7 @@ def _cast(options: RunOptions) -> tuple[Scene, Mission, list[Pose], list[RobotSp
     scenario = options.scenario
     scene, mission = _scene(scenario.world), _mission(scenario.mission)
     mission.check_stations(scene.sites, f"world {scene.name}, for mission {mission.name}")
-    specs = [_robot(model) for model in scenario.models(options.robots)]
+    specs = [robot_named(model) for model in scenario.models(options.robots)]
     return scene, mission, _homes(scenario, specs, mission.spawn), specs
 
 
@@ -254,9 +254,10 @@ def _homes(scenario: Scenario, specs: list[RobotSpec], spawn: str) -> list[Pose]
 # Worlds and maps are read once per process.
 
 
-@functools.lru_cache(maxsize=4)
-def _scene(world: str) -> Scene:
-    return load_world(world)
+_scene = functools.lru_cache(maxsize=4)(load_world)
+_mission = functools.lru_cache(maxsize=4)(load_mission)
+_bodies = functools.lru_cache(maxsize=8)(load_robot_model)
+robot_named = functools.lru_cache(maxsize=8)(load_robot)
 
 
 def _map_for(world: str, specs: Sequence[RobotSpec]) -> Grid:
@@ -272,26 +273,11 @@ def _grid(world: str, height: float, reach: Reach) -> Grid:
     return with_touchable(load_map(path).upright().refined(), scene, height, reach)
 
 
-@functools.lru_cache(maxsize=4)
-def _mission(name: str) -> Mission:
-    return load_mission(name)
-
-
 def _models(scenario: Scenario, options: RunOptions) -> dict[str, RobotModel] | None:
     """Return the bodies of the robots by model, None if nobody looks at them."""
     if not scenario.with_lidar and options.engine == "planar":
         return None
-    return {_robot(name).model: _bodies(name) for name in scenario.models(options.robots)}
-
-
-@functools.lru_cache(maxsize=8)
-def _bodies(model: str) -> RobotModel:
-    return load_robot_model(model)
-
-
-@functools.lru_cache(maxsize=8)
-def _robot(model: str) -> RobotSpec:
-    return load_robot(model)
+    return {robot_named(name).model: _bodies(name) for name in scenario.models(options.robots)}
 
 
 @functools.lru_cache(maxsize=8)

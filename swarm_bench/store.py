@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
-from swarm_bench.json_lines import append_json_line, read_json_lines
+from swarm_bench.json_lines import read_json_lines
 from swarm_bench.result import RunResult, result_from_json
 from swarm_bench.result_builder import conditions
 from swarm_bench.ros_run import ENGINE as ROS
@@ -35,11 +35,6 @@ def key_of_options(options: RunOptions, *, ros: bool) -> Key:
 def read_results(path: Path) -> list[RunResult]:
     """Return the results in a file; see `read_json_lines`."""
     return read_json_lines(path, result_from_json, "swarm-bench traffic")
-
-
-def append(file: TextIO, result: RunResult) -> None:
-    """Write one result."""
-    append_json_line(file, result.as_json())
 
 
 def missing(options: Iterable[RunOptions], known: Iterable[RunResult], *, ros: bool) -> list[Any]:

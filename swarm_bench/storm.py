@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -108,15 +108,6 @@ class StormResult:
     def as_json(self) -> dict[str, Any]:
         """Return a dictionary for json.dump."""
         return {"schema": 1, **rounded(dataclasses.asdict(self))}
-
-
-def storm_from_json(data: Mapping[str, Any]) -> StormResult:
-    """Return the result in a dictionary of `StormResult.as_json`.
-
-    Raises:
-        TypeError: If a field is unknown or missing.
-    """
-    return StormResult(**{key: value for key, value in data.items() if key != "schema"})
 
 
 @dataclass(frozen=True, slots=True)

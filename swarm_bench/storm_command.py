@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from pathlib import Path
 from typing import Annotated
 
@@ -10,9 +9,9 @@ import typer
 from rich.table import Table
 
 from swarm_bench.bench_command import MISSED, Jobs, bench_app, new_console
-from swarm_bench.json_lines import append_json_line, open_to_append, read_json_lines
+from swarm_bench.json_lines import collected, read_json_lines
 from swarm_bench.selection import check_jobs, parse_seeds
-from swarm_bench.storm import ROWS, StormOptions, StormResult, run_storm, storm_from_json
+from swarm_bench.storm import ROWS, StormOptions, StormResult, run_storm
 from swarm_bench.sweep import in_processes
 from swarm_common.model.errors import ConfigError, UnknownNameError
 
@@ -56,18 +55,13 @@ def _run(options: list[StormOptions], jobs: int, file: Path | None) -> list[Stor
     console = new_console()
     known: list[StormResult] = []
     if file is not None and file.is_file():
-        known = read_json_lines(file, storm_from_json, "swarm-bench storm")
+        known = read_json_lines(file, lambda data: StormResult(**data), "swarm-bench storm")
     wanted = {(item.world, item.seed) for item in options}
     results = [result for result in known if (result.world, result.seed) in wanted]
     done = {(result.world, result.seed) for result in results}
     todo = [item for item in options if (item.world, item.seed) not in done]
-    with contextlib.ExitStack() as stack:
-        output = stack.enter_context(open_to_append(file)) if file is not None else None
-        for result in in_processes(todo, jobs, run_storm):
-            results.append(result)
-            console.print(storm_line(result), highlight=False, soft_wrap=True, markup=False)
-            if output is not None:
-                append_json_line(output, result.as_json())
+    new = in_processes(todo, jobs, run_storm)
+    results += collected(new, file, console, storm_line, StormResult.as_json)
     console.print(storm_table(results))
     return results
 

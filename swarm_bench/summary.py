@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import statistics
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from swarm_bench.result import RunResult
@@ -122,11 +122,6 @@ def summarise(results: Iterable[RunResult]) -> list[Row]:
         Row(tuple(sorted(runs, key=lambda run: run.seed)), known.get(runs[0].scenario))
         for runs in groups.values()
     ]
-
-
-def in_suite_order(rows: Sequence[Row]) -> list[Row]:
-    """Return rows by scenario name and size."""
-    return sorted(rows, key=lambda row: (row.label, row.first.robots, row.first.method))
 
 
 def _is_number(value: object) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
@@ -14,7 +13,7 @@ from rich.console import Console
 
 from swarm_bench import store
 from swarm_bench.harness import run
-from swarm_bench.json_lines import open_to_append
+from swarm_bench.json_lines import collected
 from swarm_bench.result import RunResult
 from swarm_bench.ros_run import run_on_graph
 from swarm_bench.stage import RunOptions, check
@@ -66,27 +65,8 @@ class Sweep:
         todo = store.missing(self.options, known, ros=self.ros)
         if results:
             console.print(f"{len(results)} of {len(self.options)} runs are in {file} already")
-        with contextlib.ExitStack() as stack:
-            output = stack.enter_context(open_to_append(file)) if file is not None else None
-            for result in run_all(todo, self.jobs, run_on_graph if self.ros else self.runner):
-                results.append(result)
-                console.print(run_line(result), highlight=False, soft_wrap=True, markup=False)
-                if output is not None:
-                    store.append(output, result)
-        return results
-
-
-def run_all(
-    options: Sequence[RunOptions], jobs: int = 1, runner: Runner = run
-) -> Iterator[RunResult]:
-    """Yield the result of each run as it comes.
-
-    Args:
-        options: The runs, in order.
-        jobs: Processes.
-        runner: Runs one.
-    """
-    yield from in_processes(options, jobs, runner)
+        new = in_processes(todo, self.jobs, run_on_graph if self.ros else self.runner)
+        return results + collected(new, file, console, run_line, RunResult.as_json)
 
 
 def in_processes(options: Sequence[T], jobs: int, runner: Callable[[T], R]) -> Iterator[R]:

@@ -16,6 +16,7 @@ from swarm_commander.run.local_run import HOST, MODULES
 from swarm_commander.run.params import write_parameter_file
 from swarm_commander.run.process_run import ProcessRun
 from swarm_commander.run.progress import Progress
+from swarm_commander.run.report import rounded
 from swarm_commander.run.run_statistics import RunStatistics
 from swarm_commander.run.rundir import RunFolder
 from swarm_commander.run.supervisor import describe_exit
@@ -29,9 +30,9 @@ from swarm_common.process.messages import (
     Go,
     NavigatorActive,
     NavigatorDied,
-    NavigatorEvent,
     NetworkFault,
     NetworkFigures,
+    OwnEvent,
     ReportActive,
     ReportDeath,
     ReportUsage,
@@ -131,6 +132,16 @@ class RobotsRun(ProcessRun):
         else:
             self._kill_stragglers(missing)
 
+    def _on_own_event(self, event: OwnEvent) -> None:
+        if isinstance(event, ClientEvent):
+            self._on_client_event(event)
+        elif isinstance(event, NavigatorActive):
+            self._on_active(event.robot)
+        elif isinstance(event, NavigatorDied):
+            self._on_died(event)
+        else:
+            super()._on_own_event(event)
+
     # What the world's host says
 
     def _on_client_event(self, event: ClientEvent) -> None:
@@ -180,10 +191,6 @@ class RobotsRun(ProcessRun):
             case _:
                 assert_never(event)
 
-    def _warn(self, message: str) -> None:
-        if not self._is_stopping:
-            self._progress.note(message, "yellow")
-
     def _on_world_found(self) -> None:
         """Start the navigators with the parameters that the description says."""
         if self._is_stopping:
@@ -230,24 +237,12 @@ class RobotsRun(ProcessRun):
 
     # What the navigators say
 
-    def _on_navigator_event(self, event: NavigatorEvent) -> None:
-        match event:
-            case NavigatorActive(robot=robot):
-                self._on_active(robot)
-            case NavigatorDied():
-                self._on_died(event)
-            case _:
-                assert_never(event)
-
     def _on_active(self, robot: str) -> None:
         if self._keeper.on_active(robot):
             self._progress.note(f"{robot} is active again")
         self._tell(CLIENT, ReportActive(robot))
         if self.statistics.active == len(self._plan.robots) and self.active_after_wall is None:
-            self.active_after_wall = time.time() - self._started
-            self._sample(now=True)
-            self.usage.mark()
-            self._progress.phase("running")
+            self._note_all_active()
 
     def _on_died(self, event: NavigatorDied) -> None:
         if self._is_stopping:
@@ -268,7 +263,7 @@ def robots_report(run: RobotsRun, plan: RobotsPlan, code: int) -> dict[str, Any]
         "world_host": plan.world_address,
         "ending": run.ending or ("stopped by its user" if run.is_stopped_by_user else ""),
         "wall_time": round(run.wall_time, 3),
-        "active_after_wall": _rounded(run.active_after_wall),
+        "active_after_wall": rounded(run.active_after_wall),
         "active": statistics.active,
         "restarts": run.restarts,
         "incidents": list(run.incidents),
@@ -285,11 +280,7 @@ def robots_report(run: RobotsRun, plan: RobotsPlan, code: int) -> dict[str, Any]
         },
         "cpu_s": round(run.usage.cpu("navigators"), 3),
         "rss_mb": round(run.usage.rss_mb("navigators"), 1),
-        "private_mb": _rounded(run.usage.private_mb("navigators")),
+        "private_mb": rounded(run.usage.private_mb("navigators")),
         "exit_code": code,
         "failures": list(run.failures),
     }
-
-
-def _rounded(value: float | None) -> float | None:
-    return None if value is None else round(value, 3)

@@ -33,6 +33,7 @@ from swarm_common.process.messages import (
     HostsSummary,
     HostUnanswered,
     NavigatorDied,
+    OwnEvent,
     RobotDead,
     RobotGone,
     RobotHeard,
@@ -131,6 +132,12 @@ class WorldRun(LocalRun):
 
     # What the hosts say
 
+    def _on_own_event(self, event: OwnEvent) -> None:
+        if isinstance(event, ServerEvent):
+            self._on_server_event(event)
+        else:
+            super()._on_own_event(event)
+
     def _on_server_event(self, event: ServerEvent) -> None:
         match event:
             case HostJoined():
@@ -165,10 +172,6 @@ class WorldRun(LocalRun):
                 self.hosts = hosts
             case _:
                 assert_never(event)
-
-    def _warn(self, message: str) -> None:
-        if not self._is_stopping:
-            self._progress.note(message, "yellow")
 
     def _on_host_joined(self, event: HostJoined) -> None:
         self._unserved -= set(event.robots)

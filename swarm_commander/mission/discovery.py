@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 
 import rclpy
@@ -96,18 +95,19 @@ def robot_on_mission(node: Node, robots: Sequence[str]) -> str | None:
     to be discovered: it may be later than the robot itself.
     """
     said: dict[str, list[bool]] = {robot: [] for robot in robots}
+    topics = {robot: f"/{robot}/mission" for robot in robots}
     subscriptions = [
         node.create_subscription(
-            Mission, _mission_topic(robot), partial(_note, said[robot]), LATCHED
+            Mission, topic, lambda message, said=said[robot]: said.append(message.active), LATCHED
         )
-        for robot in robots
+        for robot, topic in topics.items()
     ]
     try:
         start = changed = time.monotonic()
         known = -1
         while not any(map(any, said.values())):
             now = time.monotonic()
-            counts = {robot: node.count_publishers(_mission_topic(robot)) for robot in robots}
+            counts = {robot: node.count_publishers(topic) for robot, topic in topics.items()}
             if (news := sum(counts.values()) + len(node.get_node_names())) != known:
                 known, changed = news, now
             silent = [robot for robot in robots if len(said[robot]) < counts[robot]]
@@ -118,14 +118,6 @@ def robot_on_mission(node: Node, robots: Sequence[str]) -> str | None:
     finally:
         for subscription in subscriptions:
             node.destroy_subscription(subscription)
-
-
-def _mission_topic(robot: str) -> str:
-    return f"/{robot}/mission"
-
-
-def _note(said: list[bool], message: Mission) -> None:
-    said.append(message.active)
 
 
 def read_parameters(node: Node, robot: str, names: list[str]) -> list[ParameterValue]:

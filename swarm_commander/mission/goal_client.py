@@ -7,7 +7,6 @@ hides a goal's id until the server has answered, so that nothing can be asked if
 
 from __future__ import annotations
 
-import uuid
 from collections.abc import Callable
 from typing import Any
 
@@ -17,11 +16,6 @@ from rclpy.task import Future
 from unique_identifier_msgs.msg import UUID
 
 from swarm_common.middleware.ros_io import RELIABLE
-
-
-def new_goal_id() -> UUID:
-    """Return the id of a new goal."""
-    return UUID(uuid=list(uuid.uuid4().bytes))
 
 
 class GoalClient:

@@ -7,12 +7,14 @@ from collections.abc import Callable
 from enum import Enum
 from functools import partial
 from typing import Any
+from uuid import uuid4
 
 from action_msgs.msg import GoalStatus
 from rclpy.task import Future
+from unique_identifier_msgs.msg import UUID
 
 from swarm_commander.mission.delivery import Action, Delivery, Event, Phase
-from swarm_commander.mission.goal_client import GoalClient, new_goal_id
+from swarm_commander.mission.goal_client import GoalClient
 
 REFUSED = "the robot refused the goal"
 FORGOTTEN = "the robot does not know the goal any more; was its navigator restarted?"
@@ -55,7 +57,7 @@ class Task:
         self.is_forgotten = False
         self._client = client
         self._goal = goal
-        self._goal_id = new_goal_id()
+        self._goal_id = UUID(uuid=list(uuid4().bytes))
         self._on_end = on_end
         self._is_cancelled = False
         self._delivery = Delivery(time.monotonic())

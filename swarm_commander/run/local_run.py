@@ -45,8 +45,8 @@ from swarm_common.process.messages import (
     MissionLoaded,
     NavigatorActive,
     NavigatorDied,
-    NavigatorEvent,
     OnlookerEvent,
+    OwnEvent,
     RecordingEnded,
     RobotDead,
     RobotGone,
@@ -136,7 +136,8 @@ class LocalRun(ProcessRun):
             self._start(RECORDER, recorder_config(self._plan, self._folder.recording))
         self._open_windows()
         if self._plan.options.viewer:
-            self._start(VIEWER, self._plan.viewer_config())
+            options = self._plan.options
+            self._start(VIEWER, {"host": options.viewer_host, "port": options.port})
         if not self._unmet:
             self._release_navigators()
         trace = {"trace_dir": str(self._folder.trace)}
@@ -180,6 +181,20 @@ class LocalRun(ProcessRun):
 
     # What they say
 
+    def _on_own_event(self, event: OwnEvent) -> None:
+        if isinstance(event, WorldEvent):
+            self._on_world_event(event)
+        elif isinstance(event, NavigatorActive):
+            self._on_active(event.robot)
+        elif isinstance(event, NavigatorDied):
+            self._on_died(event)
+        elif isinstance(event, MissionEvent):
+            self._on_mission_event(event)
+        elif isinstance(event, OnlookerEvent):
+            self._on_onlooker_event(event)
+        else:
+            super()._on_own_event(event)
+
     def _on_world_event(self, event: WorldEvent) -> None:
         match event:
             case WorldBuilt():
@@ -196,15 +211,6 @@ class LocalRun(ProcessRun):
                 self._progress.breach("collisions", str(collision))
             case TimeOver():
                 self._stop("time is up, stopping")
-            case _:
-                assert_never(event)
-
-    def _on_navigator_event(self, event: NavigatorEvent) -> None:
-        match event:
-            case NavigatorActive(robot=name):
-                self._on_active(name)
-            case NavigatorDied():
-                self._on_died(event)
             case _:
                 assert_never(event)
 
@@ -294,10 +300,7 @@ class LocalRun(ProcessRun):
         """Notice that all navigators are active that are not given up."""
         awaited = set(self._plan.alive) - self._keeper.given_up
         if self.active_after_wall is None and self.statistics.active >= len(awaited):
-            self.active_after_wall = time.time() - self._started
-            self._sample(now=True)
-            self.usage.mark()
-            self._progress.phase("running")
+            self._note_all_active()
             if self._plan.mission is None:
                 sites = self._plan.sites
                 has_goals = bool(sites.stations or sites.places)

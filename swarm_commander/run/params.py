@@ -10,7 +10,7 @@ from typing import Any
 import yaml
 
 from swarm_commander.run.flat import Flat, flatten, nest, typed
-from swarm_commander.run.world_params import SECTION, WorldParams, is_world, parse_world
+from swarm_commander.run.world_params import SECTION, WORLD_NODES, WorldParams, parse_world
 from swarm_common.files.resources import share_directory
 from swarm_common.files.yaml_io import read_yaml
 from swarm_common.model.errors import ConfigError, UnknownNameError
@@ -67,7 +67,7 @@ def load_overrides(path: Path, robots: list[str], known: Mapping[str, Any]) -> O
         if len(body) > 1:
             extra = next(key for key in body if key != SECTION)
             raise UnknownNameError("key", str(extra), [SECTION], where)
-        if is_world(str(pattern)):
+        if str(pattern).strip("/") in WORLD_NODES:
             world = parse_world(body[SECTION], robots, where)
             continue
         if not any(_matches(str(pattern), robot) for robot in robots):

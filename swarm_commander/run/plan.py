@@ -145,10 +145,6 @@ class RunPlan:
         is_off = self.overrides.world.values.get("with_lidar") is False
         return {"with_lidar": False, "costmap.scan_timeout": 0.0} if is_off else {}
 
-    def viewer_config(self) -> dict[str, Any]:
-        """Return the configuration of the viewer process."""
-        return {"host": self.options.viewer_host, "port": self.options.port}
-
     def runner_config(self, homes_map: list[Pose]) -> dict[str, Any]:
         """Return the configuration of the mission process."""
         options = self.options

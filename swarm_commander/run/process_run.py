@@ -29,26 +29,21 @@ from swarm_common.files.journal import Journal
 from swarm_common.model.errors import SwarmError
 from swarm_common.process.messages import (
     Alive,
-    ClientEvent,
     CommandBase,
     Compiling,
     ConditionsChecked,
     Event,
     ForeignPublisher,
     InputsRejected,
-    MissionEvent,
-    NavigatorEvent,
     NavigatorForked,
     Note,
-    OnlookerEvent,
+    OwnEvent,
     ProcessEvent,
     Ready,
     RecordingBegun,
     Refused,
-    ServerEvent,
     UnknownMessageError,
     VerdictReached,
-    WorldEvent,
     WorldProgress,
 )
 
@@ -230,20 +225,13 @@ class ProcessRun:
     def _on_event(self, event: Event) -> None:
         if isinstance(event, ProcessEvent):
             self._on_process_event(event)
-        elif isinstance(event, WorldEvent):
-            self._on_world_event(event)
-        elif isinstance(event, NavigatorEvent):
-            self._on_navigator_event(event)
-        elif isinstance(event, MissionEvent):
-            self._on_mission_event(event)
-        elif isinstance(event, OnlookerEvent):
-            self._on_onlooker_event(event)
-        elif isinstance(event, ServerEvent):
-            self._on_server_event(event)
-        elif isinstance(event, ClientEvent):
-            self._on_client_event(event)
         else:
-            assert_never(event)
+            self._on_own_event(event)
+
+    def _on_own_event(self, event: OwnEvent) -> None:
+        """Take what only processes of this kind of run report; overridden by each kind."""
+        self._fail(f"no process of this kind of run may report {event}")
+        self._stop("stopping")
 
     def _on_process_event(self, event: ProcessEvent) -> None:
         match event:
@@ -275,30 +263,6 @@ class ProcessRun:
 
     def _on_progress(self, event: WorldProgress) -> None:
         """Take how the world is."""
-
-    # A kind of run overrides these for the processes that it starts
-
-    def _on_world_event(self, event: WorldEvent) -> None:
-        self._reject(event)
-
-    def _on_navigator_event(self, event: NavigatorEvent) -> None:
-        self._reject(event)
-
-    def _on_mission_event(self, event: MissionEvent) -> None:
-        self._reject(event)
-
-    def _on_onlooker_event(self, event: OnlookerEvent) -> None:
-        self._reject(event)
-
-    def _on_server_event(self, event: ServerEvent) -> None:
-        self._reject(event)
-
-    def _on_client_event(self, event: ClientEvent) -> None:
-        self._reject(event)
-
-    def _reject(self, event: Event) -> None:
-        self._fail(f"no process of this kind of run may report {event}")
-        self._stop("stopping")
 
     def _sample(self, *, now: bool = False) -> None:
         if self._is_stopping or (time.monotonic() < self._next_sample and not now):
@@ -389,6 +353,17 @@ class ProcessRun:
             return False
         self._note_incident(f"{message}; it is restarted in {pause:g} s; {where}")
         return True
+
+    def _note_all_active(self) -> None:
+        """Begin to measure: all navigators are active that are expected."""
+        self.active_after_wall = time.time() - self._started
+        self._sample(now=True)
+        self.usage.mark()
+        self._progress.phase("running")
+
+    def _warn(self, message: str) -> None:
+        if not self._is_stopping:
+            self._progress.note(message, "yellow")
 
     def _note_incident(self, message: str) -> None:
         self.incidents.append(f"t = {self.statistics.sim_time:.1f} s: {message}")

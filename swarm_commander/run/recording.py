@@ -14,10 +14,11 @@ FILE = "recording.mcap"
 def recorder_config(plan: RunPlan, folder: Path) -> dict[str, Any]:
     """Return the configuration of the recorder; the facts about the run are kept in the bag."""
     options = plan.options
+    models = [member.model for member in plan.fleet.members]
     about = {
         "world": str(plan.world),
         "sites": str(plan.sites_path or ""),
-        "robots": json.dumps(dict(zip(options.robot_names, models(plan), strict=True))),
+        "robots": json.dumps(dict(zip(options.robot_names, models, strict=True))),
         "mission": options.mission or "",
         "seed": str(options.seed),
     }
@@ -28,8 +29,3 @@ def recorder_config(plan: RunPlan, folder: Path) -> dict[str, Any]:
         "rate": options.record_rate,
         "about": about,
     }
-
-
-def models(plan: RunPlan) -> list[str]:
-    """Return the model of each robot in order."""
-    return [member.model for member in plan.fleet.members]

@@ -11,7 +11,7 @@ from typing import Any
 
 from swarm_commander.run.fairness import fairness
 from swarm_commander.run.options import UpOptions
-from swarm_commander.run.run_statistics import COUNTS, RobotStatistics, RunStatistics
+from swarm_commander.run.run_statistics import COUNTS, RunStatistics
 from swarm_commander.run.usage import UsageMeter
 from swarm_common.files.whole_file import write_whole
 from swarm_common.model.breaches import Collision, breaches_json
@@ -70,10 +70,10 @@ def compose_report(
         "robot": options.robot,
         "mission": options.mission,
         "seed": options.seed,
-        "sim_time": _rounded(sim_time),
-        "wall_time": _rounded(times.wall_time),
-        "real_time_factor": _rounded(verdict.get("real_time_factor", statistics.real_time_factor)),
-        "active_after_wall": _rounded(times.active_after_wall),
+        "sim_time": rounded(sim_time),
+        "wall_time": rounded(times.wall_time),
+        "real_time_factor": rounded(verdict.get("real_time_factor", statistics.real_time_factor)),
+        "active_after_wall": rounded(times.active_after_wall),
         "goals": {
             "sent": statistics.sent,
             "reached": statistics.reached,
@@ -87,11 +87,9 @@ def compose_report(
         },
         "conditions": _conditions(statistics.conditions),
         "near_misses": verdict.get("near_misses"),
-        "min_clearance": _rounded(verdict.get("min_clearance"), 4),
-        "makespan": _rounded(makespan),
-        "throughput_per_minute": _rounded(
-            60.0 * statistics.reached / makespan if makespan else 0.0
-        ),
+        "min_clearance": rounded(verdict.get("min_clearance"), 4),
+        "makespan": rounded(makespan),
+        "throughput_per_minute": rounded(60.0 * statistics.reached / makespan if makespan else 0.0),
         **_service(statistics),
         "waits": statistics.waits.as_json(sim_time),
         "late_ticks": verdict.get("late_ticks"),
@@ -101,16 +99,16 @@ def compose_report(
             {"topic": topic, "node": node} for topic, node in statistics.foreign
         ],
         "cpu_ms_per_robot_second": {
-            name: _rounded(1000.0 * value / seconds) if seconds else None
+            name: rounded(1000.0 * value / seconds) if seconds else None
             for name, value in per_second.items()
         },
         "memory_mb": {
-            group: _rounded(usage.memory_mb(group), 1) for group in ("world", "navigators")
+            group: rounded(usage.memory_mb(group), 1) for group in ("world", "navigators")
         },
         "private_mb": {
-            group: _rounded(usage.private_mb(group), 1) for group in ("world", "navigators")
+            group: rounded(usage.private_mb(group), 1) for group in ("world", "navigators")
         },
-        "rss_mb": {group: _rounded(usage.rss_mb(group), 1) for group in ("world", "navigators")},
+        "rss_mb": {group: rounded(usage.rss_mb(group), 1) for group in ("world", "navigators")},
         "trajectory_sha256": verdict.get("trajectory_sha256"),
         "breaches": breaches_json(
             _collisions(statistics, verdict), statistics.misses, statistics.unfinished
@@ -143,17 +141,13 @@ def _service(statistics: RunStatistics) -> dict[str, Any]:
     robots = statistics.robots.values()
     served = fairness([duration for robot in robots for duration in robot.durations])
     return {
-        "hold_time": _rounded(sum(robot.hold_time for robot in robots)),
-        "wait_time": _rounded(sum(robot.wait_time for robot in robots)),
-        "worst_wait": _rounded(max(_total_wait(robot) for robot in robots)),
-        "goal_duration": {"median": _rounded(served.median), "worst": _rounded(served.worst)},
-        "fairness": _rounded(served.ratio),
+        "hold_time": rounded(sum(robot.hold_time for robot in robots)),
+        "wait_time": rounded(sum(robot.wait_time for robot in robots)),
+        "worst_wait": rounded(max(robot.hold_time + robot.wait_time for robot in robots)),
+        "goal_duration": {"median": rounded(served.median), "worst": rounded(served.worst)},
+        "fairness": rounded(served.ratio),
         **{name: sum(robot.counts[name] for robot in robots) for name in COUNTS.values()},
     }
-
-
-def _total_wait(robot: RobotStatistics) -> float:
-    return robot.hold_time + robot.wait_time
 
 
 def _robots(statistics: RunStatistics, measured: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
@@ -162,14 +156,14 @@ def _robots(statistics: RunStatistics, measured: Mapping[str, Mapping[str, Any]]
             "goals_reached": robot.reached,
             "goals_failed": robot.failed,
             "restarts": robot.restarts,
-            "hold_time": _rounded(robot.hold_time),
-            "wait_time": _rounded(robot.wait_time),
-            "worst_goal_duration": _rounded(max(robot.durations, default=None)),
+            "hold_time": rounded(robot.hold_time),
+            "wait_time": rounded(robot.wait_time),
+            "worst_goal_duration": rounded(max(robot.durations, default=None)),
             **robot.counts,
-            "distance": _rounded(measured.get(name, {}).get("distance")),
+            "distance": rounded(measured.get(name, {}).get("distance")),
             "collisions": measured.get(name, {}).get("collisions"),
             "near_misses": measured.get(name, {}).get("near_misses"),
-            "min_clearance": _rounded(measured.get(name, {}).get("min_clearance"), 4),
+            "min_clearance": rounded(measured.get(name, {}).get("min_clearance"), 4),
         }
         for name, robot in statistics.robots.items()
     }
@@ -211,7 +205,8 @@ def write_report(path: Path, report: Mapping[str, Any]) -> str:
     return ""
 
 
-def _rounded(value: Any, digits: int = 3) -> float | None:
+def rounded(value: Any, digits: int = 3) -> float | None:
+    """Return a number for JSON; None for what is unknown or not finite."""
     if value is None or not math.isfinite(value):
         return None
     return round(float(value), digits)

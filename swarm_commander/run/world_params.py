@@ -39,11 +39,6 @@ class WorldParams:
         return values | ({SENSORS: dict(self.sensors)} if self.sensors else {})
 
 
-def is_world(pattern: str) -> bool:
-    """Whether a section of a parameter file is the world's."""
-    return pattern.strip("/") in WORLD_NODES
-
-
 def default_world_parameters() -> dict[str, Any]:
     """Return the world's parameters with their defaults, from `params/world.yaml`."""
     content = read_yaml(share_directory("params") / "params" / "world.yaml")

@@ -470,15 +470,10 @@ ClientEvent = (
     | NetworkFault
     | NetworkFigures
 )
-Event = (
-    ProcessEvent
-    | WorldEvent
-    | NavigatorEvent
-    | MissionEvent
-    | OnlookerEvent
-    | ServerEvent
-    | ClientEvent
+OwnEvent = (  # of processes that not every kind of run has
+    WorldEvent | NavigatorEvent | MissionEvent | OnlookerEvent | ServerEvent | ClientEvent
 )
+Event = ProcessEvent | OwnEvent
 
 
 # Commands: what swarm-up tells a process

@@ -33,7 +33,7 @@ def refusal(
         return errors
 
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sweep, "run_all", must_not_run)
+    monkeypatch.setattr(sweep, "in_processes", must_not_run)
     return run
 
 

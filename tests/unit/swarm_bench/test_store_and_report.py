@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from swarm_bench import store
-from swarm_bench.json_lines import open_to_append
+from swarm_bench.json_lines import append_json_line, open_to_append
 from swarm_bench.report import traffic_report
 from swarm_bench.result import RunResult
 from swarm_bench.ros_run import result_of_report, up_flags
@@ -24,7 +24,7 @@ def test_a_killed_sweep_continues(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     path = tmp_path / "runs.jsonl"
     options = select("slim_blockage", [20], [0, 1, 2])
     with open_to_append(path) as file:
-        store.append(file, result(seed=1, conditions=dict(LOSSLESS)))
+        append_json_line(file, result(seed=1, conditions=dict(LOSSLESS)).as_json())
         file.write('{"schema": 1, "scen')  # killed here
     asked: list[int] = []
 
@@ -32,7 +32,7 @@ def test_a_killed_sweep_continues(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         asked.extend(item.seed for item in runs)
         return [result(seed=item.seed, conditions=dict(LOSSLESS)) for item in runs]
 
-    monkeypatch.setattr("swarm_bench.sweep.run_all", fake)
+    monkeypatch.setattr("swarm_bench.sweep.in_processes", fake)
     results = Sweep(options).run(path, _quiet())
     assert asked == [0, 2]
     assert sorted(item.seed for item in results) == [0, 1, 2]
