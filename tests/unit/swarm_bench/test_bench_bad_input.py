@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -18,8 +18,8 @@ def refusal(
 ) -> Refusal:
     """Return a function that runs swarm-bench with flags and returns its line on stderr."""
 
-    def must_not_run(*_: object) -> None:
-        pytest.fail("something was run")
+    def must_not_run(*_: object) -> Iterator[None]:
+        yield pytest.fail("something was run")
 
     def run(*flags: str) -> str:
         monkeypatch.setattr("sys.argv", ["swarm-bench", *flags])
