@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from swarm_common.model.beacon import HELD_POINTS, word_of
-from swarm_nav.core.order_kernels import may_hold_up, outranks
+from swarm_nav.core.order_kernels import Rank, may_hold_up, outranks
 from swarm_nav.perception.neighborhood_kernels import (
     BLOCKED_TICKS,
     HELD,
@@ -28,6 +30,18 @@ REASONABLE_REACH = 2.5  # [m] beyond which two claims cannot meet, radii excepte
 PRIORITY_LENGTH = 0.8  # [m] of an entitled robot's path that lower ones keep free
 INTENT_SPACING = 0.1  # [m] between the points of an intent
 ROUNDING = 1e-6  # [m] by which two robots may compute one distance differently
+
+
+class Claims(NamedTuple):
+    """The neighbours' table with a row per robot, see `neighborhood_kernels`."""
+
+    ids: NDArray[np.uint32]
+    acks: NDArray[np.int64]  # tick of the newest of our beacons that each has acknowledged
+    gone: NDArray[np.bool_]  # whether it is silent
+    priorities: NDArray[np.int64]
+    words: NDArray[np.uint32]  # beacons, word by word
+    links: NDArray[np.int64]  # where the points of each beacon are
+    air: NDArray[np.uint32]  # beacons as they were heard
 
 
 @njit(cache=True)
@@ -215,7 +229,7 @@ def extend(
         protocol: (push_ticks, yield_slack [m], distance [m] within which every robot that is heard
             has to know a request).
         around: (obstacles (k, 2) [m], clearance [m] that points keep from them).
-        claims: The neighbours' table, see `Neighborhood.claims`.
+        claims: `Claims` of the neighbours as a plain tuple.
 
     Returns:
         (new stop, reason, row of the neighbour in the way or -1); the reason is one of `REACHED`,
@@ -223,10 +237,11 @@ def extend(
     """
     stop, last, confirmed = span
     radius, priority, own_id, yields_for = own
+    rank = Rank(priority, own_id, yields_for)
     push_ticks, yield_slack, hearing_reach = protocol
     slack = yield_slack if yields_for != 0 else 0.0
     obstacles, clearance = around
-    ids, acks, gone, priorities, words, links, air = claims
+    ids, acks, gone, priorities, words, links, air = Claims(*claims)
     heads = words.view(np.float32)
     far = air.view(np.float32)
     origin = points[stop]
@@ -276,7 +291,7 @@ def extend(
             if (  # G5
                 words[j, BLOCKED_TICKS] >= push_ticks
                 and not exempt[j]
-                and may_hold_up(priorities[j], ids[j], gone[j], (priority, own_id, yields_for))
+                and may_hold_up(priorities[j], ids[j], gone[j], rank)
                 and intent_gap(beacon, words[j], p) < reach * reach
             ):
                 return k - 1, RIGHT_OF_WAY, j

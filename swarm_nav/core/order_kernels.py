@@ -8,7 +8,17 @@ waits for bodies and held space only.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from numba import njit
+
+
+class Rank(NamedTuple):
+    """Where a robot stands in the order."""
+
+    priority: int
+    id: int
+    yields_for: int  # id of the robot that it makes way for, 0 for none
 
 
 @njit(cache=True)
@@ -25,14 +35,13 @@ def outranks(theirs: int, their_id: int, own: int, own_id: int) -> bool:
 
 
 @njit(cache=True)
-def may_hold_up(theirs: int, their_id: int, is_gone: bool, own: tuple[int, int, int]) -> bool:
+def may_hold_up(theirs: int, their_id: int, is_gone: bool, own: Rank) -> bool:
     """Whether a rule may hold up this robot for another one.
 
     Args:
         theirs: Priority of the other robot.
         their_id: Its id.
         is_gone: Whether it is silent.
-        own: Priority and id of this robot, and the id that it makes way for, 0 for none.
+        own: Rank of this robot.
     """
-    priority, own_id, yields_for = own
-    return yields_for == 0 and not is_gone and outranks(theirs, their_id, priority, own_id)
+    return own.yields_for == 0 and not is_gone and outranks(theirs, their_id, own.priority, own.id)

@@ -36,16 +36,7 @@ PARTING = 0.4  # [m] from the range's edge, from which the next eight beacons ar
 PARTING_PER_BEACON = 1e-3  # [m] if robots drive apart
 PASSED_EVERY = 8  # ticks between two checks for robots on the place of a silent one
 INITIAL_ROWS = 32
-CLAIM_COLUMNS = (
-    "radius",
-    "blocked_ticks",
-    "held",
-    "held_size",
-    "wanted",
-    "wanted_size",
-    "intent",
-    "intent_size",
-)
+CLAIM_COLUMNS = kernels.Columns._fields[4:]  # those of beacons
 
 
 class Neighborhood:
@@ -282,11 +273,11 @@ class Neighborhood:
         kernels.fetch(self._words, self._links, self._count, self._air)
 
     def claims(self) -> tuple[NDArray[np.generic], ...]:
-        """Return what `tube_kernels.extend` reads: it finds points in the table or on the air."""
+        """Return the fields of `tube_kernels.Claims`, as a plain tuple for calls in every tick."""
         return (self.ids, self.acks, self.gone, self.priorities, *self._rows, self._air)
 
     def columns(self) -> tuple[NDArray[np.generic], ...]:
-        """Return the columns for kernels that look at all robots.
+        """Return the fields of `neighborhood_kernels.Columns`, as a plain tuple.
 
         The first four have a row per robot, the others are views of the whole table: a view of
         one row would be contiguous, and numba would compile the kernels a second time for it.

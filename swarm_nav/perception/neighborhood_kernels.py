@@ -7,11 +7,14 @@ kernels read members without numpy's cost per field. Rows ascend by id.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from swarm_common.model.beacon import FLAG_DEAF, FLAG_LEFT, word_of
+from swarm_common.model.records import FloatArray, Mask
 from swarm_nav.core.priority import TOP_DEPTH
 
 STANDOFF_TICKS = 200  # that a robot of equal priority is blocked before it pushes
@@ -40,21 +43,57 @@ PASSED_TICKS = 3  # age up to which a beacon tells where a robot is now
 PASSED_GAP = 0.08  # [m] that the centres of no two robots can have: their bodies would be one
 ROTATING = 8  # entries that are shared out in turn when there are more robots than entries
 
+Words = NDArray[np.uint32]
+Floats = NDArray[np.float32]
+Ints = NDArray[np.int64]
+Plain = tuple[Words, Ints, Mask, Ints, Ints]  # ids, ages, gone, priorities, acks
+
+
+class Columns(NamedTuple):
+    """What kernels that look at all neighbours read; a row per robot, ascending by id."""
+
+    ids: Words
+    acks: Ints  # tick of the newest of our beacons that each has acknowledged
+    gone: Mask  # whether it is silent
+    priorities: Ints
+    radius: Floats  # [m] safety radius
+    blocked_ticks: Words
+    held: Floats  # (rows, n, 2) [m] points of the held tube in map
+    held_size: Words
+    wanted: Floats  # (rows, n, 2) [m] points that are requested
+    wanted_size: Words
+    intent: Floats  # (rows, n, 2) [m] points of the path ahead
+    intent_size: Words
+
 
 @njit(cache=True)
-def merge(words, floats, notes, links, count, heard, before, own):
-    """Store beacons that are newer than the known ones; return the new count.
+def merge(
+    words: Words,
+    floats: Floats,
+    notes: FloatArray,
+    links: Ints,
+    count: int,
+    heard: tuple[Words, Ints],
+    before: Words,
+    own: tuple[float, float, int, int],
+) -> int:
+    """Store beacons that are newer than the known ones; return the new number of rows.
 
     Of a beacon, the head and the first point are copied at once. The other points are copied when
     they are needed (`fetch`), or before they are lost because the robot is not heard again. A robot
     that was removed from the world is forgotten.
 
-    notes = (n, 3): distance of the pose to (x, y) when heard, tick since which it is heard, and by
-    how much the distance had grown since it was heard before.
-    links = (n, 4): where the points are, at which row there, the acknowledgement of ours, and
-    which of the points the last scan saw through, as bits.
-    heard = (beacons as words, rows of them that were heard); before = those of the last merge.
-    own = (x, y, id, lost_ticks).
+    Args:
+        words: (rows, words) the table, changed.
+        floats: The same memory as float32.
+        notes: (rows, 3): distance [m] of the pose to (x, y) when heard, tick since which the robot
+            is heard, and by how much [m] the distance had grown since it was heard before.
+        links: (rows, 4): where the points are, at which row there, the acknowledgement of our
+            beacon, and which of the points the last scan saw through, as bits.
+        count: Rows in use.
+        heard: (beacons (k, words), rows of them that were heard).
+        before: Beacons of the last merge.
+        own: (x [m], y [m], id, lost_ticks) of this robot.
     """
     batch, rows = heard
     x, y, own_id, lost_ticks = own
@@ -101,16 +140,30 @@ def merge(words, floats, notes, links, count, heard, before, own):
 
 
 @njit(cache=True)
-def move_row(words, notes, links, row, to):
-    """Copy a row to another one."""
+def move_row(words: Words, notes: FloatArray, links: Ints, row: int, to: int) -> None:
+    """Copy a row of the table, see `merge`, to another one.
+
+    Args:
+        words: (rows, words).
+        notes: (rows, 3).
+        links: (rows, 4).
+        row: That is copied.
+        to: That is written.
+    """
     words[to] = words[row]
     notes[to] = notes[row]
     links[to] = links[row]
 
 
 @njit(cache=True)
-def heard_entry(batch, k, own_id):
-    """Return the acknowledgement of a beacon of ours in row k, 0 without."""
+def heard_entry(batch: Words, k: int, own_id: int) -> int:
+    """Return the acknowledgement of a beacon of ours: id and tick in one word, 0 without.
+
+    Args:
+        batch: (k, words) beacons.
+        k: Row.
+        own_id: Id of this robot.
+    """
     for word in range(HEARD, batch.shape[1]):
         if batch[k, word] >> np.uint32(16) == own_id:
             return np.int64(batch[k, word])
@@ -118,8 +171,15 @@ def heard_entry(batch, k, own_id):
 
 
 @njit(cache=True)
-def copy_points(words, links, row, air):
-    """Copy what `merge` left of a beacon."""
+def copy_points(words: Words, links: Ints, row: int, air: Words) -> None:
+    """Copy what `merge` left of a beacon.
+
+    Args:
+        words: (rows, words) the table.
+        links: (rows, 4), see `merge`.
+        row: Of the beacon.
+        air: (k, words) beacons as they were heard.
+    """
     k = links[row, PLACE]
     for word in range(AT_ONCE, words.shape[1]):
         words[row, word] = air[k, word]
@@ -127,18 +187,46 @@ def copy_points(words, links, row, air):
 
 
 @njit(cache=True)
-def fetch(words, links, count, air):
-    """Complete the beacons in the table."""
+def fetch(words: Words, links: Ints, count: int, air: Words) -> None:
+    """Complete the beacons in the table.
+
+    Args:
+        words: (rows, words).
+        links: (rows, 4), see `merge`.
+        count: Rows in use.
+        air: (k, words) beacons as they were heard.
+    """
     for row in range(count):
         if links[row, SOURCE] != OWN:
             copy_points(words, links, row, air)
 
 
 @njit(cache=True)
-def take_in(table, count, heard, before, own, columns, tick, limits, out, left):
+def take_in(
+    table: tuple[Words, Floats, FloatArray, Ints],
+    count: int,
+    heard: tuple[Words, Ints],
+    before: Words,
+    own: tuple[float, float, int, int],
+    columns: Plain,
+    tick: int,
+    limits: tuple[int, float, int, tuple[int, float, int]],
+    out: Words,
+    left: tuple[Words, FloatArray, Ints],
+) -> tuple[int, int, bool, bool]:
     """Do `merge` and `refresh` in one call, as they are done together in almost every tick.
 
-    table = (words, floats, notes, links).
+    Args:
+        table: (words, floats, notes, links) as of `merge`.
+        count: See `merge`.
+        heard: See `merge`.
+        before: See `merge`.
+        own: See `merge`.
+        columns: See `refresh`.
+        tick: See `refresh`.
+        limits: See `refresh`.
+        out: See `refresh`.
+        left: See `refresh`.
     """
     words, floats, notes, links = table
     count = merge(words, floats, notes, links, count, heard, before, own)
@@ -146,16 +234,41 @@ def take_in(table, count, heard, before, own, columns, tick, limits, out, left):
 
 
 @njit(cache=True)
-def refresh(words, notes, links, count, air, own_id, columns, tick, limits, out, left):
+def refresh(
+    words: Words,
+    notes: FloatArray,
+    links: Ints,
+    count: int,
+    air: Words,
+    own_id: int,
+    columns: Plain,
+    tick: int,
+    limits: tuple[int, float, int, tuple[int, float, int]],
+    out: Words,
+    left: tuple[Words, FloatArray, Ints],
+) -> tuple[int, int, bool, bool]:
     """Remove the rows of robots that may have left, and compute the columns of the others.
 
-    Returns (number of rows, id as of `deaf_neighbor`, whether any robot says that we block it,
-    whether any has been silent for more than dead_ticks).
-    columns = (ids, ages, gone, priorities, acks), one entry per row. `out` is filled by
-    `acknowledge`. limits = (lost_ticks, edge, dead_ticks, those of `deaf_neighbor`): a robot silent
-    for more than lost_ticks may have left if it was heard beyond `edge` [m] and is gone otherwise.
-    left = (words, notes, (1,) number of rows): rows that were taken out are added there; but for
-    those of whom no place is left.
+    A robot that has been silent for more than lost_ticks may have left if it was heard beyond the
+    edge, and is gone otherwise.
+
+    Args:
+        words: (rows, words) the table, changed.
+        notes: (rows, 3), see `merge`.
+        links: (rows, 4), see `merge`.
+        count: Rows in use.
+        air: (k, words) beacons as they were heard.
+        own_id: Id of this robot.
+        columns: (ids, ages, gone, priorities, acks), a row per robot; written.
+        tick: Now.
+        limits: (lost_ticks, edge [m], dead_ticks, those of `deaf_neighbor`).
+        out: Acknowledgements, written by `acknowledge`.
+        left: (words, notes, (1,) number of rows): rows that were taken out are added, except for
+            those of robots of which no place is left.
+
+    Returns:
+        Number of rows, id as of `deaf_neighbor`, whether any robot says that we block it, and
+        whether any has been silent for more than dead_ticks.
     """
     ids, ages, gone, priorities, acks = columns
     lost_ticks, edge, dead_ticks, unheard = limits
@@ -196,8 +309,16 @@ def refresh(words, notes, links, count, air, own_id, columns, tick, limits, out,
 
 
 @njit(cache=True)
-def acknowledge(words, notes, count, tick, out):
-    """Write which beacons were heard last: those of the nearest robots, of further ones in turn."""
+def acknowledge(words: Words, notes: FloatArray, count: int, tick: int, out: Words) -> None:
+    """Write which beacons were heard last: those of the nearest robots, of further ones in turn.
+
+    Args:
+        words: (rows, words) the table.
+        notes: (rows, 3), see `merge`.
+        count: Rows in use.
+        tick: Now; it decides whose turn it is.
+        out: (entries,) id and tick in one word, 0 for none; written.
+    """
     room = out.shape[0]
     out[:] = 0
     if count <= room:
@@ -213,12 +334,21 @@ def acknowledge(words, notes, count, tick, out):
 
 
 @njit(cache=True)
-def deaf_neighbor(ids, acks, notes, tick, limits):
+def deaf_neighbor(
+    ids: Words, acks: Ints, notes: FloatArray, tick: int, limits: tuple[int, float, int]
+) -> int:
     """Return the id of a robot that must hear us and does not, 0 if there is none.
 
-    limits = (patience, reach, entries): a robot within `reach` [m] that has not acknowledged a
-    beacon for `patience` ticks. In a crowd a robot may have more neighbours than its `entries`
-    acknowledgements: a neighbour that is not among the nearest waits for its turn.
+    In a crowd a robot may have more neighbours than acknowledgements: a neighbour that is not among
+    the nearest waits for its turn.
+
+    Args:
+        ids: (n,).
+        acks: (n,) tick of the newest of our beacons that each has acknowledged.
+        notes: (rows, 3), see `merge`.
+        tick: Now.
+        limits: (patience [ticks] without an acknowledgement, reach [m] within which it is needed,
+            entries of a beacon for acknowledgements).
     """
     patience, reach, entries = limits
     patience += max(0, ids.shape[0] - entries) // ROTATING
@@ -231,7 +361,18 @@ def deaf_neighbor(ids, acks, notes, tick, limits):
 
 
 @njit(cache=True)
-def masks(table, links, air, ages, gone, count, own, travel, fresh_ticks, out):
+def masks(
+    table: tuple[Words, Floats],
+    links: Ints,
+    air: Words,
+    ages: Ints,
+    gone: Mask,
+    count: int,
+    own: tuple[float, float, float, float],
+    travel: float,
+    fresh_ticks: int,
+    out: tuple[FloatArray, FloatArray, Mask],
+) -> int:
     """Write the discs in which LiDAR hits belong to a robot; return their number.
 
     A robot that is heard masks the part of its held space that it can have reached; a silent one
@@ -239,9 +380,17 @@ def masks(table, links, air, ages, gone, count, own, travel, fresh_ticks, out):
     from its points, so we cannot touch anything within the robot's radius of them. For one
     that is heard our own margin is added, as hits and both poses may be off.
 
-    table = (words, floats); own = (x, y, reach, margin) [m]: robots beyond the reach are left out;
-    travel = points per tick of age; out = (discs (k, 2), radii (k,), (k,) whether the beacon is not
-    older than fresh_ticks).
+    Args:
+        table: (words, floats) as of `merge`.
+        links: (rows, 4), see `merge`.
+        air: (k, words) beacons as they were heard.
+        ages: (n,) [ticks] of the beacons.
+        gone: (n,) whether each robot is silent.
+        count: Rows in use.
+        own: (x, y, reach, margin) [m]: robots beyond the reach are left out.
+        travel: Points of a tube that a robot passes in a tick, at most.
+        fresh_ticks: Age up to which a beacon is fresh.
+        out: (discs (k, 2) [m] in map, radii (k,) [m], (k,) whether the beacon is fresh); written.
     """
     words, floats = table
     x, y, reach, margin = own
@@ -267,11 +416,27 @@ def masks(table, links, air, ages, gone, count, own, travel, fresh_ticks, out):
 
 
 @njit(cache=True)
-def is_through(ranges, beam, pose, disc, reach):
-    """Whether all rays of a scan that meet a disc went on beyond it; False if too few meet it.
+def is_through(
+    ranges: Floats,
+    beam: tuple[float, float, float],
+    pose: tuple[float, float, float],
+    disc: tuple[float, float, float],
+    reach: float,
+) -> bool:
+    """Return whether all rays of a scan that meet a disc went on beyond it.
 
-    beam = (angle_min, angle_increment, range_min); pose = (x, y, yaw) of the LiDAR in map;
-    disc = (x, y, radius).
+    Of a disc at distance d and bearing b, the ray at bearing b + o meets the far side at
+    d cos(o) + sqrt(r^2 - (d sin(o))^2).
+
+    Args:
+        ranges: (n,) [m].
+        beam: (angle_min [rad], angle_increment [rad], range_min [m]).
+        pose: (x [m], y [m], yaw [rad]) of the LiDAR in map.
+        disc: (x, y, radius) [m] in map.
+        reach: [m] beyond which nothing is concluded.
+
+    Returns:
+        False also if too few rays meet the disc.
     """
     x, y, radius = disc
     dx = x - pose[0]
@@ -295,12 +460,29 @@ def is_through(ranges, beam, pose, disc, reach):
 
 
 @njit(cache=True)
-def look(words, floats, links, ages, gone, scan, limits, footprint):
+def look(
+    words: Words,
+    floats: Floats,
+    links: Ints,
+    ages: Ints,
+    gone: Mask,
+    scan: tuple[Floats, tuple[float, float, float], tuple[float, float, float]],
+    limits: tuple[float, float, int],
+    footprint: Words,
+) -> None:
     """Take away the places of silent robots that two scans in a row have seen through.
 
-    Of robots with our footprint (words): their LiDARs are at our height, so that ours sees them.
-    scan = (ranges, beam, pose) as of `is_through`; limits = (reach [m], radius [m] of the body,
-    dead_ticks).
+    This concerns robots with our footprint: their LiDARs are at our height, so that ours sees them.
+
+    Args:
+        words: (rows, words) the table, changed.
+        floats: The same memory as float32.
+        links: (rows, 4), see `merge`; changed.
+        ages: (n,) [ticks] of the beacons.
+        gone: (n,) whether each robot is silent.
+        scan: (ranges, beam, pose) as of `is_through`.
+        limits: (reach [m], radius [m] of the body, dead_ticks).
+        footprint: Our footprint, as the words of a beacon.
     """
     ranges, beam, pose = scan
     reach, body, dead_ticks = limits
@@ -330,8 +512,26 @@ def look(words, floats, links, ages, gone, scan, limits, footprint):
 
 
 @njit(cache=True)
-def passed(words, floats, links, ages, gone, own, dead_ticks):
-    """Remove the places of silent robots on which another robot is now; own = (x, y)."""
+def passed(
+    words: Words,
+    floats: Floats,
+    links: Ints,
+    ages: Ints,
+    gone: Mask,
+    own: tuple[float, float],
+    dead_ticks: int,
+) -> None:
+    """Remove the places of silent robots on which another robot is now.
+
+    Args:
+        words: (rows, words) the table, changed.
+        floats: The same memory as float32.
+        links: (rows, 4), see `merge`; changed.
+        ages: (n,) [ticks] of the beacons.
+        gone: (n,) whether each robot is silent.
+        own: (x, y) [m] of this robot in map.
+        dead_ticks: Silence after which a robot has stopped.
+    """
     for row in range(ages.shape[0]):
         if not gone[row] or ages[row] <= dead_ticks:
             continue
@@ -357,10 +557,21 @@ def passed(words, floats, links, ages, gone, own, dead_ticks):
 
 
 @njit(cache=True)
-def bodies(floats, ages, limits, robots, reach):
-    """Write where the robots were, robots (n, 2), and how far they may be off, reach (n,).
+def bodies(
+    floats: Floats,
+    ages: Ints,
+    limits: tuple[np.float32, float, int],
+    robots: FloatArray,
+    reach: FloatArray,
+) -> None:
+    """Write where the robots were and how far they may be from there: r + m + v min(age, most).
 
-    limits = (margin [m], travel [m] per tick of age, most ticks); the margin in single precision.
+    Args:
+        floats: (rows, words) the table.
+        ages: (n,) [ticks] of the beacons.
+        limits: (margin m [m] in single precision, travel v [m] per tick of age, most ticks).
+        robots: (rows, 2) [m] in map, written.
+        reach: (rows,) [m], written.
     """
     margin, travel, most = limits
     for row in range(ages.shape[0]):
@@ -371,8 +582,13 @@ def bodies(floats, ages, limits, robots, reach):
 
 
 @njit(cache=True)
-def row_of(ids, robot):
-    """Return the row of a robot, -1 if it is not known."""
+def row_of(ids: Words, robot: int) -> int:
+    """Return the row of a robot, -1 if it is not known.
+
+    Args:
+        ids: (n,).
+        robot: Its id.
+    """
     for row in range(ids.shape[0]):
         if ids[row] == robot:
             return row
@@ -380,13 +596,28 @@ def row_of(ids, robot):
 
 
 @njit(cache=True)
-def highest_pusher(words, gone, priorities, own, patience, least_depth):
-    """Return the row of the highest robot that has been blocked by us for `patience` ticks, or -1.
+def highest_pusher(
+    words: Words,
+    gone: Mask,
+    priorities: Ints,
+    own: tuple[int, int],
+    patience: int,
+    least_depth: int,
+) -> int:
+    """Return the row of the highest robot that we block and that may push us, or -1.
 
-    own = (id, priority without what was inherited from pushers). The pusher must rank above that,
-    must not itself make way for us, and must be of at least `least_depth` in its chain of
-    inheritance: so that no priority outlives its source by going round in a circle. If two robots
-    inherited the same priority, the smaller id wins, once waiting has not helped.
+    The pusher must rank above us, must not itself make way for us, and must be of at least
+    `least_depth` in its chain of inheritance: so that no priority outlives its source by going
+    round in a circle. If two robots inherited the same priority, the smaller id wins, once waiting
+    has not helped.
+
+    Args:
+        words: (rows, words) the table.
+        gone: (n,) whether each robot is silent.
+        priorities: (n,) as published.
+        own: (id, priority without what was inherited from pushers) of this robot.
+        patience: [ticks] for which it must have been blocked.
+        least_depth: Of its chain of inheritance.
     """
     own_id, own_priority = own
     best = -1

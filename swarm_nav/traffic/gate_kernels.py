@@ -2,18 +2,46 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
+from swarm_common.model.records import Mask
 from swarm_nav.core.order_kernels import outranks
 from swarm_nav.core.priority import SENIORITY
+from swarm_nav.planning.distance_kernels import Floats, Frame
 
 BLOCKED = 30  # ticks for which a robot on its way to the mouth has been blocked that no more counts
 
 
+class GateColumns(NamedTuple):
+    """What neighbours say of the gate; a row per robot, the first ones are in use."""
+
+    poses: NDArray[np.float32]  # (rows, 3) [m], [m], [rad] in map
+    gate_ticks: NDArray[np.uint32]  # 0: asks not, 1: is admitted, later: asks since
+    blocked_ticks: NDArray[np.uint32]
+
+
+class Robots(NamedTuple):
+    """The neighbours, (n,) each."""
+
+    ids: NDArray[np.uint32]
+    priorities: NDArray[np.int64]
+    gone: NDArray[np.bool_]  # whether it is silent
+
+
 @njit(cache=True)
-def is_inside(region, frame, x, y):
-    """Whether (x, y) lies in a cell of the region; frame = (origin_x, origin_y, step)."""
+def is_inside(region: Mask, frame: Frame, x: float, y: float) -> bool:
+    """Return whether a point lies in a cell of the region.
+
+    Args:
+        region: (height, width).
+        frame: Of the region.
+        x: [m] in map.
+        y: [m] in map.
+    """
     origin_x, origin_y, step = frame
     i = int((y - origin_y) / step)
     j = int((x - origin_x) / step)
@@ -21,8 +49,14 @@ def is_inside(region, frame, x, y):
 
 
 @njit(cache=True)
-def enters(region, frame, way):
-    """Whether any of the points (n, 2) lies in the region."""
+def enters(region: Mask, frame: Frame, way: Floats) -> bool:
+    """Return whether any point of a path lies in the region.
+
+    Args:
+        region: (height, width).
+        frame: Of the region.
+        way: (n, 2) [m] in map.
+    """
     for k in range(way.shape[0]):
         if is_inside(region, frame, way[k, 0], way[k, 1]):
             return True
@@ -30,16 +64,31 @@ def enters(region, frame, way):
 
 
 @njit(cache=True)
-def count_ahead(region, frame, columns, robots, own):
-    """Return (robots that count before `own` = (seniority, id), whether none ranks above it, id).
+def count_ahead(
+    region: Mask,
+    frame: Frame,
+    columns: tuple[NDArray[np.float32], NDArray[np.uint32], NDArray[np.uint32]],
+    robots: tuple[NDArray[np.uint32], NDArray[np.int64], NDArray[np.bool_]],
+    own: tuple[int, int],
+) -> tuple[int, bool, int]:
+    """Count the robots that go before this one.
 
-    These are inside, admitted (gate tick 1) or ask (a later gate tick) with a higher rank; of the
-    last two only those that are not blocked on their way. The id is that of the highest of those
-    who count, 0 without any. columns = (poses, gate ticks, blocked ticks), robots = (ids,
-    priorities, gone).
+    These are inside, admitted, or ask with a higher rank; of the last two only those that are not
+    blocked on their way.
+
+    Args:
+        region: (height, width).
+        frame: Of the region.
+        columns: `GateColumns` as a plain tuple.
+        robots: `Robots` as a plain tuple.
+        own: Seniority and id of this robot.
+
+    Returns:
+        Their number, whether none of those with a goal ranks above this robot, and the id of the
+        highest of those that count, 0 without any.
     """
-    poses, gate_ticks, blocked = columns
-    ids, priorities, gone = robots
+    poses, gate_ticks, blocked = GateColumns(*columns)
+    ids, priorities, gone = Robots(*robots)
     seniority, own_id = own
     count = 0
     is_highest = True
@@ -61,8 +110,15 @@ def count_ahead(region, frame, columns, robots, own):
 
 
 @njit(cache=True)
-def cells_within(region, frame, centre, reach):
-    """Number of the region's cells within `reach` of a point."""
+def cells_within(region: Mask, frame: Frame, centre: tuple[float, float], reach: float) -> int:
+    """Return how many of the region's cells have their middle within reach of a point.
+
+    Args:
+        region: (height, width).
+        frame: Of the region.
+        centre: x, y [m] in map.
+        reach: [m].
+    """
     origin_x, origin_y, step = frame
     x, y = centre
     height, width = region.shape

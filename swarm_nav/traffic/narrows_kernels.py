@@ -6,19 +6,31 @@ import math
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
+from swarm_common.model.records import FloatArray, Mask
 from swarm_nav.control.tube_kernels import INTENT_SPACING
-from swarm_nav.core.order_kernels import may_hold_up
+from swarm_nav.core.order_kernels import Rank, may_hold_up
+from swarm_nav.perception.neighborhood_kernels import Columns
+from swarm_nav.planning.distance_kernels import Floats, Frame
 
 CLIMB = 1.5  # [m] within which the wall on the other side of a passage is looked for
 FORESIGHT = 2.0  # [m] of a neighbour's path that counts
 
+Labels = NDArray[np.int16]
+
 
 @njit(cache=True)
-def half_width(clearance, step, out):
-    """Half the distance between the walls on either side of each cell; inf where one is far away.
+def half_width(clearance: FloatArray, step: float, out: FloatArray) -> None:
+    """Compute half the distance between the walls on either side of each cell.
 
-    The way across is that of the distance field's gradient, away from the nearest wall.
+    The way across is that of the distance field's gradient, away from the nearest wall. Where the
+    gradient vanishes, the narrowest of four directions counts.
+
+    Args:
+        clearance: (height, width) [m] from the nearest wall.
+        step: [m] between two cells.
+        out: (height, width) [m], written; inf where a wall is farther than `CLIMB` away.
     """
     height, width = clearance.shape
     for i in range(height):
@@ -40,8 +52,17 @@ def half_width(clearance, step, out):
 
 
 @njit(cache=True)
-def free_length(clearance, step, i, j, dy, dx):
-    """Distance [m] from cell (i, j) to a wall in direction (dy, dx); inf beyond `CLIMB`."""
+def free_length(clearance: FloatArray, step: float, i: int, j: int, dy: float, dx: float) -> float:
+    """Return the distance [m] from cell (i, j) to a wall in one direction; inf beyond `CLIMB`.
+
+    Args:
+        clearance: (height, width) [m] from the nearest wall.
+        step: [m] between two cells.
+        i: Row of the cell.
+        j: Column of the cell.
+        dy: Direction, a unit vector with dx.
+        dx: Direction.
+    """
     for k in range(1, int(2.0 * CLIMB / step)):
         r = round(i + 0.5 * k * dy)
         c = round(j + 0.5 * k * dx)
@@ -53,8 +74,13 @@ def free_length(clearance, step, i, j, dy, dx):
 
 
 @njit(cache=True)
-def label(mask, labels):
-    """Number the 8-connected components of mask from 1 in labels, which starts as zeros."""
+def label(mask: Mask, labels: Labels) -> None:
+    """Number the 8-connected components of a mask from 1, in the order of their first cells.
+
+    Args:
+        mask: (height, width).
+        labels: (height, width), zeros before; written.
+    """
     height, width = mask.shape
     stack = np.empty((height * width, 2), np.int64)
     count = 0
@@ -81,8 +107,13 @@ def label(mask, labels):
 
 
 @njit(cache=True)
-def spread(mask, labels):
-    """Give each cell of `mask` without a label that of the nearest labelled cell, by the way."""
+def spread(mask: Mask, labels: Labels) -> None:
+    """Give each cell of a mask without a label that of the nearest labelled cell, by the way.
+
+    Args:
+        mask: (height, width) cells that can be passed.
+        labels: (height, width), 0 without a label; changed.
+    """
     height, width = mask.shape
     queue = np.empty((height * width, 2), np.int64)
     first = last = 0
@@ -103,8 +134,14 @@ def spread(mask, labels):
 
 
 @njit(cache=True)
-def places(mask, gap, most):
-    """Number of cells of `mask`, at least `gap` cells apart, taken row by row; at most `most`."""
+def places(mask: Mask, gap: float, most: int) -> int:
+    """Return how many cells of a mask can be taken, row by row, that keep a distance.
+
+    Args:
+        mask: (height, width).
+        gap: [cells] that two of them keep.
+        most: Number at which the count ends.
+    """
     height, width = mask.shape
     taken = np.zeros(mask.shape, np.bool_)
     span = int(gap) + 1
@@ -124,18 +161,38 @@ def places(mask, gap, most):
 
 
 @njit(cache=True)
-def label_at(labels, frame, x, y):
-    """Label of the cell that holds (x, y), 0 outside the map."""
-    i = int((y - frame[1]) / frame[2])
-    j = int((x - frame[0]) / frame[2])
+def label_at(labels: Labels, frame: Frame, x: float, y: float) -> int:
+    """Return the label of the cell that holds a point, 0 outside of the map.
+
+    Args:
+        labels: (height, width).
+        frame: Of the labels.
+        x: [m] in map.
+        y: [m] in map.
+    """
+    i = int((y - frame.origin_y) / frame.step)
+    j = int((x - frame.origin_x) / frame.step)
     if i < 0 or j < 0 or i >= labels.shape[0] or j >= labels.shape[1]:
         return 0
     return int(labels[i, j])
 
 
 @njit(cache=True)
-def ends_within(labels, frame, points, size, wanted):
-    """Return (whether any point has the label, dx, dy from the first such point to the last)."""
+def ends_within(
+    labels: Labels, frame: Frame, points: Floats, size: int, wanted: int
+) -> tuple[bool, float, float]:
+    """Return the direction in which a path crosses a passage the first time.
+
+    Args:
+        labels: (height, width).
+        frame: Of the labels.
+        points: (n, 2) [m] in map.
+        size: How many of the points count.
+        wanted: Label of the passage.
+
+    Returns:
+        Whether any point is in the passage, and dx, dy [m] from the first such point to the last.
+    """
     first = -1
     last = -1
     for k in range(size):
@@ -153,8 +210,15 @@ def ends_within(labels, frame, points, size, wanted):
 
 
 @njit(cache=True)
-def leads_in(labels, frame, way, wanted):
-    """Return whether the path enters a passage within `wanted` points, not starting in one."""
+def leads_in(labels: Labels, frame: Frame, way: Floats, wanted: int) -> bool:
+    """Return whether a path enters a passage within some points, and does not start in one.
+
+    Args:
+        labels: (height, width) of passages.
+        frame: Of the labels.
+        way: (n, 2) [m] in map.
+        wanted: Points after the first that are looked at.
+    """
     if wanted <= 0 or label_at(labels, frame, way[0, 0], way[0, 1]) > 0:
         return False
     for k in range(1, min(wanted + 1, way.shape[0])):
@@ -164,12 +228,30 @@ def leads_in(labels, frame, way, wanted):
 
 
 @njit(cache=True)
-def barrier(labels, frame, way, wanted, own, claims):
-    """Return (number of points of `way` that may be claimed, row that is waited for or -1).
+def barrier(
+    labels: Labels,
+    frame: Frame,
+    way: Floats,
+    wanted: int,
+    own: tuple[int, int, int],
+    columns: tuple[NDArray[np.generic], ...],
+) -> tuple[int, int]:
+    """Return how far a path may be claimed before a passage, and for whom the robot waits.
 
-    `way` starts at the end of the held tube; `wanted` points of it are wanted now. own =
-    (priority, id, yields for). claims = the neighbours' columns, see
-    `Neighborhood.columns`.
+    A robot waits before a passage while a robot that ranks above it is in there, or comes through
+    it within `FORESIGHT`, in the opposite direction: d . (h + i) < 0, with d the way through of
+    this robot, h of what the other one holds, and i of what it intends.
+
+    Args:
+        labels: (height, width) of passages.
+        frame: Of the labels.
+        way: (n, 2) [m] in map, from the end of the held tube.
+        wanted: Points of it that are wanted now.
+        own: `Rank` of this robot as a plain tuple.
+        columns: `Columns` of the neighbours as a plain tuple.
+
+    Returns:
+        Number of points that may be claimed, and row of the robot that is waited for or -1.
     """
     if wanted <= 0 or label_at(labels, frame, way[0, 0], way[0, 1]) > 0:
         return wanted, -1
@@ -183,14 +265,14 @@ def barrier(labels, frame, way, wanted, own, claims):
     if mine == 0:
         return wanted, -1
     _, dx, dy = ends_within(labels, frame, way[entry:], way.shape[0] - entry, mine)
-    ids, gone, priorities = claims[0], claims[2], claims[3]
-    held, held_size, intent, intent_size = claims[6], claims[7], claims[10], claims[11]
-    for j in range(ids.shape[0]):
-        if not may_hold_up(priorities[j], ids[j], gone[j], own):
+    others, rank = Columns(*columns), Rank(*own)
+    for j in range(others.ids.shape[0]):
+        if not may_hold_up(others.priorities[j], others.ids[j], others.gone[j], rank):
             continue
-        is_inside, hx, hy = ends_within(labels, frame, held[j], np.int64(held_size[j]), mine)
-        ahead = min(np.int64(intent_size[j]), int(FORESIGHT / INTENT_SPACING))
-        comes, ix, iy = ends_within(labels, frame, intent[j], ahead, mine)
+        size = np.int64(others.held_size[j])
+        is_inside, hx, hy = ends_within(labels, frame, others.held[j], size, mine)
+        ahead = min(np.int64(others.intent_size[j]), int(FORESIGHT / INTENT_SPACING))
+        comes, ix, iy = ends_within(labels, frame, others.intent[j], ahead, mine)
         if not is_inside and not comes:
             continue
         if (hx + ix) * dx + (hy + iy) * dy < 0.0:

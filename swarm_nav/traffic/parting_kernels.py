@@ -10,6 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from swarm_nav.control.tube_kernels import gap_squared
+from swarm_nav.perception.neighborhood_kernels import Columns
 
 REACH = 2.5  # [m] of path beyond which nothing of a tube lies
 
@@ -21,7 +22,7 @@ def first_overlap(
     stop: int,
     radius: float,
     slack: float,
-    claims: tuple[NDArray[Any], ...],
+    columns: tuple[NDArray[Any], ...],
 ) -> int:
     """Return the index of the first held point ahead that is too near to a living robot's tube.
 
@@ -34,17 +35,18 @@ def first_overlap(
         stop: Index of the last held point.
         radius: [m] of this robot.
         slack: [m] by which tubes may be nearer than both radii.
-        claims: What the neighbours hold, see `Neighborhood.columns`.
+        columns: `Columns` of the neighbours as a plain tuple.
 
     Returns:
         That index, stop + 1 if no point is too near.
     """
-    (ids, _, gone, _, radii, _, held, held_size, _, _, _, _) = claims
+    others = Columns(*columns)
+    held, held_size = others.held, others.held_size
     best = stop + 1
     here = points[near]
-    for j in range(ids.shape[0]):
-        reach = radius + radii[j] - slack
-        if gone[j]:
+    for j in range(others.ids.shape[0]):
+        reach = radius + others.radius[j] - slack
+        if others.gone[j]:
             continue
         first = held[j, 0]
         if math.hypot(first[0] - here[0], first[1] - here[1]) > 2.0 * REACH + reach:

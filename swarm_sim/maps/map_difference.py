@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.ndimage import maximum_filter
 
 from swarm_common.model.errors import MapError
 from swarm_common.model.grid import FREE, OCCUPIED, UNKNOWN, Grid
@@ -205,6 +204,8 @@ def _hint(truth: Mask, drawn: Mask, grid: Grid) -> str:
 
 def grown(mask: Mask, reach: int) -> Mask:
     """Return a mask grown by `reach` cells in the eight directions."""
+    from scipy.ndimage import maximum_filter  # slow to import
+
     grown: Mask = maximum_filter(mask, 2 * reach + 1, mode="constant")
     return grown
 

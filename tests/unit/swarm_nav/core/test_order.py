@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 
-from swarm_nav.core.order_kernels import may_hold_up, outranks
+from swarm_nav.core.order_kernels import Rank, may_hold_up, outranks
 
 ROBOTS = [(priority, robot) for priority in (3, 5, 5, 9) for robot in (1, 2, 7)]
 
@@ -16,6 +16,6 @@ def test_of_two_robots_one_ranks_above_the_other() -> None:
 
 def test_nobody_is_held_up_for_a_lower_one_or_while_it_makes_way() -> None:
     for (own, a), (theirs, b) in itertools.permutations(set(ROBOTS), 2):
-        assert may_hold_up(theirs, b, False, (own, a, 0)) == outranks(theirs, b, own, a)
-        assert not may_hold_up(theirs, b, True, (own, a, 0))
-        assert not may_hold_up(theirs, b, False, (own, a, 4))
+        assert may_hold_up(theirs, b, False, Rank(own, a, 0)) == outranks(theirs, b, own, a)
+        assert not may_hold_up(theirs, b, True, Rank(own, a, 0))
+        assert not may_hold_up(theirs, b, False, Rank(own, a, 4))
