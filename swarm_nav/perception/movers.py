@@ -28,6 +28,9 @@ PAST_SCANS = 2  # looked back for where something moved to
 FREE_MARGIN = 0.15  # [m] beyond a place that a ray must have gone to show that it was free
 GONE_TICKS = 30  # after which the mark of a moving body, if not hit again, is dropped
 BODY = 0.3  # [m] within which marks belong to one body
+WALKING = LIMITS.index(MOVER_TICKS)
+WALKED_CELL = 0.2  # [m] of the places that are remembered where somebody walked,
+WALKED_TICKS = 300  # and for how long
 
 
 class Movers:
@@ -39,10 +42,11 @@ class Movers:
         self._past: collections.deque[tuple[NDArray[np.float32], Place]] = collections.deque(
             maxlen=PAST_SCANS
         )
+        self._walked: dict[tuple[int, int], int] = {}  # cell: tick at which somebody walked there
         self.clear()
 
     def clear(self) -> None:
-        """Forget all marks."""
+        """Forget all marks, but not where somebody walked."""
         self._births = np.zeros(0, np.int64)  # tick in which each mark appeared
         self._hit_ticks = np.zeros(0, np.int64)  # in which it was last hit
         self._motion = np.zeros(0, np.int64)  # index into LIMITS
@@ -126,6 +130,18 @@ class Movers:
             (births, motion, hit_ticks),
         )
         self._births, self._motion, self._hit_ticks = births, motion, hit_ticks
+        walking = marks[(motion == WALKING) & (hit_ticks == tick)]
+        for x, y in np.round(walking / WALKED_CELL).astype(int).tolist():
+            self._walked[x, y] = tick
+
+    def walked(self, tick: int) -> FloatArray:
+        """Return the places (n, 2) [m] in map where somebody has walked lately.
+
+        Args:
+            tick: Now.
+        """
+        self._walked = {at: then for at, then in self._walked.items() if tick - then < WALKED_TICKS}
+        return np.array(list(self._walked), np.float64).reshape(-1, 2) * WALKED_CELL
 
     def gap(self, marks: FloatArray, x: float, y: float, tick: int) -> float:
         """Return the distance [m] of a place from the nearest restless mark; inf without one.

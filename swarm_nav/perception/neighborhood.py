@@ -233,7 +233,7 @@ class Neighborhood:
             beam: (angle_min, angle_increment, range_min).
             pose: (x, y, yaw) of the LiDAR in map.
             reach: [m] up to which rays tell of free space.
-            body: Own footprint as words and circumscribed radius [m]: LiDARs see their like.
+            body: Own footprint as words, and the radius [m] in which a LiDAR of its like is seen.
         """
         if self._has_dead:
             self._fetch()

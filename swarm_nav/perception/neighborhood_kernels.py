@@ -481,11 +481,11 @@ def look(
         ages: (n,) [ticks] of the beacons.
         gone: (n,) whether each robot is silent.
         scan: (ranges, beam, pose) as of `is_through`.
-        limits: (reach [m], radius [m] of the body, dead_ticks).
+        limits: (reach [m], radius [m] in which its LiDAR is seen, dead_ticks).
         footprint: Our footprint, as the words of a beacon.
     """
     ranges, beam, pose = scan
-    reach, body, dead_ticks = limits
+    reach, radius, dead_ticks = limits
     for row in range(ages.shape[0]):
         is_ours = gone[row] and ages[row] > dead_ticks
         for k in range(footprint.shape[0]):
@@ -498,7 +498,7 @@ def look(
         kept, now = 0, 0
         for k in range(places):
             at = HELD + 2 * k if k < held else WANTED + 2 * (k - held)
-            disc = (floats[row, at], floats[row, at + 1], body)
+            disc = (floats[row, at], floats[row, at + 1], radius)
             through = is_through(ranges, beam, pose, disc, reach)
             if through and (before >> k) & 1:
                 continue

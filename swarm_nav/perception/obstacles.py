@@ -18,6 +18,7 @@ from swarm_nav.planning.terrain import Terrain
 
 CELL = 0.05  # [m] marks are rounded to, so that their number is bounded
 MAX_MARKS = 2000
+HOUSING = 0.05  # [m] radius of a LiDAR's housing, which is what others see of it
 NO_BODY = ((math.nan, math.nan),)  # equals no footprint
 
 
@@ -39,7 +40,8 @@ class ObstacleLayer:
         """
         self._config = config
         words = record_of(blank_beacon(footprint or NO_BODY))["footprint"].view(np.uint32).ravel()
-        self._body = words, max([math.hypot(*corner) for corner in footprint], default=0.0)
+        # whichever way a robot like this one is turned, its LiDAR is seen within that radius
+        self._body = words, math.hypot(lidar.x, lidar.y) + HOUSING
         self._base_from_lidar = Pose(lidar.x, lidar.y, lidar.yaw)
         self._hits = np.empty((lidar.rays, 2))
         self.points: FloatArray = np.zeros((0, 2))
@@ -84,6 +86,14 @@ class ObstacleLayer:
             The distance; inf if there is no such mark.
         """
         return self._movers.gap(self.points, x, y, tick)
+
+    def walked(self, tick: int) -> FloatArray:
+        """Return the places (n, 2) [m] in map where people have walked lately.
+
+        Args:
+            tick: Now.
+        """
+        return self._movers.walked(tick)
 
     def update(
         self,

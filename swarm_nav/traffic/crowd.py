@@ -12,6 +12,7 @@ from swarm_nav.traffic.situation import Situation
 
 STANDING, MOVING, YIELDING, STUCK, OBSTACLE = 3.0, 0.6, 0.3, 30.0, 50.0  # extra cost per metre
 PUSHABLE = 4.0  # extra cost per metre of a way on which a lower robot must be pushed
+WALKED = 1.0  # extra cost per metre where somebody has walked lately
 MOVING_SPEED = 0.05  # [m/s]
 IMMOVABLE_MARGIN = 0.1  # [m] beyond the reach that a path keeps from robots that cannot be pushed
 
@@ -90,6 +91,8 @@ def congestion(situation: Situation) -> NDArray[np.float32]:
     # the coarse lattice must not let a path graze a robot that cannot be pushed
     margins = np.where(hood.immovable, IMMOVABLE_MARGIN, 0.0)
     stamp_tubes(extra, situation, margins, values)
+    walked = situation.obstacles.walked(situation.tick)
+    stamp(extra, situation, walked, situation.obstacle_clearance, WALKED)
     stamp_obstacles(extra, situation, OBSTACLE)
     return extra
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -13,6 +14,7 @@ from swarm_common.model.records import LidarSpec, Pose, Scan
 from swarm_nav.control.tube import padded
 from swarm_nav.core.config import CostmapConfig
 from swarm_nav.perception import obstacle_kernels
+from swarm_nav.perception.movers import WALKED_TICKS
 from swarm_nav.perception.obstacle_kernels import Beam, HitLimits
 from swarm_nav.perception.obstacles import CELL, ObstacleLayer
 from swarm_nav.planning.distance_kernels import Place, sample
@@ -133,8 +135,18 @@ def test_only_the_places_seen_through_are_given_up() -> None:
     for _ in range(4):
         marks.update(scan(housing), MIDDLE, s.terrain, s.hood)
         s.hood.refresh(s.tick)
-    assert np.allclose(s.hood.tubes(0), held[:3])
+    assert np.allclose(s.hood.tubes(0), held[1:2])
     assert len(marks.points) == 0
+
+
+def test_a_place_is_given_up_as_soon_as_no_lidar_can_stand_there() -> None:
+    s, marks = situation(HALL, MIDDLE), seeing()
+    held = [(4.0, 3.0), (4.0, 3.06), (4.0, 3.12)]  # bodies there would overlap
+    silent(s, 101, **waffles_beacon(held=held))
+    for _ in range(2):
+        marks.update(scan({0: 0.97, 1: 0.96, 359: 0.98}), MIDDLE, s.terrain, s.hood)
+        s.hood.refresh(s.tick)
+    assert np.allclose(s.hood.tubes(0), held[:2])
 
 
 @pytest.mark.parametrize("case", ["other model", "hidden", "far", "not stopped", "lives"])
@@ -150,6 +162,30 @@ def test_what_does_not_show_that_a_place_is_empty(case: str) -> None:
         marks.update(seen, MIDDLE, s.terrain, s.hood)
         s.hood.refresh(s.tick)
     assert len(s.hood.tubes(0)) == 1
+
+
+def test_where_somebody_walked_is_remembered_for_a_while() -> None:
+    s, marks = situation(HALL, MIDDLE), layer()
+    for step in range(20):
+        s.tick += 1
+        way = 2.0 - 0.08 * step  # [m] towards the robot, from (5, 3) to (3.5, 3)
+        seen = dataclasses.replace(scan({ray: way for ray in (-2, -1, 0, 1, 2)}), tick=s.tick)
+        marks.update(seen, MIDDLE, s.terrain, s.hood)
+    walked = marks.walked(s.tick)
+    assert (3.6, 3.0) in map(tuple, walked.round(3).tolist())
+    marks.clear()
+    assert len(marks.walked(s.tick)) == len(walked)
+    assert len(marks.walked(s.tick + WALKED_TICKS)) == 0
+
+
+def test_what_stands_has_not_walked() -> None:
+    s, marks = situation(HALL, MIDDLE), layer()
+    for _ in range(20):
+        s.tick += 1
+        seen = dataclasses.replace(scan({0: 1.0, 1: 1.0}), tick=s.tick)
+        marks.update(seen, MIDDLE, s.terrain, s.hood)
+    assert len(marks.points) > 0
+    assert len(marks.walked(s.tick)) == 0
 
 
 def test_invalid_ranges_neither_mark_nor_clear() -> None:

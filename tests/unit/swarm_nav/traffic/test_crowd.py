@@ -68,6 +68,14 @@ def test_what_only_the_lidar_sees_costs_most() -> None:
     assert cost_at(s, crowd.congestion(s), *THERE) == crowd.OBSTACLE
 
 
+def test_where_somebody_walked_lately_costs(monkeypatch: pytest.MonkeyPatch) -> None:
+    s = robot()
+    monkeypatch.setattr(s.obstacles, "walked", lambda tick: np.array((THERE,)))
+    costs = crowd.congestion(s)
+    assert cost_at(s, costs, THERE[0] + 0.3, THERE[1]) == crowd.WALKED
+    assert cost_at(s, costs, 6.5, 6.5) == 0.0
+
+
 @pytest.mark.parametrize(
     ("priority", "flags", "is_wall"),
     [(9, FLAG_ACTIVE, True), (8, FLAG_ACTIVE, False), (8, FLAG_ACTIVE | FLAG_STUCK, True)],
