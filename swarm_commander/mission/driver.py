@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Protocol
+from typing import Any, Protocol
 
 from nav2_msgs.action import ComputePathToPose, NavigateToPose
 from rclpy.node import Node
@@ -21,11 +21,14 @@ from swarm_common.middleware.ros_io import (
     tick_of,
     time_msg,
 )
+from swarm_common.model.errors import ON_THIS_MAP
 from swarm_common.model.records import CONTROL_PERIOD
 
 SAME_GOAL = 1e-3  # [m]
-# Start or goal is not on the map: that does not change by trying again.
-FINAL = (ComputePathToPose.Result.START_OUTSIDE_MAP, ComputePathToPose.Result.GOAL_OUTSIDE_MAP)
+OFF_THE_MAP = (
+    ComputePathToPose.Result.START_OUTSIDE_MAP,
+    ComputePathToPose.Result.GOAL_OUTSIDE_MAP,
+)
 
 
 class Listener(Protocol):
@@ -218,7 +221,7 @@ class RobotDriver:
             self._settled = _settled_goals(self.robot.status)
         known = len(self.itinerary.outcomes)
         reached = task.outcome is TaskResult.SUCCEEDED
-        is_final = getattr(task.result, "error_code", 0) in FINAL
+        is_final = is_for_good(task.result)
         order = self.itinerary.on_end(reached, self.tick, _reason(task), is_final=is_final)
         for outcome in self.itinerary.outcomes[known:]:
             self._listener.on_settled(self, outcome)
@@ -233,6 +236,16 @@ def sim_seconds(tick: int) -> float:
 def has_goal(status: RobotStatus) -> bool:
     """Whether the robot has any goal."""
     return not math.isnan(status.goal.x)
+
+
+def is_for_good(result: Any) -> bool:
+    """Whether another try of a goal would end alike, since the map alone decided it.
+
+    Args:
+        result: Of a NavigateToPose; None if the goal was refused.
+    """
+    is_off = getattr(result, "error_code", 0) in OFF_THE_MAP
+    return is_off or ON_THIS_MAP in getattr(result, "error_msg", "")
 
 
 def _reason(task: Task) -> str:

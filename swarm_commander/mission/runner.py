@@ -245,11 +245,12 @@ class Runner:
 
 def status_event(robot: str, status: RobotStatus) -> StatusReported:
     """Return what swarm-up wants to know of a robot's status."""
+    is_under_way = has_goal(status) and status.state != PAUSING
     return StatusReported(
         robot=robot,
         state=status.state,
         detail=status.detail,
-        has_goal=has_goal(status) and status.state != PAUSING,
+        goal_map=(status.goal.x, status.goal.y) if is_under_way else None,
         sim_time=status.stamp.sec + 1e-9 * status.stamp.nanosec,
         hold_time=status.hold_time,
         wait_time=status.wait_time,

@@ -41,6 +41,8 @@ from swarm_common.process.messages import (
 )
 
 HOLDING = "holding"
+REPEAT_TIME = 10.0  # [s] in which a goal that failed and is sent again is the same goal
+SAME_GOAL = 1e-3  # [m]
 Uncounted = ProcessEvent | OnlookerEvent | ServerEvent | ClientEvent
 # What robots count themselves: of a status event -> of the report
 COUNTS = {
@@ -68,6 +70,45 @@ class Meters:
         return self._before.get(name, 0.0) + value
 
 
+class GivenGoals:
+    """Goals that a robot was given from outside, counted as those of a mission are.
+
+    Robots count each try. One that failed and is soon sent to the same place again has not missed
+    its goal yet.
+
+    Attributes:
+        sent: Settled, or in hand.
+        reached: Of them.
+        missed: Of them.
+    """
+
+    def __init__(self) -> None:
+        """Begin with none."""
+        self.sent = self.reached = self.missed = 0
+        self._tries_failed = self._repeats = 0
+        self._place_map: tuple[float, float] | None = None  # of the goal in hand
+        self._failed_map: tuple[float, float] | None = None  # of the one that failed last
+        self._failed_at = -math.inf
+
+    def count(
+        self, reached: int, tries_failed: int, goal_map: tuple[float, float] | None, now: float
+    ) -> None:
+        """Take what a robot reports: its counts so far, and where it is to go, if anywhere."""
+        if tries_failed > self._tries_failed:
+            self._failed_map, self._failed_at = self._place_map, now
+        if goal_map is not None and self._is_repeat(goal_map, now):
+            self._repeats += 1
+            self._failed_map = None
+        self._place_map, self._tries_failed = goal_map, tries_failed
+        self.reached, self.missed = reached, tries_failed - self._repeats
+        self.sent = self.reached + self.missed + (goal_map is not None)
+
+    def _is_repeat(self, goal_map: tuple[float, float], now: float) -> bool:
+        if self._failed_map is None or now - self._failed_at > REPEAT_TIME:
+            return False
+        return math.dist(goal_map, self._failed_map) < SAME_GOAL
+
+
 @dataclass(slots=True)
 class RobotStatistics:
     """Of one robot.
@@ -80,6 +121,7 @@ class RobotStatistics:
         durations: [s] that each goal took which was reached, by simulated time.
         counts: By the report's names, see `COUNTS`.
         meters: What its navigators counted.
+        given: Goals from outside, of a run without a mission.
     """
 
     active: bool = False
@@ -98,6 +140,7 @@ class RobotStatistics:
     durations: list[float] = field(default_factory=list)
     counts: dict[str, int] = field(default_factory=lambda: dict.fromkeys(COUNTS.values(), 0))
     meters: Meters = field(default_factory=Meters)
+    given: GivenGoals = field(default_factory=GivenGoals)
 
     def drop_goal(self) -> None:
         """Forget the goal in hand."""
@@ -298,9 +341,11 @@ class RunStatistics:
         robot.counts = {name: int(count(key, getattr(event, key))) for key, name in COUNTS.items()}
         if not self.has_mission:
             settled = robot.reached + robot.failed
-            robot.reached = int(count("goals_reached", event.goals_reached))
-            robot.failed = int(count("goals_failed", event.goals_failed))
-            robot.sent = robot.reached + robot.failed + event.has_goal
+            reached = int(count("goals_reached", event.goals_reached))
+            failed = int(count("goals_failed", event.goals_failed))
+            given = robot.given
+            given.count(reached, failed, event.goal_map, event.sim_time)
+            robot.sent, robot.reached, robot.failed = given.sent, given.reached, given.missed
             if robot.reached + robot.failed > settled:
                 self._settle(event.sim_time)
 

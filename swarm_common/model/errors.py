@@ -5,6 +5,9 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
+# In the message of a navigator's result whose reason is the map alone: no other try can succeed.
+ON_THIS_MAP = "on this map"
+
 
 class SwarmError(Exception):
     """Base of every error that this project raises on purpose.

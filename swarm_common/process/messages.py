@@ -248,12 +248,12 @@ class MissionDone(EventBase, frozen=True, tag="done"):
 
 
 class StatusReported(EventBase, frozen=True, tag="status"):
-    """What swarm-up adds up of a robot's status message."""
+    """What swarm-up adds up of a robot's status message; `goal_map` is where it is to go."""
 
     robot: str
     state: str
     detail: str
-    has_goal: bool
+    goal_map: tuple[float, float] | None
     sim_time: float
     hold_time: float
     wait_time: float

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from swarm_common.model.errors import ON_THIS_MAP
 from swarm_common.model.records import FloatArray, Pose
 from swarm_nav.core.config import CostmapConfig, PlannerConfig
 from swarm_nav.core.goals import ErrorCode, PlanError
@@ -91,10 +92,11 @@ class Planner:
                 start_node, goal_node, extra, to_go
             )
         if len(nodes) == 0:
+            is_for_good = not np.isfinite(to_go.flat[start_node])
             raise PlanError(
                 ErrorCode.NO_VALID_PATH,
                 f"no path from ({start[0]:.2f}, {start[1]:.2f}) to ({goal[0]:.2f}, {goal[1]:.2f}):"
-                " every way is closed by walls or obstacles",
+                f" every way is closed by {f'walls {ON_THIS_MAP}' if is_for_good else 'obstacles'}",
             )
         return self.finish(self.lattice.points_of(nodes), start, goal, extra, True)
 
@@ -283,7 +285,7 @@ class Planner:
             raise PlanError(
                 ErrorCode.GOAL_OCCUPIED,
                 f"the goal ({goal[0]:.2f}, {goal[1]:.2f}) is {clear:.2f} m from a wall and no"
-                f" place within {self._config.tolerance} m has room for the robot",
+                f" place within {self._config.tolerance} m has room for the robot {ON_THIS_MAP}",
             )
         best = int(nodes[int(distances.argmin())])
         return best, lattice.point_of(best)

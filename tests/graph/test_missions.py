@@ -166,7 +166,7 @@ def test_a_dead_robot_loses_its_goals_at_once(robots: Robots, runner: Any) -> No
 def test_without_a_mission_the_robots_are_only_watched(robots: Robots, runner: Any) -> None:
     robots("1")
     (*_, status) = runner(1, mission=None).events_until("status")
-    assert (status["robot"], status["goals_reached"], status["has_goal"]) == ("Srobot1", 0, False)
+    assert (status["robot"], status["goals_reached"], status["goal_map"]) == ("Srobot1", 0, None)
 
 
 def start_commander(*flags: str) -> subprocess.Popen[str]:

@@ -51,7 +51,7 @@ def test_the_time_in_a_state_begins_when_it_is_entered() -> None:
     for time, state in ((1.0, "waiting"), (2.0, "waiting"), (3.0, "driving"), (4.0, "driving")):
         statistics.apply(
             StatusReported(
-                robot="Srobot1", sim_time=time, state=state, detail="", has_goal=True, **usual
+                robot="Srobot1", sim_time=time, state=state, detail="", goal_map=(1.0, 2.0), **usual
             )
         )
         assert statistics.robots["Srobot1"].since == (1.0 if state == "waiting" else 3.0)

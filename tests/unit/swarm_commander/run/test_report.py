@@ -59,7 +59,7 @@ def goal(robot: str, outcome: str, sim_time: float) -> say.Event:
 def status(robot: str, **values: Any) -> say.Event:
     usual = {
         "state": "driving", "detail": "", "hold_time": 0.0, "wait_time": 0.0,
-        "goals_reached": 0, "goals_failed": 0, "has_goal": False, "sim_time": 1.0, "pushes": 0,
+        "goals_reached": 0, "goals_failed": 0, "goal_map": None, "sim_time": 1.0, "pushes": 0,
         "retreats": 0, "deadlocks_resolved": 0, "replans": 0, "number_of_recoveries": 0,
     }  # fmt: skip
     return say.StatusReported(robot, **usual | values)
@@ -144,7 +144,7 @@ CRASH = {"robots": ["Srobot2"], "obstacle": "wall_3", "x": 1.234, "y": 5.0, "sim
 
 def test_breaches_are_told_with_robots_place_and_time() -> None:
     events = (say.CollisionBegan(Collision.from_json(CRASH)), goal("Srobot1", "failed", 80.0))
-    driving = status("Srobot2", state="waiting", detail="for Srobot1", has_goal=True)
+    driving = status("Srobot2", state="waiting", detail="for Srobot1", goal_map=(1.0, 2.0))
     sent = say.GoalSent("Srobot2", "loader_4")
     breaches = report_of(statistics_of(*events, sent, driving))["breaches"]
     told = [
@@ -223,7 +223,7 @@ def test_goals_of_the_mission_that_were_never_sent_are_pending() -> None:
 
 def test_without_a_mission_goals_are_what_the_robots_report() -> None:
     statistics = statistics_of(
-        status("Srobot1", goals_reached=2, has_goal=True, sim_time=9.0),
+        status("Srobot1", goals_reached=2, goal_map=(1.0, 2.0), sim_time=9.0),
         status("Srobot2", goals_reached=1, goals_failed=1, sim_time=12.0),
         status("Srobot2", goals_reached=1, goals_failed=1, sim_time=14.0),
         has_mission=False,
@@ -235,6 +235,25 @@ def test_without_a_mission_goals_are_what_the_robots_report() -> None:
         1,
     )
     assert statistics.last_goal_time == 12.0
+
+
+def test_a_goal_from_outside_that_is_tried_again_is_missed_once() -> None:
+    """`swarm-commander` by hand tries a goal four times; its robot counts each try."""
+    events, now = [], 10.0
+    for tries in range(4):
+        events.append(status("Srobot1", goal_map=(1.0, 2.0), goals_failed=tries, sim_time=now))
+        events.append(status("Srobot1", goals_failed=tries + 1, sim_time=now + 60.0))
+        now += 61.0
+    under_way = statistics_of(*events[:-1], has_mission=False)
+    assert report_of(under_way)["goals"] == {"sent": 1, "reached": 0, "failed": 0, "pending": 1}
+    over = statistics_of(*events, has_mission=False)
+    assert report_of(over)["goals"] == {"sent": 1, "reached": 0, "failed": 1, "pending": 0}
+    elsewhere = status("Srobot1", goal_map=(5.0, 2.0), goals_failed=4, sim_time=now)
+    later = statistics_of(*events, elsewhere, has_mission=False)
+    assert report_of(later)["goals"] == {"sent": 2, "reached": 0, "failed": 1, "pending": 1}
+    again = status("Srobot1", goal_map=(1.0, 2.0), goals_failed=4, sim_time=now + 100.0)
+    much_later = statistics_of(*events, again, has_mission=False)
+    assert report_of(much_later)["goals"] == {"sent": 2, "reached": 0, "failed": 1, "pending": 1}
 
 
 def test_events_that_do_not_count_are_ignored() -> None:
