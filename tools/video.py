@@ -54,8 +54,8 @@ class Recording:
         names: Of the robots.
     """
 
-    def __init__(self, folder: Path) -> None:
-        """Read it."""
+    def __init__(self, folder: Path, span: tuple[float, float]) -> None:
+        """Read what was recorded between two simulated times [s]."""
         self.data = RunData(folder)
         self.names = self.data.robots
         index = {name: number for number, name in enumerate(self.names)}
@@ -63,9 +63,12 @@ class Recording:
         times, rows = [], []
         self._states: list[list[tuple[float, str]]] = [[] for _ in self.names]
         self._held: list[list[tuple[float, FloatArray]]] = [[] for _ in self.names]
-        for topic, stamp, data in bag.messages():
+        before = max(0.0, span[0] - TRAIL - 1.0)
+        for topic, stamp, data in bag.messages(after=round(before * NANOSECONDS)):
             robot, _, kind = topic[1:].rpartition("/")
             at = stamp / NANOSECONDS
+            if at > span[1] + 1.0:
+                break
             if topic == "/sim/tf":
                 row = np.full((len(index), 3), np.nan)
                 for transform in decode.message(topic, data).transforms:
@@ -93,7 +96,6 @@ class Recording:
     def trail(self, at: float) -> FloatArray:
         """Return the positions (k, n, 2) of the latest seconds, up to now."""
         first, last = np.searchsorted(self._times, (at - TRAIL, at))
-        first, last = np.searchsorted(self._times, (at - TRAIL, at))
         return np.concatenate([self._poses[first:last, :, :2], self.poses(at)[None, :, :2]])
 
     def states(self, at: float) -> list[str]:
@@ -108,8 +110,8 @@ class Recording:
 
     def held(self, at: float) -> list[FloatArray]:
         """Return the polyline that each robot holds; empty for one that has said nothing."""
-        latest = (latest(held, at) for held in self._held)
-        return [np.zeros((0, 2)) if said is None else said[1] for said in latest]
+        heard = (latest(held, at) for held in self._held)
+        return [np.zeros((0, 2)) if said is None else said[1] for said in heard]
 
     def reached(self, at: float) -> int:
         """Return the goals reached by then."""
@@ -389,8 +391,7 @@ def closing(recordings: dict[str, Recording]) -> Image.Image:
         lines.append(
             (
                 f"{shot.title}: {goals['reached']} of {total} goals in {report['sim_time']:.0f} s,"
-                f" {crashes['robot_robot'] + crashes['robot_world']} collisions,"
-                f" {report['real_time_factor']:.1f} x real time",
+                f" {crashes['robot_robot'] + crashes['robot_world']} collisions",
                 19,
                 FAINT,
                 "",
@@ -406,7 +407,7 @@ def frames(folder: Path) -> Iterator[Image.Image]:
         yield first
     recordings = {}
     for shot in SHOTS:
-        recordings[shot.run] = recording = Recording(folder / shot.run)
+        recordings[shot.run] = recording = Recording(folder / shot.run, shot.span)
         count = round(shot.length * RATE)
         speed = (shot.span[1] - shot.span[0]) / shot.length
         for number in range(count):
@@ -446,7 +447,7 @@ def main() -> int:
         run, part, file = options.still
         shot = next(shot for shot in SHOTS if shot.run == run)
         speed = (shot.span[1] - shot.span[0]) / shot.length
-        frame(Recording(options.folder / run), shot, float(part), speed).save(file)
+        frame(Recording(options.folder / run, shot.span), shot, float(part), speed).save(file)
         return 0
     encode(frames(options.folder), options.out, options.quality)
     print(json.dumps({"bytes": options.out.stat().st_size}))

@@ -159,7 +159,7 @@ def _simulator(grid: Grid, radius: float, max_speed: float) -> Any:
         import pyrvo
     except ImportError:
         raise ConfigError(
-            "method orca needs the package pyrvo; install it: pip install 'swarm-workbench[bench]'"
+            "method orca needs the package pyrvo; install it: pip install pyrvo"
         ) from None
     simulator = pyrvo.RVOSimulator(
         CONTROL_PERIOD,
