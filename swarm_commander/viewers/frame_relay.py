@@ -20,7 +20,7 @@ from rclpy.subscription import Subscription
 from tf2_msgs.msg import TFMessage
 
 from swarm_common.middleware import ros_env, ros_io
-from swarm_common.middleware.rclpy_compat import SafeExecutor
+from swarm_common.middleware.rclpy_compat import SafeExecutor, removable_subscription
 
 NODE = "swarm_frames"
 SHARED = "map"  # the frame that all trees have in common
@@ -65,7 +65,7 @@ class FrameRelay:
                 self._publish_fixed()
 
     def _listen(self, robot: str) -> list[Subscription]:
-        make = self._node.create_subscription
+        make = partial(removable_subscription, self._node)
         moving, fixed = partial(self._relay, robot), partial(self._relay_fixed, robot)
         return [
             make(TFMessage, f"/{robot}/tf", moving, ros_io.TRANSFORMS),

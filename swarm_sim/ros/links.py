@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from tf2_msgs.msg import TFMessage
 
 from swarm_common.middleware import cdr, ros_io
 from swarm_common.middleware.radio_door import read_beacon
+from swarm_common.middleware.rclpy_compat import removable_publisher
 from swarm_common.middleware.rejections import RejectedError
 from swarm_common.middleware.ros_poll import PolledTopic, SoleTopic
 from swarm_common.model.beacon import serialize_neighbors
@@ -111,13 +113,13 @@ class RobotLink:
         self.look_for_viewers()
 
     def _create_publishers(self, node: Node, gallery: Node, space: str) -> None:
-        make = node.create_publisher
+        make = partial(removable_publisher, node)
         self._odom = make(OdometryMsg, f"{space}/odom", ros_io.RELIABLE)
         self._scan = make(LaserScan, f"{space}/scan", ros_io.SENSOR)
         self._neighbors: Publisher | None = make(
             NeighborArray, f"{space}/neighbors", ros_io.RELIABLE
         )
-        show = gallery.create_publisher
+        show = partial(removable_publisher, gallery)
         self._truth = show(OdometryMsg, f"{space}/ground_truth", ros_io.RELIABLE)
         self._joint_states = show(JointState, f"{space}/joint_states", ros_io.RELIABLE)
         self._imu = show(ImuMsg, f"{space}/imu", ros_io.RELIABLE)

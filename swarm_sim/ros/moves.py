@@ -11,6 +11,7 @@ from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 
 from swarm_common.middleware import ros_io
+from swarm_common.middleware.rclpy_compat import removable_publisher
 from swarm_common.middleware.ros_poll import PolledTopic
 from swarm_common.model.records import Pose, Twist, wrap_angle
 
@@ -44,8 +45,8 @@ class Relocation:
         self._is_told = False
         self._due = 0.0  # wall time at which it is told, or told again
         space = f"/{name}"
-        self._publisher = node.create_publisher(
-            PoseWithCovarianceStamped, f"{space}/initialpose", ros_io.RELIABLE
+        self._publisher = removable_publisher(
+            node, PoseWithCovarianceStamped, f"{space}/initialpose", ros_io.RELIABLE
         )
         self._poses = PolledTopic(
             node, PoseWithCovarianceStamped, f"{space}/amcl_pose", ros_io.LATCHED
