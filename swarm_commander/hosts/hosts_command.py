@@ -20,8 +20,7 @@ from swarm_commander.run.report import COMPONENT_FAILED, OK, write_report
 from swarm_commander.run.run_statistics import RunStatistics
 from swarm_commander.run.rundir import RunFolder, create_run_folder, write_env_sh
 from swarm_commander.run.terminal import complain
-from swarm_common.middleware import dds_profile
-from swarm_common.middleware.ros_env import DISCOVERY_RANGE, PROFILES
+from swarm_common.middleware import dds_profile, ros_env
 from swarm_common.model.breaches import shortened
 from swarm_setup.build import ensure_interfaces
 
@@ -39,8 +38,7 @@ def use_profile(folder: RunFolder, own_address: str, world_address: str) -> None
     """Bind all processes started here to one address, and let them look for the world's host."""
     peers = dds_profile.peers_of_tools(own_address, world_address)
     path = write_profile(folder.configs / TOOLS_PROFILE, own_address, peers, domain_id())
-    os.environ[PROFILES] = str(path)
-    os.environ[DISCOVERY_RANGE] = "SYSTEM_DEFAULT"  # leaves the choice to the profile
+    ros_env.use_profile(str(path))
 
 
 def bring_up_robots(plan: RobotsPlan) -> int:

@@ -11,6 +11,7 @@ from swarm_common.files import home
 
 PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
 DISCOVERY_RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+ENDPOINTS = "RMW_FASTRTPS_USE_QOS_FROM_XML"  # whether rmw_fastrtps takes the endpoints' profiles
 FIRST_PORT, DOMAIN_PORTS = 7400, 250  # UDP ports of DDSI-RTPS 9.6.1.1
 NEWCOMERS = 16  # participant ids after those of the swarm
 MOST_PARTICIPANTS = 120  # of a domain; the ports of more are those of the next domain
@@ -19,7 +20,7 @@ HUB_SIZE = 20  # robots that share a participant of world or mission in a large 
 TERMINALS = 5  # participants that are left to the user
 FEW_ROBOTS = 30  # up to here every participant may know everybody
 # What another terminal needs to see the same graph in the same way.
-VARIABLES = ("ROS_DOMAIN_ID", DISCOVERY_RANGE, PROFILES)
+VARIABLES = ("ROS_DOMAIN_ID", DISCOVERY_RANGE, PROFILES, ENDPOINTS)
 FOREIGN = frozenset({PROFILES, "FASTDDS_DEFAULT_PROFILES_FILE", "ROS_DISCOVERY_SERVER"})
 LOOPBACK = "127.0.0.1"
 _PROFILE = Path(__file__).resolve().parent / "fastdds.xml"
@@ -40,12 +41,18 @@ def set_defaults() -> None:
     if os.environ.get(DISCOVERY_RANGE, "LOCALHOST") != "LOCALHOST":
         return
     if bound_address():  # ours is there already: inherited, or from an env.sh
-        os.environ[DISCOVERY_RANGE] = "SYSTEM_DEFAULT"  # leaves the choice to the profile
+        use_profile(os.environ[PROFILES])
     elif not FOREIGN & os.environ.keys():
-        os.environ[DISCOVERY_RANGE] = "SYSTEM_DEFAULT"
-        os.environ[PROFILES] = str(_PROFILE)
+        use_profile(str(_PROFILE))
     else:
         os.environ[DISCOVERY_RANGE] = "LOCALHOST"
+
+
+def use_profile(path: str) -> None:
+    """Put a profile of ours into effect, with all that it says of participants and endpoints."""
+    os.environ[PROFILES] = path
+    os.environ[DISCOVERY_RANGE] = "SYSTEM_DEFAULT"  # leaves the choice to the profile
+    os.environ[ENDPOINTS] = "1"
 
 
 def is_profile_ours() -> bool:

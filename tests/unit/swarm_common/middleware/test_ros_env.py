@@ -26,7 +26,11 @@ def _no_variables(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_our_profile_is_the_default() -> None:
     ros_env.set_defaults()
     assert Path(os.environ[ros_env.PROFILES]).name == "fastdds.xml"
-    ElementTree.parse(os.environ[ros_env.PROFILES])
+    assert os.environ[ros_env.ENDPOINTS] == "1"
+    profile = ElementTree.parse(os.environ[ros_env.PROFILES])
+    for kind in ("data_writer", "data_reader"):  # or rmw_fastrtps creates no node
+        found = profile.findall(f".//{{http://www.eprosima.com}}{kind}[@is_default_profile='true']")
+        assert len(found) == 1
 
 
 @pytest.mark.parametrize(
@@ -44,6 +48,7 @@ def test_the_users_choice_is_respected(
     ros_env.set_defaults()
     assert os.environ[name] == value
     assert ros_env.PROFILES not in os.environ
+    assert ros_env.ENDPOINTS not in os.environ  # nothing is known of the endpoints in his profile
 
 
 def test_robots_announce_themselves_to_those_they_need_and_to_newcomers(
@@ -123,10 +128,12 @@ def test_our_own_profile_is_not_taken_for_the_users(
         monkeypatch.setenv(ros_env.PROFILES, str(path))
         ours = str(path)
     monkeypatch.setenv(ros_env.DISCOVERY_RANGE, "LOCALHOST")
+    monkeypatch.delenv(ros_env.ENDPOINTS)
     ros_env.set_defaults()
     # With LOCALHOST, rmw_fastrtps would add shared memory to the profile.
     assert os.environ[ros_env.DISCOVERY_RANGE] == "SYSTEM_DEFAULT"
     assert os.environ[ros_env.PROFILES] == ours
+    assert os.environ[ros_env.ENDPOINTS] == "1"
 
 
 @pytest.mark.parametrize("home", ["", "/proc/none", "/dev/null"])
