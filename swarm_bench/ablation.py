@@ -53,7 +53,7 @@ RULES: Mapping[str, Mapping[str, Any]] = {
     "refuges in rooms": {f"{TRAFFIC}.right_of_way.rooms": _everywhere},
     "retreat": {f"{TRAFFIC}.right_of_way.retreat_path": _nothing},
     "patience": {f"{TRAFFIC}.patience.MOST": 1.0},
-    "single lanes": {f"{TRAFFIC}.narrows.single_lanes": _nothing},
+    "single lanes": {f"{TRAFFIC}.single_lanes.single_lanes": _nothing},
     "lease and queue": {"holding.approach_slots": 1000, f"{TRAFFIC}.holding.DEAD_END_AREA": 0.0},
     "queue": {f"{TRAFFIC}.holding.QUEUE_AREA": 0.0},
     "dead end": {f"{TRAFFIC}.holding.DEAD_END_AREA": 0.0},
@@ -75,13 +75,14 @@ NUMBERS = (
     f"{TRAFFIC}.right_of_way.RETRY_TIME",
     f"{TRAFFIC}.right_of_way.WAY_AHEAD", f"{TRAFFIC}.right_of_way.GAIN",
     f"{TRAFFIC}.right_of_way.GO_ON_PATIENCE", f"{TRAFFIC}.right_of_way.INTENT_POINTS_CLEARED",
-    f"{TRAFFIC}.narrows.MOUTH", f"{TRAFFIC}.narrows.WAY_POINTS",
+    f"{TRAFFIC}.single_lanes.MOUTH", f"{TRAFFIC}.single_lanes.WAY_POINTS",
     f"{TRAFFIC}.gate.LEAST_AREA", f"{TRAFFIC}.gate.WAY_POINTS",
     f"{TRAFFIC}.holding.SEARCH_PAUSE",
     f"{TRAFFIC}.holding.DETOUR", f"{TRAFFIC}.holding.QUEUE_AREA",
     f"{TRAFFIC}.holding.DEAD_END_AREA", f"{TRAFFIC}.holding.DEAD_END_ROOM",
     f"{TRAFFIC}.holding.NEXT_GOAL_PATIENCE", f"{TRAFFIC}.holding.QUEUE_STEP",
-    f"{TRAFFIC}.crowd.STANDING", f"{TRAFFIC}.crowd.PUSHABLE", f"{TRAFFIC}.crowd.STUCK",
+    f"{TRAFFIC}.traffic_costs.STANDING", f"{TRAFFIC}.traffic_costs.PUSHABLE",
+    f"{TRAFFIC}.traffic_costs.STUCK",
     f"{BEHAVIOUR}.route.REPLAN_PAUSE", f"{BEHAVIOUR}.route.KEEP_COST",
 )  # fmt: skip
 
@@ -95,7 +96,7 @@ class Variant:
 
 
 @dataclass(frozen=True, slots=True)
-class Job:
+class AblationJob:
     """One run of a variant."""
 
     variant: Variant
@@ -141,7 +142,7 @@ def _like(usual: float, value: float) -> float:
     return max(1, round(value)) if isinstance(usual, int) else value
 
 
-def run_job(job: Job) -> tuple[str, RunResult]:
+def run_job(job: AblationJob) -> tuple[str, RunResult]:
     """Run a job; return the variant's name and the result."""
     known = parameter_values(NavConfig())
     parameters = {name: value for name, value in job.variant.values.items() if name in known}
@@ -237,10 +238,10 @@ def _percent(log: float) -> str:
 
 def jobs_of(
     chosen: Sequence[Variant], rows: Sequence[RunOptions], halls: Sequence[RunOptions]
-) -> list[Job]:
+) -> list[AblationJob]:
     """Return the runs, variant by variant."""
     kinds = [(options, False) for options in rows] + [(options, True) for options in halls]
     return [
-        Job(variant, options, is_hall)
+        AblationJob(variant, options, is_hall)
         for variant, (options, is_hall) in itertools.product(chosen, kinds)
     ]

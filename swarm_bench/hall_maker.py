@@ -30,7 +30,7 @@ PASS_DEAD = 0.1  # [m] beyond both radii by which a dead robot can be passed
 
 
 @dataclass(frozen=True, slots=True)
-class Wish:
+class HallRequest:
     """What a hall is made for.
 
     Attributes:
@@ -50,7 +50,7 @@ class Wish:
     people: int = 0
 
 
-def make_hall(wish: Wish, seed: int) -> tuple[Hall, Grid]:
+def make_hall(wish: HallRequest, seed: int) -> tuple[Hall, Grid]:
     """Return the hall of a seed and its map.
 
     Raises:
@@ -71,7 +71,7 @@ def make_hall(wish: Wish, seed: int) -> tuple[Hall, Grid]:
 class Furnisher:
     """Puts stations, robots, goals and people where there is room for them."""
 
-    def __init__(self, hall: Hall, grid: Grid, wish: Wish, rng: np.random.Generator) -> None:
+    def __init__(self, hall: Hall, grid: Grid, wish: HallRequest, rng: np.random.Generator) -> None:
         self._hall = hall
         self._wish = wish
         self._rng = rng

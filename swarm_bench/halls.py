@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from swarm_bench.hall import Hall
-from swarm_bench.hall_maker import MISSIONS, Wish, make_hall
+from swarm_bench.hall_maker import MISSIONS, HallRequest, make_hall
 from swarm_bench.harness import Harness
 from swarm_bench.methods import load_method
 from swarm_bench.result import RunResult
@@ -106,7 +106,7 @@ def hall_of(options: RunOptions) -> tuple[Hall, Grid]:
     margin = nav_config(options, widest).traffic.safety_margin
     trouble = scenario.name.partition(", ")[2]
     radius = widest.circumscribed_radius
-    wish = Wish(
+    wish = HallRequest(
         robots=count,
         radius=radius,
         reach=2.0 * (radius + margin),

@@ -35,7 +35,7 @@ Watcher = Callable[[World, Sequence[Driver], Sequence[Output | None]], None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Faults:
+class InjectedFaults:
     """What is wrong with some robots, by index; for tests.
 
     Attributes:
@@ -64,7 +64,7 @@ class Harness:
         options: RunOptions,
         *,
         on_tick: Watcher | None = None,
-        faults: Faults | None = None,
+        faults: InjectedFaults | None = None,
         stage: Stage | None = None,
     ) -> None:
         """Build the stage, or take one that was built elsewhere.
@@ -81,7 +81,7 @@ class Harness:
         count = len(self.stage.drivers)
         self.beacons: BeaconArray = empty_beacons(count)
         self._on_tick = on_tick
-        self._faults = faults or Faults()
+        self._faults = faults or InjectedFaults()
         self._dead = set(self.stage.dead)
         self._outputs: list[Output | None] = [None] * count
         self._twists: list[Twist | None] = [Twist()] * count

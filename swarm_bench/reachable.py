@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from swarm_common.model.grid import OCCUPIED, Grid
 from swarm_common.model.records import FloatArray
 from swarm_nav.planning import distance_kernels
-from swarm_nav.traffic import narrows_kernels
+from swarm_nav.traffic import single_lane_kernels
 
 Disc = tuple[float, float, float]  # x, y, radius [m] that the robot's centre keeps
 
@@ -61,7 +61,7 @@ class Floor:
             gaps = (self._x - x) ** 2 + (self._y[:, None] - y) ** 2
             free &= gaps >= radius * radius
         labels = np.zeros(free.shape, np.int16)
-        narrows_kernels.label(free, labels)
+        single_lane_kernels.label(free, labels)
         return labels
 
     def connected(

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_bench.harness import Faults, Harness
+from swarm_bench.harness import Harness, InjectedFaults
 from swarm_bench.json_lines import rounded
 from swarm_bench.methods import load_method
 from swarm_bench.reachable import Disc, Floor
@@ -41,7 +41,7 @@ GOAL_ROOM = 0.1  # [m] more of a goal, from which its robot may stand by the goa
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class StormRow:
     """A world that storms go through."""
 
     mission: str
@@ -49,10 +49,10 @@ class Row:
 
 
 ROWS = {
-    "slim_blockage": Row("loading_route", 12),
-    "crossing": Row("change_arms", 12),
-    "pillars": Row("roam", 14),
-    "warehouse": Row("warehouse_orders", 12),
+    "slim_blockage": StormRow("loading_route", 12),
+    "crossing": StormRow("change_arms", 12),
+    "pillars": StormRow("roam", 14),
+    "warehouse": StormRow("warehouse_orders", 12),
 }
 
 
@@ -152,7 +152,7 @@ class Storm(Harness):
         self._deaf: set[int] = set()
         super().__init__(
             run_options,
-            faults=Faults(mute=self._mute, deaf=self._deaf),
+            faults=InjectedFaults(mute=self._mute, deaf=self._deaf),
             stage=build(
                 run_options, world_class=ChangingWorld, walkers=self.plan.walkers,
                 most_goals=MOST_GOALS,

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from swarm_report.measures import shares_over_time, throughput
-from swarm_report.run import RunData, Usage
+from swarm_report.run import RunData, UsageSeries
 from swarm_report.style import (
     BLACK,
     BLUE,
@@ -154,7 +154,7 @@ def usage(run: RunData) -> Figure | None:
     return drawing
 
 
-def _draw_groups(axes: Axes, data: Usage, values: dict[str, np.ndarray]) -> None:
+def _draw_groups(axes: Axes, data: UsageSeries, values: dict[str, np.ndarray]) -> None:
     for index, (group, line) in enumerate(values.items()):
         color = GROUPS.get(group, BLACK)
         style = LINE_STYLES[index % len(LINE_STYLES)]

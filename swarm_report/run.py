@@ -78,7 +78,7 @@ class GoalEvent:
 
 
 @dataclass(frozen=True, slots=True)
-class Usage:
+class UsageSeries:
     """CPU and speed over the wall clock.
 
     Attributes:
@@ -211,7 +211,7 @@ class RunData:
         ]
 
     @functools.cached_property
-    def usage(self) -> Usage | None:
+    def usage(self) -> UsageSeries | None:
         """CPU time over the wall clock; None if there is none."""
         lines: list[Line] = []
         for line in read_journal(self.folder / "trace" / "usage.jsonl"):
@@ -222,7 +222,7 @@ class RunData:
         wall = np.array([line["wall"] for line in lines], float)
         groups = list(lines[-1]["cpu"])
         gaps = np.maximum(np.diff(wall), 1e-3)
-        return Usage(
+        return UsageSeries(
             wall[1:],
             np.array([line["t"] for line in lines[1:]], float),
             _factor(wall, np.array([line["t"] for line in lines], float)),

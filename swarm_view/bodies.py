@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from swarm_common.model.records import FloatArray
 from swarm_view.robot_mesh import RobotMesh
 from swarm_view.shapes import lifted, quaternions
-from swarm_view.wheels import Hubs, rolled
+from swarm_view.wheels import WheelHubs, rolled
 
 AWAY = -100.0  # [m] height of hidden bodies
 PLAIN = 100_000  # [bytes] of a mesh up to which a simpler one is not worth drawing
@@ -50,7 +50,7 @@ class Bodies:
         self._near: Rows = np.zeros(0, np.intp)
         self._poses: FloatArray | None = None
         self._turns = np.array([wheel.turns for wheel in mesh.wheels]).reshape(-1, 3)
-        self._hubs = Hubs([(wheel.root_from_wheel, wheel.axis) for wheel in mesh.wheels])
+        self._hubs = WheelHubs([(wheel.root_from_wheel, wheel.axis) for wheel in mesh.wheels])
         self._angles = np.zeros((len(members), len(mesh.wheels)))
 
     def remove(self) -> None:

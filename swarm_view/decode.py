@@ -42,7 +42,7 @@ class Raster:
 
 
 @dataclass(frozen=True, slots=True)
-class Motion:
+class CommittedMotion:
     """What a robot claims: polylines (n, 2) in map."""
 
     held: FloatArray
@@ -51,7 +51,7 @@ class Motion:
 
 
 @dataclass(frozen=True, slots=True)
-class RobotState:
+class ReportedState:
     """The latest status of a robot."""
 
     tick: int
@@ -115,14 +115,14 @@ def particles(message: Any) -> FloatArray:
     return np.array(points, np.float64).reshape(-1, 2)
 
 
-def motion(data: bytes) -> Motion:
+def motion(data: bytes) -> CommittedMotion:
     """Return what a swarm_interfaces/Beacon claims."""
     beacon = deserialize_beacon(data)
     held, wanted, intent = (
         beacon[name][: int(beacon[f"{name}_size"])].astype(np.float64)
         for name in ("held", "wanted", "intent")
     )
-    return Motion(held, wanted, intent)
+    return CommittedMotion(held, wanted, intent)
 
 
 def scan(data: bytes) -> Scan:
@@ -142,7 +142,7 @@ _POSES = struct.Struct("<6d")
 _NUMBERS = struct.Struct("<I2fiI2f3I")
 
 
-def robot_state(data: bytes) -> RobotState:
+def robot_state(data: bytes) -> ReportedState:
     """Return swarm_interfaces/RobotStatus; taken apart here, as many come every second."""
     texts, offset = [], cdr_layout.HEAD + cdr_layout.STAMP.size
     for _ in range(3):  # robot, state, detail
@@ -153,7 +153,7 @@ def robot_state(data: bytes) -> RobotState:
     station, offset = _string(data, offset + _POSES.size)
     numbers = _NUMBERS.unpack_from(data, cdr_layout.aligned(offset, 4))
     queue_place, remaining, _, _, _, hold_time, wait_time, _, reached, failed = numbers
-    return RobotState(
+    return ReportedState(
         tick=cdr.read_tick(data),
         state=texts[1],
         detail=texts[2],

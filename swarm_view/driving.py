@@ -12,7 +12,7 @@ PERIOD = 0.05  # [s] of wall time between two wishes
 Tell = Callable[[str], None]
 
 
-class Wheel(Protocol):
+class Steering(Protocol):
     """What a robot is driven with."""
 
     def begin_drive(self, robot: str, tell: Tell, on_end: Callable[[], None]) -> None:
@@ -36,7 +36,7 @@ class Driving:
         share: Of its full speed.
     """
 
-    def __init__(self, wheel: Wheel) -> None:
+    def __init__(self, wheel: Steering) -> None:
         self.robot = ""
         self.share = 0.5
         self._wheel = wheel

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from swarm_common.model.palette import BLACK, RGB, UNKNOWN, linear, state_color
 from swarm_common.model.records import FloatArray
 from swarm_view.bodies import AWAY, Bodies
-from swarm_view.decode import RobotState
+from swarm_view.decode import ReportedState
 from swarm_view.robot_mesh import RobotMesh, robot_mesh
 from swarm_view.shapes import Mesh, lifted, pointer, quaternions
 from swarm_view.views import Camera
@@ -31,7 +31,7 @@ NEAR_ROBOTS = 16  # robots drawn so, at most; all others cost less
 Sizes = NDArray[np.float32]
 
 
-class Fleet:
+class DrawnFleet:
     """The robots' bodies.
 
     Attributes:
@@ -150,7 +150,7 @@ class Fleet:
         middles: FloatArray = poses[:, :2] + turned
         return middles
 
-    def color(self, names: list[str], states: Mapping[str, RobotState]) -> None:
+    def color(self, names: list[str], states: Mapping[str, ReportedState]) -> None:
         """Give each robot and its mark the colour of its state."""
         colors = [
             linear(state_color(states[name].state)) if name in states else UNKNOWN for name in names

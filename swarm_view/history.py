@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from swarm_common.middleware.ros_io import tick_of
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray
-from swarm_view.decode import RobotState
+from swarm_view.decode import ReportedState
 
 LONG_WAIT = 60.0  # [s] from which a wait is marked
 WAITING = frozenset({"waiting", "yielding", "holding"})
@@ -61,7 +61,7 @@ class Change:
     """A robot's state from a time on."""
 
     time: float
-    state: RobotState
+    state: ReportedState
 
 
 @dataclass(slots=True)
@@ -113,7 +113,7 @@ class History:
         if len(self._poses) > MOST_POSES:
             del self._poses[: MOST_POSES // 10]
 
-    def add_status(self, robot: str, state: RobotState) -> None:
+    def add_status(self, robot: str, state: ReportedState) -> None:
         """Take what a robot says of itself."""
         time, known = self._see(state.tick), self._robots[robot]
         self._latest[robot] = state.state
@@ -157,7 +157,9 @@ class History:
         self.end = max(self.end, time)
         return time
 
-    def _compare(self, robot: str, before: RobotState, state: RobotState, time: float) -> None:
+    def _compare(
+        self, robot: str, before: ReportedState, state: ReportedState, time: float
+    ) -> None:
         for _ in range(state.goals_reached - before.goals_reached):
             self._reached.append(time)
             where = f" at {before.station}" if before.station else ""
@@ -169,7 +171,7 @@ class History:
         if state.state == "inactive" and before.state != "inactive":
             self._mark(Mark(time, Kind.FAULT, f"{robot} is inactive: {state.detail}", robot))
 
-    def _follow_wait(self, robot: str, known: _Robot, state: RobotState, time: float) -> None:
+    def _follow_wait(self, robot: str, known: _Robot, state: ReportedState, time: float) -> None:
         if state.state not in WAITING:
             known.waits_since = known.wait = None
             return
@@ -212,7 +214,7 @@ class History:
         place = bisect_right(self._poses, tick, key=lambda moment: moment[0])
         return self._poses[place - 1] if place else None
 
-    def state_at(self, robot: str, time: float) -> RobotState | None:
+    def state_at(self, robot: str, time: float) -> ReportedState | None:
         """Return what a robot said of itself last, up to a time [s]."""
         change = self._change_at(robot, time)
         return None if change is None else change.state
@@ -291,7 +293,7 @@ class History:
         return np.arange(start, end + step, step)
 
 
-def _said(state: RobotState) -> tuple[Any, ...]:
+def _said(state: ReportedState) -> tuple[Any, ...]:
     goal = None if state.goal_map is None else (state.goal_map.x, state.goal_map.y)
     return (
         state.state, state.detail, state.station, state.queue_place, goal,
@@ -299,5 +301,5 @@ def _said(state: RobotState) -> tuple[Any, ...]:
     )  # fmt: skip
 
 
-def _shown(state: RobotState) -> tuple[str, str]:
+def _shown(state: ReportedState) -> tuple[str, str]:
     return state.state, state.station

@@ -25,7 +25,7 @@ ANCHORS = (
 
 
 @dataclass(frozen=True, slots=True)
-class Wish:
+class LabelWish:
     """A label that is to be shown.
 
     Attributes:
@@ -56,7 +56,7 @@ class Placed:
     place: FloatArray
 
 
-def arrange(wishes: Sequence[Wish], camera: Camera, scale: float = 1.0) -> dict[str, Placed]:
+def arrange(wishes: Sequence[LabelWish], camera: Camera, scale: float = 1.0) -> dict[str, Placed]:
     """Return the labels that find room, by name; of two in one place the first one stays.
 
     Args:

@@ -13,7 +13,7 @@ PARAMETERS = ("robot", "camera", "time", "dark")
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class Viewpoint:
     """What a page opens with.
 
     Attributes:
@@ -36,12 +36,12 @@ class Place:
         return list(zip(PARAMETERS, (self.robot, camera, time, dark), strict=True))
 
 
-def place_of(robot: str, camera: str, time: str, dark: str) -> Place:
+def place_of(robot: str, camera: str, time: str, dark: str) -> Viewpoint:
     """Return what the parameters of an address say; those that say nothing are left out."""
     numbers = _numbers(camera)
     times = _numbers(time)
     is_view = len(numbers) == 6 and math.dist(numbers[:3], numbers[3:]) > 1e-3
-    return Place(
+    return Viewpoint(
         robot,
         np.array(numbers).reshape(2, 3) if is_view else None,
         times[0] if len(times) == 1 else None,

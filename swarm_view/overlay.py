@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from swarm_common.model.palette import HELD, INTENT, PLAN, RGB, TRAIL, linear, state_color
 from swarm_common.model.records import FloatArray
-from swarm_view.labels import Placed, Wish, arrange
+from swarm_view.labels import LabelWish, Placed, arrange
 from swarm_view.panel_text import label_text
 from swarm_view.shapes import polyline, raised
 from swarm_view.swarm import Swarm
@@ -61,9 +61,9 @@ class Overlay:
                 place = np.array([poses[index, 0], poses[index, 1], LABEL_HEIGHT])
                 text = label_text(name, self.swarm.states.get(name))
                 texts = (text, name, name.lstrip(LETTERS) or name)
-                wishes.append(Wish(name, texts, place, float(sizes[index])))
+                wishes.append(LabelWish(name, texts, place, float(sizes[index])))
         stations = self.swarm.stations
-        wishes += [Wish(f"station {name}", (name,), place) for name, place in stations.items()]
+        wishes += [LabelWish(f"station {name}", (name,), place) for name, place in stations.items()]
         placed = arrange(wishes, camera, LABEL_SCALE)
         for name in self._labels.keys() - placed.keys():
             self._labels.pop(name).remove()

@@ -17,10 +17,10 @@ from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose
 from swarm_view import topics
 from swarm_view.charts import Charts
 from swarm_view.driving import Driving
-from swarm_view.fleet import Fleet
+from swarm_view.fleet import DrawnFleet
 from swarm_view.history import History
 from swarm_view.inbox import Inbox, numbers
-from swarm_view.link import Place
+from swarm_view.link import Viewpoint
 from swarm_view.operator_link import OperatorLink
 from swarm_view.overlay import Overlay
 from swarm_view.panel import FILM, MOST_PLANS, STOP_FILM, Panel, assign
@@ -65,9 +65,9 @@ class Page:
     """
 
     def __init__(
-        self, client: Any, place: Place, swarm: Swarm, fleet: Fleet, link: OperatorLink | None,
-        url: Callable[[str, Place | None], str], post: Post, history: History,
-        playback: Playback | None,
+        self, client: Any, place: Viewpoint, swarm: Swarm, fleet: DrawnFleet,
+        link: OperatorLink | None, url: Callable[[str, Viewpoint | None], str], post: Post,
+        history: History, playback: Playback | None,
     ) -> None:  # fmt: skip
         """Build the page.
 
@@ -99,7 +99,7 @@ class Page:
         self._hand = Hand(client.scene, self._use, post)
         self._panel = Panel(client.gui, self, is_live=link is not None)
         self._sight.take(View.FOLLOW if place.robot else View.HALL)
-        self._opened_with: Place | None = place
+        self._opened_with: Viewpoint | None = place
         self._ruler = Ruler(client.scene)
         self._driving = None if link is None else Driving(link)
         self._client = client
@@ -216,7 +216,7 @@ class Page:
         camera, time = self._sight.camera, self.shown_time
         is_past = self._playback is not None or self._past.time is not None
         view = None if camera is None else np.array([camera.position, camera.target])
-        place = Place(self.robot, view, time if is_past else None, self._sight.is_dark)
+        place = Viewpoint(self.robot, view, time if is_past else None, self._sight.is_dark)
         run_script(self._client, f"window.swarm.copy({json.dumps(self._url('', place))})")
 
     def _show_driving(self) -> None:

@@ -11,7 +11,7 @@ from swarm_commander.run.wait_graph import waits_for
 from swarm_common.middleware.topic_table import ROBOT_TOPICS
 from swarm_common.model.palette import LOOKS, RGB, VERMILLION, css, state_color
 from swarm_common.model.records import FloatArray
-from swarm_view.decode import RobotState
+from swarm_view.decode import ReportedState
 from swarm_view.history import Change
 from swarm_view.swarm import Swarm
 
@@ -59,7 +59,7 @@ def _table(rows: Sequence[tuple[str, str]]) -> str:
     return f"<div style='{STYLE}'><table>{cells}</table></div>"
 
 
-def _legend(states: Mapping[str, RobotState]) -> str:
+def _legend(states: Mapping[str, ReportedState]) -> str:
     """Return what each colour means, and how many robots have it; those of no robot are pale."""
     counts = Counter(state.state for state in states.values())
     rows = "".join(
@@ -79,7 +79,7 @@ def dot(color: RGB) -> str:
 
 
 def robot_html(
-    robot: str, states: Mapping[str, RobotState], url: str, true_pose: FloatArray | None = None,
+    robot: str, states: Mapping[str, ReportedState], url: str, true_pose: FloatArray | None = None,
     since: float | None = None, now: float = 0.0,
 ) -> str:  # fmt: skip
     """Return what one robot does, why it waits and for whom, and a link to its own page.
@@ -123,7 +123,7 @@ def robot_html(
     return _table(rows)
 
 
-def wait_chain(robot: str, states: Mapping[str, RobotState]) -> list[str]:
+def wait_chain(robot: str, states: Mapping[str, ReportedState]) -> list[str]:
     """Return for whom a robot waits, for whom that one waits, and so on; a circle once round."""
     chain: list[str] = []
     while robot in states:
@@ -137,7 +137,7 @@ def wait_chain(robot: str, states: Mapping[str, RobotState]) -> list[str]:
     return chain
 
 
-def _robot_link(robot: str, states: Mapping[str, RobotState]) -> str:
+def _robot_link(robot: str, states: Mapping[str, ReportedState]) -> str:
     """Return a robot's name, which selects it when clicked, and what it does."""
     name = html.escape(robot)
     what = f" ({html.escape(states[robot].state)})" if robot in states else ""
@@ -175,7 +175,7 @@ def topics_html(robot: str) -> str:
     return f"<div style='{STYLE};word-break:break-all'><table>{''.join(rows)}</table></div>"
 
 
-def stations_html(states: Mapping[str, RobotState]) -> str:
+def stations_html(states: Mapping[str, ReportedState]) -> str:
     """Return the robot that holds each station, and the queue of robots that wait for it."""
     queues: dict[str, list[tuple[int, str]]] = {}
     for robot, state in states.items():
@@ -192,11 +192,11 @@ def stations_html(states: Mapping[str, RobotState]) -> str:
     return _table(rows or [("no station is held or wanted", "")])
 
 
-def label_text(robot: str, state: RobotState | None) -> str:
+def label_text(robot: str, state: ReportedState | None) -> str:
     """Return the label at a robot."""
     return robot if state is None else f"{robot} {state.state}"
 
 
-def is_driving(state: RobotState | None) -> bool:
+def is_driving(state: ReportedState | None) -> bool:
     """Return whether a robot is in no need of attention."""
     return state is None or state.state in ("driving", "idle")

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray
-from swarm_view.fleet import Fleet
+from swarm_view.fleet import DrawnFleet
 from swarm_view.history import History
 from swarm_view.swarm import Swarm
 from swarm_view.viser_compat import set_visible
@@ -28,7 +28,7 @@ class Past:
     def __init__(self, client: Any, present: Swarm, history: History) -> None:
         self.time: float | None = None
         self.swarm = Swarm()
-        self.fleet = Fleet(client.scene, ROOT)
+        self.fleet = DrawnFleet(client.scene, ROOT)
         self.is_playing = False
         self._client = client
         self._present = present

@@ -9,7 +9,7 @@ import numpy as np
 
 from swarm_common.model import palette
 from swarm_common.model.records import FloatArray, Scan
-from swarm_view.decode import Motion, Raster, scan_points
+from swarm_view.decode import CommittedMotion, Raster, scan_points
 from swarm_view.images import cost_image
 from swarm_view.robot_mesh import RobotMesh
 from swarm_view.scenery import draw_image
@@ -106,7 +106,7 @@ class RobotLayers:
         if not np.array_equal(handle.image, image):
             handle.image = image
 
-    def _draw_motion(self, motion: Motion) -> None:
+    def _draw_motion(self, motion: CommittedMotion) -> None:
         parts = (
             ("motion_intent", motion.intent, palette.INTENT, 0.02, 0.02),
             ("motion_wanted", motion.wanted, palette.WANTED, 0.06, 0.022),

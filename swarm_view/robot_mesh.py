@@ -13,7 +13,7 @@ import yourdfpy
 
 from swarm_common.model.records import FloatArray
 from swarm_view.shapes import Mesh
-from swarm_view.visuals import GREY, Visual, painted, spokes, visuals
+from swarm_view.visuals import GREY, VisualMesh, painted, spokes, visuals
 from swarm_view.wheels import Axle, axles
 
 FALLBACK_RADIUS, FALLBACK_HEIGHT = 0.15, 0.15  # [m] of a robot without visuals
@@ -69,7 +69,7 @@ def robot_mesh(urdf: str) -> RobotMesh:
     if not shown:
         body = trimesh.creation.cylinder(FALLBACK_RADIUS, FALLBACK_HEIGHT)
         body.apply_translation((0.0, 0.0, 0.5 * FALLBACK_HEIGHT))
-        shown = [Visual("", painted(body, GREY))]
+        shown = [VisualMesh("", painted(body, GREY))]
     ground = float(_scene(shown, links).bounds[0, 2])
     found = [axle for axle in axles(robot, links) if _stands(axle, shown, links, ground)]
     shown += [spoke for axle in found for spoke in spokes(robot, axle)]
@@ -77,7 +77,7 @@ def robot_mesh(urdf: str) -> RobotMesh:
 
 
 def _assembled(
-    links: dict[str, FloatArray], shown: Sequence[Visual], axles: Sequence[Axle], ground: float
+    links: dict[str, FloatArray], shown: Sequence[VisualMesh], axles: Sequence[Axle], ground: float
 ) -> RobotMesh:
     whole = _scene(shown, links)
     corners = trimesh.bounds.corners(whole.bounds)
@@ -95,7 +95,7 @@ def _assembled(
 
 
 def _wheel(
-    axle: Axle, shown: Sequence[Visual], links: dict[str, FloatArray], turns: FloatArray
+    axle: Axle, shown: Sequence[VisualMesh], links: dict[str, FloatArray], turns: FloatArray
 ) -> Wheel:
     wheel_from_root = np.linalg.inv(axle.root_from_wheel)
     frames = {link: np.round(wheel_from_root @ links[link], 9) for link in axle.links}
@@ -104,13 +104,13 @@ def _wheel(
 
 
 def _stands(
-    axle: Axle, shown: Sequence[Visual], links: dict[str, FloatArray], ground: float
+    axle: Axle, shown: Sequence[VisualMesh], links: dict[str, FloatArray], ground: float
 ) -> bool:
     own = [visual for visual in shown if visual.link in axle.links]
     return bool(own) and axle.stands(float(_scene(own, links).bounds[0, 2]), ground)
 
 
-def _scene(shown: Sequence[Visual], frames: dict[str, FloatArray]) -> Any:
+def _scene(shown: Sequence[VisualMesh], frames: dict[str, FloatArray]) -> Any:
     scene = trimesh.Scene()
     for visual in shown:
         scene.add_geometry(visual.mesh, transform=frames.get(visual.link, np.eye(4)))

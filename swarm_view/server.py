@@ -13,8 +13,8 @@ from typing import Any
 import viser
 
 from swarm_common.middleware.addresses import own_addresses
-from swarm_view.gate import KEY_HEADER, Gate, query_of
-from swarm_view.link import PARAMETERS, Place, place_of
+from swarm_view.http_gate import KEY_HEADER, HttpGate, query_of
+from swarm_view.link import PARAMETERS, Viewpoint, place_of
 from swarm_view.viser_compat import admitting, request_of
 
 EVERYWHERE = ("0.0.0.0", "::")
@@ -46,7 +46,7 @@ class Server:
         with contextlib.redirect_stdout(io.StringIO()), admitting(KEY_HEADER, self._key):
             self.viser = viser.ViserServer("127.0.0.1", 0, verbose=False)
         inner_port = self.viser.get_port()
-        self._gate = Gate(host, port, names_of(host), inner_port, self._token, self._key)
+        self._gate = HttpGate(host, port, names_of(host), inner_port, self._token, self._key)
         self._loop = self.viser.get_event_loop()
         try:
             starting = asyncio.run_coroutine_threadsafe(self._gate.start(), self._loop)
@@ -71,15 +71,15 @@ class Server:
         """That it listens on."""
         return self._gate.port
 
-    def url(self, robot: str = "", place: Place | None = None) -> str:
+    def url(self, robot: str = "", place: Viewpoint | None = None) -> str:
         """Return the address of a robot's page, or of one that opens with all of a place."""
-        pairs = (*(place or Place(robot)).pairs(), ("token", self._token))
+        pairs = (*(place or Viewpoint(robot)).pairs(), ("token", self._token))
         query = "&".join(f"{name}={value}" for name, value in pairs if value)
         host = socket.gethostname() if self._host in EVERYWHERE else _bracketed(self._host)
         return f"http://{host}:{self.port}/" + (f"?{query}" if query else "")
 
     def on_pages(
-        self, on_open: Callable[[Any, Place], None], on_close: Callable[[int], None]
+        self, on_open: Callable[[Any, Viewpoint], None], on_close: Callable[[int], None]
     ) -> None:
         """Call back, on the event loop, for each page with what its address says.
 

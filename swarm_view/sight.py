@@ -12,7 +12,7 @@ from swarm_common.model.palette import BLACK, WHITE
 from swarm_common.model.records import FloatArray
 from swarm_view.chase import Chase
 from swarm_view.decode import Raster
-from swarm_view.fleet import Fleet, Sizes, are_alike
+from swarm_view.fleet import DrawnFleet, Sizes, are_alike
 from swarm_view.images import DARK, LIGHT, map_image
 from swarm_view.scenery import CUT, MAP, MAP_HEIGHT, WHOLE, draw_image
 from swarm_view.views import Camera, View, camera_of, eye_of, whole
@@ -34,7 +34,7 @@ class Sight:
         is_dark: Whether it is dark.
     """
 
-    def __init__(self, client: Any, fleet: Fleet) -> None:
+    def __init__(self, client: Any, fleet: DrawnFleet) -> None:
         self.view: View | None = None
         self.sizes: FloatArray = np.zeros(0)
         self.is_dark = False

@@ -13,7 +13,7 @@ from swarm_common.middleware import cdr
 from swarm_common.middleware.ros_io import tick_of
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose
 from swarm_view import decode, topics
-from swarm_view.decode import Raster, RobotState
+from swarm_view.decode import Raster, ReportedState
 from swarm_view.history import History
 from swarm_view.topics import Layer
 from swarm_view.track import Track, Trails
@@ -52,7 +52,7 @@ class Swarm:
 
     def __init__(self) -> None:
         self.names: list[str] = []
-        self.states: dict[str, RobotState] = {}
+        self.states: dict[str, ReportedState] = {}
         self.descriptions: dict[str, str] = {}
         self.track = Track()
         self.trails = Trails()

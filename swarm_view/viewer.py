@@ -14,9 +14,9 @@ import numpy as np
 from swarm_common.model.records import FloatArray
 from swarm_view import topics
 from swarm_view.feed import Feed, Recording
-from swarm_view.fleet import Fleet
+from swarm_view.fleet import DrawnFleet
 from swarm_view.history import History
-from swarm_view.link import Place
+from swarm_view.link import Viewpoint
 from swarm_view.machine import CpuMeter
 from swarm_view.operator_link import OperatorLink
 from swarm_view.page import Page
@@ -61,7 +61,7 @@ class Viewer:
         self._wake = asyncio.Event()
         self._swarm = Swarm()
         self._scenery = Scenery(server.viser)
-        self._fleet = Fleet(server.viser.scene, LIVE)
+        self._fleet = DrawnFleet(server.viser.scene, LIVE)
         self._cpu = CpuMeter()
         self._playback: Playback | None = None
         self._slow_due = 0.0
@@ -202,7 +202,7 @@ class Viewer:
             self._state_revision = self._swarm.state_revision
             self._fleet.color(self._swarm.names, self._swarm.states)
 
-    def _on_open(self, client: Any, place: Place) -> None:
+    def _on_open(self, client: Any, place: Viewpoint) -> None:
         self._look_due = 0.0
         self._pages[client.client_id] = Page(
             client, place, self._swarm, self._fleet, self._link, self._server.url, self._post,

@@ -23,18 +23,18 @@ LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
-class Visual:
+class VisualMesh:
     """A mesh in the frame of its link."""
 
     link: str
     mesh: Any
 
 
-def visuals(robot: Any) -> list[Visual]:
+def visuals(robot: Any) -> list[VisualMesh]:
     """Return what a yourdfpy robot shows; what cannot be read is left out and logged."""
     materials = {material.name: material for material in robot.materials}
     return [
-        Visual(link.name, mesh.apply_transform(_origin(visual)))
+        VisualMesh(link.name, mesh.apply_transform(_origin(visual)))
         for link in robot.links
         for visual in link.visuals
         for mesh in _meshes(visual, materials)
@@ -63,7 +63,7 @@ def _meshes(visual: Any, materials: dict[str, Any]) -> list[Any]:
     return []
 
 
-def spokes(robot: Any, axle: Axle) -> list[Visual]:
+def spokes(robot: Any, axle: Axle) -> list[VisualMesh]:
     """Return beams through plain wheels, on which one sees that they turn."""
     materials = {material.name: material for material in robot.materials}
     beams = []
@@ -77,7 +77,7 @@ def spokes(robot: Any, axle: Axle) -> list[Visual]:
         for size in ((across, width), (width, across)):
             beam = trimesh.creation.box((*size, cylinder.length + 2.0 * SPOKE_HEIGHT))
             beam.apply_transform(place)
-            beams.append(Visual(axle.links[0], painted(beam, paint)))
+            beams.append(VisualMesh(axle.links[0], painted(beam, paint)))
     return beams
 
 

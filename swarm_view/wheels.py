@@ -99,7 +99,7 @@ def _carried(links: list[str], robot: Any, *, only_fixed: bool) -> list[str]:
     return found
 
 
-class Hubs:
+class WheelHubs:
     """Where the wheels of robots of one model are."""
 
     def __init__(self, wheels: Sequence[tuple[FloatArray, FloatArray]]) -> None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from swarm_bench.baselines.planning import Track, plain_planner
+from swarm_bench.baselines.planning import PathTrack, plain_planner
 from swarm_common.model.beacon import (
     BEACON_DTYPE,
     FLAG_ACTIVE,
@@ -35,7 +35,7 @@ from swarm_nav.control.tube import padded
 from swarm_nav.core.config import NavConfig
 from swarm_nav.core.goals import ErrorCode, Event, Goal, GoalEnded, Outcome, Output, Status
 from swarm_nav.localisation.localiser import OdometryLocaliser
-from swarm_nav.perception.neighborhood import Neighborhood
+from swarm_nav.perception.neighbor_table import NeighborTable
 from swarm_nav.perception.obstacles import ObstacleLayer
 
 STOP_SHARE = 0.8  # of the goal tolerance at which a robot stops, as our navigator does
@@ -86,7 +86,7 @@ class Baseline(ABC):
         self.replans = 0
         self.recoveries = 0
         self.obstacles = ObstacleLayer(config.costmap, spec.lidar)
-        self.hood = Neighborhood(robot_id, config.traffic, remembers_absent=False)
+        self.neighbors = NeighborTable(robot_id, config.traffic, remembers_absent=False)
         self._footprint = padded(np.array(spec.footprint), FOOTPRINT_POINTS)
         self._localiser = OdometryLocaliser(initial_pose_map)
         self._turner = Controller(config.controller)
@@ -97,7 +97,7 @@ class Baseline(ABC):
         self._failed = 0
         self._events: list[Event] = []
         self._planner = plain_planner(grid, config, self.radius)
-        self._track: Track | None = None
+        self._track: PathTrack | None = None
         self.prepare()
 
     @property
@@ -144,11 +144,11 @@ class Baseline(ABC):
         """Take a scan: mark hits that are neither walls nor known robots."""
         scan = scan.from_above(self.spec.lidar)
         margin = self.config.traffic.safety_margin
-        self.obstacles.update(scan, self.pose, self._planner.terrain, self.hood, margin)
+        self.obstacles.update(scan, self.pose, self._planner.terrain, self.neighbors, margin)
 
     def on_reception(self, reception: Reception) -> None:
         """Take the beacons heard in this tick."""
-        self.hood.take(reception, self.pose.x, self.pose.y)
+        self.neighbors.take(reception, self.pose.x, self.pose.y)
 
     def set_goal(self, goal: Goal) -> None:
         """Take a goal of kind NAVIGATE, for its start tick."""
@@ -157,8 +157,8 @@ class Baseline(ABC):
     def tick(self, tick: int) -> Output:
         """Decide."""
         self.tick_now = tick
-        self.hood.refresh(tick)
-        self.others = _others(self.hood)
+        self.neighbors.refresh(tick)
+        self.others = _others(self.neighbors)
         self._begin_pending()
         twist = self._decide()
         events, self._events = tuple(self._events), []
@@ -251,15 +251,15 @@ class Baseline(ABC):
         return beacon
 
 
-def _others(hood: Neighborhood) -> Others:
+def _others(neighbors: NeighborTable) -> Others:
     """Return where the neighbours are now, if they went on as they did."""
-    beacons = hood.beacons
+    beacons = neighbors.beacons
     if len(beacons) == 0:
         return Others()
     poses = beacons["pose"].astype(np.float64)
     twists = beacons["twist"].astype(np.float64)
-    age = np.minimum(hood.ages, MOST_EXTRAPOLATION) * CONTROL_PERIOD
-    age = np.where(hood.ages > MOST_EXTRAPOLATION, 0.0, age)  # silent for long: it may stand
+    age = np.minimum(neighbors.ages, MOST_EXTRAPOLATION) * CONTROL_PERIOD
+    age = np.where(neighbors.ages > MOST_EXTRAPOLATION, 0.0, age)  # silent for long: it may stand
     yaws = poses[:, 2] + twists[:, 1] * age
     velocities = twists[:, :1] * np.column_stack((np.cos(yaws), np.sin(yaws)))
     places = poses[:, :2] + velocities * age[:, None]

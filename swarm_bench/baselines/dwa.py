@@ -14,7 +14,7 @@ import numpy as np
 
 from swarm_bench.baselines import dwa_kernels as kernels
 from swarm_bench.baselines.base import Baseline
-from swarm_bench.baselines.planning import Track, robot_costs, waypoint
+from swarm_bench.baselines.planning import PathTrack, robot_costs, waypoint
 from swarm_common.model.records import (
     CONTROL_PERIOD,
     Pose,
@@ -82,16 +82,16 @@ class DwaDriver(Baseline):
         radii = np.concatenate((radii, np.full(len(hits), PADDING)))
         try:
             extra = robot_costs(self._planner, places, radii, self.radius)
-            self._track = Track(self._planner.plan(start, goal, extra))
+            self._track = PathTrack(self._planner.plan(start, goal, extra))
             return
         except PlanError:
             pass
         try:
-            self._track = Track(self._planner.plan(start, goal, self._planner.no_extra()))
+            self._track = PathTrack(self._planner.plan(start, goal, self._planner.no_extra()))
         except PlanError as error:
             self.fail(error.code, str(error))
 
-    def _steer(self, track: Track) -> Twist:
+    def _steer(self, track: PathTrack) -> Twist:
         pose, config = self.pose, self.config.controller
         clearance = self.radius + PADDING
         place = waypoint(track, self._planner, pose, LOOKAHEAD, clearance)

@@ -19,7 +19,7 @@ import numpy as np
 from swarm_bench.baselines import dwa_kernels as kernels
 from swarm_bench.baselines.base import Baseline
 from swarm_bench.baselines.outlines import wall_outlines
-from swarm_bench.baselines.planning import Track, robot_costs, waypoint
+from swarm_bench.baselines.planning import PathTrack, robot_costs, waypoint
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import CONTROL_PERIOD, Pose, Twist
@@ -80,7 +80,7 @@ class OrcaDriver(Baseline):
         start, goal = (self.pose.x, self.pose.y), (target.x, target.y)
         try:
             extra = robot_costs(self._planner, hits, margins, self.radius)
-            self._track = Track(self._planner.plan(start, goal, extra))
+            self._track = PathTrack(self._planner.plan(start, goal, extra))
         except PlanError as error:
             if not len(hits):
                 self.fail(error.code, str(error))

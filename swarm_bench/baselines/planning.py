@@ -70,7 +70,7 @@ def robot_costs(
     return extra
 
 
-class Track:
+class PathTrack:
     """A path (n, 2) and how far along it the robot is."""
 
     def __init__(self, points: FloatArray) -> None:
@@ -100,7 +100,7 @@ class Track:
 
 
 def waypoint(
-    track: Track, planner: Planner, pose: Pose, distance: float, clearance: float
+    track: PathTrack, planner: Planner, pose: Pose, distance: float, clearance: float
 ) -> tuple[float, float]:
     """Return the point of the path up to `distance` [m] ahead that is farthest and in sight.
 

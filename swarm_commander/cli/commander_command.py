@@ -13,7 +13,7 @@ from swarm_interfaces.msg import RobotStatus
 from swarm_commander.cli.console import Moment, StatusConsole
 from swarm_commander.mission.discovery import find_robots, read_home, read_sites, robot_on_mission
 from swarm_commander.mission.driver import RobotDriver, has_goal, sim_seconds
-from swarm_commander.mission.itinerary import Itinerary, Order, Outcome
+from swarm_commander.mission.itinerary import Itinerary, Order, StopOutcome
 from swarm_commander.mission.mission import Mission, load_mission, single_goal, usual_mission
 from swarm_commander.run.domain import check_swarm, domain_id, patience_for
 from swarm_common.middleware.ros_io import tick_of
@@ -119,7 +119,7 @@ class Commander:
         again = f", try {order.attempt}" if order.attempt > 1 else ""
         typer.echo(f"{driver.name}  {_goal_label(driver)}: sent{again}")
 
-    def on_settled(self, driver: RobotDriver, outcome: Outcome) -> None:
+    def on_settled(self, driver: RobotDriver, outcome: StopOutcome) -> None:
         """Say how it went."""
         self._failed += not outcome.reached
         word = "reached" if outcome.reached else "FAILED"

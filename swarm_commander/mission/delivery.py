@@ -29,7 +29,7 @@ class Phase(Enum):
     ENDED = "ended"
 
 
-class Event(Enum):
+class DeliveryEvent(Enum):
     """The news about a goal."""
 
     ACCEPTANCE = "acceptance"
@@ -47,36 +47,36 @@ class Action(Enum):
     ASK = "ask"  # for the result
 
 
-UNANSWERED: dict[Event, tuple[Phase, Action]] = {
-    Event.ACCEPTANCE: (Phase.ACCEPTED, Action.ASK),
-    Event.REFUSAL: (Phase.REFUSED, Action.ASK),
-    Event.RESULT: (Phase.ENDED, Action.NOTHING),
-    Event.OVERDUE: (Phase.DOUBTED, Action.ASK),
+UNANSWERED: dict[DeliveryEvent, tuple[Phase, Action]] = {
+    DeliveryEvent.ACCEPTANCE: (Phase.ACCEPTED, Action.ASK),
+    DeliveryEvent.REFUSAL: (Phase.REFUSED, Action.ASK),
+    DeliveryEvent.RESULT: (Phase.ENDED, Action.NOTHING),
+    DeliveryEvent.OVERDUE: (Phase.DOUBTED, Action.ASK),
 }
-TRANSITIONS: dict[Phase, dict[Event, tuple[Phase, Action]]] = {
+TRANSITIONS: dict[Phase, dict[DeliveryEvent, tuple[Phase, Action]]] = {
     Phase.SENT: {
-        Event.ACCEPTANCE: (Phase.ACCEPTED, Action.ASK),
-        Event.REFUSAL: (Phase.ENDED, Action.NOTHING),
-        Event.OVERDUE: (Phase.DOUBTED, Action.ASK),
+        DeliveryEvent.ACCEPTANCE: (Phase.ACCEPTED, Action.ASK),
+        DeliveryEvent.REFUSAL: (Phase.ENDED, Action.NOTHING),
+        DeliveryEvent.OVERDUE: (Phase.DOUBTED, Action.ASK),
     },
-    Phase.DOUBTED: UNANSWERED | {Event.UNKNOWN: (Phase.SENT_AGAIN, Action.SEND)},
+    Phase.DOUBTED: UNANSWERED | {DeliveryEvent.UNKNOWN: (Phase.SENT_AGAIN, Action.SEND)},
     Phase.SENT_AGAIN: UNANSWERED
-    | {Event.UNKNOWN: (Phase.SENT_AGAIN, Action.NOTHING)},  # asked before it was sent again
+    | {DeliveryEvent.UNKNOWN: (Phase.SENT_AGAIN, Action.NOTHING)},  # asked before it was sent again
     Phase.REFUSED: {
-        Event.ACCEPTANCE: (Phase.ACCEPTED, Action.ASK),
-        Event.REFUSAL: (Phase.REFUSED, Action.NOTHING),
-        Event.RESULT: (Phase.ENDED, Action.NOTHING),
-        Event.UNKNOWN: (Phase.ENDED, Action.NOTHING),
-        Event.OVERDUE: (Phase.REFUSED, Action.ASK),
+        DeliveryEvent.ACCEPTANCE: (Phase.ACCEPTED, Action.ASK),
+        DeliveryEvent.REFUSAL: (Phase.REFUSED, Action.NOTHING),
+        DeliveryEvent.RESULT: (Phase.ENDED, Action.NOTHING),
+        DeliveryEvent.UNKNOWN: (Phase.ENDED, Action.NOTHING),
+        DeliveryEvent.OVERDUE: (Phase.REFUSED, Action.ASK),
     },
     Phase.ACCEPTED: {
-        Event.ACCEPTANCE: (Phase.ACCEPTED, Action.NOTHING),
-        Event.REFUSAL: (Phase.ACCEPTED, Action.NOTHING),  # of a second copy
-        Event.RESULT: (Phase.ENDED, Action.NOTHING),
-        Event.UNKNOWN: (Phase.ENDED, Action.NOTHING),  # the server was restarted
-        Event.OVERDUE: (Phase.ACCEPTED, Action.ASK),
+        DeliveryEvent.ACCEPTANCE: (Phase.ACCEPTED, Action.NOTHING),
+        DeliveryEvent.REFUSAL: (Phase.ACCEPTED, Action.NOTHING),  # of a second copy
+        DeliveryEvent.RESULT: (Phase.ENDED, Action.NOTHING),
+        DeliveryEvent.UNKNOWN: (Phase.ENDED, Action.NOTHING),  # the server was restarted
+        DeliveryEvent.OVERDUE: (Phase.ACCEPTED, Action.ASK),
     },
-    Phase.ENDED: {event: (Phase.ENDED, Action.NOTHING) for event in Event},
+    Phase.ENDED: {event: (Phase.ENDED, Action.NOTHING) for event in DeliveryEvent},
 }
 
 
@@ -97,7 +97,7 @@ class Delivery:
         self._patience = PATIENCE
         self._task_time = TASK_TIME
 
-    def hear(self, event: Event, now: float, question: int = 0) -> Action:
+    def hear(self, event: DeliveryEvent, now: float, question: int = 0) -> Action:
         """Take news at wall time `now`; return the next action.
 
         Args:
@@ -105,7 +105,7 @@ class Delivery:
             now: Wall time [s].
             question: For UNKNOWN, the number of the request that it answers.
         """
-        if event is Event.UNKNOWN and question != self.question:
+        if event is DeliveryEvent.UNKNOWN and question != self.question:
             return Action.NOTHING
         try:
             self.phase, action = TRANSITIONS[self.phase][event]
@@ -113,7 +113,7 @@ class Delivery:
             raise ValueError(
                 f"{event.name} cannot happen to a goal that is {self.phase.value}"
             ) from None
-        if event is not Event.OVERDUE:
+        if event is not DeliveryEvent.OVERDUE:
             self._patience = PATIENCE
         if action is not Action.NOTHING:
             self._since = now
@@ -138,4 +138,4 @@ class Delivery:
             if waited < self._patience:
                 return Action.NOTHING
             self._patience = min(2.0 * self._patience, MOST_PATIENCE)
-        return self.hear(Event.OVERDUE, now)
+        return self.hear(DeliveryEvent.OVERDUE, now)

@@ -12,7 +12,7 @@ from rcl_interfaces.srv import GetParameters
 from rclpy.node import Node
 from swarm_interfaces.msg import Mission
 
-from swarm_commander.mission.patience import Patience
+from swarm_commander.mission.patience import SwarmPatience
 from swarm_common.files.sites_io import load_sites
 from swarm_common.middleware.ros_io import LATCHED
 from swarm_common.model.errors import ConfigError
@@ -27,7 +27,7 @@ ANSWER_LIMIT = 20.0  # [s] of wall time for a navigator to answer, on a busy mac
 ASK_PERIOD = 2.0  # [s] after which a question is repeated: discovery may have lost the answer
 
 
-def find_robots(node: Node, wanted: Sequence[str], patience: Patience) -> list[str]:
+def find_robots(node: Node, wanted: Sequence[str], patience: SwarmPatience) -> list[str]:
     """Return the names of the robots that run, in order of their numbers.
 
     Args:

@@ -11,7 +11,7 @@ from swarm_interfaces.msg import Mission as MissionMsg
 from swarm_interfaces.msg import RobotStatus
 
 from swarm_commander.mission.client import RobotCommander
-from swarm_commander.mission.itinerary import Itinerary, Order, Outcome, State
+from swarm_commander.mission.itinerary import Itinerary, ItineraryState, Order, StopOutcome
 from swarm_commander.mission.status_door import StatusDoor
 from swarm_commander.mission.task import Task, TaskResult
 from swarm_common.middleware.ros_io import (
@@ -37,7 +37,7 @@ class Listener(Protocol):
     def on_sent(self, driver: RobotDriver, order: Order) -> None:
         """A goal was sent."""
 
-    def on_settled(self, driver: RobotDriver, outcome: Outcome) -> None:
+    def on_settled(self, driver: RobotDriver, outcome: StopOutcome) -> None:
         """A stop is settled."""
 
     def on_over(self, driver: RobotDriver) -> bool:
@@ -102,13 +102,13 @@ class RobotDriver:
 
     def start(self, tick: int = 0) -> None:
         """Send the first goal; `tick` is now for a mission that goes on after a break."""
-        if self.itinerary is not None and self.itinerary.state is State.READY:
+        if self.itinerary is not None and self.itinerary.state is ItineraryState.READY:
             self._announce(is_active=True)
             self._follow(self.itinerary.start(tick))
 
     def find(self) -> int:
         """The robot that was lost is there again: return how many goals it gets back."""
-        if self.itinerary is None or self.itinerary.state is not State.LOST:
+        if self.itinerary is None or self.itinerary.state is not ItineraryState.LOST:
             return 0
         count, order = self.itinerary.on_found(self.tick)
         self._announce(is_active=True)
@@ -174,7 +174,7 @@ class RobotDriver:
         self._listener.on_status(self, status)
         if self._ended is not None:
             self._settle(status)
-        elif self.itinerary is not None and self.itinerary.state is State.GIVING_WAY:
+        elif self.itinerary is not None and self.itinerary.state is ItineraryState.GIVING_WAY:
             if not has_goal(status):
                 self._settled = _settled_goals(status)
                 self._follow(self.itinerary.on_free_again(self.tick))

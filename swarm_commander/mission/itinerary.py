@@ -13,7 +13,7 @@ RETRY_TICKS = 10  # [ticks] between a failed goal and the next try
 LOST_REASON = "the robot was lost"
 
 
-class State(Enum):
+class ItineraryState(Enum):
     """Where a robot is in its mission."""
 
     READY = "ready"  # nothing sent yet
@@ -23,7 +23,7 @@ class State(Enum):
     LOST = "lost"
 
 
-class Event(Enum):
+class ItineraryEvent(Enum):
     """What may happen to it."""
 
     START = "start"
@@ -37,18 +37,25 @@ class Event(Enum):
 
 
 # START, FAILED and so on may lead to DONE instead when no stop is left; see `_advance`.
-TRANSITIONS: dict[State, dict[Event, State]] = {
-    State.READY: {Event.START: State.UNDER_WAY, Event.LOST: State.LOST},
-    State.UNDER_WAY: {
-        Event.REACHED: State.UNDER_WAY,
-        Event.FAILED: State.UNDER_WAY,
-        Event.TAKEN_OVER: State.GIVING_WAY,
-        Event.FORGOTTEN: State.UNDER_WAY,
-        Event.LOST: State.LOST,
+TRANSITIONS: dict[ItineraryState, dict[ItineraryEvent, ItineraryState]] = {
+    ItineraryState.READY: {
+        ItineraryEvent.START: ItineraryState.UNDER_WAY,
+        ItineraryEvent.LOST: ItineraryState.LOST,
     },
-    State.GIVING_WAY: {Event.FREE_AGAIN: State.UNDER_WAY, Event.LOST: State.LOST},
-    State.DONE: {Event.LOST: State.DONE},
-    State.LOST: {event: State.LOST for event in Event} | {Event.FOUND: State.UNDER_WAY},
+    ItineraryState.UNDER_WAY: {
+        ItineraryEvent.REACHED: ItineraryState.UNDER_WAY,
+        ItineraryEvent.FAILED: ItineraryState.UNDER_WAY,
+        ItineraryEvent.TAKEN_OVER: ItineraryState.GIVING_WAY,
+        ItineraryEvent.FORGOTTEN: ItineraryState.UNDER_WAY,
+        ItineraryEvent.LOST: ItineraryState.LOST,
+    },
+    ItineraryState.GIVING_WAY: {
+        ItineraryEvent.FREE_AGAIN: ItineraryState.UNDER_WAY,
+        ItineraryEvent.LOST: ItineraryState.LOST,
+    },
+    ItineraryState.DONE: {ItineraryEvent.LOST: ItineraryState.DONE},
+    ItineraryState.LOST: {event: ItineraryState.LOST for event in ItineraryEvent}
+    | {ItineraryEvent.FOUND: ItineraryState.UNDER_WAY},
 }
 
 
@@ -70,7 +77,7 @@ class Order:
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class StopOutcome:
     """A stop that is settled.
 
     Attributes:
@@ -109,8 +116,8 @@ class Itinerary:
             retries: Times that a goal is tried again.
             settled: Stops at the beginning that are settled already.
         """
-        self.state = State.READY
-        self.outcomes: list[Outcome] = []
+        self.state = ItineraryState.READY
+        self.outcomes: list[StopOutcome] = []
         self._stops = tuple(stops)[settled:]
         self._settled_before = min(settled, len(stops))
         self._retries = retries
@@ -131,7 +138,7 @@ class Itinerary:
     @property
     def is_over(self) -> bool:
         """Whether nothing more will be sent."""
-        return self.state in (State.DONE, State.LOST)
+        return self.state in (ItineraryState.DONE, ItineraryState.LOST)
 
     def start(self, tick: int = 0) -> Order | None:
         """Begin; return the first goal, or None if there is none at all.
@@ -139,7 +146,7 @@ class Itinerary:
         Args:
             tick: Now, for a mission that goes on after a break; its first delays are over.
         """
-        self._enter(Event.START)
+        self._enter(ItineraryEvent.START)
         return self._advance(tick)
 
     def on_end(
@@ -153,30 +160,33 @@ class Itinerary:
             reason: Why it did not.
             is_final: Whether another try would fail, too.
         """
-        if self._enter(Event.REACHED if reached else Event.FAILED) is State.LOST:
+        if (
+            self._enter(ItineraryEvent.REACHED if reached else ItineraryEvent.FAILED)
+            is ItineraryState.LOST
+        ):
             return None
         stop = self._stops[len(self.outcomes)]
         if not reached and not is_final and self._attempt <= self._retries:
             self._attempt += 1
             return self._order(tick + RETRY_TICKS)
         why = "" if reached else reason
-        self.outcomes.append(Outcome(stop, reached, tick, self._first_tick, why))
+        self.outcomes.append(StopOutcome(stop, reached, tick, self._first_tick, why))
         self._attempt = 1
         return self._advance(tick + stop.pause_ticks if reached else tick + RETRY_TICKS)
 
     def on_taken_over(self) -> None:
         """Another client sent the robot elsewhere: wait until it is free again."""
-        self._enter(Event.TAKEN_OVER)
+        self._enter(ItineraryEvent.TAKEN_OVER)
 
     def on_free_again(self, tick: int) -> Order | None:
         """The other's goal has ended: send ours once more; this is not a failed try."""
-        if self._enter(Event.FREE_AGAIN) is State.LOST:
+        if self._enter(ItineraryEvent.FREE_AGAIN) is ItineraryState.LOST:
             return None
         return self._order(tick + RETRY_TICKS)
 
     def on_forgotten(self, tick: int) -> Order | None:
         """The robot does not know its goal any more: send it once more; no try has failed."""
-        if self._enter(Event.FORGOTTEN) is State.LOST:
+        if self._enter(ItineraryEvent.FORGOTTEN) is ItineraryState.LOST:
             return None
         return self._order(max(tick, self._first_tick))
 
@@ -185,18 +195,18 @@ class Itinerary:
 
         Only for a robot whose goals `on_lost` returned.
         """
-        self._enter(Event.FOUND)
+        self._enter(ItineraryEvent.FOUND)
         kept = [outcome for outcome in self.outcomes if outcome.reason != LOST_REASON]
         count = len(self.outcomes) - len(kept)
         self.outcomes = kept
         return count, self._order(max(tick, self._first_tick))
 
-    def on_lost(self, tick: int) -> list[Outcome]:
+    def on_lost(self, tick: int) -> list[StopOutcome]:
         """The robot is gone: return its remaining stops, which count as failed."""
-        if self._enter(Event.LOST) is State.DONE:
+        if self._enter(ItineraryEvent.LOST) is ItineraryState.DONE:
             return []
         rest = [
-            Outcome(stop, False, tick, tick, LOST_REASON)
+            StopOutcome(stop, False, tick, tick, LOST_REASON)
             for stop in self._stops[len(self.outcomes) :]
         ]
         self.outcomes.extend(rest)
@@ -204,7 +214,7 @@ class Itinerary:
 
     def _advance(self, start_tick: int) -> Order | None:
         if len(self.outcomes) == len(self._stops):
-            self.state = State.DONE
+            self.state = ItineraryState.DONE
             return None
         self._first_tick = start_tick + self._stops[len(self.outcomes)].delay_ticks
         return self._order(self._first_tick)
@@ -214,7 +224,7 @@ class Itinerary:
         place = self._settled_before + number + 1
         return Order(self._stops[number], start_tick, place, self._attempt)
 
-    def _enter(self, event: Event) -> State:
+    def _enter(self, event: ItineraryEvent) -> ItineraryState:
         try:
             self.state = TRANSITIONS[self.state][event]
         except KeyError:

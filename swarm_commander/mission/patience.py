@@ -11,7 +11,7 @@ START_LIMIT = 300.0  # [s] of wall time for a swarm that starts; its code may be
 TELL_AFTER = 3.0  # [s] of waiting in silence
 
 
-class Patience:
+class SwarmPatience:
     """Waits for a swarm that is not seen yet while one starts, and no longer.
 
     Args:

@@ -17,7 +17,7 @@ import rclpy
 from swarm_interfaces.msg import RobotStatus
 
 from swarm_commander.mission.driver import RobotDriver, has_goal, sim_seconds
-from swarm_commander.mission.itinerary import Itinerary, Order, Outcome
+from swarm_commander.mission.itinerary import Itinerary, Order, StopOutcome
 from swarm_commander.mission.mission import load_mission
 from swarm_commander.mission.state_log import FILE, StateLog
 from swarm_commander.mission.status_door import StatusDoor
@@ -153,7 +153,7 @@ class Runner:
                 at = sim_seconds(max(order.start_tick, driver.tick))
                 self._state_log.goal(driver.name, order.stop.name, "sent", at)
 
-    def on_settled(self, driver: RobotDriver, outcome: Outcome) -> None:
+    def on_settled(self, driver: RobotDriver, outcome: StopOutcome) -> None:
         """Pass a settled stop on."""
         if driver.name in self._removed:
             self._events.write(GoalWithdrawn(driver.name))

@@ -13,7 +13,7 @@ from action_msgs.msg import GoalStatus
 from rclpy.task import Future
 from unique_identifier_msgs.msg import UUID
 
-from swarm_commander.mission.delivery import Action, Delivery, Event, Phase
+from swarm_commander.mission.delivery import Action, Delivery, DeliveryEvent, Phase
 from swarm_commander.mission.goal_client import GoalClient
 
 REFUSED = "the robot refused the goal"
@@ -82,7 +82,7 @@ class Task:
     def ask(self) -> None:
         """Ask at once how it stands: the robot was silent, or is another one now."""
         if not self.is_complete:
-            self._do(self._delivery.hear(Event.OVERDUE, time.monotonic()))
+            self._do(self._delivery.hear(DeliveryEvent.OVERDUE, time.monotonic()))
 
     def _do(self, action: Action) -> None:
         if action is Action.SEND:
@@ -97,21 +97,21 @@ class Task:
 
     def _take_answer(self, future: Future) -> None:
         is_accepted = future.result().accepted
-        self._hear(Event.ACCEPTANCE if is_accepted else Event.REFUSAL)
+        self._hear(DeliveryEvent.ACCEPTANCE if is_accepted else DeliveryEvent.REFUSAL)
         if is_accepted and self._is_cancelled:
             self.cancel()
 
     def _take_result(self, question: int, future: Future) -> None:
         response = future.result()
         if response.status == GoalStatus.STATUS_UNKNOWN:
-            self._hear(Event.UNKNOWN, question)
+            self._hear(DeliveryEvent.UNKNOWN, question)
             return
         if not self.is_complete:
             self.result = response.result
             self.outcome = _RESULTS.get(response.status, TaskResult.FAILED)
-        self._hear(Event.RESULT)
+        self._hear(DeliveryEvent.RESULT)
 
-    def _hear(self, event: Event, question: int = 0) -> None:
+    def _hear(self, event: DeliveryEvent, question: int = 0) -> None:
         known = self._delivery.phase
         if known is Phase.ENDED:
             return

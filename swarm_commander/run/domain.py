@@ -12,7 +12,7 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
-from swarm_commander.mission.patience import Patience
+from swarm_commander.mission.patience import SwarmPatience
 from swarm_common.middleware import ros_env
 from swarm_common.model.errors import ConfigError, NoSwarmError
 from swarm_common.process.messages import (
@@ -63,9 +63,9 @@ def check_swarm(domain: int) -> None:
         raise NoSwarmError(domain)
 
 
-def patience_for(domain: int) -> Patience:
+def patience_for(domain: int) -> SwarmPatience:
     """Return the patience with a domain's swarm; what is waited for goes to stderr."""
-    return Patience(domain, functools.partial(has_swarm, domain), _tell)
+    return SwarmPatience(domain, functools.partial(has_swarm, domain), _tell)
 
 
 def _tell(line: str) -> None:

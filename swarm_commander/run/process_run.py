@@ -53,7 +53,7 @@ GRACE = 10.0  # [s] for a process to end when asked to
 SAMPLE_PERIOD = 2.0  # [s] between two readings of CPU time and memory
 
 
-class RefusedError(SwarmError):
+class RunRefusedError(SwarmError):
     """A process refused the user's input."""
 
 
@@ -129,7 +129,7 @@ class ProcessRun:
             finally:
                 self._clean_up()
         if self._refusal is not None:
-            raise RefusedError(self._refusal)
+            raise RunRefusedError(self._refusal)
 
     @property
     def restarts(self) -> int:

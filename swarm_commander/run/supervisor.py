@@ -41,7 +41,7 @@ class ProcessSpec:
     grace: float = 5.0
 
 
-class State(Enum):
+class ChildState(Enum):
     """Of a process."""
 
     RUNNING = "running"
@@ -50,7 +50,7 @@ class State(Enum):
     GONE = "gone"
 
 
-class Event(Enum):
+class ChildEvent(Enum):
     """What happens to a process."""
 
     STOP = "stop"
@@ -58,19 +58,19 @@ class Event(Enum):
     EXIT = "exit"
 
 
-TRANSITIONS: dict[State, dict[Event, State]] = {
-    State.RUNNING: {Event.STOP: State.STOPPING, Event.EXIT: State.GONE},
-    State.STOPPING: {
-        Event.STOP: State.STOPPING,
-        Event.DEADLINE: State.KILLED,
-        Event.EXIT: State.GONE,
+TRANSITIONS: dict[ChildState, dict[ChildEvent, ChildState]] = {
+    ChildState.RUNNING: {ChildEvent.STOP: ChildState.STOPPING, ChildEvent.EXIT: ChildState.GONE},
+    ChildState.STOPPING: {
+        ChildEvent.STOP: ChildState.STOPPING,
+        ChildEvent.DEADLINE: ChildState.KILLED,
+        ChildEvent.EXIT: ChildState.GONE,
     },
-    State.KILLED: {
-        Event.STOP: State.KILLED,
-        Event.DEADLINE: State.KILLED,
-        Event.EXIT: State.GONE,
+    ChildState.KILLED: {
+        ChildEvent.STOP: ChildState.KILLED,
+        ChildEvent.DEADLINE: ChildState.KILLED,
+        ChildEvent.EXIT: ChildState.GONE,
     },
-    State.GONE: {Event.STOP: State.GONE},
+    ChildState.GONE: {ChildEvent.STOP: ChildState.GONE},
 }
 
 
@@ -87,10 +87,10 @@ class Exit:
 class _Entry:
     spec: ProcessSpec
     child: Child
-    state: State = State.RUNNING
+    state: ChildState = ChildState.RUNNING
     deadline: float = 0.0
 
-    def enter(self, event: Event) -> State:
+    def enter(self, event: ChildEvent) -> ChildState:
         self.state = TRANSITIONS[self.state][event]
         return self.state
 
@@ -114,7 +114,7 @@ class Supervisor:
     def start(self, spec: ProcessSpec) -> None:
         """Start a process, or start it again if it has ended."""
         before = self._entries.get(spec.name)
-        if before is not None and before.state is not State.GONE:
+        if before is not None and before.state is not ChildState.GONE:
             raise ValueError(f"process {spec.name} has been started before and still runs")
         self.restarts += before is not None
         self._entries[spec.name] = _Entry(spec, self._spawn(spec))
@@ -122,12 +122,12 @@ class Supervisor:
     def pid(self, name: str) -> int | None:
         """Return the id of a process that runs, else None."""
         entry = self._entries.get(name)
-        return entry.child.pid if entry and entry.state is not State.GONE else None
+        return entry.child.pid if entry and entry.state is not ChildState.GONE else None
 
     @property
     def all_gone(self) -> bool:
         """Whether no process is left."""
-        return all(entry.state is State.GONE for entry in self._entries.values())
+        return all(entry.state is ChildState.GONE for entry in self._entries.values())
 
     def stop(self, order: Sequence[str]) -> None:
         """Begin to stop everything: the named first, each after the one before has ended."""
@@ -137,27 +137,29 @@ class Supervisor:
     def kill(self) -> None:
         """End everything at once."""
         for entry in self._entries.values():
-            if entry.state is not State.GONE:
-                entry.enter(Event.STOP)
-                entry.enter(Event.DEADLINE)
+            if entry.state is not ChildState.GONE:
+                entry.enter(ChildEvent.STOP)
+                entry.enter(ChildEvent.DEADLINE)
                 entry.child.kill()
 
     def kill_one(self, name: str) -> None:
         """End a process that hangs; it counts as one that ended without having been asked to."""
         entry = self._entries.get(name)
-        if entry is not None and entry.state is not State.GONE:
+        if entry is not None and entry.state is not ChildState.GONE:
             entry.child.kill()
 
     def poll(self) -> list[Exit]:
         """Notice ended processes and go on stopping; return those that ended since last time."""
         exits = []
         for entry in self._entries.values():
-            if entry.state is State.GONE:
+            if entry.state is ChildState.GONE:
                 continue
             returncode = entry.child.poll()
             if returncode is not None:
-                exits.append(Exit(entry.spec.name, returncode, entry.state is not State.RUNNING))
-                entry.enter(Event.EXIT)
+                exits.append(
+                    Exit(entry.spec.name, returncode, entry.state is not ChildState.RUNNING)
+                )
+                entry.enter(ChildEvent.EXIT)
                 entry.child.kill()  # processes that it may have left behind
         self._continue_stopping()
         return exits
@@ -165,14 +167,14 @@ class Supervisor:
     def _continue_stopping(self) -> None:
         for name in self._stop_order:
             entry = self._entries[name]
-            if entry.state is State.GONE:
+            if entry.state is ChildState.GONE:
                 continue
-            if entry.state is State.RUNNING:
-                entry.enter(Event.STOP)
+            if entry.state is ChildState.RUNNING:
+                entry.enter(ChildEvent.STOP)
                 entry.deadline = self._clock() + entry.spec.grace
                 entry.child.terminate()
-            elif self._clock() >= entry.deadline and entry.state is State.STOPPING:
-                entry.enter(Event.DEADLINE)
+            elif self._clock() >= entry.deadline and entry.state is ChildState.STOPPING:
+                entry.enter(ChildEvent.DEADLINE)
                 entry.child.kill()
             return
 

@@ -23,8 +23,8 @@ from swarm_common.model.beacon import (
 )
 from swarm_common.model.records import CONTROL_PERIOD, Pose, RobotSpec, stamp_from_tick
 from swarm_common.model.sites import Sites
-from swarm_nav.behaviour.automaton import Automaton
 from swarm_nav.behaviour.behaviors import Behavior
+from swarm_nav.behaviour.state_machine import StateMachine
 from swarm_nav.behaviour.task import Task
 from swarm_nav.core.goals import Feedback, Status
 from swarm_nav.core.priority import CLASS_DONE, CLASS_DRIVING, CLASS_HOLDING, base_priority
@@ -53,7 +53,7 @@ WAITING_TICKS = 10  # ticks of being blocked after which `status` says waiting
 class Deciders:
     """The parts of a navigator whose decisions it tells."""
 
-    automaton: Automaton
+    state_machine: StateMachine
     right: RightOfWay
     lease: Lease
     gate: Gate
@@ -74,7 +74,7 @@ def priorities(
     """
     rank = CLASS_DONE
     if has_goal:
-        is_waiting = deciders.automaton.state in (State.HOLDING, State.BEHAVING)
+        is_waiting = deciders.state_machine.state in (State.HOLDING, State.BEHAVING)
         rank = CLASS_HOLDING if is_waiting else CLASS_DRIVING
     own = max(base_priority(rank, last_goal_tick, robot_id), deciders.lease.inherited)
     return own, max(own, deciders.right.inherited)
@@ -104,14 +104,14 @@ def compose_beacon(
         *stamp_from_tick(s.tick), s.robot_id, s.tick, s.radius,
         s.pose.x, s.pose.y, s.pose.yaw, s.twist.vx, s.twist.wz,
         priority >> 32, priority & 0xFFFFFFFF, s.blocked_ticks, s.blocked_by, s.yields_for,
-        flags, MODE_YIELD if is_yielding else MODES[d.automaton.state],
+        flags, MODE_YIELD if is_yielding else MODES[d.state_machine.state],
         *target, *(d.lease.station or NOWHERE), d.lease.tick, d.gate.announced,
         *s.tube.published_sizes, len(spec.footprint),
     )  # fmt: skip
     words = blank_beacon(spec.footprint).copy()
     pack_head(words, head)
     words[CLAIMS] = s.tube.published
-    words[HEARD] = s.hood.heard(s.tick)
+    words[HEARD] = s.neighbors.heard(s.tick)
     return record_of(words)
 
 
@@ -133,7 +133,7 @@ def compose_status(
         sites: Names of stations.
         distance: [m] of path left.
     """
-    s, state = situation, deciders.automaton.state
+    s, state = situation, deciders.state_machine.state
     lease, gate, holding = deciders.lease, deciders.gate, deciders.holding
     name, detail = state.value, ""
     station = _station_name(lease, sites)
@@ -164,7 +164,7 @@ def compose_status(
         queue_place=lease.place,
         distance_remaining=distance,
         estimated_time_remaining=distance / s.config.controller.max_vel_x,
-        holding_since_tick=deciders.automaton.holding_since if state is State.HOLDING else 0,
+        holding_since_tick=deciders.state_machine.holding_since if state is State.HOLDING else 0,
         hold_time=counters.hold_ticks * CONTROL_PERIOD,
         wait_time=counters.wait_ticks * CONTROL_PERIOD,
         number_of_recoveries=counters.recoveries,

@@ -104,10 +104,10 @@ def compose(situation: Situation, inscribed_radius: float, window: float | None)
     origin_y = grid.origin_y + rows[0] * resolution
     lethal = cells == OCCUPIED
     _mark(lethal, situation.obstacle_points(), resolution, origin_x, origin_y, resolution / 2)
-    hood = situation.hood
-    for index in range(len(hood.beacons)):
-        radius = float(hood.beacons[index]["radius"])
-        _mark(lethal, hood.tubes(index), resolution, origin_x, origin_y, radius)
+    neighbors = situation.neighbors
+    for index in range(len(neighbors.beacons)):
+        radius = float(neighbors.beacons[index]["radius"])
+        _mark(lethal, neighbors.tubes(index), resolution, origin_x, origin_y, radius)
     costmap = situation.config.costmap
     costs = inflate(
         lethal,

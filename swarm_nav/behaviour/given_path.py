@@ -7,7 +7,7 @@ import numpy as np
 from swarm_common.model.records import FloatArray
 from swarm_nav.core.goals import ErrorCode, PlanError
 from swarm_nav.planning.planner import path_length
-from swarm_nav.traffic import crowd
+from swarm_nav.traffic import traffic_costs
 from swarm_nav.traffic.situation import Situation
 
 JOINED = 0.1  # [m] from the path within which it is taken up without a plan
@@ -52,7 +52,9 @@ class GivenPath:
         planner = situation.planner
         joint = np.array((start,))
         if np.hypot(*(rest[0] - start)) > JOINED:
-            joint = planner.plan(start, (rest[0, 0], rest[0, 1]), crowd.congestion(situation))
+            joint = planner.plan(
+                start, (rest[0, 0], rest[0, 1]), traffic_costs.congestion(situation)
+            )
         end = (float(rest[-1, 0]), float(rest[-1, 1]))
         path = planner.finish(np.vstack((joint, rest)), start, end, planner.no_extra(), False)
         self._check(path, situation)

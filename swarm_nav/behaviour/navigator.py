@@ -19,10 +19,10 @@ from swarm_nav.behaviour.announcement import (
     compose_status,
     priorities,
 )
-from swarm_nav.behaviour.automaton import Automaton
-from swarm_nav.behaviour.conduct import Conduct
+from swarm_nav.behaviour.behavior_executor import BehaviorExecutor
 from swarm_nav.behaviour.costmap import Costmap
-from swarm_nav.behaviour.pursuit import Pursuit
+from swarm_nav.behaviour.goal_manager import GoalManager
+from swarm_nav.behaviour.state_machine import StateMachine
 from swarm_nav.behaviour.task import Task
 from swarm_nav.control.omni import make_controller
 from swarm_nav.core.config import NavConfig
@@ -30,14 +30,14 @@ from swarm_nav.core.goals import Feedback, Goal, GoalKind, Outcome, Output, Stat
 from swarm_nav.core.priority import CLASS_DRIVING, base_priority
 from swarm_nav.core.states import State
 from swarm_nav.localisation.localiser import START_DEVIATION, make_localiser
-from swarm_nav.traffic.caution import NOBODY_NEAR, limited, people_near
-from swarm_nav.traffic.claim import Claim
 from swarm_nav.traffic.departure import Departure
 from swarm_nav.traffic.gate import Gate, narrow_region
 from swarm_nav.traffic.holding import HoldingPattern, Lease
+from swarm_nav.traffic.reservation import ReservationManager
 from swarm_nav.traffic.right_of_way import RightOfWay
 from swarm_nav.traffic.senses import Senses
 from swarm_nav.traffic.situation import begin
+from swarm_nav.traffic.speed_near_people import NOBODY_NEAR, limited, people_near
 
 
 class Navigator:
@@ -67,21 +67,21 @@ class Navigator:
         self._right = RightOfWay()
         self._s = s = begin(config, spec, grid, robot_id, initial_pose_map, tuple(stations))
         self._localiser = make_localiser(
-            initial_pose_map, config.localisation, spec, s.terrain, s.hood, robot_id
+            initial_pose_map, config.localisation, spec, s.terrain, s.neighbors, robot_id
         )
         self._gate = Gate(self._narrow_region())
-        self._automaton = Automaton(s, self._holding)
-        self._pursuit = Pursuit(
-            s, self._automaton, self._lease, self._right, Departure(self._gate, self._lease)
+        self._state_machine = StateMachine(s, self._holding)
+        self._goal_manager = GoalManager(
+            s, self._state_machine, self._lease, self._right, Departure(self._gate, self._lease)
         )
-        self._conduct = Conduct(
-            s, self._automaton, self._pursuit, self._lease, self._gate, self._holding,
+        self._behavior_executor = BehaviorExecutor(
+            s, self._state_machine, self._goal_manager, self._lease, self._gate, self._holding,
             self._controller,
         )  # fmt: skip
         self._senses = Senses(s)
-        self._claim = Claim(s)
+        self._reservation = ReservationManager(s)
         self._deciders = Deciders(
-            self._automaton, self._right, self._lease, self._gate, self._holding, self._senses
+            self._state_machine, self._right, self._lease, self._gate, self._holding, self._senses
         )
         self._people = NOBODY_NEAR  # at the end of the last tick in which the robot could drive
 
@@ -106,7 +106,7 @@ class Navigator:
     @property
     def goal_id(self) -> int | None:
         """Id of the goal in hand or pending, None without one."""
-        return self._pursuit.goal_id
+        return self._goal_manager.goal_id
 
     def variances(self) -> tuple[float, float, float]:
         """Return the variances of the estimated x, y [m²] and yaw [rad²]."""
@@ -225,12 +225,12 @@ class Navigator:
         Args:
             twist: That is asked for; it is limited to what is free.
         """
-        if self._pursuit.behavior is not None:
-            self._pursuit.behavior.steer(twist, self._s.tick)
+        if self._goal_manager.behavior is not None:
+            self._goal_manager.behavior.steer(twist, self._s.tick)
 
     def end_teleop(self) -> None:
         """End an assisted teleoperation in hand as a success."""
-        behavior = self._pursuit.behavior
+        behavior = self._goal_manager.behavior
         if behavior is not None and behavior.goal.kind is GoalKind.TELEOP:
             behavior.finish()
 
@@ -257,11 +257,11 @@ class Navigator:
         Args:
             goal: With the tick from which it counts.
         """
-        self._pursuit.set_goal(goal)
+        self._goal_manager.set_goal(goal)
 
     def cancel_goal(self) -> None:
         """End the goal in hand, if any."""
-        self._pursuit.end(Outcome.CANCELED, message="canceled")
+        self._goal_manager.end(Outcome.CANCELED, message="canceled")
 
     def tick(self, tick: int) -> Output:
         """Decide; call once per control tick after the observations of that tick.
@@ -279,13 +279,13 @@ class Navigator:
         if can_drive:
             self._guard_reservation()
             self._decide_right_of_way()
-            twist = self._choose_twist(self._conduct.choose_path(self._people.is_near))
-            self._claim.extend()
+            twist = self._choose_twist(self._behavior_executor.choose_path(self._people.is_near))
+            self._reservation.extend()
         else:
             twist = self._stand()
         beacon = self._announce()
         self._count_waiting()
-        return Output(twist, beacon, self._automaton.take_events())
+        return Output(twist, beacon, self._state_machine.take_events())
 
     def _begin(self, tick: int) -> None:
         """Take the time; after a gap in it the other robots no longer respect the old space."""
@@ -313,34 +313,34 @@ class Navigator:
     def _sense(self, is_lost: bool) -> bool:
         """Take in what the neighbours said; return whether the robot knows enough to drive."""
         s = self._s
-        s.hood.refresh(s.tick)
-        s.radio.note(s.hood.acks, s.tick)
+        s.neighbors.refresh(s.tick)
+        s.radio.note(s.neighbors.acks, s.tick)
         return self._senses.update(is_lost)
 
     def _choose_goal(self) -> None:
         """Begin a goal that is due; queue for its station and at the gate before it."""
-        s, pursuit = self._s, self._pursuit
-        pursuit.begin_pending()
+        s, goal_manager = self._s, self._goal_manager
+        goal_manager.begin_pending()
         self._lease.update(s)
         self._gate.update(
             s,
             has_turn=self._task is not None and self._lease.is_turn(self.config.holding),
             is_driving=self._state is State.DRIVING,
             priority=max(
-                base_priority(CLASS_DRIVING, pursuit.last_goal_tick, s.robot_id),
+                base_priority(CLASS_DRIVING, goal_manager.last_goal_tick, s.robot_id),
                 self._lease.inherited,
             ),
         )
 
     def _guard_reservation(self) -> None:
         """Give up space that an obstacle or another robot is in, or that is not driven."""
-        self._claim.guard()
-        if self._claim.drop_if_unused():
+        self._reservation.guard()
+        if self._reservation.drop_if_unused():
             self._replan()
 
     def _decide_right_of_way(self) -> None:
         """Make way, step back, or go on with the goal in hand."""
-        self._pursuit.yield_or_resume(self._right.update(self._s))
+        self._goal_manager.yield_or_resume(self._right.update(self._s))
 
     def _choose_twist(self, override: Twist | None) -> Twist:
         """Return the twist along the path or instead of it, slowed down near people and walls.
@@ -348,24 +348,26 @@ class Navigator:
         Args:
             override: Twist that the state asks for instead of following the path.
         """
-        twist = self._conduct.follow_path() if override is None else override
+        twist = self._behavior_executor.follow_path() if override is None else override
         self._people = people_near(self._s)
         return self._admitted(limited(twist, self._people, self.config.controller))
 
     def _stand(self) -> Twist:
         """Give up what is not needed to stop, and stop."""
-        self._claim.retract()
-        self._conduct.stand()
+        self._reservation.retract()
+        self._behavior_executor.stand()
         return self._controller.stop(self._s.twist)
 
     def _announce(self) -> np.void:
         """Publish priority and reservation; return the beacon."""
-        s, pursuit = self._s, self._pursuit
+        s, goal_manager = self._s, self._goal_manager
         s.take_priorities(
-            *priorities(s.robot_id, self._deciders, pursuit.last_goal_tick, pursuit.has_goal)
+            *priorities(
+                s.robot_id, self._deciders, goal_manager.last_goal_tick, goal_manager.has_goal
+            )
         )
         s.tube.publish(s.pose, s.tick)
-        self._claim.note_published(*s.tube.published_held)
+        self._reservation.note_published(*s.tube.published_held)
         return compose_beacon(s, self.spec, self._deciders, self.is_active)
 
     def _count_waiting(self) -> None:
@@ -393,11 +395,11 @@ class Navigator:
 
     @property
     def _state(self) -> State:
-        return self._automaton.state
+        return self._state_machine.state
 
     @property
     def _task(self) -> Task | None:
-        return self._pursuit.task
+        return self._goal_manager.task
 
     def make_plan(self, start: Pose | None, goals: Sequence[Pose]) -> FloatArray:
         """Return a path (n, 2) through the goals from `start` (None: the robot's pose).
@@ -434,15 +436,17 @@ class Navigator:
 
     def feedback(self) -> Feedback | None:
         """Return the progress of the goal in hand or pending, None without one."""
-        pursuit = self._pursuit
-        if pursuit.goal_id is None:
+        goal_manager = self._goal_manager
+        if goal_manager.goal_id is None:
             return None
-        return compose_feedback(self._s, pursuit.goal_id, pursuit.task, pursuit.behavior)
+        return compose_feedback(
+            self._s, goal_manager.goal_id, goal_manager.task, goal_manager.behavior
+        )
 
     def status(self) -> Status:
         """Return the state for the operator."""
         target = self._task.target if self._task is not None else None
-        if target is None and self._pursuit.has_goal:
+        if target is None and self._goal_manager.has_goal:
             target = self._s.pose  # a behaviour that somebody asked for: the robot is not free
         return compose_status(
             self._s, self._deciders, self.is_active, target, self.sites, self.distance_remaining()

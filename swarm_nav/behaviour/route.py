@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_common.model.records import FloatArray
-from swarm_nav.behaviour.pursuit import Pursuit
+from swarm_nav.behaviour.goal_manager import GoalManager
 from swarm_nav.behaviour.task import Task
 from swarm_nav.core.goals import ErrorCode, PlanError
-from swarm_nav.traffic import crowd
+from swarm_nav.traffic import traffic_costs
 from swarm_nav.traffic.holding import SAME_STATION
 from swarm_nav.traffic.situation import Situation
 
@@ -28,9 +28,9 @@ class Route:
         last_plan_tick: Tick of the last plan.
     """
 
-    def __init__(self, situation: Situation, pursuit: Pursuit) -> None:
+    def __init__(self, situation: Situation, goal_manager: GoalManager) -> None:
         self._s = situation
-        self._pursuit = pursuit
+        self._goal_manager = goal_manager
         self.last_plan_tick = -1000
 
     def update(self, task: Task) -> None:
@@ -67,7 +67,7 @@ class Route:
         s = self._s
         self.last_plan_tick = s.tick
         try:
-            extra = crowd.congestion(s)
+            extra = traffic_costs.congestion(s)
             path = self._path_to(task, extra)
             if self._keeps(task, path, extra):
                 return
@@ -77,9 +77,9 @@ class Route:
         except PlanError as error:
             task.is_planned = True
             if error.code in FATAL:
-                self._pursuit.fail_target(task, error.code, str(error))
+                self._goal_manager.fail_target(task, error.code, str(error))
             else:
-                self._pursuit.recover_or_fail(task, error.code, str(error))
+                self._goal_manager.recover_or_fail(task, error.code, str(error))
             return
         s.counters.replans += task.is_planned
         task.note_plan(path)

@@ -22,7 +22,7 @@ from swarm_nav.control.controller import (
     length_to,
     rate_that_stops,
 )
-from swarm_nav.control.straight import StraightController
+from swarm_nav.control.line_tracking import StraightController
 from swarm_nav.control.tube import Tube
 from swarm_nav.core.config import ControllerConfig
 

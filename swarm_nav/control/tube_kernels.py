@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from swarm_common.model.beacon import HELD_POINTS, word_of
 from swarm_nav.core.order_kernels import Rank, may_hold_up, outranks
-from swarm_nav.perception.neighborhood_kernels import (
+from swarm_nav.perception.neighbor_table_kernels import (
     BLOCKED_TICKS,
     HELD,
     HELD_SIZE,
@@ -216,7 +216,8 @@ def extend(
     """Let the tube grow along a path until the first refusal.
 
     Rules G1, G2, G3 and G5 of docs/architecture/safety.md, named where they are checked; the caller
-    (`swarm_nav.traffic.claim.Claim.extend`) checks G4: that the robot has listened for long enough.
+    (`swarm_nav.traffic.reservation.ReservationManager.extend`) checks G4: that the robot has
+    listened for long enough.
 
     Args:
         points: (n, 2) [m] in map, the path.

@@ -19,7 +19,7 @@ class State(enum.Enum):
 
 
 class Event(enum.Enum):
-    """What can happen to the automaton."""
+    """What can happen to the state machine."""
 
     GOAL = "goal"
     BEHAVIOR = "behavior"
@@ -92,7 +92,7 @@ def next_state(state: State, event: Event) -> State:
 
 
 def diagram() -> str:
-    """Return the automaton as a Mermaid state diagram."""
+    """Return the state machine as a Mermaid state diagram."""
     lines = ["stateDiagram-v2", "    [*] --> idle"]
     for state, row in TRANSITIONS.items():
         for target in dict.fromkeys(row.values()):

@@ -14,7 +14,7 @@ from swarm_nav.planning.planner import Planner
 from swarm_nav.ros.settings import NodeSettings
 from swarm_nav.traffic.conditions import Conditions, conditions
 from swarm_nav.traffic.gate import narrow_region
-from swarm_nav.traffic.narrows import single_lanes
+from swarm_nav.traffic.single_lanes import single_lanes
 from swarm_nav.traffic.situation import begin
 
 MANY_PROCESSES = 10  # from here on, ways to all stations cost less than each process's own

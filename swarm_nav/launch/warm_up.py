@@ -16,15 +16,15 @@ from swarm_nav.control.tube import Tube
 from swarm_nav.core.config import ControllerConfig, NavConfig, TrafficConfig
 from swarm_nav.core.goals import Goal, GoalKind
 from swarm_nav.core.localisation_config import AMCL, LocalisationConfig
-from swarm_nav.perception.neighborhood import Neighborhood
+from swarm_nav.perception.neighbor_table import NeighborTable
 from swarm_nav.perception.obstacle_kernels import Beam
-from swarm_nav.planning import judgement_kernels
+from swarm_nav.planning import path_cost_kernels
 from swarm_nav.planning.distance_kernels import Place
-from swarm_nav.traffic import crowd, gate_kernels, parting_kernels
+from swarm_nav.traffic import gate_kernels, overlap_kernels, traffic_costs
 from swarm_nav.traffic.gate import Gate
 from swarm_nav.traffic.holding import parking_path
-from swarm_nav.traffic.narrows import Narrows
-from swarm_nav.traffic.narrows_kernels import (
+from swarm_nav.traffic.right_of_way import GAIN, SLACK, refuge_path, way_of
+from swarm_nav.traffic.single_lane_kernels import (
     barrier,
     half_width,
     label,
@@ -32,7 +32,7 @@ from swarm_nav.traffic.narrows_kernels import (
     places,
     spread,
 )
-from swarm_nav.traffic.right_of_way import GAIN, SLACK, refuge_path, way_of
+from swarm_nav.traffic.single_lanes import SingleLanes
 from swarm_nav.traffic.situation import Situation
 
 TICKS = 60
@@ -69,14 +69,14 @@ def warm_up() -> None:
     config = NavConfig(localisation=LocalisationConfig(type=AMCL))
     _localise(Navigator(config, spec, grid, sites, 3, poses[0]))
     situation = robots[0]._s
-    situation.hood.refresh(TICKS)
+    situation.neighbors.refresh(TICKS)
     refuge_path(situation, way_of(situation, 0), situation.reach(0), situation.priority + 1)
     parking_path(situation, [(1.0, 1.0)])
-    extra = crowd.congestion(situation)
+    extra = traffic_costs.congestion(situation)
     situation.planner.cost_of(np.zeros((2, 2)), extra)
     way = np.zeros((2, 2), np.float32)
-    judgement_kernels.clears(np.zeros((3, 2)), way, situation.radius, SLACK, GAIN)
-    situation.hood.highest_waiting((1.0, 1.0), 1.0)
+    path_cost_kernels.clears(np.zeros((3, 2)), way, situation.radius, SLACK, GAIN)
+    situation.neighbors.highest_waiting((1.0, 1.0), 1.0)
     _pass_gate(situation)
     _pass_door(situation)
     _drive_sideways()
@@ -91,26 +91,26 @@ def _localise(robot: Navigator) -> None:
         robot.on_scan(Scan(tick, 0.0, math.tau / 360, 0.12, 3.5, np.full(360, 1.0, np.float32)))
     robot.particles()
     s = robot._s
-    parting_kernels.first_overlap(s.tube.points, 0, 0, s.radius, 0.0, s.hood.columns())
+    overlap_kernels.first_overlap(s.tube.points, 0, 0, s.radius, 0.0, s.neighbors.columns())
 
 
 def _fall_silent(robot: Navigator) -> None:
     """Let a robot fall silent far away, and be looked for near its place."""
     beacon = robot.tick(TICKS).beacon
-    hood = Neighborhood(9, TrafficConfig())
-    hood.receive(np.array([beacon]), 0.0, 9.0)
+    neighbors = NeighborTable(9, TrafficConfig())
+    neighbors.receive(np.array([beacon]), 0.0, 9.0)
     for tick in (TICKS, TICKS + 40, TICKS + 200, TICKS + 201):
-        hood.refresh(tick)
-        hood.receive(np.zeros(0, beacon.dtype), 2.0, 2.0)
-    hood.receive(np.array([beacon]), 2.0, 2.0)
+        neighbors.refresh(tick)
+        neighbors.receive(np.zeros(0, beacon.dtype), 2.0, 2.0)
+    neighbors.receive(np.array([beacon]), 2.0, 2.0)
     for tick in (TICKS + 202, TICKS + 400):
-        hood.refresh(tick)
-    hood.passed_by()
-    hood.row(2)
+        neighbors.refresh(tick)
+    neighbors.passed_by()
+    neighbors.row(2)
     ranges = np.full(360, 1.0, np.float32)
     footprint = np.zeros(2 * FOOTPRINT_POINTS, np.uint32)
     beam = Beam(0.0, math.tau / 360, 0.12)
-    hood.look(ranges, beam, Place(2.0, 2.0, 0.0), 3.0, (footprint, 0.1))
+    neighbors.look(ranges, beam, Place(2.0, 2.0, 0.0), 3.0, (footprint, 0.1))
 
 
 def _drive_sideways() -> None:
@@ -139,9 +139,9 @@ def _pass_door(situation: Situation) -> None:
     label(floor, labels)
     spread(floor, labels)
     places(floor, 6.0, 1)
-    narrows = Narrows()
+    narrows = SingleLanes()
     narrows.barrier(situation, situation.tube.stop)
-    frame, claims = situation.planner.lattice.frame, situation.hood.columns()
+    frame, claims = situation.planner.lattice.frame, situation.neighbors.columns()
     leads_in(labels, frame, np.zeros((2, 2)), 1)
     barrier(labels, frame, np.zeros((2, 2)), 1, (0, 1, 0), claims)
 

@@ -26,7 +26,7 @@ from swarm_nav.localisation.correction import is_leap, nudged
 from swarm_nav.localisation.likelihood import field_for
 from swarm_nav.localisation.localiser import START_DEVIATION
 from swarm_nav.localisation.particle_filter import Estimate, ParticleFilter, Step
-from swarm_nav.perception.neighborhood import Neighborhood
+from swarm_nav.perception.neighbor_table import NeighborTable
 from swarm_nav.planning.distance_kernels import Place
 from swarm_nav.planning.terrain import Terrain
 
@@ -51,7 +51,7 @@ class AmclLocaliser:
         config: LocalisationConfig,
         spec: RobotSpec,
         terrain: Terrain,
-        hood: Neighborhood,
+        neighbors: NeighborTable,
         robot_id: int,
     ) -> None:
         """Start at a pose that is known with the deviation `START_DEVIATION`.
@@ -61,11 +61,11 @@ class AmclLocaliser:
             config: Parameters.
             spec: Its LiDAR and drive count.
             terrain: Of the map.
-            hood: Neighbours, which explain LiDAR hits.
+            neighbors: Neighbours, which explain LiDAR hits.
             robot_id: For random numbers of its own.
         """
         self._lidar = spec.lidar
-        self._hood = hood
+        self._neighbors = neighbors
         self._terrain = terrain
         seed = config.random_seed * 1_000_003 + robot_id
         self._filter = ParticleFilter(config, seed, is_omni=spec.is_omni)
@@ -294,7 +294,7 @@ class AmclLocaliser:
             scan.tick,
             Place(self._lidar.x, self._lidar.y, self._lidar.yaw),
             Place(best.x, best.y, best.yaw),
-            *self._hood.bodies(),
+            *self._neighbors.bodies(),
             self._hits,
         )
         return self._hits[:count]

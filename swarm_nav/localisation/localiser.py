@@ -8,7 +8,7 @@ import numpy as np
 
 from swarm_common.model.records import FloatArray, Odometry, Pose, RobotSpec, Scan
 from swarm_nav.core.localisation_config import AMCL, LocalisationConfig
-from swarm_nav.perception.neighborhood import Neighborhood
+from swarm_nav.perception.neighbor_table import NeighborTable
 from swarm_nav.planning.terrain import Terrain
 
 START_DEVIATION = (0.05, 0.05)  # [m] and [rad] of a pose that the operator gave
@@ -81,7 +81,7 @@ def make_localiser(
     config: LocalisationConfig,
     spec: RobotSpec,
     terrain: Terrain,
-    hood: Neighborhood,
+    neighbors: NeighborTable,
     robot_id: int,
 ) -> Localiser:
     """Return the localiser that the parameters ask for.
@@ -91,7 +91,7 @@ def make_localiser(
         config: `localisation.` parameters.
         spec: LiDAR and drive of the robot.
         terrain: Of the map.
-        hood: Neighbours, which explain LiDAR hits.
+        neighbors: Neighbours, which explain LiDAR hits.
         robot_id: For random numbers of its own.
     """
     if config.type == AMCL:
@@ -99,7 +99,7 @@ def make_localiser(
             AmclLocaliser,  # its kernels are loaded only where they are needed
         )
 
-        return AmclLocaliser(pose_map, config, spec, terrain, hood, robot_id)
+        return AmclLocaliser(pose_map, config, spec, terrain, neighbors, robot_id)
     return OdometryLocaliser(pose_map)
 
 

@@ -24,7 +24,7 @@ from swarm_nav.perception.absence_kernels import (
     Hearing,
     Spot,
 )
-from swarm_nav.perception.neighborhood_kernels import ID
+from swarm_nav.perception.neighbor_table_kernels import ID
 
 WITNESS_TICKS = 8  # between two checks of the robots that the others hear
 
@@ -80,7 +80,7 @@ class Absence:
         Args:
             receptions: Batches of this tick.
             position: Own (x, y) [m] in map.
-            limits: (edge [m], range [m], lost_ticks), see `Neighborhood`.
+            limits: (edge [m], range [m], lost_ticks), see `NeighborTable`.
             tick: Now.
 
         Returns:

@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from swarm_nav.perception.neighborhood_kernels import (
+from swarm_nav.perception.neighbor_table_kernels import (
     HEARD,
     HELD,
     HELD_SIZE,

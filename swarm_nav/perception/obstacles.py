@@ -11,8 +11,8 @@ from swarm_common.model.beacon import blank_beacon, record_of
 from swarm_common.model.records import FloatArray, LidarSpec, Pose, Scan
 from swarm_nav.core.config import CostmapConfig
 from swarm_nav.perception import obstacle_kernels
-from swarm_nav.perception.movers import Movers
-from swarm_nav.perception.neighborhood import Neighborhood
+from swarm_nav.perception.dynamic_obstacles import DynamicObstacles
+from swarm_nav.perception.neighbor_table import NeighborTable
 from swarm_nav.planning.distance_kernels import Place
 from swarm_nav.planning.terrain import Terrain
 
@@ -45,7 +45,7 @@ class ObstacleLayer:
         self._base_from_lidar = Pose(lidar.x, lidar.y, lidar.yaw)
         self._hits = np.empty((lidar.rays, 2))
         self.points: FloatArray = np.zeros((0, 2))
-        self._movers = Movers(CELL)
+        self._dynamic_obstacles = DynamicObstacles(CELL)
 
     def configure(self, config: CostmapConfig) -> None:
         """Take new parameters, effective from the next scan.
@@ -58,7 +58,7 @@ class ObstacleLayer:
     def clear(self) -> None:
         """Forget all marks."""
         self.points = np.zeros((0, 2))
-        self._movers.clear()
+        self._dynamic_obstacles.clear()
 
     def clear_square(self, x: float, y: float, half: float, is_except: bool) -> None:
         """Forget the marks in a square, or all but those.
@@ -72,7 +72,7 @@ class ObstacleLayer:
         distance = np.abs(self.points - (x, y)).max(axis=1, initial=0.0)
         keep: NDArray[np.bool_] = (distance <= half) == is_except
         self.points = self.points[keep]
-        self._movers.keep(keep)
+        self._dynamic_obstacles.keep(keep)
 
     def restless_gap(self, x: float, y: float, tick: int) -> float:
         """Return the distance [m] of a place from the nearest mark that may be a person.
@@ -85,7 +85,7 @@ class ObstacleLayer:
         Returns:
             The distance; inf if there is no such mark.
         """
-        return self._movers.gap(self.points, x, y, tick)
+        return self._dynamic_obstacles.gap(self.points, x, y, tick)
 
     def walked(self, tick: int) -> FloatArray:
         """Return the places (n, 2) [m] in map where people have walked lately.
@@ -93,14 +93,14 @@ class ObstacleLayer:
         Args:
             tick: Now.
         """
-        return self._movers.walked(tick)
+        return self._dynamic_obstacles.walked(tick)
 
     def update(
         self,
         scan: Scan,
         pose_map: Pose,
         terrain: Terrain,
-        hood: Neighborhood,
+        neighbors: NeighborTable,
         margin: float = 0.0,
     ) -> None:
         """Mark unexplained hits and clear marks that a ray passes through or a robot stands on.
@@ -109,7 +109,7 @@ class ObstacleLayer:
             scan: Of this tick.
             pose_map: Of the robot.
             terrain: Explains hits of walls.
-            hood: Explains hits of robots, and learns which silent ones are not there any more.
+            neighbors: Explains hits of robots, and learns which silent ones are not there any more.
             margin: [m] by which the robot's radius exceeds its body's.
         """
         config = self._config
@@ -117,8 +117,10 @@ class ObstacleLayer:
         pose = Place(lidar.x, lidar.y, lidar.yaw)
         beam = obstacle_kernels.Beam(scan.angle_min, scan.angle_increment, scan.range_min)
         ranges = np.array(scan.ranges, np.float32)  # a message's buffer may be read-only
-        hood.look(ranges, beam, pose, config.raytrace_max_range, self._body)
-        robots, reach, is_fresh = hood.masks(lidar.x, lidar.y, config.raytrace_max_range, margin)
+        neighbors.look(ranges, beam, pose, config.raytrace_max_range, self._body)
+        robots, reach, is_fresh = neighbors.masks(
+            lidar.x, lidar.y, config.raytrace_max_range, margin
+        )
         count = obstacle_kernels.unexplained(
             ranges,
             beam,
@@ -130,7 +132,9 @@ class ObstacleLayer:
             self._hits,
         )
         hits = self._hits[:count]
-        arrivals = self._movers.arrivals(hits, ranges, beam, pose, config.raytrace_max_range)
+        arrivals = self._dynamic_obstacles.arrivals(
+            hits, ranges, beam, pose, config.raytrace_max_range
+        )
         if count == len(self.points) == 0:
             return
         keep = np.ones(len(self.points), np.bool_)
@@ -145,12 +149,12 @@ class ObstacleLayer:
                 reach[is_fresh],
                 keep,
             )
-        keep &= self._movers.present(scan.tick)
+        keep &= self._dynamic_obstacles.present(scan.tick)
         if not keep.all():
             self.points = self.points[keep]
-            self._movers.keep(keep)
+            self._dynamic_obstacles.keep(keep)
         if count == 0:
             return
         old = self.points
         self.points = obstacle_kernels.marked(old, hits, CELL, MAX_MARKS)
-        self._movers.update(self.points, old, hits, arrivals, scan.tick)
+        self._dynamic_obstacles.update(self.points, old, hits, arrivals, scan.tick)

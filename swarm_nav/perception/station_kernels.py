@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from swarm_common.model.beacon import word_of
 from swarm_nav.core.priority import DEPTH_BITS, ID_MASK
-from swarm_nav.perception.neighborhood_kernels import ID
+from swarm_nav.perception.neighbor_table_kernels import ID
 
 STATION = word_of("station")
 STATION_TICK = word_of("station_tick")

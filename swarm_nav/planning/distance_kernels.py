@@ -1,4 +1,4 @@
-"""Bare numba kernels on distance fields; checked faces are in terrain.py and crowd.py."""
+"""Bare numba kernels on distance fields; checked faces are in terrain.py and traffic_costs.py."""
 
 from __future__ import annotations
 

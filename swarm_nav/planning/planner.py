@@ -13,7 +13,7 @@ from swarm_common.model.errors import ON_THIS_MAP
 from swarm_common.model.records import FloatArray, Pose
 from swarm_nav.core.config import CostmapConfig, PlannerConfig
 from swarm_nav.core.goals import ErrorCode, PlanError
-from swarm_nav.planning import distance_kernels, judgement_kernels, path_kernels, search_kernels
+from swarm_nav.planning import distance_kernels, path_cost_kernels, path_kernels, search_kernels
 from swarm_nav.planning.oblong import RUN_IN, Slots
 from swarm_nav.planning.terrain import NODE_MARGIN, Lattice, Terrain, sector_of, wall_clearance
 
@@ -137,8 +137,8 @@ class Planner:
             extra: (h, w) cost per metre that other robots add.
         """
         lattice = self.lattice
-        layers = judgement_kernels.Layers(lattice.base, lattice.lane, lattice.heading)
-        return float(judgement_kernels.path_cost(path, lattice.frame, layers, extra))
+        layers = path_cost_kernels.Layers(lattice.base, lattice.lane, lattice.heading)
+        return float(path_cost_kernels.path_cost(path, lattice.frame, layers, extra))
 
     def plan_through(self, points: Sequence[tuple[float, float]]) -> FloatArray:
         """Return the path from the first of some points through the others, without other robots.

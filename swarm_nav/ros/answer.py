@@ -12,11 +12,11 @@ from swarm_common.middleware import ros_io
 from swarm_common.middleware.cdr import CommandWriter
 from swarm_common.model.beacon import serialize_beacon
 from swarm_nav.core.goals import Output
-from swarm_nav.ros.withholding import Withholding
+from swarm_nav.ros.answer_barrier import AnswerBarrier
 
 
 class Answers:
-    """Sends the answer to each tick, and again when it is asked for; see `withholding`."""
+    """Sends the answer to each tick, and again when it is asked for; see `answer_barrier`."""
 
     def __init__(self, node: Node, *, waits_for_mission: bool) -> None:
         """Take the node; `announce` has to follow before the first tick.
@@ -26,7 +26,7 @@ class Answers:
             waits_for_mission: Whether a mission counts as active from the start.
         """
         self._node = node
-        self._withholding = Withholding(waits_for_mission)
+        self._answer_barrier = AnswerBarrier(waits_for_mission)
         self._writer = CommandWriter("base_footprint")
         self._last: tuple[bytes, bytes] | None = None  # beacon and command
 
@@ -44,7 +44,7 @@ class Answers:
     @property
     def is_withheld(self) -> bool:
         """Whether the last answer waits for the operator's next goal."""
-        return self._withholding.is_holding
+        return self._answer_barrier.is_holding
 
     def give(self, tick: int, output: Output, *, has_goal: bool, has_ended: bool) -> None:
         """Answer a tick, unless it must wait.
@@ -57,10 +57,10 @@ class Answers:
         """
         is_first = self.is_first
         self._last = serialize_beacon(output.beacon), self._writer.encode(tick, output.twist)
-        if self._withholding.should_hold(has_goal, is_first, has_ended):
-            self._withholding.hold(time.monotonic(), is_first)
+        if self._answer_barrier.should_hold(has_goal, is_first, has_ended):
+            self._answer_barrier.hold(time.monotonic(), is_first)
         else:
-            self._withholding.release()
+            self._answer_barrier.release()
             self._send()
 
     def repeat(self) -> None:
@@ -71,17 +71,17 @@ class Answers:
     def send_withheld(self) -> None:
         """Send what was withheld, if anything."""
         if self.is_withheld:
-            self._withholding.release()
+            self._answer_barrier.release()
             self._send()
 
     def take_mission(self, message: Mission) -> None:
         """Learn whether more goals will come."""
-        if self._withholding.on_mission(message.active, time.monotonic()):
+        if self._answer_barrier.on_mission(message.active, time.monotonic()):
             self.send_withheld()
 
     def look(self, tick: int, now: float) -> None:
         """Notice a mission that has been silent for too long; `now` is wall time."""
-        if self._withholding.has_expired(now):
+        if self._answer_barrier.has_expired(now):
             self._node.get_logger().warning(
                 f"tick {tick}: the mission sends no goal; going on without it"
             )

@@ -19,8 +19,8 @@ from swarm_common.model.records import RobotSpec
 from swarm_nav.core.config import NavConfig
 from swarm_nav.planning import search_kernels
 from swarm_nav.planning.terrain import Lattice, Terrain
-from swarm_nav.traffic import conditions_kernels, narrows_kernels
-from swarm_nav.traffic.narrows import Mask, parts, rooms
+from swarm_nav.traffic import conditions_kernels, single_lane_kernels
+from swarm_nav.traffic.single_lanes import Mask, parts, rooms
 from swarm_nav.traffic.situation import terrain_of
 
 Point = tuple[float, float]
@@ -137,7 +137,7 @@ class _Floor:
         return int(conditions_kernels.peaks(away.ravel(), order, lane.shape[1], int(self._gap)))
 
     def _places(self, part: Mask, most: int = 1_000_000) -> int:
-        return int(narrows_kernels.places(part, self._gap, most))
+        return int(single_lane_kernels.places(part, self._gap, most))
 
     def _spot(self, part: Mask) -> str:
         """Return where a part of the floor is, for people: its cell nearest to its middle."""

@@ -84,6 +84,6 @@ class Departure:
 
 def _highest_waiting(situation: Situation) -> int:
     """Return the highest priority of robots that wait to enter a region, 0 if there are none."""
-    hood = situation.hood
-    waits = (hood.heads["gate_tick"] > ADMITTED) & ~hood.gone
-    return int(hood.priorities[waits].max(initial=0))
+    neighbors = situation.neighbors
+    waits = (neighbors.heads["gate_tick"] > ADMITTED) & ~neighbors.gone
+    return int(neighbors.priorities[waits].max(initial=0))

@@ -164,12 +164,12 @@ class Gate:
         Returns:
             The number, and true if no robot inside, admitted or asking ranks higher.
         """
-        hood = situation.hood
+        neighbors = situation.neighbors
         count, is_highest, self.first = gate_kernels.count_ahead(
             self.region,
             situation.planner.lattice.frame,
-            hood.gate_columns,
-            (hood.ids, hood.priorities, hood.gone),
+            neighbors.gate_columns,
+            (neighbors.ids, neighbors.priorities, neighbors.gone),
             (priority & SENIORITY, situation.robot_id),
         )
         return int(count), bool(is_highest)

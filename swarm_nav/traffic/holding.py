@@ -23,7 +23,7 @@ from swarm_nav.core.goals import PlanError
 from swarm_nav.core.priority import above
 from swarm_nav.planning.planner import path_length
 from swarm_nav.planning.terrain import HALL_DISTANCE
-from swarm_nav.traffic import crowd
+from swarm_nav.traffic import traffic_costs
 from swarm_nav.traffic.situation import Situation
 
 SAME_STATION = 0.6  # [m] between targets that are one station
@@ -154,7 +154,7 @@ class Lease:
             approach.is_inside = self._is_inside(situation)
             if not self.place:
                 # never less than before: a priority that comes and goes would delay all requests
-                highest = situation.hood.highest_waiting(self.station, SAME_STATION)
+                highest = situation.neighbors.highest_waiting(self.station, SAME_STATION)
                 self.inherited = max(self.inherited, above(highest) if highest else 0)
 
     def _leave(self, situation: Situation) -> None:
@@ -166,7 +166,7 @@ class Lease:
 
     def _earlier(self, situation: Situation, tick: int) -> tuple[int, int]:
         assert self.station is not None
-        return situation.hood.earlier_requests(self.station, tick, SAME_STATION)
+        return situation.neighbors.earlier_requests(self.station, tick, SAME_STATION)
 
     def _is_at_tail(self, situation: Situation) -> bool:
         """Whether the robot is near its station, or where the queue for it ends."""
@@ -257,9 +257,9 @@ class Lease:
         """
         if self.station is None or self.tick == 0 or self.is_leaving:
             return False
-        hood = situation.hood
-        for row in np.flatnonzero(hood.immovable):
-            gaps = hood.tubes(int(row)) - self.station
+        neighbors = situation.neighbors
+        for row in np.flatnonzero(neighbors.immovable):
+            gaps = neighbors.tubes(int(row)) - self.station
             if float(np.hypot(*gaps.T).min()) < situation.reach(int(row)) - STATION_OVERLAP:
                 return True
         return False
@@ -337,7 +337,7 @@ class HoldingPattern:
         x, y = situation.pose.x, situation.pose.y
         reach = situation.config.traffic.radio_range
         heard = circuit[np.hypot(circuit[:, 0] - x, circuit[:, 1] - y) < reach]
-        poses = situation.hood.heads["pose"]
+        poses = situation.neighbors.heads["pose"]
         on_it = 0
         for pose in poses:
             gaps = np.hypot(circuit[:, 0] - pose[0], circuit[:, 1] - pose[1])
@@ -367,7 +367,7 @@ class HoldingPattern:
 
     def _way_to(self, situation: Situation, point: tuple[float, float]) -> FloatArray | None:
         """Return the way to a point of the circuit, None if there is no short one."""
-        extra = crowd.congestion(situation)
+        extra = traffic_costs.congestion(situation)
         try:
             path = situation.planner.plan(situation.stop_point, point, extra)
         except PlanError:
@@ -397,18 +397,20 @@ def parking_path(
     lattice = situation.planner.lattice
     taken = situation.planner.no_extra()
     if stations:
-        crowd.stamp(taken, situation, np.array(stations), OPEN_PARKING_DISTANCE, 1.0)
+        traffic_costs.stamp(taken, situation, np.array(stations), OPEN_PARKING_DISTANCE, 1.0)
         taken[lattice.clearance <= HALL_DISTANCE] = 0.0
-        crowd.stamp(taken, situation, np.array(stations), PARKING_DISTANCE, 1.0)
-    hood = situation.hood
-    crowd.stamp_tubes(taken, situation, PARKING_GAP, 1.0)
-    targets = hood.heads["target"]
+        traffic_costs.stamp(taken, situation, np.array(stations), PARKING_DISTANCE, 1.0)
+    neighbors = situation.neighbors
+    traffic_costs.stamp_tubes(taken, situation, PARKING_GAP, 1.0)
+    targets = neighbors.heads["target"]
     for row in np.flatnonzero(np.isfinite(targets[:, 0])):
-        crowd.stamp(taken, situation, targets[row], situation.reach(int(row)) + PARKING_GAP, 1.0)
+        traffic_costs.stamp(
+            taken, situation, targets[row], situation.reach(int(row)) + PARKING_GAP, 1.0
+        )
     if closed is not None:
         taken[closed] = 1.0
     places = situation.planner.free_places(taken, lattice.parking)
-    extra = crowd.congestion(situation)
+    extra = traffic_costs.congestion(situation)
     limit = situation.config.holding.search_distance if reach is None else reach
     return situation.planner.nearest(situation.stop_point, extra, places, limit)
 

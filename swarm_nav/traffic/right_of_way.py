@@ -17,10 +17,10 @@ import numpy as np
 from swarm_common.model.beacon import MODE_YIELD
 from swarm_common.model.records import FloatArray
 from swarm_nav.core.priority import TOP_DEPTH
-from swarm_nav.planning import judgement_kernels
-from swarm_nav.traffic import crowd
+from swarm_nav.planning import path_cost_kernels
+from swarm_nav.traffic import traffic_costs
 from swarm_nav.traffic.gate import is_inside
-from swarm_nav.traffic.narrows import rooms
+from swarm_nav.traffic.single_lanes import rooms
 from swarm_nav.traffic.situation import Situation
 
 LEAST_DEPTH = TOP_DEPTH - 32  # longest chain of robots that push each other, by 32 hops
@@ -81,7 +81,7 @@ class RightOfWay:
         patience = situation.radio.factor * traffic.push_ticks
         if is_moving:
             patience = situation.patience(traffic.moving_patience)
-        return situation.hood.highest_pusher(situation.own_priority, patience, LEAST_DEPTH)
+        return situation.neighbors.highest_pusher(situation.own_priority, patience, LEAST_DEPTH)
 
     def update(self, situation: Situation) -> bool:
         """React to pushers; return whether the robot is (still) making way or stepping back.
@@ -127,12 +127,12 @@ class RightOfWay:
             situation.tube.cut()
 
     def _make_way(self, situation: Situation, row: int) -> None:
-        hood = situation.hood
-        pusher_id = int(hood.ids[row])
+        neighbors = situation.neighbors
+        pusher_id = int(neighbors.ids[row])
         is_new = pusher_id != situation.yields_for
         self._last_pushed_tick = situation.tick
         self._retreat_until = -1
-        self.inherited = int(hood.priorities[row]) - 1
+        self.inherited = int(neighbors.priorities[row]) - 1
         self._kept_free = way_of(situation, row), situation.reach(row)
         if not self._is_diverted and self._goes_on(situation, row):
             return
@@ -168,8 +168,8 @@ class RightOfWay:
         if situation.blocked_ticks:
             if situation.blocked_ticks > situation.patience(GO_ON_PATIENCE):
                 return False
-            blocker = situation.hood.row(situation.blocked_by)
-            if blocker is None or situation.hood.priorities[blocker] >= self.inherited:
+            blocker = situation.neighbors.row(situation.blocked_by)
+            if blocker is None or situation.neighbors.priorities[blocker] >= self.inherited:
                 return False
         return clears_way(situation, row)
 
@@ -192,8 +192,8 @@ class RightOfWay:
         patience = situation.patience(situation.config.traffic.moving_patience)
         if situation.blocked_ticks < patience or self.is_retreating:
             return
-        row = situation.hood.row(situation.blocked_by)
-        if row is None or not situation.hood.stuck[row] or situation.hood.immovable[row]:
+        row = situation.neighbors.row(situation.blocked_by)
+        if row is None or not situation.neighbors.stuck[row] or situation.neighbors.immovable[row]:
             return
         path = retreat_path(situation)
         if path is None:
@@ -216,7 +216,7 @@ def clears_way(situation: Situation, row: int) -> bool:
     path = tube.points[tube.near : tube.near + WAY_AHEAD]
     if len(path) < 3 or situation.obstacle_ticks:
         return False
-    beacon = situation.hood.beacons[row]
+    beacon = situation.neighbors.beacons[row]
     way = np.vstack(
         (
             beacon["held"][: beacon["held_size"]][::2],
@@ -224,7 +224,7 @@ def clears_way(situation: Situation, row: int) -> bool:
         )
     )
     reach = situation.reach(row) + REFUGE_MARGIN
-    return bool(judgement_kernels.clears(path, way, reach, SLACK, GAIN))
+    return bool(path_cost_kernels.clears(path, way, reach, SLACK, GAIN))
 
 
 def is_in_room(situation: Situation) -> bool:
@@ -244,7 +244,7 @@ def way_of(situation: Situation, row: int) -> FloatArray:
         situation: Of the robot.
         row: Of the pusher.
     """
-    pusher = situation.hood.beacons[row]
+    pusher = situation.neighbors.beacons[row]
     return np.vstack(
         (
             pusher["held"][: pusher["held_size"]],
@@ -272,25 +272,27 @@ def refuge_path(
         reach: [m] to keep from that.
         priority: That the robot makes way with.
     """
-    hood = situation.hood
+    neighbors = situation.neighbors
     taken = situation.planner.no_extra()
-    crowd.stamp(taken, situation, way, reach, 1.0)
+    traffic_costs.stamp(taken, situation, way, reach, 1.0)
     gaps = np.hypot(*(way - situation.stop_point).T)
     if float(gaps.min()) < reach - REFUGE_MARGIN / 2:
         # a node within half a step may be out of the way where the robot itself is not
-        crowd.stamp(taken, situation, situation.stop_point, situation.planner.lattice.step, 1.0)
-    crowd.stamp_tubes(taken, situation, REFUGE_MARGIN, 1.0)
-    for other in np.flatnonzero(hood.heads["mode"] == MODE_YIELD):
-        target = hood.heads["target"][other]
-        if int(hood.ids[other]) != situation.yields_for and math.isfinite(float(target[0])):
-            crowd.stamp(taken, situation, target, situation.reach(int(other)), 1.0)
+        traffic_costs.stamp(
+            taken, situation, situation.stop_point, situation.planner.lattice.step, 1.0
+        )
+    traffic_costs.stamp_tubes(taken, situation, REFUGE_MARGIN, 1.0)
+    for other in np.flatnonzero(neighbors.heads["mode"] == MODE_YIELD):
+        target = neighbors.heads["target"][other]
+        if int(neighbors.ids[other]) != situation.yields_for and math.isfinite(float(target[0])):
+            traffic_costs.stamp(taken, situation, target, situation.reach(int(other)), 1.0)
     most = REFUGE_COST if is_in_room(situation) else math.inf
     tries = ((0.003, situation.obstacle_ticks == 0), (0.0, False), (-0.04, False))
     anywhere = situation.planner.free_places(taken)
     in_rooms = anywhere & rooms(situation.terrain, situation.usual_radius)
     for places in (in_rooms, anywhere) if (in_rooms != anywhere).any() else (anywhere,):
         for margin, smooth in tries if places.any() else ():
-            extra = crowd.refuge_costs(situation, priority, margin)
+            extra = traffic_costs.refuge_costs(situation, priority, margin)
             path = situation.planner.nearest(situation.stop_point, extra, places, most, smooth)
             if path is not None:
                 return path
@@ -304,8 +306,8 @@ def retreat_path(situation: Situation) -> FloatArray | None:
         situation: Of the robot.
     """
     taken = situation.planner.no_extra()
-    crowd.stamp(taken, situation, situation.stop_point, RETREAT_DISTANCE, 1.0)
-    crowd.stamp_tubes(taken, situation, REFUGE_MARGIN, 1.0)
+    traffic_costs.stamp(taken, situation, situation.stop_point, RETREAT_DISTANCE, 1.0)
+    traffic_costs.stamp_tubes(taken, situation, REFUGE_MARGIN, 1.0)
     places = situation.planner.free_places(taken)
-    extra = crowd.refuge_costs(situation, situation.priority, 0.003)
+    extra = traffic_costs.refuge_costs(situation, situation.priority, 0.003)
     return situation.planner.nearest(situation.stop_point, extra, places, REFUGE_COST, False)

@@ -33,7 +33,7 @@ class Senses:
         self._scan_tick = scan.tick
         s = self._s
         if scan.tick - s.listening_since > s.config.traffic.listen_ticks // 2:
-            s.obstacles.update(scan, s.pose, s.terrain, s.hood, s.radius - s.body_radius)
+            s.obstacles.update(scan, s.pose, s.terrain, s.neighbors, s.radius - s.body_radius)
 
     def on_neighbors(self, beacons: BeaconArray) -> None:
         """Take the radio's batch of this tick, which may be empty.
@@ -50,7 +50,7 @@ class Senses:
             reception: Beacons as words, and the rows that are heard.
         """
         self._is_hearing = True
-        self._s.hood.take(reception, self._s.pose.x, self._s.pose.y)
+        self._s.neighbors.take(reception, self._s.pose.x, self._s.pose.y)
 
     def listen_anew(self) -> None:
         """Hold only what is held until the radio has been heard for a while without a gap."""
@@ -75,7 +75,7 @@ class Senses:
             return "stands: lost"
         if not is_hearing:
             return "stands: its radio delivers nothing"
-        unheard_by = s.hood.deaf_neighbor
+        unheard_by = s.neighbors.deaf_neighbor
         if unheard_by:
             return f"stands: Srobot{unheard_by} does not hear it"
         if timeout > 0.0 and s.tick - max(self._scan_tick, s.listening_since) > s.ticks(timeout):

@@ -12,7 +12,7 @@ from swarm_common.model.grid import Grid
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec, Twist
 from swarm_nav.control.tube import Tube
 from swarm_nav.core.config import NavConfig
-from swarm_nav.perception.neighborhood import Neighborhood
+from swarm_nav.perception.neighbor_table import NeighborTable
 from swarm_nav.perception.obstacles import ObstacleLayer
 from swarm_nav.planning.oblong import Oblong
 from swarm_nav.planning.planner import SPACING, Planner
@@ -60,7 +60,7 @@ class Situation:
         stations: Places (x, y) in map that many robots go to, by `sites.yaml`.
         terrain: The map as this robot sees it, by `load_map`.
         planner: On this terrain.
-        hood: What is known of the neighbours.
+        neighbors: What is known of the neighbours.
         obstacles: What the LiDAR sees beyond map and neighbours.
         tube: Path, held and requested space.
         radio: How slow the radio is.
@@ -74,8 +74,8 @@ class Situation:
         priority: As in the last beacon.
         listening_since: Tick since which the radio is heard without a gap, by `Senses`.
         yields_for: Id of the robot that is made way for, 0 for none, by `RightOfWay`.
-        blocked_ticks: Ticks for which the tube could not grow because of `blocked_by`; by `Claim`,
-            as what follows.
+        blocked_ticks: Ticks for which the tube could not grow because of `blocked_by`; by
+            `ReservationManager`, as what follows.
         blocked_by: Id of that robot, 0 for none.
         blocked_why: What that robot does, for people.
         is_unconfirmed: Whether the tube did not grow because a request is not acknowledged yet.
@@ -88,7 +88,7 @@ class Situation:
     body_radius: float
     terrain: Terrain
     planner: Planner
-    hood: Neighborhood
+    neighbors: NeighborTable
     obstacles: ObstacleLayer
     tube: Tube
     pose: Pose
@@ -133,7 +133,7 @@ class Situation:
         old, self.config = self.config, config
         traffic = config.traffic
         self.radius = self.body_radius + traffic.safety_margin
-        self.hood.configure(traffic)
+        self.neighbors.configure(traffic)
         self.obstacles.configure(config.costmap)
         self.tube.configure(traffic.confirmations, traffic.held_length, traffic.wanted_length)
         self.tube.corner_angle = config.controller.corner_angle
@@ -144,7 +144,7 @@ class Situation:
         """Announce another safety margin [m], never less than configured.
 
         Space is granted only to requests that all have acknowledged together with the radius that
-        it was requested with; what is held is looked at by `Claim.guard`.
+        it was requested with; what is held is looked at by `ReservationManager.guard`.
 
         Args:
             needed: [m]
@@ -189,7 +189,7 @@ class Situation:
         Args:
             row: Of the neighbour.
         """
-        return self.radius + self.hood.radius(row)
+        return self.radius + self.neighbors.radius(row)
 
     @property
     def brake_points(self) -> int:
@@ -290,7 +290,7 @@ def begin(
         radius=body + traffic.safety_margin,
         terrain=terrain,
         planner=Planner(terrain, config.planner, config.costmap),
-        hood=Neighborhood(robot_id, traffic),
+        neighbors=NeighborTable(robot_id, traffic),
         obstacles=ObstacleLayer(config.costmap, spec.lidar, spec.footprint),
         tube=tube,
         pose=pose_map,

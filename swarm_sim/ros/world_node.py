@@ -41,7 +41,7 @@ from swarm_sim.ros.moves import LIMIT, Moves
 from swarm_sim.ros.pacing import Rate, Throttle
 from swarm_sim.ros.report import Reporter
 from swarm_sim.ros.run_state import RunState
-from swarm_sim.ros.scenery import Scenery
+from swarm_sim.ros.scene_publisher import ScenePublisher
 from swarm_sim.ros.settings import Settings
 from swarm_sim.ros.swarm import Links
 from swarm_sim.ros.trace import Trace, begin_trace
@@ -116,7 +116,7 @@ class WorldNode:
         self._links = Links(
             self._node, stage, settings, self._barrier, foreigners, is_large=is_large
         )
-        self._scenery = Scenery(self._node, stage.scene, stage.world)
+        self._scenery = ScenePublisher(self._node, stage.scene, stage.world)
         self._robots = RobotRegistry(stage.world, stage.grid, stage.poses_map, settings.spawn)
         objects = ObjectRegistry(stage.world)
         reach = Reach.of(stage.grid)

@@ -16,7 +16,7 @@ from swarm_sim.sdf.meshes import hull_of, load_mesh
 from swarm_sim.sdf.models import Model
 from swarm_sim.sdf.shapes import EMPTY, is_known, material_color, shape_of
 from swarm_sim.sdf.source import Source
-from swarm_sim.sdf.state import State
+from swarm_sim.sdf.state import WorldState
 from swarm_sim.sdf.values import floats_of, text_of
 
 MIN_MASS, MAX_MASS = 1e-6, 1e6  # [kg]
@@ -24,7 +24,7 @@ MAX_SCALE = 1e4  # of a mesh
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class BodyPlace:
     """Where a model is while its bodies are made.
 
     Attributes:
@@ -38,7 +38,7 @@ class Place:
     is_static: bool
 
 
-def bodies_of(models: list[Model], scope: Scope, state: State, source: Source) -> list[Body]:
+def bodies_of(models: list[Model], scope: Scope, state: WorldState, source: Source) -> list[Body]:
     """Return the bodies of all models of a world, those without collision included.
 
     Models in which something is malformed are left out; the source takes note of them.
@@ -54,7 +54,7 @@ def bodies_of(models: list[Model], scope: Scope, state: State, source: Source) -
     return bodies
 
 
-def _whole(model: Model, scope: Scope, state: State, source: Source) -> list[Body]:
+def _whole(model: Model, scope: Scope, state: WorldState, source: Source) -> list[Body]:
     """Return the bodies of a model of the world, those that joints hold together as one."""
     own = list(_bodies(model, scope, None, state, source))
     if not model.is_static:
@@ -64,7 +64,7 @@ def _whole(model: Model, scope: Scope, state: State, source: Source) -> list[Bod
 
 
 def _bodies(
-    model: Model, parent: Scope, outer: Place | None, state: State, source: Source
+    model: Model, parent: Scope, outer: BodyPlace | None, state: WorldState, source: Source
 ) -> Iterator[Body]:
     name = model.name if outer is None else f"{outer.name}{SEPARATOR}{model.name}"
     world_from_model = parent.frame(model.name)
@@ -72,7 +72,7 @@ def _bodies(
         world_from_model = outer.world_from_model @ world_from_model
     world_from_model = state.models.get(name, world_from_model)
     is_static = model.is_static or (outer is not None and outer.is_static)
-    place = Place(world_from_model, name, is_static)
+    place = BodyPlace(world_from_model, name, is_static)
     for link in model.element.findall("link"):
         body = _body(link, place, model, source)
         if body.name in state.links:
@@ -83,7 +83,7 @@ def _bodies(
         yield from _bodies(child, model.scope, place, state, source)
 
 
-def _body(link: ET.Element, place: Place, model: Model, source: Source) -> Body:
+def _body(link: ET.Element, place: BodyPlace, model: Model, source: Source) -> Body:
     name = f"{place.name}{SEPARATOR}{link.get('name', 'link')}"
     model_from_link = model.scope.placed(link, name)
     parts = []

@@ -14,7 +14,7 @@ from swarm_sim.sdf.values import floats_of, transform_of
 
 
 @dataclass(slots=True)
-class State:
+class WorldState:
     """Poses in the world, by full names.
 
     Attributes:
@@ -30,13 +30,13 @@ class State:
     inserted: list[ET.Element] = field(default_factory=list)
 
 
-def state_of(world: ET.Element, source: Source) -> State:
+def state_of(world: ET.Element, source: Source) -> WorldState:
     """Return what the `<state>` elements of a world say; the last one counts.
 
     Raises:
         WorldError: If a pose is malformed.
     """
-    state = State()
+    state = WorldState()
     for element in world.findall("state"):
         for model in element.findall("model"):
             _read(model, "", state, source, 1)
@@ -45,7 +45,7 @@ def state_of(world: ET.Element, source: Source) -> State:
     return state
 
 
-def _read(model: ET.Element, prefix: str, state: State, source: Source, depth: int) -> None:
+def _read(model: ET.Element, prefix: str, state: WorldState, source: Source, depth: int) -> None:
     name = prefix + model.get("name", "")
     if depth > MAX_DEPTH:
         raise WorldError(f"<state>: models are nested more than {MAX_DEPTH} deep at {name}")

@@ -19,7 +19,7 @@ from swarm_sim.sdf.frames import Scope
 from swarm_sim.sdf.model_paths import ModelPaths
 from swarm_sim.sdf.models import model_file, models_in
 from swarm_sim.sdf.source import Source, check_sdf
-from swarm_sim.sdf.state import State
+from swarm_sim.sdf.state import WorldState
 from swarm_sim.world.refusal import Reason, RefusedError
 
 TEXT = "entity_resource.resource_string"  # what messages call a description without a file
@@ -121,7 +121,7 @@ def _of_sdf(root: ET.Element, where: Path, beside: Path) -> Body:
     if len(models) != 1:
         raise WorldError(f"{where}: found {len(models)} <model> in <sdf>; expected one")
     model = models[0]
-    bodies = [convex(body, source) for body in bodies_of(models, scope, State(), source)]
+    bodies = [convex(body, source) for body in bodies_of(models, scope, WorldState(), source)]
     if source.missing:
         raise RefusedError(
             Reason.MISSING_FILES,

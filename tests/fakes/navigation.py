@@ -100,8 +100,8 @@ def hear(s: Situation, *beacons: np.void, tick: int | None = None) -> None:
     batch = np.array(list(beacons), BEACON_DTYPE)
     batch["tick"] = s.tick - 1 if tick is None else tick
     batch["heard"][:, 0] = s.robot_id << 16 | max(0, s.tick - 1)
-    s.hood.receive(batch, s.pose.x, s.pose.y)
-    s.hood.refresh(s.tick)
+    s.neighbors.receive(batch, s.pose.x, s.pose.y)
+    s.neighbors.refresh(s.tick)
 
 
 @dataclass

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from swarm_bench.harness import Faults, Harness, Watcher
+from swarm_bench.harness import Harness, InjectedFaults, Watcher
 from swarm_bench.methods import load_method
 from swarm_bench.result import RunResult
 from swarm_bench.scenario import Scenario
@@ -85,7 +85,9 @@ class Party:
     changes: dict[str, Any] = field(default_factory=dict)
     method: str = "ours"
 
-    def harness(self, on_tick: Watcher | None = None, faults: Faults | None = None) -> Harness:
+    def harness(
+        self, on_tick: Watcher | None = None, faults: InjectedFaults | None = None
+    ) -> Harness:
         """Return the run, ready to start."""
         count = len(self.homes)
         scenario = Scenario(
@@ -95,7 +97,9 @@ class Party:
         options = RunOptions(scenario=scenario, robots=count, seed=self.seed)
         return Harness(options, on_tick=on_tick, faults=faults, stage=self._stage())
 
-    def run(self, on_tick: Watcher | None = None, faults: Faults | None = None) -> RunResult:
+    def run(
+        self, on_tick: Watcher | None = None, faults: InjectedFaults | None = None
+    ) -> RunResult:
         """Run until all goals are reached, or to the limit."""
         return self.harness(on_tick, faults).run()
 

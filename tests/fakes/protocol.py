@@ -22,7 +22,7 @@ from swarm_common.model.records import Pose, RobotSpec, Twist
 from swarm_nav.control.tube import padded
 from swarm_nav.core.config import NavConfig
 from swarm_nav.planning.planner import SPACING
-from swarm_nav.traffic.claim import Claim
+from swarm_nav.traffic.reservation import ReservationManager
 from swarm_nav.traffic.senses import Senses
 from swarm_nav.traffic.situation import Situation, begin
 from tests.fakes.navigation import room, waffle, without_lidar
@@ -111,7 +111,7 @@ class Actor:
         self.s.priority = 0
         self._next_priority = 0
         self._moved_tick = tick
-        self.claim = Claim(self.s)
+        self.reservation = ReservationManager(self.s)
 
     def live(self, tick: int, batch: BeaconArray | None, rng: np.random.Generator) -> np.void:
         """Pass one tick and return the beacon; `batch` is None for a deaf robot."""
@@ -121,11 +121,11 @@ class Actor:
         self.move(1 if is_time and rng.random() < EAGERNESS else 0)
         if batch is not None:
             self.senses.on_neighbors(batch)
-        s.hood.refresh(tick)
+        s.neighbors.refresh(tick)
         if self.senses.update():
-            self.claim.extend()
+            self.reservation.extend()
         else:
-            self.claim.retract()
+            self.reservation.retract()
         return self._publish()
 
     def move(self, points: int) -> None:
@@ -172,7 +172,7 @@ class Actor:
         beacon["id"], beacon["tick"], beacon["radius"] = s.robot_id, s.tick, s.radius
         beacon["pose"] = (s.pose.x, s.pose.y, 0.0)
         beacon["flags"] = FLAG_ACTIVE | (FLAG_DEAF if self.senses.is_deaf else 0)
-        beacon["heard"] = s.hood.heard(s.tick)
+        beacon["heard"] = s.neighbors.heard(s.tick)
         if s.priority != self._next_priority:
             s.tube.forget_requests()
         s.priority = self._next_priority
@@ -182,7 +182,7 @@ class Actor:
         held, wanted, intent = s.tube.publish(s.pose, s.tick)
         for name, points in (("held", held), ("wanted", wanted), ("intent", intent)):
             beacon[name], beacon[f"{name}_size"] = padded(points, len(beacon[name]))
-        self.claim.note_published(beacon["held"], int(beacon["held_size"]))
+        self.reservation.note_published(beacon["held"], int(beacon["held_size"]))
         return beacon
 
 

@@ -15,7 +15,7 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from swarm_bench.harness import Faults
+from swarm_bench.harness import InjectedFaults
 from swarm_bench.result import RunResult
 from swarm_sim.maps.draw_map import draw_world
 from tests.fakes.party import Bar, Party, bars_of_room, draw_places, scene_of
@@ -81,7 +81,7 @@ class Map:
         )  # fmt: skip
 
     def run(self) -> RunResult:
-        faults = None if self.death is None else Faults(dead={0: self.death})
+        faults = None if self.death is None else InjectedFaults(dead={0: self.death})
         return self.party.run(faults=faults)
 
 

@@ -12,8 +12,8 @@ from swarm_common.model.records import Pose
 from swarm_nav.behaviour.task import Task
 from swarm_nav.core.config import TrafficConfig
 from swarm_nav.core.goals import Goal, GoalKind
-from swarm_nav.perception.neighborhood import UNHEARD_PATIENCE, Neighborhood
-from swarm_nav.traffic.claim import Claim
+from swarm_nav.perception.neighbor_table import UNHEARD_PATIENCE, NeighborTable
+from swarm_nav.traffic.reservation import ReservationManager
 from swarm_nav.traffic.situation import Situation
 from tests.fakes.navigation import beacon, hear, room, situation
 
@@ -28,16 +28,16 @@ def acknowledging(robot: int, x: float, tick: int) -> np.void:
     return record
 
 
-def crowd(acknowledged: int) -> Neighborhood:
+def crowd(acknowledged: int) -> NeighborTable:
     """Return what robot 1 knows of a crowd 4 m away that acknowledged its beacon of a tick."""
-    hood = Neighborhood(1, TrafficConfig())
+    neighbors = NeighborTable(1, TrafficConfig())
     for tick in range(10, 101, 10):
         batch = [acknowledging(robot, 4.0, acknowledged) for robot in range(2, 2 + CROWD)]
         for record in batch:
             record["tick"] = tick
-        hood.receive(np.array(batch), 0.0, 0.0)
-        hood.refresh(tick + 1)
-    return hood
+        neighbors.receive(np.array(batch), 0.0, 0.0)
+        neighbors.refresh(tick + 1)
+    return neighbors
 
 
 def test_a_robot_beside_a_crowd_that_acknowledges_in_turn_is_not_taken_for_unheard() -> None:
@@ -48,15 +48,15 @@ def test_a_robot_beside_a_crowd_that_acknowledges_in_turn_is_not_taken_for_unhea
 
 @pytest.mark.parametrize("others", [5, HEARD_ENTRIES, 100])
 def test_everybody_in_range_is_acknowledged_within_the_patience(others: int) -> None:
-    hood = Neighborhood(1, TrafficConfig())
+    neighbors = NeighborTable(1, TrafficConfig())
     seen: set[int] = set()
     for tick in range(1, 1 + UNHEARD_PATIENCE):
         batch = [beacon(robot, 0.05 * robot, 0.0) for robot in range(2, 2 + others)]
         for record in batch:
             record["tick"] = tick
-        hood.receive(np.array(batch), 0.0, 0.0)
-        hood.refresh(tick + 1)
-        seen |= {int(entry) >> 16 for entry in hood.heard(tick + 1)} - {0}
+        neighbors.receive(np.array(batch), 0.0, 0.0)
+        neighbors.refresh(tick + 1)
+        seen |= {int(entry) >> 16 for entry in neighbors.heard(tick + 1)} - {0}
     assert seen == set(range(2, 2 + others))
 
 
@@ -83,13 +83,13 @@ def test_who_waits_for_an_acknowledgement_is_not_expected_to_move() -> None:
     s = situation(HALL, Pose(4.5, 4.5, 0.0))
     s.tube.adopt(np.column_stack((np.linspace(4.5, 6.0, 31), np.full(31, 4.5))))
     s.tube.publish(s.pose, s.tick - 1)
-    claim = Claim(s)
+    reservation = ReservationManager(s)
     silent = beacon(2, 5.5, 5.5)
     hear(s, silent)
-    s.hood.acks[:] = -1000  # it has not acknowledged anything yet
-    claim.extend()
+    s.neighbors.acks[:] = -1000  # it has not acknowledged anything yet
+    reservation.extend()
     assert (s.tube.stop, s.blocked_ticks, s.is_unconfirmed) == (0, 0, True)
-    s.hood.acks[:] = s.tick - 1
-    claim.extend()
+    s.neighbors.acks[:] = s.tick - 1
+    reservation.extend()
     assert s.tube.stop > 0
     assert not s.is_unconfirmed

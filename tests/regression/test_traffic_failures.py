@@ -16,10 +16,10 @@ from swarm_nav.behaviour.route import REPLAN_PAUSE
 from swarm_nav.control import tube_kernels
 from swarm_nav.core.goals import GoalKind, Outcome
 from swarm_nav.core.priority import CLASS_DRIVING, above, base_priority
-from swarm_nav.perception.neighborhood_kernels import HELD
+from swarm_nav.perception.neighbor_table_kernels import HELD
 from swarm_nav.planning.planner import SPACING
-from swarm_nav.traffic.claim import Claim
 from swarm_nav.traffic.holding import Lease
+from swarm_nav.traffic.reservation import ReservationManager
 from swarm_nav.traffic.right_of_way import REFUGE_MARGIN, RightOfWay, refuge_path, way_of
 from swarm_nav.traffic.situation import Situation
 from tests.fakes import aisle, doorway
@@ -51,11 +51,11 @@ def path_of(s: Situation, *corners: tuple[float, float]) -> None:
 
 def taken(s: Situation, *others: np.void) -> int:
     """Return how many points a robot is granted beside some others."""
-    claim = Claim(s)
-    claim.note_published(np.array([(s.pose.x, s.pose.y)], np.float32), 1)
+    reservation = ReservationManager(s)
+    reservation.note_published(np.array([(s.pose.x, s.pose.y)], np.float32), 1)
     hear(s, *others)
     before = s.tube.stop
-    claim.extend()
+    reservation.extend()
     return s.tube.stop - before
 
 
@@ -140,9 +140,9 @@ def test_a_silent_robot_is_waited_for_however_little_it_may_have_moved(age: int)
     path_of(s, (5.0, 4.0))
     silent = beacon(7, 5.0, 4.0, tick=s.tick - age)
     silent["heard"][0] = s.robot_id << 16 | (s.tick - age - 1)
-    s.hood.receive(np.array([silent]), 3.0, 4.0)
-    s.hood.refresh(s.tick)
-    Claim(s).extend()
+    s.neighbors.receive(np.array([silent]), 3.0, 4.0)
+    s.neighbors.refresh(s.tick)
+    ReservationManager(s).extend()
     assert s.tube.stop == (0 if age > 4 else s.tube.stop)
     assert SPACING * s.tube.stop <= 2.0 - REACH
 
@@ -257,12 +257,12 @@ def test_a_claim_that_is_not_driven_is_dropped_whatever_the_robot_does() -> None
     s = situation(HALL, Pose(2.0, 4.0, 0.0))
     path_of(s, (5.0, 4.0))
     s.tube.stop = 7
-    claim = Claim(s)
+    reservation = ReservationManager(s)
     dropped = False
     for _ in range(s.ticks(s.config.traffic.stuck_time) + 2):
         s.tick += 1
         s.twist = Twist(0.0, 0.0, 1.5)  # turns on the spot
-        dropped = dropped or claim.drop_if_unused()
+        dropped = dropped or reservation.drop_if_unused()
     assert dropped
     assert len(s.tube.points) == 1
 
@@ -385,9 +385,9 @@ def test_a_robot_that_nobody_acknowledges_stands_and_says_so() -> None:
     listener = beacon(9, 4.5, 4.8)  # says that it hears nobody
     for tick in range(pair.tick, pair.tick + 60):
         listener["tick"] = tick - 1
-        hood = pair.robots[0]._s.hood
+        neighbors = pair.robots[0]._s.neighbors
         here = pair.bodies[0].pose
-        hood.receive(np.array([listener]), here.x, here.y)
+        neighbors.receive(np.array([listener]), here.x, here.y)
         pair.run(1)
     assert pair.bodies[0].twist.vx == 0.0
     assert pair.robots[0].status().detail == "stands: Srobot9 does not hear it"
@@ -404,7 +404,7 @@ def test_a_beacon_that_was_overtaken_does_not_bring_back_the_past() -> None:
     s = situation(HALL, Pose(3.0, 4.0, 0.0))
     hear(s, beacon(7, 5.0, 4.0), tick=90)
     hear(s, beacon(7, 4.0, 4.0), tick=80)
-    assert s.hood.beacons[0]["pose"][0] == 5.0
+    assert s.neighbors.beacons[0]["pose"][0] == 5.0
 
 
 def blocked_by_us(x: float, robot: int, **fields: object) -> np.void:

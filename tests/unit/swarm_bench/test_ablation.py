@@ -11,7 +11,7 @@ from swarm_bench.ablation import (
     BASE,
     NUMBERS,
     RULES,
-    Job,
+    AblationJob,
     Variant,
     ablation_markdown,
     run_job,
@@ -50,7 +50,7 @@ def test_constants_are_changed_while_a_run_lasts(monkeypatch: pytest.MonkeyPatch
 
     monkeypatch.setattr(ablation, "run", run)
     values = {"swarm_nav.traffic.right_of_way.RETRY_TIME": 9.0, "traffic.push_ticks": 7}
-    job = Job(Variant("both", values), select("circle", [8], [0])[0], is_hall=False)
+    job = AblationJob(Variant("both", values), select("circle", [8], [0])[0], is_hall=False)
     before = right_of_way.RETRY_TIME
     assert run_job(job) == ("both", "done")
     assert seen == [(9.0, {"traffic.push_ticks": 7})]

@@ -11,7 +11,7 @@ import pytest
 
 from swarm_bench.baselines import dwa_kernels
 from swarm_bench.baselines.orca import OFFSET, OrcaDriver
-from swarm_bench.baselines.planning import Track, plain_planner, robot_costs
+from swarm_bench.baselines.planning import PathTrack, plain_planner, robot_costs
 from swarm_bench.harness import run
 from swarm_bench.scenario import Scenario, load_scenario
 from swarm_bench.stage import RunOptions
@@ -147,7 +147,7 @@ def test_paths_know_no_lanes_and_keep_off_robots() -> None:
 
 def test_a_track_follows_a_robot_that_cuts_a_corner() -> None:
     corner = np.array([(0.05 * k, 0.0) for k in range(20)] + [(1.0, 0.05 * k) for k in range(20)])
-    track = Track(corner)
+    track = PathTrack(corner)
     track.update(Pose(0.9, 0.2, 0.0))
     assert track.rest == pytest.approx(0.75, abs=0.1)
     assert not track.is_lost(Pose(0.9, 0.2, 0.0))

@@ -7,7 +7,7 @@ import math
 
 import pytest
 
-from swarm_bench.hall_maker import DEAD_GAP, MISSIONS, Wish, make_hall
+from swarm_bench.hall_maker import DEAD_GAP, MISSIONS, HallRequest, make_hall
 from swarm_bench.halls import DRAWN, SIZES, TROUBLES, build_hall, hall_of, hall_runs, run_hall
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import Pose
@@ -16,7 +16,7 @@ from swarm_nav.core.goals import PlanError
 from swarm_nav.planning.planner import Planner
 from swarm_nav.planning.terrain import terrain_for
 
-WISH = Wish(robots=12, radius=0.24, reach=0.57)
+WISH = HallRequest(robots=12, radius=0.24, reach=0.57)
 
 
 def test_a_seed_means_one_hall() -> None:
@@ -71,7 +71,7 @@ def test_wrong_words_are_refused() -> None:
 
 def test_a_hall_that_has_no_room_is_refused() -> None:
     with pytest.raises(ConfigError, match="no valid hall for 12 robots"):
-        make_hall(Wish(robots=12, radius=3.0, reach=6.2), 0)
+        make_hall(HallRequest(robots=12, radius=3.0, reach=6.2), 0)
 
 
 def test_people_walk_and_fleets_are_mixed() -> None:

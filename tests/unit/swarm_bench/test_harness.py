@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from swarm_bench.harness import Faults, Harness, run
+from swarm_bench.harness import Harness, InjectedFaults, run
 from swarm_bench.methods import Driver
 from swarm_bench.result import RunResult, result_from_json
 from swarm_bench.scenario import load_scenario
@@ -87,7 +87,7 @@ def test_what_is_not_reached_in_time_is_missed_and_named(tmp_path: Path) -> None
 
 
 def test_a_run_in_which_nobody_gets_anywhere_ends(tmp_path: Path) -> None:
-    stalled = Faults(deaf=range(4))
+    stalled = InjectedFaults(deaf=range(4))
     result = Harness(options(tmp_path, stall_limit=20.0), faults=stalled).run()
     assert result.sim_time == pytest.approx(20.0)
     assert result.goals_reached == 0
@@ -103,7 +103,7 @@ def test_a_dead_robot_stands_and_its_goals_are_not_asked_for(tmp_path: Path) -> 
         places.append((pose.x, pose.y))
         silent.append(outputs[0] is None)
 
-    harness = Harness(options(tmp_path), faults=Faults(dead={0: 60}), on_tick=watch)
+    harness = Harness(options(tmp_path), faults=InjectedFaults(dead={0: 60}), on_tick=watch)
     result = harness.run()
     assert result.goals_sent == 3
     assert "Srobot1" not in result.per_robot
@@ -114,7 +114,7 @@ def test_a_dead_robot_stands_and_its_goals_are_not_asked_for(tmp_path: Path) -> 
 
 def test_a_mute_robot_is_not_heard(tmp_path: Path) -> None:
     heard: set[int] = set()
-    harness = Harness(options(tmp_path, limit=20.0), faults=Faults(mute={1}))
+    harness = Harness(options(tmp_path, limit=20.0), faults=InjectedFaults(mute={1}))
 
     def listen(world: World, _: Sequence[Driver], __: Sequence[Output | None]) -> None:
         for seen in world.observe():

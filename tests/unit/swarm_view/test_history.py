@@ -8,13 +8,13 @@ from swarm_interfaces.msg import Verdict
 
 from swarm_common.middleware import ros_io
 from swarm_common.model.records import Pose
-from swarm_view.decode import RobotState
+from swarm_view.decode import ReportedState
 from swarm_view.history import History, Kind
 
-IDLE = RobotState(0, "idle", "", Pose(0.0, 0.0, 0.0), None, "", 0, 0.0, 0.0, 0.0, 0, 0)
+IDLE = ReportedState(0, "idle", "", Pose(0.0, 0.0, 0.0), None, "", 0, 0.0, 0.0, 0.0, 0, 0)
 
 
-def said(tick: int, state: str, detail: str = "", **values: object) -> RobotState:
+def said(tick: int, state: str, detail: str = "", **values: object) -> ReportedState:
     return replace(IDLE, tick=tick, state=state, detail=detail, **values)  # type: ignore[arg-type]
 
 

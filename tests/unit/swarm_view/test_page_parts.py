@@ -9,7 +9,7 @@ from swarm_common.model.records import Twist
 from swarm_view.driving import Driving
 from swarm_view.history import Kind, Mark
 from swarm_view.inbox import LONGEST, numbers, parse
-from swarm_view.link import Place, place_of
+from swarm_view.link import Viewpoint, place_of
 from swarm_view.time_line import next_mark, strip_html
 
 MARKS = [
@@ -20,7 +20,7 @@ MARKS = [
 
 
 def test_a_link_brings_back_camera_robot_and_time() -> None:
-    place = Place("Srobot3", np.array([[1.0, 2.0, 3.0], [4.0, 5.5, 0.0]]), 12.3, True)
+    place = Viewpoint("Srobot3", np.array([[1.0, 2.0, 3.0], [4.0, 5.5, 0.0]]), 12.3, True)
     again = place_of(*(value for _, value in place.pairs()))
     assert (again.robot, again.time, again.is_dark) == ("Srobot3", 12.3, True)
     assert again.camera is not None

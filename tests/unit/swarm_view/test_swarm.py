@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from swarm_common.model.palette import LOOKS
 from swarm_view import topics
-from swarm_view.decode import RobotState
+from swarm_view.decode import ReportedState
 from swarm_view.panel_text import (
     robot_html,
     stations_html,
@@ -81,7 +81,7 @@ def test_the_panel_says_what_is_known(swarm: Swarm) -> None:
 
 
 def test_a_robot_says_for_whom_it_waits_and_that_one_for_whom(swarm: Swarm) -> None:
-    def waits(robot: str, other: str) -> RobotState:
+    def waits(robot: str, other: str) -> ReportedState:
         return replace(swarm.states[robot], state="waiting", detail=f"for {other}, which turns")
 
     states = {

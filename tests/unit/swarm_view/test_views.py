@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from swarm_view.decode import Raster
-from swarm_view.labels import LETTER_HEIGHT, Wish, arrange
+from swarm_view.labels import LETTER_HEIGHT, LabelWish, arrange
 from swarm_view.views import PANEL_WIDTH, STRIP_HEIGHT, Camera, View, eye_of, whole
 
 SIZE = (1600.0, 900.0)
@@ -54,7 +54,9 @@ def test_a_robots_eye_looks_ahead() -> None:
 def test_labels_in_one_place_do_not_pile_up() -> None:
     camera = Camera(np.array([0.0, -1e-3, 10.0]), np.zeros(3), 1.0, *SIZE)
     wishes = [
-        Wish(f"Srobot{i}", (f"Srobot{i} waiting", f"{i}"), np.array([0.2 * i - 3.0, 0.0, 0.0]), 0.1)
+        LabelWish(
+            f"Srobot{i}", (f"Srobot{i} waiting", f"{i}"), np.array([0.2 * i - 3.0, 0.0, 0.0]), 0.1
+        )
         for i in range(30)
     ]
     placed = arrange(wishes, camera)
@@ -74,11 +76,13 @@ def test_labels_in_one_place_do_not_pile_up() -> None:
 
 def test_labels_far_apart_are_all_shown_in_full() -> None:
     camera = Camera(np.array([0.0, -1e-3, 10.0]), np.zeros(3), 1.0, *SIZE)
-    wishes = [Wish(f"{i}", (f"robot {i}", "x"), np.array([2.0 * i, 0.0, 0.0])) for i in (-2, 0, 2)]
+    wishes = [
+        LabelWish(f"{i}", (f"robot {i}", "x"), np.array([2.0 * i, 0.0, 0.0])) for i in (-2, 0, 2)
+    ]
     placed = arrange(wishes, camera)
     assert [label.text for label in placed.values()] == ["robot -2", "robot 0", "robot 2"]
 
 
 def test_a_label_behind_the_camera_is_not_shown() -> None:
     camera = Camera(np.array([0.0, -5.0, 1.0]), np.zeros(3), 1.0, *SIZE)
-    assert arrange([Wish("a", ("a",), np.array([0.0, -9.0, 0.0]))], camera) == {}
+    assert arrange([LabelWish("a", ("a",), np.array([0.0, -9.0, 0.0]))], camera) == {}

@@ -10,7 +10,7 @@ from viser.transforms import SO3
 from swarm_common.robots.loading import description, load_robot, robot_names
 from swarm_sim.physics.drive import Wheels
 from swarm_view.bodies import AWAY, Bodies
-from swarm_view.fleet import NEAR_ROBOTS, Fleet
+from swarm_view.fleet import NEAR_ROBOTS, DrawnFleet
 from swarm_view.robot_mesh import RobotMesh, robot_mesh
 from swarm_view.wheels import rolled
 
@@ -111,7 +111,7 @@ def test_a_nearby_robots_wheels_are_where_they_belong(
 
 def test_only_robots_near_a_camera_cost_more(mesh_of: Callable[[str], RobotMesh]) -> None:
     scene = Scene()
-    fleet = Fleet(scene)  # type: ignore[arg-type]
+    fleet = DrawnFleet(scene)  # type: ignore[arg-type]
     names = [f"Srobot{i}" for i in range(1, 41)]
     fleet.assemble(names, dict.fromkeys(names, description(WAFFLE)))
     poses = np.column_stack([0.5 * np.arange(40.0), np.zeros(40), np.zeros(40)])

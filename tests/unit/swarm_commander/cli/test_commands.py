@@ -14,7 +14,7 @@ import typer
 from swarm_commander.cli import main, setup_command
 from swarm_commander.cli.listing import fleet_names, listing, mission_names, world_names
 from swarm_commander.cli.thing_request import thing_request
-from swarm_commander.mission.patience import Patience
+from swarm_commander.mission.patience import SwarmPatience
 from swarm_commander.run.domain import DomainLock, check_swarm
 from swarm_common.middleware import ros_env
 from swarm_common.model.errors import ConfigError, NoSwarmError
@@ -108,7 +108,7 @@ def test_a_signal_ends_a_command_without_a_traceback(monkeypatch, capsys, number
 
 def test_a_swarm_that_starts_is_waited_for_and_named_once() -> None:
     said: list[str] = []
-    patience = Patience(7, lambda: True, said.append)
+    patience = SwarmPatience(7, lambda: True, said.append)
     for waited in (0.0, 10.0, 100.0):
         patience.check(waited)
     assert said == ["the swarm in ROS domain 7 is starting; waiting for it"]
@@ -118,14 +118,14 @@ def test_a_swarm_that_starts_is_waited_for_and_named_once() -> None:
 
 def test_a_swarm_that_ends_while_it_is_waited_for_is_none() -> None:
     states = iter([True, False])
-    patience = Patience(7, lambda: next(states), print)
+    patience = SwarmPatience(7, lambda: next(states), print)
     patience.check(0.0)
     with pytest.raises(NoSwarmError, match="ROS domain 7"):
         patience.check(0.1)
 
 
 def test_a_swarm_on_other_hosts_is_looked_for_for_a_while() -> None:
-    patience = Patience(7, lambda: None, print)
+    patience = SwarmPatience(7, lambda: None, print)
     patience.check(4.0)
     with pytest.raises(NoSwarmError):
         patience.check(6.0)

@@ -14,16 +14,19 @@ from swarm_commander.mission.delivery import (
     TRANSITIONS,
     Action,
     Delivery,
-    Event,
+    DeliveryEvent,
     Phase,
 )
 
-SENSELESS = {(Phase.SENT, Event.RESULT), (Phase.SENT, Event.UNKNOWN)}  # nothing was asked
+SENSELESS = {
+    (Phase.SENT, DeliveryEvent.RESULT),
+    (Phase.SENT, DeliveryEvent.UNKNOWN),
+}  # nothing was asked
 
 
 @pytest.mark.parametrize("phase", Phase)
-@pytest.mark.parametrize("event", Event)
-def test_every_pair_is_in_the_table_or_refused(phase: Phase, event: Event) -> None:
+@pytest.mark.parametrize("event", DeliveryEvent)
+def test_every_pair_is_in_the_table_or_refused(phase: Phase, event: DeliveryEvent) -> None:
     delivery = Delivery(0.0)
     delivery.phase = phase
     if (phase, event) in SENSELESS:
@@ -36,16 +39,16 @@ def test_every_pair_is_in_the_table_or_refused(phase: Phase, event: Event) -> No
 
 def test_an_answered_goal_is_asked_about_once() -> None:
     delivery = Delivery(0.0)
-    assert delivery.hear(Event.ACCEPTANCE, 0.1) is Action.ASK
+    assert delivery.hear(DeliveryEvent.ACCEPTANCE, 0.1) is Action.ASK
     assert delivery.look(TASK_TIME, is_busy=True) is Action.NOTHING
-    delivery.hear(Event.RESULT, 20.0)
+    delivery.hear(DeliveryEvent.RESULT, 20.0)
     assert delivery.phase is Phase.ENDED
     assert delivery.look(1e6, is_busy=False) is Action.NOTHING
 
 
 def test_a_robot_that_is_free_is_asked_soon() -> None:
     delivery = Delivery(0.0)
-    delivery.hear(Event.ACCEPTANCE, 0.0)
+    delivery.hear(DeliveryEvent.ACCEPTANCE, 0.0)
     assert delivery.look(PATIENCE, is_busy=True) is Action.NOTHING
     assert delivery.look(PATIENCE, is_busy=False) is Action.ASK
 
@@ -62,10 +65,10 @@ def test_patience_grows_up_to_a_limit() -> None:
 def test_an_old_answer_says_nothing_about_now() -> None:
     delivery = Delivery(0.0)
     delivery.look(PATIENCE, is_busy=False)
-    delivery.hear(Event.ACCEPTANCE, 4.0)
-    assert delivery.hear(Event.UNKNOWN, 4.1, question=1) is Action.NOTHING
+    delivery.hear(DeliveryEvent.ACCEPTANCE, 4.0)
+    assert delivery.hear(DeliveryEvent.UNKNOWN, 4.1, question=1) is Action.NOTHING
     assert delivery.phase is Phase.ACCEPTED
-    delivery.hear(Event.UNKNOWN, 4.2, question=2)
+    delivery.hear(DeliveryEvent.UNKNOWN, 4.2, question=2)
     assert delivery.phase is Phase.ENDED, "the server was restarted"
 
 
@@ -79,28 +82,28 @@ class Server:
         self._loss = loss
         self._refuses = refuses
         self._asked: list[int] = []
-        self._mail: list[tuple[float, Event | Action, int]] = []
+        self._mail: list[tuple[float, DeliveryEvent | Action, int]] = []
 
-    def post(self, what: Event | Action, now: float, question: int = 0) -> None:
+    def post(self, what: DeliveryEvent | Action, now: float, question: int = 0) -> None:
         if self._rng.random() >= self._loss:
             self._mail.append((now + self._rng.choice((0.01, 0.5, 5.0)), what, question))
 
-    def turn(self, now: float) -> list[tuple[Event, int]]:
+    def turn(self, now: float) -> list[tuple[DeliveryEvent, int]]:
         """Take and give what is due."""
         due = sorted((m for m in self._mail if m[0] <= now), key=lambda m: m[0])
         self._mail = [m for m in self._mail if m[0] > now]
-        heard: list[tuple[Event, int]] = []
+        heard: list[tuple[DeliveryEvent, int]] = []
         for _, what, question in due:
-            if isinstance(what, Event):
+            if isinstance(what, DeliveryEvent):
                 heard.append((what, question))
             elif what is Action.SEND:
                 is_new = not self.begun and not self._refuses
                 self.begun += is_new
-                self.post(Event.ACCEPTANCE if is_new else Event.REFUSAL, now)
+                self.post(DeliveryEvent.ACCEPTANCE if is_new else DeliveryEvent.REFUSAL, now)
             elif not self.begun:
-                self.post(Event.UNKNOWN, now, question)
+                self.post(DeliveryEvent.UNKNOWN, now, question)
             elif self.has_ended:
-                self.post(Event.RESULT, now)
+                self.post(DeliveryEvent.RESULT, now)
             else:
                 self._asked.append(question)
         return heard
@@ -108,7 +111,7 @@ class Server:
     def end(self, now: float) -> None:
         self.has_ended = True
         for question in self._asked:
-            self.post(Event.RESULT, now, question)
+            self.post(DeliveryEvent.RESULT, now, question)
 
 
 @pytest.mark.parametrize("refuses", [False, True])
@@ -117,7 +120,7 @@ def test_whatever_is_lost_the_goal_runs_once_and_its_end_is_heard(seed: int, ref
     server = Server(seed, loss=0.5, refuses=refuses)
     delivery = Delivery(0.0)
     server.post(Action.SEND, 0.0)
-    last: Event | None = None
+    last: DeliveryEvent | None = None
     now = 0.0
     while delivery.phase is not Phase.ENDED and now < 3000.0:
         now += 0.25
@@ -130,7 +133,7 @@ def test_whatever_is_lost_the_goal_runs_once_and_its_end_is_heard(seed: int, ref
             server.end(now)
     assert delivery.phase is Phase.ENDED
     assert server.begun == (0 if refuses else 1)
-    assert last is Event.RESULT or refuses
+    assert last is DeliveryEvent.RESULT or refuses
 
 
 def act(server: Server, action: Action, now: float, delivery: Delivery) -> None:

@@ -1,6 +1,12 @@
 import pytest
 
-from swarm_commander.mission.itinerary import RETRY_TICKS, TRANSITIONS, Event, Itinerary, State
+from swarm_commander.mission.itinerary import (
+    RETRY_TICKS,
+    TRANSITIONS,
+    Itinerary,
+    ItineraryEvent,
+    ItineraryState,
+)
 from swarm_commander.mission.leg import Stop
 from swarm_common.model.records import Pose
 
@@ -26,7 +32,7 @@ def test_a_mission_without_failures_reaches_everything() -> None:
     itinerary = under_way()
     itinerary.on_end(True, 100)
     assert itinerary.on_end(True, 200) is None
-    assert itinerary.state is State.DONE
+    assert itinerary.state is ItineraryState.DONE
     assert [(o.stop, o.reached, o.tick) for o in itinerary.outcomes] == [
         (A, True, 100),
         (B, True, 200),
@@ -85,7 +91,7 @@ def test_a_robot_that_is_found_again_gets_back_what_it_lost_and_no_more() -> Non
     assert [outcome.reason for outcome in itinerary.outcomes] == ["closed"]
     assert not itinerary.is_over
     assert itinerary.on_end(True, 300) is None
-    assert itinerary.state is State.DONE
+    assert itinerary.state is ItineraryState.DONE
 
 
 def test_a_goal_that_a_new_navigator_does_not_know_is_sent_again_and_uses_no_try() -> None:
@@ -112,27 +118,29 @@ def test_a_robot_lost_after_its_mission_loses_nothing() -> None:
     itinerary = Itinerary([], 0)
     assert itinerary.start() is None
     assert itinerary.on_lost(5) == []
-    assert itinerary.state is State.DONE
+    assert itinerary.state is ItineraryState.DONE
 
 
-@pytest.mark.parametrize("state", State)
-@pytest.mark.parametrize("event", Event)
-def test_every_pair_of_state_and_event_is_decided(state: State, event: Event) -> None:
+@pytest.mark.parametrize("state", ItineraryState)
+@pytest.mark.parametrize("event", ItineraryEvent)
+def test_every_pair_of_state_and_event_is_decided(
+    state: ItineraryState, event: ItineraryEvent
+) -> None:
     calls = {
-        Event.START: lambda i: i.start(),
-        Event.REACHED: lambda i: i.on_end(True, 1),
-        Event.FAILED: lambda i: i.on_end(False, 1),
-        Event.TAKEN_OVER: lambda i: i.on_taken_over(),
-        Event.FREE_AGAIN: lambda i: i.on_free_again(1),
-        Event.FORGOTTEN: lambda i: i.on_forgotten(1),
-        Event.LOST: lambda i: i.on_lost(1),
-        Event.FOUND: lambda i: i.on_found(1),
+        ItineraryEvent.START: lambda i: i.start(),
+        ItineraryEvent.REACHED: lambda i: i.on_end(True, 1),
+        ItineraryEvent.FAILED: lambda i: i.on_end(False, 1),
+        ItineraryEvent.TAKEN_OVER: lambda i: i.on_taken_over(),
+        ItineraryEvent.FREE_AGAIN: lambda i: i.on_free_again(1),
+        ItineraryEvent.FORGOTTEN: lambda i: i.on_forgotten(1),
+        ItineraryEvent.LOST: lambda i: i.on_lost(1),
+        ItineraryEvent.FOUND: lambda i: i.on_found(1),
     }
     itinerary = Itinerary([A, B], 0)
     itinerary.state = state
     if event in TRANSITIONS[state]:
         calls[event](itinerary)
-        assert itinerary.state in (TRANSITIONS[state][event], State.DONE)
+        assert itinerary.state in (TRANSITIONS[state][event], ItineraryState.DONE)
     else:
         with pytest.raises(ValueError, match="cannot happen"):
             calls[event](itinerary)

@@ -2,7 +2,7 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from swarm_commander.run.supervisor import TRANSITIONS, Exit, ProcessSpec, State, Supervisor
+from swarm_commander.run.supervisor import TRANSITIONS, ChildState, Exit, ProcessSpec, Supervisor
 
 
 @dataclass
@@ -120,5 +120,5 @@ def test_a_process_that_runs_is_not_started_twice_but_one_that_has_ended_is_rest
 
 
 def test_every_state_has_a_way_to_its_end() -> None:
-    for state in State:
-        assert state is State.GONE or State.GONE in TRANSITIONS[state].values()
+    for state in ChildState:
+        assert state is ChildState.GONE or ChildState.GONE in TRANSITIONS[state].values()

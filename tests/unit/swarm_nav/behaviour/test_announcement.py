@@ -34,7 +34,7 @@ from swarm_nav.behaviour.announcement import (
     compose_status,
     priorities,
 )
-from swarm_nav.behaviour.automaton import Automaton
+from swarm_nav.behaviour.state_machine import StateMachine
 from swarm_nav.core.priority import CLASS_DRIVING, CLASS_HOLDING, base_priority
 from swarm_nav.core.states import State
 from swarm_nav.traffic.gate import Gate
@@ -61,9 +61,11 @@ def deciders(
     right: RightOfWay | None = None,
 ) -> Deciders:  # fmt: skip
     holding = HoldingPattern({}, [])
-    automaton = Automaton(s, holding)
-    automaton.state, automaton.holding_since = state, 60
-    return Deciders(automaton, right or RightOfWay(), lease, gate or Gate(None), holding, Senses(s))
+    state_machine = StateMachine(s, holding)
+    state_machine.state, state_machine.holding_since = state, 60
+    return Deciders(
+        state_machine, right or RightOfWay(), lease, gate or Gate(None), holding, Senses(s)
+    )
 
 
 def announce(

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from swarm_common.model.records import Pose, Twist
-from swarm_nav.behaviour.automaton import Automaton
-from swarm_nav.behaviour.pursuit import Pursuit
+from swarm_nav.behaviour.goal_manager import GoalManager
 from swarm_nav.behaviour.route import OBSTACLE_PATIENCE, REPLAN_PAUSE, Route
+from swarm_nav.behaviour.state_machine import StateMachine
 from swarm_nav.behaviour.task import Task
 from swarm_nav.core.goals import ErrorCode, Goal, GoalEnded, GoalKind
 from swarm_nav.core.states import State
@@ -26,13 +26,15 @@ QUIET = 101  # a tick that is not the robot's turn of periodic plans
 def driving(x: float = 6.0) -> tuple[Situation, Route, Task]:
     """Return a robot at x = 2 m with a fresh plan to a goal."""
     s = situation(HALL, Pose(2.0, 4.0, 0.0))
-    automaton = Automaton(s, HoldingPattern({}, []))
-    pursuit = Pursuit(s, automaton, Lease(), RightOfWay(), Departure(Gate(None), Lease()))
-    pursuit.set_goal(Goal(kind=GoalKind.NAVIGATE, poses_map=(Pose(x, 4.0, 0.0),)))
-    pursuit.begin_pending()
-    assert automaton.state is State.DRIVING
-    assert pursuit.task is not None
-    route, task = Route(s, pursuit), pursuit.task
+    state_machine = StateMachine(s, HoldingPattern({}, []))
+    goal_manager = GoalManager(
+        s, state_machine, Lease(), RightOfWay(), Departure(Gate(None), Lease())
+    )
+    goal_manager.set_goal(Goal(kind=GoalKind.NAVIGATE, poses_map=(Pose(x, 4.0, 0.0),)))
+    goal_manager.begin_pending()
+    assert state_machine.state is State.DRIVING
+    assert goal_manager.task is not None
+    route, task = Route(s, goal_manager), goal_manager.task
     s.tick = QUIET
     route.update(task)
     return s, route, task
@@ -94,6 +96,6 @@ def test_a_plan_back_along_held_space_starts_where_the_robot_can_stop() -> None:
 
 def test_a_goal_off_the_map_ends_at_once() -> None:
     _, route, _ = driving(50.0)
-    events = route._pursuit._automaton.take_events()
+    events = route._goal_manager._state_machine.take_events()
     ends = [event for event in events if isinstance(event, GoalEnded)]
     assert [end.error_code for end in ends] == [ErrorCode.GOAL_OUTSIDE_MAP]

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from swarm_common.model.beacon import BEACON_DTYPE
 from swarm_nav.control import tube_kernels as kernels
 from swarm_nav.core.config import TrafficConfig
-from swarm_nav.perception.neighborhood import Neighborhood
+from swarm_nav.perception.neighbor_table import NeighborTable
 from tests.fakes.navigation import RADIUS, beacon
 from tests.oracles import tube as oracle
 
@@ -28,7 +28,7 @@ RULES = {
 
 
 def claims(others: list[oracle.Other], tick: int = 100) -> tuple:
-    hood = Neighborhood(OWN_ID, TrafficConfig(lost_ticks=200))
+    neighbors = NeighborTable(OWN_ID, TrafficConfig(lost_ticks=200))
     records = []
     for other in others:
         record = beacon(
@@ -38,10 +38,10 @@ def claims(others: list[oracle.Other], tick: int = 100) -> tuple:
         record["tick"] = tick - other.age
         record["heard"][0] = OWN_ID << 16 | max(0, other.acknowledged)
         records.append(record)
-    hood.receive(np.array(records, BEACON_DTYPE), 0.0, 0.0)
-    hood.refresh(tick)
-    hood.gone = np.array([o.is_gone for o in sorted(others, key=lambda o: o.id)], np.bool_)
-    return hood.claims()
+    neighbors.receive(np.array(records, BEACON_DTYPE), 0.0, 0.0)
+    neighbors.refresh(tick)
+    neighbors.gone = np.array([o.is_gone for o in sorted(others, key=lambda o: o.id)], np.bool_)
+    return neighbors.claims()
 
 
 def grow(

@@ -16,7 +16,7 @@ from swarm_nav.planning.search import SearchSpace
 from swarm_nav.planning.terrain import Terrain
 from swarm_nav.ros.settings import FIXED, NodeSettings
 from swarm_nav.traffic.gate import narrow_region
-from swarm_nav.traffic.narrows import single_lanes
+from swarm_nav.traffic.single_lanes import single_lanes
 from swarm_nav.traffic.situation import begin, terrain_of
 
 STATIONS = {"a": Pose(1.5, 2.0, 0.5), "b": Pose(7.0, 2.0, -3.0), "outside": Pose(-5.0, 0.0, 0.0)}

@@ -51,7 +51,7 @@ def scan_at(
 def localiser(start: Pose, grid: Any = ROOM, seed: int = 0, **changes: Any) -> AmclLocaliser:
     s = situation(grid, start)
     settings = LocalisationConfig(type="amcl", random_seed=seed, **changes)
-    made = make_localiser(start, settings, waffle(), s.terrain, s.hood, 1)
+    made = make_localiser(start, settings, waffle(), s.terrain, s.neighbors, 1)
     assert isinstance(made, AmclLocaliser)
     return made
 
@@ -167,7 +167,7 @@ def test_a_robot_in_view_is_no_wall() -> None:
     s = situation(ROOM, HERE)
     hear(s, beacon(2, HERE.x + 0.8, HERE.y + 0.4))
     settings = LocalisationConfig(type="amcl")
-    robot = AmclLocaliser(HERE, settings, waffle(), s.terrain, s.hood, 1)
+    robot = AmclLocaliser(HERE, settings, waffle(), s.terrain, s.neighbors, 1)
     for tick in range(0, 40, 2):
         robot.on_odom(Odometry(tick, Pose(0.0, 0.0, 0.0), Twist()))
         scan = scan_at(HERE, tick, rng)
@@ -222,7 +222,7 @@ def test_a_lost_robot_stands_and_says_so_until_a_pose_is_found() -> None:
 
 def test_dead_reckoning_is_the_default_and_asks_for_nothing() -> None:
     s = situation(ROOM, HERE)
-    robot = make_localiser(HERE, LocalisationConfig(), waffle(), s.terrain, s.hood, 1)
+    robot = make_localiser(HERE, LocalisationConfig(), waffle(), s.terrain, s.neighbors, 1)
     assert isinstance(robot, OdometryLocaliser)
     robot.on_scan(scan_at(HERE, 0, np.random.default_rng(0)))
     robot.configure(LocalisationConfig())

@@ -14,7 +14,7 @@ from swarm_common.model.records import LidarSpec, Pose, Scan
 from swarm_nav.control.tube import padded
 from swarm_nav.core.config import CostmapConfig
 from swarm_nav.perception import obstacle_kernels
-from swarm_nav.perception.movers import WALKED_TICKS
+from swarm_nav.perception.dynamic_obstacles import WALKED_TICKS
 from swarm_nav.perception.obstacle_kernels import Beam, HitLimits
 from swarm_nav.perception.obstacles import CELL, ObstacleLayer
 from swarm_nav.planning.distance_kernels import Place, sample
@@ -40,21 +40,21 @@ def layer() -> ObstacleLayer:
 
 def test_an_unexplained_hit_is_marked_where_it_is() -> None:
     s, marks = situation(HALL, MIDDLE), layer()
-    marks.update(scan({0: 1.0, 90: 0.8}), MIDDLE, s.terrain, s.hood)
+    marks.update(scan({0: 1.0, 90: 0.8}), MIDDLE, s.terrain, s.neighbors)
     assert sorted(map(tuple, marks.points.round(3).tolist())) == [(3.0, 3.8), (4.0, 3.0)]
 
 
 def test_marks_turn_with_the_robot_and_its_lidar() -> None:
     mounted = LidarSpec(0.1, 0.0, 0.1, yaw=math.pi / 2)
     s, marks = situation(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), mounted)
-    marks.update(scan({0: 1.0}), Pose(3.0, 3.0, math.pi / 2), s.terrain, s.hood)
+    marks.update(scan({0: 1.0}), Pose(3.0, 3.0, math.pi / 2), s.terrain, s.neighbors)
     assert marks.points.round(3).tolist() == [[2.0, 3.1]]
 
 
 def test_a_ray_that_passes_through_clears_and_one_that_ends_before_does_not() -> None:
     s, marks = situation(HALL, MIDDLE), layer()
-    marks.update(scan({0: 1.0, 90: 1.0}), MIDDLE, s.terrain, s.hood)
-    marks.update(scan({0: 0.5, 90: 2.0}), MIDDLE, s.terrain, s.hood)
+    marks.update(scan({0: 1.0, 90: 1.0}), MIDDLE, s.terrain, s.neighbors)
+    marks.update(scan({0: 0.5, 90: 2.0}), MIDDLE, s.terrain, s.neighbors)
     assert (4.0, 3.0) in map(tuple, marks.points.round(3).tolist())
     assert (3.0, 4.0) not in map(tuple, marks.points.round(3).tolist())
 
@@ -62,22 +62,22 @@ def test_a_ray_that_passes_through_clears_and_one_that_ends_before_does_not() ->
 @pytest.mark.parametrize("distance", [2.6, 3.4])
 def test_a_hit_beyond_the_marking_range_is_not_marked(distance: float) -> None:
     s, marks = situation(room(12.0, 12.0), Pose(6.0, 6.0, 0.0)), layer()
-    marks.update(scan({0: distance}), s.pose, s.terrain, s.hood)
+    marks.update(scan({0: distance}), s.pose, s.terrain, s.neighbors)
     assert len(marks.points) == 0
 
 
 def test_mapped_walls_are_not_marked() -> None:
     s, marks = situation(HALL, Pose(1.0, 3.0, 0.0)), layer()
-    marks.update(scan({180: 0.93}), s.pose, s.terrain, s.hood)
+    marks.update(scan({180: 0.93}), s.pose, s.terrain, s.neighbors)
     assert len(marks.points) == 0
 
 
 def test_robots_that_say_where_they_are_are_not_marked_and_clear_old_marks() -> None:
     s, marks = situation(HALL, MIDDLE), layer()
-    marks.update(scan({0: 1.0}), MIDDLE, s.terrain, s.hood)
+    marks.update(scan({0: 1.0}), MIDDLE, s.terrain, s.neighbors)
     assert len(marks.points) == 1
     hear(s, beacon(2, 4.05, 3.0))
-    marks.update(scan({0: 1.0}), MIDDLE, s.terrain, s.hood)
+    marks.update(scan({0: 1.0}), MIDDLE, s.terrain, s.neighbors)
     assert len(marks.points) == 0
 
 
@@ -85,7 +85,7 @@ def silent(s: Situation, ticks: int, **fields: object) -> None:
     """Let the situation hear robot 2 at (4, 3), and nothing more for a time."""
     hear(s, beacon(2, 4.0, 3.0, **fields))
     s.tick += ticks
-    s.hood.refresh(s.tick)
+    s.neighbors.refresh(s.tick)
 
 
 @pytest.mark.parametrize("ticks", [0, 10, 16, 17, 60, 200, 5000])
@@ -93,16 +93,16 @@ def test_however_long_a_robot_is_silent_it_masks_its_own_space_only(ticks: int) 
     s, marks = situation(HALL, MIDDLE), layer()
     silent(s, ticks)
     hits = {0: 0.8, 21: 1.0, 339: 1.0, 33: 1.05}  # at 0.2, 0.36, 0.36, and 0.59 m from it
-    marks.update(scan(hits), MIDDLE, s.terrain, s.hood, 0.047)
+    marks.update(scan(hits), MIDDLE, s.terrain, s.neighbors, 0.047)
     assert len(marks.points) == 3
 
 
 @pytest.mark.parametrize("ticks", [10, 17, 60, 200, 5000])
 def test_no_mark_is_erased_because_of_an_old_beacon(ticks: int) -> None:
     s, marks = situation(HALL, MIDDLE), layer()
-    marks.update(scan({0: 0.9}), MIDDLE, s.terrain, s.hood)
+    marks.update(scan({0: 0.9}), MIDDLE, s.terrain, s.neighbors)
     silent(s, ticks)
-    marks.update(scan({0: 0.5}), MIDDLE, s.terrain, s.hood, 0.047)  # does not see the place
+    marks.update(scan({0: 0.5}), MIDDLE, s.terrain, s.neighbors, 0.047)  # does not see the place
     assert (3.9, 3.0) in map(tuple, marks.points.round(3).tolist())
 
 
@@ -119,12 +119,12 @@ def test_a_silent_robot_is_forgotten_once_its_place_was_seen_empty() -> None:
     s, marks = situation(HALL, MIDDLE), seeing()
     held = [(4.0, 3.0 + 0.05 * k) for k in range(8)]
     silent(s, 101, **waffles_beacon(held=held))
-    marks.update(scan({}), MIDDLE, s.terrain, s.hood)
-    s.hood.refresh(s.tick)
-    assert len(s.hood.tubes(0)) == 8  # one scan may be wrong
-    marks.update(scan({}), MIDDLE, s.terrain, s.hood)
-    s.hood.refresh(s.tick)
-    assert s.hood.ids.tolist() == []
+    marks.update(scan({}), MIDDLE, s.terrain, s.neighbors)
+    s.neighbors.refresh(s.tick)
+    assert len(s.neighbors.tubes(0)) == 8  # one scan may be wrong
+    marks.update(scan({}), MIDDLE, s.terrain, s.neighbors)
+    s.neighbors.refresh(s.tick)
+    assert s.neighbors.ids.tolist() == []
 
 
 def test_only_the_places_seen_through_are_given_up() -> None:
@@ -133,9 +133,9 @@ def test_only_the_places_seen_through_are_given_up() -> None:
     silent(s, 101, **waffles_beacon(held=held))
     housing = {0: 0.97, 1: 0.96, 359: 0.98}  # of its LiDAR
     for _ in range(4):
-        marks.update(scan(housing), MIDDLE, s.terrain, s.hood)
-        s.hood.refresh(s.tick)
-    assert np.allclose(s.hood.tubes(0), held[1:2])
+        marks.update(scan(housing), MIDDLE, s.terrain, s.neighbors)
+        s.neighbors.refresh(s.tick)
+    assert np.allclose(s.neighbors.tubes(0), held[1:2])
     assert len(marks.points) == 0
 
 
@@ -144,9 +144,9 @@ def test_a_place_is_given_up_as_soon_as_no_lidar_can_stand_there() -> None:
     held = [(4.0, 3.0), (4.0, 3.06), (4.0, 3.12)]  # bodies there would overlap
     silent(s, 101, **waffles_beacon(held=held))
     for _ in range(2):
-        marks.update(scan({0: 0.97, 1: 0.96, 359: 0.98}), MIDDLE, s.terrain, s.hood)
-        s.hood.refresh(s.tick)
-    assert np.allclose(s.hood.tubes(0), held[:2])
+        marks.update(scan({0: 0.97, 1: 0.96, 359: 0.98}), MIDDLE, s.terrain, s.neighbors)
+        s.neighbors.refresh(s.tick)
+    assert np.allclose(s.neighbors.tubes(0), held[:2])
 
 
 @pytest.mark.parametrize("case", ["other model", "hidden", "far", "not stopped", "lives"])
@@ -159,9 +159,9 @@ def test_what_does_not_show_that_a_place_is_empty(case: str) -> None:
         hear(s, beacon(2, 4.0, 3.0, **fields))
     seen = scan({ray: 0.5 for ray in (0, 1, 5, 355)} if case == "hidden" else {})
     for _ in range(4):
-        marks.update(seen, MIDDLE, s.terrain, s.hood)
-        s.hood.refresh(s.tick)
-    assert len(s.hood.tubes(0)) == 1
+        marks.update(seen, MIDDLE, s.terrain, s.neighbors)
+        s.neighbors.refresh(s.tick)
+    assert len(s.neighbors.tubes(0)) == 1
 
 
 def test_where_somebody_walked_is_remembered_for_a_while() -> None:
@@ -170,7 +170,7 @@ def test_where_somebody_walked_is_remembered_for_a_while() -> None:
         s.tick += 1
         way = 2.0 - 0.08 * step  # [m] towards the robot, from (5, 3) to (3.5, 3)
         seen = dataclasses.replace(scan({ray: way for ray in (-2, -1, 0, 1, 2)}), tick=s.tick)
-        marks.update(seen, MIDDLE, s.terrain, s.hood)
+        marks.update(seen, MIDDLE, s.terrain, s.neighbors)
     walked = marks.walked(s.tick)
     assert (3.6, 3.0) in map(tuple, walked.round(3).tolist())
     marks.clear()
@@ -183,15 +183,15 @@ def test_what_stands_has_not_walked() -> None:
     for _ in range(20):
         s.tick += 1
         seen = dataclasses.replace(scan({0: 1.0, 1: 1.0}), tick=s.tick)
-        marks.update(seen, MIDDLE, s.terrain, s.hood)
+        marks.update(seen, MIDDLE, s.terrain, s.neighbors)
     assert len(marks.points) > 0
     assert len(marks.walked(s.tick)) == 0
 
 
 def test_invalid_ranges_neither_mark_nor_clear() -> None:
     s, marks = situation(HALL, MIDDLE), layer()
-    marks.update(scan({0: 1.0}), MIDDLE, s.terrain, s.hood)
-    marks.update(scan({0: math.nan, 90: math.nan, 180: 0.0}), MIDDLE, s.terrain, s.hood)
+    marks.update(scan({0: 1.0}), MIDDLE, s.terrain, s.neighbors)
+    marks.update(scan({0: math.nan, 90: math.nan, 180: 0.0}), MIDDLE, s.terrain, s.neighbors)
     assert marks.points.round(3).tolist() == [[4.0, 3.0]]
 
 
@@ -200,16 +200,16 @@ def test_a_lidar_that_looks_ahead_only_does_not_clear_behind() -> None:
     s, marks = situation(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), half)
     ahead = Scan(0, -math.pi / 2, math.pi / 180, 0.12, 3.5, np.full(180, np.inf, np.float32))
     ahead.ranges[90] = 1.0
-    marks.update(ahead, MIDDLE, s.terrain, s.hood)
+    marks.update(ahead, MIDDLE, s.terrain, s.neighbors)
     assert len(marks.points) == 1
     free = Scan(1, -math.pi / 2, math.pi / 180, 0.12, 3.5, np.full(180, np.inf, np.float32))
-    marks.update(free, Pose(3.0, 3.0, math.pi - 0.3), s.terrain, s.hood)
+    marks.update(free, Pose(3.0, 3.0, math.pi - 0.3), s.terrain, s.neighbors)
     assert len(marks.points) == 1
 
 
 def test_marks_are_rounded_to_cells_and_forgotten_on_request() -> None:
     s, marks = situation(HALL, MIDDLE), layer()
-    marks.update(scan({ray: 1.0 for ray in range(0, 30)}), MIDDLE, s.terrain, s.hood)
+    marks.update(scan({ray: 1.0 for ray in range(0, 30)}), MIDDLE, s.terrain, s.neighbors)
     assert np.allclose(marks.points / CELL, np.round(marks.points / CELL))
     assert len(np.unique(marks.points, axis=0)) == len(marks.points)
     marks.clear()

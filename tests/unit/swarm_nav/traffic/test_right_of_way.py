@@ -80,7 +80,7 @@ def test_a_robot_in_the_way_inherits_says_so_and_drives_to_a_refuge() -> None:
     assert s.yields_for == 2
     assert s.counters.pushes == 1
     refuge = s.tube.points[-1]
-    way = s.hood.beacons[0]["intent"][:16]
+    way = s.neighbors.beacons[0]["intent"][:16]
     assert np.hypot(*(way - refuge).T).min() >= REACH
     assert np.hypot(*(refuge - (3.2, 4.0))) >= REACH + REFUGE_MARGIN - 1e-6
 
@@ -96,7 +96,7 @@ def test_where_it_stands_in_the_way_is_no_refuge_though_the_nearest_node_is() ->
     hear(s, pushing(*way[0], intent=way, wanted=way[:1]))
     right.update(s)
     assert right.is_yielding
-    gap = np.hypot(*(s.hood.beacons[0]["intent"][:16] - s.tube.points[-1]).T).min()
+    gap = np.hypot(*(s.neighbors.beacons[0]["intent"][:16] - s.tube.points[-1]).T).min()
     assert gap >= REACH
     assert math.dist(s.tube.points[-1], (s.pose.x, s.pose.y)) > 0.05
 
@@ -136,7 +136,7 @@ def test_who_drives_on_is_left_alone_for_a_while(ticks_blocked: int, is_pushed: 
 def test_a_gone_robot_pushes_nobody() -> None:
     s, right = situation(HALL, MIDDLE), RightOfWay()
     hear(s, pushing(3.2, 4.0), tick=50)
-    assert s.hood.gone.all()
+    assert s.neighbors.gone.all()
     assert not right.update(s)
 
 
@@ -160,7 +160,7 @@ def test_a_higher_pusher_replaces_a_lower_one() -> None:
 
 def test_two_robots_pushed_by_one_inherit_the_same_and_are_walls_to_each_other() -> None:
     s, right = pushed(MIDDLE, pushing(3.2, 4.0), beacon(5, 4.0, 4.6, priority=HIGH - 1))
-    assert right.inherited == s.hood.priorities[1] == HIGH - 1
+    assert right.inherited == s.neighbors.priorities[1] == HIGH - 1
     path = s.tube.points
     assert np.hypot(*(path[1:] - (4.0, 4.6)).T).min() >= REACH - 0.01
 

@@ -13,7 +13,7 @@ from swarm_common.model.shapes import (
     transform_from_xyz_rpy,
 )
 from swarm_sim.ros.markers import shape_marker
-from swarm_sim.ros.scenery import scene_markers
+from swarm_sim.ros.scene_publisher import scene_markers
 from swarm_sim.sdf.reader import load_world
 
 

@@ -12,7 +12,7 @@ LIMIT = 10.0  # [s] of wall time, then the operator counts as gone
 START_LIMIT = 600.0  # [s] of wall time for the mission's first message, as swarm-up's for its start
 
 
-class Withholding:
+class AnswerBarrier:
     """Follows the operator's Mission messages and the goals."""
 
     def __init__(self, waits_for_mission: bool) -> None:

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_nav.control import tube_kernels
-from swarm_nav.traffic import parting_kernels
-from swarm_nav.traffic.narrows import Narrows
+from swarm_nav.traffic import overlap_kernels
+from swarm_nav.traffic.single_lanes import SingleLanes
 from swarm_nav.traffic.situation import Situation
 
 GROWTH_SLACK = 0.06  # [m] by which tubes are nearer than both radii without any growth
@@ -17,13 +17,13 @@ COMES = "comes through a single lane"
 DEADLOCK_TIME = 5.0  # [s] blocked that counts as a deadlock once it is over
 
 
-class Claim:
+class ReservationManager:
     """Changes the tube by what the neighbours leave, the LiDAR sees and the robot uses."""
 
     def __init__(self, situation: Situation) -> None:
         """Hold the place under the robot, which is not published yet."""
         self._s = situation
-        self._narrows = Narrows()
+        self._single_lanes = SingleLanes()
         self._published_held: NDArray[np.float32] = np.zeros((1, 2), np.float32)
         self._published_size = 1
         self._watch_pose = situation.pose
@@ -50,7 +50,7 @@ class Claim:
             s.blocked_ticks = s.obstacle_ticks = 0
             s.blocked_by = 0
             return
-        last, ahead = self._narrows.barrier(s, span[1])
+        last, ahead = self._single_lanes.barrier(s, span[1])
         if last <= span[0]:
             s.has_grown = False
             self._note_block(tube_kernels.RIGHT_OF_WAY, ahead)
@@ -64,9 +64,9 @@ class Claim:
             self._published_held,
             self._published_size,
             tube.requests,
-            (traffic.push_ticks, traffic.yield_slack, s.hood.hearing_reach),
+            (traffic.push_ticks, traffic.yield_slack, s.neighbors.hearing_reach),
             (s.obstacle_points(), clearance),
-            s.hood.claims(),
+            s.neighbors.claims(),
         )
         s.has_grown = stop > tube.stop
         tube.stop = stop
@@ -88,9 +88,9 @@ class Claim:
         s.obstacle_ticks = s.obstacle_ticks + 1 if reason == tube_kernels.OBSTACLE else 0
         if is_robot and not s.has_grown:
             s.blocked_ticks += 1
-            s.blocked_by = int(s.hood.ids[row])
+            s.blocked_by = int(s.neighbors.ids[row])
             s.blocked_why = WHY[reason]
-            if int(s.hood.heads["yields_for"][row]) == s.robot_id:
+            if int(s.neighbors.heads["yields_for"][row]) == s.robot_id:
                 s.tube.withdraw()
         elif s.has_grown or reason != tube_kernels.UNCONFIRMED:
             if s.blocked_ticks > s.ticks(DEADLOCK_TIME):
@@ -121,8 +121,8 @@ class Claim:
     def _part(self) -> None:
         """Give up points that are too near to another tube since a radius has grown."""
         s, tube = self._s, self._s.tube
-        first = parting_kernels.first_overlap(
-            tube.points, tube.near, tube.stop, s.radius, GROWTH_SLACK, s.hood.columns()
+        first = overlap_kernels.first_overlap(
+            tube.points, tube.near, tube.stop, s.radius, GROWTH_SLACK, s.neighbors.columns()
         )
         if first <= tube.stop:
             tube.release_ahead(first - 1 - tube.near)
@@ -152,7 +152,7 @@ class Claim:
             self._retracting_since = s.tick
         self._retracted_tick = s.tick
         waited = s.tick - self._retracting_since
-        if s.hood.deaf_neighbor and waited < s.patience(s.config.traffic.stuck_time):
+        if s.neighbors.deaf_neighbor and waited < s.patience(s.config.traffic.stuck_time):
             keep = 0 if s.is_standing else s.brake_points
             if tube.stop > tube.near + keep:
                 tube.release_ahead(keep)

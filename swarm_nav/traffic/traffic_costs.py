@@ -48,12 +48,12 @@ def stamp_tubes(
         margins: [m] beyond the distance that the robot keeps from each, (n,) or one for all.
         values: (n,) or one for all.
     """
-    hood = situation.hood
-    beacons = hood.beacons
+    neighbors = situation.neighbors
+    beacons = neighbors.beacons
     frame = situation.planner.lattice.frame
     radii = situation.radius + beacons["radius"].astype(np.float64) + margins
     heights = np.broadcast_to(np.float32(values), radii.shape).astype(np.float32)
-    wanted_sizes = np.where(hood.gone, beacons["wanted_size"], 0).astype(np.uint32)
+    wanted_sizes = np.where(neighbors.gone, beacons["wanted_size"], 0).astype(np.uint32)
     for points, sizes in (
         (beacons["held"], beacons["held_size"]),
         (beacons["wanted"], wanted_sizes),
@@ -83,13 +83,13 @@ def congestion(situation: Situation) -> NDArray[np.float32]:
         situation: Of the robot.
     """
     extra = situation.planner.no_extra()
-    hood = situation.hood
-    speeds = np.abs(hood.heads["twist"][:, 0].astype(np.float64))
+    neighbors = situation.neighbors
+    speeds = np.abs(neighbors.heads["twist"][:, 0].astype(np.float64))
     values = np.where(speeds > MOVING_SPEED, MOVING, STANDING)
-    values[hood.heads["mode"] == MODE_YIELD] = YIELDING
-    values[hood.stuck] = STUCK
+    values[neighbors.heads["mode"] == MODE_YIELD] = YIELDING
+    values[neighbors.stuck] = STUCK
     # the coarse lattice must not let a path graze a robot that cannot be pushed
-    margins = np.where(hood.immovable, IMMOVABLE_MARGIN, 0.0)
+    margins = np.where(neighbors.immovable, IMMOVABLE_MARGIN, 0.0)
     stamp_tubes(extra, situation, margins, values)
     walked = situation.obstacles.walked(situation.tick)
     stamp(extra, situation, walked, situation.obstacle_clearance, WALKED)
@@ -106,8 +106,8 @@ def refuge_costs(situation: Situation, priority: int, margin: float) -> NDArray[
         margin: [m] to keep from other robots beyond the reach.
     """
     extra = situation.planner.no_extra()
-    hood = situation.hood
-    is_wall = (hood.priorities >= priority) | hood.stuck
+    neighbors = situation.neighbors
+    is_wall = (neighbors.priorities >= priority) | neighbors.stuck
     stamp_tubes(extra, situation, margin, np.where(is_wall, WALL, PUSHABLE))
     stamp_obstacles(extra, situation, float(WALL))
     return extra

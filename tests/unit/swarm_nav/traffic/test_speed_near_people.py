@@ -10,9 +10,10 @@ import pytest
 
 from swarm_common.model.records import LidarSpec, Pose, Scan, Twist
 from swarm_nav.core.config import CostmapConfig
-from swarm_nav.perception.movers import CAME_TICKS, MOVER_TICKS, STILL_TICKS
+from swarm_nav.perception.dynamic_obstacles import CAME_TICKS, MOVER_TICKS, STILL_TICKS
 from swarm_nav.perception.obstacles import ObstacleLayer
-from swarm_nav.traffic.caution import (
+from swarm_nav.traffic.situation import Situation
+from swarm_nav.traffic.speed_near_people import (
     CREEP_SPEED,
     NOBODY_NEAR,
     caution_distance,
@@ -20,7 +21,6 @@ from swarm_nav.traffic.caution import (
     limited,
     people_near,
 )
-from swarm_nav.traffic.situation import Situation
 from tests.fakes.navigation import Squad, room, situation
 
 HALL = room(8.0, 8.0)
@@ -45,7 +45,7 @@ def ranges_to(x: float, y: float, radius: float, pose: Pose = MIDDLE) -> np.ndar
 def watch(s: Situation, layer: ObstacleLayer, tick: int, x: float, y: float) -> float:
     """See a person at (x, y) in a tick; return how near something restless is then."""
     scan = Scan(tick, 0.0, math.tau / 360, 0.12, 3.5, ranges_to(x, y, 0.25))
-    layer.update(scan, MIDDLE, s.terrain, s.hood)
+    layer.update(scan, MIDDLE, s.terrain, s.neighbors)
     return layer.restless_gap(MIDDLE.x, MIDDLE.y, tick)
 
 
@@ -76,7 +76,7 @@ def test_what_comes_from_nowhere_and_stands_is_a_thing_sooner() -> None:
     for tick in range(20, 20 + CAME_TICKS + 20, SCAN_TICKS):
         ranges = ranges_to(5.5, 4.0, 0.1 + 0.15 * (tick - 20) / CAME_TICKS)
         scan = Scan(tick, 0.0, math.tau / 360, 0.12, 3.5, ranges)
-        layer.update(scan, MIDDLE, s.terrain, s.hood)
+        layer.update(scan, MIDDLE, s.terrain, s.neighbors)
         gaps[tick] = layer.restless_gap(MIDDLE.x, MIDDLE.y, tick)
     assert all(math.isfinite(gap) for tick, gap in gaps.items() if tick < 20 + CAME_TICKS)
     assert math.isinf(gaps[20 + CAME_TICKS + 18])
@@ -88,7 +88,9 @@ def test_a_thing_does_not_become_a_person_because_one_walks_past() -> None:
 
     def see(tick: int, y: float) -> None:
         ranges = np.minimum(box, ranges_to(5.75, y, 0.25))
-        layer.update(Scan(tick, 0.0, math.tau / 360, 0.12, 3.5, ranges), MIDDLE, s.terrain, s.hood)
+        layer.update(
+            Scan(tick, 0.0, math.tau / 360, 0.12, 3.5, ranges), MIDDLE, s.terrain, s.neighbors
+        )
 
     for tick in range(0, STILL_TICKS + 10, SCAN_TICKS):
         see(tick, 20.0)
@@ -124,7 +126,7 @@ def test_who_has_walked_out_of_sight_is_forgotten() -> None:
     assert len(layer.points)
     blind = Scan(0, 0.0, math.tau / 360, 0.12, 3.5, np.full(360, 0.5, np.float32))
     for tick in range(20, 60, SCAN_TICKS):  # something stands in front of it all around
-        layer.update(dataclasses.replace(blind, tick=tick), MIDDLE, s.terrain, s.hood)
+        layer.update(dataclasses.replace(blind, tick=tick), MIDDLE, s.terrain, s.neighbors)
     assert np.hypot(*(layer.points - (4.0, 4.0)).T).max() < 0.6
 
 
@@ -179,7 +181,7 @@ def test_who_walks_by_again_and_again_excuses_a_stuck_robot_only_while_it_is_nea
     one.send(0, Pose(7.4, 4.0, 0.0))
     one.run(60)
     robot = one.robots[0]
-    s, task = robot._s, robot._pursuit.task
+    s, task = robot._s, robot._goal_manager.task
     assert task is not None
     s.blocked_ticks, s.is_unconfirmed = 0, False
     allowance = s.ticks(s.config.progress_checker.movement_time_allowance)
@@ -189,7 +191,7 @@ def test_who_walks_by_again_and_again_excuses_a_stuck_robot_only_while_it_is_nea
         s.tick += 1
         is_near = s.tick % 50 < 30
         alone += not is_near
-        robot._conduct._check_progress(task, is_near)
+        robot._behavior_executor._check_progress(task, is_near)
         assert task.recoveries == (alone > allowance)
         if task.recoveries:
             return

@@ -9,7 +9,7 @@ import pytest
 
 from swarm_common.model.records import Pose, Twist
 from swarm_nav.core.localisation_config import LocalisationConfig
-from swarm_nav.traffic.claim import GROWTH_SLACK, Claim
+from swarm_nav.traffic.reservation import GROWTH_SLACK, ReservationManager
 from swarm_nav.traffic.situation import MARGIN_STEP, Situation
 from tests.fakes.navigation import beacon, hear, room, situation
 
@@ -17,68 +17,68 @@ HALL = room(8.0, 8.0)
 START = Pose(2.0, 4.0, 0.0)
 
 
-def on_a_path(held: int = 0) -> tuple[Situation, Claim]:
+def on_a_path(held: int = 0) -> tuple[Situation, ReservationManager]:
     """Return a robot on a path of 2 m eastwards that has requested its first points long enough."""
     s = situation(HALL, START)
     s.tube.adopt(np.column_stack((np.arange(2.0, 4.0, 0.05), np.full(40, 4.0))))
     s.tube.stop = held
     for _ in range(s.config.traffic.confirmations):
         s.tube.publish(s.pose, s.tick)
-    return s, Claim(s)
+    return s, ReservationManager(s)
 
 
 def test_requested_space_that_nobody_holds_is_taken() -> None:
-    s, claim = on_a_path()
-    claim.extend()
+    s, reservation = on_a_path()
+    reservation.extend()
     assert s.tube.stop > 0
     assert s.has_grown
 
 
 def test_nothing_is_taken_while_the_robot_listens() -> None:
-    s, claim = on_a_path()
+    s, reservation = on_a_path()
     s.listening_since = s.tick - s.config.traffic.listen_ticks + 1
-    claim.extend()
+    reservation.extend()
     assert s.tube.stop == 0
 
 
 def test_a_robot_ahead_blocks_and_is_named() -> None:
-    s, claim = on_a_path()
+    s, reservation = on_a_path()
     for count in (1, 2):
         hear(s, beacon(7, 2.6, 4.0))
-        claim.extend()
+        reservation.extend()
         assert (s.blocked_by, s.blocked_ticks) == (7, count)
     assert s.tube.stop <= 1
     hear(s, beacon(7, 7.9, 4.0))
-    claim.extend()
+    reservation.extend()
     assert (s.blocked_by, s.blocked_ticks) == (0, 0)
 
 
 def test_held_space_ends_before_what_the_lidar_sees_in_it() -> None:
-    s, claim = on_a_path(held=30)
+    s, reservation = on_a_path(held=30)
     s.obstacles.points = np.array(((3.0, 4.0),))
-    claim.guard()
+    reservation.guard()
     end = s.tube.points[s.tube.stop, 0]
     assert 0.0 <= 3.0 - s.obstacle_clearance - end < 0.11
     assert s.obstacle_ticks == 1
 
 
 def test_what_the_robot_already_stands_beside_does_not_hold_it() -> None:
-    s, claim = on_a_path(held=30)
+    s, reservation = on_a_path(held=30)
     s.obstacles.points = np.array(((1.8, 4.0),))
-    claim.guard()
+    reservation.guard()
     assert s.tube.stop == 30
 
 
 def test_a_radius_that_grows_gives_up_what_is_too_near_to_others() -> None:
-    s, claim = on_a_path(held=30)
+    s, reservation = on_a_path(held=30)
     s.config = dataclasses.replace(s.config, localisation=LocalisationConfig(type="amcl"))
     reach = s.radius + 0.285
     hear(s, beacon(7, 3.0, 4.0 + reach))
-    claim.guard()
+    reservation.guard()
     assert s.tube.stop == 30
     s.take_margin(s.radius - s.body_radius + 0.15)
     assert s.tube.span[2] == -1  # what was requested is requested anew
-    claim.guard()
+    reservation.guard()
     assert 0 < s.tube.stop < 20
     gaps = np.hypot(*(s.tube.points[: s.tube.stop + 1] - (3.0, 4.0 + reach)).T)
     assert gaps.min() >= s.radius + 0.285 - GROWTH_SLACK
@@ -99,50 +99,50 @@ def test_the_announced_margin_grows_in_steps_and_shrinks_late() -> None:
 
 
 def test_a_claim_without_motion_is_dropped_after_a_while() -> None:
-    s, claim = on_a_path(held=5)
+    s, reservation = on_a_path(held=5)
     patience = s.ticks(s.config.traffic.stuck_time)
     s.tick += patience
-    assert not claim.drop_if_unused()
+    assert not reservation.drop_if_unused()
     s.tick += 1
-    assert claim.drop_if_unused()
+    assert reservation.drop_if_unused()
     assert len(s.tube.points) == 1
 
 
 def test_a_claim_in_use_is_kept() -> None:
-    s, claim = on_a_path(held=20)
+    s, reservation = on_a_path(held=20)
     for _ in range(100):
         s.tick += 1
         s.pose = Pose(s.pose.x + 0.005, 4.0, 0.0)
-        assert not claim.drop_if_unused()
+        assert not reservation.drop_if_unused()
 
 
 def test_a_retracted_claim_is_what_stopping_needs_and_asks_for_nothing() -> None:
-    s, claim = on_a_path(held=30)
+    s, reservation = on_a_path(held=30)
     s.twist = Twist(0.26)
-    claim.retract()
+    reservation.retract()
     assert s.tube.stop == s.brake_points
     _, wanted, _ = s.tube.publish(s.pose, s.tick)
     assert len(wanted) == 0
     s.twist = Twist()
-    claim.retract()
+    reservation.retract()
     assert len(s.tube.points) == 1
 
 
 def test_who_is_not_heard_for_a_moment_keeps_path_and_request() -> None:
     """A door over a radio with 0.3 s of delay and 30 % of loss: 2 of 12 arrived, now all do."""
-    s, claim = on_a_path(held=10)
-    s.hood.deaf_neighbor = 7
+    s, reservation = on_a_path(held=10)
+    s.neighbors.deaf_neighbor = 7
     s.tube.publish(s.pose, s.tick)
-    claim.retract()
+    reservation.retract()
     assert s.tube.stop == s.tube.near
     path = len(s.tube.points)
     for _ in range(10):
         s.tick += 1
         s.tube.publish(s.pose, s.tick)
-        claim.retract()
+        reservation.retract()
     assert len(s.tube.points) == path > 10
     assert len(s.tube.requests) == 10
     for _ in range(40):
         s.tick += 1
-        claim.retract()
+        reservation.retract()
     assert len(s.tube.points) == 1

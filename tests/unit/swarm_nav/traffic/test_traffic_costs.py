@@ -8,7 +8,7 @@ import pytest
 from swarm_common.model.beacon import FLAG_ACTIVE, FLAG_STUCK, MODE_YIELD
 from swarm_common.model.records import Pose
 from swarm_nav.planning.search_kernels import WALL
-from swarm_nav.traffic import crowd
+from swarm_nav.traffic import traffic_costs
 from swarm_nav.traffic.situation import Situation
 from tests.fakes.navigation import beacon, hear, room, situation
 
@@ -31,22 +31,22 @@ def cost_at(s: Situation, costs: np.ndarray, x: float, y: float) -> float:
 @pytest.mark.parametrize(
     ("fields", "cost"),
     [
-        ({}, crowd.STANDING),
-        ({"twist": (0.2, 0.0)}, crowd.MOVING),
-        ({"twist": (0.2, 0.0), "mode": MODE_YIELD}, crowd.YIELDING),
-        ({"flags": FLAG_ACTIVE | FLAG_STUCK}, crowd.STUCK),
+        ({}, traffic_costs.STANDING),
+        ({"twist": (0.2, 0.0)}, traffic_costs.MOVING),
+        ({"twist": (0.2, 0.0), "mode": MODE_YIELD}, traffic_costs.YIELDING),
+        ({"flags": FLAG_ACTIVE | FLAG_STUCK}, traffic_costs.STUCK),
     ],
 )
 def test_a_robot_costs_by_what_it_does(fields: dict, cost: float) -> None:
     s = robot(beacon(7, *THERE, **fields))
-    costs = crowd.congestion(s)
+    costs = traffic_costs.congestion(s)
     assert cost_at(s, costs, *THERE) == pytest.approx(cost)
     assert cost_at(s, costs, 6.5, 6.5) == 0.0
 
 
 def test_a_robot_costs_as_far_as_both_tubes_reach() -> None:
     s = robot(beacon(7, *THERE))
-    costs = crowd.congestion(s)
+    costs = traffic_costs.congestion(s)
     reach = s.reach(0)
     assert cost_at(s, costs, THERE[0] + reach - 0.1, THERE[1]) > 0.0
     assert cost_at(s, costs, THERE[0] + reach + 0.1, THERE[1]) == 0.0
@@ -55,24 +55,24 @@ def test_a_robot_costs_as_far_as_both_tubes_reach() -> None:
 def test_what_a_silent_robot_asked_for_counts_as_held() -> None:
     way = [(5.0, 4.0 + 0.1 * k) for k in range(1, 8)]
     s = robot(beacon(7, *THERE, wanted=way))
-    assert cost_at(s, crowd.congestion(s), 5.0, 5.0) == 0.0
+    assert cost_at(s, traffic_costs.congestion(s), 5.0, 5.0) == 0.0
     gone = situation(HALL, Pose(2.0, 4.0, 0.0))
     hear(gone, beacon(7, *THERE, wanted=way), tick=50)
-    assert gone.hood.gone.all()
-    assert cost_at(gone, crowd.congestion(gone), 5.0, 5.0) > 0.0
+    assert gone.neighbors.gone.all()
+    assert cost_at(gone, traffic_costs.congestion(gone), 5.0, 5.0) > 0.0
 
 
 def test_what_only_the_lidar_sees_costs_most() -> None:
     s = robot(beacon(7, *THERE))
     s.obstacles.points = np.array((THERE,))
-    assert cost_at(s, crowd.congestion(s), *THERE) == crowd.OBSTACLE
+    assert cost_at(s, traffic_costs.congestion(s), *THERE) == traffic_costs.OBSTACLE
 
 
 def test_where_somebody_walked_lately_costs(monkeypatch: pytest.MonkeyPatch) -> None:
     s = robot()
     monkeypatch.setattr(s.obstacles, "walked", lambda tick: np.array((THERE,)))
-    costs = crowd.congestion(s)
-    assert cost_at(s, costs, THERE[0] + 0.3, THERE[1]) == crowd.WALKED
+    costs = traffic_costs.congestion(s)
+    assert cost_at(s, costs, THERE[0] + 0.3, THERE[1]) == traffic_costs.WALKED
     assert cost_at(s, costs, 6.5, 6.5) == 0.0
 
 
@@ -82,13 +82,13 @@ def test_where_somebody_walked_lately_costs(monkeypatch: pytest.MonkeyPatch) -> 
 )
 def test_who_makes_way_pushes_lower_robots_only(priority: int, flags: int, is_wall: bool) -> None:
     s = robot(beacon(7, *THERE, priority=priority, flags=flags))
-    costs = crowd.refuge_costs(s, 9, 0.0)
-    assert cost_at(s, costs, *THERE) == pytest.approx(WALL if is_wall else crowd.PUSHABLE)
+    costs = traffic_costs.refuge_costs(s, 9, 0.0)
+    assert cost_at(s, costs, *THERE) == pytest.approx(WALL if is_wall else traffic_costs.PUSHABLE)
 
 
 def test_a_stamp_raises_and_never_lowers() -> None:
     s = robot()
     grid = s.planner.no_extra().copy()
-    crowd.stamp(grid, s, THERE, 0.5, 2.0)
-    crowd.stamp(grid, s, np.array((THERE,)), 0.3, 1.0)
+    traffic_costs.stamp(grid, s, THERE, 0.5, 2.0)
+    traffic_costs.stamp(grid, s, np.array((THERE,)), 0.3, 1.0)
     assert cost_at(s, grid, *THERE) == 2.0

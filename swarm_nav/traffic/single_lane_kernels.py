@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from swarm_common.model.records import FloatArray, Mask
 from swarm_nav.control.tube_kernels import INTENT_SPACING
 from swarm_nav.core.order_kernels import Rank, may_hold_up
-from swarm_nav.perception.neighborhood_kernels import Columns
+from swarm_nav.perception.neighbor_table_kernels import Columns
 from swarm_nav.planning.distance_kernels import Floats, Frame
 
 CLIMB = 1.5  # [m] within which the wall on the other side of a passage is looked for

@@ -9,7 +9,7 @@ from swarm_nav.traffic.holding import HoldingPattern
 from swarm_nav.traffic.situation import Situation
 
 
-class Automaton:
+class StateMachine:
     """Keeps the state and what happened; the holding pattern is entered and left with the state.
 
     Attributes:

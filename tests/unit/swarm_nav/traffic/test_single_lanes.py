@@ -7,8 +7,8 @@ import pytest
 
 from swarm_common.model.grid import OCCUPIED, Grid
 from swarm_common.model.records import Pose
-from swarm_nav.traffic import narrows_kernels as kernels
-from swarm_nav.traffic.narrows import Narrows, single_lanes
+from swarm_nav.traffic import single_lane_kernels as kernels
+from swarm_nav.traffic.single_lanes import SingleLanes, single_lanes
 from swarm_nav.traffic.situation import Situation
 from tests.fakes.navigation import beacon, hear, room, situation
 from tests.oracles import narrows as oracle
@@ -91,7 +91,7 @@ def eastward(priority: int) -> np.void:
 def test_who_ranks_below_waits_before_the_mouth(other: np.void, is_waited_for: bool) -> None:
     s = approaching(5)
     hear(s, other)
-    last, row = Narrows().barrier(s, s.tube.stop + 7)
+    last, row = SingleLanes().barrier(s, s.tube.stop + 7)
     assert (row == 0) == is_waited_for
     assert (last < s.tube.stop + 7) == is_waited_for
 
@@ -100,12 +100,12 @@ def test_who_makes_way_may_go_anywhere() -> None:
     s = approaching(5)
     s.yields_for = 3
     hear(s, westward(9))
-    assert Narrows().barrier(s, s.tube.stop + 7) == (s.tube.stop + 7, -1)
+    assert SingleLanes().barrier(s, s.tube.stop + 7) == (s.tube.stop + 7, -1)
 
 
 def test_without_a_single_lane_nothing_is_in_the_way() -> None:
     s = situation(HALL, Pose(2.0, 4.0, 0.0))
-    assert Narrows().barrier(s, 5) == (5, -1)
+    assert SingleLanes().barrier(s, 5) == (5, -1)
 
 
 def test_two_doors_near_each_other_are_two_passages() -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from swarm_common.model.records import FloatArray
 from swarm_nav.planning.distance_kernels import Frame
-from swarm_nav.planning.judgement_kernels import Layers, clears, nearest_index, path_cost
+from swarm_nav.planning.path_cost_kernels import Layers, clears, nearest_index, path_cost
 
 FRAME = Frame(0.0, 0.0, 0.5)
 REACH, TOLERANCE, GAIN = 0.6, 2, 8

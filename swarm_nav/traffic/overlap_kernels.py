@@ -10,7 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from swarm_nav.control.tube_kernels import gap_squared
-from swarm_nav.perception.neighborhood_kernels import Columns
+from swarm_nav.perception.neighbor_table_kernels import Columns
 
 REACH = 2.5  # [m] of path beyond which nothing of a tube lies
 

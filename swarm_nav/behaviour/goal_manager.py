@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from swarm_nav.behaviour.automaton import Automaton
 from swarm_nav.behaviour.behaviors import Behavior, recovery_goal
+from swarm_nav.behaviour.state_machine import StateMachine
 from swarm_nav.behaviour.task import Task
 from swarm_nav.core.goals import NO_POSES_CODES, ErrorCode, Goal, GoalEnded, GoalKind, Outcome
 from swarm_nav.core.states import Event, State
@@ -17,7 +17,7 @@ BEHAVIOR_KINDS = (
 )  # fmt: skip
 
 
-class Pursuit:
+class GoalManager:
     """The goal in hand or pending, at most one.
 
     Attributes:
@@ -29,14 +29,14 @@ class Pursuit:
     def __init__(
         self,
         situation: Situation,
-        automaton: Automaton,
+        state_machine: StateMachine,
         lease: Lease,
         right: RightOfWay,
         departure: Departure,
     ) -> None:
         self._departure = departure
         self._s = situation
-        self._automaton = automaton
+        self._state_machine = state_machine
         self._lease = lease
         self._right = right
         self._pending: Goal | None = None
@@ -79,7 +79,7 @@ class Pursuit:
         if goal.kind in BEHAVIOR_KINDS:
             self.behavior = Behavior(goal, self._s)
             self.is_recovery = False
-            self._automaton.switch(Event.BEHAVIOR)
+            self._state_machine.switch(Event.BEHAVIOR)
             return
         self.task = Task(goal, self._s)
         if not goal.poses_map and len(goal.path_map) == 0:
@@ -87,7 +87,7 @@ class Pursuit:
             self.end(Outcome.ABORTED, code, "no poses given")
             return
         self._aim(self.task)
-        self._automaton.switch(Event.GOAL)
+        self._state_machine.switch(Event.GOAL)
 
     def end(self, outcome: Outcome, code: ErrorCode = ErrorCode.NONE, message: str = "") -> None:
         """End the goal in hand or pending, if any.
@@ -109,8 +109,10 @@ class Pursuit:
             s.tube.release_ahead(s.brake_points)
             s.tube.cut()
         missed = tuple(task.missed) if task is not None else ()
-        self._automaton.events.append(GoalEnded(goal_id, outcome, s.tick, code, message, missed))
-        self._automaton.switch(Event.FINISHED)
+        self._state_machine.events.append(
+            GoalEnded(goal_id, outcome, s.tick, code, message, missed)
+        )
+        self._state_machine.switch(Event.FINISHED)
 
     def _count(self, outcome: Outcome) -> None:
         if outcome is Outcome.SUCCEEDED:
@@ -177,7 +179,7 @@ class Pursuit:
         task.is_planned = goal is not None
         self.is_recovery = goal is not None
         self.behavior = Behavior(goal, s) if goal is not None else None
-        self._automaton.switch(Event.NO_PROGRESS)
+        self._state_machine.switch(Event.NO_PROGRESS)
 
     def drop_recovery(self) -> None:
         """Forget the recovery in hand, if any."""
@@ -195,20 +197,20 @@ class Pursuit:
         """
         is_idle = not is_yielding and self.goal_id is None
         is_yielding |= self._departure.update(self._s, is_idle)
-        state = self._automaton.state
+        state = self._state_machine.state
         if is_yielding and self.task is not None:
             self.task.note_progress(self._s, True)
         if is_yielding and state is not State.YIELDING:
-            self._automaton.switch(Event.PUSHED)
+            self._state_machine.switch(Event.PUSHED)
         elif not is_yielding and state is State.YIELDING:
             self._resume()
 
     def _resume(self) -> None:
         if self.task is not None:
-            self._automaton.switch(Event.RELEASED)
+            self._state_machine.switch(Event.RELEASED)
         else:
-            self._automaton.switch(Event.RELEASED_IDLE)
+            self._state_machine.switch(Event.RELEASED_IDLE)
             if self.behavior is not None and not self.is_recovery:
                 self.behavior.resume(self._s)
-                self._automaton.switch(Event.BEHAVIOR)
+                self._state_machine.switch(Event.BEHAVIOR)
         self.drop_recovery()

@@ -22,7 +22,7 @@ STATION, CIRCUIT = (0.18, 0.55, 0.34, 0.9), (0.90, 0.60, 0.00, 0.9)  # colours
 STATION_SIZE = (0.5, 0.02)  # [m] diameter and height of the disc
 
 
-class Scenery:
+class ScenePublisher:
     """The topics `/sim/scene`, `/sim/tf` and `/sim/movers`."""
 
     def __init__(self, node: Node, scene: Scene, world: World) -> None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from swarm_common.model.records import Twist
-from swarm_nav.behaviour.automaton import Automaton
-from swarm_nav.behaviour.pursuit import Pursuit
+from swarm_nav.behaviour.goal_manager import GoalManager
 from swarm_nav.behaviour.route import Route
+from swarm_nav.behaviour.state_machine import StateMachine
 from swarm_nav.behaviour.task import Task
 from swarm_nav.control.controller import Controller
 from swarm_nav.core.goals import ErrorCode, Outcome, PlanError
@@ -19,23 +19,23 @@ from swarm_nav.traffic.situation import Situation
 GATE_RECHECK = 5.0  # [s] after which a robot that waits outside looks whether it still has to
 
 
-class Conduct:
+class BehaviorExecutor:
     """Lets the state choose path and twist, and notices when the state is over."""
 
     def __init__(
         self,
         situation: Situation,
-        automaton: Automaton,
-        pursuit: Pursuit,
+        state_machine: StateMachine,
+        goal_manager: GoalManager,
         lease: Lease,
         gate: Gate,
         holding: HoldingPattern,
         controller: Controller,
     ) -> None:
         self._s = situation
-        self._automaton = automaton
-        self._pursuit = pursuit
-        self._route = Route(situation, pursuit)
+        self._state_machine = state_machine
+        self._goal_manager = goal_manager
+        self._route = Route(situation, goal_manager)
         self._lease = lease
         self._gate = gate
         self._holding = holding
@@ -51,7 +51,7 @@ class Conduct:
         Returns:
             That twist, None if the path is followed.
         """
-        state, task = self._automaton.state, self._pursuit.task
+        state, task = self._state_machine.state, self._goal_manager.task
         if state in (State.BEHAVING, State.RECOVERING):
             return self._behave()
         if state is State.DRIVING:
@@ -65,62 +65,62 @@ class Conduct:
     def follow_path(self) -> Twist:
         """Return the twist along the path; only to make way, or where it cannot turn, backwards."""
         s = self._s
-        may_back = self._automaton.state is State.YIELDING or s.is_confined
+        may_back = self._state_machine.state is State.YIELDING or s.is_confined
         if not self._controller.choose_direction(s.tube, s.pose, s.twist, may_back):
             return self._controller.stop(s.twist)
         return self._controller.follow(s.tube, s.pose, s.twist)
 
     def stand(self) -> None:
         """Note that the robot may not drive, so that this does not count as lack of progress."""
-        task = self._pursuit.task
+        task = self._goal_manager.task
         if task is not None:
             task.note_progress(self._s, True)
 
     def _behave(self) -> Twist:
-        pursuit = self._pursuit
-        behavior = pursuit.behavior
+        goal_manager = self._goal_manager
+        behavior = goal_manager.behavior
         if behavior is None:
-            is_recovering = self._automaton.state is State.RECOVERING
-            self._automaton.switch(Event.RECOVERED if is_recovering else Event.FINISHED)
+            is_recovering = self._state_machine.state is State.RECOVERING
+            self._state_machine.switch(Event.RECOVERED if is_recovering else Event.FINISHED)
             return self._controller.stop(self._s.twist)
         twist = behavior.step(self._s, self._controller)
         end = behavior.end
         if end is None:
             return twist
-        if pursuit.is_recovery:
-            pursuit.drop_recovery()
+        if goal_manager.is_recovery:
+            goal_manager.drop_recovery()
             self._s.tube.cut()
-            self._automaton.switch(Event.RECOVERED)
+            self._state_machine.switch(Event.RECOVERED)
         elif end.code is ErrorCode.NONE:
-            pursuit.end(Outcome.SUCCEEDED)
+            goal_manager.end(Outcome.SUCCEEDED)
         else:
-            pursuit.end(Outcome.ABORTED, end.code, end.message)
+            goal_manager.end(Outcome.ABORTED, end.code, end.message)
         return twist
 
     def _navigate(self, task: Task, is_person_near: bool) -> Twist | None:
         """Return a twist that overrides following the tube, if any."""
         s = self._s
         if task.is_reached(s):
-            self._pursuit.reach_target(task)
-            return None if self._pursuit.task is task else self._controller.stop(s.twist)
+            self._goal_manager.reach_target(task)
+            return None if self._goal_manager.task is task else self._controller.stop(s.twist)
         if task.has_arrived:
             return self._settle(task)
         if self._gate.is_closed:
             self._held_place = self._lease.place
-            self._automaton.switch(Event.STATION_TAKEN)
+            self._state_machine.switch(Event.STATION_TAKEN)
             return None
         is_barred = self._lease.is_barred(s)
         has_to_wait = self._lease.station is not None and not is_barred and not self._has_turn()
         if has_to_wait and self._lease.is_too_near(s):
             self._held_place = self._lease.place
-            self._automaton.switch(Event.STATION_TAKEN)
+            self._state_machine.switch(Event.STATION_TAKEN)
             return None
         if is_barred:
             message = "a robot that no longer answers or is inactive stands on the station"
-            self._pursuit.fail_target(task, ErrorCode.GOAL_OCCUPIED, message)
+            self._goal_manager.fail_target(task, ErrorCode.GOAL_OCCUPIED, message)
             return None
         self._route.update(task)
-        if self._pursuit.task is task:
+        if self._goal_manager.task is task:
             self._check_progress(task, is_person_near)
         return None
 
@@ -142,7 +142,7 @@ class Conduct:
             self._recheck_gate(task)
         has_turn = self._has_turn() or self._lease.is_barred(s) or self._moves_up()
         if has_turn and not self._gate.is_closed:
-            self._automaton.switch(Event.STATION_GRANTED)
+            self._state_machine.switch(Event.STATION_GRANTED)
         else:
             closed = self._gate.region if self._gate.is_closed else self._lease.kept_free(s)
             self._holding.update(s, closed)
@@ -174,7 +174,7 @@ class Conduct:
         code = ErrorCode.FAILED_TO_MAKE_PROGRESS
         if s.tick - task.moved_tick > s.ticks(traffic.patience):
             message = f"blocked by Srobot{s.blocked_by} for {traffic.patience:.0f} s"
-            self._pursuit.fail_target(task, code, message)
+            self._goal_manager.fail_target(task, code, message)
         elif task.lacks_progress(s):
             message = f"no progress after {task.recoveries} recoveries"
-            self._pursuit.recover_or_fail(task, code, message)
+            self._goal_manager.recover_or_fail(task, code, message)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_common.model.records import FloatArray
-from swarm_nav.perception import mover_kernels
+from swarm_nav.perception import dynamic_obstacle_kernels
 from swarm_nav.perception.obstacle_kernels import Beam
 from swarm_nav.planning.distance_kernels import Place
 
@@ -33,7 +33,7 @@ WALKED_CELL = 0.2  # [m] of the places that are remembered where somebody walked
 WALKED_TICKS = 300  # and for how long
 
 
-class Movers:
+class DynamicObstacles:
     """Age and motion of marks; row k of each array is about mark k."""
 
     def __init__(self, cell: float) -> None:
@@ -95,7 +95,9 @@ class Movers:
             return hits[:0]
         has_come = np.zeros(len(hits), np.bool_)
         before, pose_before = past
-        mover_kernels.passed_through(hits, before, beam, pose_before, reach, FREE_MARGIN, has_come)
+        dynamic_obstacle_kernels.passed_through(
+            hits, before, beam, pose_before, reach, FREE_MARGIN, has_come
+        )
         return hits[has_come]
 
     def update(
@@ -118,7 +120,7 @@ class Movers:
         births = np.empty(len(marks), np.int64)
         hit_ticks = np.empty(len(marks), np.int64)
         motion = np.empty(len(marks), np.int64)
-        mover_kernels.inherit(
+        dynamic_obstacle_kernels.inherit(
             marks,
             old,
             (self._births, self._motion, self._hit_ticks),
@@ -155,4 +157,6 @@ class Movers:
         if len(marks) == 0:
             return math.inf
         ages = (tick, LIMITS)
-        return float(mover_kernels.restless_gap(marks, self._births, self._motion, ages, x, y))
+        return float(
+            dynamic_obstacle_kernels.restless_gap(marks, self._births, self._motion, ages, x, y)
+        )

@@ -15,23 +15,23 @@ from swarm_common.model.beacon import (
 )
 from swarm_nav.core.config import TrafficConfig
 from swarm_nav.core.priority import base_priority
-from swarm_nav.perception.neighborhood import Neighborhood
-from swarm_nav.perception.neighborhood_kernels import UNHEARD
+from swarm_nav.perception.neighbor_table import NeighborTable
+from swarm_nav.perception.neighbor_table_kernels import UNHEARD
 from tests.fakes.navigation import beacon
 
 
-def heard(hood: Neighborhood, tick: int, *records: np.void) -> None:
+def heard(neighbors: NeighborTable, tick: int, *records: np.void) -> None:
     for record in records:
         record["tick"] = tick
-    hood.receive(np.array(records), 0.0, 0.0)
+    neighbors.receive(np.array(records), 0.0, 0.0)
 
 
-def hood() -> Neighborhood:
-    return Neighborhood(1, TrafficConfig())
+def neighbors() -> NeighborTable:
+    return NeighborTable(1, TrafficConfig())
 
 
 def test_rows_are_ordered_by_id_and_hold_the_newest_beacon() -> None:
-    here = hood()
+    here = neighbors()
     heard(here, 10, beacon(7, 1.0, 0.0), beacon(3, 2.0, 0.0))
     heard(here, 11, beacon(7, 1.5, 0.0))
     here.refresh(12)
@@ -43,7 +43,7 @@ def test_rows_are_ordered_by_id_and_hold_the_newest_beacon() -> None:
 
 
 def test_who_was_last_heard_near_the_edge_of_the_range_may_have_left() -> None:
-    here = hood()
+    here = neighbors()
     heard(here, 10, beacon(2, 5.5, 0.0))
     here.refresh(26)
     assert here.ids.tolist() == [2]
@@ -53,7 +53,7 @@ def test_who_was_last_heard_near_the_edge_of_the_range_may_have_left() -> None:
     assert here.ids.tolist() == []  # nothing is learned from afar
 
 
-def listen(here: Neighborhood, ticks: range, x: float, *records: np.void) -> None:
+def listen(here: NeighborTable, ticks: range, x: float, *records: np.void) -> None:
     """Hear the same robots at each tick, from (x, 0)."""
     for tick in ticks:
         for record in records:
@@ -73,7 +73,7 @@ def acquainted(robot: int, x: float, other: int, tick: int) -> np.void:
 
 @pytest.mark.parametrize("last_heard", [4.4, 5.5])
 def test_who_fell_silent_near_the_edge_and_is_near_is_gone(last_heard: float) -> None:
-    here = hood()
+    here = neighbors()
     heard(here, 10, beacon(2, last_heard, 0.0, held=[(last_heard, 0.0), (last_heard, 0.1)]))
     here.refresh(27)
     listen(here, range(28, 90), 2.5)
@@ -86,7 +86,7 @@ def test_who_fell_silent_near_the_edge_and_is_near_is_gone(last_heard: float) ->
 
 
 def test_who_is_heard_by_others_where_we_should_hear_it_has_left() -> None:
-    here = hood()
+    here = neighbors()
     heard(here, 10, beacon(2, 5.5, 0.0))
     here.refresh(27)
     listen(here, range(28, 90), 2.5, acquainted(3, 4.0, 2, 26))
@@ -96,7 +96,7 @@ def test_who_is_heard_by_others_where_we_should_hear_it_has_left() -> None:
 
 
 def test_who_is_heard_by_others_out_of_range_of_its_place_has_left() -> None:
-    here = hood()
+    here = neighbors()
     heard(here, 10, beacon(2, 5.5, 0.0))
     here.refresh(27)
     listen(here, range(28, 60), -5.0, acquainted(3, -1.0, 2, 26))
@@ -105,7 +105,7 @@ def test_who_is_heard_by_others_out_of_range_of_its_place_has_left() -> None:
 
 
 def test_that_others_remember_a_robot_does_not_show_that_it_lives() -> None:
-    here = hood()
+    here = neighbors()
     heard(here, 10, beacon(2, 5.5, 0.0))
     here.refresh(27)
     for tick in range(28, 120):
@@ -115,7 +115,7 @@ def test_that_others_remember_a_robot_does_not_show_that_it_lives() -> None:
 
 
 def test_who_was_taken_out_of_the_world_is_not_waited_for() -> None:
-    here = hood()
+    here = neighbors()
     heard(here, 10, beacon(2, 5.5, 0.0))
     here.refresh(27)
     listen(here, range(28, 30), 0.0, beacon(2, 0.0, 0.0, flags=FLAG_LEFT))
@@ -124,7 +124,7 @@ def test_who_was_taken_out_of_the_world_is_not_waited_for() -> None:
 
 
 def test_a_silent_robot_is_not_where_somebody_else_is() -> None:
-    here = hood()
+    here = neighbors()
     heard(here, 10, beacon(2, 1.0, 0.0, held=[(1.0, 0.0), (1.05, 0.0), (1.2, 0.0)]))
     here.refresh(27)
     listen(here, range(105, 125), 0.0, beacon(3, 1.0, 0.0))
@@ -134,7 +134,7 @@ def test_a_silent_robot_is_not_where_somebody_else_is() -> None:
 
 
 def test_who_falls_silent_well_inside_the_range_is_gone_and_stays() -> None:
-    here = hood()
+    here = neighbors()
     heard(here, 10, beacon(2, 1.0, 0.0, held=[(1.0, 0.0)], wanted=[(1.05, 0.0), (1.1, 0.0)]))
     here.refresh(26)
     assert not here.gone.any()
@@ -148,7 +148,7 @@ def test_who_falls_silent_well_inside_the_range_is_gone_and_stays() -> None:
 
 
 def test_who_is_heard_again_is_not_gone_any_more() -> None:
-    here = hood()
+    here = neighbors()
     heard(here, 10, beacon(2, 1.0, 0.0))
     here.refresh(100)
     heard(here, 100, beacon(2, 1.0, 0.0))
@@ -157,14 +157,14 @@ def test_who_is_heard_again_is_not_gone_any_more() -> None:
 
 
 def test_stuck_is_what_a_robot_says_of_itself() -> None:
-    here = hood()
+    here = neighbors()
     heard(here, 1, beacon(2, 1.0, 0.0), beacon(3, 1.0, 2.0, flags=FLAG_STUCK | FLAG_ACTIVE))
     here.refresh(2)
     assert here.stuck.tolist() == [False, True]
 
 
 def test_gone_and_inactive_robots_cannot_be_pushed() -> None:
-    here = hood()
+    here = neighbors()
     heard(here, 1, beacon(2, 1.0, 0.0))
     heard(here, 40, beacon(3, 1.0, 2.0, flags=0), beacon(4, 1.0, 3.0))
     here.refresh(41)
@@ -172,7 +172,7 @@ def test_gone_and_inactive_robots_cannot_be_pushed() -> None:
 
 
 def test_priorities_are_put_together_from_both_words() -> None:
-    here = hood()
+    here = neighbors()
     priority = (2 << 48) | (0xFFFFFFFF << 16) | 5
     heard(here, 1, beacon(2, 1.0, 0.0, priority=priority))
     here.refresh(2)
@@ -180,14 +180,14 @@ def test_priorities_are_put_together_from_both_words() -> None:
 
 
 def test_any_number_of_robots_is_remembered() -> None:
-    here = hood()
+    here = neighbors()
     heard(here, 1, *(beacon(number, 1.0, 0.0) for number in range(2, 150)))
     here.refresh(2)
     assert here.ids.tolist() == list(range(2, 150))
 
 
 def test_an_empty_batch_is_taken() -> None:
-    here = hood()
+    here = neighbors()
     heard(here, 1, beacon(2, 1.0, 0.0))
     here.receive(np.zeros(0, beacon(1, 0.0, 0.0).dtype), 0.0, 0.0)
     here.refresh(3)
@@ -195,7 +195,7 @@ def test_an_empty_batch_is_taken() -> None:
 
 
 def test_who_is_silent_for_long_may_be_anywhere_in_the_space_held_and_requested() -> None:
-    here = hood()
+    here = neighbors()
     tube = [(1.0 + 0.05 * k, 0.0) for k in range(8)]
     heard(here, 10, beacon(2, 1.0, 0.0, held=tube, wanted=[(1.4, 0.0), (1.45, 0.0)]))
     here.refresh(1000 + TrafficConfig().dead_ticks)
@@ -204,7 +204,7 @@ def test_who_is_silent_for_long_may_be_anywhere_in_the_space_held_and_requested(
 
 
 def test_an_overtaken_beacon_is_dropped() -> None:
-    here = hood()
+    here = neighbors()
     heard(here, 10, beacon(2, 1.0, 0.0))
     heard(here, 8, beacon(2, 2.0, 0.0))
     here.refresh(11)
@@ -213,7 +213,7 @@ def test_an_overtaken_beacon_is_dropped() -> None:
 
 
 def test_what_the_others_have_is_read_from_their_acknowledgements() -> None:
-    here = hood()
+    here = neighbors()
     heard(
         here, 70_000, acknowledging(2, 69_998), acknowledging(3, 69_000),
         beacon(4, 1.0, 0.0), beacon(5, 1.0, 0.0, flags=FLAG_ACTIVE | FLAG_DEAF),
@@ -225,7 +225,7 @@ def test_what_the_others_have_is_read_from_their_acknowledgements() -> None:
 
 
 def test_the_nearest_robots_are_acknowledged_and_the_others_in_turn() -> None:
-    here = hood()
+    here = neighbors()
     heard(here, 7, *(beacon(k, 0.1 * k, 0.0) for k in range(2, 72)))
     here.refresh(8)
     seen = {int(entry) >> 16 for entry in here.heard(8)}
@@ -243,7 +243,7 @@ def test_the_nearest_robots_are_acknowledged_and_the_others_in_turn() -> None:
 def test_who_is_not_heard_by_a_near_robot_notices(
     distance: float, acknowledged: int, stands: bool
 ) -> None:
-    here = hood()
+    here = neighbors()
     for tick in range(50, 101, 10):
         heard(here, tick, acknowledging(2, acknowledged, distance))
         here.refresh(tick + 1)
@@ -251,7 +251,7 @@ def test_who_is_not_heard_by_a_near_robot_notices(
 
 
 def test_a_robot_that_does_not_hear_is_noticed_though_another_does() -> None:
-    here = hood()
+    here = neighbors()
     for tick in range(50, 101, 10):
         heard(here, tick, acknowledging(2, 50, 3.0), acknowledging(3, tick - 1, 3.0))
         here.refresh(tick + 1)
@@ -265,7 +265,7 @@ def acknowledging(robot: int, tick: int, x: float = 1.0) -> np.void:
 
 
 def test_more_robots_than_the_table_had_rows_are_all_kept() -> None:
-    here = hood()
+    here = neighbors()
     heard(here, 1, *(beacon(robot, 1.0, 0.01 * robot) for robot in range(90, 1, -1)))
     heard(here, 2, *(beacon(robot, 1.0, 0.01 * robot) for robot in range(3, 91, 3)))
     here.refresh(3)
@@ -276,7 +276,7 @@ def test_more_robots_than_the_table_had_rows_are_all_kept() -> None:
 
 
 def test_a_batch_in_a_foreign_buffer_is_copied() -> None:
-    here = hood()
+    here = neighbors()
     record = beacon(2, 1.0, 0.0)
     batch = np.frombuffer(b"xyz" + record.tobytes(), record.dtype, 1, 3)
     here.receive(batch, 0.0, 0.0)
@@ -286,7 +286,7 @@ def test_a_batch_in_a_foreign_buffer_is_copied() -> None:
 
 
 def test_the_highest_of_those_that_were_blocked_for_long_enough_pushes() -> None:
-    here = hood()
+    here = neighbors()
 
     def blocked(robot: int, priority: int, ticks: int, by: int = 1) -> np.void:
         record = beacon(robot, 1.0, 0.0, priority=priority)
@@ -309,7 +309,7 @@ def test_the_highest_of_those_that_were_blocked_for_long_enough_pushes() -> None
 
 
 def test_earlier_requests_for_the_same_station_count() -> None:
-    here = Neighborhood(5, TrafficConfig())
+    here = NeighborTable(5, TrafficConfig())
 
     def asking(robot: int, tick: int, x: float) -> np.void:
         record = beacon(robot, 1.0, 0.0)
@@ -326,7 +326,7 @@ def test_earlier_requests_for_the_same_station_count() -> None:
 
 
 def test_the_highest_that_waits_for_a_station_counts() -> None:
-    here = hood()
+    here = neighbors()
 
     def asking(robot: int, tick: int, x: float, priority: int) -> np.void:
         record = beacon(robot, 1.0, 0.0, priority=priority)
@@ -349,7 +349,7 @@ def test_the_highest_that_waits_for_a_station_counts() -> None:
 
 @pytest.mark.parametrize("removed", [2, 5, 9])
 def test_who_was_taken_out_of_the_world_is_forgotten_at_once(removed: int) -> None:
-    here = hood()
+    here = neighbors()
     heard(here, 10, *[beacon(robot, 0.25 * robot, 0.0) for robot in (2, 5, 9)])
     here.refresh(60)
     assert here.gone.all()
@@ -369,7 +369,7 @@ def test_who_was_taken_out_of_the_world_is_forgotten_at_once(removed: int) -> No
 
 
 def test_points_are_kept_when_what_was_on_the_air_is_not() -> None:
-    here = hood()
+    here = neighbors()
     past: list[np.ndarray] = []
     tubes = {robot: [(0.1 * k, float(robot)) for k in range(robot)] for robot in (3, 5, 8)}
     for tick, audible in ((10, (3, 5, 8)), (11, (5,)), (12, (8,)), (13, ())):

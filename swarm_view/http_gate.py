@@ -59,7 +59,7 @@ class Head:
         return query_of(self.target, name)
 
 
-class Gate:
+class HttpGate:
     """Listens on the address that the user knows."""
 
     def __init__(

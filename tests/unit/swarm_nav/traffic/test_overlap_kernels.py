@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from swarm_common.model.records import Pose
-from swarm_nav.traffic.parting_kernels import first_overlap
+from swarm_nav.traffic.overlap_kernels import first_overlap
 from tests.fakes.navigation import RADIUS, beacon, hear, room, situation
 
 HALL = room(8.0, 8.0)
@@ -20,7 +20,7 @@ SLACK = 0.06
 def overlap(other: np.void, radius: float = RADIUS, tick: int | None = None) -> int:
     s = situation(HALL, Pose(2.0, 4.0, 0.0))
     hear(s, other, tick=tick)
-    return int(first_overlap(PATH, 0, STOP, radius, SLACK, s.hood.columns()))
+    return int(first_overlap(PATH, 0, STOP, radius, SLACK, s.neighbors.columns()))
 
 
 def by_hand(other: tuple[float, float], radius: float) -> int:

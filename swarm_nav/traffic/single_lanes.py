@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from swarm_nav.planning import distance_kernels, search_kernels
 from swarm_nav.planning.terrain import NODE_MARGIN, Terrain
-from swarm_nav.traffic import narrows_kernels
+from swarm_nav.traffic import single_lane_kernels
 from swarm_nav.traffic.situation import Situation
 
 MOUTH = 1.5  # [m] around a single-lane passage that is kept free, too
@@ -37,12 +37,12 @@ def rooms(terrain: Terrain, radius: float) -> Mask:
     """
     lattice = terrain.lattice
     half = np.empty_like(lattice.clearance)
-    narrows_kernels.half_width(lattice.clearance, lattice.step, half)
+    single_lane_kernels.half_width(lattice.clearance, lattice.step, half)
     # two rows of nodes that far apart fit in for sure
     least = terrain.radius + NODE_MARGIN + radius + lattice.step / 2
     wide = np.asarray((lattice.base < search_kernels.WALL) & (half >= least), np.bool_)
     for part in parts(wide):
-        places = narrows_kernels.places(part, 2.0 * radius / lattice.step, FEWEST_PLACES)
+        places = single_lane_kernels.places(part, 2.0 * radius / lattice.step, FEWEST_PLACES)
         if places < FEWEST_PLACES:
             wide &= ~part
     return wide
@@ -51,7 +51,7 @@ def rooms(terrain: Terrain, radius: float) -> Mask:
 def parts(mask: Mask) -> Iterator[Mask]:
     """Yield the parts of a mask that hang together, one by one."""
     labels = np.zeros(mask.shape, np.int16)
-    narrows_kernels.label(mask, labels)
+    single_lane_kernels.label(mask, labels)
     for number in range(1, int(labels.max(initial=0)) + 1):
         yield labels == number
 
@@ -73,13 +73,13 @@ def single_lanes(terrain: Terrain, radius: float) -> NDArray[np.int16] | None:
     if not is_single.any():
         return None
     labels = np.zeros(is_free.shape, np.int16)
-    narrows_kernels.label(is_single, labels)
+    single_lane_kernels.label(is_single, labels)
     near = distance_kernels.distance_cells(is_single) * lattice.step <= MOUTH
-    narrows_kernels.spread(is_free & near, labels)
+    single_lane_kernels.spread(is_free & near, labels)
     return labels
 
 
-class Narrows:
+class SingleLanes:
     """Keeps one robot out of a single-lane passage while it is another robot's turn."""
 
     def __init__(self) -> None:
@@ -99,17 +99,17 @@ class Narrows:
             self._labels = single_lanes(situation.terrain, situation.usual_radius)
         if self._labels is None:
             return last, -1
-        tube, hood = situation.tube, situation.hood
+        tube, neighbors = situation.tube, situation.neighbors
         way = tube.points[tube.stop : tube.stop + WAY_POINTS]
         frame = situation.planner.lattice.frame
-        if not narrows_kernels.leads_in(self._labels, frame, way, last - tube.stop):
+        if not single_lane_kernels.leads_in(self._labels, frame, way, last - tube.stop):
             return last, -1
-        count, row = narrows_kernels.barrier(
+        count, row = single_lane_kernels.barrier(
             self._labels,
             frame,
             way,
             last - tube.stop,
             (situation.priority, situation.robot_id, situation.yields_for),
-            hood.columns(),
+            neighbors.columns(),
         )
         return tube.stop + count, row

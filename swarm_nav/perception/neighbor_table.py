@@ -19,7 +19,7 @@ from swarm_common.model.beacon import (
 )
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray
 from swarm_nav.core.config import TrafficConfig
-from swarm_nav.perception import neighborhood_kernels as kernels
+from swarm_nav.perception import neighbor_table_kernels as kernels
 from swarm_nav.perception import station_kernels
 from swarm_nav.perception.absence import NOTHING, Absence
 
@@ -39,7 +39,7 @@ INITIAL_ROWS = 32
 CLAIM_COLUMNS = kernels.Columns._fields[4:]  # those of beacons
 
 
-class Neighborhood:
+class NeighborTable:
     """The newest beacon of every robot heard, with its age and whether the robot is gone.
 
     A robot that is not heard for `lost_ticks` is *gone* (dead or mute): it stays an obstacle at
@@ -277,7 +277,7 @@ class Neighborhood:
         return (self.ids, self.acks, self.gone, self.priorities, *self._rows, self._air)
 
     def columns(self) -> tuple[NDArray[np.generic], ...]:
-        """Return the fields of `neighborhood_kernels.Columns`, as a plain tuple.
+        """Return the fields of `neighbor_table_kernels.Columns`, as a plain tuple.
 
         The first four have a row per robot, the others are views of the whole table: a view of
         one row would be contiguous, and numba would compile the kernels a second time for it.
