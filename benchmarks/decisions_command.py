@@ -10,11 +10,11 @@ from rich.markup import escape
 
 from benchmarks.app import benchmarks_app
 from benchmarks.decisions import decision_markdown, measure_decisions
-from swarm_bench.bench_command import new_console
-from swarm_bench.document import replace_part
-from swarm_bench.machine import machine_line
-from swarm_bench.scenario import check_size
-from swarm_bench.selection import select
+from swarm_bench.runs.document import replace_part
+from swarm_bench.runs.scenario import check_size
+from swarm_bench.suite.command import new_console
+from swarm_bench.suite.machine import machine_line
+from swarm_bench.suite.selection import select
 from swarm_common.model.errors import ConfigError
 
 

@@ -12,11 +12,11 @@ from typing import Any
 
 import pybullet
 
-from swarm_bench.harness import Harness
-from swarm_bench.scale_row import ScaleRow
-from swarm_bench.scenario import Scenario
-from swarm_bench.stage import RunOptions
-from swarm_bench.table import number
+from swarm_bench.runs.harness import Harness
+from swarm_bench.runs.scenario import Scenario
+from swarm_bench.runs.stage import RunOptions
+from swarm_bench.scale.row import ScaleRow
+from swarm_bench.suite.table import number
 from swarm_sim.sensing.lidar import Lidars
 
 TICKS_PER_SECOND = 10

@@ -11,13 +11,13 @@ from rich.markup import escape
 from benchmarks.app import benchmarks_app
 from benchmarks.floor import floor_markdown, measure_floor
 from benchmarks.profile_parts import profile_harness, profile_markdown
-from swarm_bench.bench_command import new_console
-from swarm_bench.document import replace_part
-from swarm_bench.machine import machine_line
-from swarm_bench.scale_plan import GRAPH
-from swarm_bench.scale_result import read_scale_results
-from swarm_bench.scale_row import rows_of
-from swarm_bench.scenario import check_size
+from swarm_bench.runs.document import replace_part
+from swarm_bench.runs.scenario import check_size
+from swarm_bench.scale.plan import GRAPH
+from swarm_bench.scale.result import read_scale_results
+from swarm_bench.scale.row import rows_of
+from swarm_bench.suite.command import new_console
+from swarm_bench.suite.machine import machine_line
 
 Output = Annotated[
     Path | None, typer.Option("-o", "--output", help="Document in which to replace the part.")

@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from swarm_bench.scale_plan import ScaleJob
-from swarm_bench.scale_process import result_of, run_program
-from swarm_bench.scale_result import ScaleResult
-from swarm_bench.stage import RunOptions, build
+from swarm_bench.runs.stage import RunOptions, build
+from swarm_bench.scale.plan import ScaleJob
+from swarm_bench.scale.process import result_of, run_program
+from swarm_bench.scale.result import ScaleResult
 from swarm_commander.mission.itinerary import Itinerary
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import FloatArray

@@ -10,15 +10,15 @@ import typer
 
 from benchmarks.app import benchmarks_app
 from benchmarks.peer_jobs import OURS_INCLUDES, PEERS, check_python, run_peer
-from swarm_bench.bench_command import JsonLines, new_console
-from swarm_bench.document import replace_part
-from swarm_bench.scale_plan import HARNESS, ScaleJob, plan_jobs
-from swarm_bench.scale_process import run_harness
-from swarm_bench.scale_result import ScaleResult
-from swarm_bench.scale_row import COMMON, ENDS, Column, ScaleRow, markdown, rows_of, scale_table
-from swarm_bench.scale_sweep import run_scale
-from swarm_bench.selection import parse_sizes
-from swarm_bench.stage import RunOptions, build
+from swarm_bench.runs.document import replace_part
+from swarm_bench.runs.stage import RunOptions, build
+from swarm_bench.scale.plan import HARNESS, ScaleJob, plan_jobs
+from swarm_bench.scale.process import run_harness
+from swarm_bench.scale.result import ScaleResult
+from swarm_bench.scale.row import COMMON, ENDS, Column, ScaleRow, markdown, rows_of, scale_table
+from swarm_bench.scale.sweep import run_scale
+from swarm_bench.suite.command import JsonLines, new_console
+from swarm_bench.suite.selection import parse_sizes
 from swarm_common.model.errors import UnknownNameError
 
 WORKLOAD = "pillars"

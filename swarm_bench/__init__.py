@@ -1,5 +1,16 @@
 """Bench: many seeded runs of the same brains in the same world, in one process without ROS.
 
+What imports nothing of the folders below it stands first:
+
+    baselines  DWA and ORCA, to compare with
+    runs       One run of a scenario, up to its result
+    suite      Many runs, and their tables
+    halls      Random halls
+    storm      Seeded faults
+    scale      Cost by swarm size
+    ablation   Each rule off
+    cli        The command `swarm-bench`
+
 May import swarm_sim, swarm_nav, swarm_commander's modules without ROS, and swarm_common; nobody
 imports it.
 """

@@ -15,12 +15,10 @@ def main() -> None:
 
 
 def _load() -> typer.Typer:
-    from swarm_bench import (  # noqa: F401  # add theirs
-        ablate_command,
-        halls_command,
-        scale_command,
-        storm_command,
-    )
-    from swarm_bench.bench_command import bench_app
+    import swarm_bench.ablation.command  # each adds its command
+    import swarm_bench.halls.command
+    import swarm_bench.scale.command
+    import swarm_bench.storm.command  # noqa: F401
+    from swarm_bench.suite.command import bench_app
 
     return bench_app

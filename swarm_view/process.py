@@ -11,7 +11,7 @@ from swarm_common.model.errors import SwarmError
 from swarm_common.process.messages import Refused, ViewerOpened
 from swarm_common.process.pipes import EventWriter, child_options
 from swarm_view.live import open_node, serve_live
-from swarm_view.server import Server
+from swarm_view.server.server import Server
 
 
 def main(arguments: list[str] | None = None) -> int:

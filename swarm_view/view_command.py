@@ -14,9 +14,9 @@ from swarm_commander.mission.discovery import find_robots
 from swarm_commander.run.domain import check_swarm, domain_id, patience_for
 from swarm_commander.run.options import LOOPBACK, VIEWER_PORT
 from swarm_common.middleware.addresses import check_address
-from swarm_view.feed import Recording
 from swarm_view.live import open_node, serve_live
-from swarm_view.server import Server
+from swarm_view.server.server import Server
+from swarm_view.state.feed import Recording
 from swarm_view.viewer import Viewer, run_until_signal
 
 view_app = typer.Typer(rich_markup_mode=None)

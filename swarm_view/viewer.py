@@ -12,19 +12,19 @@ from typing import Any
 import numpy as np
 
 from swarm_common.model.records import FloatArray
-from swarm_view import topics
-from swarm_view.feed import Feed, Recording
-from swarm_view.fleet import DrawnFleet
-from swarm_view.history import History
-from swarm_view.link import Viewpoint
-from swarm_view.machine import CpuMeter
-from swarm_view.operator_link import OperatorLink
-from swarm_view.page import Page
-from swarm_view.past import LIVE
-from swarm_view.playback import Playback
-from swarm_view.scenery import Scenery
-from swarm_view.server import Server
-from swarm_view.swarm import Swarm, history_of
+from swarm_view.page.page import Page
+from swarm_view.page.past import LIVE
+from swarm_view.page.playback import Playback
+from swarm_view.scene.fleet import DrawnFleet
+from swarm_view.scene.scenery import Scenery
+from swarm_view.server.machine import CpuMeter
+from swarm_view.server.server import Server
+from swarm_view.state import topics
+from swarm_view.state.feed import Feed, Recording
+from swarm_view.state.history import History
+from swarm_view.state.link import Viewpoint
+from swarm_view.state.operator_link import OperatorLink
+from swarm_view.state.swarm import Swarm, history_of
 
 FRAME_PERIOD = 0.04  # [s] of wall time: 25 frames per second
 LOOK_PERIOD = 3.0  # [s] of wall time between two updates of the list of robots

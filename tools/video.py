@@ -30,7 +30,7 @@ from swarm_common.model.grid import OCCUPIED, UNKNOWN
 from swarm_common.model.palette import HELD, LOOKS, RGB, state_color
 from swarm_recording.bag import NANOSECONDS, Bag
 from swarm_report.run import RunData
-from swarm_view import decode
+from swarm_view.state import decode
 
 FloatArray = NDArray[np.float64]
 SIZE = (1280, 720)

@@ -16,7 +16,7 @@ import time
 
 import psutil
 
-from swarm_view.server import Server
+from swarm_view.server.server import Server
 from swarm_view.viewer import FRAME_PERIOD, Viewer
 from tests.fakes.moving_feed import MovingFeed
 from tools.viewer_load import SilentPage

@@ -32,9 +32,9 @@ from swarm_common.middleware import ros_env
 from swarm_common.model.palette import STATES
 from swarm_common.model.records import CONTROL_PERIOD
 from swarm_recording.bag_feed import BagFeed
-from swarm_view.server import Server
+from swarm_view.scene.views import PANEL_WIDTH, STRIP_HEIGHT
+from swarm_view.server.server import Server
 from swarm_view.viewer import Viewer
-from swarm_view.views import PANEL_WIDTH, STRIP_HEIGHT
 
 UP = "swarm-up --mission loading_route --viewer --port 0 --no-report --speed max"
 FLAGS = ("--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--disable-dev-shm-usage")

@@ -63,7 +63,7 @@ class Others:
 
 
 class Baseline(ABC):
-    """A robot driven by some method; see `swarm_bench.methods.Driver`."""
+    """A robot driven by some method; see `swarm_bench.runs.methods.Driver`."""
 
     def __init__(
         self,

@@ -13,15 +13,15 @@ from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.remote.webdriver import WebDriver
 
 from swarm_common.model.palette import state_color
-from swarm_view import topics
-from swarm_view.images import LIGHT
-from swarm_view.page import Page
-from swarm_view.server import Server
-from swarm_view.shapes import lifted
-from swarm_view.sight import Sight
-from swarm_view.topics import Layer
+from swarm_view.page.page import Page
+from swarm_view.scene.images import LIGHT
+from swarm_view.scene.shapes import lifted
+from swarm_view.scene.sight import Sight
+from swarm_view.scene.views import PANEL_WIDTH, STRIP_HEIGHT, Camera
+from swarm_view.server.server import Server
+from swarm_view.state import topics
+from swarm_view.state.topics import Layer
 from swarm_view.viewer import Viewer
-from swarm_view.views import PANEL_WIDTH, STRIP_HEIGHT, Camera
 from tests.browser.page import (
     click_canvas,
     click_time_line,

@@ -16,7 +16,7 @@ from selenium.webdriver.remote.webdriver import WebDriver
 from swarm_common.middleware.topic_table import WORLD_TOPICS, Topic, robot_topic
 from swarm_recording.selection import ALWAYS
 from swarm_recording.tape import Tape
-from swarm_view import topics
+from swarm_view.state import topics
 from tests.browser.page import choose, click_time_line, errors, press, text_of, wait_for
 from tests.fakes.moving_feed import PERIOD, MovingFeed
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 
-from swarm_bench.harness import Watcher
+from swarm_bench.runs.harness import Watcher
 from swarm_common.model.records import Pose
 from swarm_common.model.sites import Sites
 from swarm_nav.behaviour.navigator import Navigator

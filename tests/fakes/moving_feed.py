@@ -21,8 +21,8 @@ from swarm_common.model.records import Scan
 from swarm_common.robots.loading import description
 from swarm_sim.ros.scene_publisher import scene_markers
 from swarm_sim.sdf.reader import load_world
-from swarm_view import topics
-from swarm_view.topics import Layer
+from swarm_view.state import topics
+from swarm_view.state.topics import Layer
 
 STATES = ("driving", "holding", "waiting", "yielding", "recovering", "idle")
 PERIOD = 0.1  # [s] of a tick

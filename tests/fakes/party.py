@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from swarm_bench.harness import Harness, InjectedFaults, Watcher
-from swarm_bench.methods import load_method
-from swarm_bench.result import RunResult
-from swarm_bench.scenario import Scenario
-from swarm_bench.stage import RunOptions, Stage
+from swarm_bench.runs.harness import Harness, InjectedFaults, Watcher
+from swarm_bench.runs.methods import load_method
+from swarm_bench.runs.result import RunResult
+from swarm_bench.runs.scenario import Scenario
+from swarm_bench.runs.stage import RunOptions, Stage
 from swarm_commander.mission.itinerary import Itinerary
 from swarm_commander.mission.leg import Stop
 from swarm_common.model.grid import OCCUPIED, Grid

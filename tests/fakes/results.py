@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from swarm_bench.result import RunResult
+from swarm_bench.runs.result import RunResult
 
 FIELDS: dict[str, Any] = {
     "scenario": "slim_blockage", "method": "ours", "robots": 20, "seed": 0, "engine": "planar",

@@ -11,8 +11,8 @@ from rclpy.action.server import ServerGoalHandle
 from rclpy.executors import MultiThreadedExecutor
 from std_msgs.msg import Empty
 
-from swarm_view.driving import Driving
-from swarm_view.operator_link import OperatorLink
+from swarm_view.page.driving import Driving
+from swarm_view.state.operator_link import OperatorLink
 from tests.graph.conftest import reserved_domain
 
 

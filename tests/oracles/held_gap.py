@@ -1,4 +1,4 @@
-"""Slow twin of swarm_bench.invariant_kernels."""
+"""Slow twin of swarm_bench.runs.invariant_kernels."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ import yaml
 
 from benchmarks.app import load as load_benchmarks
 from swarm_bench import cli as bench_cli
-from swarm_bench.scenario import Scenario, load_scenario
+from swarm_bench.runs.scenario import Scenario, load_scenario
 from swarm_commander.cli import main as commander_cli
 from swarm_common.model.records import LidarSpec
 from swarm_map import cli as map_cli

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from swarm_bench import ablation
-from swarm_bench.ablation import (
+from swarm_bench.ablation import rules as ablation
+from swarm_bench.ablation.rules import (
     BASE,
     NUMBERS,
     RULES,
@@ -17,8 +17,8 @@ from swarm_bench.ablation import (
     run_job,
     variants,
 )
-from swarm_bench.result import RunResult
-from swarm_bench.selection import select
+from swarm_bench.runs.result import RunResult
+from swarm_bench.suite.selection import select
 from swarm_common.model.errors import UnknownNameError
 from swarm_nav.core.config import NavConfig, config_from_parameters, parameter_values
 from swarm_nav.traffic import right_of_way

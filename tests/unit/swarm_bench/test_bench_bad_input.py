@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from swarm_bench import cli, sweep
+from swarm_bench import cli
+from swarm_bench.suite import sweep
 
 Refusal = Callable[..., str]
 

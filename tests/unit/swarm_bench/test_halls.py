@@ -7,8 +7,8 @@ import math
 
 import pytest
 
-from swarm_bench.hall_maker import DEAD_GAP, MISSIONS, HallRequest, make_hall
-from swarm_bench.halls import DRAWN, SIZES, TROUBLES, build_hall, hall_of, hall_runs, run_hall
+from swarm_bench.halls.hall_maker import DEAD_GAP, MISSIONS, HallRequest, make_hall
+from swarm_bench.halls.halls import DRAWN, SIZES, TROUBLES, build_hall, hall_of, hall_runs, run_hall
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import Pose
 from swarm_nav.core.config import CostmapConfig, PlannerConfig

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from swarm_bench.harness import Harness, InjectedFaults, run
-from swarm_bench.methods import Driver
-from swarm_bench.result import RunResult, result_from_json
-from swarm_bench.scenario import load_scenario
-from swarm_bench.stage import RunOptions
-from swarm_bench.sweep import in_processes
-from swarm_bench.table import run_line
+from swarm_bench.runs.harness import Harness, InjectedFaults, run
+from swarm_bench.runs.methods import Driver
+from swarm_bench.runs.result import RunResult, result_from_json
+from swarm_bench.runs.scenario import load_scenario
+from swarm_bench.runs.stage import RunOptions
+from swarm_bench.suite.sweep import in_processes
+from swarm_bench.suite.table import run_line
 from swarm_nav.core.goals import Output
 from swarm_sim.world.world import World
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from swarm_bench.invariant import FAR, Invariant
+from swarm_bench.runs.invariant import FAR, Invariant
 from swarm_common.model.beacon import BeaconArray, empty_beacons
 from tests.oracles.held_gap import smallest
 

@@ -7,14 +7,14 @@ import json
 import pytest
 from rich.console import Console
 
-from swarm_bench.document import replace_part
-from swarm_bench.scale_compare import Side, comparison_table
-from swarm_bench.scale_plan import GRAPH, HARNESS, plan_jobs
-from swarm_bench.scale_plot import draw_scale
-from swarm_bench.scale_result import ScaleResult, median_of, read_scale_results
-from swarm_bench.scale_row import GRAPH_COLUMNS, growth, markdown, rows_of, scale_table
-from swarm_bench.scale_sweep import run_scale
-from swarm_bench.scale_watch import dds_share
+from swarm_bench.runs.document import replace_part
+from swarm_bench.scale.compare import Side, comparison_table
+from swarm_bench.scale.plan import GRAPH, HARNESS, plan_jobs
+from swarm_bench.scale.plot import draw_scale
+from swarm_bench.scale.result import ScaleResult, median_of, read_scale_results
+from swarm_bench.scale.row import GRAPH_COLUMNS, growth, markdown, rows_of, scale_table
+from swarm_bench.scale.sweep import run_scale
+from swarm_bench.scale.watch import dds_share
 from swarm_common.model.errors import ConfigError, UnknownNameError
 
 

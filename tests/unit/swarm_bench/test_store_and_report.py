@@ -8,14 +8,14 @@ from pathlib import Path
 
 import pytest
 
-from swarm_bench import store
-from swarm_bench.json_lines import append_json_line, open_to_append
-from swarm_bench.report import traffic_report
-from swarm_bench.result import RunResult
-from swarm_bench.ros_run import result_of_report, up_flags
-from swarm_bench.selection import select, suite_sweeps
-from swarm_bench.stage import RunOptions
-from swarm_bench.sweep import Sweep
+from swarm_bench.runs.json_lines import append_json_line, open_to_append
+from swarm_bench.runs.result import RunResult
+from swarm_bench.runs.ros_run import result_of_report, up_flags
+from swarm_bench.runs.stage import RunOptions
+from swarm_bench.suite import store
+from swarm_bench.suite.report import traffic_report
+from swarm_bench.suite.selection import select, suite_sweeps
+from swarm_bench.suite.sweep import Sweep
 from swarm_common.model.errors import ConfigError
 from tests.fakes.results import result
 
@@ -32,7 +32,7 @@ def test_a_killed_sweep_continues(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         asked.extend(item.seed for item in runs)
         return [result(seed=item.seed, conditions=dict(LOSSLESS)) for item in runs]
 
-    monkeypatch.setattr("swarm_bench.sweep.in_processes", fake)
+    monkeypatch.setattr("swarm_bench.suite.sweep.in_processes", fake)
     results = Sweep(options).run(path, _quiet())
     assert asked == [0, 2]
     assert sorted(item.seed for item in results) == [0, 1, 2]

@@ -9,10 +9,8 @@ import json
 import numpy as np
 import pytest
 
-from swarm_bench.harness import Harness
-from swarm_bench.reachable import Floor
-from swarm_bench.storm import ROWS, Storm, StormOptions, StormResult
-from swarm_bench.storm_plan import (
+from swarm_bench.runs.harness import Harness
+from swarm_bench.storm.plan import (
     FIRST,
     FOR_EVER,
     Crate,
@@ -21,6 +19,8 @@ from swarm_bench.storm_plan import (
     StormPlan,
     draw_faults,
 )  # fmt: skip
+from swarm_bench.storm.reachable import Floor
+from swarm_bench.storm.storm import ROWS, Storm, StormOptions, StormResult
 from swarm_sim.world.verdict import Collision
 from tests.fakes.navigation import room
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from swarm_view.chase import CLOSE_UP, Chase
+from swarm_view.scene.chase import CLOSE_UP, Chase
 
 FRAME = 0.04  # [s]
 

@@ -5,7 +5,7 @@ from rclpy.serialization import serialize_message
 from swarm_interfaces.msg import RobotStatus
 
 from swarm_common.model.records import Pose
-from swarm_view import decode
+from swarm_view.state import decode
 
 
 @pytest.mark.parametrize("robot", ["Srobot1", "Srobot10", "Srobot100", "r"])

@@ -8,8 +8,8 @@ from swarm_interfaces.msg import Verdict
 
 from swarm_common.middleware import ros_io
 from swarm_common.model.records import Pose
-from swarm_view.decode import ReportedState
-from swarm_view.history import History, Kind
+from swarm_view.state.decode import ReportedState
+from swarm_view.state.history import History, Kind
 
 IDLE = ReportedState(0, "idle", "", Pose(0.0, 0.0, 0.0), None, "", 0, 0.0, 0.0, 0.0, 0, 0)
 

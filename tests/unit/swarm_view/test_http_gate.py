@@ -1,6 +1,6 @@
 import pytest
 
-from swarm_view.http_gate import PAGE, SCRIPT, parse_head, query_of
+from swarm_view.server.http_gate import PAGE, SCRIPT, parse_head, query_of
 
 
 def test_a_request_is_read() -> None:

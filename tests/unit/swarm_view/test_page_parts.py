@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from swarm_common.model.records import Twist
-from swarm_view.driving import Driving
-from swarm_view.history import Kind, Mark
-from swarm_view.inbox import LONGEST, numbers, parse
-from swarm_view.link import Viewpoint, place_of
-from swarm_view.time_line import next_mark, strip_html
+from swarm_view.page.driving import Driving
+from swarm_view.page.inbox import LONGEST, numbers, parse
+from swarm_view.page.time_line import next_mark, strip_html
+from swarm_view.state.history import Kind, Mark
+from swarm_view.state.link import Viewpoint, place_of
 
 MARKS = [
     Mark(5.0, Kind.GOAL, "Srobot1 reaches its goal"),

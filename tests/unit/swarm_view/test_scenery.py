@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from visualization_msgs.msg import Marker
 
-from swarm_view.scenery import CUT, CUT_HEIGHT, WHOLE, Scenery
+from swarm_view.scene.scenery import CUT, CUT_HEIGHT, WHOLE, Scenery
 
 
 class Handle:

@@ -2,9 +2,17 @@ import numpy as np
 import pytest
 
 from swarm_common.model.palette import STATES
-from swarm_view.decode import Raster
-from swarm_view.images import DARK, LIGHT, cost_image, map_image
-from swarm_view.shapes import floor, loop, nearest_to_ray, on_floor, pointer, polyline, quaternions
+from swarm_view.scene.images import DARK, LIGHT, cost_image, map_image
+from swarm_view.scene.shapes import (
+    floor,
+    loop,
+    nearest_to_ray,
+    on_floor,
+    pointer,
+    polyline,
+    quaternions,
+)
+from swarm_view.state.decode import Raster
 
 
 def test_lines() -> None:

@@ -6,18 +6,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from swarm_common.model.palette import LOOKS
-from swarm_view import topics
-from swarm_view.decode import ReportedState
-from swarm_view.panel_text import (
+from swarm_view.page.panel_text import (
     robot_html,
     stations_html,
     topics_html,
     verdict_html,
     wait_chain,
 )
-from swarm_view.robot_mesh import robot_mesh
-from swarm_view.swarm import Swarm
-from swarm_view.topics import Layer
+from swarm_view.scene.robot_mesh import robot_mesh
+from swarm_view.state import topics
+from swarm_view.state.decode import ReportedState
+from swarm_view.state.swarm import Swarm
+from swarm_view.state.topics import Layer
 from tests.fakes.moving_feed import MovingFeed
 
 

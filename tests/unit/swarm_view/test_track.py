@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from swarm_view.track import JUMP, Track, Trails
+from swarm_view.state.track import JUMP, Track, Trails
 
 
 def poses(*rows: tuple[float, float, float]) -> np.ndarray:

@@ -5,9 +5,9 @@ import itertools
 import numpy as np
 import pytest
 
-from swarm_view.decode import Raster
-from swarm_view.labels import LETTER_HEIGHT, LabelWish, arrange
-from swarm_view.views import PANEL_WIDTH, STRIP_HEIGHT, Camera, View, eye_of, whole
+from swarm_view.scene.labels import LETTER_HEIGHT, LabelWish, arrange
+from swarm_view.scene.views import PANEL_WIDTH, STRIP_HEIGHT, Camera, View, eye_of, whole
+from swarm_view.state.decode import Raster
 
 SIZE = (1600.0, 900.0)
 

@@ -14,7 +14,7 @@ import pytest
 import viser
 from websockets.sync.client import connect
 
-from swarm_view.server import Server, names_of
+from swarm_view.server.server import Server, names_of
 
 
 @pytest.fixture(scope="module")

@@ -9,10 +9,10 @@ from viser.transforms import SO3
 
 from swarm_common.robots.loading import description, load_robot, robot_names
 from swarm_sim.physics.drive import Wheels
-from swarm_view.bodies import AWAY, Bodies
-from swarm_view.fleet import NEAR_ROBOTS, DrawnFleet
-from swarm_view.robot_mesh import RobotMesh, robot_mesh
-from swarm_view.wheels import rolled
+from swarm_view.scene.bodies import AWAY, Bodies
+from swarm_view.scene.fleet import NEAR_ROBOTS, DrawnFleet
+from swarm_view.scene.robot_mesh import RobotMesh, robot_mesh
+from swarm_view.scene.wheels import rolled
 
 WAFFLE = "turtlebot3_waffle"
 BATCHED = ("batched_positions", "batched_wxyzs")

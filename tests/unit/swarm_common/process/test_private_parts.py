@@ -9,7 +9,7 @@ import pytest
 from swarm_common.middleware import rclpy_compat
 from swarm_common.process.private_parts import MovedPartError, require
 from swarm_common.robots import xacro_compat
-from swarm_view import viser_compat
+from swarm_view.scene import viser_compat
 
 COMPATS = (
     ("ros-jazzy-rclpy", rclpy_compat),

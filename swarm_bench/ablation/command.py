@@ -1,0 +1,75 @@
+"""The command `swarm-bench ablate`: its options."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.markup import escape
+
+from swarm_bench.ablation.rules import BASE, ablation_markdown, jobs_of, run_job, variants
+from swarm_bench.halls.halls import DRAWN, NONE, hall_runs
+from swarm_bench.runs.document import replace_part
+from swarm_bench.runs.json_lines import collected, read_json_lines
+from swarm_bench.runs.result import RunResult, result_from_json
+from swarm_bench.suite.command import Jobs, JsonLines, bench_app, new_console
+from swarm_bench.suite.selection import check_jobs, parse_seeds, parse_sizes, select
+from swarm_bench.suite.sweep import in_processes
+from swarm_bench.suite.table import run_line
+
+NO_ROWS = "none"
+
+
+@bench_app.command()
+def ablate(
+    only: Annotated[
+        str, typer.Option(help="Rules and numbers, comma-separated.  [default: all]")
+    ] = "",
+    scenario: Annotated[
+        str, typer.Option(help="Rows of the suite, comma-separated, or none.")
+    ] = "station,corridor,doorway,crossing,slim_blockage",
+    seeds: Annotated[str, typer.Option(help="Of the rows, like 0-9.")] = "0-9",
+    halls: Annotated[str, typer.Option(help="Seeds of random halls, or none.")] = "0-9",
+    robots: Annotated[str, typer.Option(help="Swarm sizes of the halls.")] = "20",
+    jobs: Jobs = 1,
+    json_: JsonLines = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Document whose part to write.")
+    ] = None,
+) -> None:
+    """Measure what each liveness rule pays: off, and each number halved and doubled."""
+    check_jobs(jobs, ros=False, method="ours")
+    chosen = variants([name.strip() for name in only.split(",") if name.strip()])
+    rows = [] if scenario == NO_ROWS else select(scenario, (), parse_seeds(seeds))
+    rows = [row for row in rows if row.robots == row.scenario.robots[0]]  # the smallest swarm
+    in_halls = [] if halls == NO_ROWS else hall_runs(
+        parse_seeds(halls) or range(10), parse_sizes(robots), DRAWN, NONE
+    )  # fmt: skip
+    console = new_console()
+    results: list[tuple[str, RunResult]] = []
+    if json_ is not None and json_.is_file():
+        results = read_json_lines(json_, _parse, "swarm-bench ablate")
+    known = {(name, result.scenario, result.robots, result.seed) for name, result in results}
+    todo = [
+        job
+        for job in jobs_of(chosen, rows, in_halls)
+        if (job.variant.name, job.options.scenario.name, job.options.robots, job.options.seed)
+        not in known
+    ]
+    results += collected(
+        in_processes(todo, jobs, run_job),
+        json_,
+        console,
+        lambda found: f"{found[0]}: {run_line(found[1])}",
+        lambda found: {"variant": found[0], **found[1].as_json()},
+    )
+    names = {variant.name for variant in chosen}
+    table = ablation_markdown([item for item in results if item[0] in names | {BASE}])
+    console.print(escape(table))
+    if output is not None:
+        replace_part(output, "ablation", table)
+
+
+def _parse(data: dict[str, Any]) -> tuple[str, RunResult]:
+    return data.pop("variant"), result_from_json(data)

@@ -1,0 +1,247 @@
+"""What each liveness rule and number pays: the same runs with one of them changed.
+
+A rule is switched off, a number is halved and doubled. Numbers are parameters of the navigators, or
+constants of the modules beside the algorithms; these are changed in this process while a run lasts.
+Constants inside numba kernels are compiled in and are not varied.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import itertools
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_bench.halls.halls import run_hall
+from swarm_bench.runs.harness import run
+from swarm_bench.runs.result import RunResult
+from swarm_bench.runs.stage import RunOptions
+from swarm_common.model.errors import UnknownNameError
+from swarm_nav.core.config import NavConfig, parameter_values
+from swarm_nav.planning.terrain import Terrain
+
+NEVER = 1e5  # [s] longer than any run
+BASE = "as it is"
+TRAFFIC, BEHAVIOUR = "swarm_nav.traffic", "swarm_nav.behaviour"
+RESAMPLES = 2000  # of the bootstrap
+
+
+def _everywhere(terrain: Terrain, radius: float) -> NDArray[np.bool_]:
+    return np.ones(terrain.lattice.base.shape, np.bool_)
+
+
+def _nothing(*_: Any) -> None:
+    return None
+
+
+def _false(*_: Any) -> bool:
+    return False
+
+
+def _zero(*_: Any) -> int:
+    return 0
+
+
+RULES: Mapping[str, Mapping[str, Any]] = {
+    "push": {"traffic.push_ticks": 10_000},
+    "going on": {f"{TRAFFIC}.right_of_way.clears_way": _false},
+    "refuges in rooms": {f"{TRAFFIC}.right_of_way.rooms": _everywhere},
+    "retreat": {f"{TRAFFIC}.right_of_way.retreat_path": _nothing},
+    "patience": {f"{TRAFFIC}.patience.MOST": 1.0},
+    "single lanes": {f"{TRAFFIC}.single_lanes.single_lanes": _nothing},
+    "lease and queue": {"holding.approach_slots": 1000, f"{TRAFFIC}.holding.DEAD_END_AREA": 0.0},
+    "queue": {f"{TRAFFIC}.holding.QUEUE_AREA": 0.0},
+    "dead end": {f"{TRAFFIC}.holding.DEAD_END_AREA": 0.0},
+    "inheritance by a lease": {f"{TRAFFIC}.holding.above": _zero},
+    "gate": {"holding.gate_density": 0.0},
+    "departure": {f"{TRAFFIC}.departure.NEXT_GOAL_PATIENCE": NEVER},
+    "lanes": {"planner.lane_weight": 0.0},
+    "keeping a route": {f"{BEHAVIOUR}.route.KEEP_COST": 0.0},
+}
+"""How each rule is switched off: parameters, and constants or functions of modules."""
+
+NUMBERS = (
+    "traffic.push_ticks", "traffic.moving_patience", "traffic.release_time",
+    "traffic.replan_blocked", "traffic.stuck_time", "traffic.retreat_time",
+    "holding.request_distance", "holding.hold_distance", "holding.approach_slots",
+    "holding.search_distance", "holding.gate_density",
+    "planner.lane_weight", "planner.lane_width", "planner.replan_period",
+    f"{TRAFFIC}.right_of_way.REFUGE_COST", f"{TRAFFIC}.right_of_way.RETREAT_DISTANCE",
+    f"{TRAFFIC}.right_of_way.RETRY_TIME",
+    f"{TRAFFIC}.right_of_way.WAY_AHEAD", f"{TRAFFIC}.right_of_way.GAIN",
+    f"{TRAFFIC}.right_of_way.GO_ON_PATIENCE", f"{TRAFFIC}.right_of_way.INTENT_POINTS_CLEARED",
+    f"{TRAFFIC}.single_lanes.MOUTH", f"{TRAFFIC}.single_lanes.WAY_POINTS",
+    f"{TRAFFIC}.gate.LEAST_AREA", f"{TRAFFIC}.gate.WAY_POINTS",
+    f"{TRAFFIC}.holding.SEARCH_PAUSE",
+    f"{TRAFFIC}.holding.DETOUR", f"{TRAFFIC}.holding.QUEUE_AREA",
+    f"{TRAFFIC}.holding.DEAD_END_AREA", f"{TRAFFIC}.holding.DEAD_END_ROOM",
+    f"{TRAFFIC}.holding.NEXT_GOAL_PATIENCE", f"{TRAFFIC}.holding.QUEUE_STEP",
+    f"{TRAFFIC}.traffic_costs.STANDING", f"{TRAFFIC}.traffic_costs.PUSHABLE",
+    f"{TRAFFIC}.traffic_costs.STUCK",
+    f"{BEHAVIOUR}.route.REPLAN_PAUSE", f"{BEHAVIOUR}.route.KEEP_COST",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Variant:
+    """One rule or number changed; `values` by parameter, or by module and name."""
+
+    name: str
+    values: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class AblationJob:
+    """One run of a variant."""
+
+    variant: Variant
+    options: RunOptions
+    is_hall: bool
+
+
+def variants(only: Sequence[str] = ()) -> list[Variant]:
+    """Return the navigators as they are, then each rule off, then each number halved and doubled.
+
+    Args:
+        only: Names of rules and numbers; empty for all.
+
+    Raises:
+        UnknownNameError: If a name is none of these.
+    """
+    known = (*RULES, *NUMBERS)
+    for name in only:
+        if name not in known:
+            raise UnknownNameError("rule or number", name, known)
+    chosen = only or known
+    found = [Variant(BASE)]
+    found += [Variant(f"{name} off", RULES[name]) for name in RULES if name in chosen]
+    for name in NUMBERS:
+        if name in chosen:
+            usual = _usual(name)
+            found.append(Variant(f"{name} / 2", {name: _like(usual, usual / 2)}))
+            found.append(Variant(f"{name} * 2", {name: _like(usual, usual * 2)}))
+    return found
+
+
+def _usual(name: str) -> float:
+    values = parameter_values(NavConfig())
+    if name in values:
+        return float(values[name]) if isinstance(values[name], float) else int(values[name])
+    module, _, constant = name.rpartition(".")
+    value = getattr(importlib.import_module(module), constant)
+    assert isinstance(value, int | float)
+    return value
+
+
+def _like(usual: float, value: float) -> float:
+    return max(1, round(value)) if isinstance(usual, int) else value
+
+
+def run_job(job: AblationJob) -> tuple[str, RunResult]:
+    """Run a job; return the variant's name and the result."""
+    known = parameter_values(NavConfig())
+    parameters = {name: value for name, value in job.variant.values.items() if name in known}
+    constants = {name: value for name, value in job.variant.values.items() if name not in known}
+    options = replace(job.options, parameters={**job.options.parameters, **parameters})
+    runner: Callable[[RunOptions], RunResult] = run_hall if job.is_hall else run
+    with _changed(constants):
+        return job.variant.name, runner(options)
+
+
+@contextlib.contextmanager
+def _changed(constants: Mapping[str, Any]) -> Iterator[None]:
+    """Within it, modules have other values under these names."""
+    before = []
+    try:
+        for name, value in constants.items():
+            module_name, _, constant = name.rpartition(".")
+            module = importlib.import_module(module_name)
+            before.append((module, constant, getattr(module, constant)))
+            setattr(module, constant, value)
+        yield
+    finally:
+        for module, constant, value in reversed(before):
+            setattr(module, constant, value)
+
+
+def ablation_markdown(results: Sequence[tuple[str, RunResult]]) -> str:
+    """Return the table: a row per variant and kind of run, compared seed by seed.
+
+    Args:
+        results: Variants with their results; those that are as they are among them.
+    """
+    usual = {_run_of(result): result for name, result in results if name == BASE}
+    lines = [
+        "| changed | row | runs | goals | contacts | makespan | worst wait |",
+        "| --- | --- | ---: | ---: | ---: | ---: | ---: |",
+    ]
+    for (name, row), runs in _grouped(results):
+        pairs = [(usual[_run_of(run)], run) for run in runs if _run_of(run) in usual]
+        contacts = sum(run.robot_robot + run.robot_world for run in runs)
+        reached, sent = sum(r.goals_reached for r in runs), sum(r.goals_sent for r in runs)
+        spans = [
+            after.makespan / before.makespan
+            for before, after in pairs
+            if before.makespan and after.makespan
+        ]
+        waits = [
+            after.wait_worst / before.wait_worst for before, after in pairs if before.wait_worst
+        ]
+        cells = (
+            name,
+            row,
+            len(runs),
+            f"{reached}/{sent}",
+            contacts,
+            _change(spans),
+            _change(waits),
+        )
+        lines.append("| " + " | ".join(map(str, cells)) + " |")
+    return "\n".join(lines)
+
+
+def _grouped(
+    results: Sequence[tuple[str, RunResult]],
+) -> Iterator[tuple[tuple[str, str], list[RunResult]]]:
+    keyed: dict[tuple[str, str], list[RunResult]] = {}
+    for name, result in results:
+        keyed.setdefault((name, f"{result.scenario} {result.robots}"), []).append(result)
+    yield from keyed.items()
+
+
+def _run_of(result: RunResult) -> tuple[str, int, int]:
+    return result.scenario, result.robots, result.seed
+
+
+def _change(ratios: Sequence[float]) -> str:
+    """Return the mean of ratios as a change, with the 95 % interval of a bootstrap over seeds."""
+    if not ratios:
+        return "-"
+    logs = np.log(np.asarray(ratios))
+    text = f"{_percent(float(logs.mean()))}"
+    if len(ratios) < 2:
+        return text
+    rng = np.random.default_rng(0)
+    means = rng.choice(logs, (RESAMPLES, len(logs))).mean(1)
+    low, high = np.percentile(means, (2.5, 97.5))
+    return f"{text} [{_percent(float(low))}..{_percent(float(high))}]"
+
+
+def _percent(log: float) -> str:
+    return f"{100.0 * (np.exp(log) - 1.0):+.0f} %"
+
+
+def jobs_of(
+    chosen: Sequence[Variant], rows: Sequence[RunOptions], halls: Sequence[RunOptions]
+) -> list[AblationJob]:
+    """Return the runs, variant by variant."""
+    kinds = [(options, False) for options in rows] + [(options, True) for options in halls]
+    return [
+        AblationJob(variant, options, is_hall)
+        for variant, (options, is_hall) in itertools.product(chosen, kinds)
+    ]

@@ -1,0 +1,46 @@
+"""The command `swarm-bench halls`: its options."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from swarm_bench.halls.halls import DRAWN, hall_runs, run_hall
+from swarm_bench.runs.stage import parse_parameters
+from swarm_bench.suite.command import Jobs, JsonLines, Settings, bench_app, exit_code, new_console
+from swarm_bench.suite.selection import check_jobs, parse_seeds, parse_sizes
+from swarm_bench.suite.sweep import Sweep
+from swarm_bench.suite.table import summary_table
+
+
+@bench_app.command()
+def halls(
+    seeds: Annotated[str, typer.Option(help="Seeds like 0-199 or 1,5,7.")] = "0-199",
+    robots: Annotated[
+        str | None,
+        typer.Option(help="Swarm sizes like 20,50.  [default: by the seed]", show_default=False),
+    ] = None,
+    mission: Annotated[
+        str, typer.Option(help="random order, pipeline, roam, swap; drawn: by the seed.")
+    ] = DRAWN,
+    trouble: Annotated[
+        str, typer.Option(help="none, dead, radio, people, mixed; drawn: by the seed.")
+    ] = DRAWN,
+    set_: Settings = None,
+    jobs: Jobs = 1,
+    json_: JsonLines = None,
+) -> None:
+    """Run random missions in random halls: each seed is a hall with doors, aisles and stations.
+
+    Exit code: 0 every goal reached without a collision; 1 otherwise; 2 bad input.
+    """
+    options = hall_runs(
+        parse_seeds(seeds) or range(200), parse_sizes(robots), mission, trouble,
+        parameters=parse_parameters(set_ or []),
+    )  # fmt: skip
+    check_jobs(jobs, ros=False, method="ours")
+    console = new_console()
+    results = Sweep(options, jobs, runner=run_hall).run(json_, console)
+    console.print(summary_table(results))
+    exit_code(results)

@@ -1,0 +1,159 @@
+"""Runs in random halls: which runs a seed means, and how one is built and run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from swarm_bench.halls.hall import Hall
+from swarm_bench.halls.hall_maker import MISSIONS, HallRequest, make_hall
+from swarm_bench.runs.harness import Harness
+from swarm_bench.runs.methods import load_method
+from swarm_bench.runs.result import RunResult
+from swarm_bench.runs.scenario import Scenario
+from swarm_bench.runs.stage import (
+    RunOptions,
+    Stage,
+    nav_config,
+    robot_named,
+    room_for,
+)
+from swarm_commander.mission.itinerary import Itinerary
+from swarm_commander.mission.leg import Stop
+from swarm_common.model.errors import ConfigError, UnknownNameError
+from swarm_common.model.grid import Grid
+from swarm_common.model.records import Pose
+from swarm_common.robots.loading import load_robot_model
+from swarm_sim.sensing.radio import RadioConfig
+from swarm_sim.world.world import World, WorldConfig
+
+SIZES = (5, 12, 20, 35, 50)
+NONE, DEAD, RADIO, PEOPLE, MIXED = TROUBLES = ("none", "dead", "radio", "people", "mixed")
+DRAWN = "drawn"
+FLEET = ("turtlebot3_burger", "turtlebot3_waffle")
+RADIOS = (0.1, 0.2, 0.3)  # share of losses, and delay [s]
+TIME_LIMIT = 3600.0  # [s]
+
+
+def hall_runs(
+    seeds: Sequence[int],
+    sizes: Sequence[int],
+    mission: str,
+    trouble: str,
+    **common: Any,
+) -> list[RunOptions]:
+    """Return the run of each seed and size.
+
+    Args:
+        seeds: Of hall, mission and everything else.
+        sizes: Of swarms; empty: one of `SIZES` by the seed.
+        mission: One of `MISSIONS`, or `DRAWN`.
+        trouble: One of `TROUBLES`, or `DRAWN`: by the seed, none in every second one.
+        common: What all runs have in common.
+
+    Raises:
+        ConfigError: If mission or trouble is none of these.
+    """
+    if mission not in (*MISSIONS, DRAWN):
+        raise UnknownNameError("mission", mission, (*MISSIONS, DRAWN))
+    if trouble not in (*TROUBLES, DRAWN):
+        raise UnknownNameError("trouble", trouble, (*TROUBLES, DRAWN))
+    if any(size < 2 for size in sizes):
+        raise ConfigError("--robots: a hall is for 2 robots or more")
+    return [
+        RunOptions(
+            scenario=_scenario(seed, size, mission, trouble), robots=size, seed=seed, **common
+        )
+        for seed in seeds
+        for size in (sizes or (SIZES[seed % len(SIZES)],))
+    ]
+
+
+def _scenario(seed: int, size: int, mission: str, trouble: str) -> Scenario:
+    """Return what the row of a run is called, and its radio, fleet and LiDARs."""
+    number = seed // len(SIZES)  # every size meets every trouble and mission
+    if trouble == DRAWN:
+        trouble = NONE if number % 2 == 0 else TROUBLES[1 + number // 2 % 4]
+    if mission == DRAWN:
+        mission = MISSIONS[(number // 2 + seed) % len(MISSIONS)]
+    level = RADIOS[seed % len(RADIOS)] if trouble == RADIO else 0.0
+    name = "hall" if trouble == NONE else f"hall, {trouble}"
+    return Scenario(
+        name=name,
+        description=mission,
+        robots=(size,),
+        fleet=FLEET if trouble == MIXED else (),
+        loss=level,
+        delay=level,
+        with_lidar=trouble in (DEAD, PEOPLE),
+        time_limit={size: TIME_LIMIT},
+        world="hall",
+        mission=mission,
+    )
+
+
+def run_hall(options: RunOptions) -> RunResult:
+    """Run one of `hall_runs`."""
+    return Harness(options, stage=build_hall(options)).run()
+
+
+def hall_of(options: RunOptions) -> tuple[Hall, Grid]:
+    """Return the hall of a run and its map."""
+    scenario, count = options.scenario, options.robots
+    widest = max(
+        (robot_named(m) for m in scenario.models(count)), key=lambda s: s.circumscribed_radius
+    )
+    margin = nav_config(options, widest).traffic.safety_margin
+    trouble = scenario.name.partition(", ")[2]
+    radius = widest.circumscribed_radius
+    wish = HallRequest(
+        robots=count,
+        radius=radius,
+        reach=2.0 * (radius + margin),
+        mission=scenario.mission,
+        dead=max(1, count // 10) if trouble == DEAD else 0,
+        people=2 if trouble == PEOPLE else 0,
+    )
+    return make_hall(wish, options.seed)
+
+
+def build_hall(options: RunOptions) -> Stage:
+    """Return the stage of one of `hall_runs`."""
+    scenario = options.scenario
+    hall, grid = hall_of(options)
+    specs = [robot_named(model) for model in scenario.models(options.robots)]
+    scene = hall.scene()
+    models = None
+    if scenario.with_lidar or options.engine != "planar":
+        models = {spec.model: load_robot_model(spec.model) for spec in set(specs)}
+    world = World(
+        scene, specs, hall.homes,
+        WorldConfig(
+            engine=options.engine,
+            with_lidar=scenario.with_lidar,
+            walkers=hall.walkers,
+            actuation_noise=scenario.noise,
+            realistic=options.realistic,
+            radio=RadioConfig(loss=scenario.loss, delay=scenario.delay),
+        ),
+        options.seed,
+        models=models,
+    )  # fmt: skip
+    method = load_method(options.method)
+    drivers = [
+        method(nav_config(options, spec), spec, grid, scene.sites, number, home)
+        for number, (spec, home) in enumerate(zip(specs, hall.homes, strict=True), 1)
+    ]
+    names = {(pose.x, pose.y): name for name, pose in scene.sites.stations.items()}
+    stops = [_stops(goals, names) for goals in hall.goals]
+    itineraries = [Itinerary(route, 1) for route in stops]
+    found = room_for(options, specs, grid, hall.homes, stops)
+    dead = frozenset(range(options.robots - hall.dead, options.robots))
+    return Stage(world, drivers, itineraries, hall.homes, dead, grid, conditions=found)
+
+
+def _stops(goals: Sequence[Pose], names: dict[tuple[float, float], str]) -> list[Stop]:
+    return [
+        Stop(names.get((pose.x, pose.y), f"place_{number}"), pose, 2)
+        for number, pose in enumerate(goals, 1)
+    ]

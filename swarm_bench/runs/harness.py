@@ -1,0 +1,232 @@
+"""One run without the ROS graph: the loop of world, brains and missions, tick by tick.
+
+The order of things is that of lockstep over ROS: all robots observe a tick, all decide, goals
+that end are followed by the next ones before the tick is over, and the world takes the step.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import time
+from array import array
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from swarm_bench.runs.invariant import Invariant
+from swarm_bench.runs.methods import Driver
+from swarm_bench.runs.pose_error import PoseErrors
+from swarm_bench.runs.result import RunResult
+from swarm_bench.runs.result_builder import compose_result
+from swarm_bench.runs.stage import RunOptions, Stage, build
+from swarm_commander.mission.itinerary import Order
+from swarm_commander.run.wait_graph import WaitGraph, waits_for
+from swarm_common.middleware.cdr import yaw_of
+from swarm_common.model.beacon import BEACON_DTYPE, BeaconArray, empty_beacons
+from swarm_common.model.breaches import Collision
+from swarm_common.model.records import CONTROL_PERIOD, Odometry, Pose, Twist
+from swarm_nav.core.goals import Goal, GoalEnded, GoalKind, Outcome, Output
+from swarm_sim.world.world import Observation, World
+
+WAITS_EVERY = 10  # ticks between two checks of which robot waits for which
+Watcher = Callable[[World, Sequence[Driver], Sequence[Output | None]], None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class InjectedFaults:
+    """What is wrong with some robots, by index; for tests.
+
+    Attributes:
+        dead: Tick from which a robot does and says nothing; its goals are not asked for.
+        mute: Robots whose beacons nobody gets.
+        deaf: Robots that get no batch of neighbours.
+    """
+
+    dead: Mapping[int, int] = field(default_factory=dict)
+    mute: Collection[int] = ()
+    deaf: Collection[int] = ()
+
+
+class Harness:
+    """A run in progress.
+
+    Attributes:
+        stage: World, drivers and missions.
+        invariant: The safety invariant so far.
+        beacons: (n,) what was sent in the last tick; zero held points where nothing was.
+        waits: Who waits for whom, as the robots say once a second.
+    """
+
+    def __init__(
+        self,
+        options: RunOptions,
+        *,
+        on_tick: Watcher | None = None,
+        faults: InjectedFaults | None = None,
+        stage: Stage | None = None,
+    ) -> None:
+        """Build the stage, or take one that was built elsewhere.
+
+        Args:
+            options: What to run.
+            on_tick: Called in each tick, before the world's step.
+            faults: Of single robots.
+            stage: Instead of the one that `options` describe.
+        """
+        self.options = options
+        self.stage = stage or build(options)
+        self.invariant = Invariant()
+        count = len(self.stage.drivers)
+        self.beacons: BeaconArray = empty_beacons(count)
+        self._on_tick = on_tick
+        self._faults = faults or InjectedFaults()
+        self._dead = set(self.stage.dead)
+        self._outputs: list[Output | None] = [None] * count
+        self._twists: list[Twist | None] = [Twist()] * count
+        self._sent: list[np.void | None] = [None] * count
+        self._goal_ids = [0] * count
+        self._durations = array("f")  # [s] of wall time of each brain's tick
+        self._pose_errors = PoseErrors() if options.realistic else None
+        self._limit = round(options.scenario.limit_of(options.robots) / CONTROL_PERIOD)
+        self._stall_limit = round(options.scenario.stall_limit / CONTROL_PERIOD)
+        self._last_success = 0  # tick
+        self.waits = WaitGraph()
+
+    @property
+    def is_over(self) -> bool:
+        """Whether every robot that is not dead is through with its mission."""
+        return all(
+            itinerary.is_over or index in self._dead
+            for index, itinerary in enumerate(self.stage.itineraries)
+        )
+
+    def run(self) -> RunResult:
+        """Run until all missions are over, or one of the scenario's limits."""
+        started, cpu_started = time.perf_counter(), time.process_time()
+        try:
+            while self.advance():
+                pass
+            wall_time = time.perf_counter() - started
+            result = compose_result(
+                self.options, self.stage, self._dead, self.invariant, self._durations, wall_time
+            )
+            waits = self.waits.as_json(result.sim_time)
+            robot_time = max(len(self.stage.drivers) * result.sim_time, CONTROL_PERIOD)
+            return dataclasses.replace(
+                result,
+                wait_circles=waits["lasting_circles"],
+                longest_wait_circle=waits["longest_circle"],
+                cpu_ms_per_robot_second=1e3 * (time.process_time() - cpu_started) / robot_time,
+                pose_error=self._pose_errors.figures() if self._pose_errors else None,
+            )
+        finally:
+            self.stage.world.close()
+
+    def advance(self) -> bool:
+        """Run one tick; return whether there is another one."""
+        world = self.stage.world
+        tick = world.tick
+        self._die(tick)
+        for index, seen in enumerate(world.observe()):
+            self._decide(index, tick, seen)
+        self._note(tick)
+        for index, output in enumerate(self._outputs):
+            if output is not None and (output.events or tick == 0):
+                self._follow_mission(index, tick, output)
+        if tick % WAITS_EVERY == 0:
+            self._note_waits(tick)
+        if self._pose_errors is not None:
+            self._pose_errors.note(self.stage.drivers, world.poses, self._dead)
+        if self._on_tick is not None:
+            self._on_tick(world, self.stage.drivers, self._outputs)
+        if self.is_over or tick >= min(self._limit, self._last_success + self._stall_limit):
+            return False
+        self._watch(world.step(self._twists, self._sent))
+        return True
+
+    def _note_waits(self, tick: int) -> None:
+        for index, name in enumerate(self.stage.world.names):
+            if index not in self._dead:
+                status = self.stage.drivers[index].status()
+                other = waits_for(status.state, status.detail)
+                self.waits.note(name, other, tick * CONTROL_PERIOD)
+
+    def _watch(self, collisions: Sequence[Collision]) -> None:
+        """Look at the contact episodes that began in a tick; the verdict counts them anyhow."""
+
+    def _die(self, tick: int) -> None:
+        for index, death in self._faults.dead.items():
+            if tick >= death:
+                self._dead.add(index)
+
+    def _decide(self, index: int, tick: int, seen: Observation) -> None:
+        if index in self._dead:
+            self._outputs[index] = self._sent[index] = None
+            self._twists[index] = Twist()  # as the world commands a robot that does not answer
+            return
+        driver = self.stage.drivers[index]
+        odom = as_received(seen.odom)
+        started = time.perf_counter()
+        driver.on_odom(odom)
+        if seen.scan is not None:
+            driver.on_scan(seen.scan)
+        if index not in self._faults.deaf:
+            driver.on_reception(seen.reception)
+        output = driver.tick(tick)
+        self._durations.append(time.perf_counter() - started)
+        self._outputs[index] = output
+        self._twists[index] = output.twist
+        self._sent[index] = None if index in self._faults.mute else output.beacon
+
+    def _note(self, tick: int) -> None:
+        """Keep the beacons of a tick and look at the invariant."""
+        blank = _BLANK
+        joined = b"".join([blank if o is None else o.beacon.tobytes() for o in self._outputs])
+        self.beacons = np.frombuffer(joined, BEACON_DTYPE)
+        self.invariant.check(tick, self.beacons)
+
+    def _follow_mission(self, index: int, tick: int, output: Output) -> None:
+        itinerary = self.stage.itineraries[index]
+        if tick == 0:
+            self._send(index, itinerary.start())
+        for event in output.events:
+            if isinstance(event, GoalEnded) and not itinerary.is_over:
+                is_reached = event.outcome is Outcome.SUCCEEDED
+                if is_reached:
+                    self._last_success = tick
+                reason = f"error {int(event.error_code)}: {event.message}"
+                self._send(index, itinerary.on_end(is_reached, tick, reason))
+
+    def _send(self, index: int, order: Order | None) -> None:
+        if order is None:
+            return
+        self._goal_ids[index] += 1
+        self.stage.drivers[index].set_goal(
+            Goal(
+                kind=GoalKind.NAVIGATE,
+                goal_id=self._goal_ids[index],
+                poses_map=(pose_as_received(order.stop.pose_map),),
+                start_tick=order.start_tick,
+            )
+        )
+
+
+_BLANK = empty_beacons(1).tobytes()
+
+
+def run(options: RunOptions) -> RunResult:
+    """Run a scenario once."""
+    return Harness(options).run()
+
+
+def as_received(odom: Odometry) -> Odometry:
+    """Return an odometry as it comes out of a ROS message: the yaw has been a quaternion."""
+    return Odometry(odom.tick, pose_as_received(odom.pose_odom), odom.twist)
+
+
+def pose_as_received(pose: Pose) -> Pose:
+    """Return a pose as it comes out of a ROS message."""
+    half = 0.5 * pose.yaw
+    return Pose(pose.x, pose.y, yaw_of(0.0, 0.0, math.sin(half), math.cos(half)))

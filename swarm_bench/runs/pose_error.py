@@ -1,0 +1,41 @@
+"""How well the robots of a run know where they are: estimated poses against the true ones."""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Collection, Sequence
+
+import numpy as np
+
+from swarm_bench.runs.methods import Driver
+from swarm_common.model.records import FloatArray
+from swarm_nav.behaviour.navigator import Navigator
+
+
+class PoseErrors:
+    """Distances [m] of all robots in all ticks so far."""
+
+    def __init__(self) -> None:
+        self._values = array("f")
+
+    def note(self, drivers: Sequence[Driver], truth_map: FloatArray, dead: Collection[int]) -> None:
+        """Take in a tick.
+
+        Args:
+            drivers: What decides for each robot; only navigators of ours are asked.
+            truth_map: True poses (n, 3) in map.
+            dead: Indices of the robots that do nothing.
+        """
+        for index, driver in enumerate(drivers):
+            if index not in dead and isinstance(driver, Navigator):
+                pose = driver.pose_map
+                self._values.append(
+                    float(np.hypot(pose.x - truth_map[index, 0], pose.y - truth_map[index, 1]))
+                )
+
+    def figures(self) -> dict[str, float] | None:
+        """Return `median`, `p95` and `max` [m]; None if nobody was asked."""
+        if not self._values:
+            return None
+        median, p95, largest = np.percentile(np.asarray(self._values, np.float64), (50, 95, 100))
+        return {"median": float(median), "p95": float(p95), "max": float(largest)}

@@ -1,0 +1,152 @@
+"""What a run was: counted by the harness, the same fields for every method."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from swarm_bench.runs.json_lines import rounded
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotResult:
+    """One robot's share.
+
+    Attributes:
+        goals_reached: Of its mission.
+        goals_failed: Given up, or never reached in time.
+        finish_time: [s] when its last goal was reached; None if one was missed.
+        hold_time: [s] in the holding pattern.
+        wait_time: [s] of standing on its way because of other robots.
+        goal_worst: [s] that its slowest goal took; None without one.
+        distance: [m] driven.
+        collisions: Contact episodes.
+        min_clearance: [m] from anything; None if nothing was near.
+    """
+
+    goals_reached: int
+    goals_failed: int
+    finish_time: float | None
+    hold_time: float
+    wait_time: float
+    goal_worst: float | None
+    distance: float
+    collisions: int
+    min_clearance: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunResult:
+    """One run.
+
+    Attributes:
+        scenario: Name.
+        method: What drove the robots.
+        robots: Swarm size.
+        seed: Of the run.
+        engine: Physics.
+        conditions: What differs from the scenario, like loss or a parameter.
+        goals_sent: Goals asked for.
+        goals_reached: Reached in time.
+        goals_failed: Given up or not reached in time.
+        robot_robot: Contact episodes between robots.
+        robot_world: Contact episodes with obstacles.
+        first_collision: Where and when; empty if there was none.
+        first_miss: Who missed which goal and why; empty if nobody did.
+        near_misses: As counted by the world.
+        min_clearance: [m] of any robot from anything.
+        min_held_gap: [m] smallest distance between two held tubes.
+        min_held_slack: [m] the same less the two radii; negative where the invariant broke.
+        makespan: [s] until the last goal was reached; None if one was missed.
+        throughput_per_minute: Goals.
+        sim_time: [s] at the end.
+        hold_time: [s] of all robots.
+        wait_time: [s] of all robots.
+        wait_median: [s] that a robot waited and held in total, median over robots.
+        wait_worst: [s] likewise, of the robot that waited most.
+        goal_median: [s] that a goal took.
+        goal_worst: [s] that the slowest goal took.
+        fairness: Worst by median of these.
+        pushes: Counter of the brains, likewise up to recoveries.
+        wall_time: [s] of the run.
+        tick_us_median: [µs] of a brain's tick.
+        tick_us_p99: [µs] likewise.
+        cpu_ms_per_robot_second: CPU [ms] of world and brains per robot and simulated second.
+        pose_error: `median`, `p95`, `max` [m] of estimated against true positions, with sensors
+            that err.
+        trajectory_sha256: Of the true poses of all ticks.
+        per_robot: By name.
+        wait_circles: Circles of robots that waited for each other for 5 s or more.
+        longest_wait_circle: [s] that the longest of them lasted.
+        no_guarantee: Which conditions of liveness did not hold before the run; empty if all did.
+    """
+
+    scenario: str
+    method: str
+    robots: int
+    seed: int
+    engine: str
+    conditions: Mapping[str, Any]
+    goals_sent: int
+    goals_reached: int
+    goals_failed: int
+    robot_robot: int
+    robot_world: int
+    first_collision: str
+    first_miss: str
+    near_misses: int | None
+    min_clearance: float | None
+    min_held_gap: float | None
+    min_held_slack: float | None
+    makespan: float | None
+    throughput_per_minute: float
+    sim_time: float
+    hold_time: float
+    wait_time: float
+    wait_median: float | None
+    wait_worst: float
+    goal_median: float | None
+    goal_worst: float | None
+    fairness: float | None
+    pushes: int | None
+    retreats: int | None
+    deadlocks_resolved: int | None
+    replans: int | None
+    recoveries: int | None
+    wall_time: float
+    tick_us_median: float | None
+    tick_us_p99: float | None
+    trajectory_sha256: str
+    per_robot: Mapping[str, RobotResult]
+    cpu_ms_per_robot_second: float | None = None
+    pose_error: Mapping[str, float] | None = None
+    no_guarantee: str = ""
+    wait_circles: int | None = None
+    longest_wait_circle: float | None = None
+
+    @property
+    def is_flawless(self) -> bool:
+        """Whether all goals were reached without a collision."""
+        return self.goals_reached == self.goals_sent and not (self.robot_robot + self.robot_world)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return a dictionary for json.dump, with figures rounded to what they are worth."""
+        return {"schema": 1, **rounded(dataclasses.asdict(self))}
+
+
+def result_from_json(data: Mapping[str, Any]) -> RunResult:
+    """Return the result in a dictionary of `RunResult.as_json` without its schema.
+
+    Raises:
+        TypeError: If a field is unknown or missing.
+    """
+    robots = {name: RobotResult(**item) for name, item in data["per_robot"].items()}
+    return RunResult(**{**data, "per_robot": robots})
+
+
+def finite(value: float) -> float | None:
+    """Return a number, or None for one that is not finite."""
+    return value if math.isfinite(value) else None

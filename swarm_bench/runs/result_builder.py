@@ -1,0 +1,170 @@
+"""From a run that is over to its result; the definitions are those of `report.json`."""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Collection, Sequence
+from typing import Any
+
+import numpy as np
+
+from swarm_bench.runs.invariant import Invariant
+from swarm_bench.runs.result import RobotResult, RunResult, finite
+from swarm_bench.runs.stage import RunOptions, Stage
+from swarm_commander.mission.itinerary import Itinerary
+from swarm_commander.run.fairness import fairness
+from swarm_common.model.breaches import MissedGoal, UnfinishedGoal
+from swarm_common.model.records import CONTROL_PERIOD
+from swarm_nav.core.goals import Status
+from swarm_sim.world.verdict import RobotVerdict, Verdict
+from swarm_sim.world.world import World
+
+COUNTERS = ("pushes", "retreats", "deadlocks_resolved", "replans")
+
+
+def compose_result(
+    options: RunOptions,
+    stage: Stage,
+    dead: Collection[int],
+    invariant: Invariant,
+    durations: Sequence[float],
+    wall_time: float,
+) -> RunResult:
+    """Return the result of a run that is over.
+
+    Args:
+        options: What was run.
+        stage: World, drivers and missions at the end.
+        dead: Indices of the robots whose goals are not asked for.
+        invariant: As watched.
+        durations: [s] of wall time of each tick of each brain.
+        wall_time: [s] of the run.
+    """
+    verdict = stage.world.verdict
+    alive = [index for index in range(len(stage.drivers)) if index not in dead]
+    statuses = [stage.drivers[index].status() for index in alive]
+    robots = {
+        stage.world.names[index]: _robot(
+            stage.itineraries[index], verdict.robots[stage.world.names[index]], status
+        )
+        for index, status in zip(alive, statuses, strict=True)
+    }
+    reached = [o for i in alive for o in stage.itineraries[i].outcomes if o.reached]
+    sent = sum(stage.itineraries[index].total for index in alive)
+    last = max((outcome.tick for outcome in reached), default=0) * CONTROL_PERIOD
+    return RunResult(
+        **identity(options),
+        goals_sent=sent,
+        goals_reached=len(reached),
+        goals_failed=sent - len(reached),
+        first_miss=_first_miss(stage, alive),
+        makespan=last if len(reached) == sent else None,
+        throughput_per_minute=60.0 * len(reached) / last if last else 0.0,
+        min_held_gap=finite(invariant.gap),
+        min_held_slack=finite(invariant.slack),
+        wall_time=wall_time,
+        per_robot=robots,
+        no_guarantee="; ".join(stage.conditions.findings) if stage.conditions else "",
+        recoveries=sum(status.number_of_recoveries for status in statuses),
+        **{name: sum(getattr(status, name) for status in statuses) for name in COUNTERS},
+        **_truth(stage.world, verdict),
+        **_service(list(robots.values()), [outcome.duration for outcome in reached]),
+        **_pace(durations),
+    )
+
+
+def identity(options: RunOptions) -> dict[str, Any]:
+    """Return the fields that say which run it was."""
+    return {
+        "scenario": options.scenario.name,
+        "method": options.method,
+        "robots": options.robots,
+        "seed": options.seed,
+        "engine": options.engine,
+        "conditions": conditions(options),
+    }
+
+
+def _truth(world: World, verdict: Verdict) -> dict[str, Any]:
+    """Return what the world says."""
+    return {
+        "robot_robot": verdict.robot_robot,
+        "robot_world": verdict.robot_world,
+        "first_collision": str(world.collisions[0]) if world.collisions else "",
+        "near_misses": verdict.near_misses,
+        "min_clearance": finite(verdict.min_clearance),
+        "sim_time": verdict.sim_time,
+        "trajectory_sha256": verdict.trajectory_sha256,
+    }
+
+
+def _service(robots: Sequence[RobotResult], goal_times: Sequence[float]) -> dict[str, Any]:
+    """Return how long robots waited and goals took [s]."""
+    waits = [robot.hold_time + robot.wait_time for robot in robots]
+    served = fairness(goal_times)
+    return {
+        "hold_time": sum(robot.hold_time for robot in robots),
+        "wait_time": sum(robot.wait_time for robot in robots),
+        "wait_median": statistics.median(waits) if waits else None,
+        "wait_worst": max(waits, default=0.0),
+        "goal_median": served.median,
+        "goal_worst": served.worst,
+        "fairness": served.ratio,
+    }
+
+
+def _pace(durations: Sequence[float]) -> dict[str, Any]:
+    """Return how long [µs] a brain's tick took."""
+    times = np.asarray(durations, np.float64) * 1e6
+    if not len(times):
+        return {"tick_us_median": None, "tick_us_p99": None}
+    median, p99 = np.percentile(times, (50, 99))
+    return {"tick_us_median": float(median), "tick_us_p99": float(p99)}
+
+
+def conditions(options: RunOptions) -> dict[str, Any]:
+    """Return what a run depends on beside scenario, size, seed, method and engine."""
+    scenario = options.scenario
+    return {
+        "loss": scenario.loss,
+        "delay": scenario.delay,
+        "lidar": scenario.with_lidar,
+        "noise": scenario.noise,
+        **({"realistic": True} if options.realistic else {}),
+        **options.parameters,
+    }
+
+
+def _robot(itinerary: Itinerary, truth: RobotVerdict, status: Status) -> RobotResult:
+    reached = [outcome for outcome in itinerary.outcomes if outcome.reached]
+    is_done = len(reached) == itinerary.total
+    return RobotResult(
+        goals_reached=len(reached),
+        goals_failed=itinerary.total - len(reached),
+        finish_time=reached[-1].tick * CONTROL_PERIOD if is_done and reached else None,
+        hold_time=status.hold_time,
+        wait_time=status.wait_time,
+        goal_worst=max((outcome.duration for outcome in reached), default=None),
+        distance=truth.distance,
+        collisions=truth.collisions,
+        min_clearance=finite(truth.min_clearance),
+    )
+
+
+def _first_miss(stage: Stage, alive: Sequence[int]) -> str:
+    """Return the first goal that a robot gave up, or else one that was still under way."""
+    misses = [
+        MissedGoal(stage.world.names[i], o.stop.name, o.tick * CONTROL_PERIOD, o.reason)
+        for i in alive
+        for o in stage.itineraries[i].outcomes
+        if not o.reached
+    ]
+    if misses:
+        return str(min(misses, key=lambda miss: miss.sim_time))
+    for index in alive:
+        if not stage.itineraries[index].is_over:
+            status = stage.drivers[index].status()
+            goal = stage.itineraries[index].next_stop
+            state = f"{status.state} {status.detail}".strip()
+            return str(UnfinishedGoal(stage.world.names[index], goal, state))
+    return ""

@@ -1,0 +1,184 @@
+"""One run on the real ROS graph: `swarm-up` with a scenario's input, and its report read."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from swarm_bench.runs.result import RobotResult, RunResult
+from swarm_bench.runs.result_builder import COUNTERS, identity
+from swarm_bench.runs.stage import RunOptions
+from swarm_common.files.resources import find_resource
+from swarm_common.model.breaches import Collision, MissedGoal, UnfinishedGoal
+from swarm_common.model.errors import SwarmError
+
+SWARM_UP = (sys.executable, "-c", "from swarm_commander.cli.main import swarm_up; swarm_up()")
+ENGINE = "ros"  # what a result's engine is called: rigid bodies behind the ROS graph
+LAST_LINES = 5  # of what swarm-up said, in an error
+
+
+class SwarmUpError(SwarmError):
+    """`swarm-up` could not run."""
+
+
+def run_on_graph(options: RunOptions) -> RunResult:
+    """Run a scenario once with `swarm-up`: processes, DDS, rigid bodies, LiDARs.
+
+    Raises:
+        SwarmUpError: If it left no report; the message ends with what it said last.
+    """
+    with tempfile.TemporaryDirectory(prefix="swarm-bench-") as name:
+        folder = Path(name)
+        command = (*SWARM_UP, *up_flags(options, folder))
+        with subprocess.Popen(
+            command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+        ) as process:
+            try:
+                said, _ = process.communicate()
+            except BaseException:  # an interrupted bench takes its swarm along
+                process.terminate()
+                process.wait()
+                raise
+        report_path = folder / "run" / "report.json"
+        if not report_path.is_file():
+            raise SwarmUpError(
+                f"swarm-up ended with code {process.returncode} and no report; it said:\n"
+                f"{last_lines(said)}"
+            )
+        report = json.loads(report_path.read_text(encoding="utf-8"))
+    return result_of_report(options, report)
+
+
+def last_lines(said: str) -> str:
+    """Return the end of what a program said, for an error."""
+    return "\n".join(said.strip().splitlines()[-LAST_LINES:])
+
+
+def up_flags(options: RunOptions, folder: Path) -> list[str]:
+    """Return the flags of `swarm-up` for a run; writes the files that they name to a folder."""
+    scenario, count = options.scenario, options.robots
+    params = folder / "params.yaml"
+    params.write_text(yaml.safe_dump(_parameters(options)), encoding="utf-8")
+    flags = {
+        "--swarm-size": count,
+        "--world": scenario.world,
+        "--mission": scenario.mission,
+        "--seed": options.seed,
+        "--params": params,
+        "--run-dir": folder / "run",
+        "--duration": scenario.limit_of(count),
+        "--speed": "max",
+    }
+    if scenario.fleet:
+        fleet = folder / "fleet.yaml"
+        fleet.write_text(yaml.safe_dump(_fleet(scenario.fleet, count)), encoding="utf-8")
+        flags["--fleet"] = fleet
+    else:
+        flags["--robot"] = scenario.robot
+    words = [word for flag, value in flags.items() for word in (flag, str(value))]
+    words += ["--realistic"] if options.realistic else []
+    return [*words, "--until-done", "--headless", "--over-limit", "--no-report"]
+
+
+def _parameters(options: RunOptions) -> dict[str, Any]:
+    """Return the parameter file of a run."""
+    scenario = options.scenario
+    world: dict[str, Any] = {
+        "engine": options.engine,
+        "with_lidar": scenario.with_lidar,
+        "actuation_noise": float(scenario.noise),
+        "radio.loss": float(scenario.loss),
+        "radio.delay": float(scenario.delay),
+    }
+    if scenario.actors:
+        home = find_resource("world", scenario.world, "world.sdf").absolute().parent
+        world["actors"] = str(home / scenario.actors)
+    first_dead = options.robots - len(scenario.dead) + 1
+    for number, pose in enumerate(scenario.dead, first_dead):
+        world[f"broken.Srobot{number}"] = [pose.x, pose.y, pose.yaw]
+    robots = dict(options.parameters)
+    if not scenario.with_lidar:
+        robots["costmap.scan_timeout"] = 0.0
+    sections = {"/world": world, "/**": robots}
+    return {name: {"ros__parameters": values} for name, values in sections.items() if values}
+
+
+def _fleet(models: tuple[str, ...], count: int) -> dict[str, Any]:
+    shares = [len(range(index, count, len(models))) for index in range(len(models))]
+    groups = [
+        {"model": model, "count": share}
+        for model, share in zip(models, shares, strict=True)
+        if share
+    ]
+    return {"order": "mixed", "groups": groups}
+
+
+def result_of_report(options: RunOptions, report: Mapping[str, Any]) -> RunResult:
+    """Return the result in a `report.json`; what only the harness knows is None."""
+    goals, collisions = report["goals"], report["collisions"]
+    total = goals["reached"] + goals["failed"] + goals["pending"]
+    is_complete = goals["reached"] == total
+    counters: dict[str, Any] = {name: report.get(name) for name in COUNTERS}
+    robots = {name: _robot(item) for name, item in report["robots"].items()}
+    waits = sorted(robot.hold_time + robot.wait_time for robot in robots.values())
+    crashes = report["breaches"]["collisions"]
+    misses = report["breaches"]["missed_goals"]
+    unfinished = report["breaches"]["unfinished_goals"]
+    return RunResult(
+        **(identity(options) | {"engine": ENGINE}),
+        goals_sent=total,
+        goals_reached=goals["reached"],
+        goals_failed=total - goals["reached"],
+        robot_robot=collisions["robot_robot"],
+        robot_world=collisions["robot_world"],
+        first_collision=str(Collision.from_json(crashes[0])) if crashes else "",
+        first_miss=_first_miss(misses, unfinished),
+        near_misses=report["near_misses"],
+        min_clearance=report["min_clearance"],
+        min_held_gap=None,
+        min_held_slack=None,
+        makespan=report["makespan"] if is_complete else None,
+        throughput_per_minute=report["throughput_per_minute"] or 0.0,
+        sim_time=report["sim_time"],
+        hold_time=report["hold_time"],
+        wait_time=report["wait_time"],
+        wait_median=waits[len(waits) // 2],
+        wait_worst=report["worst_wait"],
+        goal_median=report["goal_duration"]["median"],
+        goal_worst=report["goal_duration"]["worst"],
+        fairness=report["fairness"],
+        recoveries=report.get("recoveries"),
+        wall_time=report["wall_time"],
+        tick_us_median=None,
+        tick_us_p99=None,
+        trajectory_sha256=report["trajectory_sha256"] or "",
+        per_robot=robots,
+        **counters,
+    )
+
+
+def _robot(item: Mapping[str, Any]) -> RobotResult:
+    return RobotResult(
+        goals_reached=item["goals_reached"],
+        goals_failed=item["goals_failed"],
+        finish_time=None,
+        hold_time=item["hold_time"],
+        wait_time=item["wait_time"],
+        goal_worst=item["worst_goal_duration"],
+        distance=item["distance"] or 0.0,
+        collisions=item["collisions"] or 0,
+        min_clearance=item["min_clearance"],
+    )
+
+
+def _first_miss(misses: Sequence[Any], unfinished: Sequence[Any]) -> str:
+    if misses:
+        return str(MissedGoal(**misses[0]))
+    return str(UnfinishedGoal(**unfinished[0])) if unfinished else ""

@@ -1,0 +1,295 @@
+"""Everything that a run needs, made from a scenario: world, map, drivers and missions."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from swarm_bench.runs.methods import Driver, load_method
+from swarm_bench.runs.scenario import Scenario
+from swarm_commander.mission.itinerary import Itinerary
+from swarm_commander.mission.leg import Stop
+from swarm_commander.mission.mission import Mission, load_mission
+from swarm_commander.run.params import REALISTIC, default_parameters
+from swarm_common.files.map_io import load_map, map_of_world
+from swarm_common.model.errors import ConfigError
+from swarm_common.model.grid import Grid
+from swarm_common.model.records import Pose, RobotSpec
+from swarm_common.model.sites import Sites
+from swarm_common.robots.description import RobotModel
+from swarm_common.robots.fleet import limits_of
+from swarm_common.robots.loading import load_robot, load_robot_model
+from swarm_nav.core.config import NavConfig, config_from_parameters
+from swarm_nav.traffic.conditions import Conditions, conditions
+from swarm_sim.maps.draw_map import Reach, draw_world, reach_of, with_touchable
+from swarm_sim.maps.spawn import spawn_poses
+from swarm_sim.maps.world_check import checked
+from swarm_sim.scene.actors import Actors, WalkerSpec, load_actors
+from swarm_sim.scene.scene import Scene
+from swarm_sim.sdf.reader import load_world
+from swarm_sim.sensing.radio import RadioConfig
+from swarm_sim.world.world import World, WorldConfig
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunOptions:
+    """One run of a scenario.
+
+    Attributes:
+        scenario: What.
+        robots: Swarm size.
+        seed: Of everything random.
+        method: What drives the robots.
+        engine: Physics: planar or bullet.
+        parameters: Of the navigators, by dotted name, in place of the defaults.
+        realistic: Whether sensors err as the robots' models say and navigators localise by AMCL.
+    """
+
+    scenario: Scenario
+    robots: int
+    seed: int = 0
+    method: str = "ours"
+    engine: str = "planar"
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    realistic: bool = False
+
+
+@dataclass(slots=True)
+class Stage:
+    """A run that is ready to start; lists have one entry per robot.
+
+    Attributes:
+        world: The world core.
+        drivers: What decides for each robot.
+        itineraries: What each robot has to do.
+        homes_map: Where each starts.
+        dead: Indices of the robots that never do anything.
+        grid: The map.
+        sites: Of the world.
+        stops: The goals of each robot.
+        conditions: What the map has room for; None where nobody asks.
+    """
+
+    world: World
+    drivers: list[Driver]
+    itineraries: list[Itinerary]
+    homes_map: list[Pose]
+    dead: frozenset[int]
+    grid: Grid
+    sites: Sites = field(default_factory=Sites)
+    stops: list[tuple[Stop, ...]] = field(default_factory=list)
+    conditions: Conditions | None = None
+
+
+def check(options: RunOptions) -> None:
+    """Check what a run needs, without a world.
+
+    Raises:
+        SwarmError: If a file or a value is unusable.
+    """
+    scene, mission, homes, specs = _cast(options)
+    mission.stops(scene.sites, homes[0], seed=options.seed, robot_id=1, homes_map=homes)
+    _map_for(options.scenario.world, specs)
+    heights = [spec.lidar.z for spec in specs]
+    checked(scene, heights, reach_of(specs), with_physics=options.engine == "bullet")
+    _actors(options.scenario.world, options.scenario.actors)
+    load_method(options.method)
+    nav_config(options, specs[0])
+
+
+def build(
+    options: RunOptions,
+    *,
+    world_class: type[World] = World,
+    walkers: tuple[WalkerSpec, ...] = (),
+    most_goals: int | None = None,
+) -> Stage:
+    """Return the stage of a run; starts, goals and parameters are those of `swarm-up`.
+
+    Args:
+        options: What to run.
+        world_class: What simulates.
+        walkers: People beside those of the scenario.
+        most_goals: Per robot; None for all of the mission.
+
+    Raises:
+        SwarmError: If a file or a value is unusable.
+    """
+    scenario, count = options.scenario, options.robots
+    scene, mission, homes, specs = _cast(options)
+    grid = _map_for(scenario.world, specs)
+    dead = frozenset(range(count - len(scenario.dead), count))
+    method = load_method(options.method)
+    actors = _actors(scenario.world, scenario.actors)
+    if walkers:
+        actors = Actors((*(actors.walkers if actors else ()), *walkers), scene.vehicles)
+    world = world_class(
+        scene,
+        specs,
+        homes,
+        WorldConfig(
+            engine=options.engine,
+            with_lidar=scenario.with_lidar,
+            walkers=actors.walkers if actors is not None else None,
+            vehicles=actors.vehicles if actors is not None else None,
+            actuation_noise=scenario.noise,
+            realistic=options.realistic,
+            radio=RadioConfig(loss=scenario.loss, delay=scenario.delay),
+        ),
+        options.seed,
+        models=_models(scenario, options),
+    )
+    configs = {spec: nav_config(options, spec) for spec in set(specs)}
+    drivers = [
+        method(configs[spec], spec, grid, scene.sites, number, home)
+        for number, (spec, home) in enumerate(zip(specs, homes, strict=True), 1)
+    ]
+    stops = [
+        ()
+        if index in dead
+        else tuple(
+            mission.stops(
+                scene.sites, home, seed=options.seed, robot_id=index + 1, limit=most_goals,
+                homes_map=homes,
+            )
+        )
+        for index, home in enumerate(homes)
+    ]  # fmt: skip
+    itineraries = [Itinerary(route, mission.retries) for route in stops]
+    found = room_for(options, specs, grid, homes, stops)
+    return Stage(world, drivers, itineraries, homes, dead, grid, scene.sites, stops, found)
+
+
+def room_for(
+    options: RunOptions,
+    specs: Sequence[RobotSpec],
+    grid: Grid,
+    homes: Sequence[Pose],
+    stops: Sequence[Sequence[Stop]],
+) -> Conditions:
+    """Return what the map of a run has room for; robots without goals stay where they start."""
+    goals = [
+        [(stop.pose_map.x, stop.pose_map.y) for stop in route] or [(home.x, home.y)]
+        for home, route in zip(homes, stops, strict=True)
+    ]
+    return conditions([(spec, nav_config(options, spec)) for spec in specs], grid, goals)
+
+
+def ground_of(options: RunOptions) -> tuple[Grid, list[Pose]]:
+    """Return the map of a run and where its robots start.
+
+    Raises:
+        SwarmError: If a file or a value is unusable.
+    """
+    _, _, homes, specs = _cast(options)
+    return _map_for(options.scenario.world, specs), homes
+
+
+def _cast(options: RunOptions) -> tuple[Scene, Mission, list[Pose], list[RobotSpec]]:
+    """Return world, mission, and where robots of which model start."""
+    scenario = options.scenario
+    scene, mission = _scene(scenario.world), _mission(scenario.mission)
+    mission.check_stations(scene.sites, f"world {scene.name}, for mission {mission.name}")
+    specs = [robot_named(model) for model in scenario.models(options.robots)]
+    return scene, mission, _homes(scenario, specs, mission.spawn), specs
+
+
+def nav_config(options: RunOptions, spec: RobotSpec) -> NavConfig:
+    """Return the parameters of a navigator, as `swarm-up` would write them."""
+    values = {
+        **_defaults(),
+        **limits_of(spec),
+        **({} if options.scenario.with_lidar else {"costmap.scan_timeout": 0.0}),
+        **(REALISTIC if options.realistic else {}),
+        **options.parameters,
+    }
+    return config_from_parameters(values, where="--set")
+
+
+def parse_parameters(settings: list[str]) -> dict[str, Any]:
+    """Return the parameters in texts like traffic.safety_margin=0.06.
+
+    Raises:
+        ConfigError: If one is malformed, unknown, or of a wrong type.
+    """
+    values: dict[str, Any] = {}
+    known = _defaults()
+    for setting in settings:
+        name, equals, text = setting.partition("=")
+        if not equals:
+            raise ConfigError(f"--set is '{setting}'; expected NAME=VALUE")
+        values[name] = _parsed(text, known.get(name))
+    config_from_parameters(values, where="--set")
+    return values
+
+
+def _parsed(text: str, default: Any) -> Any:
+    if isinstance(default, bool):
+        return {"true": True, "false": False}.get(text.lower(), text)
+    for kind in (int, float):
+        try:
+            value = kind(text)
+        except ValueError:
+            continue
+        if math.isfinite(value):
+            return value
+    return text
+
+
+def _homes(scenario: Scenario, specs: list[RobotSpec], spawn: str) -> list[Pose]:
+    """Return the start poses; dead robots stand where the scenario says."""
+    widest = max(specs, key=lambda spec: spec.circumscribed_radius)
+    alive = len(specs) - len(scenario.dead)
+    if alive < 1:
+        raise ConfigError(
+            f"scenario {scenario.name} has {len(scenario.dead)} dead robots; "
+            f"a swarm of {len(specs)} leaves none alive"
+        )
+    return [*_spawn(scenario.world, widest, alive, spawn), *scenario.dead]
+
+
+# Worlds and maps are read once per process.
+
+
+_scene = functools.lru_cache(maxsize=4)(load_world)
+_mission = functools.lru_cache(maxsize=4)(load_mission)
+_bodies = functools.lru_cache(maxsize=8)(load_robot_model)
+robot_named = functools.lru_cache(maxsize=8)(load_robot)
+
+
+def _map_for(world: str, specs: Sequence[RobotSpec]) -> Grid:
+    return _grid(world, min(spec.lidar.z for spec in specs), reach_of(specs))
+
+
+@functools.lru_cache(maxsize=4)
+def _grid(world: str, height: float, reach: Reach) -> Grid:
+    scene = _scene(world)
+    path = map_of_world(scene.file)
+    if path is None:
+        return draw_world(scene, height, reach=reach)
+    return with_touchable(load_map(path).upright().refined(), scene, height, reach)
+
+
+def _models(scenario: Scenario, options: RunOptions) -> dict[str, RobotModel] | None:
+    """Return the bodies of the robots by model, None if nobody looks at them."""
+    if not scenario.with_lidar and options.engine == "planar":
+        return None
+    return {robot_named(name).model: _bodies(name) for name in scenario.models(options.robots)}
+
+
+@functools.lru_cache(maxsize=8)
+def _spawn(world: str, widest: RobotSpec, count: int, spawn: str) -> tuple[Pose, ...]:
+    return tuple(spawn_poses(_scene(world), widest, count, spawn))
+
+
+@functools.lru_cache(maxsize=4)
+def _actors(world: str, actors: str) -> Actors | None:
+    return load_actors(_scene(world).directory / actors) if actors else None
+
+
+@functools.lru_cache(maxsize=1)
+def _defaults() -> dict[str, Any]:
+    return dict(default_parameters())

@@ -1,0 +1,20 @@
+"""What a swarm costs, by its size: `scale`.
+
+What a module imports of its folder stands above it:
+
+    harness  One run of `swarm-bench scale` in one process, without the ROS graph
+    plan     What `swarm-bench scale` runs: which hall, how many robots, for how long
+    result   What one run of `swarm-bench scale` cost, and the file of JSON lines that keeps it
+    watch    Watches the processes of a run from outside: threads, memory, and other users of the
+             machine
+    graph    One run of `swarm-bench scale` on the ROS graph: `swarm-up`, watched from outside
+    row      Runs of one system, workload and size as one row: medians, on the terminal and in
+             Markdown
+    plot     How cost grows with the swarm: CPU time, real-time factor, start-up and memory by size
+    process  One run of `swarm-bench scale` in a process of its own that prints its result as JSON
+    sweep    The runs of `swarm-bench scale`, one after the other, with their results kept on disk
+    compare  Two sweeps of `swarm-bench scale` side by side: two files, or two commits
+    command  The command `swarm-bench scale`: its options, and what it writes
+
+May import of swarm_bench: `runs`, `suite`.
+"""

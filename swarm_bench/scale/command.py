@@ -1,0 +1,148 @@
+"""The command `swarm-bench scale`: its options, and what it writes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from swarm_bench.runs.document import replace_part
+from swarm_bench.scale.compare import compare, comparison_table
+from swarm_bench.scale.plan import AUTO, GRAPH, HARNESS, WORKLOADS, plan_jobs
+from swarm_bench.scale.plot import draw_scale
+from swarm_bench.scale.result import ScaleResult
+from swarm_bench.scale.row import (
+    NOISY,
+    ScaleRow,
+    columns_of,
+    growth,
+    markdown,
+    rows_of,
+    scale_table,
+)
+from swarm_bench.scale.sweep import run_scale
+from swarm_bench.suite.command import MISSED, JsonLines, bench_app, new_console
+from swarm_bench.suite.selection import parse_sizes
+from swarm_common.model.errors import ConfigError
+
+SIZES = "1,5,20,50,100,200"
+
+
+@bench_app.command()
+def scale(
+    robots: Annotated[str, typer.Option(help="Swarm sizes.")] = SIZES,
+    harness: Annotated[
+        bool, typer.Option("--harness", help="One process, without the ROS graph.")
+    ] = False,
+    repeats: Annotated[int, typer.Option(help="Runs of each size; tables have medians.")] = 3,
+    workload: Annotated[
+        str,
+        typer.Option(
+            help=f"{', '.join(WORKLOADS)}, or {AUTO}: the hall, the warehouse beyond 100 robots."
+        ),
+    ] = AUTO,
+    seconds: Annotated[float, typer.Option(help="Simulated seconds of a run, at most.")] = 120.0,
+    goals_per_robot: Annotated[
+        int,
+        typer.Option(help="End when every robot has reached this many; 0: end after --seconds."),
+    ] = 0,
+    pack: Annotated[
+        int | None,
+        typer.Option(
+            help="Navigators per process.  [default: 1; 10 beyond 100 robots]", show_default=False
+        ),
+    ] = None,
+    engine: Annotated[
+        str | None,
+        typer.Option(
+            help="bullet or planar.  [default: bullet; planar with --harness]", show_default=False
+        ),
+    ] = None,
+    json_: JsonLines = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o", "--output", help="Document in which to replace the part, with a plot beside it."
+        ),
+    ] = None,
+    compared: Annotated[
+        tuple[str, str] | None,
+        typer.Option("--compare", help="Two files of --json, or two commits to run in turn."),
+    ] = None,
+) -> None:
+    """Measure what a swarm costs, and how that grows with its size.
+
+    Exit code: 0; 1 if robots collided; 2 bad input.
+    """
+    system = HARNESS if harness else GRAPH
+    if harness and goals_per_robot:
+        raise ConfigError("--harness runs for --seconds; leave out --goals-per-robot")
+    jobs = plan_jobs(
+        system,
+        parse_sizes(robots),
+        repeats,
+        workload=workload,
+        seconds=seconds,
+        goals=goals_per_robot,
+        pack=pack,
+        engine=engine,
+    )
+    console = new_console()
+    if compared is not None:
+        if json_ is not None or output is not None:
+            raise ConfigError("--compare prints a table; leave out --json and --output")
+        console.print(comparison_table(*compare(compared, jobs, console)))
+        return
+    results = run_scale(jobs, json_, console)
+    rows = rows_of(results)
+    console.print(scale_table(rows, columns_of(rows)))
+    for line in _remarks(rows):
+        console.print(line)
+    if output is not None:
+        write_part(output, f"scale-{system}" + (f"-{engine}" if engine else ""), rows)
+    _exit(results)
+
+
+def write_part(document: Path, name: str, rows: Sequence[ScaleRow]) -> None:
+    """Write table, remarks and plot of a system into a document.
+
+    Args:
+        document: Markdown file with the part's marks.
+        name: Of the part; the plot's files are called so as well.
+        rows: To show.
+    """
+    plot = document.with_name(name.replace("-", "_"))
+    commits = sorted({run.code or "unknown" for row in rows for run in row.runs})
+    text = "\n".join(
+        [
+            f"Machine: {rows[0].first.machine}; commit {', '.join(commits)}.\n",
+            markdown(rows, columns_of(rows)),
+            *(f"{line}\n" for line in _remarks(rows)),
+            f"![{name}]({plot.name}.svg)",
+        ]
+    )
+    replace_part(document, name, text)
+    draw_scale(rows, plot)
+
+
+def _remarks(rows: Sequence[ScaleRow]) -> list[str]:
+    """Return what is to be said beside the figures."""
+    remarks = []
+    factor = growth([row for row in rows if row.label == rows[0].label])
+    if factor is not None:
+        remarks.append(f"From 20 to 100 robots a robot-second grows {factor:.2f} times as costly.")
+    noisy = sorted({row.first.robots for row in rows if row.is_noisy})
+    if noisy:
+        remarks.append(
+            f"Measured beside other work (more than {100 * NOISY:.0f} % of the processors): "
+            f"{', '.join(map(str, noisy))} robots. Real-time factors and start-up are too low "
+            "there."
+        )
+    return remarks
+
+
+def _exit(results: Sequence[ScaleResult]) -> None:
+    if any(result.collisions for result in results):
+        raise typer.Exit(MISSED)

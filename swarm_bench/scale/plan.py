@@ -1,0 +1,155 @@
+"""What `swarm-bench scale` runs: which hall, how many robots, for how long."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from swarm_bench.runs.scenario import MOST_ROBOTS, Scenario, check_size
+from swarm_common.model.errors import ConfigError, UnknownNameError
+
+GRAPH, HARNESS = "graph", "harness"
+AUTO = "auto"
+PACKED_FROM = 101  # robots; from here on several navigators share a process
+PACK = 10
+DRIVES = ("planar", "bullet")
+
+
+@dataclass(frozen=True, slots=True)
+class Workload:
+    """A hall and what is done in it.
+
+    Attributes:
+        world: Name.
+        mission: Name.
+        most: Robots for which there is work and room.
+    """
+
+    world: str
+    mission: str
+    most: int
+
+
+WORKLOADS: dict[str, Workload] = {
+    "hall": Workload("slim_blockage", "loading_route", 100),
+    "warehouse": Workload("warehouse", "warehouse_orders", MOST_ROBOTS),
+    "pillars": Workload("pillars", "roam", 100),
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ScaleJob:
+    """One run.
+
+    Attributes:
+        system: `graph`, `harness`, or a peer's name.
+        workload: Of `WORKLOADS`.
+        robots: Swarm size.
+        repeat: Number of the run, from 0; all have the same seed.
+        seconds: [s] of simulated time after which the run ends.
+        goals: Per robot, after which it is done; 0 for as many as the mission has.
+        pack: Navigators per process.
+        engine: Physics.
+        code: Folder of the code to measure; None for this one.
+    """
+
+    system: str
+    workload: str
+    robots: int
+    repeat: int = 0
+    seconds: float = 120.0
+    goals: int = 0
+    pack: int = 1
+    engine: str = "bullet"
+    code: Path | None = None
+
+    @property
+    def key(self) -> tuple[Any, ...]:
+        """What tells results apart, beside the code."""
+        return (self.system, self.workload, self.robots, self.repeat, *self.setting.values())
+
+    @property
+    def setting(self) -> Mapping[str, Any]:
+        """How it runs."""
+        return {
+            "seconds": self.seconds, "goals": self.goals, "pack": self.pack, "engine": self.engine,
+        }  # fmt: skip
+
+    @property
+    def scenario(self) -> Scenario:
+        """The run as a scenario of the bench."""
+        workload = WORKLOADS[self.workload]
+        return Scenario(
+            name=self.workload,
+            world=workload.world,
+            mission=workload.mission,
+            robots=(self.robots,),
+            with_lidar=True,
+            noise=0.0,
+            time_limit={self.robots: self.seconds},
+            stall_limit=self.seconds + 1.0,
+        )
+
+
+def plan_jobs(
+    system: str,
+    sizes: Sequence[int],
+    repeats: int,
+    *,
+    workload: str = AUTO,
+    seconds: float = 120.0,
+    goals: int = 0,
+    pack: int | None = None,
+    engine: str | None = None,
+) -> list[ScaleJob]:
+    """Return the runs, repeat by repeat, so that a killed sweep has something of every size.
+
+    Args:
+        system: `graph`, `harness`, or a peer's name.
+        sizes: Of swarms.
+        repeats: Runs of each size.
+        workload: Of `WORKLOADS`; `auto` for the hall, and for the warehouse beyond its room.
+        seconds: [s] of simulated time.
+        goals: Per robot; 0 for all of the mission.
+        pack: Navigators per process; None for one, and for ten in swarms of more than 100.
+        engine: Physics; None for bullet on the graph and planar in the harness.
+
+    Raises:
+        ConfigError: For the first thing that is wrong.
+    """
+    if workload != AUTO and workload not in WORKLOADS:
+        raise UnknownNameError("workload", workload, (AUTO, *WORKLOADS))
+    if engine is not None and engine not in DRIVES:
+        raise UnknownNameError("engine", engine, DRIVES)
+    if repeats < 1:
+        raise ConfigError(f"--repeats is {repeats}; expected 1 or more")
+    if seconds < 5.0:
+        raise ConfigError(f"--seconds is {seconds:g}; expected 5 or more")
+    if pack is not None and pack < 1:
+        raise ConfigError(f"--pack is {pack}; expected 1 or more")
+    first = [
+        ScaleJob(
+            system=system,
+            workload=_workload_for(workload, check_size(size, "--robots")),
+            robots=size,
+            seconds=seconds,
+            goals=goals,
+            pack=(pack or (PACK if size >= PACKED_FROM else 1)) if system == GRAPH else 1,
+            engine=engine or ("bullet" if system == GRAPH else "planar"),
+        )
+        for size in sizes
+    ]
+    return [dataclasses.replace(job, repeat=number) for number in range(repeats) for job in first]
+
+
+def _workload_for(name: str, size: int) -> str:
+    chosen = ("hall" if size <= WORKLOADS["hall"].most else "warehouse") if name == AUTO else name
+    if size > WORKLOADS[chosen].most:
+        raise ConfigError(
+            f"workload {chosen} has room for {WORKLOADS[chosen].most} robots, not for {size}; "
+            "--workload warehouse is larger"
+        )
+    return chosen

@@ -1,0 +1,79 @@
+"""The runs of `swarm-bench scale`, one after the other, with their results kept on disk."""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+from rich.console import Console
+
+from swarm_bench.runs.json_lines import collected
+from swarm_bench.runs.stage import RunOptions, check
+from swarm_bench.scale.graph import run_graph
+from swarm_bench.scale.plan import GRAPH, ScaleJob
+from swarm_bench.scale.process import run_harness
+from swarm_bench.scale.result import ScaleResult, read_scale_results
+from swarm_bench.suite.machine import machine_line
+from swarm_bench.suite.table import number
+
+Runner = Callable[[ScaleJob, str, str], ScaleResult]
+
+
+def run_scale(
+    jobs: Sequence[ScaleJob], file: Path | None, console: Console, runner: Runner | None = None
+) -> list[ScaleResult]:
+    """Run what is not in a result file yet, add it there; return all results.
+
+    Args:
+        jobs: The runs.
+        file: Of JSON lines; None to keep nothing.
+        console: For a line per run.
+        runner: Of peers; None for our own systems.
+
+    Raises:
+        SwarmError: For bad input, before anything runs, or for a run without a result.
+    """
+    for job in {(job.workload, job.robots): job for job in jobs}.values():
+        check(RunOptions(scenario=job.scenario, robots=job.robots))
+    known = read_scale_results(file) if file is not None and file.is_file() else []
+    keys = {job.key for job in jobs}
+    results = [result for result in known if result.key in keys]
+    done = {result.key for result in results}
+    if results:
+        console.print(f"{len(results)} of {len(jobs)} runs are in {file} already")
+    new = run_jobs([job for job in jobs if job.key not in done], runner)
+    return results + collected(new, file, console, scale_line, ScaleResult.as_json)
+
+
+def run_jobs(jobs: Sequence[ScaleJob], runner: Runner | None = None) -> Iterator[ScaleResult]:
+    """Yield the result of each run as it comes."""
+    machine = machine_line()
+    for job in jobs:
+        run = runner or (run_graph if job.system == GRAPH else run_harness)
+        yield run(job, commit_of(job.code), machine)
+
+
+def commit_of(code: Path | None) -> str:
+    """Return the commit of a folder of code, shortened; empty if it is in no repository."""
+    folder = code or Path(__file__).resolve().parents[2]
+    command = ("git", "-C", str(folder), "describe", "--always", "--dirty", "--exclude", "*")
+    try:
+        return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return ""
+
+
+def scale_line(result: ScaleResult) -> str:
+    """Return one line about one run."""
+    cpu = result.cpu_ms
+    others = None if result.others is None else 100.0 * result.others
+    return (
+        f"{result.system} {result.workload} {result.robots} robots run {result.repeat + 1}: "
+        f"start {number(result.start_up, 1)} s, {result.sim_time:.0f} s at "
+        f"{result.real_time_factor:.2f}x, {result.cpu_total:.2f} ms per robot-second "
+        f"(world {number(cpu.get('world'), 2)}, navigators {number(cpu.get('navigators'), 2)}, "
+        f"other {number(cpu.get('other'), 2)}), "
+        f"memory {number(result.memory_mb.get('total'), 0)} MB, late {result.late_ticks}, "
+        f"collisions {result.collisions}, others used {number(others, 0)} % of the machine"
+    )

@@ -1,0 +1,326 @@
+"""Storms: seeded runs in which navigators fail and come back among crates and people.
+
+The truth comes from the physics: contacts in which a robot that lives moves, and goals that robots
+that live at the end missed although there was a way.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_bench.runs.harness import Harness, InjectedFaults
+from swarm_bench.runs.json_lines import rounded
+from swarm_bench.runs.methods import load_method
+from swarm_bench.runs.scenario import Scenario
+from swarm_bench.runs.stage import RunOptions, build, ground_of, nav_config
+from swarm_bench.storm.plan import FOR_EVER, Crate, Failure, Fault, StormPlan, draw_plan
+from swarm_bench.storm.reachable import Disc, Floor
+from swarm_commander.mission.leg import Stop
+from swarm_common.model.breaches import Collision
+from swarm_sim.scene.scene import Body, Box, Part, transform_from_xyz_rpy
+from swarm_sim.world.changing_world import ChangingWorld
+
+MOST_GOALS = 3  # of each robot's mission
+TIME_LIMIT = 900.0  # [s]
+MOVING = 0.03  # [m/s] from which a robot moves: faster than it creeps beside people
+TURNING = 0.1  # [rad/s]
+CRATE_HEIGHT = 0.4  # [m]
+CRATE_TRIES = 8  # places looked at
+CRATE_TICKS = 10  # in each tenth tick
+WALL_ROOM = 0.02  # [m] beyond a robot's circle that a way must have to be one,
+BODY_ROOM = 0.31  # [m] the same beside what only the LiDAR shows,
+DEAD_ROOM = 0.5  # [m] and of a robot's centre beside a dead one's circle
+GOAL_ROOM = 0.1  # [m] more of a goal, from which its robot may stand by the goal's tolerance
+
+
+@dataclass(frozen=True, slots=True)
+class StormRow:
+    """A world that storms go through."""
+
+    mission: str
+    robots: int
+
+
+ROWS = {
+    "slim_blockage": StormRow("loading_route", 12),
+    "crossing": StormRow("change_arms", 12),
+    "pillars": StormRow("roam", 14),
+    "warehouse": StormRow("warehouse_orders", 12),
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StormResult:
+    """One storm.
+
+    Attributes:
+        world: Name.
+        robots: Swarm size.
+        seed: Of everything.
+        faults: Number of failures by kind.
+        crates: That found room.
+        people: Who walked.
+        moving_contacts: Contact episodes in which a robot that lives moved when they began.
+        standing_contacts: All others: somebody walked into a robot that stood, or a dead one.
+        first_contact: Where and when the first of `moving_contacts` was; empty without.
+        goals_sent: Goals of the robots that live at the end.
+        goals_reached: Of these.
+        goals_barred: Of these: missed, and there was no way to them any more.
+        first_miss: Who missed which goal although there was a way; empty if nobody did.
+        min_clearance: [m] of any robot from anything.
+        sim_time: [s] at the end.
+        wall_time: [s] of the run.
+        trajectory_sha256: Of the true poses of all ticks.
+    """
+
+    world: str
+    robots: int
+    seed: int
+    faults: dict[str, int]
+    crates: int
+    people: int
+    moving_contacts: int
+    standing_contacts: int
+    first_contact: str
+    goals_sent: int
+    goals_reached: int
+    goals_barred: int
+    first_miss: str
+    min_clearance: float | None
+    sim_time: float
+    wall_time: float
+    trajectory_sha256: str
+
+    @property
+    def is_flawless(self) -> bool:
+        """True if no living robot ran into anything, and all goals with a way were reached."""
+        return (
+            not self.moving_contacts and self.goals_reached + self.goals_barred == self.goals_sent
+        )
+
+    def as_json(self) -> dict[str, Any]:
+        """Return a dictionary for json.dump."""
+        return {"schema": 1, **rounded(dataclasses.asdict(self))}
+
+
+@dataclass(frozen=True, slots=True)
+class StormOptions:
+    """One storm that is to run."""
+
+    world: str
+    seed: int
+
+    @property
+    def robots(self) -> int:
+        """Swarm size."""
+        return ROWS[self.world].robots
+
+    @property
+    def run_options(self) -> RunOptions:
+        """The run beneath it: perfect sensors, with LiDARs."""
+        row = ROWS[self.world]
+        scenario = Scenario(
+            name=f"storm in {self.world}", world=self.world, mission=row.mission,
+            robots=(self.robots,), with_lidar=True, time_limit={self.robots: TIME_LIMIT},
+            stall_limit=TIME_LIMIT,
+        )  # fmt: skip
+        return RunOptions(scenario=scenario, robots=self.robots, seed=self.seed)
+
+
+class Storm(Harness):
+    """A storm in progress.
+
+    Attributes:
+        plan: What happens.
+        contacts: Episodes in which a robot that lives moved.
+    """
+
+    def __init__(self, options: StormOptions, plan: StormPlan | None = None) -> None:
+        """Build world and robots; `plan` in place of the one of the seed."""
+        run_options = options.run_options
+        grid, homes_map = ground_of(run_options)
+        self.floor = Floor(grid)
+        self.plan = plan or draw_plan(options.seed, options.robots, self.floor, homes_map)
+        self._mute: set[int] = set()
+        self._deaf: set[int] = set()
+        super().__init__(
+            run_options,
+            faults=InjectedFaults(mute=self._mute, deaf=self._deaf),
+            stage=build(
+                run_options, world_class=ChangingWorld, walkers=self.plan.walkers,
+                most_goals=MOST_GOALS,
+            ),
+        )  # fmt: skip
+        self._storm = options
+        self._rng = np.random.default_rng((options.seed, 13))
+        self._waiting = sorted(self.plan.crates, key=lambda crate: crate.tick)
+        self._crates: list[Disc] = []
+        self._down: dict[int, Fault] = {}  # robots that are killed or hung
+        self._was_moving = np.zeros(options.robots, np.bool_)
+        self.contacts: list[Collision] = []
+
+    @property
+    def is_over(self) -> bool:
+        """True if all goals are settled of robots that live or will live again."""
+        return all(
+            itinerary.is_over or index in self._lost
+            for index, itinerary in enumerate(self.stage.itineraries)
+        )
+
+    @property
+    def _lost(self) -> set[int]:
+        return {robot for robot, fault in self._down.items() if fault.end >= FOR_EVER}
+
+    def _die(self, tick: int) -> None:
+        """Let everything begin and end that does at a tick."""
+        on = [fault for fault in self.plan.faults if fault.is_on(tick)]
+        for kind, robots in ((Failure.MUTE, self._mute), (Failure.DEAF, self._deaf)):
+            robots.clear()
+            robots.update(fault.robot for fault in on if fault.failure is kind)
+        down = {f.robot: f for f in on if f.failure in (Failure.KILLED, Failure.HUNG)}
+        for robot, fault in self._down.items():
+            if robot not in down and fault.failure is Failure.KILLED:
+                self._start_anew(robot, tick)
+        self._down = down
+        self._dead.clear()
+        self._dead.update(down)
+        if tick % CRATE_TICKS == 0 and self._waiting and self._waiting[0].tick <= tick:
+            if self._put(self._waiting[0]):
+                self._waiting.pop(0)
+        speeds = [twist for _, twist in self.stage.world.ground_truth()]
+        self._was_moving = np.array(
+            [math.hypot(s.vx, s.vy) > MOVING or abs(s.wz) > TURNING for s in speeds]
+        )
+
+    def _start_anew(self, robot: int, tick: int) -> None:
+        """Give a robot a new navigator, which knows the map and where it is, but nobody else."""
+        stage, options = self.stage, self.options
+        spec = stage.world.specs[robot]
+        make = load_method(options.method)
+        stage.drivers[robot] = make(
+            nav_config(options, spec), spec, stage.grid, stage.sites, robot + 1,
+            stage.world.ground_truth()[robot][0],
+        )  # fmt: skip
+        itinerary = stage.itineraries[robot]
+        if not itinerary.is_over:
+            itinerary.on_taken_over()
+            self._send(robot, itinerary.on_free_again(tick))
+
+    def _put(self, crate: Crate) -> bool:
+        """Put a crate where nobody loses its way to a goal; return whether there was room."""
+        world = self.stage.world
+        assert isinstance(world, ChangingWorld)
+        radius = crate.side / math.sqrt(2.0)
+        kept = [*self._crates, *self._stuck()]
+        led_to = self._led_to(kept)
+        for _ in range(CRATE_TRIES):
+            x, y = self.floor.draw(self._rng, radius + 0.05)
+            gaps = np.hypot(world.poses[:, 0] - x, world.poses[:, 1] - y)
+            if gaps.min() < radius + 1.0:
+                continue
+            disc = (x, y, radius + self._body + BODY_ROOM)
+            if not self._led_to([*kept, disc]) >= led_to:
+                continue
+            box = Part(Box((crate.side, crate.side, CRATE_HEIGHT)), np.eye(4))
+            place = transform_from_xyz_rpy(x, y, CRATE_HEIGHT / 2, 0.0, 0.0, crate.yaw)
+            name = f"crate_{len(self._crates) + 1}"
+            world.add_object(Body(f"{name}::link", place, (box,), is_static=True))
+            self._crates.append(disc)
+            return True
+        return False
+
+    def _stuck(self) -> list[Disc]:
+        """Return the discs that the centres of robots keep from robots that are lost."""
+        room = DEAD_ROOM + self._body
+        return [(*self.stage.world.poses[robot, :2].tolist(), room) for robot in self._lost]
+
+    @property
+    def _body(self) -> float:
+        return max(spec.circumscribed_radius for spec in self.stage.world.specs)
+
+    def _led_to(self, discs: Sequence[Disc]) -> set[tuple[int, int]]:
+        """Return (robot, goal), both as indices, of all goals that there is a way to."""
+        labels = self._regions(discs)
+        return {
+            (index, number)
+            for index, goals in enumerate(self.stage.stops)
+            for number, goal in enumerate(goals)
+            if self._leads(labels, index, goal)
+        }
+
+    def _regions(self, discs: Sequence[Disc]) -> NDArray[np.int16]:
+        """Return the regions in which one can get about without meeting the discs."""
+        wider = [(x, y, radius + GOAL_ROOM) for x, y, radius in discs]
+        return self.floor.components(self._body + WALL_ROOM, wider)
+
+    def _leads(self, labels: NDArray[np.int16], robot: int, goal: Stop) -> bool:
+        x, y = self.stage.world.poses[robot, :2].tolist()
+        return self.floor.connected(labels, (x, y), (goal.pose_map.x, goal.pose_map.y))
+
+    def _watch(self, collisions: Sequence[Collision]) -> None:
+        names = self.stage.world.names
+        for collision in collisions:
+            members = [names.index(name) for name in collision.robots]
+            if any(self._was_moving[m] for m in members if m not in self._down):
+                self.contacts.append(collision)
+
+    def _missed(self) -> list[tuple[int, Stop]]:
+        """Return the goals that robots that live at the end did not reach."""
+        missed = []
+        for index, goals in enumerate(self.stage.stops):
+            reached = [o.stop for o in self.stage.itineraries[index].outcomes if o.reached]
+            rest = list(goals)
+            for stop in reached:
+                rest.remove(stop)
+            if index not in self._lost:
+                missed += [(index, goal) for goal in rest]
+        return missed
+
+    def storm(self) -> StormResult:
+        """Run until all goals are settled, or the time is up."""
+        result = self.run()
+        labels = self._regions([*self._crates, *self._stuck()])
+        missed = self._missed()
+        owed = [(index, goal) for index, goal in missed if self._leads(labels, index, goal)]
+        sent = sum(len(goals) for i, goals in enumerate(self.stage.stops) if i not in self._lost)
+        return StormResult(
+            world=self._storm.world,
+            robots=self._storm.robots,
+            seed=self._storm.seed,
+            faults=self.plan.counts,
+            crates=len(self._crates),
+            people=len(self.plan.walkers),
+            moving_contacts=len(self.contacts),
+            standing_contacts=len(self.stage.world.collisions) - len(self.contacts),
+            first_contact=str(self.contacts[0]) if self.contacts else "",
+            goals_sent=sent,
+            goals_reached=sent - len(missed),
+            goals_barred=len(missed) - len(owed),
+            first_miss=self._miss(*owed[0]) if owed else "",
+            min_clearance=result.min_clearance,
+            sim_time=result.sim_time,
+            wall_time=result.wall_time,
+            trajectory_sha256=result.trajectory_sha256,
+        )
+
+    def _miss(self, index: int, goal: Stop) -> str:
+        """Return who missed a goal, and in which state it is."""
+        status = self.stage.drivers[index].status()
+        reasons = [o.reason for o in self.stage.itineraries[index].outcomes if o.reason]
+        pose = status.pose_map
+        return (
+            f"{self.stage.world.names[index]} missed {goal.name}, is {status.state} "
+            f"{status.detail} at ({pose.x:.2f}, {pose.y:.2f}) {'; '.join(reasons[:1])}"
+        )
+
+
+def run_storm(options: StormOptions) -> StormResult:
+    """Run one storm."""
+    return Storm(options).storm()

@@ -1,0 +1,171 @@
+"""The command `swarm-bench`: its options."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from swarm_bench.runs.result import RunResult
+from swarm_bench.suite import store
+from swarm_bench.suite.machine import machine_line
+from swarm_bench.suite.report import traffic_report
+from swarm_bench.suite.selection import (
+    SUITE,
+    check_jobs,
+    parse_seeds,
+    parse_sizes,
+    select,
+    suite_sweeps,
+)
+from swarm_bench.suite.sweep import Sweep
+from swarm_bench.suite.table import summary_table
+from swarm_common.model.errors import ConfigError
+
+MISSED = 1
+PIPE_WIDTH = 170  # columns of tables that nobody looks at on a terminal
+
+Jobs = Annotated[int, typer.Option(help="Number of processes.")]
+JsonLines = Annotated[
+    Path | None,
+    typer.Option("--json", help="File of JSON lines to add to; runs in it are not repeated."),
+]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option("--set", help="Parameter of the navigators: traffic.safety_margin=0.06"),
+]
+
+bench_app = typer.Typer(rich_markup_mode=None, no_args_is_help=True)
+
+
+@bench_app.callback()
+def bench() -> None:
+    """Measure the swarm: many seeded runs, tables and JSON."""
+
+
+@bench_app.command()
+def traffic(
+    scenario: Annotated[str, typer.Option(help="Names or files, comma-separated, or all.")] = "all",
+    robots: Annotated[
+        str | None,
+        typer.Option(help="Swarm sizes like 20,50.  [default: the scenario's]", show_default=False),
+    ] = None,
+    seeds: Annotated[
+        str, typer.Option(help=f"Seeds like 0-19 or 1,5,7; {SUITE}: as many as the scenario says.")
+    ] = "0-2",
+    loss: Annotated[float | None, typer.Option(help="Share of beacons that are lost.")] = None,
+    delay: Annotated[float | None, typer.Option(help="Delay of beacons [s].")] = None,
+    engine: Annotated[
+        str | None,
+        typer.Option(
+            help="planar or bullet.  [default: planar; bullet with --ros]", show_default=False
+        ),
+    ] = None,
+    lidar: Annotated[
+        bool | None,
+        typer.Option(help="[default: the scenario's; with --ros always]", show_default=False),
+    ] = None,
+    realistic: Annotated[
+        bool,
+        typer.Option(
+            "--realistic/--ideal", help="Noisy sensors with LiDARs, and localisation by AMCL."
+        ),
+    ] = False,
+    method: Annotated[str, typer.Option(help="ours, dwa or orca.")] = "ours",
+    set_: Settings = None,
+    jobs: Jobs = 1,
+    ros: Annotated[bool, typer.Option("--ros", help="Run swarm-up on the real ROS graph.")] = False,
+    json_: JsonLines = None,
+) -> None:
+    """Run scenarios; without --ros each run is one process without the ROS graph.
+
+    Exit code: 0 every goal reached without a collision; 1 otherwise; 2 bad input.
+    """
+    options = select(
+        scenario,
+        parse_sizes(robots),
+        parse_seeds(seeds),
+        method=method,
+        engine=engine or ("bullet" if ros else "planar"),
+        loss=loss,
+        delay=delay,
+        lidar=True if (ros or realistic) and lidar is None else lidar,
+        realistic=realistic,
+        settings=set_ or [],
+    )
+    check_jobs(jobs, ros=ros, method=method)
+    sweep = Sweep(options, jobs, ros)
+    sweep.check()
+    console = new_console()
+    results = sweep.run(json_, console)
+    console.print(summary_table(results))
+    exit_code(results)
+
+
+@bench_app.command()
+def suite(
+    json_: Annotated[
+        Path, typer.Option("--json", help="File of JSON lines; runs in it are not repeated.")
+    ],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Markdown file to write.")],
+    jobs: Jobs = 1,
+    seeds: Annotated[
+        str, typer.Option(help=f"Of the bench runs; {SUITE}: as many as each scenario says.")
+    ] = SUITE,
+    baseline_seeds: Annotated[str, typer.Option(help="Seeds of dwa and orca, or none.")] = "0-2",
+    ros_seeds: Annotated[str, typer.Option(help="Seeds on the ROS graph, or none.")] = "0-2",
+    ros_most: Annotated[int, typer.Option(help="Largest swarm on the ROS graph.")] = 50,
+) -> None:
+    """Run the whole suite, the baselines and the ROS rows, and write the document.
+
+    Exit code: as of `traffic`, where the baselines' misses do not count.
+    """
+    check_jobs(jobs, ros=False, method="ours")
+    sweeps = suite_sweeps(seeds, baseline_seeds, ros_seeds, ros_most, jobs)
+    for sweep in sweeps:
+        sweep.check()
+    console = new_console()
+    results = [result for sweep in sweeps for result in sweep.run(json_, console)]
+    console.print(summary_table(results))
+    _write_report(results, output, machine_line())
+    exit_code([result for result in results if result.method == "ours"])
+
+
+@bench_app.command("report-traffic")
+def report_traffic(
+    files: Annotated[list[Path], typer.Argument(help="Files of `swarm-bench traffic --json`.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Markdown file to write.")],
+    machine: Annotated[
+        str,
+        typer.Option(help="Machine of the measurement.  [default: this one]", show_default=False),
+    ] = "",
+) -> None:
+    """Write the tables of runs that were made before."""
+    results: list[RunResult] = []
+    for path in files:
+        results += store.read_results(path)
+    if not results:
+        raise ConfigError(f"no results in {', '.join(map(str, files))}")
+    _write_report(results, output, machine or machine_line())
+
+
+def _write_report(results: Sequence[RunResult], output: Path, machine: str) -> None:
+    try:
+        output.write_text(traffic_report(results, machine), encoding="utf-8")
+    except OSError as cause:
+        raise ConfigError(f"cannot write {output}: {cause}") from cause
+
+
+def exit_code(results: Sequence[RunResult]) -> None:
+    """Exit with `MISSED` unless all runs are flawless."""
+    if not all(result.is_flawless for result in results):
+        raise typer.Exit(MISSED)
+
+
+def new_console() -> Console:
+    """Return a console that is wide enough for the tables, also for a pipe."""
+    console = Console()
+    return console if console.is_terminal else Console(width=PIPE_WIDTH)

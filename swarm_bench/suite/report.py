@@ -1,0 +1,178 @@
+"""docs/traffic.md: the suite's tables as Markdown, written from results and nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+
+from swarm_bench.runs.document import table_line
+from swarm_bench.runs.result import RunResult
+from swarm_bench.runs.ros_run import ENGINE as ROS
+from swarm_bench.runs.scenario import Target
+from swarm_bench.suite.summary import Row, summarise
+from swarm_bench.suite.table import number
+
+OURS = "ours"
+SHOWN = 20  # flaws that are listed one by one
+HEAD = """\
+# Traffic, measured
+
+Not written by hand, but by one command; killed and started again, it continues where it was:
+
+```
+swarm-bench suite --jobs 2 --json traffic.jsonl -o docs/traffic.md
+```
+
+Machine: {machine}.
+
+- **Makespan**: simulated seconds until the last goal was reached, median [smallest..largest] of
+  the complete runs. A run in which nobody reaches a goal for 600 s counts as deadlocked and ends.
+- **Worst wait**: time for which the robot that waited most in any run stood because of others or
+  held.
+- **Clearance**: smallest true distance of any robot from anything.
+- **Held gap**: smallest distance between the tubes that two robots held, less the sum of their
+  safety radii.
+- **µs per tick**: of one navigator, all that it does in a tick, median.
+"""
+BENCH = """
+## The suite in the bench
+
+World core and navigators in one process, kinematic engine with 2 % actuation noise, LiDAR only
+where the scenario needs it; {runs} runs.
+"""
+GRAPH = """
+## The suite on the ROS graph
+
+`swarm-up` with one process per robot, rigid-body physics and LiDARs; {runs} runs.
+"""
+COMPARISON = """
+## Compared with local avoidance alone
+
+Same bench, same starts, same goals, same seeds. `dwa`: a dynamic-window controller with global
+replanning around the robots in sight, whose true circles it is given (LiDAR as well where the
+scenario has it). `orca`: optimal reciprocal collision avoidance with the neighbours' true radii
+from their beacons. Each cell: goals reached, contacts, makespan.
+"""
+FLAWS = """
+## Runs with a contact or a missed goal
+"""
+
+
+def traffic_report(results: Sequence[RunResult], machine: str) -> str:
+    """Return the document.
+
+    Args:
+        results: Of any number of sweeps.
+        machine: That they ran on, in one line.
+    """
+    rows = summarise(results)
+    rows.sort(key=lambda row: (row.label, row.first.robots, row.first.method))
+    bench = [row for row in rows if row.first.method == OURS and row.first.engine != ROS]
+    graph = [row for row in rows if row.first.method == OURS and row.first.engine == ROS]
+    others = [row for row in rows if row.first.method != OURS]
+    parts = [HEAD.format(machine=machine)]
+    if bench:
+        parts.append(BENCH.format(runs=_run_count(bench)) + "\n" + _suite_table(bench))
+    if graph:
+        parts.append(GRAPH.format(runs=_run_count(graph)) + "\n" + _suite_table(graph))
+    if others:
+        parts.append(COMPARISON + "\n" + _comparison(bench + others))
+    flaws = _flaws(bench + graph)
+    if flaws:
+        parts.append(FLAWS + "\n" + flaws)
+    return "".join(parts)
+
+
+def _run_count(rows: Iterable[Row]) -> int:
+    return sum(len(row.runs) for row in rows)
+
+
+COLUMNS: dict[str, Callable[[Row], str]] = {
+    "scenario": lambda row: row.label,
+    "robots": lambda row: str(row.first.robots),
+    "seeds": lambda row: str(len(row.runs)),
+    "collisions": lambda row: str(row.collisions),
+    "goals": lambda row: f"{row.goals_reached}/{row.goals_sent}",
+    "makespan [s]": lambda row: row.makespan_text,
+    "target [s]": lambda row: _target_text(row),
+    "goals/min": lambda row: number(row.median("throughput_per_minute"), 1),
+    "deadlocks resolved": lambda row: str(row.total("deadlocks_resolved")),
+    "pushes": lambda row: str(row.total("pushes")),
+    "retreats": lambda row: str(row.total("retreats")),
+    "worst wait [s]": lambda row: number(row.most("wait_worst"), 0),
+    "clearance [m]": lambda row: number(row.least("min_clearance")),
+    "near misses": lambda row: str(row.total("near_misses")),
+    "held gap [m]": lambda row: number(row.least("min_held_slack")),
+    "µs per tick": lambda row: number(row.median("tick_us_median"), 0),
+}
+
+
+def _suite_table(rows: Sequence[Row]) -> str:
+    lines = [table_line(COLUMNS), table_line(["---", *["---:"] * (len(COLUMNS) - 1)])]
+    lines += [table_line(cell(row) for cell in COLUMNS.values()) for row in rows]
+    return "".join(lines)
+
+
+def _target_text(row: Row) -> str:
+    target = _target(row)
+    if target.release is None:
+        return "-"
+    median = row.makespan_median
+    text = f"≤ {target.release:.0f}"
+    if target.stretch is not None:
+        text += f", stretch {target.stretch:.0f}"
+    if median is None or median > target.release:
+        return f"{text}: missed"
+    is_stretched = target.stretch is not None and median <= target.stretch
+    return f"{text}: {'stretch met' if is_stretched else 'met'}"
+
+
+def _target(row: Row) -> Target:
+    if row.scenario is None:
+        return Target()
+    return row.scenario.targets.get(row.first.robots, Target())
+
+
+def _comparison(rows: Sequence[Row]) -> str:
+    """Return a table of methods, over the seeds that all methods of a line have in common."""
+    methods = sorted({row.first.method for row in rows}, key=lambda name: (name == OURS, name))
+    lines: dict[tuple[str, int], dict[str, Row]] = {}
+    for row in rows:
+        lines.setdefault((row.label, row.first.robots), {})[row.first.method] = row
+    head = ["scenario", "robots", "seeds", *methods]
+    text = table_line(head) + table_line(["---", *["---:"] * (len(head) - 1)])
+    for (label, robots), by_method in lines.items():
+        if len(by_method) < 2:
+            continue
+        seeds = set.intersection(*({run.seed for run in row.runs} for row in by_method.values()))
+        cells = [
+            _comparison_cell(by_method[method], seeds) if method in by_method else "-"
+            for method in methods
+        ]
+        text += table_line([label, str(robots), str(len(seeds)), *cells])
+    return text
+
+
+def _comparison_cell(row: Row, seeds: set[int]) -> str:
+    part = Row(tuple(run for run in row.runs if run.seed in seeds), row.scenario)
+    if not part.runs:
+        return "-"
+    share = 100.0 * part.goals_reached / max(1, part.goals_sent)
+    contacts = "1 contact" if part.collisions == 1 else f"{part.collisions} contacts"
+    return f"{share:.0f} %, {contacts}, {part.makespan_text}"
+
+
+def _flaws(rows: Sequence[Row]) -> str:
+    """Return a list of what went wrong, empty if nothing did."""
+    lines = [
+        f"- {row.label}, {run.robots} robots, seed {run.seed} ({run.engine}): "
+        f"{run.robot_robot + run.robot_world} contacts, "
+        f"goals {run.goals_reached}/{run.goals_sent}"
+        + "".join(f"; {note}" for note in (run.first_collision, run.first_miss) if note)
+        + "\n"
+        for row in rows
+        for run in row.runs
+        if not run.is_flawless
+    ]
+    if len(lines) > SHOWN:
+        lines[SHOWN:] = [f"- and {len(lines) - SHOWN} more\n"]
+    return "".join(lines)

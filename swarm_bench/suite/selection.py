@@ -1,0 +1,159 @@
+"""From the words on the command line to a list of runs."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Any
+
+from swarm_bench.runs.methods import METHODS
+from swarm_bench.runs.scenario import check_size, load_scenario, scenario_names
+from swarm_bench.runs.stage import RunOptions, parse_parameters
+from swarm_bench.suite.sweep import Sweep
+from swarm_common.model.errors import ConfigError, UnknownNameError
+from swarm_sim.world.world import ENGINES
+
+MOST_SEEDS = 100_000
+MOST_JOBS = 256
+SUITE = "suite"  # as many seeds as each scenario says
+ALL = "all"  # scenarios
+NONE = "none"  # seeds
+
+
+def parse_seeds(text: str) -> list[int] | None:
+    """Return the seeds in a text like 0-19 or 1,5,7-9; None for `suite`.
+
+    Raises:
+        ConfigError: If it is malformed.
+    """
+    if text == SUITE:
+        return None
+    seeds: list[int] = []
+    for part in text.split(","):
+        first, dash, last = part.strip().partition("-")
+        if not first.isdecimal() or (dash and not last.isdecimal()):
+            raise ConfigError(f"--seeds is '{text}'; expected seeds like 0-19 or 1,5,7")
+        low, high = int(first), int(last or first)
+        if high < low or high - low >= MOST_SEEDS:
+            raise ConfigError(f"--seeds has the range '{part.strip()}'; expected FIRST-LAST")
+        seeds.extend(seed for seed in range(low, high + 1) if seed not in seeds)
+    return seeds
+
+
+def parse_sizes(text: str | None) -> list[int]:
+    """Return the swarm sizes in a text like 20,50; none for None.
+
+    Raises:
+        ConfigError: If one is no number or out of bounds.
+    """
+    if text is None:
+        return []
+    sizes = []
+    for part in text.split(","):
+        try:
+            sizes.append(check_size(int(part), "--robots"))
+        except ValueError:
+            raise ConfigError(f"--robots is '{text}'; expected sizes like 20,50") from None
+    return sizes
+
+
+def select(
+    names: str,
+    sizes: Sequence[int],
+    seeds: Sequence[int] | None,
+    *,
+    method: str = "ours",
+    engine: str = "planar",
+    loss: float | None = None,
+    delay: float | None = None,
+    lidar: bool | None = None,
+    realistic: bool = False,
+    settings: Sequence[str] = (),
+) -> list[RunOptions]:
+    """Return the runs asked for, scenario by scenario, size by size, seed by seed.
+
+    Args:
+        names: Of scenarios, comma-separated; `all` for every one that comes with the project.
+        sizes: Of swarms; empty for those of each scenario.
+        seeds: The seeds; None for as many as each scenario says.
+        method: What drives the robots.
+        engine: Physics.
+        loss: Of beacons, in place of the scenario's.
+        delay: [s] of beacons, likewise.
+        lidar: Likewise.
+        realistic: Whether sensors err and navigators localise by AMCL; needs LiDARs.
+        settings: Parameters like traffic.safety_margin=0.06.
+
+    Raises:
+        ConfigError: For the first thing that is wrong.
+    """
+    if method not in METHODS:
+        raise UnknownNameError("method", method, METHODS)
+    if engine not in ENGINES:
+        raise UnknownNameError("engine", engine, ENGINES)
+    if realistic and (lidar is False or method != "ours"):
+        given = "--no-lidar" if lidar is False else f"--method {method}"
+        raise ConfigError(f"--realistic localises by LiDAR in our navigators; leave out {given}")
+    common: dict[str, Any] = {
+        "method": method, "engine": engine, "parameters": parse_parameters(list(settings)),
+        "realistic": realistic,
+    }  # fmt: skip
+    changes: dict[str, Any] = {
+        key: value
+        for key, value in {"loss": loss, "delay": delay, "with_lidar": lidar}.items()
+        if value is not None
+    }
+    chosen = scenario_names() if names == ALL else [name.strip() for name in names.split(",")]
+    scenarios = [dataclasses.replace(load_scenario(name), **changes) for name in chosen]
+    return [
+        RunOptions(scenario=scenario, robots=size, seed=seed, **common)
+        for scenario in scenarios
+        for size in (sizes or scenario.robots)
+        for seed in (range(scenario.seeds_of(size)) if seeds is None else seeds)
+    ]
+
+
+def check_jobs(jobs: int, *, ros: bool, method: str) -> None:
+    """Refuse a number of processes, or a way to run, that cannot be.
+
+    Raises:
+        ConfigError: With what to do.
+    """
+    if not 1 <= jobs <= MOST_JOBS:
+        raise ConfigError(f"--jobs is {jobs}; expected 1 to {MOST_JOBS}")
+    if ros and jobs > 1:
+        raise ConfigError("--ros takes all cores for each run; leave out --jobs")
+    if ros and method != "ours":
+        raise ConfigError(f"--ros runs our navigators; --method {method} needs the bench")
+
+
+def suite_sweeps(
+    seeds: str, baseline_seeds: str, ros_seeds: str, ros_most: int, jobs: int
+) -> list[Sweep]:
+    """Return everything that docs/traffic.md is written from.
+
+    Each sweep goes seed by seed, so that a killed one has something of every row.
+
+    Args:
+        seeds: Of our method in the bench.
+        baseline_seeds: Of the other methods; `none` to leave them out.
+        ros_seeds: On the ROS graph; likewise.
+        ros_most: Largest swarm on the ROS graph.
+        jobs: Processes of the bench.
+    """
+    sweeps = [Sweep(_by_seed(select(ALL, (), parse_seeds(seeds))), jobs)]
+    if baseline_seeds != NONE:
+        chosen = parse_seeds(baseline_seeds)
+        others = [method for method in METHODS if method != "ours"]
+        sweeps += [
+            Sweep(_by_seed(select(ALL, (), chosen, method=method)), jobs) for method in others
+        ]
+    if ros_seeds != NONE:
+        runs = select(ALL, (), parse_seeds(ros_seeds), engine="bullet", lidar=True)
+        sweeps.append(Sweep(_by_seed([r for r in runs if r.robots <= ros_most]), ros=True))
+    return sweeps
+
+
+def _by_seed(options: Sequence[RunOptions]) -> list[RunOptions]:
+    """Return runs by seed, the largest swarms of each seed first."""
+    return sorted(options, key=lambda item: (item.seed, -item.robots))

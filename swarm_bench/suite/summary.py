@@ -1,0 +1,128 @@
+"""Many runs of one scenario and size as one row."""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from swarm_bench.runs.result import RunResult
+from swarm_bench.runs.result_builder import conditions
+from swarm_bench.runs.scenario import Scenario, load_scenario, scenario_names
+from swarm_bench.runs.stage import RunOptions
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """The runs of one scenario, method, engine, size and set of conditions.
+
+    Attributes:
+        runs: At least one, in order of seeds.
+        scenario: As shipped; None for one of the user's.
+    """
+
+    runs: tuple[RunResult, ...]
+    scenario: Scenario | None
+
+    @property
+    def first(self) -> RunResult:
+        """A run, for what all have in common."""
+        return self.runs[0]
+
+    @property
+    def label(self) -> str:
+        """Name of the scenario, and what was other than it says."""
+        changes = [f"{name} {value:g}" if _is_number(value) else f"{name} {value}"
+                   for name, value in self._changes()]  # fmt: skip
+        return ", ".join([self.first.scenario, *changes])
+
+    def _changes(self) -> list[tuple[str, object]]:
+        if self.scenario is None:
+            return []
+        usual = conditions(RunOptions(scenario=self.scenario, robots=self.first.robots))
+        return [
+            (name, value)
+            for name, value in self.first.conditions.items()
+            if usual.get(name) != value and name != "lidar"
+        ]
+
+    @property
+    def collisions(self) -> int:
+        """Contact episodes of any kind."""
+        return sum(run.robot_robot + run.robot_world for run in self.runs)
+
+    @property
+    def goals_sent(self) -> int:
+        """Goals asked for."""
+        return sum(run.goals_sent for run in self.runs)
+
+    @property
+    def goals_reached(self) -> int:
+        """Goals reached in time."""
+        return sum(run.goals_reached for run in self.runs)
+
+    @property
+    def is_flawless(self) -> bool:
+        """Whether all goals were reached without a collision."""
+        return self.collisions == 0 and self.goals_reached == self.goals_sent
+
+    @property
+    def makespans(self) -> list[float]:
+        """Of the complete runs [s], sorted."""
+        return sorted(run.makespan for run in self.runs if run.makespan is not None)
+
+    @property
+    def makespan_median(self) -> float | None:
+        """Of the complete runs [s]."""
+        return statistics.median(self.makespans) if self.makespans else None
+
+    @property
+    def makespan_text(self) -> str:
+        """Median and range of the complete runs, and how many were not complete."""
+        known = self.makespans
+        if not known:
+            return "-"
+        text = f"{statistics.median(known):.0f} [{known[0]:.0f}..{known[-1]:.0f}]"
+        missing = len(self.runs) - len(known)
+        return f"{text}, {missing} incomplete" if missing else text
+
+    def total(self, name: str) -> int:
+        """Return the sum of a counter over the runs."""
+        return sum(getattr(run, name) or 0 for run in self.runs)
+
+    def least(self, name: str) -> float | None:
+        """Return the smallest value of a field in any run, None if no run has one."""
+        return min(self._values(name), default=None)
+
+    def most(self, name: str) -> float | None:
+        """Return the largest value of a field in any run, None if no run has one."""
+        return max(self._values(name), default=None)
+
+    def median(self, name: str) -> float | None:
+        """Return the median over the runs of a field, None if no run has one."""
+        values = self._values(name)
+        return statistics.median(values) if values else None
+
+    def _values(self, name: str) -> list[float]:
+        values = [getattr(run, name) for run in self.runs]
+        return [value for value in values if value is not None]
+
+
+def summarise(results: Iterable[RunResult]) -> list[Row]:
+    """Return a row per scenario, method, engine, size and conditions, in order of appearance."""
+    groups: dict[tuple[object, ...], list[RunResult]] = {}
+    for result in results:
+        key = (
+            result.scenario, result.method, result.engine, result.robots,
+            tuple(sorted(result.conditions.items())),
+        )  # fmt: skip
+        groups.setdefault(key, []).append(result)
+    known = {name: load_scenario(name) for name in scenario_names()}
+    return [
+        Row(tuple(sorted(runs, key=lambda run: run.seed)), known.get(runs[0].scenario))
+        for runs in groups.values()
+    ]
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)

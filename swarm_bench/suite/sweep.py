@@ -1,0 +1,90 @@
+"""Many runs, one after the other or in several processes, with their results kept on disk."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from multiprocessing import get_context
+from pathlib import Path
+from typing import TypeVar
+
+from rich.console import Console
+
+from swarm_bench.runs.harness import run
+from swarm_bench.runs.json_lines import collected
+from swarm_bench.runs.result import RunResult
+from swarm_bench.runs.ros_run import run_on_graph
+from swarm_bench.runs.stage import RunOptions, check
+from swarm_bench.suite import store
+from swarm_bench.suite.table import run_line
+
+T = TypeVar("T")
+R = TypeVar("R")
+Runner = Callable[[RunOptions], RunResult]
+
+
+@dataclass(frozen=True, slots=True)
+class Sweep:
+    """What to run, and how.
+
+    Attributes:
+        options: The runs, in order.
+        jobs: Processes.
+        ros: Whether on the ROS graph.
+        runner: Runs one in the bench.
+    """
+
+    options: Sequence[RunOptions]
+    jobs: int = 1
+    ros: bool = False
+    runner: Runner = run
+
+    def check(self) -> None:
+        """Check each scenario and size before anything runs.
+
+        Raises:
+            SwarmError: For the first thing that is wrong.
+        """
+        seen: set[tuple[str, int]] = set()
+        for item in self.options:
+            if (item.scenario.name, item.robots) not in seen:
+                seen.add((item.scenario.name, item.robots))
+                check(item)
+
+    def run(self, file: Path | None, console: Console) -> list[RunResult]:
+        """Run what is not in a result file yet, add it there; return all results.
+
+        Args:
+            file: Of JSON lines; None to keep nothing.
+            console: For a line per run.
+        """
+        known = store.read_results(file) if file is not None and file.is_file() else []
+        keys = {store.key_of_options(item, ros=self.ros) for item in self.options}
+        results = [result for result in known if store.key_of(result) in keys]
+        todo = store.missing(self.options, known, ros=self.ros)
+        if results:
+            console.print(f"{len(results)} of {len(self.options)} runs are in {file} already")
+        new = in_processes(todo, self.jobs, run_on_graph if self.ros else self.runner)
+        return results + collected(new, file, console, run_line, RunResult.as_json)
+
+
+def in_processes(options: Sequence[T], jobs: int, runner: Callable[[T], R]) -> Iterator[R]:
+    """Yield the result of each job as it comes.
+
+    Args:
+        options: What to run, in order.
+        jobs: Processes.
+        runner: Runs one.
+    """
+    if jobs == 1 or len(options) < 2:
+        for item in options:
+            yield runner(item)
+        return
+    # spawned, not forked: the threads of numba and pybullet do not survive a fork
+    pool = ProcessPoolExecutor(min(jobs, len(options)), mp_context=get_context("spawn"))
+    try:
+        for future in as_completed([pool.submit(runner, item) for item in options]):
+            yield future.result()
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)

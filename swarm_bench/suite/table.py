@@ -1,0 +1,74 @@
+"""Results for the terminal: a line per run, a table with a row per scenario and size."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rich.table import Table
+
+from swarm_bench.runs.result import RunResult
+from swarm_bench.suite.summary import Row, summarise
+
+COLUMNS = (
+    "scenario", "method", "robots", "runs", "collisions", "goals", "makespan [s]", "deadlocks",
+    "pushes", "retreats", "worst wait [s]", "clearance [m]", "held gap - R [m]", "µs/tick",
+)  # fmt: skip
+
+
+def run_line(result: RunResult) -> str:
+    """Return one line about one run."""
+    text = (
+        f"{result.scenario} {result.method} {result.engine} {result.robots} robots "
+        f"seed {result.seed}: goals {result.goals_reached}/{result.goals_sent}, "
+        f"collisions {result.robot_robot}+{result.robot_world}, "
+        f"makespan {number(result.makespan, 1)} s, clearance {number(result.min_clearance)}, "
+        f"held {number(result.min_held_slack)}, pushes {result.pushes}, "
+        f"retreats {result.retreats}, deadlocks {result.deadlocks_resolved}, "
+        f"circles of waiting {number(result.wait_circles, 0)}, "
+        f"{number(result.tick_us_median, 0)} µs, "
+        f"{number(result.cpu_ms_per_robot_second, 2)} ms of CPU per robot-second, "
+        f"{result.wall_time:.0f} s wall"
+    )
+    if result.pose_error is not None:
+        error = result.pose_error
+        text += (
+            f", localisation error {error['median']:.3f} m, 95 % {error['p95']:.3f} m, "
+            f"at most {error['max']:.3f} m"
+        )
+    warning = f"no guarantee: {result.no_guarantee}" if result.no_guarantee else ""
+    notes = [note for note in (warning, result.first_collision, result.first_miss) if note]
+    return "; ".join([text, *notes])
+
+
+def summary_table(results: Sequence[RunResult]) -> Table:
+    """Return the table of a sweep."""
+    table = Table(box=None, header_style="bold")
+    for column in COLUMNS:
+        table.add_column(column, justify="left" if column in COLUMNS[:2] else "right")
+    for row in summarise(results):
+        table.add_row(*_cells(row), style="" if row.is_flawless else "red")
+    return table
+
+
+def _cells(row: Row) -> tuple[str, ...]:
+    return (
+        row.label,
+        row.first.method,
+        str(row.first.robots),
+        str(len(row.runs)),
+        str(row.collisions),
+        f"{row.goals_reached}/{row.goals_sent}",
+        row.makespan_text,
+        str(row.total("deadlocks_resolved")),
+        str(row.total("pushes")),
+        str(row.total("retreats")),
+        number(row.most("wait_worst"), 0),
+        number(row.least("min_clearance")),
+        number(row.least("min_held_slack")),
+        number(row.median("tick_us_median"), 0),
+    )
+
+
+def number(value: float | None, digits: int = 3) -> str:
+    """Return a number for a table, - for None."""
+    return "-" if value is None else f"{value:.{digits}f}"

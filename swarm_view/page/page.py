@@ -1,0 +1,538 @@
+"""One page in a browser: the robot it follows, its layers, and its orders to the swarm."""
+
+from __future__ import annotations
+
+import html
+import io
+import json
+import math
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from PIL import Image
+
+from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose
+from swarm_view.page.charts import Charts
+from swarm_view.page.driving import Driving
+from swarm_view.page.inbox import Inbox, numbers
+from swarm_view.page.panel import FILM, MOST_PLANS, STOP_FILM, Panel, assign
+from swarm_view.page.panel_text import (
+    history_html,
+    is_driving,
+    robot_html,
+    stations_html,
+    topics_html,
+    verdict_html,
+)
+from swarm_view.page.past import Past
+from swarm_view.page.playback import Playback
+from swarm_view.page.time_line import TimeLine, next_mark
+from swarm_view.page.tool import ORDERS, Hand, Post, Tool, heading
+from swarm_view.scene.fleet import DrawnFleet
+from swarm_view.scene.overlay import Overlay
+from swarm_view.scene.robot_layers import RobotLayers
+from swarm_view.scene.ruler import Ruler
+from swarm_view.scene.shapes import lifted, nearest_to_ray
+from swarm_view.scene.sight import Sight
+from swarm_view.scene.views import View
+from swarm_view.scene.viser_compat import run_script
+from swarm_view.state import topics
+from swarm_view.state.history import History
+from swarm_view.state.link import Viewpoint
+from swarm_view.state.operator_link import OperatorLink
+from swarm_view.state.swarm import Swarm
+from swarm_view.state.topics import Layer
+
+PANEL_PERIOD = 0.5  # [s] of wall time between two looks of the panel
+PLANS_PERIOD = 5.0  # [s] of wall time between two choices of the robots whose plans are shown
+SHOWN_CHANGES = 12  # of a robot's states, in its history
+SLOW_PERIOD = 0.25  # [s] of wall time between two updates of trails, names and claims
+PICK_RADIUS, PICK_HEIGHT = 0.25, 0.1  # [m] of the ball that stands for a robot that is clicked
+RENDER_LIMIT = 60.0  # [s] of wall time for a page to draw a picture
+SELECT_FIRST = "Select a robot first."
+LEAVE_PAST = "This page shows the past; press **Live** on the time line first."
+TIME_ORDERS = ("seek", "step", "mark", "play", "live")
+
+
+class Page:
+    """A browser's view. All methods but those named `on_` run on the main thread.
+
+    Attributes:
+        robot: Which one it looks at; empty for none.
+        history: What has happened.
+    """
+
+    def __init__(
+        self, client: Any, place: Viewpoint, swarm: Swarm, fleet: DrawnFleet,
+        link: OperatorLink | None, url: Callable[[str, Viewpoint | None], str], post: Post,
+        history: History, playback: Playback | None,
+    ) -> None:  # fmt: skip
+        """Build the page.
+
+        Args:
+            client: viser's handle of it.
+            place: That it opens with.
+            swarm: The swarm's state as received.
+            fleet: The robots' bodies.
+            link: To the swarm; None for a recording.
+            url: Returns the address of a robot's page, or of a place.
+            post: Brings a call to the main thread.
+            history: What has happened.
+            playback: Of a recording; None for a live swarm.
+        """
+        self.robot = place.robot
+        self.history = history
+        self._playback = playback
+        self._past = Past(client, swarm, history)
+        self._time_line = TimeLine(client, is_live=playback is None)
+        self._charts = Charts(client, self._time_line.panel)
+        self._present = self._swarm = swarm
+        self._fleet = fleet
+        self._link = link
+        self._url = url
+        self._post = post
+        self._layers = RobotLayers(client.scene)
+        self._overlay = Overlay(client.scene, swarm)
+        self._sight = Sight(client, fleet)
+        self._hand = Hand(client.scene, self._use, post)
+        self._panel = Panel(client.gui, self, is_live=link is not None)
+        self._sight.take(View.FOLLOW if place.robot else View.HALL)
+        self._opened_with: Viewpoint | None = place
+        self._ruler = Ruler(client.scene)
+        self._driving = None if link is None else Driving(link)
+        self._client = client
+        self._is_filming = False
+        client.scene.on_click()(self._on_click)
+        Inbox(client, self._on_message)
+        self._panel_due = self._slow_due = 0.0
+        self._planned: list[str] = []
+        self._plans_due = 0.0
+        self._was_there = False
+
+    # Actions of the panel, on viser's threads
+
+    def on_select(self, robot: str) -> None:
+        """Look at another robot."""
+        self._post(lambda: self.select(robot))
+
+    def on_tool(self, tool: Tool) -> None:
+        """Take another tool in hand."""
+        self._post(lambda: self._take_tool(tool))
+
+    def on_cancel(self) -> None:
+        """Cancel the robot's goal."""
+        self._command(lambda link: link.cancel(self.robot, self._say), needs_robot=True)
+
+    def on_view(self, view: View) -> None:
+        """Look from somewhere else."""
+        self._post(lambda: self.look(view))
+
+    def on_walls(self, *, whole: bool) -> None:
+        """Show walls whole or cut."""
+        self._post(lambda: self._sight.show_walls(whole=whole))
+
+    def on_dark(self, *, dark: bool) -> None:
+        """Be dark or light."""
+        self._post(lambda: self._sight.set_dark(dark=dark))
+
+    def on_pause(self) -> None:
+        """Pause or resume."""
+        self._command(lambda link: link.set_paused(not link.is_paused, self._say))
+
+    def on_step(self) -> None:
+        """Do one step."""
+        self._command(lambda link: link.step(1, self._say))
+
+    def on_speed(self, speed: float) -> None:
+        """Change the speed."""
+        self._command(lambda link: link.set_speed(speed, self._say))
+
+    def on_spawn(self) -> None:
+        """Add a robot at a free place."""
+        self._command(lambda link: link.spawn(self._panel.model.value, None, self._say))
+
+    def on_remove(self) -> None:
+        """Take the robot out, if that is meant."""
+
+        def ask(link: OperatorLink) -> None:
+            robot = self.robot
+            self._panel.confirm(
+                f"Take {robot} out of the world? Its goal counts as missed.",
+                f"Remove {robot}",
+                lambda: self._post(lambda: link.remove(robot, self._say)),
+            )
+
+        self._command(ask, needs_robot=True)
+
+    def on_drive(self) -> None:
+        """Drive the robot by hand, or no more."""
+
+        def drive(_: OperatorLink) -> None:
+            driving = self._driving
+            if driving is None:
+                return
+            if driving.robot:
+                driving.end()
+            else:
+                driving.begin(self.robot, self._say, self._show_driving)
+            self._show_driving()
+
+        self._command(drive, needs_robot=self._driving is not None and not self._driving.robot)
+
+    def on_share(self, share: float) -> None:
+        """Drive with a share of the full speed."""
+        if self._driving is not None:
+            self._driving.set_share(share)
+
+    def on_picture(self) -> None:
+        """Save a picture; waits for the page."""
+        client, camera = self._client, self._sight.camera
+        if camera is None:
+            return
+        image = client.get_render(
+            round(camera.height), round(camera.width), transport_format="png", timeout=RENDER_LIMIT
+        )
+        content = io.BytesIO()
+        Image.fromarray(image).convert("RGB").save(content, "PNG")
+        name = f"swarm_{self.shown_time:.1f}s.png"
+        client.send_file_download(name, content.getvalue(), save_immediately=True)
+        self._post(lambda: self._say(f"Saved {name}."))
+
+    def on_film(self) -> None:
+        """Begin to film, or stop and save it."""
+        self._is_filming = not self._is_filming
+        self._panel.film.label = STOP_FILM if self._is_filming else FILM
+        name = json.dumps(f"swarm_{self.shown_time:.1f}s.webm")
+        script = "startFilm()" if self._is_filming else f"stopFilm({name})"
+        run_script(self._client, f"window.swarm.{script}")
+
+    def on_link(self) -> None:
+        """Copy a link to camera, robot and time."""
+        self._post(self._copy_link)
+
+    def _copy_link(self) -> None:
+        camera, time = self._sight.camera, self.shown_time
+        is_past = self._playback is not None or self._past.time is not None
+        view = None if camera is None else np.array([camera.position, camera.target])
+        place = Viewpoint(self.robot, view, time if is_past else None, self._sight.is_dark)
+        run_script(self._client, f"window.swarm.copy({json.dumps(self._url('', place))})")
+
+    def _show_driving(self) -> None:
+        robot = "" if self._driving is None else self._driving.robot
+        self._panel.show_driving(robot)
+        run_script(self._client, f"window.swarm.setDriving({str(bool(robot)).lower()})")
+
+    def close(self) -> None:
+        """Let go of what is driven; the page is gone."""
+        if self._driving is not None:
+            self._driving.end()
+
+    def _command(self, do: Callable[[OperatorLink], None], *, needs_robot: bool = False) -> None:
+        def run() -> None:
+            if needs_robot and not self.robot:
+                self._say(SELECT_FIRST)
+            elif self._past.time is not None:
+                self._say(LEAVE_PAST)
+            elif self._link is not None:
+                do(self._link)
+
+        self._post(run)
+
+    def _say(self, text: str) -> None:
+        assign(self._panel.message, text)
+
+    # What it needs
+
+    @property
+    def eye(self) -> FloatArray:
+        """Where its camera is (3,), in map."""
+        return self._sight.eye
+
+    def topics(self) -> set[str]:
+        """Return the topics that it shows beside those that every page shows."""
+        wanted = set()
+        if self.robot:
+            layers = self._panel.wanted_layers()
+            wanted |= {topics.of_layer(self.robot, layer) for layer in layers}
+        wanted |= {topics.of_layer(name, Layer.PLAN) for name in self._planned}
+        if self._panel.claims.value:
+            wanted |= {topics.of_layer(name, Layer.MOTION) for name in self._swarm.names}
+        return wanted
+
+    def select(self, robot: str) -> None:
+        """Look at a robot; empty for none."""
+        self.robot = robot
+        self._was_there = False
+        self._sight.rest()
+        self._layers.clear()
+        self._panel_due = 0.0
+
+    def look(self, view: View) -> None:
+        """Look from a preset."""
+        if view in (View.FOLLOW, View.EYE) and not self.robot:
+            self._say(SELECT_FIRST)
+            return
+        self._sight.take(view)
+        self._panel.whole_walls.value = view is View.EYE or self._panel.whole_walls.value
+
+    # Drawing
+
+    def update(self, poses: FloatArray, now: float, cpu: str) -> None:
+        """Draw the changes.
+
+        Args:
+            poses: Where the robots are drawn (n, 3), in map.
+            now: Wall time [s].
+            cpu: Text of the panel about the CPU.
+        """
+        if self._driving is not None:
+            self._driving.update(now)
+        self._past.play(now)
+        if self._past.time is not None:
+            poses = self._past.swarm.track.latest
+        self._show(self._past.time is not None)
+        self._draw_robot(poses, now)
+        self._draw_time(now)
+        self._charts.update(self.history, now)
+        if now >= self._slow_due:
+            self._slow_due = now + SLOW_PERIOD
+            panel = self._panel
+            self._sight.scale_marks(poses, now)
+            self._draw_labels(poses)
+            self._choose_plans(poses, now)
+            self._overlay.draw_plans(self._planned)
+            self._overlay.draw_trails(wanted=panel.trails.value)
+            self._overlay.draw_claims(wanted=panel.claims.value)
+        if now >= self._panel_due:
+            self._panel_due = now + PANEL_PERIOD
+            self._tell(cpu)
+
+    def _show(self, is_past: bool) -> None:
+        """Show the swarm of the present, or of the past."""
+        swarm = self._past.swarm if is_past else self._present
+        if swarm is self._swarm:
+            return
+        self._swarm = self._overlay.swarm = swarm
+        self._sight.fleet = self._past.fleet if is_past else self._fleet
+        self._layers.clear()
+        self._slow_due = self._panel_due = 0.0
+
+    def _draw_time(self, now: float) -> None:
+        playback, past = self._playback, self._past
+        if playback is not None:
+            is_playing = playback.is_playing
+        elif past.time is not None:
+            is_playing = past.is_playing
+        else:
+            is_playing = not (self._link and self._link.is_paused)
+        self._time_line.update(
+            self.history, now, self.shown_time, is_playing=is_playing, is_past=past.time is not None
+        )
+
+    def _choose_plans(self, poses: FloatArray, now: float) -> None:
+        """Choose the robots whose plans are shown: those nearest to the middle of the picture."""
+        names, camera = self._swarm.names, self._sight.camera
+        if not self._panel.plans.value or self._past.time is not None:
+            self._planned = []
+        elif len(names) <= MOST_PLANS:
+            self._planned = list(names)
+        elif camera is not None and len(poses) == len(names) and now >= self._plans_due:
+            self._plans_due = now + PLANS_PERIOD
+            gaps = np.hypot(*(poses[:, :2] - camera.target[:2]).T)
+            self._planned = [names[row] for row in np.argsort(gaps, kind="stable")[:MOST_PLANS]]
+
+    def _draw_labels(self, poses: FloatArray) -> None:
+        camera = self._sight.camera
+        if camera is None:
+            return
+        chosen = [self.robot] if self.robot else []
+        states = self._swarm.states
+        others = [name for name in self._swarm.names if name != self.robot]
+        if self._panel.names.value:  # of labels in one place, those of robots that drive go first
+            chosen += sorted(others, key=lambda name: is_driving(states.get(name)))
+        self._overlay.draw_labels(chosen, poses, self._sight.sizes, camera)
+
+    def _draw_robot(self, poses: FloatArray, now: float) -> None:
+        index = self._swarm.index(self.robot)
+        if self._swarm.map is not None:
+            self._sight.show_map(self._swarm.map)
+        self._sight.update(poses, index, now)
+        if index is None:
+            if self._was_there:
+                self._say(f"{self.robot} is not there any more.")
+                self.select("")
+            return
+        self._was_there = True
+        mesh = self._fleet.meshes.get(self.robot)
+        self._layers.draw(self._swarm, self.robot, mesh, self._panel.wanted_layers())
+        self._layers.draw_goal(self._swarm, self.robot)
+
+    def _tell(self, cpu: str) -> None:
+        swarm, panel, link = self._swarm, self._panel, self._link
+        panel.offer(swarm.names, self.robot)
+        paused = None if link is None else link.is_paused
+        assign(panel.verdict, verdict_html(swarm, paused, cpu))
+        assign(panel.status, self._robot_text() if self.robot else "")
+        self._tell_past()
+        assign(panel.stations, stations_html(swarm.states))
+        if link is not None:
+            panel.show_running(link.is_paused, link.speed)
+
+    def _robot_text(self) -> str:
+        robot, state = self.robot, self._swarm.states.get(self.robot)
+        true_pose = None if state is None else self._swarm.true_pose(robot, state.tick)
+        time = self.shown_time
+        since = self.history.state_since(robot, time)
+        return robot_html(robot, self._swarm.states, self._url(robot, None), true_pose, since, time)
+
+    def _tell_past(self) -> None:
+        """Say what the robot did, and draw where it has been."""
+        robot, time, panel = self.robot, self.shown_time, self._panel
+        changes = self.history.changes(robot, time, SHOWN_CHANGES) if robot else []
+        assign(panel.history, history_html(changes, time) if robot else "")
+        assign(panel.topics, topics_html(robot) if robot else "")
+        is_wanted = robot and panel.way.value
+        self._overlay.draw_way(self.history.way(robot, time) if is_wanted else None)
+
+    # Clicks and tools
+
+    def _on_message(self, kind: str, value: Any) -> None:
+        """The page's script tells something; on viser's threads."""
+        if kind == "size" and (size := numbers(value, 2)) is not None:
+            self._post(lambda: self._resize(*size))
+        elif kind == "drive" and (way := numbers(value, 2)) is not None:
+            self._post(lambda: self._steer(*way))
+        elif kind == "filmed" and isinstance(value, int | float):
+            self._post(lambda: self._say(f"Saved a film of {value / 1e6:.1f} MB."))
+        elif kind == "select" and value in self._swarm.names:
+            self.on_select(value)
+        elif kind == "copied" and isinstance(value, str):
+            self._post(lambda: self._say(f"Copied: `{value}`"))
+        elif kind in TIME_ORDERS and isinstance(value, int | float) and abs(value) < 1e7:
+            self._post(lambda: self._turn_time(kind, float(value)))
+
+    def _steer(self, ahead: float, turn: float) -> None:
+        if self._driving is not None:
+            self._driving.steer(ahead, turn, time.monotonic())
+
+    def _resize(self, width: float, height: float) -> None:
+        self._sight.resize(width, height)
+        self._time_line.place(width)
+        self._open()
+
+    def _open(self) -> None:
+        """Go where the address says; done once, when the page can be told."""
+        place, self._opened_with = self._opened_with, None
+        if place is None:
+            return
+        if place.is_dark:
+            self._panel.dark.value = True
+            self._sight.set_dark(dark=True)
+        if place.camera is not None:
+            position, target = place.camera
+            self._sight.go(target, position)
+        if place.time is not None:
+            self._turn_time("seek", place.time)
+
+    def _turn_time(self, kind: str, value: float) -> None:
+        """Go to another time: of a recording with all pages, of a live swarm on this one only."""
+        now, past, playback = time.monotonic(), self._past, self._playback
+        shown = self.shown_time
+        if kind == "mark":
+            mark = next_mark(self.history.marks, shown, 1 if value > 0 else -1)
+            if mark is None:
+                self._say("There is no further mark.")
+                return
+            kind, value = "seek", mark.time
+            self._say(f"{mark.time:.1f} s: {html.escape(mark.text)}")
+        elif kind == "step":
+            past.is_playing = False
+            if playback is not None:
+                playback.step(round(value))
+                return
+            kind, value = "seek", shown + value * CONTROL_PERIOD
+        if playback is not None:
+            playback.toggle() if kind == "play" else playback.jump(value)
+        elif kind == "live" or (kind == "seek" and value >= self.history.span[1]):
+            past.leave()
+        elif kind == "play":
+            past.is_playing = not past.is_playing
+        elif not past.go(value, now):
+            self._say("Nothing is known of that time: the viewer remembers while a page is open.")
+
+    @property
+    def shown_time(self) -> float:
+        """[s] of simulated time that the page shows."""
+        if self._playback is not None:
+            return self._playback.time
+        return self._swarm.time if self._past.time is None else self._past.time
+
+    def _take_tool(self, tool: Tool) -> None:
+        self._hand.drop()
+        self._ruler.clear()
+        self._say("")
+        if tool is Tool.SELECT or self._swarm.map is None:
+            return
+        if self._past.time is not None and tool is not Tool.MEASURE:
+            self._say(LEAVE_PAST)
+            return
+        if tool in ORDERS and not self.robot:
+            self._say(SELECT_FIRST)
+            return
+        self._hand.take(tool, self._swarm.map)
+        whose = f" for {self.robot}" if tool in ORDERS else ""
+        self._say(f"**{tool.value}**{whose}: click the floor, or drag.")
+
+    def _on_click(self, event: Any) -> None:
+        """A click anywhere in the scene; on viser's threads."""
+        origin, direction = np.array(event.ray_origin), np.array(event.ray_direction)
+        self._post(lambda: self._click(origin, direction))
+
+    def _click(self, origin: FloatArray, direction: FloatArray) -> None:
+        if self._hand.tool is not Tool.SELECT:
+            self._hand.click(origin, direction)
+            return
+        poses = self._swarm.track.latest
+        index = nearest_to_ray(lifted(poses[:, :2], PICK_HEIGHT), PICK_RADIUS, origin, direction)
+        if index is not None:
+            self.select(self._swarm.names[index])
+
+    def _measure(self, point: FloatArray, tip: FloatArray | None) -> None:
+        distance = self._ruler.point(point) if tip is None else self._ruler.measure(point, tip)
+        if distance is not None:
+            self._say(f"Measured: {distance:.2f} m.")
+        elif self._swarm.map is not None:
+            self._hand.take(Tool.MEASURE, self._swarm.map)
+            self._say("**Measure**: click the other place.")
+
+    def _use(self, tool: Tool, point: FloatArray, tip: FloatArray | None) -> None:
+        """Do what a tool is for at a place (2,) in map, with an arrow to `tip` (2,)."""
+        if tool is Tool.MEASURE:
+            self._measure(point, tip)
+            return
+        link = self._link
+        if link is None or (tool in ORDERS and not self.robot):
+            return
+        yaw = None if tip is None else heading(point, tip)
+        pose = Pose(
+            float(point[0]), float(point[1]),
+            self._usual_heading(tool, point) if yaw is None else yaw,
+        )  # fmt: skip
+        self._say(f"{tool.value} sent: ({pose.x:.2f}, {pose.y:.2f}, {pose.yaw:.2f}).")
+        if tool is Tool.SPAWN:
+            link.spawn(self._panel.model.value, pose, self._say)
+        elif tool is Tool.GOAL:
+            link.send_goal(self.robot, pose, self._say)
+        else:
+            link.set_initial_pose(self.robot, pose, self._say)
+
+    def _usual_heading(self, tool: Tool, point: FloatArray) -> float:
+        """Return the yaw for a click: for a goal on from where the robot comes from."""
+        pose = self._swarm.pose_at(self.robot, -1)
+        if pose is None or tool is Tool.SPAWN:
+            return 0.0
+        if tool is Tool.GOAL:
+            return math.atan2(point[1] - pose[1], point[0] - pose[0])
+        return float(pose[2])

@@ -1,0 +1,269 @@
+"""The panel of one page: its displays and buttons. Widgets only, no decisions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, Protocol
+
+from swarm_common.robots.source import robot_names
+from swarm_view.page.tool import ORDERS, Tool
+from swarm_view.scene.views import View
+from swarm_view.state.topics import LABELS, SHOWN_AT_FIRST, Layer
+
+MOST_PLANS = 20
+FILM, STOP_FILM = "Record film", "Stop and save film"
+_KEY = (
+    "border:1px solid #8888;border-radius:6px;background:transparent;color:inherit;width:3em;"
+    "height:2.2em;touch-action:none;cursor:pointer"
+)
+PAD = (
+    "<div style='padding:0.3em 0.8em;font-size:0.85rem;text-align:center'>"
+    + "".join(
+        f"<button style='{_KEY}' data-swarm-way='{key}'>{sign}</button>{after}"
+        for key, sign, after in (
+            ("KeyW", "W ▴", "<br>"), ("KeyA", "A ◂", " "),
+            ("KeyS", "S ▾", " "), ("KeyD", "D ▸", ""),
+        )
+    )
+    + "<br>Keep a key pressed: without one the robot stops.</div>"
+)  # fmt: skip
+NOBODY = "(none)"
+FIRST_MODEL = "turtlebot3_waffle"
+SPEEDS = {
+    "0.25 x": 0.25,
+    "0.5 x": 0.5,
+    "1 x": 1.0,
+    "2 x": 2.0,
+    "5 x": 5.0,
+    "10 x": 10.0,
+    "max": 0.0,
+}
+
+
+class Actions(Protocol):
+    """What the panel's owner does when something is clicked; called on viser's threads."""
+
+    def on_select(self, robot: str) -> None:
+        """Another robot was chosen; empty for none."""
+
+    def on_tool(self, tool: Tool) -> None:
+        """Another tool was chosen."""
+
+    def on_cancel(self) -> None:
+        """Cancel the robot's goal."""
+
+    def on_view(self, view: View) -> None:
+        """Another view was chosen."""
+
+    def on_walls(self, *, whole: bool) -> None:
+        """Walls are to be shown whole, or cut."""
+
+    def on_dark(self, *, dark: bool) -> None:
+        """The page is to be dark, or light."""
+
+    def on_pause(self) -> None:
+        """Pause or resume."""
+
+    def on_step(self) -> None:
+        """Do one step."""
+
+    def on_speed(self, speed: float) -> None:
+        """Another speed was chosen; 0 for no limit."""
+
+    def on_spawn(self) -> None:
+        """Add a robot at a free place."""
+
+    def on_remove(self) -> None:
+        """Take the robot out, if that is meant."""
+
+    def on_drive(self) -> None:
+        """Drive the robot by hand, or no more."""
+
+    def on_share(self, share: float) -> None:
+        """Drive with a share of its full speed."""
+
+    def on_picture(self) -> None:
+        """Save a picture."""
+
+    def on_film(self) -> None:
+        """Begin to film, or stop."""
+
+    def on_link(self) -> None:
+        """Copy a link."""
+
+
+class Panel:
+    """The widgets."""
+
+    def __init__(self, gui: Any, actions: Actions, *, is_live: bool) -> None:
+        self._gui = gui
+        with gui.add_folder("Swarm"):
+            self.verdict = gui.add_html("")
+        self.message = gui.add_markdown("")
+        self._add_view(actions)
+        if is_live:
+            self._add_simulation(actions)
+        with gui.add_folder("Robot"):
+            self.robot = gui.add_dropdown("Robot", (NOBODY,))
+            self.status = gui.add_html("")
+            if is_live:
+                self._add_orders(actions)
+        if is_live:
+            self._add_spawning(actions)
+        with gui.add_folder("History of the robot", expand_by_default=False):
+            self.history = gui.add_html("")
+        with gui.add_folder("Topics of the robot", expand_by_default=False):
+            self.topics = gui.add_html("")
+        with gui.add_folder("Show of the robot", expand_by_default=False):
+            self.layers = {
+                layer: gui.add_checkbox(LABELS[layer], layer in SHOWN_AT_FIRST) for layer in Layer
+            }
+            self.way = gui.add_checkbox("Its way so far", False)
+        with gui.add_folder("Show of all", expand_by_default=False):
+            self.names = gui.add_checkbox("Names and states", False)
+            self.plans = gui.add_checkbox(
+                f"Plans of up to {MOST_PLANS} robots", False, hint="Those nearest to the middle"
+            )
+            self.trails = gui.add_checkbox("Trails", False)
+            self.claims = gui.add_checkbox("Committed motion", False)
+        with gui.add_folder("Stations", expand_by_default=False):
+            self.stations = gui.add_html("")
+        self._add_takeaway(actions)
+        if is_live:
+            self._add_danger(actions)
+        self.robot.on_update(_if_typed(lambda: actions.on_select(self._chosen())))
+
+    def _chosen(self) -> str:
+        return "" if self.robot.value == NOBODY else str(self.robot.value)
+
+    def _add_view(self, actions: Actions) -> None:
+        gui = self._gui
+        with gui.add_folder("View"):
+            view = gui.add_button_group(
+                "Camera", [view.value for view in View],
+                hint="Top and hall show all of it; the other two go with the robot",
+            )  # fmt: skip
+            self.whole_walls = gui.add_checkbox(
+                "Whole walls", False, hint="Else they are cut at 0.5 m, so that robots are seen"
+            )
+            self.dark = gui.add_checkbox("Dark", False)
+        view.on_click(lambda _: actions.on_view(View(view.value)))
+        self.whole_walls.on_update(
+            _if_typed(lambda: actions.on_walls(whole=self.whole_walls.value))
+        )
+        self.dark.on_update(_if_typed(lambda: actions.on_dark(dark=self.dark.value)))
+
+    def _add_simulation(self, actions: Actions) -> None:
+        gui = self._gui
+        with gui.add_folder("Simulation"):
+            self.pause = gui.add_button("Pause")
+            self.step = gui.add_button("Step 0.1 s", disabled=True)
+            self.speed = gui.add_dropdown("Speed", tuple(SPEEDS), initial_value="1 x")
+        self.pause.on_click(lambda _: actions.on_pause())
+        self.step.on_click(lambda _: actions.on_step())
+        self.speed.on_update(_if_typed(lambda: actions.on_speed(SPEEDS[self.speed.value])))
+
+    def _add_orders(self, actions: Actions) -> None:
+        gui = self._gui
+        tools = [tool.value for tool in (Tool.SELECT, *ORDERS)]
+        tool = gui.add_button_group(
+            "Tool", tools, hint="Goal and initial pose: click the floor, or drag for a heading"
+        )
+        cancel = gui.add_button("Cancel goal")
+        tool.on_click(lambda _: actions.on_tool(Tool(tool.value)))
+        cancel.on_click(lambda _: actions.on_cancel())
+        self.drive = gui.add_button("Drive by hand", hint="With the keys W A S D or the arrows")
+        self.pad = gui.add_html(PAD, visible=False)
+        self.share = gui.add_slider(
+            "Speed of driving", min=0.1, max=1.0, step=0.05, initial_value=0.5, visible=False
+        )
+        self.drive.on_click(lambda _: actions.on_drive())
+        self.share.on_update(_if_typed(lambda: actions.on_share(self.share.value)))
+
+    def _add_takeaway(self, actions: Actions) -> None:
+        gui = self._gui
+        with gui.add_folder("Measure and take away"):
+            measure = gui.add_button("Measure", hint="Click two places on the floor, or drag")
+            picture = gui.add_button("Save picture", hint="Of the scene, as PNG")
+            self.film = gui.add_button(FILM, hint="Of the scene, as WebM")
+            link = gui.add_button("Copy link", hint="To this camera, robot and time")
+        measure.on_click(lambda _: actions.on_tool(Tool.MEASURE))
+        picture.on_click(lambda _: actions.on_picture())
+        self.film.on_click(lambda _: actions.on_film())
+        link.on_click(lambda _: actions.on_link())
+
+    def _add_danger(self, actions: Actions) -> None:
+        gui = self._gui
+        with gui.add_folder("What cannot be undone", expand_by_default=False):
+            remove = gui.add_button("Remove robot", color="red", hint="Takes it out of the world")
+        remove.on_click(lambda _: actions.on_remove())
+
+    def confirm(self, question: str, answer: str, do: Callable[[], None]) -> None:
+        """Ask before something is done that cannot be undone."""
+        modal = self._gui.add_modal(question)
+        with modal:
+            yes = self._gui.add_button(answer, color="red")
+            no = self._gui.add_button("Cancel")
+
+        def close(_: Any, *, is_wanted: bool) -> None:
+            modal.close()
+            if is_wanted:
+                do()
+
+        yes.on_click(partial(close, is_wanted=True))
+        no.on_click(partial(close, is_wanted=False))
+
+    def show_driving(self, robot: str) -> None:
+        """Show the pad while a robot is driven."""
+        self.drive.label = f"Give {robot} back" if robot else "Drive by hand"
+        self.pad.visible = self.share.visible = bool(robot)
+
+    def _add_spawning(self, actions: Actions) -> None:
+        gui, models = self._gui, robot_names()
+        with gui.add_folder("New robots", expand_by_default=False):
+            first = FIRST_MODEL if FIRST_MODEL in models else models[0]
+            self.model = gui.add_dropdown("Model", models, initial_value=first)
+            spawn = gui.add_button("Spawn at a free place", hint="Of the world's start area")
+            place = gui.add_button("Spawn by a click", hint="Click the floor, or drag")
+        spawn.on_click(lambda _: actions.on_spawn())
+        place.on_click(lambda _: actions.on_tool(Tool.SPAWN))
+
+    def offer(self, robots: Sequence[str], chosen: str) -> None:
+        """Offer these robots for selection."""
+        options = (NOBODY, *robots)
+        if tuple(self.robot.options) != options:
+            self.robot.options = options
+        value = chosen if chosen in robots else NOBODY
+        if self.robot.value != value:
+            self.robot.value = value
+
+    def show_running(self, paused: bool | None, speed: float | None) -> None:
+        """Show whether the world is paused, and how fast it goes."""
+        label = "Resume" if paused else "Pause"
+        if self.pause.label != label:
+            self.pause.label = label
+            self.step.disabled = not paused
+        name = next((name for name, value in SPEEDS.items() if value == speed), None)
+        if name is not None and self.speed.value != name:
+            self.speed.value = name
+
+    def wanted_layers(self) -> set[Layer]:
+        """Return the layers that are switched on."""
+        return {layer for layer, box in self.layers.items() if box.value}
+
+
+def assign(widget: Any, content: str) -> None:
+    """Change what an HTML or Markdown widget says, if it has changed."""
+    if widget.content != content:
+        widget.content = content
+
+
+def _if_typed(do: Callable[[], None]) -> Callable[[Any], None]:
+    """Return a callback that ignores what we changed ourselves."""
+
+    def on_update(event: Any) -> None:
+        if event.client is not None:
+            do()
+
+    return on_update

@@ -1,0 +1,197 @@
+"""What the panel says, as Markdown and HTML."""
+
+from __future__ import annotations
+
+import html
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+
+from swarm_commander.run.wait_graph import waits_for
+from swarm_common.middleware.topic_table import ROBOT_TOPICS
+from swarm_common.model.palette import LOOKS, RGB, VERMILLION, css, state_color
+from swarm_common.model.records import FloatArray
+from swarm_view.state.decode import ReportedState
+from swarm_view.state.history import Change
+from swarm_view.state.swarm import Swarm
+
+LINK = "#3b8eea"  # seen on light and dark ground
+STYLE = "font-size:0.8em;line-height:1.5;padding:0.2em 0.8em"
+
+
+def verdict_html(swarm: Swarm, paused: bool | None, cpu: str) -> str:
+    """Return the live verdict: time, goals, collisions, clearance, throughput, states."""
+    verdict, states = swarm.verdict, swarm.states
+    reached = sum(state.goals_reached for state in states.values())
+    failed = sum(state.goals_failed for state in states.values())
+    rows = [("simulated time", f"{swarm.time:.1f} s{' (paused)' if paused else ''}")]
+    if verdict is not None:
+        rows.append(("real-time factor", f"{verdict.real_time_factor:.2f}"))
+        rows.append(("robots", f"{verdict.robots}, {verdict.answering} answering"))
+    rows.append(("goals", f"{reached} reached, {failed} tries failed"))
+    if swarm.time > 0.0:
+        rows.append(("goals per minute", f"{60.0 * reached / swarm.time:.1f}"))
+    if verdict is not None:
+        rows.append(("collisions", _collisions(verdict)))
+        rows.append(("smallest clearance", _metres(verdict.min_clearance)))
+        rows.append(("late answers", str(verdict.late_ticks)))
+    if cpu:
+        rows.append(("CPU", cpu))
+    return _table(rows) + _legend(states)
+
+
+def _collisions(verdict: object) -> str:
+    robots = getattr(verdict, "collisions_robot_robot", 0)
+    world = getattr(verdict, "collisions_robot_world", 0)
+    text = f"{robots} robot-robot, {world} robot-world"
+    return f"<b style='color:{css(VERMILLION)}'>{text}</b>" if robots + world else text
+
+
+def _metres(value: float) -> str:
+    return f"{value:.3f} m" if math.isfinite(value) else "none near"
+
+
+def _table(rows: Sequence[tuple[str, str]]) -> str:
+    cells = "".join(
+        f"<tr><td style='opacity:0.65;padding-right:0.8em'>{name}</td><td>{value}</td></tr>"
+        for name, value in rows
+    )
+    return f"<div style='{STYLE}'><table>{cells}</table></div>"
+
+
+def _legend(states: Mapping[str, ReportedState]) -> str:
+    """Return what each colour means, and how many robots have it; those of no robot are pale."""
+    counts = Counter(state.state for state in states.values())
+    rows = "".join(
+        f"<tr style='opacity:{1.0 if counts[name] else 0.45}'>"
+        f"<td style='padding-right:0.4em'>{dot(look.color)}</td>"
+        f"<td style='white-space:nowrap;padding-right:0.6em'>{name} {counts[name]}</td>"
+        f"<td style='opacity:0.65;line-height:1.2'>{look.meaning}</td></tr>"
+        for name, look in LOOKS.items()
+    )
+    return f"<div style='{STYLE}'><table style='border-spacing:0 0.15em'>{rows}</table></div>"
+
+
+def dot(color: RGB) -> str:
+    """Return a dot in a colour, seen on light and dark ground."""
+    size = "display:inline-block;width:0.75em;height:0.75em;border-radius:50%"
+    return f"<span style='{size};background:{css(color)};border:1px solid #888'></span>"
+
+
+def robot_html(
+    robot: str, states: Mapping[str, ReportedState], url: str, true_pose: FloatArray | None = None,
+    since: float | None = None, now: float = 0.0,
+) -> str:  # fmt: skip
+    """Return what one robot does, why it waits and for whom, and a link to its own page.
+
+    Args:
+        robot: Its name.
+        states: Latest status of each robot.
+        url: Of its page.
+        true_pose: Where it really is (3,), in map, if that is known.
+        since: [s] when it came into its state, if that is known.
+        now: [s] of simulated time.
+    """
+    name, state = html.escape(robot), states.get(robot)
+    link = f"<a href='{html.escape(url)}' target='_blank'>page of its own</a>"
+    if state is None:
+        return _table([(name, f"has said nothing yet; {link}")])
+    look = LOOKS.get(state.state)
+    lasting = "" if since is None else f" for {max(0.0, now - since):.0f} s"
+    rows = [
+        (name, link),
+        ("state", f"{dot(state_color(state.state))} {html.escape(state.state)}{lasting}"),
+        ("that is", look.meaning if look else "&nbsp;"),
+        ("it says", html.escape(state.detail) or "&nbsp;"),
+    ]
+    chain = wait_chain(robot, states)
+    if chain:
+        rows.append(("waits for", " &rarr; ".join(_robot_link(other, states) for other in chain)))
+    pose, off = state.pose_map, ""
+    if true_pose is not None:
+        off = f", {math.hypot(pose.x - true_pose[0], pose.y - true_pose[1]):.2f} m off"
+    rows.append(("estimate", f"({pose.x:.2f}, {pose.y:.2f}, {pose.yaw:.2f}){off}"))
+    if state.goal_map is not None:
+        goal = state.goal_map
+        far = f", {state.distance_remaining:.1f} m to go"
+        rows.append(("goal", f"({goal.x:.2f}, {goal.y:.2f}){far}"))
+    if state.station:
+        place = "holds it" if state.queue_place == 0 else f"number {state.queue_place} in the queue"
+        rows.append(("station", f"{html.escape(state.station)}, {place}"))
+    rows.append(("goals", f"{state.goals_reached} reached, {state.goals_failed} tries failed"))
+    rows.append(("waited, held", f"{state.wait_time:.0f} s, {state.hold_time:.0f} s"))
+    return _table(rows)
+
+
+def wait_chain(robot: str, states: Mapping[str, ReportedState]) -> list[str]:
+    """Return for whom a robot waits, for whom that one waits, and so on; a circle once round."""
+    chain: list[str] = []
+    while robot in states:
+        state = states[robot]
+        robot = waits_for(state.state, state.detail)
+        if not robot:
+            break
+        chain.append(robot)
+        if chain.count(robot) > 1:
+            break
+    return chain
+
+
+def _robot_link(robot: str, states: Mapping[str, ReportedState]) -> str:
+    """Return a robot's name, which selects it when clicked, and what it does."""
+    name = html.escape(robot)
+    what = f" ({html.escape(states[robot].state)})" if robot in states else ""
+    style = f"color:{LINK};cursor:pointer;text-decoration:underline"
+    send = f"data-swarm-send='select' data-swarm-text='{name}'"
+    return f"<span style='{style}' {send}>{name}</span>{what}"
+
+
+def history_html(changes: Sequence[Change], now: float) -> str:
+    """Return what a robot did lately, the newest first; a click on a time goes there."""
+    rows, end = [], now
+    for change in changes:
+        state = change.state
+        time = (
+            f"<span style='color:{LINK};cursor:pointer' data-swarm-send='seek'"
+            f" data-swarm-value='{change.time:.1f}'>{change.time:.1f} s</span>"
+        )
+        where = f" {html.escape(state.station)}" if state.station else ""
+        what = f"{dot(state_color(state.state))} {html.escape(state.state)}{where}"
+        rows.append((time, f"{what}, {end - change.time:.0f} s"))
+        end = change.time
+    return _table(rows or [("nothing yet", "")])
+
+
+def topics_html(robot: str) -> str:
+    """Return the topics of a robot, each with a button that copies its name."""
+    rows = []
+    for topic in ROBOT_TOPICS:
+        name = html.escape(f"/{robot}/{topic.name}", quote=True)
+        button = (
+            f"<span data-swarm-copy='{name}' title='Copy the name of this {topic.type}'"
+            f" style='cursor:pointer;color:{LINK}'>copy</span>"
+        )
+        rows.append(f"<tr><td style='padding-right:0.6em'>{button}</td><td>{name}</td></tr>")
+    return f"<div style='{STYLE};word-break:break-all'><table>{''.join(rows)}</table></div>"
+
+
+def stations_html(states: Mapping[str, ReportedState]) -> str:
+    """Return the robot that holds each station, and the queue of robots that wait for it."""
+    queues: dict[str, list[tuple[int, str]]] = {}
+    for robot, state in states.items():
+        if state.station:
+            queues.setdefault(state.station, []).append((state.queue_place, robot))
+    rows = []
+    for station, queue in sorted(queues.items()):
+        holders = [robot for place, robot in sorted(queue) if place == 0]
+        waiting = [robot for place, robot in sorted(queue) if place > 0]
+        text = ", ".join(holders) or "free"
+        rows.append(
+            (html.escape(station), text + (f" &larr; {', '.join(waiting)}" * bool(waiting)))
+        )
+    return _table(rows or [("no station is held or wanted", "")])
+
+
+def is_driving(state: ReportedState | None) -> bool:
+    """Return whether a robot is in no need of attention."""
+    return state is None or state.state in ("driving", "idle")

@@ -1,0 +1,118 @@
+"""RViz's tools on one page: a place on the floor, clicked, or dragged for a heading."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from enum import Enum
+from typing import Any
+
+import numpy as np
+
+from swarm_common.model.palette import GOAL
+from swarm_common.model.records import FloatArray
+from swarm_view.scene.shapes import floor, lifted, on_floor
+from swarm_view.state.decode import Raster
+
+DRAG_LENGTH = 0.15  # [m] from which a drag gives a heading
+ARROW_HEIGHT = 0.08  # [m]
+Post = Callable[[Callable[[], None]], None]
+
+
+class Tool(Enum):
+    """What the reader has in hand; the value is its name on the panel."""
+
+    SELECT = "Select"
+    GOAL = "Goal"
+    INITIAL_POSE = "Initial pose"
+    SPAWN = "Spawn"
+    MEASURE = "Measure"
+
+
+ORDERS = (Tool.GOAL, Tool.INITIAL_POSE)  # of a robot
+
+
+# Called with the tool, the place (2,) in map and the tip (2,) of the arrow drawn there, if any.
+Use = Callable[[Tool, FloatArray, FloatArray | None], None]
+
+
+class Hand:
+    """The tool of one page, and the floor that it points at. Runs on the main thread.
+
+    Attributes:
+        tool: The selected one.
+    """
+
+    def __init__(self, scene: Any, use: Use, post: Post) -> None:
+        """Take nothing in hand.
+
+        Args:
+            scene: The client's.
+            use: Called when the tool was used; it is dropped then.
+            post: Brings a call to the main thread.
+        """
+        self.tool = Tool.SELECT
+        self._scene = scene
+        self._use = use
+        self._post = post
+        self._floor: Any = None
+        self._arrow: Any = None
+
+    def take(self, tool: Tool, raster: Raster) -> None:
+        """Take a tool that is used on the floor of a map."""
+        self.drop()
+        self.tool = tool
+        (x, y), (width, depth) = raster.origin, raster.size
+        vertices, faces = floor(x, y, x + width, y + depth)
+        self._floor = self._scene.add_mesh_simple(
+            "/tool/floor", vertices, faces, color=GOAL, opacity=0.06, position=(0.0, 0.0, 0.001),
+            side="double", cast_shadow=False, receive_shadow=False,
+        )  # fmt: skip
+        self._floor.on_drag("left")(self._on_drag)
+
+    def drop(self) -> None:
+        """Go back to selecting."""
+        self.tool = Tool.SELECT
+        for node in (self._floor, self._arrow):
+            if node is not None:
+                node.remove()
+        self._floor = self._arrow = None
+
+    def click(self, origin: FloatArray, direction: FloatArray) -> None:
+        """Use the tool where a ray meets the floor."""
+        point = on_floor(origin, direction)
+        if point is not None:
+            self._apply(point, None)
+
+    def _on_drag(self, event: Any) -> None:
+        """A drag on the floor; on viser's threads."""
+        eye = np.array(event.client.camera.position)
+        start = np.array(event.start_position)[:2]
+        tip = on_floor(eye, np.array(event.end_position) - eye)
+        if tip is None:
+            return
+        if event.phase == "end":
+            self._post(lambda: self._apply(start, tip))
+        else:
+            self._post(lambda: self._draw_arrow(start, tip))
+
+    def _draw_arrow(self, start: FloatArray, tip: FloatArray) -> None:
+        if self._floor is not None and heading(start, tip) is not None:
+            self._arrow = self._scene.add_arrows(
+                "/tool/arrow", lifted(np.array([start, tip]), ARROW_HEIGHT)[None], GOAL,
+                shaft_radius=0.03, head_radius=0.08, head_length=0.14,
+            )  # fmt: skip
+
+    def _apply(self, point: FloatArray, tip: FloatArray | None) -> None:
+        tool = self.tool
+        if tool is not Tool.SELECT:
+            self.drop()
+            self._use(tool, point, tip)
+
+
+def heading(start: FloatArray, tip: FloatArray) -> float | None:
+    """Return the yaw of a drag (2,) to (2,) in map; None if it is too short to say."""
+    along = tip - start
+    if np.hypot(*along) <= DRAG_LENGTH:
+        return None
+    return math.atan2(along[1], along[0])

@@ -1,0 +1,151 @@
+"""All robots of one model: those nearby as they look, the others in the colour of their state."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+from swarm_common.model.records import FloatArray
+from swarm_view.scene.robot_mesh import RobotMesh
+from swarm_view.scene.shapes import lifted, quaternions
+from swarm_view.scene.wheels import WheelHubs, rolled
+
+AWAY = -100.0  # [m] height of hidden bodies
+PLAIN = 100_000  # [bytes] of a mesh up to which a simpler one is not worth drawing
+PLAIN_FACES = 2000  # the same
+Rows = NDArray[np.intp]
+Colors = NDArray[np.uint8]
+
+
+class Bodies:
+    """Batches of the same meshes.
+
+    Attributes:
+        members: Rows of the robots among all.
+    """
+
+    def __init__(
+        self, scene: viser.SceneApi, name: str, mesh: RobotMesh, members: Rows, near: int
+    ) -> None:
+        """Draw the robots far away.
+
+        Args:
+            scene: Where to.
+            name: Of the nodes.
+            mesh: Their model.
+            members: Rows of the robots among all.
+            near: How many of them may be nearby at a time.
+        """
+        self.members = members
+        self._scene = scene
+        self._name = name
+        self._mesh = mesh
+        self._room = min(near, len(members))
+        self._whole = _Batch(_add_shape(scene, name, mesh, len(members)), len(members))
+        self._body: _Batch | None = None
+        self._wheels: list[tuple[_Batch, list[int]]] = []
+        self._near: Rows = np.zeros(0, np.intp)
+        self._poses: FloatArray | None = None
+        self._turns = np.array([wheel.turns for wheel in mesh.wheels]).reshape(-1, 3)
+        self._hubs = WheelHubs([(wheel.root_from_wheel, wheel.axis) for wheel in mesh.wheels])
+        self._angles = np.zeros((len(members), len(mesh.wheels)))
+
+    def remove(self) -> None:
+        """Remove all bodies."""
+        for batch in (self._whole, self._body, *(batch for batch, _ in self._wheels)):
+            if batch is not None:
+                batch.remove()
+
+    def look_at(self, near: Rows) -> bool:
+        """Draw these of all robots as they look; return whether that is new."""
+        own = np.flatnonzero(np.isin(self.members, near))
+        if np.array_equal(own, self._near):
+            return False
+        self._near = own
+        if self._body is None:
+            self._draw_parts()
+        return True
+
+    def _draw_parts(self) -> None:
+        mesh, room = self._mesh, self._room
+        glb = mesh.body or mesh.glb
+        self._body = _Batch(_add_glb(self._scene, f"{self._name}_body", glb, room), room)
+        alike: dict[bytes, list[int]] = {}
+        for number, wheel in enumerate(mesh.wheels):
+            alike.setdefault(wheel.glb, []).append(number)
+        for glb, numbers in alike.items():
+            name = f"{self._name}_wheel{numbers[0]}"
+            count = room * len(numbers)
+            self._wheels.append((_Batch(_add_glb(self._scene, name, glb, count), count), numbers))
+
+    def move(self, poses: FloatArray) -> None:
+        """Put the robots at poses (n, 3) of all robots, in map."""
+        own, near = poses[self.members], self._near
+        if self._poses is not None:
+            self._angles += rolled(self._poses, own) @ self._turns.T
+            self._angles %= 2.0 * np.pi
+        self._poses = own
+        places, turns = lifted(own[:, :2], 0.0), quaternions(own[:, 2])
+        if self._body is not None:
+            self._body.move(places[near], turns[near])
+            hubs, rolls = self._hubs.placed(own[near], self._angles[near])
+            for batch, numbers in self._wheels:
+                batch.move(hubs[:, numbers].reshape(-1, 3), rolls[:, numbers].reshape(-1, 4))
+        places[near, 2] = AWAY
+        self._whole.move(places, turns)
+
+    def color(self, colors: Colors) -> None:
+        """Give the robots far away the colours (n, 3) of all robots."""
+        self._whole.color(colors[self.members])
+
+
+class _Batch:
+    """Instances of a mesh; those without a place are far below the floor."""
+
+    def __init__(self, handle: Any, count: int) -> None:
+        self._places = np.full((count, 3), AWAY, np.float32)
+        self._turns = quaternions(np.zeros(count)).astype(np.float32)
+        self._handle = handle
+
+    def move(self, places: FloatArray, turns: FloatArray) -> None:
+        """Put the first instances there, and the others away."""
+        count = len(places)
+        self._places[:count], self._places[count:] = places, AWAY
+        self._turns[:count] = turns
+        self._handle.batched_positions = self._places
+        self._handle.batched_wxyzs = self._turns
+
+    def color(self, colors: Colors) -> None:
+        """Give each instance its colour (n, 3)."""
+        self._handle.batched_colors = colors
+
+    def remove(self) -> None:
+        """Draw it no more."""
+        self._handle.remove()
+
+
+def _nowhere(count: int) -> dict[str, Any]:
+    return {
+        "batched_wxyzs": quaternions(np.zeros(count)).astype(np.float32),
+        "batched_positions": np.full((count, 3), AWAY, np.float32),
+        "cast_shadow": False,
+        "receive_shadow": False,
+    }
+
+
+def _add_glb(scene: viser.SceneApi, name: str, glb: bytes, count: int) -> Any:
+    lod: Any = "off" if len(glb) < PLAIN else "auto"
+    return scene.add_batched_glb(name, glb, lod=lod, **_nowhere(count))
+
+
+def _add_shape(scene: viser.SceneApi, name: str, mesh: RobotMesh, count: int) -> Any:
+    vertices, faces = mesh.shape
+    lod: Any = "off" if len(faces) < PLAIN_FACES else "auto"
+    colors = np.full((count, 3), 255, np.uint8)
+    return scene.add_batched_meshes_simple(
+        name, vertices, faces, batched_colors=colors, flat_shading=True, side="double", lod=lod,
+        **_nowhere(count),
+    )  # fmt: skip

@@ -1,0 +1,141 @@
+"""What a robot looks like: the visuals of its URDF as GLB, also without its wheels."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import trimesh
+import yourdfpy
+
+from swarm_common.model.records import FloatArray
+from swarm_view.scene.shapes import Mesh
+from swarm_view.scene.visuals import GREY, VisualMesh, painted, spokes, visuals
+from swarm_view.scene.wheels import Axle, axles
+
+FALLBACK_RADIUS, FALLBACK_HEIGHT = 0.15, 0.15  # [m] of a robot without visuals
+
+
+@dataclass(frozen=True, slots=True)
+class Wheel:
+    """What rolls, to draw.
+
+    Attributes:
+        glb: Binary glTF in the wheel's own frame.
+        root_from_wheel: (4, 4), the joint at zero.
+        axis: (3,) about which it turns, in its own frame.
+        turns: (3,) by how much on a way of its robot; see `Axle.turns`.
+    """
+
+    glb: bytes
+    root_from_wheel: FloatArray
+    axis: FloatArray
+    turns: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class RobotMesh:
+    """A model to draw.
+
+    Attributes:
+        glb: Binary glTF in the frame of the root link, joints at zero.
+        radius: [m] of a circle around the root link that holds all of it.
+        height: [m] of its highest point.
+        links: root_from_link (4, 4) by link.
+        body: The same as `glb` without the wheels.
+        wheels: What rolls.
+        shape: Vertices (n, 3) and faces (m, 3) of all of it, to be drawn in one colour.
+    """
+
+    glb: bytes
+    radius: float
+    height: float
+    links: dict[str, FloatArray]
+    body: bytes
+    wheels: tuple[Wheel, ...]
+    shape: Mesh
+
+
+def robot_mesh(urdf: str) -> RobotMesh:
+    """Return what a URDF text shows; what cannot be read is left out and logged."""
+    robot = yourdfpy.URDF.load(
+        io.BytesIO(urdf.encode()), build_scene_graph=False, load_meshes=False
+    ).robot
+    links = _link_frames(robot)
+    shown = visuals(robot)
+    if not shown:
+        body = trimesh.creation.cylinder(FALLBACK_RADIUS, FALLBACK_HEIGHT)
+        body.apply_translation((0.0, 0.0, 0.5 * FALLBACK_HEIGHT))
+        shown = [VisualMesh("", painted(body, GREY))]
+    ground = float(_scene(shown, links).bounds[0, 2])
+    found = [axle for axle in axles(robot, links) if _stands(axle, shown, links, ground)]
+    shown += [spoke for axle in found for spoke in spokes(robot, axle)]
+    return _assembled(links, shown, found, ground)
+
+
+def _assembled(
+    links: dict[str, FloatArray], shown: Sequence[VisualMesh], axles: Sequence[Axle], ground: float
+) -> RobotMesh:
+    whole = _scene(shown, links)
+    corners = trimesh.bounds.corners(whole.bounds)
+    radius = float(np.hypot(corners[:, 0], corners[:, 1]).max())
+    rolling = {link for axle in axles for link in axle.links}
+    body = [visual for visual in shown if visual.link not in rolling]
+    wheels = []
+    if body and axles:
+        center = np.mean([axle.root_from_wheel[:2, 3] for axle in axles], axis=0)
+        wheels = [_wheel(axle, shown, links, axle.turns(ground, center)) for axle in axles]
+    return RobotMesh(
+        _glb(whole), radius, float(whole.bounds[1, 2]), links,
+        _glb(_scene(body, links)) if wheels else b"", tuple(wheels), _shape(whole),
+    )  # fmt: skip
+
+
+def _wheel(
+    axle: Axle, shown: Sequence[VisualMesh], links: dict[str, FloatArray], turns: FloatArray
+) -> Wheel:
+    wheel_from_root = np.linalg.inv(axle.root_from_wheel)
+    frames = {link: np.round(wheel_from_root @ links[link], 9) for link in axle.links}
+    own = [visual for visual in shown if visual.link in axle.links]
+    return Wheel(_glb(_scene(own, frames)), axle.root_from_wheel, axle.axis, turns)
+
+
+def _stands(
+    axle: Axle, shown: Sequence[VisualMesh], links: dict[str, FloatArray], ground: float
+) -> bool:
+    own = [visual for visual in shown if visual.link in axle.links]
+    return bool(own) and axle.stands(float(_scene(own, links).bounds[0, 2]), ground)
+
+
+def _scene(shown: Sequence[VisualMesh], frames: dict[str, FloatArray]) -> Any:
+    scene = trimesh.Scene()
+    for visual in shown:
+        scene.add_geometry(visual.mesh, transform=frames.get(visual.link, np.eye(4)))
+    return scene
+
+
+def _glb(scene: Any) -> bytes:
+    return bytes(scene.export(file_type="glb"))
+
+
+def _shape(scene: Any) -> Mesh:
+    mesh = scene.to_mesh()
+    return np.asarray(mesh.vertices, np.float32), np.asarray(mesh.faces, np.uint32)
+
+
+def _link_frames(robot: Any) -> dict[str, FloatArray]:
+    children = {joint.child for joint in robot.joints}
+    frames = {link.name: np.eye(4) for link in robot.links if link.name not in children}
+    waiting = list(robot.joints)
+    while waiting:
+        ready = [joint for joint in waiting if joint.parent in frames]
+        if not ready:
+            break  # a loop, which the world would have refused
+        for joint in ready:
+            origin = np.eye(4) if joint.origin is None else joint.origin
+            frames[joint.child] = frames[joint.parent] @ origin
+        waiting = [joint for joint in waiting if joint.child not in frames]
+    return frames

@@ -1,0 +1,117 @@
+"""What the links of a URDF show: meshes in their colours, and spokes on plain wheels."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import trimesh
+
+from swarm_common.model.errors import SwarmError
+from swarm_common.model.records import FloatArray
+from swarm_common.robots.packages import PackageFinder
+from swarm_view.scene.wheels import Axle
+
+GREY = (0.6, 0.6, 0.6, 1.0)
+BRIGHT, DARK = (0.75, 0.75, 0.75, 1.0), (0.25, 0.25, 0.25, 1.0)  # spokes
+SPOKE_WIDTH = 0.22  # of the radius
+SPOKE_HEIGHT = 0.0015  # [m] by which spokes stick out of a wheel
+LOG = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class VisualMesh:
+    """A mesh in the frame of its link."""
+
+    link: str
+    mesh: Any
+
+
+def visuals(robot: Any) -> list[VisualMesh]:
+    """Return what a yourdfpy robot shows; what cannot be read is left out and logged."""
+    materials = {material.name: material for material in robot.materials}
+    return [
+        VisualMesh(link.name, mesh.apply_transform(_origin(visual)))
+        for link in robot.links
+        for visual in link.visuals
+        for mesh in _meshes(visual, materials)
+    ]
+
+
+def _origin(visual: Any) -> FloatArray:
+    """Return link_from_visual."""
+    origin: FloatArray = np.eye(4) if visual.origin is None else visual.origin
+    return origin
+
+
+def _meshes(visual: Any, materials: dict[str, Any]) -> list[Any]:
+    geometry = visual.geometry
+    rgba = _color(visual.material, materials)
+    if geometry.box is not None:
+        return [painted(trimesh.creation.box(geometry.box.size), rgba or GREY)]
+    if geometry.cylinder is not None:
+        shape = geometry.cylinder
+        return [painted(trimesh.creation.cylinder(shape.radius, shape.length), rgba or GREY)]
+    if geometry.sphere is not None:
+        ball = trimesh.creation.icosphere(subdivisions=2, radius=geometry.sphere.radius)
+        return [painted(ball, rgba or GREY)]
+    if geometry.mesh is not None:
+        return _loaded(geometry.mesh, rgba)
+    return []
+
+
+def spokes(robot: Any, axle: Axle) -> list[VisualMesh]:
+    """Return beams through plain wheels, on which one sees that they turn."""
+    materials = {material.name: material for material in robot.materials}
+    beams = []
+    for visual in next(link for link in robot.links if link.name == axle.links[0]).visuals:
+        cylinder, place = visual.geometry.cylinder, _origin(visual)
+        if cylinder is None or not axle.runs_along(place):
+            continue
+        width, across = SPOKE_WIDTH * cylinder.radius, 2.0 * (cylinder.radius + SPOKE_HEIGHT)
+        rgba = _color(visual.material, materials) or GREY
+        paint = BRIGHT if sum(rgba[:3]) < 1.5 else DARK
+        for size in ((across, width), (width, across)):
+            beam = trimesh.creation.box((*size, cylinder.length + 2.0 * SPOKE_HEIGHT))
+            beam.apply_transform(place)
+            beams.append(VisualMesh(axle.links[0], painted(beam, paint)))
+    return beams
+
+
+def _loaded(mesh: Any, rgba: tuple[float, ...] | None) -> list[Any]:
+    try:
+        path = PackageFinder().resolve(mesh.filename, Path.cwd())
+    except SwarmError as error:
+        LOG.warning("a mesh is not drawn: %s", error)
+        return []
+    try:
+        parts = trimesh.load_scene(path).dump()
+    except Exception as error:  # whatever a reader raises at a damaged file
+        LOG.warning("mesh %s cannot be read: %s; it is not drawn", path, error)
+        return []
+    scale = np.ones(3) if mesh.scale is None else np.broadcast_to(mesh.scale, 3)
+    for part in parts:
+        part.apply_transform(np.diag([*scale, 1.0]))
+    return [part if rgba is None else painted(part, rgba) for part in parts]
+
+
+def _color(material: Any, materials: dict[str, Any]) -> tuple[float, ...] | None:
+    if material is None:
+        return None
+    if material.color is None:
+        material = materials.get(material.name, material)
+    return None if material.color is None else tuple(material.color.rgba)
+
+
+def painted(mesh: Any, rgba: tuple[float, ...]) -> Any:
+    """Give a mesh a colour; returns it."""
+    paint = trimesh.visual.material.PBRMaterial(
+        baseColorFactor=[round(255 * value) for value in rgba],
+        metallicFactor=0.1,
+        roughnessFactor=0.7,
+    )
+    mesh.visual = trimesh.visual.TextureVisuals(material=paint)
+    return mesh

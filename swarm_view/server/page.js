@@ -1,0 +1,162 @@
+// What our page does beside viser's client. `swarm.send(kind, value)` brings something to Python,
+// as a change of a hidden text field (swarm_view/page/inbox.py) by viser's own message.
+const swarm = { worker: null, inbox: null, count: 0, waiting: [] };
+window.swarm = swarm;
+
+swarm.send = (kind, value) => {
+  if (swarm.worker === null || swarm.inbox === null) {
+    swarm.waiting.push([kind, value]);
+    return;
+  }
+  swarm.count += 1;
+  const text = JSON.stringify({ kind, value, count: swarm.count });
+  swarm.worker.postMessage({
+    type: "send",
+    message: { type: "GuiUpdateMessage", uuid: swarm.inbox, updates: { value: text } },
+  });
+};
+
+swarm.begin = (inbox) => {
+  swarm.inbox = inbox;
+  for (const [kind, value] of swarm.waiting.splice(0)) swarm.send(kind, value);
+  swarm.tellSize();
+};
+
+swarm.tellSize = () => swarm.send("size", [window.innerWidth, window.innerHeight]);
+window.addEventListener("resize", () => swarm.inbox !== null && swarm.tellSize());
+
+// viser's client connects to the page's address without its query. This hands the query on.
+const post = Worker.prototype.postMessage;
+Worker.prototype.postMessage = function (message, ...rest) {
+  if (message && message.type === "set_server") {
+    swarm.worker = this;
+    if (!message.server.includes("?"))
+      message = { ...message, server: message.server + location.search };
+  }
+  return post.call(this, message, ...rest);
+};
+
+// react-three-fiber makes it passive; viser's client prevents its default when a drag begins.
+const listen = EventTarget.prototype.addEventListener;
+EventTarget.prototype.addEventListener = function (type, listener, options) {
+  if (type === "pointerdown" && options && options.passive)
+    options = { ...options, passive: false };
+  return listen.call(this, type, listener, options);
+};
+
+document.title =
+  "swarm" + (new URLSearchParams(location.search).get("robot") ?? "").replace(/^(.)/, " · $1");
+
+// The time line: its HTML says what a click means.
+document.addEventListener("click", (event) => {
+  const sender = event.target.closest?.("[data-swarm-send]");
+  if (sender) {
+    const { swarmSend, swarmValue, swarmText } = sender.dataset;
+    swarm.send(swarmSend, swarmText ?? Number(swarmValue));
+    return;
+  }
+  const line = event.target.closest?.("[data-swarm-line]");
+  if (line) {
+    const box = line.getBoundingClientRect();
+    const [start, end] = [Number(line.dataset.start), Number(line.dataset.end)];
+    swarm.send("seek", start + ((event.clientX - box.left) / box.width) * (end - start));
+  }
+});
+
+swarm.showTime = (time, isPlaying, isPast) => {
+  for (const cursor of document.querySelectorAll("[data-swarm-now]")) {
+    const { start, end } = cursor.parentElement.dataset;
+    const share = (time - start) / (end - start);
+    cursor.style.left = `${100 * Math.min(1, Math.max(0, share))}%`;
+  }
+  for (const clock of document.querySelectorAll("[data-swarm-clock]"))
+    clock.textContent = `${time.toFixed(1)} s${isPast ? " · the past" : ""}${isPlaying ? "" : " · paused"}`;
+};
+
+// Text to copy, also where browsers offer no clipboard (a page that came by plain HTTP).
+swarm.copy = (text) => {
+  if (navigator.clipboard) {
+    navigator.clipboard.writeText(text).catch(() => swarm.copyOld(text));
+  } else swarm.copyOld(text);
+  swarm.send("copied", text.slice(0, 300));
+};
+swarm.copyOld = (text) => {
+  const field = document.createElement("textarea");
+  field.value = text;
+  document.body.append(field);
+  field.select();
+  document.execCommand("copy");
+  field.remove();
+};
+document.addEventListener("click", (event) => {
+  const source = event.target.closest?.("[data-swarm-copy]");
+  if (source) swarm.copy(source.dataset.swarmCopy);
+});
+
+// A film of the scene, as a file of the browser's downloads.
+swarm.film = null;
+swarm.startFilm = () => {
+  const area = (canvas) => canvas.width * canvas.height; // others serve to measure text and curves
+  const [scene] = [...document.querySelectorAll("canvas")].sort((a, b) => area(b) - area(a));
+  const stream = scene.captureStream(25);
+  const film = new MediaRecorder(stream, { mimeType: "video/webm", videoBitsPerSecond: 6e6 });
+  const parts = [];
+  film.ondataavailable = (event) => parts.push(event.data);
+  film.onstop = () => {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(new Blob(parts, { type: "video/webm" }));
+    link.download = swarm.filmName;
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 60000);
+    swarm.send("filmed", parts.reduce((sum, part) => sum + part.size, 0));
+  };
+  film.start(1000);
+  swarm.film = film;
+};
+swarm.stopFilm = (name) => {
+  swarm.filmName = name;
+  swarm.film?.stop();
+  swarm.film = null;
+};
+
+// Driving by hand: keys, or buttons that are held. A wish is repeated, and counts for a moment only.
+swarm.drive = { isOn: false, keys: new Set(), timer: null };
+swarm.ways = {
+  KeyW: [1, 0], ArrowUp: [1, 0], KeyS: [-1, 0], ArrowDown: [-1, 0],
+  KeyA: [0, 1], ArrowLeft: [0, 1], KeyD: [0, -1], ArrowRight: [0, -1],
+};
+swarm.setDriving = (isOn) => {
+  const drive = swarm.drive;
+  drive.isOn = isOn;
+  drive.keys.clear();
+  clearInterval(drive.timer);
+  if (isOn) drive.timer = setInterval(swarm.tellWish, 100);
+};
+swarm.tellWish = () => {
+  const wish = [0, 0];
+  for (const key of swarm.drive.keys) {
+    wish[0] += swarm.ways[key][0];
+    wish[1] += swarm.ways[key][1];
+  }
+  swarm.send("drive", wish.map((value) => Math.max(-1, Math.min(1, value))));
+};
+for (const type of ["keydown", "keyup"])
+  window.addEventListener(
+    type,
+    (event) => {
+      const isTyping = event.target.closest?.("input, textarea");
+      if (!swarm.drive.isOn || isTyping || !(event.code in swarm.ways)) return;
+      event.preventDefault();
+      event.stopImmediatePropagation(); // viser's camera uses the same keys
+      if (type === "keydown") swarm.drive.keys.add(event.code);
+      else swarm.drive.keys.delete(event.code);
+    },
+    true,
+  );
+window.addEventListener("blur", () => swarm.drive.keys.clear());
+document.addEventListener("pointerdown", (event) => {
+  const pad = event.target.closest?.("[data-swarm-way]");
+  if (pad) swarm.drive.keys.add(pad.dataset.swarmWay);
+});
+for (const type of ["pointerup", "pointercancel"])
+  window.addEventListener(type, () => swarm.drive.keys.clear(), true);

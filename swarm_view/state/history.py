@@ -1,0 +1,305 @@
+"""What has happened so far, by statuses, verdicts and poses: marks, states, curves, places."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections import Counter, defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_common.middleware.ros_io import tick_of
+from swarm_common.model.records import CONTROL_PERIOD, FloatArray
+from swarm_view.state.decode import ReportedState
+
+LONG_WAIT = 60.0  # [s] from which a wait is marked
+WAITING = frozenset({"waiting", "yielding", "holding"})
+MOST_POSES = 36_000  # moments whose poses are kept: an hour at full rate
+MOST_POINTS = 2000  # of a way
+SAMPLE = 5.0  # [s] between two counts of the robots in each state
+CLEAREST = 1.0  # [m] of clearance that is drawn, at most
+Moment = tuple[int, tuple[str, ...], NDArray[np.float32]]  # tick, names, poses (n, 3) in map
+
+
+class Kind(Enum):
+    """What a mark on the time line is for; the value is its name there."""
+
+    COLLISION = "collisions"
+    NEAR_MISS = "near misses"
+    WAIT = "waits over 60 s"
+    FAULT = "faults"
+    GOAL = "goals"
+
+
+@dataclass(slots=True)
+class Mark:
+    """Something that happened.
+
+    Attributes:
+        time: [s] when it began.
+        kind: Of what it is.
+        text: What happened, for people.
+        robot: Whose it is; empty for none.
+        end: [s] of a wait; the same as `time` of all else.
+    """
+
+    time: float
+    kind: Kind
+    text: str
+    robot: str = ""
+    end: float = 0.0
+
+
+@dataclass(slots=True)
+class Change:
+    """A robot's state from a time on."""
+
+    time: float
+    state: ReportedState
+
+
+@dataclass(slots=True)
+class _Robot:
+    changes: list[Change] = field(default_factory=list)
+    waits_since: float | None = None
+    wait: Mark | None = None
+
+
+class History:
+    """What happened between the first and the last message.
+
+    Attributes:
+        start: [s] of the first message; None before it.
+        end: [s] of the last one.
+        marks: In the order of their times.
+        revision: Grows with every mark.
+    """
+
+    def __init__(self, period: float = 0.0) -> None:
+        """Know nothing; keep poses that are at least `period` [s] apart."""
+        self.start: float | None = None
+        self.end = 0.0
+        self.marks: list[Mark] = []
+        self.revision = 0
+        self._period = period
+        self._robots: dict[str, _Robot] = defaultdict(_Robot)
+        self._counts = (0, 0, 0)  # of the last verdict
+        self._latest: dict[str, str] = {}  # states
+        self._samples: list[tuple[float, Counter[str]]] = []
+        self._sample_due = 0.0
+        self._clearance: list[tuple[float, float]] = []
+        self._poses: list[Moment] = []
+        self._reached: list[float] = []  # times of goals
+
+    # Messages
+
+    def add_poses(self, tick: int, names: Sequence[str], poses: FloatArray) -> None:
+        """Take poses (n, 3) of robots, in map."""
+        time = self._see(tick)
+        if self._poses and time < self._poses[-1][0] * CONTROL_PERIOD + self._period:
+            return
+        if self._poses and self._poses[-1][1] == tuple(names):
+            names = self._poses[-1][1]  # one tuple for all
+        elif self._poses:
+            for gone in self._latest.keys() - set(names):
+                del self._latest[gone]
+        self._poses.append((tick, tuple(names), poses.astype(np.float32)))
+        if len(self._poses) > MOST_POSES:
+            del self._poses[: MOST_POSES // 10]
+
+    def add_status(self, robot: str, state: ReportedState) -> None:
+        """Take what a robot says of itself."""
+        time, known = self._see(state.tick), self._robots[robot]
+        self._latest[robot] = state.state
+        if time >= self._sample_due:
+            self._sample_due = time + SAMPLE
+            self._samples.append((time, Counter(self._latest.values())))
+        before = known.changes[-1].state if known.changes else None
+        if before is not None:
+            if state.tick < before.tick:
+                return
+            self._compare(robot, before, state, time)
+        self._follow_wait(robot, known, state, time)
+        if before is None or _said(before) != _said(state):
+            known.changes.append(Change(time, state))
+
+    def add_verdict(self, verdict: Any) -> None:
+        """Take what the world says of the run."""
+        time = self._see(tick_of(verdict.stamp))
+        counts = (
+            int(verdict.collisions_robot_robot),
+            int(verdict.collisions_robot_world),
+            int(verdict.near_misses),
+        )
+        before, self._counts = self._counts, counts
+        pair = "" if counts == before else " and ".join(self._nearest_pair())
+        between = f"; nearest to each other: {pair}" if pair else ""
+        kinds = (
+            (Kind.COLLISION, f"robot touches robot{between}"),
+            (Kind.COLLISION, "robot touches the world"),
+            (Kind.NEAR_MISS, f"near miss{between}"),
+        )
+        for (kind, text), now, old in zip(kinds, counts, before, strict=True):
+            if now > old:
+                self._mark(Mark(time, kind, text if now == old + 1 else f"{now - old} x {text}"))
+        if math.isfinite(verdict.min_clearance):
+            self._clearance.append((time, min(CLEAREST, float(verdict.min_clearance))))
+
+    def _see(self, tick: int) -> float:
+        time = tick * CONTROL_PERIOD
+        self.start = time if self.start is None else min(self.start, time)
+        self.end = max(self.end, time)
+        return time
+
+    def _compare(
+        self, robot: str, before: ReportedState, state: ReportedState, time: float
+    ) -> None:
+        for _ in range(state.goals_reached - before.goals_reached):
+            self._reached.append(time)
+            where = f" at {before.station}" if before.station else ""
+            self._mark(Mark(time, Kind.GOAL, f"{robot} reaches its goal{where}", robot))
+        if state.goals_failed > before.goals_failed:
+            self._mark(Mark(time, Kind.FAULT, f"{robot} misses a goal", robot))
+        if state.state != before.state and state.state == "recovering":
+            self._mark(Mark(time, Kind.FAULT, f"{robot} recovers: {state.detail}", robot))
+        if state.state == "inactive" and before.state != "inactive":
+            self._mark(Mark(time, Kind.FAULT, f"{robot} is inactive: {state.detail}", robot))
+
+    def _follow_wait(self, robot: str, known: _Robot, state: ReportedState, time: float) -> None:
+        if state.state not in WAITING:
+            known.waits_since = known.wait = None
+            return
+        if known.waits_since is None:
+            known.waits_since = time
+        since = known.waits_since
+        if known.wait is None and time - since > LONG_WAIT:
+            text = f"{robot} waits: {state.detail or state.state}"
+            known.wait = Mark(since, Kind.WAIT, text, robot, time)
+            self._mark(known.wait)
+        if known.wait is not None:
+            known.wait.end = time
+
+    def _mark(self, mark: Mark) -> None:
+        mark.end = max(mark.end, mark.time)
+        place = bisect_right([known.time for known in self.marks[-200:]], mark.time)
+        self.marks.insert(max(0, len(self.marks) - 200) + place, mark)
+        self.revision += 1
+
+    def _nearest_pair(self) -> tuple[str, ...]:
+        if not self._poses or len(self._poses[-1][1]) < 2:
+            return ()
+        _, names, poses = self._poses[-1]
+        pairs = list(combinations(range(len(names)), 2))
+        one, other = np.array(pairs).T
+        gaps = np.hypot(*(poses[one, :2] - poses[other, :2]).T)
+        i, j = pairs[int(gaps.argmin())]
+        return names[i], names[j]
+
+    # Questions
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """First and last time [s]."""
+        return self.start or 0.0, self.end
+
+    def moment(self, time: float) -> Moment | None:
+        """Return the last poses up to a time [s]; None if there are none."""
+        tick = round(time / CONTROL_PERIOD)
+        place = bisect_right(self._poses, tick, key=lambda moment: moment[0])
+        return self._poses[place - 1] if place else None
+
+    def state_at(self, robot: str, time: float) -> ReportedState | None:
+        """Return what a robot said of itself last, up to a time [s]."""
+        change = self._change_at(robot, time)
+        return None if change is None else change.state
+
+    def state_since(self, robot: str, time: float) -> float | None:
+        """Return since when [s] a robot was in the state that it was in at a time [s]."""
+        if robot not in self._robots:
+            return None
+        changes = self._robots[robot].changes
+        place = bisect_right(changes, time, key=lambda change: change.time) - 1
+        if place < 0:
+            return None
+        while place and changes[place - 1].state.state == changes[place].state.state:
+            place -= 1
+        return changes[place].time
+
+    def _change_at(self, robot: str, time: float) -> Change | None:
+        if robot not in self._robots:
+            return None
+        changes = self._robots[robot].changes
+        place = bisect_right(changes, time, key=lambda change: change.time)
+        return changes[place - 1] if place else None
+
+    def changes(self, robot: str, until: float, count: int) -> list[Change]:
+        """Return the last changes of a robot's state up to a time [s], the newest first."""
+        if robot not in self._robots:
+            return []
+        known = self._robots[robot].changes
+        found: list[Change] = []
+        for place in range(bisect_right(known, until, key=lambda change: change.time) - 1, -1, -1):
+            change = known[place]
+            if found and _shown(found[-1].state) == _shown(change.state):
+                found[-1] = change  # it began earlier
+            elif len(found) == count:
+                break
+            else:
+                found.append(change)
+        return found
+
+    def way(self, robot: str, until: float, spacing: float = 0.1) -> FloatArray:
+        """Return where a robot has been (n, 2) up to a time [s], in map."""
+        points: list[NDArray[np.float32]] = []
+        for tick, names, poses in self._poses[:: 1 + len(self._poses) // MOST_POINTS]:
+            if tick * CONTROL_PERIOD > until:
+                break
+            if robot not in names:
+                continue
+            place = poses[names.index(robot), :2]
+            if not points or float(np.hypot(*(place - points[-1]))) >= spacing:
+                points.append(place)
+        return np.array(points, np.float64).reshape(-1, 2)
+
+    def throughput(self, window: float = 60.0, step: float = 5.0) -> tuple[FloatArray, FloatArray]:
+        """Return times [s] and the goals per minute in the window before each."""
+        times = self._steps(step)
+        reached = np.array(self._reached)
+        start = self.span[0]
+        since = np.maximum(times - window, start)
+        counts = np.searchsorted(reached, times, "right") - np.searchsorted(reached, since, "right")
+        return times, 60.0 * counts / np.maximum(times - since, step)
+
+    def states(self, states: Sequence[str]) -> tuple[FloatArray, FloatArray]:
+        """Return times [s] (n,) and how many robots are in each of the states then (states, n)."""
+        times = np.array([time for time, _ in self._samples])
+        rows = [[counts[state] for _, counts in self._samples] for state in states]
+        return times, np.array(rows, np.float64).reshape(len(states), -1)
+
+    def clearance(self) -> tuple[FloatArray, FloatArray]:
+        """Return times [s] and the smallest clearance [m] of the run up to each."""
+        array = np.array(self._clearance, np.float64).reshape(-1, 2)
+        return array[:, 0], array[:, 1]
+
+    def _steps(self, step: float) -> FloatArray:
+        start, end = self.span
+        step = max(step, (end - start) / 1000.0)
+        return np.arange(start, end + step, step)
+
+
+def _said(state: ReportedState) -> tuple[Any, ...]:
+    goal = None if state.goal_map is None else (state.goal_map.x, state.goal_map.y)
+    return (
+        state.state, state.detail, state.station, state.queue_place, goal,
+        state.goals_reached, state.goals_failed,
+    )  # fmt: skip
+
+
+def _shown(state: ReportedState) -> tuple[str, str]:
+    return state.state, state.station
