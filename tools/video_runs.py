@@ -23,7 +23,7 @@ RUNS = {
     "hall": f"{HALL} --until-done",
     "crossing": "--world crossing --swarm-size 24 --mission change_arms --until-done"
     " --record-topics status,beacon",
-    "dead": f"{HALL} --no-restart --duration 330",
+    "dead": f"{HALL} --no-restart --duration 285",
     "hundred": "--world warehouse --swarm-size 100 --mission warehouse_orders --drive planar"
     " --duration 200 --record-topics status",
 }

@@ -72,7 +72,7 @@ def show(robots: int, pages: int, frames: int) -> None:
     server = Server("127.0.0.1", 0)
     viewer = Viewer(server, feed, None)
     if not os.fork():
-        opened = [SilentPage(server.port, f"Srobot{i + 1}") for i in range(pages)]
+        opened = [SilentPage(server.url(), f"Srobot{i + 1}") for i in range(pages)]
         while opened and os.getppid() != 1:
             time.sleep(0.5)
         os._exit(0)

@@ -82,6 +82,7 @@ class HttpGate:
         self._token = token
         self._key = key
         self._server: asyncio.Server | None = None
+        self._open: set[asyncio.Task[None] | None] = set()  # connections
         self._page = PAGE.read_text(encoding="utf-8").replace("<head>", "<head>" + SCRIPT, 1)
 
     async def start(self) -> None:
@@ -99,12 +100,19 @@ class HttpGate:
             ) from None
         self.port = self._server.sockets[0].getsockname()[1]
 
-    def stop(self) -> None:
-        """Listen no more."""
+    async def stop(self) -> None:
+        """Listen no more, and end all connections: browsers keep some without a request."""
         if self._server is not None:
             self._server.close()
+        tasks = [task for task in self._open if task is not None]
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+        await asyncio.sleep(0.0)  # in which their sockets are closed
 
     async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        task = asyncio.current_task()
+        self._open.add(task)
         try:
             async with asyncio.timeout(HEAD_TIMEOUT):
                 raw = await reader.readuntil(b"\r\n\r\n")
@@ -121,8 +129,11 @@ class HttpGate:
             await writer.drain()
         except (OSError, ValueError, TimeoutError, EOFError, asyncio.LimitOverrunError):
             pass  # the browser went away, or it was none
+        except asyncio.CancelledError:
+            writer.transport.abort()  # the server is about to end: nothing is left to say
         finally:
             writer.close()
+            self._open.discard(task)
 
     def _refusal(self, head: Head) -> str:
         """Return why a request is not admitted; empty if it is."""

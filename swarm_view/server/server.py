@@ -20,7 +20,7 @@ from swarm_view.state.link import PARAMETERS, Viewpoint, place_of
 EVERYWHERE = ("0.0.0.0", "::")
 LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
 AMBIENT, SUN = 1.9, 1.5
-START_TIMEOUT = 10.0  # [s]
+START_TIMEOUT = STOP_TIMEOUT = 10.0  # [s]
 
 
 class Server:
@@ -98,7 +98,8 @@ class Server:
 
     def stop(self) -> None:
         """Listen no more."""
-        self._loop.call_soon_threadsafe(self._gate.stop)
+        with contextlib.suppress(TimeoutError):  # of a loop that hangs
+            asyncio.run_coroutine_threadsafe(self._gate.stop(), self._loop).result(STOP_TIMEOUT)
         with contextlib.redirect_stdout(io.StringIO()):
             self.viser.stop()
 

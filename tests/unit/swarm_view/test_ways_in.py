@@ -6,7 +6,9 @@ websockets), another program of this machine, and one that was given the link.
 
 from __future__ import annotations
 
+import contextlib
 import socket
+import time
 from collections.abc import Iterator
 from urllib.parse import urlsplit
 
@@ -144,6 +146,20 @@ def test_every_server_has_a_token_of_its_own() -> None:
         server.stop()
     assert urls[0] != urls[1]
     assert min(len(url) for url in urls) >= 16
+
+
+def test_connections_without_a_request_end_with_the_server() -> None:
+    """Browsers open some ahead; left alone they outlive the event loop as unclosed sockets."""
+    server = Server("127.0.0.1", 0)
+    with socket.create_connection(("127.0.0.1", server.port), timeout=5.0) as idle:
+        end = time.monotonic() + 10.0
+        while not server._gate._open and time.monotonic() < end:
+            time.sleep(0.01)
+        assert server._gate._open
+        server.stop()
+        assert server._gate._open == set()
+        with contextlib.suppress(ConnectionResetError):
+            assert idle.recv(1) == b""
 
 
 def test_names_on_other_hosts() -> None:
