@@ -32,9 +32,9 @@ class Unit:
     """A unit cost.
 
     Attributes:
-        name: Of what.
-        cost: [µs] CPU time of one.
-        count: Of them per robot-second.
+        name: What is measured.
+        cost: [µs] CPU time of one operation.
+        count: Operations per robot-second.
     """
 
     name: str

@@ -65,7 +65,7 @@ def write_world(plan: FloorPlan, folder: Path, resolution: float = 0.05) -> Scen
         resolution: [m] per cell of the map, which is made finer if navigation needs it.
 
     Raises:
-        SwarmError: If a file cannot be written, or what is written is no usable world.
+        SwarmError: If a file cannot be written, or what is written is not a usable world.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)

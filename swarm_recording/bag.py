@@ -129,7 +129,7 @@ class Bag:
 
 
 def mend(path: Path) -> BinaryIO:
-    """Return a whole copy of what can be read of a file that ends in the middle."""
+    """Return a complete copy of the readable part of a file that ends in the middle."""
     copy = tempfile.TemporaryFile(prefix="swarm-bag-")
     writer = Writer(copy)
     writer.start(profile="ros2", library="swarm-workbench")

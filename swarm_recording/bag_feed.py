@@ -101,7 +101,7 @@ class BagFeed:
         return [(topic, data) for topic, _, data in self.take_stamped()]
 
     def take_stamped(self) -> list[Item]:
-        """Return the same with the time of each message [ns]."""
+        """Return the messages due as `take` does, each with its time [ns]."""
         self._go_on()
         newest: dict[tuple[str, bytes], Item] = {}
         for item in self._due:

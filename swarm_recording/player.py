@@ -45,7 +45,7 @@ class Player:
             start: [s] where to begin; the last message of each topic before that is published
                 first.
             speed: Times real time; None for as fast as possible.
-            tell: Called with the time in the bag [s] now and then.
+            tell: Called with the time in the bag [s] from time to time.
             is_stopped: Asked whether to stop.
         """
         at = round(start * NANOSECONDS)

@@ -137,7 +137,7 @@ class Tape:
         self._size += len(data)
 
     def save_if_due(self) -> None:
-        """Save now and then: rarely enough that summaries cost little, but every few seconds."""
+        """Save every few seconds: rarely enough that summaries cost little."""
         waited = time.monotonic() - self._latest
         if waited > MAX_PERIOD or (waited > MIN_PERIOD and self._size > self._summary_size):
             self.save()

@@ -49,7 +49,7 @@ class Bottleneck:
 
     @property
     def words(self) -> str:
-        """What it says, for people."""
+        """The finding in words."""
         where = f"{self.station} at " if self.station else "The floor around "
         x, y = (round(value, 1) + 0.0 for value in (self.x, self.y))  # no -0.0
         line = (

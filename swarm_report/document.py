@@ -30,7 +30,7 @@ from swarm_report.tables import Table, percent
 
 PAGE, PLOTS = "report.html", "plots"
 DPI = 150  # of the PNG files
-PIXELS_DPI = 130  # of what is drawn as pixels within an SVG
+PIXELS_DPI = 130  # of the pixel images within an SVG
 
 
 @dataclass(frozen=True, slots=True)

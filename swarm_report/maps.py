@@ -154,7 +154,7 @@ def density(run: RunData) -> Figure | None:
 
 
 def waiting(run: RunData) -> Figure | None:
-    """Draw where robots held or waited for others; None if that is not known."""
+    """Draw where robots held or waited for others; return None if that is not known."""
     heat = waiting_heat(run)
     return (
         None if heat is None else _draw_heat(run, heat, "Time spent holding or waiting", "YlOrRd")

@@ -120,7 +120,7 @@ class Interrupts:
 
     @classmethod
     def check(cls) -> None:
-        """Raise KeyboardInterrupt if there was one."""
+        """Raise KeyboardInterrupt if a signal has arrived."""
         if cls.is_due:
             raise KeyboardInterrupt
 

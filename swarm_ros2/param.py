@@ -75,7 +75,7 @@ def add_verbs(verbs: Any) -> None:
 
 
 def call(node: Node, owner: str, kind: Any, service: str, request: Any) -> Any:
-    """Return the answer of a service of a node; its server may come only for us.
+    """Return the answer of a node's service; its server may be created only when a client appears.
 
     Raises:
         SwarmError: If there is no such service, or no answer.

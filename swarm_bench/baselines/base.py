@@ -107,7 +107,7 @@ class Baseline(ABC):
 
     @property
     def target(self) -> Pose | None:
-        """Where to, in map; None without a goal."""
+        """The goal's pose in map; None without a goal."""
         return None if self._goal is None else self._goal.poses_map[0]
 
     @property
@@ -165,7 +165,7 @@ class Baseline(ABC):
         return Output(twist, self._beacon(), events)
 
     def fail(self, code: ErrorCode, message: str) -> None:
-        """Give the goal in hand up."""
+        """Give the current goal up."""
         self._failed += 1
         self._end(Outcome.ABORTED, code, message)
 
@@ -259,7 +259,9 @@ def _others(neighbors: NeighborTable) -> Others:
     poses = beacons["pose"].astype(np.float64)
     twists = beacons["twist"].astype(np.float64)
     age = np.minimum(neighbors.ages, MOST_EXTRAPOLATION) * CONTROL_PERIOD
-    age = np.where(neighbors.ages > MOST_EXTRAPOLATION, 0.0, age)  # silent for long: it may stand
+    age = np.where(
+        neighbors.ages > MOST_EXTRAPOLATION, 0.0, age
+    )  # silent for long: it may have stopped
     yaws = poses[:, 2] + twists[:, 1] * age
     velocities = twists[:, :1] * np.column_stack((np.cos(yaws), np.sin(yaws)))
     places = poses[:, :2] + velocities * age[:, None]

@@ -1,9 +1,9 @@
 """Baseline A: DWA alone, with global replanning around the robots that are seen.
 
-What a Nav2 robot does that has nobody but itself to think of: A* once a second with all robots
-in sight as obstacles, a dynamic window (Fox, Burgard, Thrun 1997) over what LiDAR and beacons
-show, a rotation shim, and recoveries (turn, wait, back up) when it gets nowhere. Beacons only say
-where the others are now; nothing is reserved, nobody has the right of way. It never gives up.
+It does what a single Nav2 robot does: A* once a second with all robots in sight as obstacles, a
+dynamic window (Fox, Burgard, Thrun 1997) over the data of LiDAR and beacons, a rotation shim, and
+recoveries (turn, wait, back up) when it makes no progress. Beacons only say where the others are
+now; nothing is reserved, and no robot has the right of way. It never gives up.
 """
 
 from __future__ import annotations

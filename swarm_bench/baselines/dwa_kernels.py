@@ -57,7 +57,7 @@ class Scales(NamedTuple):
     progress: float
     path: float
     clearance: float
-    enough: float  # [m] of clearance beyond which more is no better
+    enough: float  # [m] of clearance beyond which more is not rewarded
 
 
 @njit(cache=True)

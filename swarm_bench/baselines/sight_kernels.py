@@ -17,14 +17,14 @@ STRIDE = 3  # path points between two candidates
 def farthest_in_sight(
     points: FloatArray, x: float, y: float, clearance: float, slack: float, walls: Field
 ) -> int:
-    """Return the index of the last point to which the line from (x, y) is clear; 0 if none.
+    """Return the index of the last point to which the line from (x, y) is clear; 0 without one.
 
     Args:
         points: (n, 2) [m] in map.
         x: [m] in map.
         y: [m] in map.
-        clearance: [m] that a clear line keeps from walls, or as much as its ends do,
-        slack: [m] less than that.
+        clearance: [m] that a clear line keeps from walls; less if one of its ends is nearer.
+        slack: [m] by which the line may be nearer than that.
         walls: Distances to them.
     """
     field, frame = walls

@@ -25,7 +25,7 @@ def read_json_lines(path: Path, parse: Callable[[Any], T], command: str) -> list
         command: That writes such files, for the error.
 
     Raises:
-        ConfigError: If the file cannot be read, or a complete line is no result.
+        ConfigError: If the file cannot be read, or a complete line is not a result.
     """
     try:
         lines = path.read_text(encoding="utf-8").split("\n")

@@ -21,7 +21,7 @@ from swarm_common.model.errors import SwarmError
 
 SWARM_UP = (sys.executable, "-c", "from swarm_commander.cli.main import swarm_up; swarm_up()")
 ENGINE = "ros"  # what a result's engine is called: rigid bodies behind the ROS graph
-LAST_LINES = 5  # of what swarm-up said, in an error
+LAST_LINES = 5  # of swarm-up's output, in an error
 
 
 class SwarmUpError(SwarmError):
@@ -57,7 +57,7 @@ def run_on_graph(options: RunOptions) -> RunResult:
 
 
 def last_lines(said: str) -> str:
-    """Return the end of what a program said, for an error."""
+    """Return the last lines of a program's output, for an error."""
     return "\n".join(said.strip().splitlines()[-LAST_LINES:])
 
 

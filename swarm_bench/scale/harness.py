@@ -30,7 +30,7 @@ class CpuClock:
         self.seconds = 0.0
 
     def timed(self, function: Callable[..., Any]) -> Callable[..., Any]:
-        """Return the function, with its time counted."""
+        """Return the function wrapped so that its CPU time is counted."""
 
         def call(*arguments: Any) -> Any:
             started = time.process_time()

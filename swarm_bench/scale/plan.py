@@ -68,7 +68,7 @@ class ScaleJob:
 
     @property
     def key(self) -> tuple[Any, ...]:
-        """What tells results apart, beside the code."""
+        """Tuple that identifies a result, apart from the code."""
         return (self.system, self.workload, self.robots, self.repeat, *self.setting.values())
 
     @property
@@ -105,7 +105,7 @@ def plan_jobs(
     pack: int | None = None,
     engine: str | None = None,
 ) -> list[ScaleJob]:
-    """Return the runs, repeat by repeat, so that a killed sweep has something of every size.
+    """Return the runs, repeat by repeat, so that a killed sweep has results of every size.
 
     Args:
         system: `graph`, `harness`, or a peer's name.

@@ -88,6 +88,6 @@ def read_scale_results(path: Path) -> list[ScaleResult]:
 
 
 def median_of(values: Sequence[float | None]) -> float | None:
-    """Return the median of what is known, None if nothing is."""
+    """Return the median of the known values, None without any."""
     known = [value for value in values if value is not None]
     return statistics.median(known) if known else None

@@ -1,4 +1,4 @@
-"""Runs of one system, workload and size as one row: medians, on the terminal and in Markdown."""
+"""One table row for the runs of one system, workload and size, for terminal and Markdown."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class ScaleRow:
 
     @property
     def first(self) -> ScaleResult:
-        """A run, for what all have in common."""
+        """The first run; used for the properties that all runs share."""
         return self.runs[0]
 
     @property

@@ -78,7 +78,7 @@ class Neighbours:
         """Return the share of all processors, 0 to 1, that others had since the beginning.
 
         Args:
-            own_cpu: [s] of CPU time of what is measured.
+            own_cpu: [s] of CPU time of the measured processes.
         """
         capacity = (time.monotonic() - self._started) * (psutil.cpu_count() or 1)
         if capacity <= 0.0:

@@ -311,7 +311,7 @@ class Storm(Harness):
         )
 
     def _miss(self, index: int, goal: Stop) -> str:
-        """Return who missed a goal, and in which state it is."""
+        """Return the robot that missed a goal, and its state."""
         status = self.stage.drivers[index].status()
         reasons = [o.reason for o in self.stage.itineraries[index].outcomes if o.reason]
         pose = status.pose_map

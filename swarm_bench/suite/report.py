@@ -162,7 +162,7 @@ def _comparison_cell(row: Row, seeds: set[int]) -> str:
 
 
 def _flaws(rows: Sequence[Row]) -> str:
-    """Return a list of what went wrong, empty if nothing did."""
+    """Return a list of the flaws, empty without any."""
     lines = [
         f"- {row.label}, {run.robots} robots, seed {run.seed} ({run.engine}): "
         f"{run.robot_robot + run.robot_world} contacts, "

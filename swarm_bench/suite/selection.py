@@ -44,7 +44,7 @@ def parse_sizes(text: str | None) -> list[int]:
     """Return the swarm sizes in a text like 20,50; none for None.
 
     Raises:
-        ConfigError: If one is no number or out of bounds.
+        ConfigError: If one is not a number or out of bounds.
     """
     if text is None:
         return []

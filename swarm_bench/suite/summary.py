@@ -26,7 +26,7 @@ class Row:
 
     @property
     def first(self) -> RunResult:
-        """A run, for what all have in common."""
+        """The first run; used for the properties that all runs share."""
         return self.runs[0]
 
     @property

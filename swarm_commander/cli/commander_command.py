@@ -133,7 +133,7 @@ class Commander:
         return True
 
     def on_status(self, driver: RobotDriver, status: RobotStatus) -> None:
-        """Print the waypoint, distance and time remaining now and then."""
+        """Print waypoint, remaining distance and remaining time from time to time."""
         if driver.is_over or not has_goal(status):
             return
         line = self._narrators[driver.name].line(_goal_label(driver), _moment(status))

@@ -372,7 +372,7 @@ def up(
 
 
 def _typed(context: typer.Context) -> dict[str, object]:
-    """Return the options that stood on the command line."""
+    """Return the options that were given on the command line."""
     return {
         name: value
         for name, value in context.params.items()

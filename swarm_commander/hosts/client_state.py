@@ -214,7 +214,7 @@ class ClientState:
 
 
 def names_of(robots: Sequence[str]) -> str:
-    """Return robots in few words: Srobot1 to Srobot50, or each."""
+    """Return robot names in short: a range like Srobot1 to Srobot50, or each name."""
     if len(robots) < 3:
         return " and ".join(robots)
     numbers = [int(robot.removeprefix("Srobot")) for robot in robots]

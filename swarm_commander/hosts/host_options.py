@@ -48,7 +48,7 @@ def parse_robots(text: str) -> tuple[str, ...]:
     """Return the names that --robots means, like 1-50 or 1-3,7.
 
     Raises:
-        ConfigError: If it is no list of numbers and ranges.
+        ConfigError: If it is not a list of numbers and ranges.
     """
     numbers: set[int] = set()
     for part in text.split(","):

@@ -76,7 +76,7 @@ def parse_report(data: Mapping[str, Any], sender: str) -> HostReport:
         sender: Host that sealed it.
 
     Raises:
-        ConfigError: If it is none, or speaks for another host.
+        ConfigError: If the data is not a report, or speaks for another host.
     """
     try:
         lists = {name: tuple(data[name]) for name in ("robots", "active")}
@@ -100,7 +100,7 @@ class _Host:
 
 
 class HostTable:
-    """Follows the hosts."""
+    """Tracks which hosts take part, and how long each has been silent."""
 
     def __init__(
         self,

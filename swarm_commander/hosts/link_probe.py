@@ -1,9 +1,9 @@
 """Probes of the network between two hosts: packet sizes, directions, losses, round trips.
 
-A robots' host sends datagrams of a few sizes to the world's, which sends each back. This needs none
-of what DDS needs first (which goes silent, without a word, when large packets or one direction get
-lost), so it can say why nothing is heard. Sealed; an answer is as long as its question, so nobody
-is flooded by means of it. `Asker` and `Answerer` have no clock and no I/O.
+A robots' host sends datagrams of a few sizes to the world's, which sends each back. The probes do
+not depend on DDS, which goes silent without a word when large packets or one direction get lost;
+so they can say why nothing is heard. They are sealed; an answer is as long as its question, so
+that nobody can be flooded by means of it. `Asker` and `Answerer` have no clock and no I/O.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ PERIOD, REST_PERIOD = 1.0, 5.0  # [s] between two rounds, at first and later
 FIRST_ROUNDS = 30
 MOST = 65536  # bytes of a datagram
 LEAST = 5  # rounds before something is concluded
-REMEMBERED = 200  # questions of each size that the figures are about
+REMEMBERED = 200  # questions of each size on which the figures are based
 LOSSY = 0.04  # share of lost packets that is worth a word
 NOTHING = "nothing"
 PATIENCE = 2.0  # [s] for an answer
@@ -151,7 +151,7 @@ class Answerer:
         self._told: set[bytes] = set()
 
     def answer(self, data: bytes, address: str) -> bytes | None:
-        """Return the datagram that answers one from an address; None if it is none of ours."""
+        """Return the answer to a datagram from an address; None if the datagram is not ours."""
         found = _open(self._secret, QUESTION, data)
         if found is None:
             return None
@@ -181,7 +181,7 @@ def _datagram(secret: str, kind: bytes, host: bytes, head: bytes, size: int) -> 
 
 
 def _open(secret: str, kind: bytes, data: bytes) -> tuple[bytes, bytes] | None:
-    """Return host and head of a datagram of a kind; None if it is none."""
+    """Return host and head of a datagram of a given kind; None if the datagram is invalid."""
     seal, body = data[:TAG], data[TAG:]
     if not body or len(body) < 1 + body[0] + _HEAD.size or not hmac.compare_digest(
         tag(secret, kind, body), seal

@@ -52,7 +52,7 @@ class RobotsPlan:
 
     @property
     def processes(self) -> int:
-        """How many processes the navigators share."""
+        """Number of processes that the navigators share."""
         return -(-len(self.robots) // self.pack)
 
 

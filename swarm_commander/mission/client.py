@@ -174,7 +174,7 @@ class RobotCommander:
         return self.task
 
     def look(self) -> None:
-        """Ask again for an answer that is overdue; call it now and then."""
+        """Ask again for an answer that is overdue; call it from time to time."""
         if self.task is not None:
             is_busy = self.status is not None and not math.isnan(self.status.goal.x)
             self.task.look(is_busy)
@@ -185,16 +185,16 @@ class RobotCommander:
             self.task.ask()
 
     def cancelTask(self) -> None:
-        """Cancel the task in hand."""
+        """Cancel the current task."""
         if self.task is not None:
             self.task.cancel()
 
     def forgetTask(self) -> None:
-        """Have nothing more to do with the task in hand."""
+        """Forget the current task without cancelling it."""
         self.task = None
 
     def isTaskComplete(self) -> bool:
-        """Whether the task has ended; True before the first."""
+        """Return whether the task has ended; True before the first task."""
         self.look()
         return self.task is None or self.task.is_complete
 

@@ -44,7 +44,7 @@ class Listener(Protocol):
         """The mission is over; return whether the robot is to be released from lockstep."""
 
     def on_status(self, driver: RobotDriver, status: RobotStatus) -> None:
-        """The robot said how it is."""
+        """A status message of the robot arrived."""
 
 
 class RobotDriver:
@@ -165,7 +165,7 @@ class RobotDriver:
 
     @property
     def _settled_now(self) -> int:
-        """How many goals the robot has ended since its navigator was started."""
+        """Number of goals that the robot has ended since its navigator was started."""
         return 0 if self.robot.status is None else _settled_goals(self.robot.status)
 
     def _take_status(self, status: RobotStatus) -> None:

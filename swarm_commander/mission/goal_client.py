@@ -66,7 +66,7 @@ class GoalClient:
         self._listeners[bytes(goal_id.uuid)] = take
 
     def forget(self, goal_id: UUID) -> None:
-        """Call back no more."""
+        """Stop the callbacks of a goal."""
         self._listeners.pop(bytes(goal_id.uuid), None)
 
     def _pass_on(self, message: Any) -> None:

@@ -58,7 +58,7 @@ LOST_TIME = 5.0  # [s] if the wall clock, too, has moved on by this much
 # [s] of wall time after which a silent robot's goals count as failed until it is heard again;
 # longer than swarm-up takes to notice a navigator that hangs and to start another.
 GIVE_UP_TIME = 60.0
-PAUSING = "pausing"  # state in which a robot does what somebody asked for that is no place to go
+PAUSING = "pausing"  # state of a robot under a behaviour that somebody asked for, such as a turn
 LATE_STATUS = 2.0  # [s] of wall time to wait for the status of an end
 
 

@@ -33,7 +33,7 @@ def domain_id(environment: Mapping[str, str] = os.environ) -> int:
     """Return the ROS domain that the environment asks for.
 
     Raises:
-        ConfigError: If ROS_DOMAIN_ID is no domain.
+        ConfigError: If ROS_DOMAIN_ID is not a domain.
     """
     text = environment.get("ROS_DOMAIN_ID", "") or "0"
     if not text.isdecimal() or int(text) > HIGHEST_DOMAIN:

@@ -53,7 +53,7 @@ class ProcessChild:
         return self._process.poll()
 
     def terminate(self) -> None:
-        """Ask it to end."""
+        """Ask the process to end."""
         with contextlib.suppress(ProcessLookupError):
             self._process.terminate()
 

@@ -75,7 +75,10 @@ MODULES = {
     RVIZ: "swarm_commander.viewers.window",
     VIEWER: "swarm_view.process",
 }
-MEETING = (WORLD, RUNNER)  # who the navigators of a large swarm are told of, see `participants`
+MEETING = (
+    WORLD,
+    RUNNER,
+)  # processes whose ports the navigators of a large swarm are told, see `participants`
 STOP_ORDER = (WORLD, RUNNER, RECORDER, HOST)  # the world first, so that no navigator is late for it
 ONLOOKERS = (RECORDER, RVIZ, VIEWER)  # the run goes on without them
 WORLD_SILENCE = 20.0  # [s] of wall time without a word after which the world hangs,

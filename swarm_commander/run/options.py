@@ -53,7 +53,7 @@ class UpOptions:
     run_dir: Path | None = None
     over_limit: bool = False
     restart: bool = True
-    skip_missing: bool = False  # leave out what of a world is not found
+    skip_missing: bool = False  # leave out models and meshes that are not found
     skip_broken: bool = False  # leave out models of a world that are unusable
     bind: str = ""  # address of this host with --role world; empty: all is on one host
 
@@ -140,7 +140,7 @@ def parse_speed(text: str | None, in_real_time: bool) -> float | None:
 
     Args:
         text: As typed, None for the default.
-        in_real_time: Whether the default is real time; else it is no limit.
+        in_real_time: Whether the default is real time; otherwise there is no limit.
 
     Raises:
         ConfigError: If it is neither `max` nor a positive number.

@@ -56,7 +56,7 @@ def load_overrides(path: Path, robots: list[str], known: Mapping[str, Any]) -> O
         known: Default of each parameter by dotted name; gives the type too.
 
     Raises:
-        ConfigError: If the file is no parameter file, or a name or a type is wrong.
+        ConfigError: If the file is not a parameter file, or a name or a type is wrong.
     """
     sections: dict[str, Flat] = {}
     world = WorldParams()

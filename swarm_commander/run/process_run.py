@@ -137,7 +137,7 @@ class ProcessRun:
         return self._restarts.total
 
     def serve(self, lock: DomainLock) -> None:
-        """Take requests of other processes of the user until the run ends."""
+        """Accept requests of the user's other processes until the run ends."""
 
         def take() -> None:
             if (request := lock.take()) is not None:

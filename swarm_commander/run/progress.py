@@ -22,7 +22,7 @@ SHOWN_NOTES = 8  # of a kind; the report has all
 
 
 class Progress:
-    """Live picture on a terminal, a line now and then elsewhere.
+    """Live picture on a terminal, a line from time to time elsewhere.
 
     Args:
         console: Where to.
@@ -72,7 +72,7 @@ class Progress:
         self._console.print(Text(text, style=style), soft_wrap=True)
 
     def breach(self, kind: str, text: str) -> None:
-        """Print what went wrong; when there is too much of a kind, only how much."""
+        """Print a failure; of a kind that occurs often, only the number."""
         self._breaches[kind] += 1
         if self._breaches[kind] <= SHOWN_NOTES:
             self.note(text, "red")

@@ -37,7 +37,7 @@ def compose_report(
     usage: UsageMeter,
     times: RunTimes,
 ) -> dict[str, Any]:
-    """Return the report but for the keys below; what could not be measured is null.
+    """Return the report except for the keys below; what could not be measured is null.
 
     `cli/session.py` adds `exit_code`, `failures` and `incidents`, and those that
     `swarm_report/report_fields.py` works out from the time series: `stations`, `throughput`,

@@ -60,5 +60,5 @@ class Restarts:
         return name in self._due
 
     def forget(self, name: str) -> None:
-        """Start a process no more: it is not needed any longer."""
+        """Do not start a process any more: it is not needed any longer."""
         self._due.pop(name, None)

@@ -77,7 +77,7 @@ class GivenGoals:
     its goal yet.
 
     Attributes:
-        sent: Settled, or in hand.
+        sent: Settled goals, and the current one.
         reached: Of them.
         missed: Of them.
     """
@@ -86,7 +86,7 @@ class GivenGoals:
         """Begin with none."""
         self.sent = self.reached = self.missed = 0
         self._tries_failed = self._repeats = 0
-        self._place_map: tuple[float, float] | None = None  # of the goal in hand
+        self._place_map: tuple[float, float] | None = None  # of the current goal
         self._failed_map: tuple[float, float] | None = None  # of the one that failed last
         self._failed_at = -math.inf
 
@@ -143,7 +143,7 @@ class RobotStatistics:
     given: GivenGoals = field(default_factory=GivenGoals)
 
     def drop_goal(self) -> None:
-        """Forget the goal in hand."""
+        """Forget the current goal."""
         self.goal, self.sent = "", self.reached + self.failed
 
 
@@ -253,7 +253,7 @@ class RunStatistics:
                     assert_never(event)
 
     def on_mission_restart(self) -> None:
-        """Take back the goals in hand: the next mission process sends them again."""
+        """Take back the current goals: the next mission process sends them again."""
         for robot in self.robots.values():
             robot.drop_goal()
 
@@ -322,7 +322,7 @@ class RunStatistics:
         """Take back the goals that a robot had lost, as it is there again."""
         robot = self.robots[event.robot]
         robot.failed -= event.goals
-        robot.sent = robot.reached + robot.failed + 1  # the one in hand
+        robot.sent = robot.reached + robot.failed + 1  # the current one
         robot.goal = event.goal
         lost = (event.robot, LOST_REASON)
         self.misses = [miss for miss in self.misses if (miss.robot, miss.reason) != lost]

@@ -23,7 +23,7 @@ def waits_for(state: str, detail: str) -> str:
 
 @dataclass(slots=True)
 class WaitGraph:
-    """Edges from robots to whom they wait for, at most one from each.
+    """Edges from each robot to the robot that it waits for, at most one from each.
 
     Attributes:
         edges: At present, by the name of the robot that waits.

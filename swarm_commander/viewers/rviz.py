@@ -14,7 +14,7 @@ from swarm_commander.viewers.rviz_config import merged_config, robot_config, swa
 from swarm_common.model.errors import UnknownNameError
 
 SWARM, MERGED, ALL = "swarm", "merged", "all"
-DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # the one in C is ten times as fast
+DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # the dumper in C is ten times as fast
 HOW_TO_GET = (
     "--rviz: rviz2 is not installed; on Ubuntu 24.04 with ROS 2: apt install ros-jazzy-rviz2."
     " Without it, swarm-up --viewer shows the same in a browser."

@@ -33,7 +33,7 @@ def check_address(host: str, port: int) -> None:
 
 
 def check_port(port: int) -> None:
-    """Refuse a number that is no TCP port.
+    """Refuse a number that is not a TCP port.
 
     Raises:
         ConfigError: If it is none.

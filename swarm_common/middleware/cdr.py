@@ -111,7 +111,7 @@ class OdometryReader:
         """Return what a message says.
 
         Raises:
-            RejectedError: If it is no odometry, or has a number that none can have.
+            RejectedError: If it is not odometry, or has an impossible number.
         """
         sec, nanosec, x, y, _, qx, qy, qz, qw, vx, vy, _, _, _, wz = self._layout.unpack(data)
         reach, speed = self._reach, MOST_SPEED
@@ -199,7 +199,7 @@ class TransformsReader:
         """Return (tick, child frames, their x, y, yaw (n, 3)) of a message.
 
         Raises:
-            RejectedError: If it is none, or big-endian.
+            RejectedError: If it is not such a message, or big-endian.
         """
         if byte_order(data) != LITTLE or len(data) < HEAD + 4:
             raise RejectedError(f"{len(data)} bytes are no little-endian CDR")
@@ -281,7 +281,7 @@ def read_scan(data: bytes) -> Scan:
     anything, as in the message's definition: only those within the LiDAR's limits count.
 
     Raises:
-        RejectedError: If it is no scan, or its geometry makes no sense.
+        RejectedError: If it is not a scan, or its geometry makes no sense.
     """
     order = byte_order(data)
     tick = read_tick(data)
@@ -331,7 +331,7 @@ class CommandReader:
         """Return (tick, twist) of a message.
 
         Raises:
-            RejectedError: If it is no command, or asks for what nothing can do.
+            RejectedError: If it is not a command, or asks for more than any robot can do.
         """
         sec, nanosec, vx, vy, _, _, _, wz = self._layout.unpack(data)
         return tick_from_stamp(sec, nanosec), _checked_twist(vx, vy, wz)
@@ -341,7 +341,7 @@ def read_plain_command(data: bytes) -> Twist:
     """Return the twist of a geometry_msgs/Twist message.
 
     Raises:
-        RejectedError: If it is no command, or asks for what nothing can do.
+        RejectedError: If it is not a command, or asks for more than any robot can do.
     """
     order = byte_order(data)
     if len(data) < HEAD + 6 * 8:

@@ -36,7 +36,7 @@ def read_beacon(data: bytes, robot_id: int, now: int) -> np.void:
         now: Tick after which no beacon can be.
 
     Raises:
-        RejectedError: If it is no sound beacon of that robot.
+        RejectedError: If it is not a valid beacon of that robot.
     """
     words = _words(data)
     if len(words) < BEACON_WORDS:

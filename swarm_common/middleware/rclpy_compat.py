@@ -88,7 +88,7 @@ def name_in_graph(node: Node, name: str) -> Any:
 def service_of_name(
     node: Node, owner: Any, kind: Any, name: str, answer: Callable[[Any, Any], Any]
 ) -> None:
-    """Offer a service of a node that has only a name; the executor of a real node answers.
+    """Offer a service of a node that exists in name only; a real node's executor answers.
 
     Args:
         node: The real one.
@@ -186,7 +186,7 @@ class CheckedParameterService(ParameterService):  # type: ignore[misc]  # rclpy 
 
         Args:
             node: With parameters.
-            describe: Completes what rclpy knows of a parameter for those who ask. A range that
+            describe: Adds to rclpy's descriptions of parameters what clients ask for. A range that
                 rclpy knew would be checked by rclpy, with another message than ours.
         """
         self._node = node

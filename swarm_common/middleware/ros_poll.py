@@ -68,7 +68,7 @@ class PolledTopic:
 
     def destroy(self) -> None:
         """Unsubscribe; do it before the node is destroyed."""
-        self._pointer = 0  # of which rcl takes nothing
+        self._pointer = 0  # an index that rcl ignores
         self.handle.destroy_when_not_in_use()
 
 
@@ -163,7 +163,7 @@ class SoleTopic(PolledTopic):
         self._foreign[sender] = since, name
 
     def _publishers(self) -> dict[Sender, str]:
-        """Return the full names of the nodes that publish, by the ids of their publishers."""
+        """Return the full names of publishing nodes, keyed by the ids of their publishers."""
         return {
             sender_of(info.endpoint_gid): full_name(info)
             for info in self._node.get_publishers_info_by_topic(self._name)
@@ -190,7 +190,7 @@ class PolledService:
         """
         try:
             request, header = self._handle.service_take_request(self._kind.Request)
-        except RuntimeError:  # RCLError: its bytes are no such request
+        except RuntimeError:  # RCLError: its bytes are not a request of this type
             return None
         return None if header is None else (request, header.request_id)
 

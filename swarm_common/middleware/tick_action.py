@@ -54,7 +54,7 @@ class GoalHandle:
         self.status = GoalStatus.STATUS_EXECUTING
         self.accepted_at = accepted_at
         self.ended_at = 0
-        self.response: Any = None  # to whom asks for the result, once it has ended
+        self.response: Any = None  # requests for the result, answered once it has ended
         # Headers of the requests for the result until then.
         self.asked: deque[Any] = deque(maxlen=MOST_ASKED)
 
@@ -130,7 +130,9 @@ class TickActionServer:
         send_response = service.send_response
 
         def respond(response: Any, header: Any) -> None:
-            with contextlib.suppress(RuntimeError):  # RCLError: who asked is gone, or unknown yet
+            with contextlib.suppress(
+                RuntimeError
+            ):  # RCLError: the client is gone, or not known yet
                 send_response(response, header)
 
         def send(request: Any, header: Any) -> None:
@@ -210,7 +212,7 @@ class TickActionServer:
         return bool(self._feedback.get_subscription_count() > 0)
 
     def publish_feedback(self, goal: GoalHandle, feedback: Any) -> None:
-        """Tell those who listen how a goal goes on."""
+        """Publish the status of a goal."""
         self._feedback.publish(
             self.kind.Impl.FeedbackMessage(goal_id=goal.info.goal_id, feedback=feedback)
         )

@@ -15,7 +15,7 @@ class Collision:
 
     Attributes:
         robots: Names of the one or two robots in it.
-        obstacle: Name of what the one robot touched; empty if two robots met.
+        obstacle: Name of the object that the robot touched; empty if two robots met.
         x: [m] in map, where it began.
         y: [m] in map, where it began.
         sim_time: [s] when it began.

@@ -9,7 +9,7 @@ import numpy as np
 
 from swarm_common.model.shapes import Box, Cylinder, FloatArray, Hull, Part, Shape, Sphere
 
-STRAIGHT = 1e-7  # [m²] cross product of two sides between which there is no corner
+STRAIGHT = 1e-7  # [m²] cross product of two sides below which they form one straight side
 RIM = 32  # corners that stand for a circle
 DENSITY = 300.0  # [kg/m³] of a link whose mass is not given: a light box full of electronics
 LEAST_MASS = 0.01  # [kg]

@@ -470,7 +470,7 @@ ClientEvent = (
     | NetworkFault
     | NetworkFigures
 )
-OwnEvent = (  # of processes that not every kind of run has
+OwnEvent = (  # of processes that only some kinds of run have
     WorldEvent | NavigatorEvent | MissionEvent | OnlookerEvent | ServerEvent | ClientEvent
 )
 Event = ProcessEvent | OwnEvent

@@ -182,7 +182,7 @@ def _without_wheels(model: RobotModel) -> DriveTrain:
 
 
 def radius_of(group: RigidGroup) -> float | None:
-    """Return the radius [m] about the axis of what turns, None if it has no collision shape."""
+    """Return the radius [m] of a turning group about its axis, None without a collision shape."""
     for part in group.parts:
         if isinstance(part.shape, Cylinder | Sphere):
             return part.shape.radius

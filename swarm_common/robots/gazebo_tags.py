@@ -59,7 +59,7 @@ RAY_SENSORS = ("ray", "gpu_ray", "lidar", "gpu_lidar")
 class DriveTags:
     """A drive plugin: the drive, its joints, and values of a `RobotSpec` by name.
 
-    One that moves the body itself (`moves_body`) works without wheels that turn.
+    A plugin that moves the body itself (`moves_body`) works without turning wheels.
     """
 
     drive: str

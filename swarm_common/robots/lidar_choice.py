@@ -39,7 +39,7 @@ class _Candidate:
 
     @property
     def refusal(self) -> str:
-        """Why it is no LiDAR, empty if it may be one."""
+        """Why it cannot be a LiDAR, empty if it may be one."""
         if self.sensor.layers > 1:
             return f"{self.sensor.layers} layers of rays"
         if self.rays < FEWEST_RAYS or self.view < NARROWEST:
@@ -48,7 +48,7 @@ class _Candidate:
 
     @property
     def rank(self) -> tuple[float, float, float]:
-        """The larger, the better: rays times range, level, high."""
+        """Return a sort key: more rays times range first, then level LiDARs, then higher ones."""
         reach = self.rays * self.sensor.values.get("range_max", 3.5)
         return reach, -round(self.tilt, 3), round(float(self.place[2, 3]), 3)
 

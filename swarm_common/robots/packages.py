@@ -19,7 +19,7 @@ def add_package_paths(paths: Sequence[Path]) -> None:
     """Put folders before those of ROS_PACKAGE_PATH, for this process and its children.
 
     Raises:
-        ConfigError: If one is no folder.
+        ConfigError: If one is not a folder.
     """
     for path in paths:
         if not path.is_dir():

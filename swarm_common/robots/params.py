@@ -28,7 +28,7 @@ def robot_from_parameters(values: Mapping[str, Any]) -> RobotSpec:
     """Return the robot model in parameters written by `robot_parameters`.
 
     Raises:
-        RobotModelError: If a parameter is missing or unknown, or the footprint is no polygon.
+        RobotModelError: If a parameter is missing or unknown, or the footprint is not a polygon.
     """
     own = {name: value for name, value in values.items() if not name.startswith("lidar.")}
     lidar = {

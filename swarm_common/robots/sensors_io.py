@@ -12,7 +12,7 @@ from swarm_common.model.errors import ConfigError, SwarmError
 from swarm_common.model.sensors import IDEAL, SensorErrors
 
 HEADINGS = ("gyro", "wheels")
-MOST_SHARE = 0.5  # of what is measured, by which a sensor may be off
+MOST_SHARE = 0.5  # of the measured value, by which a sensor may be off
 _SHARES = ("sigma_share", "dropout", "wheel_bias", "separation_bias", "gyro_scale")
 Unchecked = Mapping[str, Any]
 
@@ -23,12 +23,12 @@ def sensor_errors(
     base: SensorErrors = IDEAL,
     error: type[SwarmError] = ConfigError,
 ) -> SensorErrors:
-    """Return `base` with what a tree of keys says in its place.
+    """Return `base` with the values that a tree of keys overrides.
 
     Args:
         data: Groups of keys, as in robot.yaml; it is checked.
         where: For messages.
-        base: What holds where nothing is said.
+        base: Values of the keys that are missing.
         error: Class of the exception to raise.
 
     Raises:

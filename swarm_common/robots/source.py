@@ -42,7 +42,7 @@ class RobotSource:
         """Return what finds the packages that the description refers to.
 
         Raises:
-            RobotModelError: If `packages` in robot.yaml is no list of folders.
+            RobotModelError: If `packages` in robot.yaml is not a list of folders.
         """
         paths = self.data.get("packages") or []
         if not isinstance(paths, list) or not all(isinstance(path, str) for path in paths):

@@ -112,7 +112,7 @@ def _link_faults(root: ET.Element) -> Iterator[str]:
             is_tree = False
             yield f"link {child} hangs on two joints, {parents[child][0]} and {name}"
         parents[child] = (name, _end(joint, "parent"))
-    if is_tree:  # else what follows would be no news
+    if is_tree:  # otherwise later errors would only repeat this one
         yield from _loop_faults(links, parents)
 
 

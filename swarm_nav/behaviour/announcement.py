@@ -69,8 +69,9 @@ def priorities(
     Args:
         robot_id: Breaks ties.
         deciders: The state gives the class, lease and right of way what is inherited.
-        last_goal_tick: Tick at which the last target was reached: who waited longer ranks higher.
-        has_goal: Whether a goal is in hand.
+        last_goal_tick: Tick at which the last target was reached: the robot that has waited longer
+            ranks higher.
+        has_goal: Whether there is a current goal.
     """
     rank = CLASS_DONE
     if has_goal:
@@ -184,9 +185,9 @@ def compose_feedback(
 
     Args:
         situation: Of the robot.
-        goal_id: Of the goal in hand or pending.
-        task: A navigation goal in hand, if any.
-        behavior: A behaviour in hand, if any.
+        goal_id: Of the current or pending goal.
+        task: The current navigation goal, if any.
+        behavior: The current behaviour, if any.
     """
     s = situation
     navigation, rest, traveled, angle = 0.0, 0.0, 0.0, 0.0

@@ -47,7 +47,7 @@ class Behavior:
         self._traveled = 0.0  # [m] at the last step
         self._end: BehaviorEnd | None = None
         self._wish, self._wish_tick = Twist(), situation.tick
-        self._room = 0.0  # [m] of the way in hand
+        self._room = 0.0  # [m] of the present way
         self._way = 0  # of a steered robot: 1 ahead, -1 back, 0 neither
 
     def steer(self, wish: Twist, tick: int) -> None:

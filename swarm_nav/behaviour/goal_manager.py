@@ -18,11 +18,11 @@ BEHAVIOR_KINDS = (
 
 
 class GoalManager:
-    """The goal in hand or pending, at most one.
+    """The current or pending goal, at most one.
 
     Attributes:
-        task: A navigation goal in hand.
-        behavior: A behaviour in hand, asked for or (`is_recovery`) in aid of the task.
+        task: The current navigation goal.
+        behavior: The current behaviour, asked for or (`is_recovery`) in aid of the task.
         last_goal_tick: Tick at which the last target was reached.
     """
 
@@ -47,12 +47,12 @@ class GoalManager:
 
     @property
     def has_goal(self) -> bool:
-        """Whether a goal is in hand; a pending one does not count yet."""
+        """Whether there is a current goal; a pending one does not count yet."""
         return self.task is not None or (self.behavior is not None and not self.is_recovery)
 
     @property
     def goal_id(self) -> int | None:
-        """Id of the goal in hand or pending, None without one."""
+        """Id of the current or pending goal, None without one."""
         if self._pending is not None:
             return self._pending.goal_id
         if self.task is not None:
@@ -62,7 +62,7 @@ class GoalManager:
         return None
 
     def set_goal(self, goal: Goal) -> None:
-        """Take a goal for its start tick; the one in hand ends as canceled (preempted).
+        """Take a goal for its start tick; the current one ends as canceled (preempted).
 
         Args:
             goal: With the tick from which it counts.
@@ -71,7 +71,7 @@ class GoalManager:
         self._pending = goal
 
     def begin_pending(self) -> None:
-        """Take the pending goal in hand when it is due."""
+        """Begin the pending goal when it is due."""
         goal = self._pending
         if goal is None or goal.start_tick > self._s.tick:
             return
@@ -90,7 +90,7 @@ class GoalManager:
         self._state_machine.switch(Event.GOAL)
 
     def end(self, outcome: Outcome, code: ErrorCode = ErrorCode.NONE, message: str = "") -> None:
-        """End the goal in hand or pending, if any.
+        """End the current or pending goal, if any.
 
         Args:
             outcome: Succeeded, aborted or canceled.
@@ -133,7 +133,7 @@ class GoalManager:
         """Go on to the next target, or end the goal as succeeded.
 
         Args:
-            task: The goal in hand.
+            task: The current goal.
         """
         if task.next_target(self._s.tick):
             self.last_goal_tick = self._s.tick
@@ -145,7 +145,7 @@ class GoalManager:
         """Leave out a waypoint, or end any other goal as aborted.
 
         Args:
-            task: The goal in hand.
+            task: The current goal.
             code: Nav2's error code.
             message: For people.
         """
@@ -162,7 +162,7 @@ class GoalManager:
         """Start the next recovery, or give the target up when all are spent.
 
         Args:
-            task: The goal in hand.
+            task: The current goal.
             code: Nav2's error code if it is given up.
             message: For people.
         """
@@ -182,13 +182,13 @@ class GoalManager:
         self._state_machine.switch(Event.NO_PROGRESS)
 
     def drop_recovery(self) -> None:
-        """Forget the recovery in hand, if any."""
+        """Forget the current recovery, if any."""
         if self.is_recovery:
             self.behavior = None
             self.is_recovery = False
 
     def yield_or_resume(self, is_yielding: bool) -> None:
-        """Interrupt the goal in hand while the robot makes way, and resume it afterwards.
+        """Interrupt the current goal while the robot makes way, and resume it afterwards.
 
         Without a goal it also makes way for robots that wait to enter the region where it stands.
 

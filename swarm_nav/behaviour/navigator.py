@@ -105,7 +105,7 @@ class Navigator:
 
     @property
     def goal_id(self) -> int | None:
-        """Id of the goal in hand or pending, None without one."""
+        """Id of the current or pending goal, None without one."""
         return self._goal_manager.goal_id
 
     def variances(self) -> tuple[float, float, float]:
@@ -201,7 +201,7 @@ class Navigator:
             self._s.tube.reset(self._s.pose)
 
     def deactivate(self) -> None:
-        """Stop, end the goal in hand, and hold the place."""
+        """Stop, end the current goal, and hold the place."""
         self.cancel_goal()
         self.is_active = False
 
@@ -220,7 +220,7 @@ class Navigator:
         self._s.obstacles.clear_square(centre.x, centre.y, half, is_except)
 
     def steer(self, twist: Twist) -> None:
-        """Take what an operator wants of an assisted teleoperation in hand.
+        """Take the twist that an operator wants in the current assisted teleoperation.
 
         Args:
             twist: That is asked for; it is limited to what is free.
@@ -229,7 +229,7 @@ class Navigator:
             self._goal_manager.behavior.steer(twist, self._s.tick)
 
     def end_teleop(self) -> None:
-        """End an assisted teleoperation in hand as a success."""
+        """End the current assisted teleoperation as a success."""
         behavior = self._goal_manager.behavior
         if behavior is not None and behavior.goal.kind is GoalKind.TELEOP:
             behavior.finish()
@@ -252,7 +252,7 @@ class Navigator:
         return all(terrain.clearance(x, y) >= radius for x, y in points.tolist())
 
     def set_goal(self, goal: Goal) -> None:
-        """Take a goal; the one in hand ends as canceled (preempted).
+        """Take a goal; the current one ends as canceled (preempted).
 
         Args:
             goal: With the tick from which it counts.
@@ -260,7 +260,7 @@ class Navigator:
         self._goal_manager.set_goal(goal)
 
     def cancel_goal(self) -> None:
-        """End the goal in hand, if any."""
+        """End the current goal, if any."""
         self._goal_manager.end(Outcome.CANCELED, message="canceled")
 
     def tick(self, tick: int) -> Output:
@@ -339,7 +339,7 @@ class Navigator:
             self._replan()
 
     def _decide_right_of_way(self) -> None:
-        """Make way, step back, or go on with the goal in hand."""
+        """Make way, step back, or go on with the current goal."""
         self._goal_manager.yield_or_resume(self._right.update(self._s))
 
     def _choose_twist(self, override: Twist | None) -> Twist:
@@ -353,7 +353,7 @@ class Navigator:
         return self._admitted(limited(twist, self._people, self.config.controller))
 
     def _stand(self) -> Twist:
-        """Give up what is not needed to stop, and stop."""
+        """Release the space that is not needed for stopping, and stop."""
         self._reservation.retract()
         self._behavior_executor.stand()
         return self._controller.stop(self._s.twist)
@@ -384,7 +384,7 @@ class Navigator:
             self._task.is_planned = False
 
     def _admitted(self, twist: Twist) -> Twist:
-        """Return what of a twist a long robot's outline has room for."""
+        """Return a twist, scaled down as far as a long robot's outline needs."""
         s = self._s
         if s.oblong is None:
             return twist
@@ -431,11 +431,11 @@ class Navigator:
         return costmaps.compose(self._s, self.spec.inscribed_radius, size)
 
     def distance_remaining(self) -> float:
-        """Return the path length [m] to the goal in hand, 0 without one."""
+        """Return the path length [m] to the current goal, 0 without one."""
         return 0.0 if self._task is None else self._task.distance_remaining(self._s)
 
     def feedback(self) -> Feedback | None:
-        """Return the progress of the goal in hand or pending, None without one."""
+        """Return the progress of the current or pending goal, None without one."""
         goal_manager = self._goal_manager
         if goal_manager.goal_id is None:
             return None

@@ -37,7 +37,7 @@ class Route:
         """Plan if it is due; a target without a way is recovered from or given up.
 
         Args:
-            task: The goal in hand.
+            task: The current goal.
         """
         if task.given is not None:
             task.given.advance(self._s.pose.x, self._s.pose.y)
@@ -97,7 +97,7 @@ class Route:
         return s.planner.plan(s.stop_point, place, extra, yaw)
 
     def _keeps(self, task: Task, path: FloatArray, extra: NDArray[np.float32]) -> bool:
-        """Whether the path in hand is as good as a new one: each change costs turns and claims."""
+        """Whether the current path is as good as a new one: each change costs turns and claims."""
         s = self._s
         rest = s.tube.points[s.tube.stop :]
         if not task.is_planned or task.given is not None or len(rest) < 2:

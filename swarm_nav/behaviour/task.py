@@ -1,4 +1,4 @@
-"""The goal in hand: its sequence of targets, and when each counts as reached."""
+"""The current goal: its sequence of targets, and when each counts as reached."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Task:
 
     @property
     def place(self) -> tuple[float, float]:
-        """Where the target is driven to: (x, y), moved off a wall by the planner's tolerance."""
+        """Goal (x, y) of the path: the target, moved off a wall by the planner's tolerance."""
         return self._moved_to or (self.target.x, self.target.y)
 
     def note_plan(self, path: FloatArray) -> None:

@@ -66,7 +66,7 @@ class Controller:
         """Return the twist that brakes as hard as the drive can.
 
         Args:
-            twist: The present one.
+            twist: The current one.
         """
         self._is_turning = False
         self.arc[:] = 0.0
@@ -78,7 +78,7 @@ class Controller:
         Args:
             yaw: [rad] in map, to turn to.
             pose: Of the robot, in map.
-            twist: The present one.
+            twist: The current one.
         """
         return self._turn(wrap_angle(yaw - pose.yaw), pose, twist)
 
@@ -90,7 +90,7 @@ class Controller:
         Args:
             tube: Whose `is_reverse` is set.
             pose: Of the robot, in map.
-            twist: The present one.
+            twist: The current one.
             may_back: Whether driving backwards is allowed.
 
         Returns:
@@ -113,7 +113,7 @@ class Controller:
         Args:
             tube: Path and held part; its index of the robot is advanced.
             pose: Of the robot, in map.
-            twist: The present one.
+            twist: The current one.
         """
         if tube.is_reverse:
             flipped = Pose(pose.x, pose.y, wrap_angle(pose.yaw + math.pi))

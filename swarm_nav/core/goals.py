@@ -142,7 +142,7 @@ Event = GoalEnded | StateChanged
 
 @dataclass(frozen=True, slots=True)
 class Feedback:
-    """Progress of the goal in hand; times in seconds of simulated time."""
+    """Progress of the current goal; times in seconds of simulated time."""
 
     goal_id: int
     pose_map: Pose

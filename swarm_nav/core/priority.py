@@ -24,7 +24,8 @@ def base_priority(rank: int, last_goal_tick: int, robot_id: int) -> int:
 def above(priority: int) -> int:
     """Return the priority of a robot for which others wait: as they drive, just above their own.
 
-    Those who wait are parked, below all that drive; who keeps them waiting must not be.
+    Waiting robots are parked, below all driving ones; the robot that keeps them waiting must rank
+    above both.
     """
     driving = CLASS_DRIVING << (TICK_BITS + ID_BITS + DEPTH_BITS)
     return driving | (priority & SENIORITY) | TOP_DEPTH

@@ -1,8 +1,8 @@
 """Adaptive Monte Carlo localisation (Fox 2003; Thrun, Burgard, Fox 2005) on a likelihood field.
 
-Between two comparisons with the map the robot goes by its odometry. What a comparison finds
-enters the pose bit by bit, so that the robot does not leap out of the space that it holds; a
-large correction waits until the robot stands.
+Between two comparisons with the map the robot uses its odometry. A correction found by a
+comparison enters the pose gradually, so that the pose does not jump out of the space that the
+robot holds; a large correction waits until the robot stands.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ MOST_FRESH = 0.5  # largest share of the particles that is redrawn
 
 
 class AmclLocaliser:
-    """Where the robot is by odometry, scans and map, and whether that can be trusted."""
+    """Estimates the pose from odometry, scans and map, and whether the estimate can be trusted."""
 
     def __init__(
         self,
@@ -145,7 +145,7 @@ class AmclLocaliser:
     def variances(self) -> tuple[float, float, float]:
         """Return the variances of x, y [m²] and yaw [rad²], grown since the last comparison."""
         config, ways, turns = self._config, self._driven**2, self._turned**2
-        cell = self._terrain.grid.resolution**2 / 12.0  # the map is no better than that
+        cell = self._terrain.grid.resolution**2 / 12.0  # the map is not more accurate than that
         x, y, yaw = self._estimate.variances
         yaw += config.alpha1 * turns + config.alpha2 * ways + (config.yaw_drift * self._age) ** 2
         place = cell + config.alpha3 * ways + config.alpha4 * turns + yaw * ways
@@ -254,7 +254,7 @@ class AmclLocaliser:
 
     @property
     def _power(self) -> float:
-        """How much of a new view the next scan is: scans from one place share their errors."""
+        """Return by how much the next scan is a new view: scans from one place share errors."""
         if self._is_searching:
             return 1.0
         moved = self._odom.distance(self._last_odom) / self._config.update_min_d

@@ -104,7 +104,7 @@ def listen(
         own: Where this robot is.
         hearing: What the radio promises.
         tick: Now.
-        is_witnessed: Whether to look at whom the others hear, which costs more.
+        is_witnessed: Whether to use what the others hear, which costs more.
     """
     words, floats, facts, places = absent
     count = words.shape[0]

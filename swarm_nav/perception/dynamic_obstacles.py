@@ -19,9 +19,9 @@ from swarm_nav.perception import dynamic_obstacle_kernels
 from swarm_nav.perception.obstacle_kernels import Beam
 from swarm_nav.planning.distance_kernels import Place
 
-STILL_TICKS = 80  # after which a mark of what never moved is a thing,
-CAME_TICKS = 200  # of what came and has stood since,
-MOVER_TICKS = 3000  # and of what was seen walking
+STILL_TICKS = 80  # after which a mark that never moved is an object,
+CAME_TICKS = 200  # a mark that came and has stood since,
+MOVER_TICKS = 3000  # and a mark that was seen walking
 LIMITS = (STILL_TICKS, CAME_TICKS, MOVER_TICKS)  # by motion
 WALK_TICKS = 4  # between two arrivals of a walking body; a standing one arrives for PAST_SCANS only
 PAST_SCANS = 2  # looked back for where something moved to

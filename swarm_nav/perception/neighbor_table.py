@@ -55,10 +55,11 @@ class NeighborTable:
         gone: (n,)
         gate_columns: Poses, gate and blocked ticks, of which the first n rows are in use.
         priorities: (n,) as published.
-        acks: (n,) tick of the newest own beacon that each has; of who need not hear us, now.
+        acks: (n,) tick of the newest of our beacons that each neighbour acknowledged; the present
+            tick for neighbours that need not hear us.
         deaf_neighbor: Id of a near robot that does not hear this one, 0 if all do.
-        hearing_reach: [m] within which every robot that is heard has to hear this one: whoever
-            falls silent for it there is in the space that it knows.
+        hearing_reach: [m] within which every robot that is heard has to hear this one: if one of
+            them falls silent there, it is within the space that this robot knows.
     """
 
     def __init__(

@@ -50,7 +50,7 @@ Plain = tuple[Words, Ints, Mask, Ints, Ints]  # ids, ages, gone, priorities, ack
 
 
 class Columns(NamedTuple):
-    """What kernels that look at all neighbours read; a row per robot, ascending by id."""
+    """Columns for kernels that look at all neighbours: a row per robot, ascending by id."""
 
     ids: Words
     acks: Ints  # tick of the newest of our beacons that each has acknowledged

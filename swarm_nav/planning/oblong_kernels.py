@@ -255,7 +255,7 @@ def worst_slack(
         discs: (k, 3) of the polygon, for walls.
         around: Obstacles, and the polygon for these.
         pose: Of the robot.
-        twist: That is wanted, and the present one.
+        twist: That is wanted, and the current one.
         limits: Of the drive.
     """
     points, corners, gap = around.points, around.corners, around.gap

@@ -52,7 +52,7 @@ class Answers:
         Args:
             tick: In hand.
             output: Of the brain.
-            has_goal: Whether a goal is in hand or pending.
+            has_goal: Whether there is a current or pending goal.
             has_ended: Whether a goal ended in this tick.
         """
         is_first = self.is_first

@@ -3,7 +3,7 @@
 The next goal of a mission comes from another process. Between the end of a goal and the next one
 no simulated time may pass, however slow the machine is: in lockstep, the world stands still while
 one robot does not answer. At the start it does so without limit, later for `wall_limit` of the
-world's settings, which must therefore be longer than `LIMIT`: who withholds is never late.
+world's settings, which must therefore be longer than `LIMIT`: then a withheld answer is never late.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class AnswerBarrier:
         """Whether the answer of this tick must wait.
 
         Args:
-            has_goal: Whether a goal is in hand or pending.
+            has_goal: Whether there is a current or pending goal.
             is_first: Whether this is the navigator's first answer.
             has_ended: Whether a goal ended in this tick.
         """

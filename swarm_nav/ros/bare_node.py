@@ -13,7 +13,7 @@ REMAPPING = ("--ros-args", "-r", "/parameter_events:=parameter_events")
 
 
 def create_node(settings: NodeSettings, context: Context) -> Node:
-    """Return the node `/SrobotK/navigator` without anything that not every robot needs."""
+    """Return the node `/SrobotK/navigator`, with only what every robot needs."""
     return Node(
         NODE,
         namespace=settings.name,

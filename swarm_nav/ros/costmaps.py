@@ -1,7 +1,7 @@
 """A costmap on Nav2's topics: whole and in parts, as occupancy and with its raw costs.
 
 Nav2 sends either whole costmaps (`always_send_full_costmap`, which its bring-up sets) or what has
-changed. Here whoever listens to whole ones gets them, and whoever listens to changes gets those.
+changed. Here a subscriber of whole costmaps gets them, and a subscriber of changes gets changes.
 """
 
 from __future__ import annotations

@@ -120,7 +120,7 @@ def twist_from_msg(message: Any) -> Twist:
     """Return what an operator steers.
 
     Raises:
-        RejectedError: If it is no speed that a robot has.
+        RejectedError: If it is not a speed that a robot can have.
     """
     speeds = message.linear.x, message.linear.y, message.angular.z
     vx, vy, wz = (_at_most(value, MOST_SPEED, "a speed") for value in speeds)

@@ -40,7 +40,7 @@ class TickInputs:
 
     @property
     def missing(self) -> str:
-        """What the newest tick lacks, of several what is sent last; of the next tick the same."""
+        """Name of the input that the newest tick lacks; of several, the one that is sent last."""
         newest = self._open[max(self._open)] if self._open else None
         if newest is None or newest.neighbors is None:
             return "neighbors"

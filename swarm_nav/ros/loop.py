@@ -15,7 +15,7 @@ from swarm_nav.ros.node import NavigatorNode
 
 WAIT_SLICE = 0.25  # [s] the same while no tick can come; signals are looked at as well
 REQUEST_PERIOD = 0.05  # [s] of wall time between two looks for requests and other things,
-BUSY_PERIOD = 0.2  # [s] the same while ticks come, as a look costs a third of what a tick costs,
+BUSY_PERIOD = 0.2  # [s] the same while ticks come, as a look costs a third as much as a tick,
 LARGE_PERIOD = 0.5  # [s] and in a large swarm, whose ticks take long
 BUSY_TIME = 1.0  # [s] without a tick after which the world is taken to be paused
 PACK_SLICE = 0.01  # [s] while some navigators of the process wait for a tick and some do not
@@ -41,7 +41,7 @@ class TickLoop:
 
     Sensor data are waited for and taken directly (`ros_poll`): once per tick, where an executor
     would be woken for each message. Requests, goals and parameters come through the executors,
-    which are emptied now and then. While no tick can come, that is, before the map or while an
+    which are emptied from time to time. While no tick can come, that is, before the map or while an
     answer is withheld until the next goal, the executor is what is waited for.
     """
 
@@ -127,5 +127,5 @@ class TickLoop:
                 slot.executor.remove_node(slot.node.node)
                 with contextlib.suppress(Exception):  # half of it may be gone
                     slot.node.destroy()
-                slot.executor.shutdown()  # only this lets go of what is removed
+                slot.executor.shutdown()  # only this releases removed entities
         return list(known.values())

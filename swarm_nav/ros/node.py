@@ -53,7 +53,7 @@ class NavigatorNode:
     Attributes:
         node: For an executor.
         lifecycle: Nav2's, of the whole navigator.
-        tick: The control tick in hand.
+        tick: The control present tick.
         rejections: Of the doors of this navigator.
     """
 
@@ -177,7 +177,7 @@ class NavigatorNode:
         make(Mission, "mission", self._take_mission, ros_io.LATCHED, raw=True)
 
     def _hear(self, kind: Any, name: str) -> SoleTopic:
-        """Listen to the world, or to whoever publishes the robot's sensors without one."""
+        """Listen to the world, or without one to any publisher of the robot's sensors."""
         return SoleTopic(
             self.node,
             kind,
@@ -189,18 +189,18 @@ class NavigatorNode:
 
     @property
     def is_in_large_swarm(self) -> bool:
-        """Whether what is rarely used has to wait for its first client."""
+        """Whether rarely used services are created only for their first client."""
         return bool(self._settings.fixed["on_demand"])
 
     # What a tick is made of
 
     @property
     def awaited(self) -> PolledTopic | None:
-        """What is missing of the tick in hand; None while something else must come first.
+        """Topic of the input that the present tick lacks; None if the executor must run first.
 
         The world publishes `neighbors` after `odom` and `scan`, but a network may deliver them in
-        another order. Without a map, or while an answer is withheld, it is the executor that must
-        be waited for.
+        another order. Without a map, or while an answer is withheld, only the executor can bring
+        what is missing.
         """
         if self._brain is None or self._answers.is_withheld:
             return None

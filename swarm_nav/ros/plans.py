@@ -34,7 +34,7 @@ from swarm_nav.ros.reach import Reach
 SMOOTHERS = "", "simple_smoother"  # ids that name the one there is
 MOST_LEGS = 1000  # of one plan
 MOST_WAITING = 100  # plans; further ones are refused
-PORTION = 0.05  # [s] of wall time for plans between two ticks, and the leg in hand
+PORTION = 0.05  # [s] of wall time for plans between two ticks, and the current leg
 
 
 @dataclass(slots=True)

@@ -180,7 +180,7 @@ class Tasks:
                 self._brain.cancel_goal()
 
     def report(self, tick: int, ended: Sequence[GoalEnded]) -> None:
-        """Send the results of the goals that ended at this tick, and feedback now and then."""
+        """Send the results of the goals that ended at this tick, and feedback from time to time."""
         self._tick = tick
         for event in ended:
             running = self._running.pop(event.goal_id, None)

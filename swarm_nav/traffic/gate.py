@@ -6,10 +6,10 @@ open whose path leads into such a region counts those that it hears inside, thos
 that ask with a higher priority; it enters while that is less than the region's share within radio
 range allows, and otherwise waits in the open. Each robot decides alone.
 
-The gate stands below the priorities. Who ranks above all that are inside, admitted or ask, enters
-however many these are: so the highest robot never waits here, nor does the holder of a lease for
-which a higher one waits, from which it inherits. Who waits for a lease does not ask, and who is
-blocked on its way to the mouth takes nobody's place.
+The gate is subordinate to the priorities. A robot that ranks above all others that are inside,
+admitted or ask, enters however many they are: so the highest robot never waits here, nor does the
+holder of a lease that inherits from a higher robot waiting for it. A robot that waits for a lease
+does not ask, and a robot that is blocked on its way to the mouth takes no place.
 
 Plain corridors are left alone: they have no station to wait for, and robots only pass.
 """
@@ -107,7 +107,7 @@ class Gate:
         return self.asked_tick > 0 and not self.is_admitted
 
     def leave(self) -> None:
-        """Ask no more, as without a goal."""
+        """Stop asking, as without a goal."""
         self.asked_tick = 0
         self.is_admitted = False
 
@@ -119,7 +119,7 @@ class Gate:
         Args:
             situation: Of the robot.
             has_turn: Whether the robot is on its way to a goal, and waits for no station's lease.
-            is_driving: Whether the path in hand is the one to the goal: only that one counts.
+            is_driving: Whether the current path is the one to the goal: only that one counts.
             priority: Of the robot while it drives, with what it inherits as holder of a lease.
         """
         config = situation.config.holding

@@ -2,9 +2,9 @@
 
 The order is (tick of the request, id), as in Lamport's mutual exclusion, known to all contenders
 from their beacons: a request is made within radio range of the station, no centre is asked. The
-lease orders the approach; safety does not depend on it. "Near" is by the way, not through walls:
-who queues waits beyond the floor that those before it need, and a dead end around a station
-belongs to one robot until it is out again.
+lease orders the approach; safety does not depend on it. "Near" is measured along the way, not
+through walls: a robot in the queue waits beyond the floor that the robots before it need, and a
+dead end around a station belongs to one robot until it is out again.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ SEARCH_PAUSE = 2.0  # [s] between searches for a parking place
 DETOUR = 2.5  # times the distance: what is farther by way is behind a wall
 QUEUE_AREA = 2.0  # [m²] of floor that each robot before one in the queue needs
 DEAD_END_AREA = 1.5  # [m²] of floor within the hold distance that one robot has to itself
-DEAD_END_ROOM = 2.5  # [m²] that the next one leaves free, so that who comes out can pass
+DEAD_END_ROOM = 2.5  # [m²] that the next one leaves free, so that a robot coming out can pass
 DEAD_END_GAP = 0.3  # [m] before that room at which the next one waits
 NEXT_GOAL_PATIENCE = 3.0  # [s] without a goal: the next one mostly follows at once
 QUEUE_STEP = 1.5  # [m] beyond its place in the queue from where a parked robot moves up
@@ -49,8 +49,8 @@ class Approach:
     """The floor around a station, by the way to it; distances are costs of planned ways [m].
 
     Attributes:
-        depth: Distance out of the dead end that the station lies in, 0 if there is none: with so
-            little floor around it, who comes and who leaves cannot pass each other.
+        depth: Distance out of the dead end that the station lies in, 0 if there is none: the floor
+            there is too small for an arriving and a leaving robot to pass each other.
         is_inside: Whether the robot is that near.
     """
 
@@ -109,7 +109,9 @@ class Lease:
     inherited: int = 0
     is_leaving: bool = False
     _next: tuple[float, float] | None = None
-    _left_tick: int = 0  # since which it leaves without another target, 0 before that is known
+    _left_tick: int = (
+        0  # tick since which the robot leaves without another target, 0 before that is known
+    )
     _approach: Approach | None = None
 
     def aim(self, station: tuple[float, float] | None) -> None:

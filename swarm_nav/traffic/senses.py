@@ -68,7 +68,7 @@ class Senses:
         return not self.missing
 
     def _missing(self, is_lost: bool, is_hearing: bool) -> str:
-        """Return what keeps the robot from driving, for people; empty if nothing does."""
+        """Return in words what keeps the robot from driving; empty if nothing does."""
         s = self._s
         timeout = s.config.costmap.scan_timeout
         if is_lost:

@@ -18,7 +18,7 @@ from swarm_nav.traffic.situation import Situation
 
 CREEP_SPEED = 0.015  # [m/s] at which a robot counts as standing
 WALKING_SPEED = 1.0  # [m/s] of people
-SCAN_AGE = 0.2  # [s] of what the robot knows, at most
+SCAN_AGE = 0.2  # [s] largest age of the data
 ROOM = 0.05  # [m] beyond all that
 TURN_ROOM = 0.03  # [m] from the robot's circle within which it does not turn either
 

@@ -33,7 +33,7 @@ def draw_world(
         resolution: [m] per cell.
         starts: Where robots start; around those beyond the obstacles there is open ground.
         reach: Heights of the robots' bodies, for what the LiDAR does not see: it is on the map,
-            too. None for a map of what the LiDAR sees.
+            too. None for a map of only what the LiDAR sees.
     """
     section = section_between(scene.fixed, height, height)
     if reach is not None:

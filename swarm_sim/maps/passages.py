@@ -60,7 +60,7 @@ def check_ways(scene: Scene, specs: Sequence[RobotSpec], poses: Sequence[Pose]) 
 
 
 def _half_room(spec: RobotSpec) -> float:
-    """Return half of what a passage needs: long robots pass it straight."""
+    """Return half of the width that a passage needs: long robots pass it straight."""
     return spec.half_width if spec.is_oblong else spec.circumscribed_radius
 
 
@@ -124,7 +124,7 @@ class Ways:
         return self._measured(min(path[left + 1 : came] or path, key=lambda c: self._clear[c]))
 
     def _measured(self, cell: Cell) -> Passage:
-        """Return the passage around a cell, its width from the bodies themselves."""
+        """Return the passage around a cell; its width is measured between the bodies themselves."""
         x, y = self._grid.center_of(*cell)
         offsets = np.linspace(-ACROSS, ACROSS, 9)
         directions = np.linspace(0.0, np.pi, 8, endpoint=False)

@@ -225,7 +225,7 @@ class BulletEngine:
         self._measure()
 
     def _drive(self, targets: FloatArray) -> None:
-        """Move the motors' aims one step towards the targets."""
+        """Move the set speeds of the motors one physics step towards the targets."""
         changed = ramp_all(self._speeds, targets, self._limits, self._period)
         if changed.any():
             self._set_motors(np.flatnonzero(changed).tolist())

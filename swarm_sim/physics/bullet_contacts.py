@@ -62,7 +62,7 @@ class Contacts:
 
         Args:
             obstacles: Body and name of each outline, then of each walker.
-            outlines: Packed polygons (m, c, 2) of what stands, then of objects.
+            outlines: Packed polygons (m, c, 2) of fixed bodies, then of objects.
             object_reaches: [m] that each object may move in a control period.
             walker_speeds: [m/s] of each walker.
             tiles: Bounds (k, 4) of the triangles of meshes; body and name of each.

@@ -89,6 +89,6 @@ def solid_bodies(bodies: Sequence[Body], low: float, high: float) -> list[Body]:
 
 
 def mesh_tiles(body: Body, low: float, high: float) -> FloatArray:
-    """Return where triangles of a body's meshes are between two heights; see `tiles_between`."""
+    """Return the tiles of triangles of a body's meshes between two heights; see `tiles_between`."""
     meshes = tuple(part for part in body.parts if isinstance(part.shape, Mesh))
     return tiles_between(triangles_of([replace(body, parts=meshes)]), low, high)

@@ -14,9 +14,9 @@ BATCH = 10_000  # rays at a time
 
 
 def feel(body: Body, rays: FloatArray) -> NDArray[np.bool_]:
-    """Return which rays (n, 2, 3) meet a body, from either end.
+    """Return which rays (n, 2, 3) meet a body, cast from either end.
 
-    A ray that begins inside a convex shape leaves it unnoticed; from its other end it does not.
+    The engine does not report a convex shape that a ray starts in, but does from the other end.
     """
     client = pybullet.connect(pybullet.DIRECT)
     try:

@@ -27,7 +27,7 @@ from swarm_sim.physics.bullet_supports import Supports, find_supports
 from swarm_sim.scene.robot_model import RigidGroup, RobotModel
 
 ROTOR_INERTIA = 1e-3  # [kg m²] of the motor's rotor, seen through its gear; steadies the solver
-ROTOR_SHARE = 1.0 / 40.0  # of what the robot's mass is to a wheel: those of heavy robots have more
+ROTOR_SHARE = 1.0 / 40.0  # of the robot's mass per wheel: wheels of heavy robots have more
 TRACTION = 0.6  # of a robot's weight that four wheels can push with
 PUSH_ARM = 0.1  # [m] from the centre at which they push when it turns
 GRAVITY = 9.81  # [m/s²]

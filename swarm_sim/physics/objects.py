@@ -14,7 +14,7 @@ from swarm_sim.scene.section import Section, convex_hull, section_between
 
 MAX_CORNERS = 32  # of an outline
 PUSH_SPEED = 1.0  # [m/s] at which something that is pushed may move
-NOWHERE = 1e6  # [m] where the outline of what is not between the heights is
+NOWHERE = 1e6  # [m] place of the outlines of bodies that are not between the heights
 
 
 class Objects:

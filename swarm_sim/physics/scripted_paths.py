@@ -1,4 +1,4 @@
-"""What walkers and vehicles share: closed scripted paths, pauses, and contacts with robots."""
+"""Base of walkers and vehicles: closed scripted paths, pauses, and contacts with robots."""
 
 from __future__ import annotations
 

@@ -64,7 +64,7 @@ class Barrier:
         self._newcomers.add(robot)
 
     def answer(self, robot: int) -> None:
-        """Note a robot's whole answer to the tick in hand; lockstep waits for it from now on."""
+        """Note a robot's whole answer to the present tick; lockstep waits for it from now on."""
         self._answered[robot] = True
         self._newcomers.discard(robot)
         self._expected[robot] = self._expects

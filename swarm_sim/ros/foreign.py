@@ -39,7 +39,7 @@ class Foreigners:
         self._next = 0
 
     def ignore(self, topic: str, node: str) -> None:
-        """Count a message that is ignored, as it is not from whom the topic belongs to."""
+        """Count a message that is ignored, as its sender does not own the topic."""
         self.rejections.reject(topic.rpartition("/")[2], node, f"not its place to publish {topic}")
         self.meet(topic, node)
 

@@ -47,7 +47,7 @@ class RobotLink:
     """Publishes what a robot senses and collects what it answers.
 
     Attributes:
-        command: Twist of the answer to the tick in hand, None until it is there.
+        command: Twist of the answer to the present tick, None until it is there.
         beacon: Beacon of that answer.
         newest_tick: That a command of the robot has answered.
         is_gone: Whether the robot was taken out of the world.
@@ -77,7 +77,7 @@ class RobotLink:
             urdf: Its description.
             settings: Of the world.
             robot_id: That its beacons have to bear; 0 for any.
-            on_answer: Called when command and beacon of the tick in hand are both there.
+            on_answer: Called when command and beacon of the present tick are both there.
             foreigners: Told of what is not the robot's, and of what makes no sense.
             errors: Of its sensors.
         """
@@ -190,7 +190,7 @@ class RobotLink:
         self.beacon = None
 
     def publish(self, observation: Observation) -> None:
-        """Publish what the robot senses at the tick in hand; may be repeated."""
+        """Publish what the robot senses at the present tick; may be repeated."""
         if self.is_gone:
             return
         odom, scan = observation.odom, observation.scan
@@ -215,7 +215,7 @@ class RobotLink:
 
     @property
     def has_answered(self) -> bool:
-        """Whether the whole answer to the tick in hand is there."""
+        """Whether the whole answer to the present tick is there."""
         return self.command is not None and self.beacon is not None
 
     @property
@@ -225,7 +225,7 @@ class RobotLink:
 
     @property
     def awaited(self) -> PolledTopic:
-        """What the rest of the answer comes on; robots send the command last."""
+        """Topic on which the rest of the answer comes; robots send the command last."""
         return self._commands if self.command is None else self._beacons
 
     def take_answers(self) -> None:

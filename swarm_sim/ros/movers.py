@@ -14,7 +14,7 @@ WALKER_HEIGHT = 1.7  # [m]
 
 
 class Movers:
-    """Markers of walkers, vehicles and things; those of what is gone are deleted once."""
+    """Markers of walkers, vehicles and things; markers of things that are gone are deleted once."""
 
     def __init__(self, world: World) -> None:
         self._world = world

@@ -35,7 +35,7 @@ class Relocation:
             node: Of the world.
             name: Of the robot.
             pose_map: Where it is now.
-            tick: Control tick in hand.
+            tick: Control present tick.
             deadline: Wall time until which it is worth waiting.
         """
         self.deadline = deadline
@@ -104,7 +104,7 @@ class Moves:
             robot: Its index.
             name: Its namespace.
             pose_map: Where it is now.
-            tick: Control tick in hand.
+            tick: Control present tick.
             patience: [s] of wall time for which it is worth waiting.
             speaks: Whether it sends beacons.
         """

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from enum import Enum
 
 MOST_STEPS = 1_000_000  # ticks that are asked for at a time, 28 h
-MOST_WAITING = 100  # who wait for their steps at a time
+MOST_WAITING = 100  # clients that wait for their steps at a time
 
 
 class Answer(Enum):
@@ -73,7 +73,7 @@ class RunState:
         return Answer.DONE
 
     def cancel_steps(self) -> None:
-        """Do none of the steps that are under way, whoever asked for them."""
+        """Cancel all steps that are under way, of all clients."""
         self._finish(are_done=False)
 
     def note_tick(self) -> None:

@@ -53,7 +53,7 @@ class ScenePublisher:
             self.publish(tick)
 
     def publish(self, tick: int) -> None:
-        """Publish where everybody is, to whom it may concern."""
+        """Publish the poses of all robots to whoever has subscribed."""
         if self._tf_readers:
             self._tf.publish(self._writer.encode(tick, self._world.poses[self._rows]))
         if self._mover_readers:
@@ -63,7 +63,7 @@ class ScenePublisher:
 
 
 def scene_markers(scene: Scene) -> list[Marker]:
-    """Return the markers of what never moves: bodies, stations, circuits."""
+    """Return the markers of all that never moves: bodies, stations, circuits."""
     markers: list[Marker] = []
     for body in (*scene.fixed, *scene.decor):
         markers += body_markers(body, "body", len(markers))

@@ -128,7 +128,7 @@ class Links:
         """Publish once more for robots whose answer takes longer than usual.
 
         Args:
-            observations: Of the tick in hand.
+            observations: Of the present tick.
             now: Wall time [s].
 
         Returns:
@@ -216,7 +216,7 @@ class Links:
                 self._barrier.hear(robot)
 
     def answers(self) -> tuple[list[Twist | None], list[np.void | None]]:
-        """Return command and beacon of each robot; who did not answer in time stops."""
+        """Return command and beacon of each robot; a robot that did not answer in time stops."""
         commands = [link.fresh_command() for link in self._links]
         if not self._settings.free_run:
             commands = [command or Twist() for command in commands]

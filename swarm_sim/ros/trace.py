@@ -36,7 +36,7 @@ class Trace:
         self._grow()
 
     def _grow(self) -> None:
-        """Make room for all robots that there are by now, and say who they are."""
+        """Make room for all robots that exist by now, and record their names."""
         more = np.full((len(self._names) - len(self._clearances), 2), NEAR)
         self._clearances = np.vstack([self._clearances, more])
         self._journal.write(robots=list(self._names), near_mm=round(NEAR * THOUSANDTHS))

@@ -129,7 +129,7 @@ class WorldNode:
             events.write(MeetingPorts("world", self._links.meeting_ports))
 
     def stop(self) -> None:
-        """Make `run` return; the tick in hand is not executed."""
+        """Make `run` return; the present tick is not executed."""
         self._is_stopped = True
 
     def listen(self, control_fd: int) -> None:
@@ -288,7 +288,7 @@ class WorldNode:
             )
 
     def _publish_clock(self, share: float = 0.0) -> None:
-        """Publish the time of the tick in hand, or a share of a tick later."""
+        """Publish the time of the present tick, or a time up to one tick later."""
         clock = ros_io.time_msg(self._tick)
         later = clock.nanosec + round(1e9 * CONTROL_PERIOD * share)
         clock.sec, clock.nanosec = clock.sec + later // 10**9, later % 10**9

@@ -4,9 +4,9 @@
 of all other shapes; `swarm_sim/sensing/lidar.py` casts its rays on the result.
 
 Any triangles will do: open, given twice, crossing each other, inside out. The shadow of every
-triangle counts; seen edge on it is a thin wall. Beside that what is certainly inside is filled,
-so that a solid is no hollow shell. Nothing depends on a mesh being closed, or on how its faces
-are turned: what cannot be decided stays a thin wall.
+triangle counts; seen edge on it is a thin wall. Points that are certainly inside are filled in
+addition, so that a solid does not become a hollow shell. A mesh need not be closed, and its faces
+may be turned either way: where the inside cannot be decided, a thin wall remains.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ DETAIL = 0.001  # [m] by which a piece with too many corners is simplified at fi
 MAX_CORNERS = 32  # of a piece
 DENT = 0.0005  # [m] mean depth of dents in a polygon that counts as convex
 MARGIN = 1e-9  # [m²] of an area, for rounding
-DEPTH = 0.005  # [m] of the deepest of them, and of what is cut off a piece's corners
+DEPTH = 0.005  # [m] depth of the deepest of them, and of the parts cut off a piece's corners
 
 
 def convex_pieces(polygon: Any) -> list[FloatArray]:

@@ -40,7 +40,7 @@ def triangles_of_part(part: Part, body: Body) -> FloatArray:
 
 
 def tiles_between(triangles: FloatArray, low: float, high: float) -> FloatArray:
-    """Return the bounds (k, 4), x_min, y_min, x_max, y_max, of what lies in a slab, in squares."""
+    """Return the bounds (k, 4), x_min, y_min, x_max, y_max, of the parts in a slab, in squares."""
     heights = triangles[:, :, 2]
     near = triangles[(heights.max(axis=1) >= low) & (heights.min(axis=1) <= high)]
     if not len(near):
@@ -75,9 +75,9 @@ def cuts(triangles: FloatArray, level: float) -> FloatArray:
 
 
 def triangles_between(triangles: FloatArray, low: float, high: float) -> FloatArray:
-    """Return the segments (k, 2, 2), from above, that bound what of triangles lies in a slab.
+    """Return the outline (k, 2, 2), from above, of the parts of triangles between two heights.
 
-    They are the edges (clipped), and the cuts at both heights.
+    It consists of the clipped edges and of the cuts at both heights.
     """
     heights = triangles[:, :, 2]
     near = triangles[(heights.max(axis=1) >= low) & (heights.min(axis=1) <= high)]
@@ -136,7 +136,7 @@ def _triangles(shape: Shape) -> FloatArray:
 
 
 def _turned(profile: list[tuple[float, float]]) -> FloatArray:
-    """Return the triangles of a profile of (radius, z) that is turned around z."""
+    """Return the triangles of the solid that a profile of (radius, z) sweeps around the z axis."""
     angles = 2.0 * math.pi * np.arange(RIM + 1) / RIM
     circle = np.column_stack([np.cos(angles), np.sin(angles)])
     rings = np.array([np.column_stack([r * circle, np.full(RIM + 1, z)]) for r, z in profile])

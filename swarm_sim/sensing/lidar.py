@@ -16,7 +16,7 @@ from swarm_sim.scene.scene import Body, Scene
 from swarm_sim.scene.section import Section, section_between
 from swarm_sim.sensing import lidar_kernels
 
-WORLD = -1  # owner of what no robot carries
+WORLD = -1  # owner of bodies that no robot carries
 DROPOUT_WORD = 191  # what a random number is for
 SWEEP_RAYS = 10  # that are taken at one time, if each ray has its own
 NO_DISCS: FloatArray = np.zeros((0, 3))
@@ -77,7 +77,7 @@ class LidarGroup:
 
     @property
     def kind(self) -> tuple[LidarSpec, LidarErrors]:
-        """What its members have in common."""
+        """The LiDAR that all members have."""
         return self.spec, self._errors
 
     def remember(self, earlier: LidarGroup, poses: FloatArray) -> None:

@@ -62,7 +62,7 @@ class ModelRequest:
 
 
 def read_model(request: ModelRequest) -> Model:
-    """Return a thing or a robot, of a size that the world can bear.
+    """Return an object or a robot from its description, if its size is acceptable.
 
     Raises:
         RefusedError: With the reason, whatever is wrong with the description.

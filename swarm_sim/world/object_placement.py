@@ -53,7 +53,7 @@ def check_object_place(world: ChangingWorld, body: Body, index: int | None = Non
 
 
 def check_apart(body: Body, others: Iterable[Body]) -> None:
-    """Refuse a thing inside another; touching it, or standing on it, is allowed.
+    """Refuse an object that intersects another one; touching it, or standing on it, is allowed.
 
     Raises:
         WorldError: Naming the other.
@@ -84,7 +84,7 @@ def _check_robot(world: ChangingWorld, robot: int, what: str, outline: Any) -> N
 
 
 def height_range(body: Body) -> tuple[float, float]:
-    """Return the lowest and the highest z [m] of a body where it is."""
+    """Return the lowest and the highest z [m] of a body in the world."""
     lows, highs = [], []
     for part in body.parts:
         if isinstance(part.shape, Sphere):
@@ -98,7 +98,7 @@ def height_range(body: Body) -> tuple[float, float]:
 
 
 def outline_of(body: Body, heights: tuple[float, float]) -> Any:
-    """Return what of a body lies between two heights, from above, as a shapely geometry."""
+    """Return the part of a body between two heights, from above, as a shapely geometry."""
     polygons = section_between([body], *heights).outlines()
     return shapely.union_all([shapely.Polygon(polygon) for polygon in polygons])
 

@@ -37,5 +37,5 @@ class RefusedError(SwarmError):
         self.reason = reason
 
     def __reduce__(self) -> tuple[type[RefusedError], tuple[Reason, str]]:
-        """Let it travel between processes."""
+        """Support pickling, so that the error passes between processes."""
         return RefusedError, (self.reason, str(self))

@@ -1,7 +1,7 @@
-"""The one door of `/sim`: what a request may hold at all, whatever it asks for.
+"""Limits on the content of every `/sim` request, whatever it asks for.
 
-Every request passes here before anything looks at its meaning: texts and lists have limits,
-numbers are finite, and poses are within reach of the map. Behind it, nothing needs to ask again.
+Every request passes these checks before its meaning is considered: texts and lists have limits,
+numbers are finite, and poses are within reach of the map. Later code need not check again.
 """
 
 from __future__ import annotations

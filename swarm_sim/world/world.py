@@ -288,7 +288,7 @@ class World:
         return [spec.name for spec in self._walkers.specs]
 
     def objects(self) -> list[Body]:
-        """Return what can be pushed, and vehicles, where they are now."""
+        """Return movable objects and vehicles at their present places."""
         return self._objects.bodies()
 
     def joint_states(self, robot: int) -> tuple[list[str], list[float], list[float]]:

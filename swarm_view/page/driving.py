@@ -72,7 +72,7 @@ class Driving:
         self.share = min(MOST, max(LEAST, share))
 
     def update(self, now: float) -> None:
-        """Say what is wanted, now and then; `now` is wall time."""
+        """Say what is wanted, from time to time; `now` is wall time."""
         if not self.robot or now < self._due:
             return
         self._due = now + PERIOD

@@ -29,7 +29,7 @@ class Inbox:
 
 
 def parse(text: str) -> tuple[str, Any] | None:
-    """Return kind and value of a message; None if it is none."""
+    """Return kind and value of a message; None if it is not a message."""
     if len(text) > LONGEST:
         return None
     try:

@@ -225,7 +225,7 @@ class Page:
         run_script(self._client, f"window.swarm.setDriving({str(bool(robot)).lower()})")
 
     def close(self) -> None:
-        """Let go of what is driven; the page is gone."""
+        """Release the robot that is driven; the page is gone."""
         if self._driving is not None:
             self._driving.end()
 
@@ -529,7 +529,7 @@ class Page:
             link.set_initial_pose(self.robot, pose, self._say)
 
     def _usual_heading(self, tool: Tool, point: FloatArray) -> float:
-        """Return the yaw for a click: for a goal on from where the robot comes from."""
+        """Return the yaw for a click without a drag: a goal faces away from the robot."""
         pose = self._swarm.pose_at(self.robot, -1)
         if pose is None or tool is Tool.SPAWN:
             return 0.0

@@ -82,7 +82,7 @@ def robot_html(
     robot: str, states: Mapping[str, ReportedState], url: str, true_pose: FloatArray | None = None,
     since: float | None = None, now: float = 0.0,
 ) -> str:  # fmt: skip
-    """Return what one robot does, why it waits and for whom, and a link to its own page.
+    """Return the state of one robot, why it waits and for whom, and a link to its own page.
 
     Args:
         robot: Its name.

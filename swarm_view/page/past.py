@@ -16,7 +16,7 @@ LIVE, ROOT = "/live", "/past"  # nodes below which robots are drawn, those of no
 
 
 class Past:
-    """Another swarm than the present one, shown on one page in its place.
+    """Another swarm than the current one, shown on one page in its place.
 
     Attributes:
         time: [s] that is shown; None for the present.

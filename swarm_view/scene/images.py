@@ -15,7 +15,7 @@ Image = NDArray[np.uint8]
 
 @dataclass(frozen=True, slots=True)
 class Shades:
-    """Colours of what is not a robot."""
+    """Colours of everything but robots."""
 
     free: RGB
     unknown: RGB

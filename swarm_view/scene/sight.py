@@ -54,7 +54,7 @@ class Sight:
 
     @property
     def camera(self) -> Camera | None:
-        """What the page reports; None before its first report."""
+        """The camera that the page reports; None before its first report."""
         return None if self._size is None else camera_of(self._client.camera, self._size)
 
     @property

@@ -57,7 +57,7 @@ class Axle:
         return lowest < ground + GROUND and self.root_from_wheel[2, 3] > ground + LEAST_RADIUS
 
     def runs_along(self, wheel_from_part: FloatArray) -> bool:
-        """Return whether it is the z axis of a part (4, 4), in either direction."""
+        """Return whether the axle lies along the z axis of a part (4, 4), in either direction."""
         lever = np.cross(self.axis, wheel_from_part[:3, 3])
         along = abs(self.axis @ wheel_from_part[:3, 2])
         return bool(along > 1.0 - SAME and np.abs(lever).max() < SAME)

@@ -8,7 +8,7 @@ PERIOD = 2.0  # [s] of wall time between two readings
 
 
 class CpuMeter:
-    """Reads the machine's load now and then; costs nothing while the load is not asked for."""
+    """Reads the machine's load from time to time; costs nothing while the load is not asked for."""
 
     def __init__(self) -> None:
         self._due = 0.0

@@ -34,7 +34,7 @@ from swarm_common.model.records import Pose, Twist
 POSITION_VARIANCE, YAW_VARIANCE = 0.25, 0.0685  # what RViz's tool sends
 PATIENCE = 5.0  # [s] of wall time in which a listener must appear
 ASK_PERIOD = 1.0  # [s] of wall time between two looks at the state of the simulation
-Tell = Callable[[str], None]  # outcome of an order, for the reader who gave it
+Tell = Callable[[str], None]  # shows the outcome of an order to the user who gave it
 
 
 class OperatorLink:
