@@ -125,7 +125,7 @@ class Tape:
         self._topics[topic.name] = topic
 
     def write(self, topic: str, stamp: int, data: bytes) -> None:
-        """Take a serialized message with its time [ns]; it is on disk after the next `save`."""
+        """Add a serialized message with its time [ns]; it is on disk after the next `save`."""
         self._writer.add_message(
             self._channels[topic], stamp, data, stamp, sequence=self.counts[topic]
         )

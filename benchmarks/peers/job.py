@@ -47,7 +47,7 @@ class Referee:
         return not any(self._goals)
 
     def first_goals(self) -> list[list[float]]:
-        """Return where each robot goes first."""
+        """Return the first goal of each robot."""
         return [goals[0] for goals in self._goals]
 
     def look(self, positions: np.ndarray) -> list[tuple[int, list[float]]]:

@@ -85,7 +85,7 @@ class Stage:
 
 
 def check(options: RunOptions) -> None:
-    """Check what a run needs, without a world.
+    """Check the inputs of a run without building a world.
 
     Raises:
         SwarmError: If a file or a value is unusable.

@@ -23,7 +23,7 @@ Runner = Callable[[ScaleJob, str, str], ScaleResult]
 def run_scale(
     jobs: Sequence[ScaleJob], file: Path | None, console: Console, runner: Runner | None = None
 ) -> list[ScaleResult]:
-    """Run what is not in a result file yet, add it there; return all results.
+    """Run the jobs that are not in a result file yet, add their results to it, and return all.
 
     Args:
         jobs: The runs.

@@ -43,7 +43,7 @@ class Fault:
         robot: Index.
         failure: Which.
         begin: Tick.
-        end: Tick from which it is over; `FOR_EVER` if it never is.
+        end: Tick at which the failure ends; `FOR_EVER` if it never does.
     """
 
     robot: int

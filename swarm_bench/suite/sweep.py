@@ -53,7 +53,7 @@ class Sweep:
                 check(item)
 
     def run(self, file: Path | None, console: Console) -> list[RunResult]:
-        """Run what is not in a result file yet, add it there; return all results.
+        """Run the jobs that are not in a result file yet, add their results to it, and return all.
 
         Args:
             file: Of JSON lines; None to keep nothing.

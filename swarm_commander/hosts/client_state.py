@@ -59,7 +59,7 @@ class ClientState:
         Args:
             report: With the robots to serve; none active yet.
             own_edition: Of the software on this host.
-            stated: What the user says of the run, see `RunDescription.facts`.
+            stated: Facts that the user states about the run, see `RunDescription.facts`.
             now: Wall time [s].
             find_limit: [s] to find it in.
             lost_after: [s] of silence after which it is given up.

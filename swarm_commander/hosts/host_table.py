@@ -1,8 +1,8 @@
 """The list of robots' hosts on the world's host: their robots, silences and departures.
 
 No clock, no I/O: `hear` takes a host's report, `look` notices silence, `answer` is the message to
-all hosts. Everything said is a whole state, not a change, so that a lost message costs
-nothing but time.
+all hosts. Every message holds the whole state, not a change, so that a lost message costs
+only time.
 """
 
 from __future__ import annotations

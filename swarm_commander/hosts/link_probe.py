@@ -47,7 +47,7 @@ class _Size:
 
 
 class Asker:
-    """The side of a robots' host."""
+    """The robots' host's side of the probes."""
 
     def __init__(self, secret: str, host: str) -> None:
         self._secret = secret

@@ -2,7 +2,7 @@
 
 One side owns every fact, so that the two cannot disagree: a robots' host needs no world, no map
 file, no fleet and no parameters of its own. Options that its user states nevertheless are compared
-with the charter.
+with the run description.
 """
 
 from __future__ import annotations

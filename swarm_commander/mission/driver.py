@@ -97,7 +97,7 @@ class RobotDriver:
 
     @property
     def awaits_status(self) -> bool:
-        """Whether a goal has ended but the status that says when is not here."""
+        """Whether a goal has ended, but the status with its time has not arrived yet."""
         return self._ended is not None
 
     def start(self, tick: int = 0) -> None:
@@ -239,7 +239,7 @@ def has_goal(status: RobotStatus) -> bool:
 
 
 def is_for_good(result: Any) -> bool:
-    """Whether another try of a goal would end alike, since the map alone decided it.
+    """Return whether another try of a goal would end alike, since the map alone decided it.
 
     Args:
         result: Of a NavigateToPose; None if the goal was refused.

@@ -120,13 +120,13 @@ def single_goal(pose_map: Pose) -> Mission:
 
 
 def usual_mission(sites: Sites, where: str) -> Mission:
-    """Return the mission of a robot that got none: `loading_route` where its world has that.
+    """Return the mission for a robot without one: `loading_route` if its world has the stations.
 
-    Elsewhere all stations in random order, or the place of the robot's own number; then home.
+    Otherwise all stations in random order, or the place with the robot's number; then home.
 
     Args:
         sites: Of the world.
-        where: They are from, for the message.
+        where: Source of the sites, for the message.
 
     Raises:
         ConfigError: If the world has nothing to go to.

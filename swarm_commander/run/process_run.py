@@ -183,7 +183,7 @@ class ProcessRun:
         """Restart a process that `_revives` chose."""
 
     def _obey(self, request: Request) -> None:
-        """Do what the user asks for from another terminal."""
+        """Carry out a request of the user from another terminal."""
         request.answer("navigators run where the robots are, not here", is_done=False)
 
     # Turns

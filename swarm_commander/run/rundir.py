@@ -135,7 +135,7 @@ def _point_latest(run: Path) -> None:
 
 
 def write_env_sh(folder: RunFolder, environment: Mapping[str, str]) -> None:
-    """Write `env.sh`: with its variables and commands another terminal sees this swarm."""
+    """Write `env.sh`, which another terminal sources to see this swarm."""
     programs = shlex.quote(str(Path(sys.prefix) / "bin"))
     lines = [
         f"export {name}={shlex.quote(environment[name])}"

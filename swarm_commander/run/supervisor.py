@@ -20,7 +20,7 @@ class Child(Protocol):
         """Return the return code (negative: the signal), or None while it runs."""
 
     def terminate(self) -> None:
-        """Ask it to end; harmless if it has ended."""
+        """Ask the process to end; harmless if it has ended already."""
 
     def kill(self) -> None:
         """End it and all of its own children; harmless if it has ended."""

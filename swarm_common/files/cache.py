@@ -23,7 +23,7 @@ Result = TypeVar("Result")
 
 
 def cache_folder() -> Path:
-    """Return where everything lies that is made once."""
+    """Return the folder for files that are made once and kept."""
     return cache_base() / NAME
 
 

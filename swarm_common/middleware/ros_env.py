@@ -49,7 +49,7 @@ def set_defaults() -> None:
 
 
 def use_profile(path: str) -> None:
-    """Put a profile of ours into effect, with all that it says of participants and endpoints."""
+    """Activate one of our DDS profiles, with its settings of participants and endpoints."""
     os.environ[PROFILES] = path
     os.environ[DISCOVERY_RANGE] = "SYSTEM_DEFAULT"  # leaves the choice to the profile
     os.environ[ENDPOINTS] = "1"

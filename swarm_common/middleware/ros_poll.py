@@ -73,7 +73,7 @@ class PolledTopic:
 
 
 class SoleTopic(PolledTopic):
-    """A topic of which the messages of one publisher count.
+    """A topic on which only one publisher's messages are accepted.
 
     That is the publisher of the rightful node, or the first publisher while there is no rightful
     one. Once the rightful one has appeared, no other is accepted. A new rightful one takes its

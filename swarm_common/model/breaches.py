@@ -62,7 +62,7 @@ class MissedGoal:
 
 @dataclass(frozen=True, slots=True)
 class UnfinishedGoal:
-    """A goal that a robot was still under way to when the run ended.
+    """A goal that a robot had not reached yet when the run ended.
 
     Attributes:
         robot: Name of the robot.

@@ -1,4 +1,4 @@
-"""All that is wrong with one thing, told at once."""
+"""A list of everything that is wrong with one thing, reported at once."""
 
 from __future__ import annotations
 

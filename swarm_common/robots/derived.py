@@ -180,7 +180,7 @@ def with_scan_frame(urdf: str, model: RobotModel, lidar: LidarSpec) -> str:
 
 
 def _free(name: str, taken: Collection[str | None]) -> str:
-    """Return a name like this one that is not taken."""
+    """Return the name, changed if it is taken already."""
     numbered = (f"{name}_{number}" for number in itertools.count(2))
     return next(one for one in itertools.chain([name], numbered) if one not in taken)
 

@@ -112,7 +112,7 @@ def _undefined(names: Sequence[str]) -> str:
 
 
 def _own_error(error: BaseException | None) -> SwarmError | None:
-    """Return what our finder said, around which xacro wraps errors of its own."""
+    """Return our package finder's message, which xacro wraps in errors of its own."""
     while error is not None and not isinstance(error, SwarmError):
         error = error.__cause__ or error.__context__
     return error

@@ -327,7 +327,7 @@ def nearest_ahead(points, first, limit, x, y):
 
 @njit(cache=True)
 def publish(points, position, span, held, wanted, intent):
-    """Fill the blocks of a beacon, zeros behind.
+    """Fill the point blocks of a beacon, and the rest of each with zeros.
 
     Args:
         points: (n, 2) [m] in map, the path.

@@ -131,7 +131,7 @@ class ForkServer:
         """Start navigators whose predecessors of the same name have ended."""
         busy = {name for pid in self._ending for name in self._children.get(pid, ())}
         for name in [name for name in self._starts if name not in busy]:
-            for names in self._children.values():  # of a pack that it has left, see `pack`
+            for names in self._children.values():  # of the pack that the robot has left, see `pack`
                 names.discard(name)
             try:
                 group = grouping.newcomer(name, self._starts.pop(name))

@@ -52,7 +52,7 @@ def passed_through(
     margin: float,
     out: NDArray[np.bool_],
 ) -> None:
-    """Flag points that the ray at their bearing and both beside it went beyond.
+    """Flag points beyond which the ray at their bearing and both its neighbours went.
 
     Args:
         points: (k, 2) [m] in map.

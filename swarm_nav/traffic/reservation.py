@@ -40,7 +40,7 @@ class ReservationManager:
         self._published_held, self._published_size = held, size
 
     def extend(self) -> None:
-        """Let the tube grow by what the neighbours leave."""
+        """Let the tube grow as far as the neighbours leave space."""
         s = self._s
         tube = s.tube
         traffic = s.config.traffic

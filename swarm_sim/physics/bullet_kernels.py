@@ -22,7 +22,7 @@ def ramp_all(
 
     Args:
         speeds: v, w, v to the left of each robot; changed.
-        targets: The same that is aimed at.
+        targets: Speeds that are aimed at, in the same order.
         limits: Accelerations.
         period: [s] of the step.
     """

@@ -63,7 +63,7 @@ class RobotBody:
 
 @dataclass(frozen=True, slots=True)
 class Stance:
-    """How a robot stands.
+    """A robot's tilt and wheel loads.
 
     Attributes:
         tilt: [rad] of its upright axis.

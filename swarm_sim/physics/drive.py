@@ -30,7 +30,7 @@ class CommandBuffer:
         self._max_age = round(COMMAND_TIMEOUT / CONTROL_PERIOD)
 
     def add(self, spec: RobotSpec) -> None:
-        """Take another robot, which stands."""
+        """Add a robot, which stands still."""
         limits = [spec.max_vel_x, spec.max_vel_theta, spec.max_vel_y]
         self._limits = np.vstack([self._limits, limits])
         self._targets = np.vstack([self._targets, _STOP])

@@ -128,7 +128,7 @@ class Moves:
                 if relocation.is_known():
                     self._relocations.pop(robot).destroy()
             if all(now >= relocation.deadline for relocation in self._relocations.values()):
-                return  # nobody answers there; it stands until somebody does
+                return  # no navigator answers; the robot stands until one does
             time.sleep(SLICE)
 
     def hold(self, commands: list[Twist | None], beacons: list[np.void | None]) -> list[int]:

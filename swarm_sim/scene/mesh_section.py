@@ -78,7 +78,7 @@ def _polygons(
     parts = np.asarray(shapely.get_parts(union))
     parts = parts[shapely.get_dimensions(parts) == 2]
     polygons = _polygons_in(shapely.union_all(parts[~_are_thin(parts)]).simplify(DETAIL))
-    # whatever has been left out so far, for whatever reason, is not covered: a thin wall
+    # what is not covered so far, for any reason, becomes a thin wall
     # (the tip of a needle is narrower than the lattice)
     lines = np.concatenate([_outlines(shadows[_are_thin(shadows)]), _outlines(parts)])
     bars = _bars(_uncovered(lines, shapely.union_all(polygons)))

@@ -162,7 +162,7 @@ class _Wave:
         self._starts = []
 
     def reception(self, receiver: int) -> Reception:
-        """Return what one robot hears; the lists of all are made at the first call."""
+        """Return the beacons that one robot hears; the first call makes the lists of all robots."""
         if not self._starts:
             starts = np.empty(len(self._heard) + 1, np.int64)
             self._rows = np.empty(self._count, np.int64)

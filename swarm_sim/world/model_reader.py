@@ -3,8 +3,7 @@
 Started as `python -m swarm_sim.world.model_reader FD PARENT`.
 
 Any client that spawns names the files, or sends the text. A FIFO, a mesh of a hundred million
-triangles or a parser that runs for minutes must block no other process than this one: the world
-ends
+triangles or a parser that runs for minutes must not block any other process: the world ends
 it after a while, and starts another for the next request. See `model_loader`.
 """
 
@@ -46,12 +45,12 @@ FARTHEST = 100.0  # [m] of a shape from its model's frame, and its size
 
 @dataclass(frozen=True, slots=True)
 class ModelRequest:
-    """What a spawn request says of the model.
+    """The part of a spawn request that describes the model.
 
     Attributes:
         uri: Name of a robot model, path or URI.
         text: The description itself, if there is no uri.
-        name: That it is to have; may be empty.
+        name: Name of the new robot or object; may be empty.
         beside: Folder of the world file, where models are searched, too.
     """
 

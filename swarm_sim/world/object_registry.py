@@ -106,7 +106,7 @@ class ObjectRegistry:
         self._world.place_object(index, place)
 
     def check_homes(self) -> None:
-        """Refuse to put all where they were at first if one of them would be inside another.
+        """Refuse a reset if one object would then be inside another.
 
         Raises:
             RefusedError: Naming both.
@@ -156,7 +156,7 @@ class ObjectRegistry:
 
     @staticmethod
     def _check_finite(name: str, place: Transform) -> None:
-        if not np.isfinite(place).all():  # as the door of requests makes sure
+        if not np.isfinite(place).all():  # as the checks of requests make sure
             raise RefusedError(Reason.BAD_PLACE, f"the pose for '{name}' is not finite")
 
     def _check_room(self, body: Body, index: int | None = None) -> None:

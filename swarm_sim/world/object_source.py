@@ -35,7 +35,7 @@ def is_object(uri: str, text: str, name: str, beside: Path) -> bool:
     Args:
         uri: Name of a robot model, path or URI.
         text: The description itself, if there is no uri.
-        name: That it is to have; may be empty.
+        name: Name of the new robot or object; may be empty.
         beside: Folder of the world file, where models are searched, too.
     """
     if not uri:

@@ -19,7 +19,7 @@ class Steering(Protocol):
         """Ask a robot to be driven; `on_end` is called when it is not any more."""
 
     def full_speed(self, robot: str) -> Twist | None:
-        """Return a robot's full speed; None before it has said it."""
+        """Return a robot's full speed; None before it is known."""
 
     def wish(self, robot: str, twist: Twist) -> None:
         """Say how a robot is to drive."""

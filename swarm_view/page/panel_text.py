@@ -124,7 +124,7 @@ def robot_html(
 
 
 def wait_chain(robot: str, states: Mapping[str, ReportedState]) -> list[str]:
-    """Return for whom a robot waits, for whom that one waits, and so on; a circle once round."""
+    """Return the chain of robots that wait for each other from this one on; a circle once round."""
     chain: list[str] = []
     while robot in states:
         state = states[robot]

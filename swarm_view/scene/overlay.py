@@ -91,7 +91,7 @@ class Overlay:
         self._draw("trails", self.swarm.trails.segments() if wanted else None)
 
     def draw_claims(self, *, wanted: bool) -> None:
-        """Draw the space that each robot holds, or no more."""
+        """Draw the space that each robot holds, or remove it."""
         self._draw("claims", self._claims() if wanted else None)
 
     def draw_plans(self, robots: Sequence[str]) -> None:

@@ -117,7 +117,7 @@ class Sight:
         self._scaled = (-1, 0.0)
 
     def update(self, poses: FloatArray, index: int | None, now: float) -> None:
-        """Let the camera go where it belongs.
+        """Move the camera to where the chosen view puts it.
 
         Args:
             poses: Of all robots (n, 3), in map.

@@ -1,4 +1,4 @@
-"""Where a camera stands: what it sees of points, and the presets that show a whole hall."""
+"""Cameras: how points are projected, and the presets that show a whole hall."""
 
 from __future__ import annotations
 

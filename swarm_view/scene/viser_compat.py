@@ -85,7 +85,7 @@ def look(client: viser.ClientHandle, target: FloatArray, position: FloatArray) -
 def update_for(client: viser.ClientHandle, name: str, **updates: Any) -> None:
     """Change a node of the scene that all pages share, for one page only.
 
-    What the server changes of the same properties later holds for all pages again.
+    A later change of the same property by the server applies to all pages again.
     """
     message = _messages.SceneNodeUpdateMessage(name, updates)
     client._websock_connection.queue_message(message)

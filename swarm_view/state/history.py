@@ -28,7 +28,7 @@ Moment = tuple[int, tuple[str, ...], NDArray[np.float32]]  # tick, names, poses 
 
 
 class Kind(Enum):
-    """What a mark on the time line is for; the value is its name there."""
+    """Kind of a mark on the time line; the value is the name shown there."""
 
     COLLISION = "collisions"
     NEAR_MISS = "near misses"

@@ -191,7 +191,7 @@ class OperatorLink:
         self._call(f"{action}/send_goal", send, goal, f"driving {robot} by hand", tell, done)
 
     def full_speed(self, robot: str) -> Twist | None:
-        """Return a robot's full speed; None before it has said it."""
+        """Return a robot's full speed; None before it is known."""
         return self._full_speeds.get(robot)
 
     def wish(self, robot: str, twist: Twist) -> None:
