@@ -18,6 +18,10 @@ from swarm_nav.traffic.situation import Situation
 REPLAN_PAUSE = 1.2  # [s] between replans of a blocked robot; shorter ones are never granted
 OBSTACLE_PATIENCE = 1.0  # [s] before another way around a sensed obstacle is looked for
 KEEP_COST = 0.8  # [m] that a new path must save
+BARRED_PATIENCE = 10.0  # [s] of waiting for what does not go away until a way costs more,
+BARRED_TIME = 60.0  # [s] for which it does,
+BARRED_RADIUS = 0.3  # [m] around the place ahead,
+BARRED_AHEAD = 7  # points ahead: the robot itself is outside
 FATAL = (ErrorCode.GOAL_OCCUPIED, ErrorCode.GOAL_OUTSIDE_MAP, ErrorCode.NO_VALID_CONTROL)
 
 
@@ -32,6 +36,7 @@ class Route:
         self._s = situation
         self._goal_manager = goal_manager
         self.last_plan_tick = -1000
+        self._barred: list[tuple[int, float, float]] = []  # tick and place [m] in map
 
     def update(self, task: Task) -> None:
         """Plan if it is due; a target without a way is recovered from or given up.
@@ -68,6 +73,7 @@ class Route:
         self.last_plan_tick = s.tick
         try:
             extra = traffic_costs.congestion(s)
+            self._stamp_barred(extra)
             path = self._path_to(task, extra)
             if self._keeps(task, path, extra):
                 return
@@ -85,6 +91,26 @@ class Route:
         task.note_plan(path)
         if len(path) >= 2:
             s.tube.adopt(path)
+
+    def _stamp_barred(self, extra: NDArray[np.float32]) -> None:
+        """Raise the cost of ways on which the robot waited in vain, the more the longer.
+
+        So it tries another way in the end, and may see from there that this one is free. Nobody
+        knows exactly where a silent robot stands: what can be seen of it depends on the place.
+        """
+        s = self._s
+        row = s.neighbors.row(s.blocked_by) if s.blocked_ticks else None
+        is_robot = row is not None and bool(s.neighbors.immovable[row])
+        waited = max(s.obstacle_ticks, s.blocked_ticks if is_robot else 0)
+        if waited >= s.ticks(BARRED_PATIENCE):
+            ahead = min(s.tube.stop + BARRED_AHEAD, len(s.tube.points) - 1)
+            x, y = s.tube.points[ahead].tolist()
+            self._barred.append((s.tick, x, y))
+        oldest = s.tick - s.ticks(BARRED_TIME)
+        self._barred = [item for item in self._barred if item[0] > oldest]
+        places = np.array(self._barred).reshape(-1, 3)[:, 1:]
+        cost = traffic_costs.OBSTACLE * len(places)
+        traffic_costs.stamp(extra, s, places, BARRED_RADIUS, cost)
 
     def _path_to(self, task: Task, extra: NDArray[np.float32]) -> FloatArray:
         s = self._s

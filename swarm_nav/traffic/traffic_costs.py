@@ -11,6 +11,7 @@ from swarm_nav.planning.search_kernels import WALL
 from swarm_nav.traffic.situation import Situation
 
 STANDING, MOVING, YIELDING, STUCK, OBSTACLE = 3.0, 0.6, 0.3, 30.0, 50.0  # extra cost per metre
+TAKEN = 300.0  # the same of a place that a robot holds that cannot be pushed
 PUSHABLE = 4.0  # extra cost per metre of a way on which a lower robot must be pushed
 WALKED = 1.0  # extra cost per metre where somebody has walked lately
 MOVING_SPEED = 0.05  # [m/s]
@@ -91,6 +92,9 @@ def congestion(situation: Situation) -> NDArray[np.float32]:
     # the coarse lattice must not let a path graze a robot that cannot be pushed
     margins = np.where(neighbors.immovable, IMMOVABLE_MARGIN, 0.0)
     stamp_tubes(extra, situation, margins, values)
+    if neighbors.immovable.any():  # what they hold is never granted: the last of all ways
+        values[neighbors.immovable] = TAKEN
+        stamp_tubes(extra, situation, 0.0, values)
     walked = situation.obstacles.walked(situation.tick)
     stamp(extra, situation, walked, situation.obstacle_clearance, WALKED)
     stamp_obstacles(extra, situation, OBSTACLE)

@@ -7,7 +7,14 @@ import pytest
 
 from swarm_common.model.records import Pose, Twist
 from swarm_nav.behaviour.goal_manager import GoalManager
-from swarm_nav.behaviour.route import OBSTACLE_PATIENCE, REPLAN_PAUSE, Route
+from swarm_nav.behaviour.route import (
+    BARRED_PATIENCE,
+    BARRED_RADIUS,
+    BARRED_TIME,
+    OBSTACLE_PATIENCE,
+    REPLAN_PAUSE,
+    Route,
+)
 from swarm_nav.behaviour.state_machine import StateMachine
 from swarm_nav.behaviour.task import Task
 from swarm_nav.core.goals import ErrorCode, Goal, GoalEnded, GoalKind
@@ -17,7 +24,7 @@ from swarm_nav.traffic.gate import Gate
 from swarm_nav.traffic.holding import HoldingPattern, Lease
 from swarm_nav.traffic.right_of_way import RightOfWay
 from swarm_nav.traffic.situation import Situation
-from tests.fakes.navigation import room, situation
+from tests.fakes.navigation import beacon, hear, room, situation
 
 HALL = room(8.0, 8.0)
 QUIET = 101  # a tick that is not the robot's turn of periodic plans
@@ -69,6 +76,39 @@ def test_a_plan_that_leads_nowhere_is_renewed_after_a_pause(reason: str) -> None
     assert not replans(s, route, task, since=pause - 1)
     assert replans(s, route, task, since=pause)
     assert s.counters.replans == (reason == "end")  # the others keep a path that is as good
+
+
+@pytest.mark.parametrize("reason", ["obstacle", "silent robot"])
+def test_who_waits_in_vain_tries_another_way_and_forgets_after_a_while(reason: str) -> None:
+    s, route, task = driving()
+    patience, pause = s.ticks(BARRED_PATIENCE), s.ticks(REPLAN_PAUSE)
+    if reason == "obstacle":
+        s.obstacle_ticks = patience
+    else:
+        hear(s, beacon(7, 4.0, 1.0), tick=s.tick + 17)
+        assert s.neighbors.immovable.all()
+        s.blocked_ticks, s.blocked_by = patience, 7
+    assert aside(s) < 0.1
+    replans(s, route, task, since=pause)
+    assert aside(s) > BARRED_RADIUS - s.planner.lattice.step
+    s.obstacle_ticks = s.blocked_ticks = 0
+    s.tick += s.ticks(BARRED_TIME)
+    task.is_planned = False
+    route.update(task)
+    assert aside(s) < 0.1
+
+
+def aside(s: Situation) -> float:
+    """Return how far [m] the path leads off the line from start to goal."""
+    return float(np.abs(s.tube.points[:, 1] - 4.0).max())
+
+
+def test_who_waits_for_a_living_robot_keeps_its_way() -> None:
+    s, route, task = driving()
+    hear(s, beacon(7, 4.0, 1.0))
+    s.blocked_ticks, s.blocked_by = s.ticks(BARRED_PATIENCE), 7
+    replans(s, route, task, since=s.ticks(REPLAN_PAUSE))
+    assert aside(s) < 0.1
 
 
 def test_robots_take_turns_with_periodic_plans() -> None:
