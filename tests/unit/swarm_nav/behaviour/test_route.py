@@ -85,7 +85,7 @@ def test_who_waits_in_vain_tries_another_way_and_forgets_after_a_while(reason: s
     if reason == "obstacle":
         s.obstacle_ticks = patience
     else:
-        hear(s, beacon(7, 4.0, 1.0), tick=s.tick + 17)
+        hear(s, beacon(7, 4.0, 1.0), tick=s.tick - 17)
         assert s.neighbors.immovable.all()
         s.blocked_ticks, s.blocked_by = patience, 7
     assert aside(s) < 0.1
