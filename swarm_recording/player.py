@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 
 import rclpy
 from rclpy.node import Node
@@ -22,14 +22,11 @@ DISCOVERY_TIME = 1.0  # [s] for listeners to find the topics
 class Player:
     """Publishes the messages of a bag, byte by byte as they were recorded."""
 
-    def __init__(self, node: Node, bag: Bag, topics: Collection[str] | None = None) -> None:
-        names = bag.topics.keys() if topics is None else topics
+    def __init__(self, node: Node, bag: Bag) -> None:
         self._bag = bag
         self._publishers: dict[str, Publisher] = {
-            name: node.create_publisher(
-                message_class(bag.topics[name].type), name, _offered(bag.topics[name])
-            )
-            for name in names
+            name: node.create_publisher(message_class(topic.type), name, _offered(topic))
+            for name, topic in bag.topics.items()
         }
 
     def play(

@@ -57,10 +57,10 @@ def figure(height: float, width: float = WIDTH) -> Figure:
     return Figure(figsize=(width, height), layout="constrained")
 
 
-def map_axes(grid: Grid | None, width: float = WIDTH) -> tuple[Figure, Axes]:
+def map_axes(grid: Grid | None) -> tuple[Figure, Axes]:
     """Return a figure with the map drawn in grey, in metres of the map frame."""
     aspect = grid.height / grid.width if grid is not None else 0.75
-    drawing = figure(max(2.6, min(9.0, width * aspect * 0.88 + 0.5)), width)
+    drawing = figure(max(2.6, min(9.0, WIDTH * aspect * 0.88 + 0.5)), WIDTH)
     axes = drawing.add_subplot()
     if grid is not None:
         draw_map(axes, grid)

@@ -185,14 +185,14 @@ def node_names(node: Node, *, hidden: bool = False) -> list[str]:
     return sorted(name for name in names if name != own and (hidden or not is_hidden(name)))
 
 
-def require_node(node: Node, name: str, timeout: float = MOST) -> str:
+def require_node(node: Node, name: str) -> str:
     """Return a node's full name once it has been discovered.
 
     Raises:
         SwarmError: It does not appear in time.
     """
     full = absolute(name)
-    if not wait_for(lambda: full in node_names(node, hidden=True), timeout):
+    if not wait_for(lambda: full in node_names(node, hidden=True), MOST):
         raise SwarmError("Node not found")
     return full
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable
 from typing import Annotated
 
 import rclpy
@@ -46,23 +45,20 @@ def view(
     _leave()
 
 
-def show_recording(
-    feed: Recording, host: str = LOOPBACK, port: int = VIEWER_PORT,
-    say: Callable[[str], None] = typer.echo,
-) -> None:  # fmt: skip
+def show_recording(feed: Recording, port: int) -> None:
     """Show a recording in the browser, until a signal asks for the end.
 
     Raises:
         SwarmError: If the address cannot be listened on.
     """
-    check_address(host, port)
-    server = Server(host, port)
-    _announce(server, say)
+    check_address(LOOPBACK, port)
+    server = Server(LOOPBACK, port)
+    _announce(server)
     run_until_signal(Viewer(server, feed, None, feed))
 
 
-def _announce(server: Server, say: Callable[[str], None] = typer.echo) -> None:
-    say(f"viewer: {server.url()}\none robot: {server.url('Srobot1')}\npress Ctrl-C to end")
+def _announce(server: Server) -> None:
+    typer.echo(f"viewer: {server.url()}\none robot: {server.url('Srobot1')}\npress Ctrl-C to end")
 
 
 def _leave() -> None:

@@ -167,29 +167,31 @@ def _cpus(facts: Facts, robots: int) -> Finding:
     return Finding(Level.GOOD, "CPUs", found)
 
 
+def _judged(
+    is_good: bool, subject: str, found: str, advice: str, bad: Level = Level.WARNING
+) -> Finding:
+    """Return a finding; the advice is for one that is not good."""
+    return Finding(Level.GOOD, subject, found) if is_good else Finding(bad, subject, found, advice)
+
+
 def _memory(facts: Facts, robots: int) -> Finding:
     need = WORLD_MEMORY + ROBOT_MEMORY * robots
     found = f"{facts.memory:.0f} MiB available, about {need} MiB needed"
-    if facts.memory >= need:
-        return Finding(Level.GOOD, "memory", found)
     most = max(0, int((facts.memory - WORLD_MEMORY) / ROBOT_MEMORY))
-    return Finding(Level.ERROR, "memory", found, f"close programs, or start at most {most} robots")
+    advice = f"close programs, or start at most {most} robots"
+    return _judged(facts.memory >= need, "memory", found, advice, Level.ERROR)
 
 
 def _at_least(subject: str, found: int, need: int, advice: str) -> Finding:
     text = f"{found} possible, {need} needed"
-    if found >= need:
-        return Finding(Level.GOOD, subject, text)
-    return Finding(Level.ERROR, subject, text, advice)
+    return _judged(found >= need, subject, text, advice, Level.ERROR)
 
 
 def _participants(participants: int) -> Finding:
     found = f"{participants} needed of {MOST_PARTICIPANTS} that a host can have here"
-    if participants + TERMINALS <= MOST_PARTICIPANTS:
-        return Finding(Level.GOOD, "DDS participants", found)
-    return Finding(
-        Level.ERROR, "DDS participants", found, "put several robots in a process: --pack 10"
-    )
+    is_good = participants + TERMINALS <= MOST_PARTICIPANTS
+    advice = "put several robots in a process: --pack 10"
+    return _judged(is_good, "DDS participants", found, advice, Level.ERROR)
 
 
 def _ports(facts: Facts, participants: int, domain: int) -> Finding:
@@ -214,14 +216,8 @@ def _ports(facts: Facts, participants: int, domain: int) -> Finding:
 def _buffer(facts: Facts, pack: int) -> Finding:
     needed = max(RECEIVE_BUFFER, ROBOT_BUFFER * pack)
     found = f"{facts.receive_buffer} bytes per socket"
-    if facts.receive_buffer >= needed:
-        return Finding(Level.GOOD, "UDP buffer", found)
-    return Finding(
-        Level.WARNING,
-        "UDP buffer",
-        found,
-        f"messages may get lost: sudo sysctl -w net.core.rmem_max={needed}",
-    )
+    advice = f"messages may get lost: sudo sysctl -w net.core.rmem_max={needed}"
+    return _judged(facts.receive_buffer >= needed, "UDP buffer", found, advice)
 
 
 def _shm(facts: Facts, participants: int) -> Finding:
@@ -229,21 +225,17 @@ def _shm(facts: Facts, participants: int) -> Finding:
         return Finding(Level.GOOD, str(SHM), "not used")
     need = SHARED_MEMORY * participants
     found = f"{facts.shm:.0f} MiB free; {facts.own_dds} may let Fast DDS use {need:.0f} MiB"
-    if facts.shm >= need:
-        return Finding(Level.GOOD, str(SHM), found)
-    return Finding(
-        Level.WARNING, str(SHM), found,
+    advice = (
         f"unset {facts.own_dds}, or sudo mount -o remount,size={2 * need:.0f}M {SHM};"
-        " with no ROS program running, rm /dev/shm/fast* removes what killed ones left",
-    )  # fmt: skip
+        " with no ROS program running, rm /dev/shm/fast* removes what killed ones left"
+    )
+    return _judged(facts.shm >= need, str(SHM), found, advice)
 
 
 def _rmw(facts: Facts) -> Finding:
     found = facts.rmw or f"{OUR_RMW} (the default)"
-    if facts.rmw in ("", OUR_RMW):
-        return Finding(Level.GOOD, "RMW", found)
     advice = f"tested with {OUR_RMW} only: unset RMW_IMPLEMENTATION"
-    return Finding(Level.WARNING, "RMW", found, advice)
+    return _judged(facts.rmw in ("", OUR_RMW), "RMW", found, advice)
 
 
 def _interfaces(facts: Facts) -> Finding:

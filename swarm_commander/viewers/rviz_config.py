@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,9 +34,7 @@ def robot_config(robot: str, index: int = 0) -> dict[str, Any]:
         _map("Global costmap", topic("global_costmap/costmap"), "costmap", 0.3, is_enabled=False),
         _map("Local costmap", topic("local_costmap/costmap"), "costmap", 0.6),
         _robot_model(topic("robot_description")),
-        _display(
-            "TF", "Frames", is_enabled=False, values={"Show Names": True, "Marker Scale": 0.5}
-        ),
+        _frames(),
         _scan(topic("scan")),
         _path("Global plan", topic("plan"), color, 0.04),
         _path("Local plan", topic("local_plan"), "240; 228; 66", 0.05),
@@ -58,17 +56,8 @@ def robot_config(robot: str, index: int = 0) -> dict[str, Any]:
 
 def swarm_config(robots: Sequence[str]) -> dict[str, Any]:
     """Return the configuration for all robots, with the displays in the frame `map`."""
-    displays = [
-        _grid(),
-        _map("Map", _world_topic("/map"), "map", 1.0),
-        _markers("Scene", _world_topic("/sim/scene")),
-        _markers("People and vehicles", _world_topic("/sim/movers")),
-        _display("TF", "Robots (true poses)", values={"Show Names": True, "Marker Scale": 1.0}),
-    ]
-    for index, robot in enumerate(robots):
-        color = COLORS[index % len(COLORS)]
-        displays.append(_group(robot, _ways(robot, color)))
-    return _config(displays, _tools(robots[:1]))
+    frames = _display("TF", "Robots (true poses)", values={"Show Names": True, "Marker Scale": 1.0})
+    return _of_all(robots, frames, lambda _: [])
 
 
 def merged_config(robots: Sequence[str]) -> dict[str, Any]:
@@ -76,19 +65,24 @@ def merged_config(robots: Sequence[str]) -> dict[str, Any]:
 
     The frames are those of `frame_relay`: with the robot's name in front.
     """
+    return _of_all(robots, _frames(), lambda robot: [
+        _robot_model(robot_topic(robot, "robot_description"), prefix=robot)
+    ])  # fmt: skip
+
+
+def _of_all(
+    robots: Sequence[str], frames: Display, models: Callable[[str], list[Display]]
+) -> dict[str, Any]:
     displays = [
         _grid(),
         _map("Map", _world_topic("/map"), "map", 1.0),
         _markers("Scene", _world_topic("/sim/scene")),
         _markers("People and vehicles", _world_topic("/sim/movers")),
-        _display(
-            "TF", "Frames", is_enabled=False, values={"Show Names": True, "Marker Scale": 0.5}
-        ),
+        frames,
     ]
     for index, robot in enumerate(robots):
         color = COLORS[index % len(COLORS)]
-        model = _robot_model(robot_topic(robot, "robot_description"), prefix=robot)
-        displays.append(_group(robot, [model, *_ways(robot, color)]))
+        displays.append(_group(robot, [*models(robot), *_ways(robot, color)]))
     return _config(displays, _tools(robots[:1]))
 
 
@@ -162,6 +156,11 @@ def _ways(robot: str, color: str) -> list[Display]:
         _path("Global plan", robot_topic(robot, "plan"), color, 0.03),
         _path("Local plan", robot_topic(robot, "local_plan"), color, 0.05),
     ]
+
+
+def _frames() -> Display:
+    values = {"Show Names": True, "Marker Scale": 0.5}
+    return _display("TF", "Frames", is_enabled=False, values=values)
 
 
 def _grid() -> Display:

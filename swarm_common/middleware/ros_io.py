@@ -103,14 +103,14 @@ def pose_from_msg(message: PoseMsg) -> Pose:
     return Pose(message.position.x, message.position.y, yaw_of(q.x, q.y, q.z, q.w))
 
 
-def pose_stamped(pose: Pose, tick: int, frame: str = "map") -> PoseStamped:
-    """Return geometry_msgs/PoseStamped."""
-    return PoseStamped(header=header(tick, frame), pose=pose_msg(pose))
+def pose_stamped(pose: Pose, tick: int) -> PoseStamped:
+    """Return geometry_msgs/PoseStamped in map."""
+    return PoseStamped(header=header(tick, "map"), pose=pose_msg(pose))
 
 
-def path_msg(points_map: FloatArray, tick: int, frame: str = "map") -> Path:
+def path_msg(points_map: FloatArray, tick: int) -> Path:
     """Return nav_msgs/Path of points (n, 2) or (n, 3); without a yaw it follows the path."""
-    message = Path(header=header(tick, frame))
+    message = Path(header=header(tick, "map"))
     if len(points_map) == 0:
         return message
     yaws = points_map[:, 2] if points_map.shape[1] > 2 else path_yaws(points_map)

@@ -219,12 +219,8 @@ class Waiter:
         self._set.wait(int(timeout * NANOSECONDS))
 
 
-def drain(
-    executor: Executor,
-    limit: float = DRAIN_LIMIT,
-    on_fault: Callable[[Exception], object] | None = None,
-) -> None:
-    """Call back for what waits in an EventsExecutor, for at most `limit` [s] of wall time.
+def drain(executor: Executor, on_fault: Callable[[Exception], object] | None = None) -> None:
+    """Call back for what waits in an EventsExecutor, for at most `DRAIN_LIMIT`.
 
     `spin_once` returns after one callback, and takes longer when there is none; so a task is
     queued behind all that waits, and the executor is spun until it has run. A flood is served in
@@ -232,14 +228,13 @@ def drain(
 
     Args:
         executor: An EventsExecutor.
-        limit: [s] of wall time.
         on_fault: Takes what a callback raises, rclpy's own included; then the others go on. None:
             it is raised.
     """
     done: list[bool] = []
     faults = 0
     executor.create_task(done.append, True)
-    end = time.monotonic() + limit
+    end = time.monotonic() + DRAIN_LIMIT
     while not done and time.monotonic() < end:
         try:
             executor.spin_once(timeout_sec=0.0)

@@ -89,22 +89,19 @@ class Grid:
         cells[covered] = self.cells[rows[covered], columns[covered]]
         return Grid(cells, size, left, low)
 
-    def refined(self, coarsest: float = COARSEST) -> Grid:
+    def refined(self) -> Grid:
         """Return the grid with cells small enough to navigate on: itself, or each cell as several.
-
-        Args:
-            coarsest: [m] per cell that a grid may have.
 
         Raises:
             MapError: If it would have too many cells.
         """
-        parts = int(np.ceil(self.resolution / coarsest - 1e-6))
+        parts = int(np.ceil(self.resolution / COARSEST - 1e-6))
         if parts <= 1:
             return self
         if self.cells.size * parts * parts > MOST_CELLS:
             raise MapError(
                 f"a map of {self.width} x {self.height} cells of {self.resolution:g} m has more "
-                f"than {MOST_CELLS:.0e} cells of {coarsest:g} m, which navigation needs; cut it"
+                f"than {MOST_CELLS:.0e} cells of {COARSEST:g} m, which navigation needs; cut it"
             )
         cells = self.cells.repeat(parts, axis=0).repeat(parts, axis=1)
         size = self.resolution / parts

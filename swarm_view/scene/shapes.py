@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from swarm_common.model.records import FloatArray
 
+CORNERS = 24  # of a disc
 NOSE = 1.6  # of a pointer's radius, from its middle to its tip
 Mesh = tuple[NDArray[np.float32], NDArray[np.uint32]]  # vertices (n, 3), faces (m, 3)
 
@@ -41,13 +42,13 @@ def quaternions(yaws: FloatArray) -> FloatArray:
     return turns
 
 
-def pointer(radius: float, corners: int = 24) -> Mesh:
+def pointer(radius: float) -> Mesh:
     """Return a flat disc around the origin with a nose towards x."""
-    angles = np.linspace(0.25 * np.pi, 1.75 * np.pi, corners)
-    rim = radius * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(corners)])
+    angles = np.linspace(0.25 * np.pi, 1.75 * np.pi, CORNERS)
+    rim = radius * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(CORNERS)])
     tip = np.array([[NOSE * radius, 0.0, 0.0]])
     vertices = np.vstack([np.zeros((1, 3)), tip, rim]).astype(np.float32)
-    here = np.arange(1, corners + 2, dtype=np.uint32)
+    here = np.arange(1, CORNERS + 2, dtype=np.uint32)
     there = np.roll(here, -1)
     return vertices, np.column_stack([np.zeros_like(here), here, there])
 

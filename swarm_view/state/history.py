@@ -216,36 +216,26 @@ class History:
 
     def state_at(self, robot: str, time: float) -> ReportedState | None:
         """Return what a robot said of itself last, up to a time [s]."""
-        change = self._change_at(robot, time)
-        return None if change is None else change.state
+        changes, place = self._until(robot, time)
+        return changes[place - 1].state if place else None
 
     def state_since(self, robot: str, time: float) -> float | None:
         """Return since when [s] a robot was in the state that it was in at a time [s]."""
-        if robot not in self._robots:
-            return None
-        changes = self._robots[robot].changes
-        place = bisect_right(changes, time, key=lambda change: change.time) - 1
-        if place < 0:
-            return None
-        while place and changes[place - 1].state.state == changes[place].state.state:
+        changes, place = self._until(robot, time)
+        while place > 1 and changes[place - 2].state.state == changes[place - 1].state.state:
             place -= 1
-        return changes[place].time
+        return changes[place - 1].time if place else None
 
-    def _change_at(self, robot: str, time: float) -> Change | None:
-        if robot not in self._robots:
-            return None
-        changes = self._robots[robot].changes
-        place = bisect_right(changes, time, key=lambda change: change.time)
-        return changes[place - 1] if place else None
+    def _until(self, robot: str, time: float) -> tuple[list[Change], int]:
+        """Return the changes of a robot, and how many of them happened up to a time [s]."""
+        changes = self._robots[robot].changes if robot in self._robots else []
+        return changes, bisect_right(changes, time, key=lambda change: change.time)
 
     def changes(self, robot: str, until: float, count: int) -> list[Change]:
         """Return the last changes of a robot's state up to a time [s], the newest first."""
-        if robot not in self._robots:
-            return []
-        known = self._robots[robot].changes
         found: list[Change] = []
-        for place in range(bisect_right(known, until, key=lambda change: change.time) - 1, -1, -1):
-            change = known[place]
+        known, place = self._until(robot, until)
+        for change in reversed(known[:place]):
             if found and _shown(found[-1].state) == _shown(change.state):
                 found[-1] = change  # it began earlier
             elif len(found) == count:

@@ -33,7 +33,7 @@ class FakeNode:
         sent = self.sent.setdefault(topic, [])
         return type("Publisher", (), {"publish": staticmethod(sent.append)})()
 
-    def create_subscription(self, _: Any, topic: str, take: Any, __: Any) -> str:
+    def create_subscription(self, _: Any, topic: str, take: Any, __: Any, **___: Any) -> str:
         self.takers[topic] = take
         return topic
 
