@@ -35,7 +35,7 @@ CLOCK, PLACES = "/clock", "/sim/tf"
 
 
 class Recorder:
-    """Takes the messages of all wanted topics to a tape, as the bytes that came.
+    """Writes the messages of all wanted topics to a tape, byte by byte as received.
 
     Robots that come later are recorded from the moment at which `/sim/tf` shows them.
     """

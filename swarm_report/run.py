@@ -59,7 +59,7 @@ class Span:
 
 @dataclass(frozen=True, slots=True)
 class Wait:
-    """A robot had stood for `duration` [s] because of another one when it was `time` [s]."""
+    """At `time` [s] a robot had stood for `duration` [s] because of another one."""
 
     robot: int
     time: float
@@ -203,7 +203,7 @@ class RunData:
 
     @functools.cached_property
     def waits(self) -> list[Wait]:
-        """Where robots waited for others on their way, in order of time."""
+        """Waits of robots for others on their way, in order of time."""
         lines = [line for line in self._diary if "waited" in line]
         return [
             Wait(self._index[line["robot"]], float(line["t"]), float(line["waited"]))

@@ -79,7 +79,7 @@ class ReportServer(ThreadingHTTPServer):
         return None
 
     def _report(self, folder: Path) -> str:
-        """Return the page of a run; one that was killed or still goes on is drawn now."""
+        """Return the page of a run; it is drawn now if the run was killed or still goes on."""
         page = folder / PAGE
         if page.is_file() and (folder / "report.json").is_file():
             return page.read_text(encoding="utf-8")

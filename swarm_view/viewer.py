@@ -153,7 +153,7 @@ class Viewer:
         if self._playback is not None and now >= self._slow_due:
             self._slow_due = now + SLOW_PERIOD
             self._playback.update()
-        # A recording says how the run went, not how busy the machine is that shows it.
+        # A recording shows the run, not the load of the machine that plays it.
         cpu = self._cpu.text(now) if self._playback is None else ""
         for page in self._pages.values():
             page.update(poses, now, cpu)

@@ -8,8 +8,7 @@ What a module imports of its folder stands above it:
     watch    Watches the processes of a run from outside: threads, memory, and other users of the
              machine
     graph    One run of `swarm-bench scale` on the ROS graph: `swarm-up`, watched from outside
-    row      Runs of one system, workload and size as one row: medians, on the terminal and in
-             Markdown
+    row      One table row for the runs of one system, workload and size, for terminal and Markdown
     plot     How cost grows with the swarm: CPU time, real-time factor, start-up and memory by size
     process  One run of `swarm-bench scale` in a process of its own that prints its result as JSON
     sweep    The runs of `swarm-bench scale`, one after the other, with their results kept on disk

@@ -2,22 +2,27 @@
 
 What a module imports of its folder stands above it:
 
-    doctor             Is this machine fit for a swarm of some size? What would be in the way,
-                       and what to change
+    teleop_keys        Keys of `swarm-teleop`: what the pressed one means, and that it must be kept
+                       pressed
+    teleop_command     The command `swarm-teleop`: drives a robot of a running swarm by hand
+    setup_command      The command `swarm-setup`: installs the ROS 2 interface packages that are
+                       missing
+    listing            What `swarm-up --list` shows: the worlds, missions, robots and fleets that
+                       come with us
+    doctor             Is this machine fit for a swarm of some size? What would be in the way, and
+                       what to change
     console            What `swarm-commander` prints about a robot on its way
-    replay_command     The command `swarm-replay`: a recorded run in the viewer, or on the ROS
-                       graph
-    session            A session of `swarm-up`: a checked plan from the run's folder to the
-                       report and the exit code
+    replay_command     The command `swarm-replay`: a recorded run in the viewer, or on the ROS graph
+    session            A session of `swarm-up`: a checked plan from the run's folder to the report
+                       and the exit code
     thing_request      What `swarm-commander spawn` asks the world for when a thing is to come
-    commander_command  The command `swarm-commander`: drives robots of a running swarm from
-                       another terminal
+    commander_command  The command `swarm-commander`: drives robots of a running swarm from another
+                       terminal
     doctor_command     The command `swarm-doctor`: looks at the machine before a large run
-    fleet_command      `swarm-commander spawn | remove | move | list | reset | restart`: changes
-                       to a swarm
+    fleet_command      `swarm-commander spawn | remove | move | list | reset | restart | record |
+                       frames`
     up_command         The command `swarm-up`: its options
-    main               Entry points of the commands `swarm-up`, `swarm-commander` and
-                       `swarm-report`
+    main               Entry points of the commands `swarm-up`, `swarm-commander` and `swarm-report`
 
 May import of swarm_commander: `hosts`, `run`, `mission`, `viewers`; and swarm_common.
 """

@@ -73,7 +73,7 @@ def command(
 
 
 class Commander:
-    """Drives some robots and prints how it goes; a `Listener` of their drivers."""
+    """Drives some robots and prints their progress; a `Listener` of their drivers."""
 
     def __init__(self, node: Node, names: list[str], *, calm: bool) -> None:
         """Attach to the robots `names`; `calm` prints less about each."""

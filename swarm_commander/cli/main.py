@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
-# What takes long to import is imported when Ctrl-C does not end in a traceback any more.
+# Slow modules are imported later, when Ctrl-C no longer ends in a traceback.
 if TYPE_CHECKING:
     import typer
 

@@ -37,7 +37,7 @@ SECRET_LIMIT = 5.0  # [s] for the right world to answer, once one with another s
 
 
 class ClientState:
-    """Speaks for the robots of one host.
+    """The state of one robots' host in its exchange with the world's host.
 
     Attributes:
         description: Of the run; None until the world's host has sent one that fits.

@@ -34,7 +34,7 @@ from swarm_common.process.pipes import EventWriter
 
 
 class HostServer(LinkEnd[ServerCommand]):
-    """Publishes description and table, and hears the hosts."""
+    """Publishes the run's description and the table of hosts, and receives the hosts' reports."""
 
     def __init__(
         self, node: Node, config: dict[str, Any], events: EventWriter, secret: str

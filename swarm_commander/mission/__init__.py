@@ -2,14 +2,14 @@
 
 What a module imports of its folder stands above it:
 
+    patience     How long a command waits for a swarm that it does not see yet
     delivery     A goal on its way to an action server and back, over services that may lose a
                  message
     state_log    What the robots did and when, for the report: a line whenever the state of one
                  changes
     discovery    Finds the running robots and asks for their parameters over ROS, as any other
                  terminal would
-    exchange     Goals of robots that change places or roam: drawn for the whole swarm from one
-                 seed
+    exchange     Goals of robots that change places or roam: drawn for the whole swarm from one seed
     goal_client  An action client that knows its goals' ids: service clients, and feedback on
                  request
     status_door  The door of the operator's side: which statuses are their robots', and of now
@@ -19,11 +19,11 @@ What a module imports of its folder stands above it:
                  BasicNavigator
     itinerary    One robot's way through the stops of its mission: what to send next, decided
                  without ROS
-    mission      Missions: the route of a robot, as written in `params/missions/*.yaml`, without
-                 any ROS
+    mission      Missions: the route of a robot, as written in `params/missions/*.yaml`, without any
+                 ROS
     driver       Takes one robot through its itinerary: goals out, results and status in
-    runner       Mission process of `swarm-up`: drives all robots through their missions, or
-                 only watches them
+    runner       Mission process of `swarm-up`: drives all robots through their missions, or only
+                 watches them
 
 May import swarm_common only.
 """

@@ -22,7 +22,7 @@ from swarm_common.model.sites import Sites
 STATUS_TYPE = "swarm_interfaces/msg/RobotStatus"
 # Every process announces itself once a second (fastdds.xml); on a busy machine that takes longer.
 NEWS_LIMIT = 5.0  # [s] of wall time for a mission that is announced to be heard of
-CALM_TIME = 2.0  # [s] without news after which all has been seen
+CALM_TIME = 2.0  # [s] without news after which discovery is complete
 ANSWER_LIMIT = 20.0  # [s] of wall time for a navigator to answer, on a busy machine
 ASK_PERIOD = 2.0  # [s] after which a question is repeated: discovery may have lost the answer
 

@@ -19,7 +19,7 @@ class StateLog:
         self._waited: dict[str, float] = {}
 
     def note(self, robot: str, status: RobotStatus) -> None:
-        """Take in a status: a change, or that the robot had to wait; else nothing is written."""
+        """Write a change of the status, or that the robot had to wait; otherwise write nothing."""
         at = round(status.stamp.sec + 1e-9 * status.stamp.nanosec, 3)
         waited = float(status.wait_time)
         if waited >= self._waited.setdefault(robot, 0.0) + WAIT_STEP:

@@ -80,7 +80,7 @@ class Task:
         self._do(self._delivery.look(time.monotonic(), is_busy))
 
     def ask(self) -> None:
-        """Ask at once how it stands: the robot was silent, or is another one now."""
+        """Ask for the result at once: the robot was silent, or its navigator has been restarted."""
         if not self.is_complete:
             self._do(self._delivery.hear(DeliveryEvent.OVERDUE, time.monotonic()))
 

@@ -149,7 +149,7 @@ class ProcessRun:
         """Add what only this kind of run knows to its report."""
 
     def _guard(self, do: Callable[[], None]) -> None:
-        """Do something that writes files; a disk that is full ends the run, with its report."""
+        """Do something that writes files; a full disk ends the run, with its report."""
         try:
             do()
         except OSError as error:

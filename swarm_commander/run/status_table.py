@@ -50,7 +50,7 @@ def status_table(statistics: RunStatistics, room: int = ALONE) -> list[Text]:
 
 
 def legend(statistics: RunStatistics) -> Text:
-    """Return what the letters mean that are to be seen now."""
+    """Return the meaning of the letters that are shown now."""
     seen = {shown_state(robot) or "inactive" for robot in statistics.robots.values()}
     line = Text()
     for state, (letter, style) in MARKS.items():

@@ -1,6 +1,6 @@
 """Results kept in the user's cache between runs.
 
-Importing yourdfpy takes a second of a start that takes six; a description that was read before is
+Importing yourdfpy takes one of the six seconds of a start; a description that was read before is
 not read again.
 """
 

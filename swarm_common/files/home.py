@@ -12,7 +12,7 @@ NAME = "swarm-workbench"
 
 
 def home_folder() -> Path:
-    """Return the user's home folder, whether it is there or not."""
+    """Return the user's home folder, whether it exists or not."""
     try:
         return Path.home()
     except RuntimeError:  # neither HOME nor an entry of this user

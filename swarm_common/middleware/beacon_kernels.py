@@ -93,7 +93,7 @@ def fault(words: NDArray[np.uint32], now: int) -> int:
     if within(words, HELD, FOOTPRINT - HELD, MOST_COORDINATE) and within(
         words, FOOTPRINT, 2 * FOOTPRINT_POINTS, MOST_RADIUS
     ):
-        return SOUND  # as nearly always, also what the sizes leave out
+        return SOUND  # nearly always; this includes the points beyond the sizes
     is_sound = (
         within(words, HELD, 2 * held, MOST_COORDINATE)
         and within(words, WANTED, 2 * wanted, MOST_COORDINATE)

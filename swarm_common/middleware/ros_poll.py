@@ -134,7 +134,7 @@ class SoleTopic(PolledTopic):
         name = names.get(sender, UNKNOWN_NODE)
         is_rightful = self._is_rightful(name)
         if self._is_free(names, is_rightful):
-            if name != UNKNOWN_NODE:  # DDS tells of a publisher before it tells of its node
+            if name != UNKNOWN_NODE:  # DDS announces a publisher before its node
                 self._owner, self._has_rightful_owner = sender, is_rightful
                 self._heard = now
             return True

@@ -2,13 +2,16 @@
 
 What a module imports of its folder stands above it:
 
-    errors   Errors that carry a message for the user: what was found, where, what to do
+    engines   The physics engine of a world that names none: PyBullet is not there for all Pythons
+    breaches  What must not happen in a run, with place and time: collisions and goals that are not
+              reached
+    errors    Errors that carry a message for the user: what was found, where, what to do
     breaches What must not happen in a run: collisions, and goals that are not reached
-    sensors  What is wrong with a robot's sensors: the section `sensors:` of robot.yaml, all
-             zero if ideal
+    sensors  What is wrong with a robot's sensors: the section `sensors:` of robot.yaml, all zero if
+             ideal
     shapes   Collision shapes and where they sit: the vocabulary of world files and robot
              descriptions
-    faults   All that is wrong with one thing, told at once
+    faults   A list of everything that is wrong with one thing, reported at once
     grid     Occupancy grid in Nav2's sense: the one central thing that robots share
     outline  Outlines of bodies seen from above, and what else follows from their shapes
     palette  The colours of README, terminal, report and viewer, and what each state of a robot
@@ -16,8 +19,7 @@ What a module imports of its folder stands above it:
     records  Values that cross a topic, as plain dataclasses: what the brains and the world core
              exchange
     beacon   The radio message: `Beacon` as a numpy record whose bytes are its CDR body
-    sites    Named places of a world: stations, holding circuits, spawns and places
-             (`sites.yaml`)
+    sites    Named places of a world: stations, holding circuits, spawns and places (`sites.yaml`)
 
 May import nothing else of swarm_common.
 """

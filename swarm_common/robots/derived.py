@@ -35,7 +35,7 @@ SAME_SCAN = 1e-4  # [m] and of a direction, between that frame and the LiDAR's p
 
 @dataclass(frozen=True, slots=True)
 class Described:
-    """A robot as its description says it.
+    """A robot's data as far as its description has them.
 
     Attributes:
         urdf: The description with base_footprint as its root, on the ground between the wheels.

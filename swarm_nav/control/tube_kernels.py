@@ -136,10 +136,10 @@ def intrudes(claim, first, size, p, previous, limit, rounding):
 
 @njit(cache=True)
 def grantable_prefix(beacon, size, end, held, held_size, reach, slack):
-    """Points of a neighbour's request before the first one that our published tube denies it.
+    """Return how many points of a neighbour's request precede the first one that our tube denies.
 
-    Whatever it might be granted counts: it may make way by now (slack), and it may grow away if it
-    is too near already.
+    All points that it might be granted count: it may make way by now (slack), and its tube may grow
+    away if it is too near already.
 
     Args:
         beacon: (words,) float32 of the neighbour.
@@ -186,7 +186,7 @@ def admissible(p, previous, beacon, held_size, reach, slack, wins, prefix):
 
 @njit(cache=True)
 def acknowledged(requests, tick):
-    """Last point that the beacon of a tick and all since have requested (rule G3).
+    """Return the last point that the beacon of a tick and all later ones have requested (rule G3).
 
     Args:
         requests: (k, 2) ticks and last points, in order of ticks.

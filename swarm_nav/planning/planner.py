@@ -108,7 +108,7 @@ class Planner:
             yaw: [rad] direction that the last metre prefers; NaN for none.
 
         Returns:
-            (h, w) [m]; inf where the goal cannot be reached from.
+            (h, w) [m]; inf where there is no way to the goal.
 
         Raises:
             PlanError: With Nav2's code, if the goal is unusable.

@@ -50,7 +50,7 @@ class SearchSpace:
             goal: Flat index.
 
         Returns:
-            (h, w) [m]; inf where the goal cannot be reached from.
+            (h, w) [m]; inf where there is no way to the goal.
         """
         cost = np.empty(self._shape, np.float32)
         row, column = divmod(goal, self._shape[1])

@@ -25,7 +25,7 @@ What a module imports of its folder stands above it:
                         others not
     lifecycle_services  Nav2's nodes as the graph shows them: names with lifecycle services, in one
                         process and state
-    services            Nav2's services on the node: lifecycle manager, costmaps, map
+    services            Nav2's services on the node: lifecycle, costmaps, map
     plans               Nav2's planning actions on the node: a leg at a time, so that no plan keeps
                         a tick waiting
     poses               Poses that arrive with a frame, in map
@@ -33,8 +33,8 @@ What a module imports of its folder stands above it:
                         and results out
     node                One robot's navigator on the ROS graph: topics in, one call of the brain per
                         tick, topics out
-    loop                What a navigator process waits for: the next tick; everything else is looked
-                        at in between
+    loop                The loop of a navigator process: it waits for ticks, and does everything
+                        else in between
     types               Loading of the C side of all message types before the navigators are forked
 
 May import of swarm_nav: `behaviour`, `traffic`, `localisation`, `control`, `perception`,

@@ -1,4 +1,4 @@
-"""What a navigator process waits for: the next tick; everything else is looked at in between."""
+"""The loop of a navigator process: it waits for ticks, and does everything else in between."""
 
 from __future__ import annotations
 

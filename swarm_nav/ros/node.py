@@ -42,7 +42,7 @@ from swarm_nav.ros.views import Views
 
 WORLD_SPACE = "/sim/"  # namespace of the world's nodes
 STATUS_TICKS = 5  # 2 Hz
-CLOCK_TICKS = 10  # for what rclpy itself stamps; our own messages carry the tick
+CLOCK_TICKS = 10  # for messages that rclpy itself stamps; our own messages carry the tick
 STATUS_PERIOD = 0.4  # [s] of wall time between two statuses without a change
 ODOM_ORIGIN = Pose(0.0, 0.0, 0.0)  # where odometry begins
 

@@ -2,6 +2,7 @@
 
 What a module imports of its folder stands above it:
 
+    conditions_kernels   Bare numba kernels of the conditions of a run: the blind ends of lanes
     gate_kernels         Bare numba kernels of entry control
     single_lane_kernels  Bare numba kernels of single-lane passages
     overlap_kernels      Bare numba kernel: which part of a held tube a radius that has grown takes
@@ -19,6 +20,8 @@ What a module imports of its folder stands above it:
                          (perimeter control)
     single_lanes         Single-lane passages: which direction goes first through a door too narrow
                          for two robots
+    conditions           Under which conditions every robot reaches every goal, checked against a
+                         map before a run
     senses               What the robot sees and hears of the world, and whether enough of it comes
                          to drive on
     reservation          The robot's claim to space: extends, guards and gives up the held tube,

@@ -96,7 +96,7 @@ class _Floor:
         return Conditions(robots, places, tuple(findings))
 
     def _check_lane(self, lane: Mask, nodes: Sequence[Sequence[int]]) -> Iterator[str]:
-        """Say what a single lane does not allow.
+        """Yield a sentence for each condition that a single lane violates.
 
         Args:
             lane: Its cells.

@@ -33,7 +33,7 @@ MOVING_SPEED = 0.08  # [m/s] above which a robot is on its way
 RETRY_TIME = 1.0  # [s] between searches for a refuge
 WAY_AHEAD = 32  # points of the own path, 1.6 m, on which a pushed robot may get out of the way
 GAIN = 8  # points of the pusher's way, about 0.8 m, that it gets ahead instead
-SLACK = 2  # points of that way by which it may come towards the pusher
+SLACK = 2  # points by which the way may lead towards the pusher
 GO_ON_PATIENCE = 2.0  # [s] that a pushed robot may be blocked on its own way
 
 

@@ -59,7 +59,7 @@ def stamp_tubes(
         (beacons["held"], beacons["held_size"]),
         (beacons["wanted"], wanted_sizes),
     ):
-        # one row of a field is contiguous, more are not: numba would compile a second time
+        # a single row would be contiguous, several are not: numba would compile a second time
         block, counts = np.ascontiguousarray(points), np.ascontiguousarray(sizes)
         distance_kernels.stamp_rows(grid, frame, block, counts, radii, heights)
 

@@ -29,7 +29,7 @@ class Environment:
         return cls(Path(paths["data"]), Path(paths["platlib"]))
 
     def installed(self) -> dict[str, str]:
-        """Return the keys of the packages installed by us, by name."""
+        """Return the keys of the packages that were installed here, by name."""
         try:
             manifest: dict[str, dict[str, str]] = json.loads((self.prefix / MANIFEST).read_text())
         except (OSError, ValueError):

@@ -17,7 +17,7 @@ from swarm_sim.scene.section import section_between
 TOLERANCE = 0.1  # [m] by which an obstacle may be displaced on the map
 MAX_SHARE = 0.02  # of the occupied cells that may disagree
 PLACES = 3  # named in the message
-MAX_SHIFT = 3.0  # [m] looked at for the hint
+MAX_SHIFT = 3.0  # [m] largest shift that is tried for the hint
 PICTURE_SIZE = 1000  # [px] of the longer side, about
 LEGEND_HEIGHT = 24  # [px]
 COLORS = {  # of Okabe and Ito, told apart by the colour-blind, too

@@ -151,7 +151,7 @@ def push(client: int, robot: RobotBody, speeds: FloatArray, period: float) -> No
 
 
 def stance(client: int, robot: RobotBody, ground: int) -> Stance:
-    """Return how a robot stands on the ground, a body, at the end of the last step."""
+    """Return a robot's tilt and wheel loads on a ground body, at the end of the last step."""
     loads = np.zeros(pybullet.getNumJoints(robot.body, client))
     for point in pybullet.getContactPoints(robot.body, ground, physicsClientId=client) or ():
         if point[CONTACT_LINK] >= 0:

@@ -44,7 +44,7 @@ def compound(client: int, shapes: Sequence[tuple[Any, Transform]]) -> int:
 
 
 def _mesh_file(shape: Any, folder: Path, index: int) -> str:
-    """Write a hull where pybullet reads it from; return the file, empty for other shapes."""
+    """Write a hull to a file for pybullet; return its path, empty for other shapes."""
     if not isinstance(shape, Hull):
         return ""
     lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in shape.vertices]

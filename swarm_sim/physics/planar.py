@@ -162,7 +162,7 @@ class PlanarEngine:
         self._wall_touches = np.zeros((len(self._state), len(self._walls)), np.int64)
 
     def _move_objects(self) -> None:
-        """Take over where the vehicles are; robots meet them there in the next period."""
+        """Update the vehicles' outlines; robots meet them there in the next period."""
         if not len(self._objects):
             return
         outlines = self._objects.outlines()

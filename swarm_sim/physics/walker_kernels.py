@@ -219,7 +219,7 @@ def _hits(
     touches: IntArray,
     step: int,
 ) -> bool:
-    """Note which robots a walker at a place would touch; return whether any.
+    """Record which robots a walker at a place would touch; return whether there are any.
 
     Args:
         center: (2,) [m] of the walker.

@@ -280,7 +280,7 @@ class Page:
     # Drawing
 
     def update(self, poses: FloatArray, now: float, cpu: str) -> None:
-        """Draw the changes.
+        """Bring the page up to date.
 
         Args:
             poses: Where the robots are drawn (n, 3), in map.

@@ -44,7 +44,7 @@ class Hand:
     """
 
     def __init__(self, scene: Any, use: Use, post: Post) -> None:
-        """Take nothing in hand.
+        """Begin without a tool.
 
         Args:
             scene: The client's.

@@ -5,8 +5,7 @@ What a module imports of its folder stands above it:
     chase         The camera that goes with a robot
     images        Grids as images: the map in grey, costs in colours over it
     shapes        Points and meshes for viser, from arrays in the plane
-    views         Where a camera stands: what it sees of points, and the presets that show a whole
-                  hall
+    views         Cameras: how points are projected, and the presets that show a whole hall
     viser_compat  The private parts of viser that we use, all in one place; written for viser 1.1
     wheels        Wheels that roll: which joints are wheels, and how far each turns on a way of its
                   robot
