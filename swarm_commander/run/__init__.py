@@ -25,18 +25,18 @@ What a module imports of its folder stands above it:
     keeper          Restarts navigators: which run, which are to be restarted, and whether the fork
                     server obeys
     launch          Starts a child process with its log and two pipes, so that it never outlives us
-    world_params  The section `/world:` of a --params file: radio, engine, robots that are broken
-    params        Parameter files of the navigators: defaults, the robot's data, the user's
-                  overrides
-    report        `report.json`: the result of a run in the form that tools outside rely on
-    status_table  The robots in a few lines: a letter each, one line per group, however large the
-                  swarm
-    plan          Everything that is checked and loaded before a run starts a single process
-    progress      What the user sees while a run goes, and the table at its end
-    process_run   Processes of a run: started, listened to, and ended together
-    recording     What swarm-up tells the recorder process, and where the bag goes
-    local_run     A run from the first process to the report: what `swarm-up` does after its input
-                  is checked
+    world_params    The section `/world:` of a --params file: radio, engine, robots that are broken
+    params          Parameter files of the navigators: defaults, the robot's data, the user's
+                    overrides
+    report          `report.json`: the result of a run in the form that tools outside rely on
+    status_table    The robots in a few lines: a letter each, one line per group, however large the
+                    swarm
+    plan            Everything that is checked and loaded before a run starts a single process
+    progress        What the user sees while a run goes, and the table at its end
+    process_run     Processes of a run: started, listened to, and ended together
+    recording       What swarm-up tells the recorder process, and where the bag goes
+    local_run       A run from the first process to the report: what `swarm-up` does after its input
+                    is checked
 
 May import of swarm_commander: `mission`, `viewers`; and swarm_common.
 """
