@@ -1,6 +1,6 @@
 """Draw the video in docs/ from recorded runs: 20 robots, a crossing, a dead robot, 100 robots.
 
-Usage: python -m tools.video FOLDER [--out docs/swarm.webm] [--still SECONDS FILE]
+Usage: python -m tools.video FOLDER [--parts hall ...] [--out docs/swarm.webm]
 
 FOLDER has the runs that `python -m tools.video_runs FOLDER` records. Poses are the true ones of
 /sim/tf, states and held space are what the robots said. Needs Debian's package ffmpeg.
@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import bisect
+import itertools
 import json
 import subprocess
 import sys
@@ -34,7 +35,7 @@ from swarm_view.state import decode
 
 FloatArray = NDArray[np.float64]
 SIZE = (1280, 720)
-RATE = 25  # frames per second
+RATE = 20  # frames per second
 PANEL = 300  # [px] at the right, for words
 FINER = 2  # times larger when drawn
 PAPER, INK, FAINT = (250, 250, 248), (28, 28, 28), (105, 105, 105)
@@ -169,24 +170,26 @@ SHOTS = (
     ),
     Shot(
         "dead",
-        "A dead robot",
+        "One dead robot of 10",
         "The navigator of one robot is killed and stays down: it stops where it is, black. The"
-        " others see it by LiDAR, plan around it, and go on.",
+        " others see it by LiDAR, plan around it, and go on. Planar drive.",
         20.0,
-        (100.0, 280.0),
+        (32.0, 132.0),
         (HALL, (-8.8, -4.2, 0.2, 5.6), (-8.8, -4.2, 0.2, 5.6), HALL),
     ),
     Shot(
         "hundred",
         "100 robots",
         "A warehouse of 60 x 40 m with 24 stations: two picks, a dock, home. A hundred"
-        " navigator processes on two processors.",
+        " navigator processes on two processors. Planar drive.",
         15.0,
         (10.0, 198.0),
         ((-28.0, -20.5, 31.0, 20.5), (-8.0, -13.0, 26.0, 13.0), (-28.0, -20.5, 31.0, 20.5)),
     ),
 )
 OPENING, CLOSING = 3.5, 4.5  # [s]
+FIRST, LAST = "opening", "closing"
+PARTS = (FIRST, *(shot.run for shot in SHOTS), LAST)
 
 
 @cache
@@ -381,65 +384,65 @@ def opening() -> Image.Image:
     )
 
 
-def closing(recordings: dict[str, Recording]) -> Image.Image:
+def closing(folder: Path) -> Image.Image:
     """Return the last picture: what the runs reached."""
     lines: list[tuple[str, int, RGB, str]] = [("What these runs reached", 30, INK, "-Bold")]
     for shot in SHOTS:
-        report = recordings[shot.run].data.report
+        report = RunData(folder / shot.run).report
         goals, crashes = report["goals"], report["collisions"]
         total = goals["reached"] + goals["failed"] + goals["pending"]
-        lines.append(
-            (
-                f"{shot.title}: {goals['reached']} of {total} goals in {report['sim_time']:.0f} s,"
-                f" {crashes['robot_robot'] + crashes['robot_world']} collisions",
-                19,
-                FAINT,
-                "",
-            )
+        text = (
+            f"{shot.title}: {goals['reached']} of {total} goals in {report['sim_time']:.0f} s,"
+            f" {crashes['robot_robot'] + crashes['robot_world']} collisions"
         )
+        lines.append((text, 19, FAINT, ""))
     return card(lines)
 
 
-def frames(folder: Path) -> Iterator[Image.Image]:
-    """Yield all frames in order."""
-    first = opening()
-    for _ in range(round(OPENING * RATE)):
-        yield first
-    recordings = {}
-    for shot in SHOTS:
-        recordings[shot.run] = recording = Recording(folder / shot.run, shot.span)
-        count = round(shot.length * RATE)
-        speed = (shot.span[1] - shot.span[0]) / shot.length
-        for number in range(count):
-            yield frame(recording, shot, number / (count - 1), speed)
-    last = closing(recordings)
-    for _ in range(round(CLOSING * RATE)):
-        yield last
+def frames(folder: Path, part: str) -> Iterator[Image.Image]:
+    """Yield the frames of a part in order."""
+    if part in (FIRST, LAST):
+        still = opening() if part == FIRST else closing(folder)
+        yield from itertools.repeat(still, round((OPENING if part == FIRST else CLOSING) * RATE))
+        return
+    shot = next(shot for shot in SHOTS if shot.run == part)
+    recording = Recording(folder / shot.run, shot.span)
+    count = round(shot.length * RATE)
+    speed = (shot.span[1] - shot.span[0]) / shot.length
+    for number in range(count):
+        yield frame(recording, shot, number / (count - 1), speed)
 
 
 def encode(pictures: Iterator[Image.Image], path: Path, quality: int) -> None:
     """Write frames as WebM (VP9)."""
     command = (
         f"ffmpeg -y -loglevel error -f rawvideo -pix_fmt rgb24 -s {SIZE[0]}x{SIZE[1]} -r {RATE}"
-        f" -i - -c:v libvpx-vp9 -crf {quality} -b:v 0 -deadline good -cpu-used 4 -row-mt 1"
+        f" -i - -c:v libvpx-vp9 -crf {quality} -b:v 0 -deadline good -cpu-used 5 -row-mt 1"
         " -threads 1 -g 250 -pix_fmt yuv420p"
     )
     with subprocess.Popen([*command.split(), str(path)], stdin=subprocess.PIPE) as process:
         assert process.stdin is not None
-        for number, picture in enumerate(pictures):
+        for picture in pictures:
             process.stdin.write(picture.tobytes())
-            if number % (10 * RATE) == 0:
-                print(f"{number / RATE:.0f} s", flush=True)
         process.stdin.close()
         if process.wait():
             raise SystemExit("ffmpeg failed")
 
 
+def join(pieces: Sequence[Path], path: Path) -> None:
+    """Put pieces behind each other."""
+    listed = pieces[0].with_name("pieces.txt")
+    listed.write_text("".join(f"file '{piece.name}'\n" for piece in pieces), encoding="utf-8")
+    command = f"ffmpeg -y -loglevel error -f concat -i {listed} -c copy {path}"
+    subprocess.run(command.split(), check=True)
+
+
 def main() -> int:
-    """Draw the video, or one frame of a run."""
+    """Draw the video, some of its parts, or one frame of a run."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("folder", type=Path)
     parser.add_argument("--out", type=Path, default=Path("docs/swarm.webm"))
+    parser.add_argument("--parts", nargs="*", choices=PARTS, default=PARTS, help="drawn anew")
     parser.add_argument("--quality", type=int, default=40, help="VP9's crf: less is better")
     parser.add_argument("--still", nargs=3, metavar=("RUN", "PART", "FILE"))
     options = parser.parse_args()
@@ -449,8 +452,13 @@ def main() -> int:
         speed = (shot.span[1] - shot.span[0]) / shot.length
         frame(Recording(options.folder / run, shot.span), shot, float(part), speed).save(file)
         return 0
-    encode(frames(options.folder), options.out, options.quality)
-    print(json.dumps({"bytes": options.out.stat().st_size}))
+    pieces = {part: options.folder / f"{part}.webm" for part in PARTS}
+    for part in options.parts:
+        encode(frames(options.folder, part), pieces[part], options.quality)
+    missing = [part for part, piece in pieces.items() if not piece.exists()]
+    if not missing:
+        join(list(pieces.values()), options.out)
+    print(json.dumps({"missing": missing} if missing else {"bytes": options.out.stat().st_size}))
     return 0
 
 

@@ -23,11 +23,12 @@ RUNS = {
     "hall": f"{HALL} --until-done",
     "crossing": "--world crossing --swarm-size 24 --mission change_arms --until-done"
     " --record-topics status,beacon",
-    "dead": f"{HALL} --no-restart --duration 285",
+    "dead": "--swarm-size 10 --mission loading_route --drive planar --no-restart --duration 140"
+    " --record-topics status,beacon",
     "hundred": "--world warehouse --swarm-size 100 --mission warehouse_orders --drive planar"
     " --duration 200 --record-topics status",
 }
-KILL_AT = 120.0  # [s] of simulated time
+KILL_AT = 45.0  # [s] of simulated time
 AISLE_MAP = (-6.6, 2.0)  # [m] in the west aisle, where robots pass in both directions
 
 
