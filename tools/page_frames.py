@@ -20,7 +20,7 @@ from selenium import webdriver
 from selenium.webdriver.chrome.options import Options
 from selenium.webdriver.chrome.service import Service
 
-from swarm_view.server import Server
+from swarm_view.server.server import Server
 from swarm_view.viewer import Viewer
 from tests.fakes.moving_feed import MovingFeed
 
