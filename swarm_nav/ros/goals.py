@@ -28,7 +28,7 @@ from swarm_common.middleware.rejections import RejectedError
 from swarm_common.middleware.ros_io import pose_stamped, start_in
 from swarm_common.model.records import CONTROL_PERIOD, Pose, Twist
 from swarm_nav.core.goals import ErrorCode, Feedback, Goal, GoalEnded, GoalKind, PlanError
-from swarm_nav.ros.reach import Reach
+from swarm_nav.ros.reach import OffMapError, Reach
 
 ACTIONS: dict[GoalKind, Any] = {
     GoalKind.NAVIGATE: NavigateToPose,
@@ -196,7 +196,8 @@ def plan_error_code(error: PlanError | ValueError, is_through: bool) -> int:
     if isinstance(error, UnknownFrameError):
         code = ErrorCode.PLAN_TF_ERROR
     else:
-        code = error.code if isinstance(error, PlanError) else ErrorCode.NO_VALID_PATH
+        has_code = isinstance(error, PlanError | OffMapError)
+        code = error.code if has_code else ErrorCode.NO_VALID_PATH
     is_shifted = is_through and code is not ErrorCode.NO_VIAPOINTS_GIVEN
     return int(code) + (THROUGH_OFFSET if is_shifted else 0)
 

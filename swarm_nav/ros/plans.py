@@ -29,7 +29,7 @@ from swarm_nav.ros.goals import (
     path_goal,
     plan_error_code,
 )
-from swarm_nav.ros.reach import Reach
+from swarm_nav.ros.reach import OffMapError, Reach
 
 SMOOTHERS = "", "simple_smoother"  # ids that name the one there is
 MOST_LEGS = 1000  # of one plan
@@ -117,7 +117,7 @@ class Plans:
                 if not goals:
                     raise PlanError(ErrorCode.NO_VIAPOINTS_GIVEN, "no goals given")
                 check_count(goals, MOST_LEGS)
-                start = self._to_map(request.start) if request.use_start else self._brain.pose_map
+                start = self._start(request)
                 job.stops = [start, *(self._to_map(goal) for goal in goals)]
             except (PlanError, ValueError) as error:
                 self._fail(job, error)
@@ -125,6 +125,15 @@ class Plans:
             self._waiting.append(job)
 
         TickActionServer(self._node, action, name, has_room, begin, lambda _: None)
+
+    def _start(self, request: Any) -> Pose:
+        if not request.use_start:
+            return self._brain.pose_map
+        try:
+            return self._to_map(request.start)
+        except OffMapError as error:
+            error.code = ErrorCode.START_OUTSIDE_MAP
+            raise
 
     def _serve_smoothing(self) -> None:
         def begin(server: TickActionServer, handle: GoalHandle) -> None:

@@ -8,9 +8,20 @@ from dataclasses import dataclass
 from swarm_common.middleware.rejections import RejectedError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose
+from swarm_nav.core.goals import ErrorCode
 
 AROUND = 1000.0  # [m] around the map within which a place is refused by the planner, not the door
 MOST_TIMES = 100.0  # diagonals of the map that a path may be long
+
+
+class OffMapError(RejectedError):
+    """A place is absurdly far from the map.
+
+    Attributes:
+        code: What Nav2's planner calls it, that of a goal or that of a start.
+    """
+
+    code = ErrorCode.GOAL_OUTSIDE_MAP
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,10 +68,10 @@ class Reach:
         """Return a pose unless it is absurdly far from the map.
 
         Raises:
-            RejectedError: If it is.
+            OffMapError: If it is.
         """
         if not self._is_within(pose, AROUND):
-            raise RejectedError(
+            raise OffMapError(
                 f"({pose.x:g}, {pose.y:g}) is more than {AROUND:g} m off the map, which goes from"
                 f" ({self.low[0]:.1f}, {self.low[1]:.1f}) to ({self.high[0]:.1f},"
                 f" {self.high[1]:.1f})"

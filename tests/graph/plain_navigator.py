@@ -144,10 +144,16 @@ def plan_and_behave(navigator, x, y):
     navigator.succeed("follow_path", FollowPath.Goal(path=path))
     goals = [pose_at(x, y + 1.0), pose_at(x, y + 2.0)]
     navigator.succeed("compute_path_through_poses", ComputePathThroughPoses.Goal(goals=goals))
-    unreachable = ComputePathToPose.Goal(goal=pose_at(500.0, 0.0))
-    answer = navigator.result(navigator.send("compute_path_to_pose", unreachable))
-    assert answer.status == GoalStatus.STATUS_ABORTED
-    assert answer.result.error_code == ComputePathToPose.Result.GOAL_OUTSIDE_MAP
+    for far in (500.0, 1e308):
+        unreachable = ComputePathToPose.Goal(goal=pose_at(far, 0.0))
+        answer = navigator.result(navigator.send("compute_path_to_pose", unreachable))
+        assert answer.status == GoalStatus.STATUS_ABORTED
+        assert answer.result.error_code == ComputePathToPose.Result.GOAL_OUTSIDE_MAP
+        unreachable = ComputePathToPose.Goal(
+            goal=pose_at(x, y), start=pose_at(far, 0.0), use_start=True
+        )
+        answer = navigator.result(navigator.send("compute_path_to_pose", unreachable))
+        assert answer.result.error_code == ComputePathToPose.Result.START_OUTSIDE_MAP
     elsewhere = ComputePathToPose.Goal(goal=pose_at(x, y + 1.0))
     elsewhere.goal.header.frame_id = "nowhere"
     answer = navigator.result(navigator.send("compute_path_to_pose", elsewhere))

@@ -8,22 +8,37 @@ import os
 import signal
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import pytest
 import yaml
-from geometry_msgs.msg import PoseWithCovarianceStamped
-from rclpy.qos import DurabilityPolicy, QoSProfile
+from geometry_msgs.msg import PolygonStamped, PoseWithCovarianceStamped
+from nav2_msgs.action import NavigateToPose
+from nav_msgs.msg import OccupancyGrid
+from nav_msgs.msg import Path as PathMsg
+from rclpy.action import ActionClient
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import MarkerArray
 from yourdfpy import URDF
 
 from swarm_commander.run.domain import DomainLock
 from swarm_commander.viewers.rviz import write_rviz
-from swarm_common.middleware.ros_io import LATCHED
+from swarm_commander.viewers.rviz_config import merged_config, named_topics
+from swarm_common.middleware.ros_io import LATCHED, pose_stamped
+from swarm_common.model.records import Pose
 from tests.graph.conftest import START_LIMIT
 
 STATIC = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)  # tf2_ros's listener
+
+TYPES = {  # of the displays with headers
+    "Map": OccupancyGrid,
+    "MarkerArray": MarkerArray,
+    "Path": PathMsg,
+    "Polygon": PolygonStamped,
+}
 
 
 @pytest.fixture(scope="module")
@@ -123,6 +138,45 @@ def test_every_link_of_every_model_is_in_one_tree_under_map(swarm, relay, tmp_pa
         assert (x, y) == pytest.approx((pose.position.x, pose.position.y), abs=0.02)
     for one, other in itertools.combinations(links, 2):
         assert tree.in_map(f"{one}/base_scan") != tree.in_map(f"{other}/base_scan")
+
+
+def frames_of(message):
+    """Return the frames that a message of a display is in."""
+    parts = getattr(message, "markers", None)
+    return {part.header.frame_id for part in ([message] if parts is None else parts)}
+
+
+def test_every_topic_of_the_window_brings_messages_in_a_frame_of_the_tree(swarm, relay):
+    """Heard as RViz listens: by the type of the display, with the quality that the file names."""
+    tree, heard = Tree(swarm), {}
+    shown = [one for one in named_topics(merged_config(swarm.names)) if one.shown_by in TYPES]
+    assert {one.shown_by for one in shown} == set(TYPES)
+    for one in shown:
+        quality = QoSProfile(
+            depth=5,
+            reliability=ReliabilityPolicy[one.reliability.upper().replace(" ", "_")],
+            durability=DurabilityPolicy[one.durability.upper().replace(" ", "_")],
+        )
+        swarm.node.create_subscription(
+            TYPES[one.shown_by], one.name, partial(heard.__setitem__, one.name), quality
+        )
+    clients = [
+        ActionClient(swarm.node, NavigateToPose, f"/{r}/navigate_to_pose") for r in swarm.names
+    ]
+    for client in clients:
+        swarm.spin_until(client.server_is_ready, START_LIMIT)
+        goal = NavigateToPose.Goal(pose=pose_stamped(Pose(0.5, 0.0, 0.0), 0))
+        goal.pose.header.frame_id = "base_footprint"
+        client.send_goal_async(goal)
+    # a world in which nobody walks has no movers to show
+    wanted = {one.name for one in shown if one.name != "/sim/movers"}
+    swarm.spin_until(lambda: wanted <= heard.keys(), START_LIMIT)
+    for name, message in heard.items():
+        for frame in frames_of(message):
+            swarm.spin_until(lambda frame=frame: tree.way(frame)[-1] == "map", START_LIMIT)
+            assert frame == "map", name  # robots have other frames in common names only
+    for client in clients:
+        client.destroy()
 
 
 def test_it_says_whose_frames_and_ctrl_c_ends_it(swarm, relay):

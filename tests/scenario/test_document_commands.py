@@ -6,7 +6,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -43,11 +43,17 @@ def environment(folder: Path, domain: int) -> dict[str, str]:
 
 
 def shell(block: Block, folder: Path, env: dict[str, str]) -> None:
-    done = subprocess.run(
+    with subprocess.Popen(
         ["bash", "-euo", "pipefail", "-c", block.text],
-        cwd=folder, env=env, capture_output=True, text=True, timeout=LIMIT, check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, f"line {block.line}:\n{block.text}\n{done.stdout}\n{done.stderr}"
+        cwd=folder, env=env, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        start_new_session=True,
+    ) as commands:  # fmt: skip
+        try:
+            output, _ = commands.communicate(timeout=LIMIT)
+        finally:  # what a command leaves behind ends with it
+            with suppress(ProcessLookupError):
+                os.killpg(commands.pid, signal.SIGKILL)
+    assert commands.returncode == 0, f"line {block.line}:\n{block.text}\n{output}"
 
 
 @contextmanager

@@ -53,6 +53,30 @@ def test_the_merged_window_has_the_model_of_every_robot_in_frames_of_its_name(
     assert not [word for word in command if word.startswith("/tf")]
 
 
+def classes(node: object) -> set[str]:
+    """Return every class that a configuration names."""
+    if isinstance(node, list):
+        return {name for item in node for name in classes(item)}
+    if not isinstance(node, dict):
+        return set()
+    found = {node["Class"]} if node.get("Class") else set()
+    return found | {name for item in node.values() for name in classes(item)}
+
+
+def test_every_class_is_one_that_rviz_has(tmp_path: Path) -> None:
+    """As the plugins_description.xml of rviz_default_plugins 14 and nav2_rviz_plugins 1.3 have."""
+    displays = "Grid LaserScan Map MarkerArray Path Polygon PoseWithCovariance RobotModel TF"
+    tools = "FocusCamera Interact Measure MoveCamera Select SetGoal SetInitialPose"
+    known = {f"rviz_default_plugins/{name}" for name in f"{displays} {tools} TopDownOrtho".split()}
+    known |= {
+        f"rviz_common/{name}" for name in ("Displays", "Group", "Time", "Tool Properties", "Views")
+    }
+    known.add("nav2_rviz_plugins/ParticleCloud")
+    rviz.write_rviz(tmp_path, ROBOTS)
+    found = [classes(yaml.safe_load(path.read_text())) for path in tmp_path.iterdir()]
+    assert set.union(*found) == known
+
+
 def test_every_robot_and_the_swarm_have_a_layout(tmp_path: Path) -> None:
     write_foxglove(tmp_path, ROBOTS)
     for path in tmp_path.iterdir():

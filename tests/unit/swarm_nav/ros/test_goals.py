@@ -20,7 +20,7 @@ from swarm_common.middleware.ros_io import pose_from_msg, pose_stamped
 from swarm_common.model.records import Pose
 from swarm_nav.core.goals import ErrorCode, Goal, GoalEnded, GoalKind, Outcome, PlanError
 from swarm_nav.ros.goals import UnknownFrameError, goal_from_request, plan_error_code, result_msg
-from swarm_nav.ros.reach import Reach
+from swarm_nav.ros.reach import OffMapError, Reach
 
 CONTROL, PLAN, THROUGH = FollowPath.Result, ComputePathToPose.Result, ComputePathThroughPoses.Result
 NAV2 = {
@@ -73,6 +73,7 @@ def test_every_code_is_the_constant_of_nav2s_action(code: ErrorCode) -> None:
     [
         (PlanError(ErrorCode.GOAL_OCCUPIED, ""), PLAN.GOAL_OCCUPIED, THROUGH.GOAL_OCCUPIED),
         (UnknownFrameError(""), PLAN.TF_ERROR, THROUGH.TF_ERROR),
+        (OffMapError(""), PLAN.GOAL_OUTSIDE_MAP, THROUGH.GOAL_OUTSIDE_MAP),
         (ValueError("x is nan"), PLAN.NO_VALID_PATH, THROUGH.NO_VALID_PATH),
     ],
 )
