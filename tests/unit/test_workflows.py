@@ -26,7 +26,7 @@ def test_its_scripts_can_be_run() -> None:
         step["run"].split()[0] for job in jobs.values() for step in job["steps"] if "run" in step
     ]
     scripts = [ROOT / word for word in words if "/" in word]
-    assert len(scripts) == 2
+    assert len(scripts) == 3
     assert all(os.access(script, os.X_OK) for script in scripts)
 
 
