@@ -10,6 +10,7 @@ import typer
 from rich.console import Console
 
 from swarm_common.files.map_io import load_map, save_map
+from swarm_common.model.engines import BULLET, usual_engine
 from swarm_common.model.errors import ConfigError, MapError
 from swarm_common.model.records import RobotSpec
 from swarm_common.robots.loading import load_robot
@@ -167,13 +168,15 @@ def new(
 
 def _check_triangles(scene: Scene, robot: RobotSpec, height: float, output: Path) -> None:
     reach = reach_of([robot])
-    found = list(differences(scene, [height], reach, with_physics=True))
+    with_physics = usual_engine() == BULLET
+    found = list(differences(scene, [height], reach, with_physics=with_physics))
     picture(scene, reach).save_picture(output)
     for difference in found:
         console.print(f"  {difference}, {difference.count} points")
     verdict = "differ from" if found else "are those of"
+    compared = "map, LiDAR and physics" if with_physics else "map and LiDAR"
     console.print(
-        f"map, LiDAR and physics {verdict} the triangles of world {scene.name}: "
+        f"{compared} {verdict} the triangles of world {scene.name}: "
         f"{len(scene.fixed)} bodies, {reach[0]:g} to {reach[1]:g} m above ground"
     )
     console.print(f"picture: {output}")

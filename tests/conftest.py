@@ -3,13 +3,40 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+
+import pytest
 
 from swarm_common.middleware import ros_env
+from swarm_common.model.engines import NO_WHEELS
+from swarm_common.model.errors import ConfigError
 from tests.fakes import ros_domains
 
 ros_env.set_defaults()
 RESERVATION = ros_domains.unix_socket()
 os.environ["ROS_DOMAIN_ID"] = str(ros_domains.of_this_run(RESERVATION))
+
+
+def _skipped_without_pybullet() -> Iterator[None]:
+    """Skip a test that itself asks for PyBullet where there is none; what asks is refused."""
+    try:
+        yield
+    except ConfigError as error:
+        if NO_WHEELS not in str(error):
+            raise
+        pytest.skip("it wants PyBullet, which is not installed")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_setup() -> Iterator[None]:
+    """Skip by what a fixture asks for."""
+    yield from _skipped_without_pybullet()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call() -> Iterator[None]:
+    """Skip by what the test asks for."""
+    yield from _skipped_without_pybullet()
 
 
 def pytest_unconfigure() -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from swarm_bench.runs.scenario import MOST_ROBOTS, Scenario, check_size
+from swarm_common.model.engines import usual_engine
 from swarm_common.model.errors import ConfigError, UnknownNameError
 
 GRAPH, HARNESS = "graph", "harness"
@@ -138,7 +139,7 @@ def plan_jobs(
             seconds=seconds,
             goals=goals,
             pack=(pack or (PACK if size >= PACKED_FROM else 1)) if system == GRAPH else 1,
-            engine=engine or ("bullet" if system == GRAPH else "planar"),
+            engine=engine or (usual_engine() if system == GRAPH else "planar"),
         )
         for size in sizes
     ]

@@ -23,6 +23,7 @@ from swarm_bench.suite.selection import (
 )
 from swarm_bench.suite.sweep import Sweep
 from swarm_bench.suite.table import summary_table
+from swarm_common.model.engines import usual_engine
 from swarm_common.model.errors import ConfigError
 
 MISSED = 1
@@ -89,7 +90,7 @@ def traffic(
         parse_sizes(robots),
         parse_seeds(seeds),
         method=method,
-        engine=engine or ("bullet" if ros else "planar"),
+        engine=engine or (usual_engine() if ros else "planar"),
         loss=loss,
         delay=delay,
         lidar=True if (ros or realistic) and lidar is None else lidar,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from swarm_common.middleware.ros_env import MOST_PARTICIPANTS, TERMINALS, participants_of
-from swarm_common.model.engines import BULLET, NO_WHEELS, usual_engine
+from swarm_common.model.engines import check_engine
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.robots.fleet import Fleet
 from swarm_recording.selection import select
@@ -68,8 +68,7 @@ class UpOptions:
         self._check_processes()
         if self.drive is not None and self.drive not in DRIVES:
             raise UnknownNameError("drive", self.drive, list(DRIVES))
-        if DRIVES.get(self.drive or "") == BULLET != usual_engine():
-            raise ConfigError(f"--drive {self.drive}: {NO_WHEELS}; README tells how to have it")
+        check_engine(DRIVES.get(self.drive or ""), f"--drive {self.drive}")
         _at_least(1, "--laps", self.laps)
         _at_least(0, "--seed", self.seed)
         if self.goals_per_robot is not None:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_common.files.cache import kept
+from swarm_common.model.engines import BULLET, check_engine
 from swarm_common.model.errors import WorldError
 from swarm_common.model.grid import COARSEST, OCCUPIED, Grid
 from swarm_common.model.records import FloatArray
@@ -125,6 +126,7 @@ def differences(
         yield from _compared(body.name, "what robots can touch", segments, section)
         yield from _on_map(body.name, _few(points_along(segments, STEP)), section)
     if with_physics:
+        check_engine(BULLET, "a comparison with physics")
         yield from _felt(scene.fixed, reach)
 
 

@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from swarm_common.files.cache import kept
+from swarm_common.model.engines import BULLET, check_engine
 from swarm_common.model.errors import RobotModelError
 from swarm_common.model.records import CONTROL_PERIOD, Pose, RobotSpec, wrap_angle
 from swarm_sim.physics import objects, vehicles, walkers
@@ -132,6 +133,7 @@ def check_trial(spec: RobotSpec, model: RobotModel, period: float) -> Trial:
 
 def drive(spec: RobotSpec, model: RobotModel, period: float) -> Trial:
     """Return what a robot does that is alone on the ground."""
+    check_engine(BULLET, "a trial of a robot model")
     from swarm_sim.physics.bullet import BulletEngine
 
     start = [Pose(0.0, 0.0, 0.0)]

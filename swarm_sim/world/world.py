@@ -10,7 +10,7 @@ import numpy as np
 
 from swarm_common.model.beacon import BeaconArray, Reception
 from swarm_common.model.breaches import Collision
-from swarm_common.model.engines import usual_engine
+from swarm_common.model.engines import check_engine, usual_engine
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import (
     CONTROL_PERIOD,
@@ -65,6 +65,7 @@ class WorldConfig:
     def __post_init__(self) -> None:
         if self.engine not in ENGINES:
             raise UnknownNameError("engine", self.engine, ENGINES)
+        check_engine(self.engine, f"engine {self.engine}")
         if not 0.0 <= self.actuation_noise <= MAX_NOISE:
             raise ConfigError(
                 f"actuation_noise is {self.actuation_noise}; expected 0 to {MAX_NOISE}"

@@ -58,6 +58,16 @@ def test_draw_and_check(
     assert run(monkeypatch, "check", "hall_12", tmp_path / "moved.yaml", *more) == 0
 
 
+def test_without_pybullet_a_world_is_compared_without_physics(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It ended with a traceback on Python 3.12."""
+    monkeypatch.setattr("swarm_map.map_command.usual_engine", lambda: "planar")
+    monkeypatch.setattr("swarm_sim.maps.world_check._felt", pytest.fail)
+    assert run(monkeypatch, "check", "hall_12", "-o", tmp_path / "picture.png") == 0
+    assert "map and LiDAR are those of the triangles of world hall_12" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [

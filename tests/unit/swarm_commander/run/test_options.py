@@ -14,6 +14,7 @@ from swarm_commander.run.options import UpOptions, parse_speed
 from swarm_commander.run.rundir import create_run_folder, write_env_sh
 from swarm_common.model.engines import usual_engine
 from swarm_common.model.errors import ConfigError
+from swarm_sim.world.world import WorldConfig
 
 NOW = datetime(2024, 5, 6, 7, 8, 9)
 
@@ -164,6 +165,8 @@ def test_without_pybullet_robots_drive_planar_and_wheels_are_refused(
         assert usual_engine() == "planar"
         with pytest.raises(ConfigError, match="PyBullet is not installed"):
             UpOptions(drive="wheels")
+        with pytest.raises(ConfigError, match="engine bullet: PyBullet is not installed"):
+            WorldConfig(engine="bullet")
         assert UpOptions(drive="planar").drive == "planar"
     finally:
         usual_engine.cache_clear()
