@@ -196,8 +196,7 @@ def plan_error_code(error: PlanError | ValueError, is_through: bool) -> int:
     if isinstance(error, UnknownFrameError):
         code = ErrorCode.PLAN_TF_ERROR
     else:
-        has_code = isinstance(error, PlanError | OffMapError)
-        code = error.code if has_code else ErrorCode.NO_VALID_PATH
+        code = error.code if isinstance(error, PlanError | OffMapError) else ErrorCode.NO_VALID_PATH
     is_shifted = is_through and code is not ErrorCode.NO_VIAPOINTS_GIVEN
     return int(code) + (THROUGH_OFFSET if is_shifted else 0)
 
