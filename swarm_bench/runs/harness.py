@@ -154,7 +154,7 @@ class Harness:
                 self.waits.note(name, other, tick * CONTROL_PERIOD)
 
     def _watch(self, collisions: Sequence[Collision]) -> None:
-        """Hook for the contact episodes that began in a tick; the verdict counts them in any case."""
+        """Hook for the contact episodes that began in a tick; the verdict counts them anyway."""
 
     def _die(self, tick: int) -> None:
         for index, death in self._faults.dead.items():
