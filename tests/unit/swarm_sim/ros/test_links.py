@@ -29,7 +29,7 @@ WRITER = CommandWriter("base_footprint")
 class Node:
     """Stands in for rclpy's: hands out publishers that nobody reads."""
 
-    def create_publisher(self, *_: Any) -> Any:
+    def create_publisher(self, *_: Any, **__: Any) -> Any:
         return SimpleNamespace(publish=lambda _: None, get_subscription_count=lambda: 0)
 
 
