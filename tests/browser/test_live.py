@@ -188,7 +188,7 @@ def test_an_initial_pose_is_believed(browser: WebDriver, address: str) -> None:
     wait_for(lambda: _number(browser, offset) < 0.02, "an estimate that is right")
     _pause(browser)
     _use(browser, "Initial pose")
-    click_canvas(browser, 30, 30)
+    click_canvas(browser, 0, -20)  # above the time line
     wait_for(lambda: "Initial pose sent" in text_of(browser), "the pose to be sent")
     _step(browser, 8)
     wait_for(lambda: _number(browser, offset) > 0.05, "another estimate")
@@ -230,13 +230,14 @@ def test_robots_come_and_go(browser: WebDriver, address: str) -> None:
     unfold(browser, "New robots")
     choose(browser, "Model", "turtlebot3_burger")
     _use(browser, "Spawn by a click")
-    click_canvas(browser, -60, 20)
+    click_canvas(browser, -35, -12)  # on the floor, above the time line
     wait_for(lambda: "4, 4 answering" in text_of(browser), "a fourth robot")
     for name in ("Srobot3", "Srobot4"):
         choose(browser, "Robot", name)
         wait_for(lambda: "estimate" in text_of(browser), "what the newcomer says")
         press(browser, "Remove robot")
         press(browser, "Cancel")  # it asks first
+        wait_for(lambda: "counts as missed" not in text_of(browser), "the question to go")
         press(browser, "Remove robot")
         press(browser, f"Remove {name}")
         wait_for(lambda: chosen(browser, "Robot") == "(none)", f"{name} to be gone")
