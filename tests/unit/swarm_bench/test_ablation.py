@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from typing import Any
 
 import pytest
@@ -35,10 +36,13 @@ def test_each_rule_is_off_once_and_each_number_halved_and_doubled() -> None:
         variants(["gat"])
 
 
-def test_navigators_take_every_changed_parameter() -> None:
+def test_what_is_changed_exists_and_navigators_take_it() -> None:
     known = parameter_values(NavConfig())
     for variant in variants():
         config_from_parameters({k: v for k, v in variant.values.items() if k in known})
+        for name in variant.values.keys() - known.keys():
+            module, _, constant = name.rpartition(".")
+            assert hasattr(importlib.import_module(module), constant), name
 
 
 def test_constants_are_changed_while_a_run_lasts(monkeypatch: pytest.MonkeyPatch) -> None:
