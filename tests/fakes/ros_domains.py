@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import os
 import socket
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 RUNS = range(89, 102)  # one for each run of the tests
 SWARMS = range(40, 89)  # for swarms within a run
+_turns = itertools.count()
 
 
-def reserve(domains: range, reservation: socket.socket) -> int | None:
+def reserve(domains: Iterable[int], reservation: socket.socket) -> int | None:
     """Return a domain that is ours while a (new) socket is open; None if all are in use."""
     for domain in domains:
         with contextlib.suppress(OSError):
@@ -32,8 +34,12 @@ def of_this_run(reservation: socket.socket) -> int:
 
 @contextlib.contextmanager
 def reserved_domain() -> Iterator[int]:
-    """Yield a ROS domain that no other run of the tests uses."""
+    """Yield a ROS domain that no other run of the tests uses, and this one did not use lately.
+
+    Nodes may live on for a while after a test, until Python or DDS has forgotten them.
+    """
+    first = next(_turns) % len(SWARMS)
     with unix_socket() as reservation:
-        domain = reserve(SWARMS, reservation)
+        domain = reserve((*SWARMS[first:], *SWARMS[:first]), reservation)
         assert domain is not None, "every ROS domain for tests is in use"
         yield domain

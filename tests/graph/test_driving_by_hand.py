@@ -60,4 +60,6 @@ def test_a_robot_is_taken_steered_and_given_back() -> None:
         server.destroy()
         executor.shutdown()
         spinning.join(10.0)
+        for node in (page, robot):
+            node.destroy_node()
         rclpy.shutdown()

@@ -42,8 +42,8 @@ def test_room_for_a_flood_of_large_messages_is_given_back() -> None:
             text=True,
         )
         rclpy.init(context=context, domain_id=domain)
+        node = rclpy.create_node("flooder", context=context, enable_rosout=False)
         try:
-            node = rclpy.create_node("flooder", context=context, enable_rosout=False)
             publisher = node.create_publisher(String, "/flood", QoSProfile(depth=FLOOD))
             end = time.monotonic() + 30.0
             while publisher.get_subscription_count() == 0:
@@ -61,6 +61,7 @@ def test_room_for_a_flood_of_large_messages_is_given_back() -> None:
         finally:
             listener.kill()
             listener.communicate()
+            node.destroy_node()
             context.try_shutdown()
 
 

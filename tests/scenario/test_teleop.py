@@ -42,6 +42,9 @@ class Eyes:
 
             self._node.create_subscription(Odometry, f"/{name}/ground_truth", take, 10)
 
+    def close(self) -> None:
+        self._node.destroy_node()
+
     def watch(self, period: float) -> None:
         end = time.monotonic() + period
         while time.monotonic() < end:
@@ -52,7 +55,9 @@ class Eyes:
 def eyes(domain: int) -> Iterator[Eyes]:
     context = Context()
     rclpy.init(context=context, domain_id=domain)
-    yield Eyes(context)
+    seen = Eyes(context)
+    yield seen
+    seen.close()
     context.try_shutdown()
 
 

@@ -1,0 +1,16 @@
+"""The domains of the graph tests: none comes back while nodes of its last test may live on."""
+
+from tests.fakes.ros_domains import SWARMS, reserved_domain
+
+
+def test_a_domain_does_not_come_back_before_all_others_had_their_turn() -> None:
+    used = []
+    for _ in SWARMS:
+        with reserved_domain() as domain:
+            used.append(domain)
+    assert len(set(used)) >= len(SWARMS) - 2, "others' runs may have one or two"
+
+
+def test_no_two_have_a_domain_at_once() -> None:
+    with reserved_domain() as first, reserved_domain() as second:
+        assert first != second
