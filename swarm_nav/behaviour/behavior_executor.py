@@ -116,7 +116,10 @@ class BehaviorExecutor:
             self._state_machine.switch(Event.STATION_TAKEN)
             return None
         if is_barred:
-            message = "a robot that no longer answers or is inactive stands on the station"
+            who = "something that does not move"
+            if self._lease.is_covered(s):
+                who = "a robot that no longer answers or is inactive"
+            message = f"{who} stands on the station"
             self._goal_manager.fail_target(task, ErrorCode.GOAL_OCCUPIED, message)
             return None
         self._route.update(task)

@@ -199,7 +199,7 @@ class HoldingConfig:
     circuit_spacing: float = 6.0  # [m] of circuit per robot below which `auto` parks
     search_distance: float = 8.0  # [m] of driving to a parking place
     gate_density: float = 0.25  # [1/m²] of robots in a narrow region with stations; 0: no gate
-    station_patience: float = 120.0  # [s] that a station may be blocked by a silent robot
+    station_patience: float = 120.0  # [s] that something that stands may block a station
 
     def __post_init__(self) -> None:
         """Refuse impossible values."""

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,7 @@ from swarm_nav.traffic.situation import Situation
 
 SAME_STATION = 0.6  # [m] between targets that are one station
 STATION_OVERLAP = 0.25  # [m] less than the reach at which a robot bars a station
+SEEN_FREE = 1.0  # [s] without anything on a station until it counts as free
 PARKING_DISTANCE = 1.1  # [m] of a parking place in a passage from any station
 OPEN_PARKING_DISTANCE = 2.2  # [m] the same in a hall, where the ways to the station are kept free
 PARKING_GAP = 0.1  # [m] beyond the reach between parked robots
@@ -89,6 +90,53 @@ class Approach:
 
 
 @dataclass(slots=True)
+class Cover:
+    """Since when a station has not been seen free; another try of the goal waits no longer for it.
+
+    Attributes:
+        station: (x, y) in map.
+        since: Tick at which it was free, or was not looked at yet.
+        seen: Tick at which something was on it.
+        looked: Tick at which it was looked at.
+    """
+
+    station: tuple[float, float] = (math.inf, math.inf)
+    since: int = 0
+    seen: int = 0
+    looked: int = 0
+
+    def update(self, situation: Situation, station: tuple[float, float], is_covered: bool) -> None:
+        """Take what is known in this tick.
+
+        Args:
+            situation: Of the robot.
+            station: (x, y) [m] in map.
+            is_covered: Whether something is on it.
+        """
+        tick = situation.tick
+        is_other = math.dist(station, self.station) > SAME_STATION
+        if is_other or tick - self.looked > self._patience(situation):
+            self.station, self.since, self.seen = station, tick, tick  # long ago, or elsewhere
+        self.looked = tick
+        if is_covered:
+            self.seen = tick
+        elif tick - self.seen > situation.ticks(SEEN_FREE):
+            self.since = tick
+
+    def lasts(self, situation: Situation) -> bool:
+        """Whether the station has been covered for longer than `holding.station_patience`.
+
+        Args:
+            situation: Of the robot.
+        """
+        is_known = situation.tick == self.looked
+        return is_known and self.seen - self.since > self._patience(situation)
+
+    def _patience(self, situation: Situation) -> int:
+        return situation.ticks(situation.config.holding.station_patience)
+
+
+@dataclass(slots=True)
 class Lease:
     """The station that the robot is on its way to.
 
@@ -113,6 +161,7 @@ class Lease:
         0  # tick since which the robot leaves without another target, 0 before that is known
     )
     _approach: Approach | None = None
+    _cover: Cover = field(default_factory=Cover)
 
     def aim(self, station: tuple[float, float] | None) -> None:
         """Take a new target; the old lease is given back, out of a dead end once it is left.
@@ -152,6 +201,7 @@ class Lease:
         if self.tick:
             self.place, self.first = self._earlier(situation, self.tick)
         if self.tick:
+            self._cover.update(situation, self.station, self._has_something_on_it(situation))
             approach = self._approach_of(situation)
             approach.is_inside = self._is_inside(situation)
             if not self.place:
@@ -243,13 +293,26 @@ class Lease:
         return self.is_leaving or self.place < (1 if is_dead_end else config.approach_slots)
 
     def is_barred(self, situation: Situation) -> bool:
-        """Whether a silent or inactive robot is on the station, and was waited for long enough.
+        """Whether something that does not move is on the station, and was waited for long enough.
 
         Args:
             situation: Of the robot.
         """
-        patience = situation.ticks(situation.config.holding.station_patience)
-        return situation.tick - self.tick > patience and self.is_covered(situation)
+        return self.tick > 0 and not self.is_leaving and self._cover.lasts(situation)
+
+    def _has_something_on_it(self, situation: Situation) -> bool:
+        """Whether a silent robot is on the station, or anything that the LiDAR sees.
+
+        A robot that was never heard, because it died before this one came, is only seen.
+        """
+        assert self.station is not None
+        if self.is_covered(situation):
+            return True
+        if situation.distance_to(*self.station) > situation.config.costmap.obstacle_max_range:
+            return False
+        gaps = situation.obstacle_points() - self.station
+        limit = situation.obstacle_clearance - STATION_OVERLAP
+        return len(gaps) > 0 and float(np.hypot(*gaps.T).min()) < limit
 
     def is_covered(self, situation: Situation) -> bool:
         """Whether a robot that will not move by itself is on the station.

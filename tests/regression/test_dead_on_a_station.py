@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 from swarm_common.model.records import CONTROL_PERIOD, Pose
 from swarm_common.model.sites import Sites
 from swarm_nav.core.goals import ErrorCode, Outcome
-from tests.fakes.navigation import Squad, config, room
+from tests.fakes.navigation import Squad, config, room, waffle
 
 HALL = room(7.0, 7.0)
 DOCK = Pose(3.5, 3.5, 0.0)
@@ -85,3 +86,31 @@ def test_a_robot_that_answers_but_stays_is_not_waited_for_in_silence(state: str)
         assert end.outcome is Outcome.SUCCEEDED  # it made room
     else:
         assert end.error_code in (ErrorCode.GOAL_OCCUPIED, ErrorCode.FAILED_TO_MAKE_PROGRESS)
+
+
+def test_a_dead_robot_that_was_never_heard_bars_a_station_as_well() -> None:
+    """Robots that came later see only its LiDAR; they drove around it for ever, in turn."""
+    parameters = config(holding__station_patience=PATIENCE, holding__mode="park")
+    swarm = Squad(HALL, STARTS[:2], parameters, SITES)
+    swarm.scan = lambda index, pose: seen(pose, (DOCK.x + 0.1, DOCK.y))
+    swarm.run(30)
+    for index in range(2):
+        swarm.send(index, DOCK)
+    swarm.run_until(
+        lambda: all(swarm.ended(k) for k in range(2)),
+        round(4 * (PATIENCE + DRIVE) / CONTROL_PERIOD),
+    )
+    ends = [swarm.ended(k)[0] for k in range(2)]
+    assert {e.error_code for e in ends} == {ErrorCode.GOAL_OCCUPIED}
+    assert all("does not move" in e.message for e in ends)
+
+
+def seen(pose: Pose, place: tuple[float, float], radius: float = 0.05) -> np.ndarray:
+    """Return a scan that sees a round thing and nothing else."""
+    offset = waffle().lidar
+    there = pose.compose(Pose(offset.x, offset.y, offset.yaw)).inverse().compose(Pose(*place, 0.0))
+    distance, bearing = math.hypot(there.x, there.y), math.atan2(there.y, there.x)
+    angles = np.arange(360) * math.tau / 360.0
+    off = np.abs(np.angle(np.exp(1j * (angles - bearing))))
+    is_hit = distance * np.sin(np.minimum(off, math.pi / 2)) < radius
+    return np.where(is_hit, distance - radius, np.inf).astype(np.float32)

@@ -266,3 +266,50 @@ def test_leaving_gives_up_the_pattern() -> None:
     here.leave()
     assert here.target is None
     assert not here.is_on_circuit
+
+
+def watch(s: Situation, lease: Lease, seconds: float, *marks: tuple[float, float]) -> None:
+    """Let time pass while the LiDAR sees something."""
+    s.obstacles.points = np.array(marks).reshape(-1, 2)
+    for _ in range(s.ticks(seconds)):
+        s.tick += 1
+        lease.update(s)
+
+
+ON_IT, BESIDE_IT = (6.0, 1.1), (6.0, 1.3)
+
+
+def test_what_the_lidar_sees_on_a_station_for_long_bars_it() -> None:
+    s = situation(HALL, NEAR, 1, config(holding__station_patience=20.0))
+    lease = lease_of(s)
+    watch(s, lease, 30.0, BESIDE_IT)
+    assert not lease.is_barred(s)
+    watch(s, lease, 19.0, ON_IT)
+    assert not lease.is_barred(s)
+    watch(s, lease, 2.0, ON_IT)
+    assert lease.is_barred(s)
+    watch(s, lease, 2.0)
+    assert not lease.is_barred(s), "it is free again"
+
+
+def test_somebody_who_walks_over_a_station_does_not_bar_it() -> None:
+    s = situation(HALL, NEAR, 1, config(holding__station_patience=20.0))
+    lease = lease_of(s)
+    for _ in range(30):
+        watch(s, lease, 3.0, ON_IT)
+        watch(s, lease, 1.5)
+        assert not lease.is_barred(s)
+
+
+def test_another_try_does_not_wait_anew_for_a_station_that_was_not_seen_free() -> None:
+    s = situation(HALL, NEAR, 1, config(holding__station_patience=20.0))
+    lease = lease_of(s)
+    watch(s, lease, 21.0, ON_IT)
+    lease.aim(None)
+    watch(s, lease, 1.0, ON_IT)
+    lease.aim(STATION)
+    watch(s, lease, 0.1, ON_IT)
+    assert lease.is_barred(s)
+    lease.aim((6.0, 9.0))
+    watch(s, lease, 0.1, ON_IT)
+    assert not lease.is_barred(s)
