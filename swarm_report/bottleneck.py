@@ -15,8 +15,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from swarm_common.model.records import FloatArray
-from swarm_report.measures import HOLDING, station_use
+from swarm_report.measures import HOLDING, LostTime, lost_time, station_use
 from swarm_report.run import RunData
+from swarm_report.tables import percent
 
 NEAR = 1.5  # [m] within which waiting is put down to a station, or to one place
 CELL = 0.25  # [m] to which places are rounded
@@ -34,8 +35,7 @@ class Bottleneck:
         x: [m] of the station or place in map.
         y: [m] likewise.
         seconds: Holding for it and waiting near it, summed over the robots.
-        total: [s] all holding and waiting.
-        loss: Share of the robots' time that was holding or waiting.
+        lost: All holding and waiting.
         utilisation: Of the station; None for a place, or if unknown.
     """
 
@@ -43,24 +43,24 @@ class Bottleneck:
     x: float
     y: float
     seconds: float
-    total: float
-    loss: float
+    lost: LostTime
     utilisation: float | None = None
 
     @property
     def words(self) -> str:
         """The finding in words."""
         where = f"{self.station} at " if self.station else "The floor around "
+        total = self.lost.seconds
         x, y = (round(value, 1) + 0.0 for value in (self.x, self.y))  # no -0.0
         line = (
             f"{where}({x:.1f}, {y:.1f}) is the bottleneck: "
-            f"{100.0 * self.seconds / self.total:.0f} % of all holding and waiting"
-            f" ({self.seconds:.0f} of {self.total:.0f} robot-seconds) was"
+            f"{100.0 * self.seconds / total:.0f} % of all holding and waiting"
+            f" ({self.seconds:.0f} of {total:.0f} robot-seconds) was"
             f" {'for it or ' if self.station else ''}within {NEAR:g} m of it"
         )
         if self.utilisation is not None:
             line += f"; a robot was there {100.0 * self.utilisation:.0f} % of the time"
-        return f"{line}. Holding and waiting took {100.0 * self.loss:.0f} % of the robots' time."
+        return f"{line}. Holding and waiting took {percent(self.lost.share)} of the robots' time."
 
     def as_json(self) -> dict[str, Any]:
         """Return it for report.json."""
@@ -69,32 +69,30 @@ class Bottleneck:
             "x": round(self.x, 3),
             "y": round(self.y, 3),
             "seconds": round(self.seconds, 1),
-            "share": round(self.seconds / self.total, 4),
+            "share": round(self.seconds / self.lost.seconds, 4),
             "words": self.words,
         }
 
 
 def find_bottleneck(run: RunData) -> Bottleneck | None:
     """Return the bottleneck; None if nothing stands out, or waits were not recorded."""
-    robot_time = run.end * len(run.robots)
-    by_station, stray = _lost_seconds(run)
-    total = sum(by_station.values()) + float(stray[:, 2].sum())
-    if robot_time <= 0.0 or total < LEAST_LOSS * robot_time:
+    lost = lost_time(run)
+    if lost is None or lost.share < LEAST_LOSS:
         return None
+    by_station, stray = _lost_seconds(run)
     found: list[Bottleneck] = []
-    loss = total / robot_time
     uses = station_use(run)
     for name, seconds in by_station.items():
         pose = run.sites.stations.get(name)
         if pose is not None:
             use = uses[name].utilisation if name in uses else None
-            found.append(Bottleneck(name, pose.x, pose.y, seconds, total, loss, use))
+            found.append(Bottleneck(name, pose.x, pose.y, seconds, lost, use))
     found += [
-        Bottleneck("", float(x), float(y), float(seconds), total, loss)
+        Bottleneck("", float(x), float(y), float(seconds), lost)
         for x, y, seconds in _places(stray)
     ]
     found.sort(key=lambda one: -one.seconds)
-    if not found or found[0].seconds < LEAST_SHARE * total:
+    if not found or found[0].seconds < LEAST_SHARE * lost.seconds:
         return None
     if len(found) > 1 and found[0].seconds < LEAST_LEAD * found[1].seconds:
         return None

@@ -15,7 +15,7 @@ from swarm_common.model.errors import ConfigError
 from swarm_report import charts, curves, maps, style, tables, timeline
 from swarm_report.bottleneck import find_bottleneck
 from swarm_report.judgement import breach_lines, judge
-from swarm_report.measures import state_shares
+from swarm_report.measures import lost_time, state_shares
 from swarm_report.page import (
     Plot,
     cards_html,
@@ -205,13 +205,12 @@ def _bottleneck(run: RunData) -> list[str]:
 
 def _shares(run: RunData) -> dict[str, str]:
     """Return the shares of the robots' time."""
-    shares = state_shares(run)
-    if not shares:
+    lost = lost_time(run)
+    if lost is None:
         return {}
-    lost = shares.get("holding", 0.0) + shares.get("waiting", 0.0)
     return {
-        "of the robots' time driving": percent(shares.get("driving", 0.0)),
-        "of it holding or waiting": percent(lost),
+        "of the robots' time driving": percent(state_shares(run).get("driving", 0.0)),
+        "of it holding or waiting": percent(lost.share),
     }
 
 

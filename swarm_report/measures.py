@@ -167,3 +167,31 @@ def state_shares(run: RunData) -> dict[str, float]:
             sums[state] += seconds
     total = sum(sums.values())
     return {state: seconds / total for state, seconds in sums.items()} if total else {}
+
+
+@dataclass(frozen=True, slots=True)
+class LostTime:
+    """The time that robots held or waited: `hold_time` and `wait_time` of report.json.
+
+    It is less than the time in the states `holding` and `waiting` where a robot waits for an
+    obstacle, and more where one waits for another robot for less than a second.
+
+    Attributes:
+        seconds: Of all robots.
+        share: Of the robots' time.
+    """
+
+    seconds: float
+    share: float
+
+
+def lost_time(run: RunData) -> LostTime | None:
+    """Return how long robots held or waited; by the trace without a report; None if unknown."""
+    known = sum(span.end - span.start for span in run.spans)
+    if known <= 0.0:
+        return None
+    held, waited = (run.report.get(key) for key in ("hold_time", "wait_time"))
+    if held is None or waited is None:
+        held = sum(span.end - span.start for span in run.spans if span.state == HOLDING)
+        waited = sum(wait.duration for wait in run.waits)
+    return LostTime(held + waited, (held + waited) / known)

@@ -22,7 +22,9 @@ class StateLog:
         """Write a change of the status, or that the robot had to wait; otherwise write nothing."""
         at = round(status.stamp.sec + 1e-9 * status.stamp.nanosec, 3)
         waited = float(status.wait_time)
-        if waited >= self._waited.setdefault(robot, 0.0) + WAIT_STEP:
+        if waited < self._waited.setdefault(robot, 0.0):  # its navigator was started again
+            self._waited[robot] = 0.0
+        if waited >= self._waited[robot] + WAIT_STEP:
             self._journal.write(t=at, robot=robot, waited=round(waited - self._waited[robot], 3))
             self._waited[robot] = waited
         news = (

@@ -8,7 +8,14 @@ import pytest
 
 from swarm_common.files.journal import Journal
 from swarm_report.bottleneck import find_bottleneck
-from swarm_report.measures import shares_over_time, state_shares, station_use, throughput
+from swarm_report.document import document_html
+from swarm_report.measures import (
+    lost_time,
+    shares_over_time,
+    state_shares,
+    station_use,
+    throughput,
+)
 from swarm_report.report_fields import FIELDS, report_fields
 from swarm_report.run import RunData
 
@@ -108,12 +115,32 @@ def test_a_station_that_most_robots_held_for_is_the_bottleneck(story: Story) -> 
     story.waited(2, 60, 4.0, [20.0, 20.0])
     found = find_bottleneck(story.run())
     assert found is not None
-    assert (found.station, found.seconds, found.total) == ("dock", 36.0, 40.0)
+    assert (found.station, found.seconds, found.lost.seconds) == ("dock", 36.0, 40.0)
     assert found.words.startswith(
         "dock at (2.0, 2.0) is the bottleneck: 90 % of all holding and waiting"
         " (36 of 40 robot-seconds) was for it or within 1.5 m of it"
     )
-    assert "took 10 % of the robots' time." in found.words
+    assert "took 10.0 % of the robots' time." in found.words
+
+
+def test_the_share_of_holding_and_waiting_is_the_same_everywhere(story: Story) -> None:
+    story.state(0, 10.0, "holding", "dock")
+    story.state(0, 40.0, "driving")
+    story.state(1, 50.0, "waiting")  # for an obstacle
+    story.state(1, 70.0, "driving")
+    story.waited(2, 60, 6.0, [20.0, 20.0])
+    run = story.run()
+    found, lost = find_bottleneck(run), lost_time(run)
+    assert found is not None
+    assert lost is not None
+    assert (lost.seconds, lost.share) == (36.0, 0.09)
+    words = "took 9.0 % of the robots' time"
+    assert words in found.words
+    assert "<b>9.0 %</b>" in document_html(run)
+    reported = RunData(story.folder, {"hold_time": 30.1, "wait_time": 6.9})
+    lost = lost_time(reported)
+    assert lost is not None
+    assert lost.share == pytest.approx(0.0925)  # with what the trace has not
 
 
 def test_a_place_without_a_station_can_be_the_bottleneck(story: Story) -> None:
