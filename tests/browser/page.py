@@ -29,6 +29,13 @@ def wait_for(condition: Callable[[], bool], what: str, limit: float = LIMIT) -> 
         time.sleep(0.3)
 
 
+def open_page(browser: WebDriver, address: str) -> None:
+    """Open a page, once the one before it is left and its complaints are out of the log."""
+    browser.get("about:blank")
+    errors(browser)
+    browser.get(address)
+
+
 def text_of(browser: WebDriver) -> str:
     """Return all that can be read on the page."""
     return str(browser.execute_script("return document.body ? document.body.innerText : ''"))

@@ -22,6 +22,7 @@ from tests.browser.page import (
     drag_canvas,
     errors,
     labelled,
+    open_page,
     press,
     text_of,
     tick_box,
@@ -72,7 +73,7 @@ def command(
 
 
 @pytest.fixture(scope="module")
-def swarm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Swarm]:
+def swarm(browser: WebDriver, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Swarm]:
     """Yield a running swarm with a viewer."""
     folder = tmp_path_factory.mktemp("live")
     log = folder / "up.log"
@@ -82,6 +83,7 @@ def swarm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Swarm]:
         # 1, since a goal that a test cancels counts as missed
         with command(UP, words, folder, environment, log, codes=(0, 1)) as process:
             yield Swarm(_address(process, log, "active 2/2"), folder, environment)
+            browser.get("about:blank")
 
 
 @pytest.fixture
@@ -104,7 +106,7 @@ def _address(process: "subprocess.Popen[bytes]", log: Path, sign: str) -> str:
 
 def _open(browser: WebDriver, address: str, robot: str) -> None:
     """Open a robot's page and wait until all of it is there."""
-    browser.get(f"{address}&robot={robot}")
+    open_page(browser, f"{address}&robot={robot}")
     wait_for(lambda: "answering" in text_of(browser), "the robots")
     wait_for(lambda: "estimate" in text_of(browser), "the robot of the address")
     wait_for(lambda: "Step 0.1 s" in text_of(browser), "the simulation's buttons")
@@ -197,7 +199,7 @@ def test_an_initial_pose_is_believed(browser: WebDriver, address: str) -> None:
 
 
 def test_time_stands_still_and_goes_on(browser: WebDriver, address: str) -> None:
-    browser.get(address)
+    open_page(browser, address)
     wait_for(lambda: "answering" in text_of(browser), "the robots")
     _pause(browser)
     before = _time(browser)
@@ -209,7 +211,7 @@ def test_time_stands_still_and_goes_on(browser: WebDriver, address: str) -> None
 
 
 def test_the_speed_is_chosen(browser: WebDriver, address: str) -> None:
-    browser.get(address)
+    open_page(browser, address)
     wait_for(lambda: chosen(browser, "Speed") == "2 x", "the speed of the command line")
     choose(browser, "Speed", "0.25 x")
     factor = r"real-time factor\s+([\d.]+)"
@@ -220,7 +222,7 @@ def test_the_speed_is_chosen(browser: WebDriver, address: str) -> None:
 
 
 def test_robots_come_and_go(browser: WebDriver, address: str) -> None:
-    browser.get(address)
+    open_page(browser, address)
     wait_for(lambda: "2, 2 answering" in text_of(browser), "two robots")
     press(browser, "Spawn at a free place")
     wait_for(lambda: "3, 3 answering" in text_of(browser), "a third robot")
@@ -304,10 +306,9 @@ def test_a_view_of_its_own_is_attached(browser: WebDriver, swarm: Swarm) -> None
         port = re.search(r":(\d+)/", bare)
         assert port is not None
         assert query.startswith("token=")
-        browser.get(f"http://127.0.0.1:{port[1]}/")
+        open_page(browser, f"http://127.0.0.1:{port[1]}/")
         assert "needs its token" in text_of(browser)
-        errors(browser)  # the refusal
-        browser.get(f"http://127.0.0.1:{port[1]}/?robot=Srobot1&{query}")
+        open_page(browser, f"http://127.0.0.1:{port[1]}/?robot=Srobot1&{query}")
         wait_for(lambda: "2, 2 answering" in text_of(browser), "two robots")
         wait_for(lambda: "estimate" in text_of(browser), "the robot of the address")
         assert errors(browser) == []

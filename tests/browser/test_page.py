@@ -26,6 +26,7 @@ from tests.browser.page import (
     click_canvas,
     click_time_line,
     errors,
+    open_page,
     picture,
     press,
     text_of,
@@ -56,16 +57,17 @@ class Show:
 
 
 @pytest.fixture(scope="module")
-def show() -> Iterator[Show]:
+def show(browser: WebDriver) -> Iterator[Show]:
     running = Show()
     yield running
+    browser.get("about:blank")
     running.close()
 
 
 def test_twenty_robots_are_there_and_move(browser: WebDriver, show: Show) -> None:
     assert show.feed.wanted == set()
     show.feed.is_standing = False
-    browser.get(show.server.url())
+    open_page(browser, show.server.url())
     wait_for(lambda: "20, 20 answering" in text_of(browser), "twenty robots in the panel")
     wait_for(lambda: "190 reached, 0 tries failed" in text_of(browser), "all goals")
     wait_for(lambda: "driving 4" in text_of(browser), "all states")
@@ -80,7 +82,7 @@ def test_twenty_robots_are_there_and_move(browser: WebDriver, show: Show) -> Non
 
 def test_a_robot_has_a_page_of_its_own(browser: WebDriver, show: Show) -> None:
     show.feed.is_standing = False
-    browser.get(show.server.url("Srobot3"))
+    open_page(browser, show.server.url("Srobot3"))
     scan = topics.of_layer("Srobot3", Layer.SCAN)
     wait_for(lambda: scan in show.feed.wanted, "the robot's scan to be wanted")
     wait_for(lambda: "Srobot3" in text_of(browser), "the robot in the panel")
@@ -144,7 +146,7 @@ def seen_from(show: Show, browser: WebDriver, view: str) -> Camera:
 @pytest.mark.usefixtures("overview")
 def test_twenty_robots_are_seen_from_afar(browser: WebDriver, show: Show) -> None:
     show.feed.is_standing = False
-    browser.get(show.server.url())
+    open_page(browser, show.server.url())
     wait_for(lambda: "20, 20 answering" in text_of(browser), "twenty robots in the panel")
     assert "stands on its way: a robot or an obstacle is in front of it" in text_of(browser)
     show.feed.is_standing = True
@@ -175,7 +177,7 @@ def test_twenty_robots_are_seen_from_afar(browser: WebDriver, show: Show) -> Non
 
 def test_presets_walls_and_darkness(browser: WebDriver, show: Show) -> None:
     show.feed.is_standing = False
-    browser.get(show.server.url("Srobot5"))
+    open_page(browser, show.server.url("Srobot5"))
     wait_for(lambda: "loader_1, number 4 in the queue" in text_of(browser), "its station")
     camera = seen_from(show, browser, "Top")
     assert camera.position[2] > 8.0
@@ -202,7 +204,7 @@ def test_presets_walls_and_darkness(browser: WebDriver, show: Show) -> None:
 @pytest.mark.usefixtures("overview")
 def test_a_page_looks_into_the_past_of_a_live_swarm(browser: WebDriver, show: Show) -> None:
     show.feed.is_standing = False
-    browser.get(show.server.url("Srobot5"))
+    open_page(browser, show.server.url("Srobot5"))
     wait_for(lambda: "loader_1, number 4 in the queue" in text_of(browser), "its station")
     page = page_of(show)
     seen_from(show, browser, "Top")
@@ -248,7 +250,7 @@ def test_a_page_looks_into_the_past_of_a_live_swarm(browser: WebDriver, show: Sh
 
 def test_a_robot_tells_what_it_did_and_its_topics(browser: WebDriver, show: Show) -> None:
     show.feed.is_standing = False
-    browser.get(show.server.url("Srobot3"))
+    open_page(browser, show.server.url("Srobot3"))
     wait_for(lambda: "waiting for" in text_of(browser), "how long it has waited")
     assert "stands on its way: a robot or an obstacle is in front of it" in text_of(browser)
     unfold(browser, "History of the robot")
@@ -274,7 +276,7 @@ def test_measuring_pictures_films_and_links(browser: WebDriver, show: Show, tmp_
         "Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(tmp_path)}
     )
     show.feed.is_standing = False
-    browser.get(show.server.url("Srobot3"))
+    open_page(browser, show.server.url("Srobot3"))
     wait_for(lambda: "loader_1, number 2 in the queue" in text_of(browser), "its station")
     camera = seen_from(show, browser, "Top")
     press(browser, "Measure")
@@ -317,9 +319,8 @@ def test_measuring_pictures_films_and_links(browser: WebDriver, show: Show, tmp_
     wait_for(lambda: "Copied: http://" in text_of(browser), "the link")
     copied = re.search(r"Copied: (http\S+)", text_of(browser))
     assert copied is not None
-    browser.get("about:blank")
-    wait_for(lambda: show.viewer.pages == 0, "the page to be gone")
-    browser.get(copied[1])
+    assert errors(browser) == []
+    open_page(browser, copied[1])
     wait_for(lambda: "· the past" in text_of(browser), "the time of the link")
     page = page_of(show)
     assert page.robot == "Srobot3"

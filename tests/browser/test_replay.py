@@ -17,7 +17,7 @@ from swarm_common.middleware.topic_table import WORLD_TOPICS, Topic, robot_topic
 from swarm_recording.selection import ALWAYS
 from swarm_recording.tape import Tape
 from swarm_view.state import topics
-from tests.browser.page import choose, click_time_line, errors, press, text_of, wait_for
+from tests.browser.page import choose, click_time_line, errors, open_page, press, text_of, wait_for
 from tests.fakes.moving_feed import PERIOD, MovingFeed
 
 pytestmark = [pytest.mark.long, pytest.mark.timeout(600)]
@@ -54,7 +54,7 @@ def _topic(name: str) -> Topic:
 
 
 @pytest.fixture(scope="module")
-def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+def address(browser: WebDriver, tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     """Yield where a recording is shown."""
     folder = tmp_path_factory.mktemp("replay")
     record(folder / "recording.mcap")
@@ -71,6 +71,7 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
                 assert time.monotonic() < end, log.read_text()
                 time.sleep(0.3)
             yield found[1]
+            browser.get("about:blank")
         finally:
             process.send_signal(signal.SIGINT)
             with contextlib.suppress(subprocess.TimeoutExpired):
@@ -87,7 +88,7 @@ def time_shown(browser: WebDriver) -> float:
 
 
 def test_a_recording_is_played_at_several_speeds(browser: WebDriver, address: str) -> None:
-    browser.get(f"{address}&robot=Srobot3")
+    open_page(browser, f"{address}&robot=Srobot3")
     wait_for(lambda: "estimate" in text_of(browser), "the robot of the address")
     assert "Cancel goal" not in text_of(browser)
     assert "Remove robot" not in text_of(browser)
@@ -114,7 +115,7 @@ def test_a_recording_is_played_at_several_speeds(browser: WebDriver, address: st
 
 
 def test_the_time_line_leads_to_what_happened(browser: WebDriver, address: str) -> None:
-    browser.get(address)
+    open_page(browser, address)
     wait_for(lambda: "collisions 1" in text_of(browser), "the mark of the collision")
     text = text_of(browser)
     assert "goals 0" in text

@@ -8,7 +8,7 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.remote.webdriver import WebDriver
 
 from swarm_report.document import DRAWINGS, write_document
-from tests.browser.page import wait_for
+from tests.browser.page import errors, open_page, wait_for
 from tests.fakes.run_folder import make_run
 
 pytestmark = pytest.mark.long
@@ -18,8 +18,7 @@ pytestmark = pytest.mark.long
 def page(browser: WebDriver, tmp_path_factory: pytest.TempPathFactory) -> WebDriver:
     """Open the page of a run."""
     folder = make_run(tmp_path_factory.mktemp("run"), robots=3, seconds=60, crash=True)
-    browser.get_log("browser")
-    browser.get(write_document(folder).as_uri())
+    open_page(browser, write_document(folder).as_uri())
     return browser
 
 
@@ -31,7 +30,7 @@ def test_every_plot_is_drawn_without_a_complaint(page: WebDriver) -> None:
     for name in DRAWINGS:
         _show(page, name)
         wait_for(lambda n=name: page.find_elements(By.CSS_SELECTOR, f"#{n} .live .main-svg"), name)
-    assert [line for line in page.get_log("browser") if line["level"] == "SEVERE"] == []
+    assert errors(page) == []
 
 
 def test_a_plot_answers_to_the_mouse(page: WebDriver) -> None:
