@@ -88,8 +88,7 @@ def find_bottleneck(run: RunData) -> Bottleneck | None:
             use = uses[name].utilisation if name in uses else None
             found.append(Bottleneck(name, pose.x, pose.y, seconds, lost, use))
     found += [
-        Bottleneck("", float(x), float(y), float(seconds), lost)
-        for x, y, seconds in _places(stray)
+        Bottleneck("", float(x), float(y), float(seconds), lost) for x, y, seconds in _places(stray)
     ]
     found.sort(key=lambda one: -one.seconds)
     if not found or found[0].seconds < LEAST_SHARE * lost.seconds:
