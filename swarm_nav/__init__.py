@@ -1,1 +1,16 @@
-"""One robot: its navigator; imports swarm_common only."""
+"""One robot: its navigator; imports swarm_common only.
+
+Lower folders never import higher ones; the lowest stands first:
+
+    core          What every part of a navigator speaks of: its parameters, goals, states and
+                  priorities
+    planning      The way through the map: clearances and lanes, search on the lattice, paths
+    perception    What a robot knows of its surroundings: the others by radio, obstacles by LiDAR
+    localisation  Where the robot is in the map: odometry alone, or Monte Carlo localisation
+    control       From a path to a twist, inside the space that the robot holds
+    traffic       Rules between robots: reservation of space, right of way, stations, narrow regions
+    behaviour     What a robot does, tick by tick: goals, states, recoveries, and what it announces
+    ros           The navigator on the ROS graph: messages in, one call of the brain per tick,
+                  messages out
+    launch        Starting navigators: one warm parent that forks a process per robot
+"""

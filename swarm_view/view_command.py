@@ -11,7 +11,7 @@ import typer
 
 from swarm_commander.mission.discovery import find_robots
 from swarm_commander.run.domain import check_swarm, domain_id, patience_for
-from swarm_commander.run.options import LOOPBACK, VIEWER_PORT
+from swarm_commander.run.input.options import LOOPBACK, VIEWER_PORT
 from swarm_common.middleware.addresses import check_address
 from swarm_view.live import open_node, serve_live
 from swarm_view.server.server import Server

@@ -22,7 +22,7 @@ from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.result_builder import compose_result
 from swarm_bench.runs.stage import RunOptions, Stage, build
 from swarm_commander.mission.itinerary import Order
-from swarm_commander.run.wait_graph import WaitGraph, waits_for
+from swarm_commander.run.results.wait_graph import WaitGraph, waits_for
 from swarm_common.middleware.cdr import yaw_of
 from swarm_common.model.beacon import BEACON_DTYPE, BeaconArray, empty_beacons
 from swarm_common.model.breaches import Collision

@@ -12,7 +12,7 @@ from swarm_bench.runs.invariant import Invariant
 from swarm_bench.runs.result import RobotResult, RunResult, finite
 from swarm_bench.runs.stage import RunOptions, Stage
 from swarm_commander.mission.itinerary import Itinerary
-from swarm_commander.run.fairness import fairness
+from swarm_commander.run.results.fairness import fairness
 from swarm_common.model.breaches import MissedGoal, UnfinishedGoal
 from swarm_common.model.records import CONTROL_PERIOD
 from swarm_nav.core.goals import Status

@@ -13,7 +13,7 @@ from swarm_bench.runs.scenario import Scenario
 from swarm_commander.mission.itinerary import Itinerary
 from swarm_commander.mission.leg import Stop
 from swarm_commander.mission.mission import Mission, load_mission
-from swarm_commander.run.params import REALISTIC, default_parameters
+from swarm_commander.run.input.params import REALISTIC, default_parameters
 from swarm_common.files.map_io import load_map, map_of_world
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.grid import Grid

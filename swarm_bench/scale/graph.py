@@ -15,7 +15,7 @@ from swarm_bench.runs.ros_run import SWARM_UP, SwarmUpError, last_lines
 from swarm_bench.scale.plan import WORKLOADS, ScaleJob
 from swarm_bench.scale.result import ScaleResult
 from swarm_bench.scale.watch import Neighbours, ThreadTimes, dds_share, proportional_mb
-from swarm_commander.run.usage import process_tree
+from swarm_commander.run.processes.usage import process_tree
 from swarm_common.process.lifetime import die_with
 
 POLL_PERIOD = 0.5  # [s] of wall time

@@ -122,7 +122,7 @@ def run_app(name: str, load: Callable[[], typer.Typer]) -> int:
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # quietly, while modules are imported
     import typer
 
-    from swarm_commander.run.report import BAD_INPUT, COMPONENT_FAILED
+    from swarm_commander.run.results.report import BAD_INPUT, COMPONENT_FAILED
     from swarm_common.model.errors import SwarmError
 
     # Some versions of typer bring a click of their own, so the base is reached through typer.

@@ -11,8 +11,8 @@ from rich.console import Console
 from rich.table import Table
 
 from swarm_commander.run.domain import DomainLock, domain_id
-from swarm_commander.run.options import parse_speed
-from swarm_commander.run.signals import SignalCounter
+from swarm_commander.run.input.options import parse_speed
+from swarm_commander.run.processes.signals import SignalCounter
 from swarm_common.middleware import ros_env
 from swarm_common.model.errors import ConfigError
 from swarm_recording.bag import Bag

@@ -13,10 +13,10 @@ from rich.text import Text
 
 from swarm_commander.run import terminal
 from swarm_commander.run.domain import DomainLock
+from swarm_commander.run.input.plan import RunPlan
 from swarm_commander.run.local_run import LocalRun
-from swarm_commander.run.plan import RunPlan
-from swarm_commander.run.progress import Progress, summary_table
-from swarm_commander.run.report import (
+from swarm_commander.run.results.progress import Progress, summary_table
+from swarm_commander.run.results.report import (
     COMPONENT_FAILED,
     RunTimes,
     compose_report,
@@ -24,7 +24,7 @@ from swarm_commander.run.report import (
     load_verdict,
     write_report,
 )
-from swarm_commander.run.run_statistics import RunStatistics
+from swarm_commander.run.results.run_statistics import RunStatistics
 from swarm_commander.run.rundir import RunFolder, create_run_folder, write_env_sh
 from swarm_commander.run.terminal import complain
 from swarm_commander.viewers.foxglove import write_foxglove

@@ -12,7 +12,7 @@ from swarm_commander.cli.listing import fleet_names, listing, mission_names, wor
 from swarm_commander.cli.session import bring_up
 from swarm_commander.hosts.host_options import Role, check_combination
 from swarm_commander.run.domain import DomainLock, domain_id
-from swarm_commander.run.options import (
+from swarm_commander.run.input.options import (
     DEFAULT_ROBOT,
     LOOPBACK,
     VIEWER_PORT,
@@ -22,7 +22,7 @@ from swarm_commander.run.options import (
     robot_of,
     swarm_size_of,
 )
-from swarm_commander.run.plan import check_plan
+from swarm_commander.run.input.plan import check_plan
 from swarm_commander.viewers.rviz import windows
 from swarm_common.files.bytecode import ensure_bytecode, own_packages
 from swarm_common.middleware.addresses import check_address, check_port, own_address

@@ -15,9 +15,9 @@ from swarm_commander.hosts.robots_plan import RobotsPlan
 from swarm_commander.hosts.robots_run import RobotsRun, robots_report
 from swarm_commander.run import terminal
 from swarm_commander.run.domain import domain_id
-from swarm_commander.run.progress import Progress
-from swarm_commander.run.report import COMPONENT_FAILED, OK, write_report
-from swarm_commander.run.run_statistics import RunStatistics
+from swarm_commander.run.results.progress import Progress
+from swarm_commander.run.results.report import COMPONENT_FAILED, OK, write_report
+from swarm_commander.run.results.run_statistics import RunStatistics
 from swarm_commander.run.rundir import RunFolder, create_run_folder, write_env_sh
 from swarm_commander.run.terminal import complain
 from swarm_common.middleware import dds_profile, ros_env

@@ -12,15 +12,15 @@ from typing import Any, assert_never
 from swarm_commander.hosts.client_state import names_of
 from swarm_commander.hosts.robots_plan import RobotsPlan
 from swarm_commander.hosts.run_description import SITES, RunDescription, parse
+from swarm_commander.run.input.params import write_parameter_file
 from swarm_commander.run.local_run import HOST, MODULES
-from swarm_commander.run.params import write_parameter_file
 from swarm_commander.run.process_run import ProcessRun
-from swarm_commander.run.progress import Progress
-from swarm_commander.run.report import rounded
-from swarm_commander.run.run_statistics import RunStatistics
+from swarm_commander.run.processes.supervisor import describe_exit
+from swarm_commander.run.processes.usage import process_tree
+from swarm_commander.run.results.progress import Progress
+from swarm_commander.run.results.report import rounded
+from swarm_commander.run.results.run_statistics import RunStatistics
 from swarm_commander.run.rundir import RunFolder
-from swarm_commander.run.supervisor import describe_exit
-from swarm_commander.run.usage import process_tree
 from swarm_common.files.edition import edition
 from swarm_common.middleware.ros_env import PROFILES
 from swarm_common.middleware.secret import VARIABLE

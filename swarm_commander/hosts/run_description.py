@@ -13,9 +13,9 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from swarm_commander.run.flat import Flat, flatten, nest
-from swarm_commander.run.params import NODE
-from swarm_commander.run.world_params import SECTION
+from swarm_commander.run.input.flat import Flat, flatten, nest
+from swarm_commander.run.input.params import NODE
+from swarm_commander.run.input.world_params import SECTION
 from swarm_common.model.errors import ConfigError
 
 SITES = "sites"  # the one parameter that is a path on the world's host

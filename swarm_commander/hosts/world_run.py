@@ -11,13 +11,13 @@ from typing import Any, assert_never
 from swarm_commander.hosts.client_state import names_of
 from swarm_commander.hosts.run_description import RunDescription, compose
 from swarm_commander.run.domain import domain_id
+from swarm_commander.run.input.params import write_parameter_file
+from swarm_commander.run.input.plan import RunPlan
 from swarm_commander.run.local_run import HOST, MODULES, RUNNER, STOP_ORDER, WORLD, LocalRun
-from swarm_commander.run.params import write_parameter_file
-from swarm_commander.run.plan import RunPlan
-from swarm_commander.run.progress import Progress
-from swarm_commander.run.run_statistics import RunStatistics
+from swarm_commander.run.processes.supervisor import describe_exit
+from swarm_commander.run.results.progress import Progress
+from swarm_commander.run.results.run_statistics import RunStatistics
 from swarm_commander.run.rundir import RunFolder
-from swarm_commander.run.supervisor import describe_exit
 from swarm_common.files.edition import edition
 from swarm_common.middleware.secret import VARIABLE
 from swarm_common.model.records import Pose

@@ -10,15 +10,15 @@ from typing import Any, assert_never
 import psutil
 
 from swarm_commander.run.domain import Request
-from swarm_commander.run.params import write_parameter_file
-from swarm_commander.run.plan import RunPlan
+from swarm_commander.run.input.params import write_parameter_file
+from swarm_commander.run.input.plan import RunPlan
 from swarm_commander.run.process_run import ProcessRun
-from swarm_commander.run.progress import Progress
+from swarm_commander.run.processes.supervisor import Exit, describe_exit
+from swarm_commander.run.processes.usage import process_tree
 from swarm_commander.run.recording import recorder_config
-from swarm_commander.run.run_statistics import RunStatistics
+from swarm_commander.run.results.progress import Progress
+from swarm_commander.run.results.run_statistics import RunStatistics
 from swarm_commander.run.rundir import RunFolder
-from swarm_commander.run.supervisor import Exit, describe_exit
-from swarm_commander.run.usage import process_tree
 from swarm_commander.viewers.foxglove import write_foxglove
 from swarm_commander.viewers.rviz import (
     MERGED,

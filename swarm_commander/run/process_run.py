@@ -15,16 +15,16 @@ from typing import Any, assert_never
 import psutil
 
 from swarm_commander.run.domain import DomainLock, Request
-from swarm_commander.run.heartbeat import Heartbeats
-from swarm_commander.run.keeper import Keeper
-from swarm_commander.run.launch import ProcessChild
-from swarm_commander.run.progress import Progress
-from swarm_commander.run.restarts import MOST, Restarts
-from swarm_commander.run.run_statistics import RunStatistics
+from swarm_commander.run.processes.heartbeat import Heartbeats
+from swarm_commander.run.processes.keeper import Keeper
+from swarm_commander.run.processes.launch import ProcessChild
+from swarm_commander.run.processes.restarts import MOST, Restarts
+from swarm_commander.run.processes.signals import SignalCounter
+from swarm_commander.run.processes.supervisor import Exit, ProcessSpec, Supervisor, describe_exit
+from swarm_commander.run.processes.usage import UsageLog, UsageMeter
+from swarm_commander.run.results.progress import Progress
+from swarm_commander.run.results.run_statistics import RunStatistics
 from swarm_commander.run.rundir import RunFolder, last_line
-from swarm_commander.run.signals import SignalCounter
-from swarm_commander.run.supervisor import Exit, ProcessSpec, Supervisor, describe_exit
-from swarm_commander.run.usage import UsageLog, UsageMeter
 from swarm_common.files.journal import Journal
 from swarm_common.model.errors import SwarmError
 from swarm_common.process.messages import (

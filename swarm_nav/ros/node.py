@@ -27,18 +27,18 @@ from swarm_nav.core.lifecycle import Lifecycle
 from swarm_nav.ros.answer import Answers
 from swarm_nav.ros.bare_node import create_node
 from swarm_nav.ros.clock import TickClock
-from swarm_nav.ros.demand import OnDemand
 from swarm_nav.ros.inputs import TickInput, TickInputs
-from swarm_nav.ros.lifecycle_services import LifecycleServices
+from swarm_nav.ros.nav2.demand import OnDemand
+from swarm_nav.ros.nav2.lifecycle_services import LifecycleServices
+from swarm_nav.ros.nav2.plans import Plans
+from swarm_nav.ros.nav2.poses import deviation_in, is_placeholder, pose_in_map
+from swarm_nav.ros.nav2.reach import Reach
+from swarm_nav.ros.nav2.services import Services
+from swarm_nav.ros.nav2.tasks import Tasks
+from swarm_nav.ros.nav2.views import Views
 from swarm_nav.ros.params import Parameters
-from swarm_nav.ros.plans import Plans
-from swarm_nav.ros.poses import deviation_in, is_placeholder, pose_in_map
-from swarm_nav.ros.reach import Reach
-from swarm_nav.ros.services import Services
 from swarm_nav.ros.settings import NodeSettings
 from swarm_nav.ros.status import StatusWriter
-from swarm_nav.ros.tasks import Tasks
-from swarm_nav.ros.views import Views
 
 WORLD_SPACE = "/sim/"  # namespace of the world's nodes
 STATUS_TICKS = 5  # 2 Hz

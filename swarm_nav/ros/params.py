@@ -26,7 +26,7 @@ from swarm_nav.core.config import (
     parameter_values,
 )
 from swarm_nav.core.parameter_table import parameter_table
-from swarm_nav.ros.demand import OnDemand
+from swarm_nav.ros.nav2.demand import OnDemand
 from swarm_nav.ros.settings import (
     FIXED_EFFECTS,
     LIMITED,

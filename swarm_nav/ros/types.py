@@ -15,12 +15,13 @@ import rclpy.parameter_service
 import rclpy.time_source
 from rclpy.type_support import check_for_type_support
 
-from swarm_nav.ros import goals as ros_goals
-from swarm_nav.ros import lifecycle_services, node
-from swarm_nav.ros import plans as ros_plans
-from swarm_nav.ros import services as ros_services
-from swarm_nav.ros import tasks as ros_tasks
-from swarm_nav.ros import views as ros_views
+from swarm_nav.ros import node
+from swarm_nav.ros.nav2 import goals as ros_goals
+from swarm_nav.ros.nav2 import lifecycle_services
+from swarm_nav.ros.nav2 import plans as ros_plans
+from swarm_nav.ros.nav2 import services as ros_services
+from swarm_nav.ros.nav2 import tasks as ros_tasks
+from swarm_nav.ros.nav2 import views as ros_views
 
 USERS: tuple[ModuleType, ...] = (
     rclpy.node,

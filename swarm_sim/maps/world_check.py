@@ -35,8 +35,9 @@ LEVELS = 3  # heights at which the bodies of the physics engine are felt
 NAMED = 8  # differences that a message lists
 CODE = (
     "scene/section", "scene/mesh_section", "scene/mesh_kernels", "scene/polygon_pieces",
-    "scene/raw_triangles", "maps/raster", "maps/world_check", "physics/bullet_probe",
-    "physics/bullet_fixed", "physics/bullet_objects", "physics/bullet_shapes",
+    "scene/raw_triangles", "maps/raster", "maps/world_check", "physics/bullet/probe",
+    "physics/bullet/fixed_bodies", "physics/bullet/object_bodies",
+    "physics/bullet/collision_shapes",
 )  # fmt: skip
 
 
@@ -190,7 +191,7 @@ def _on_map(name: str, points: FloatArray, section: Section) -> Iterator[Differe
 
 def _felt(bodies: Sequence[Body], reach: Reach) -> Iterator[Difference]:
     """Feel for the triangles of bodies in the physics engine, with short rays through them."""
-    from swarm_sim.physics.bullet_probe import feel  # pybullet is slow to import
+    from swarm_sim.physics.bullet.probe import feel  # pybullet is slow to import
 
     low, high = reach
     for body in bodies:

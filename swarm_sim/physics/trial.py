@@ -21,8 +21,8 @@ from swarm_common.model.engines import BULLET, check_engine
 from swarm_common.model.errors import RobotModelError
 from swarm_common.model.records import CONTROL_PERIOD, Pose, RobotSpec, wrap_angle
 from swarm_sim.physics import objects, vehicles, walkers
-from swarm_sim.physics.bullet_robots import base_and_wheels
-from swarm_sim.physics.bullet_supports import SAG, SPRING, depths, find_supports, heights
+from swarm_sim.physics.bullet.robot_bodies import base_and_wheels
+from swarm_sim.physics.bullet.supports import SAG, SPRING, depths, find_supports, heights
 from swarm_sim.scene.robot_model import RobotModel
 
 AHEAD = 0.5  # [m]
@@ -37,8 +37,8 @@ LEAST_LOAD = 0.05  # of the weight that the driven wheels of either side carry
 MOST_TILT = math.radians(5.0)
 GRAVITY = 9.81  # [m/s²]
 MODULES = (
-    "bullet", "bullet_fixed", "bullet_kernels", "bullet_robots", "bullet_shapes",
-    "bullet_supports", "drive", "trial",
+    "bullet/bullet_engine", "bullet/bullet_kernels", "bullet/collision_shapes",
+    "bullet/fixed_bodies", "bullet/robot_bodies", "bullet/supports", "drive", "trial",
 )  # fmt: skip
 CURE = "let the inertias follow from the shapes, in robot.yaml: inertia: shapes"
 
@@ -134,7 +134,7 @@ def check_trial(spec: RobotSpec, model: RobotModel, period: float) -> Trial:
 def drive(spec: RobotSpec, model: RobotModel, period: float) -> Trial:
     """Return what a robot does that is alone on the ground."""
     check_engine(BULLET, "a trial of a robot model")
-    from swarm_sim.physics.bullet import BulletEngine
+    from swarm_sim.physics.bullet.bullet_engine import BulletEngine
 
     start = [Pose(0.0, 0.0, 0.0)]
     nobody = walkers.Walkers((), [spec], start, 0)

@@ -22,8 +22,8 @@ from swarm_common.process.messages import (
     WorldProgress,
 )
 from swarm_common.process.pipes import EventWriter
-from swarm_sim.ros.barrier import Barrier
 from swarm_sim.ros.pacing import SpeedMeter
+from swarm_sim.ros.robots.barrier import Barrier
 from swarm_sim.world.world import World
 
 

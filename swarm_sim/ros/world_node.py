@@ -31,20 +31,20 @@ from swarm_common.process.messages import (
     WorldCommand,
 )
 from swarm_common.process.pipes import EventWriter, MessageReader
-from swarm_sim.ros.barrier import Barrier
 from swarm_sim.ros.build import WorldSetup
-from swarm_sim.ros.control import Control
-from swarm_sim.ros.entities import Entities
-from swarm_sim.ros.foreign import Foreigners
-from swarm_sim.ros.inquiries import Inquiries
-from swarm_sim.ros.moves import LIMIT, Moves
 from swarm_sim.ros.pacing import Rate, Throttle
 from swarm_sim.ros.report import Reporter
-from swarm_sim.ros.run_state import RunState
-from swarm_sim.ros.scene_publisher import ScenePublisher
+from swarm_sim.ros.robots.barrier import Barrier
+from swarm_sim.ros.robots.foreign import Foreigners
+from swarm_sim.ros.robots.moves import LIMIT, Moves
+from swarm_sim.ros.robots.swarm import Links
+from swarm_sim.ros.services.control import Control
+from swarm_sim.ros.services.entities import Entities
+from swarm_sim.ros.services.inquiries import Inquiries
+from swarm_sim.ros.services.run_state import RunState
 from swarm_sim.ros.settings import Settings
-from swarm_sim.ros.swarm import Links
 from swarm_sim.ros.trace import Trace, begin_trace
+from swarm_sim.ros.viewing.scene_publisher import ScenePublisher
 from swarm_sim.world.object_registry import ObjectRegistry
 from swarm_sim.world.request_checks import Reach
 from swarm_sim.world.robot_registry import Arrival, RobotRegistry

@@ -313,7 +313,7 @@ def _make_engine(
     if config.engine == "planar":
         section = section_between(scene.fixed, *objects.heights)
         return PlanarEngine(section, specs, poses, config.physics_period, walkers, objects)
-    from swarm_sim.physics.bullet import BulletEngine  # pybullet is slow to import
+    from swarm_sim.physics.bullet.bullet_engine import BulletEngine  # pybullet is slow to import
 
     return BulletEngine(
         scene.fixed,

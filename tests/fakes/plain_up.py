@@ -4,7 +4,8 @@ import os
 import sys
 
 from swarm_commander.cli import main as cli
-from swarm_commander.run import local_run, restarts
+from swarm_commander.run import local_run
+from swarm_commander.run.processes import restarts
 
 for name, module in (
     ("WORLD", "world"),

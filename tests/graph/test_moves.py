@@ -8,7 +8,7 @@ import rclpy
 from rclpy.context import Context
 
 from swarm_common.model.records import Pose
-from swarm_sim.ros.moves import LIMIT, Moves
+from swarm_sim.ros.robots.moves import LIMIT, Moves
 from tests.fakes.ros_domains import reserved_domain
 
 TICK_LIMIT = 1.0  # [s] of wall time that no request may cost a tick

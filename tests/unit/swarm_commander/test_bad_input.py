@@ -10,7 +10,7 @@ import pytest
 from swarm_commander.cli import main as cli
 from swarm_commander.run import local_run
 from swarm_commander.run.domain import DomainLock
-from swarm_commander.run.supervisor import ProcessSpec
+from swarm_commander.run.processes.supervisor import ProcessSpec
 
 DOMAIN = 230
 Refusal = Callable[..., str]

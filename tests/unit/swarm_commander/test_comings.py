@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from swarm_commander.run.options import UpOptions
-from swarm_commander.run.plan import check_plan
-from swarm_commander.run.run_statistics import RunStatistics
-from swarm_commander.run.status_table import shown_state
+from swarm_commander.run.input.options import UpOptions
+from swarm_commander.run.input.plan import check_plan
+from swarm_commander.run.results.run_statistics import RunStatistics
+from swarm_commander.run.results.status_table import shown_state
 from swarm_common.model.records import Pose
 from swarm_common.process import messages as say
 

@@ -15,10 +15,10 @@ from typing import IO, cast
 import pytest
 from rich.console import Console
 
-from swarm_commander.run.report import write_report
-from swarm_commander.run.run_statistics import RunStatistics
+from swarm_commander.run.processes.supervisor import describe_exit
+from swarm_commander.run.results.report import write_report
+from swarm_commander.run.results.run_statistics import RunStatistics
 from swarm_commander.run.rundir import RunFolder, create_run_folder
-from swarm_commander.run.supervisor import describe_exit
 from swarm_commander.run.terminal import Outlet
 from swarm_common.files.whole_file import write_whole
 from swarm_common.model.breaches import MissedGoal

@@ -288,8 +288,10 @@ def test_a_blind_robot_driven_into_a_mesh_is_one_collision(
 def test_contacts_do_not_need_the_section(monkeypatch: pytest.MonkeyPatch) -> None:
     """The verdict is that of the triangles, even if no outline knew of the mesh."""
     nothing = section_between([], 0.0, 1.0)
-    for module in ("bullet_fixed", "bullet_surroundings"):
-        monkeypatch.setattr(f"swarm_sim.physics.{module}.section_between", lambda *_: nothing)
+    for module in ("fixed_bodies", "surroundings"):
+        monkeypatch.setattr(
+            f"swarm_sim.physics.bullet.{module}.section_between", lambda *_: nothing
+        )
     scene = Scene("wall", Path("."), (body_of(WALLS["double-faced"], "wall::link"),))
     config = WorldConfig(engine="bullet", with_lidar=False)
     world = World(scene, [WAFFLE], [Pose(-0.6, 0.3, 0.0)], config, 0)

@@ -9,8 +9,8 @@ import pytest
 from swarm_commander.hosts.host_options import Role, check_combination, parse_robots
 from swarm_commander.hosts.robots_plan import robots_plan
 from swarm_commander.hosts.run_description import compose, parse
-from swarm_commander.run.options import UpOptions
-from swarm_commander.run.plan import check_plan
+from swarm_commander.run.input.options import UpOptions
+from swarm_commander.run.input.plan import check_plan
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
 

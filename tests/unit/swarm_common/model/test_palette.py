@@ -2,7 +2,7 @@ from itertools import combinations
 
 import numpy as np
 
-from swarm_commander.run.status_table import MARKS
+from swarm_commander.run.results.status_table import MARKS
 from swarm_common.model.palette import LOOKS, STATES, css
 from swarm_report import style
 

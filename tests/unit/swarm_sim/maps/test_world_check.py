@@ -132,7 +132,7 @@ def test_who_is_left_out_or_invented_is_named(monkeypatch: pytest.MonkeyPatch) -
 
 def test_bodies_that_the_physics_engine_lacks_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = scene_of(body_of(room(3.0), "room::link"))
-    monkeypatch.setattr("swarm_sim.physics.bullet_probe.pieces_of", lambda body: ())
+    monkeypatch.setattr("swarm_sim.physics.bullet.probe.pieces_of", lambda body: ())
     (difference,) = found(scene)
     assert (difference.body, difference.what) == ("room::link", "the physics engine lacks it")
 

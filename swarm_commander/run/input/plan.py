@@ -1,0 +1,219 @@
+"""Everything that is checked and loaded before a run starts a single process."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from swarm_commander.mission.mission import Mission, load_mission
+from swarm_commander.run.input.options import DRIVES, UpOptions
+from swarm_commander.run.input.params import (
+    REALISTIC,
+    Overrides,
+    default_parameters,
+    load_overrides,
+    robot_parameter_file,
+)
+from swarm_common.files.map_io import load_map, map_of_world
+from swarm_common.files.resources import find_resource
+from swarm_common.files.sites_io import load_sites
+from swarm_common.middleware import ros_env
+from swarm_common.model.errors import ConfigError
+from swarm_common.model.records import Pose
+from swarm_common.model.sites import Sites
+from swarm_common.robots.fleet import Fleet, Member, uniform_fleet
+from swarm_common.robots.loading import load_robot
+
+WORLD_FILE = "world.sdf"
+SITES_FILE = "sites.yaml"
+
+
+@dataclass(frozen=True, slots=True)
+class RunPlan:
+    """The checked input of a run.
+
+    Attributes:
+        options: As typed.
+        world: World file.
+        map: Map of the user or of a world that comes with us; None to draw it from the world.
+        sites_path: Its sites file; None if there is none beside it.
+        sites: Its contents.
+        fleet: Model of each robot.
+        mission: What the robots are to do, if anything.
+        defaults: Parameters of the navigators by dotted name.
+        overrides: Of the user.
+    """
+
+    options: UpOptions
+    world: Path
+    map: Path | None
+    sites_path: Path | None
+    sites: Sites
+    fleet: Fleet
+    mission: Mission | None
+    defaults: dict[str, Any]
+    overrides: Overrides
+
+    @property
+    def alive(self) -> list[str]:
+        """Names of the robots that have a navigator."""
+        broken = self.overrides.world.broken_map
+        return [name for name in self.options.robot_names if name not in broken]
+
+    def world_config(self, verdict: Path) -> dict[str, Any]:
+        """Return the configuration of the world process."""
+        options, params = self.options, self.overrides.world
+        broken = params.broken_map
+        return {
+            **params.settings(),
+            **({"engine": DRIVES[options.drive]} if options.drive else {}),
+            "world": str(self.world),
+            "map": str(self.map) if self.map else None,
+            "sites": str(self.sites_path) if self.sites_path else None,
+            "robots": [
+                {
+                    "name": name,
+                    "model": member.model,
+                    "broken_at": _triple(broken.get(name)),
+                    "start": member.start or "",
+                }
+                for name, member in zip(options.robot_names, self.fleet.members, strict=True)
+            ],
+            "processes": options.processes,
+            "spawn": self.mission.spawn if self.mission is not None else "",
+            "skip_missing": options.skip_missing,
+            "skip_broken": options.skip_broken,
+            "seed": options.seed,
+            "realistic": options.realistic,
+            "speed": "max" if options.speed is None else options.speed,
+            "free_run": options.free_run,
+            "duration": options.duration,
+            "verdict_path": str(verdict),
+        }
+
+    def parameter_file(
+        self, number: int, initial_pose_map: Pose, map_sha256: str = ""
+    ) -> dict[str, Any]:
+        """Return the parameter file of robot `number`, from 1.
+
+        Args:
+            number: 3 for Srobot3.
+            initial_pose_map: Where it stands at the start.
+            map_sha256: Digest of the only map that it is to take from /map; empty for any.
+        """
+        name, member = self.options.robot_names[number - 1], self.fleet.members[number - 1]
+        waits = self.mission is not None and not self.options.free_run
+        return self._parameters(name, number, member, initial_pose_map, waits, map_sha256)
+
+    def parameter_file_of_newcomer(
+        self, name: str, number: int, model: str, initial_pose_map: Pose, map_sha256: str = ""
+    ) -> dict[str, Any]:
+        """Return the parameter file of a robot that was spawned while the run goes on.
+
+        Raises:
+            SwarmError: If there is no such model.
+        """
+        member = Member(model, load_robot(model))
+        return self._parameters(name, number, member, initial_pose_map, False, map_sha256)
+
+    def _parameters(
+        self,
+        name: str,
+        number: int,
+        member: Member,
+        initial_pose_map: Pose,
+        waits: bool,
+        map_sha256: str,
+    ) -> dict[str, Any]:
+        values = {
+            "autostart": self.options.autostart,
+            "wait_for_mission": waits,
+            "on_demand": self.options.swarm_size > ros_env.FEW_ROBOTS,
+            "sites": str(self.sites_path) if self.sites_path else "",
+            **self.defaults,
+            **(REALISTIC if self.options.realistic else {}),
+            **self._without_lidar(),
+            **member.limits_in_force,
+            **self.overrides.for_robot(name),
+            **({"map_sha256": map_sha256} if map_sha256 else {}),
+        }
+        return robot_parameter_file(name, number, member.spec, initial_pose_map, values)
+
+    def _without_lidar(self) -> dict[str, Any]:
+        """Return the parameters that navigators need in a world without LiDARs."""
+        is_off = self.overrides.world.values.get("with_lidar") is False
+        return {"with_lidar": False, "costmap.scan_timeout": 0.0} if is_off else {}
+
+    def runner_config(self, homes_map: list[Pose]) -> dict[str, Any]:
+        """Return the configuration of the mission process."""
+        options = self.options
+        return {
+            "robots": [
+                {
+                    "name": name,
+                    "number": number,
+                    "mission": self.fleet.members[number - 1].mission or options.mission,
+                }
+                for number, name in enumerate(options.robot_names, 1)
+                if name in self.alive
+            ],
+            "processes": options.processes,
+            "homes": [_triple(home) for home in homes_map],
+            "mission": options.mission,
+            "sites": str(self.sites_path) if self.sites_path else None,
+            "seed": options.seed,
+            "laps": options.laps,
+            "goals_per_robot": options.goals_per_robot,
+            "stand_still_at_end": options.until_done,
+        }
+
+
+def _triple(pose: Pose | None) -> list[float] | None:
+    return None if pose is None else [pose.x, pose.y, pose.yaw]
+
+
+def check_plan(options: UpOptions) -> RunPlan:
+    """Return the plan of a run.
+
+    Raises:
+        SwarmError: For the first thing that is wrong with the input.
+    """
+    world = find_resource("world", options.world, WORLD_FILE).absolute()
+    sites_path = world.parent / SITES_FILE
+    has_sites = sites_path.is_file()
+    sites = load_sites(sites_path) if has_sites else Sites()
+    fleet = options.fleet or uniform_fleet(options.robot, options.swarm_size)
+    map_file = options.map.absolute() if options.map is not None else map_of_world(world)
+    if map_file is not None:
+        load_map(map_file)
+    defaults = default_parameters()
+    overrides = Overrides({})
+    if options.params is not None:
+        overrides = load_overrides(options.params, options.robot_names, defaults)
+        if len(overrides.world.broken_map) == options.swarm_size:
+            raise ConfigError(f"{options.params}: /world: broken leaves no robot that works")
+    mission = load_mission(options.mission) if options.mission is not None else None
+    own = dict.fromkeys(member.mission for member in fleet.members if member.mission)
+    for each in (mission, *map(load_mission, own)):
+        if each is not None:
+            _check_mission(each, sites, sites_path, has_sites)
+    for start in dict.fromkeys(m.start for m in fleet.members if isinstance(m.start, str)):
+        sites.spawn_named(start)
+    return RunPlan(
+        options=options,
+        world=world,
+        map=map_file,
+        sites_path=sites_path if has_sites else None,
+        sites=sites,
+        fleet=fleet,
+        mission=mission,
+        defaults=defaults,
+        overrides=overrides,
+    )
+
+
+def _check_mission(mission: Mission, sites: Sites, sites_path: Path, has_sites: bool) -> None:
+    if not has_sites and any(leg.stations for leg in mission.route):
+        raise ConfigError(f"mission {mission.name} needs stations, but {sites_path} is missing")
+    mission.check_stations(sites, f"{sites_path}, for mission {mission.name}")

@@ -1,0 +1,195 @@
+"""What the user sees while a run goes, and the table at its end."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from rich.console import Console, Group
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+from swarm_commander.run.results.run_statistics import RunStatistics
+from swarm_commander.run.results.status_table import status_table
+
+REFRESH = 0.25  # [s] of wall time between two pictures
+LINE_PERIOD = 5.0  # [s] between two lines where there is no terminal
+SEPARATOR = " | "
+STARTING = "starting"  # with which the phases begin in which kernels may be compiled
+SHOWN_NOTES = 8  # of a kind; the report has all
+
+
+class Progress:
+    """Live picture on a terminal, a line from time to time elsewhere.
+
+    Args:
+        console: Where to.
+        statistics: What to show.
+        clock: Wall clock [s].
+    """
+
+    def __init__(
+        self, console: Console, statistics: RunStatistics, clock: Callable[[], float]
+    ) -> None:
+        self._console = console
+        self._statistics = statistics
+        self._clock = clock
+        self._due = 0.0
+        self._phase = STARTING
+        self._aside = ""
+        self._last_line = ""
+        self._shown: list[Text] = []
+        self._breaches: Counter[str] = Counter()
+        self._live = Live(console=console, auto_refresh=False, transient=True)
+
+    def start(self) -> None:
+        """Begin to draw."""
+        if self._console.is_terminal:
+            self._live.start()
+
+    def stop(self) -> None:
+        """Leave the terminal as it was."""
+        self._live.stop()
+
+    def phase(self, text: str) -> None:
+        """Set the phase that is shown."""
+        self._phase = text
+        if not text.startswith(STARTING):
+            self._aside = ""
+        self._due = 0.0
+
+    def compiling(self, ready: int, known: int) -> None:
+        """Say beside the phase that a first start compiles, and how far it is."""
+        if not self._phase.startswith(STARTING):
+            return
+        self._aside = f" (first start: compiling, {ready} of {known} kernels are ready)"
+        self._due = 0.0 if self._console.is_terminal else self._due
+
+    def note(self, text: str, style: str = "") -> None:
+        """Print a line that stays."""
+        self._console.print(Text(text, style=style), soft_wrap=True)
+
+    def breach(self, kind: str, text: str) -> None:
+        """Print a failure; of a kind that occurs often, only the number."""
+        self._breaches[kind] += 1
+        if self._breaches[kind] <= SHOWN_NOTES:
+            self.note(text, "red")
+        elif self._breaches[kind] == SHOWN_NOTES + 1 and not self._console.is_terminal:
+            self.note(f"more {kind} follow; all are in the report", "red")
+
+    def _untold(self) -> list[str]:
+        return [
+            f"and {count - SHOWN_NOTES} more {kind}"
+            for kind, count in self._breaches.items()
+            if count > SHOWN_NOTES
+        ]
+
+    def update(self) -> None:
+        """Draw if it is time to."""
+        now = self._clock()
+        if now < self._due:
+            return
+        if self._console.is_terminal:
+            self._due = now + REFRESH
+            picture = self._picture()
+            if picture != self._shown:  # no traffic to a terminal that shows it already
+                self._shown = picture
+                self._live.update(Group(*picture), refresh=True)
+            return
+        self._due = now + LINE_PERIOD
+        line = summary_line(self._phase + self._aside, self._statistics)
+        if line != self._last_line:
+            self._console.print(Text(line), soft_wrap=True)
+            self._last_line = line
+
+    def _picture(self) -> list[Text]:
+        collided = self._statistics.collisions or self._statistics.failed
+        head = packed(_parts(self._phase + self._aside, self._statistics), self._console.width)
+        style = "red" if collided else ""
+        rest = [Text(line, style="red") for line in self._untold()]
+        room = self._console.height - len(head) - len(rest) - 1
+        table = status_table(self._statistics, room)
+        return [*(Text(line, style=style) for line in head), *table, *rest]
+
+
+def summary_line(phase: str, statistics: RunStatistics) -> str:
+    """Return the state of the run in one line."""
+    return SEPARATOR.join(_parts(phase, statistics))
+
+
+def packed(parts: Sequence[str], width: int) -> list[str]:
+    """Return as few lines of at most `width` characters as hold the parts unbroken."""
+    lines = [parts[0]]
+    for part in parts[1:]:
+        longer = f"{lines[-1]}{SEPARATOR}{part}"
+        if len(longer) <= width:
+            lines[-1] = longer
+        else:
+            lines.append(part)
+    return lines
+
+
+def _parts(phase: str, statistics: RunStatistics) -> list[str]:
+    goals = (
+        f"{statistics.reached}/{statistics.total}" if statistics.total else str(statistics.reached)
+    )
+    return [
+        "paused" if statistics.is_paused else phase,
+        f"active {statistics.active}/{statistics.there}",
+        f"goals {goals}" + (f" ({statistics.failed} missed)" if statistics.failed else ""),
+        f"collisions {statistics.collisions}",
+        f"holding {len(statistics.holding)}",
+        f"t = {statistics.sim_time:.1f} s",
+        f"{statistics.real_time_factor:.2f}x real time",
+    ]
+
+
+def summary_table(report: Mapping[str, Any], code: int) -> Table:
+    """Return the result of a run as a table."""
+    goals, collisions = report["goals"], report["collisions"]
+    cpu, memory = report["cpu_ms_per_robot_second"], report["memory_mb"]
+    duration = report["goal_duration"]
+    rows = {
+        "goals reached": (
+            f"{goals['reached']} of {goals['sent']} sent, {goals['failed']} missed,"
+            f" {goals['pending']} pending"
+        ),
+        "collisions robot-robot, robot-world": (
+            ", ".join(_with_unit(collisions[kind], "") for kind in ("robot_robot", "robot_world"))
+        ),
+        "near misses": _with_unit(report["near_misses"], ""),
+        "minimum clearance": _with_unit(report["min_clearance"], "m"),
+        "simulated time": _with_unit(report["sim_time"], "s"),
+        "real-time factor": _with_unit(report["real_time_factor"], ""),
+        "all active after": _with_unit(report["active_after_wall"], "s"),
+        "makespan": _with_unit(report["makespan"], "s"),
+        "goals per minute": _with_unit(report["throughput_per_minute"], ""),
+        "median, longest time of a goal": f"{_with_unit(duration['median'], 's')}, "
+        f"{_with_unit(duration['worst'], 's')}",
+        "time spent holding, waiting": f"{report['hold_time']} s, {report['wait_time']} s",
+        "longest wait of a robot": _with_unit(report["worst_wait"], "s"),
+        "pushes, retreats, deadlocks resolved": (
+            f"{report['pushes']}, {report['retreats']}, {report['deadlocks_resolved']}"
+        ),
+        "replans, recoveries": f"{report['replans']}, {report['recoveries']}",
+        "late ticks": _with_unit(report["late_ticks"], ""),
+        "CPU per robot and second": (
+            f"{cpu['total']} ms (world {cpu['world']}, navigators {cpu['navigators']})"
+        ),
+        "memory": (
+            f"world {_with_unit(memory['world'], 'MB')},"
+            f" navigators {_with_unit(memory['navigators'], 'MB')}"
+        ),
+    }
+    title = f"{report['swarm_size']} robots in {report['world']}, seed {report['seed']}"
+    table = Table(title=title, title_justify="left", show_header=False)
+    for name, value in rows.items():
+        table.add_row(name, value)
+    table.add_row("exit code", str(code), style="bold green" if code == 0 else "bold red")
+    return table
+
+
+def _with_unit(value: float | None, unit: str) -> str:
+    return "unknown" if value is None else f"{value} {unit}".strip()

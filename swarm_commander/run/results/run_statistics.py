@@ -1,0 +1,354 @@
+"""The state of a run while it goes on: events of the processes added up."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import assert_never
+
+from swarm_commander.mission.itinerary import LOST_REASON
+from swarm_commander.run.results.wait_graph import WaitGraph, waits_for
+from swarm_common.model.breaches import Collision, MissedGoal, UnfinishedGoal
+from swarm_common.process.messages import (
+    ClientEvent,
+    CollisionBegan,
+    ConditionsChecked,
+    Event,
+    ForeignPublisher,
+    GoalMissed,
+    GoalReached,
+    GoalSent,
+    GoalsRestored,
+    GoalWithdrawn,
+    InputsRejected,
+    MeetingPorts,
+    MissionDone,
+    MissionLoaded,
+    NavigatorActive,
+    NavigatorDied,
+    OnlookerEvent,
+    ProcessEvent,
+    RobotLate,
+    RobotRemoved,
+    RobotSpawned,
+    ServerEvent,
+    StatusReported,
+    TimeOver,
+    WorldBuilt,
+    WorldProgress,
+)
+
+HOLDING = "holding"
+REPEAT_TIME = 10.0  # [s] in which a goal that failed and is sent again is the same goal
+SAME_GOAL = 1e-3  # [m]
+Uncounted = ProcessEvent | OnlookerEvent | ServerEvent | ClientEvent
+# What robots count themselves: of a status event -> of the report
+COUNTS = {
+    "pushes": "pushes",
+    "retreats": "retreats",
+    "deadlocks_resolved": "deadlocks_resolved",
+    "replans": "replans",
+    "number_of_recoveries": "recoveries",
+}
+
+
+class Meters:
+    """Figures that a navigator counts up from zero, and a new one of its robot once more."""
+
+    def __init__(self) -> None:
+        self._latest: dict[str, float] = {}
+        self._before: dict[str, float] = {}
+
+    def count(self, name: str, value: float) -> float:
+        """Take a reading; return the sum over all navigators that the robot has had."""
+        latest = self._latest.get(name, 0.0)
+        if value < latest:
+            self._before[name] = self._before.get(name, 0.0) + latest
+        self._latest[name] = value
+        return self._before.get(name, 0.0) + value
+
+
+class GivenGoals:
+    """Goals that a robot was given from outside, counted as those of a mission are.
+
+    Robots count each try. One that failed and is soon sent to the same place again has not missed
+    its goal yet.
+
+    Attributes:
+        sent: Settled goals, and the current one.
+        reached: Of them.
+        missed: Of them.
+    """
+
+    def __init__(self) -> None:
+        """Begin with none."""
+        self.sent = self.reached = self.missed = 0
+        self._tries_failed = self._repeats = 0
+        self._place_map: tuple[float, float] | None = None  # of the current goal
+        self._failed_map: tuple[float, float] | None = None  # of the one that failed last
+        self._failed_at = -math.inf
+
+    def count(
+        self, reached: int, tries_failed: int, goal_map: tuple[float, float] | None, now: float
+    ) -> None:
+        """Take what a robot reports: its counts so far, and where it is to go, if anywhere."""
+        if tries_failed > self._tries_failed:
+            self._failed_map, self._failed_at = self._place_map, now
+        if goal_map is not None and self._is_repeat(goal_map, now):
+            self._repeats += 1
+            self._failed_map = None
+        self._place_map, self._tries_failed = goal_map, tries_failed
+        self.reached, self.missed = reached, tries_failed - self._repeats
+        self.sent = self.reached + self.missed + (goal_map is not None)
+
+    def _is_repeat(self, goal_map: tuple[float, float], now: float) -> bool:
+        if self._failed_map is None or now - self._failed_at > REPEAT_TIME:
+            return False
+        return math.dist(goal_map, self._failed_map) < SAME_GOAL
+
+
+@dataclass(slots=True)
+class RobotStatistics:
+    """Of one robot.
+
+    Attributes:
+        restarts: Times that its navigator was restarted. left: Whether it was removed from the
+        world.
+        goal: Name of the goal under way; empty without one.
+        since: Simulated time [s] at which it entered its state.
+        durations: [s] that each goal took which was reached, by simulated time.
+        counts: By the report's names, see `COUNTS`.
+        meters: What its navigators counted.
+        given: Goals from outside, of a run without a mission.
+    """
+
+    active: bool = False
+    died: bool = False
+    restarts: int = 0
+    left: bool = False
+    state: str = ""
+    detail: str = ""
+    since: float = 0.0
+    hold_time: float = 0.0
+    wait_time: float = 0.0
+    sent: int = 0
+    reached: int = 0
+    failed: int = 0
+    goal: str = ""
+    durations: list[float] = field(default_factory=list)
+    counts: dict[str, int] = field(default_factory=lambda: dict.fromkeys(COUNTS.values(), 0))
+    meters: Meters = field(default_factory=Meters)
+    given: GivenGoals = field(default_factory=GivenGoals)
+
+    def drop_goal(self) -> None:
+        """Forget the current goal."""
+        self.goal, self.sent = "", self.reached + self.failed
+
+
+@dataclass(slots=True)
+class RunStatistics:
+    """Of all; `apply` is told every event.
+
+    Attributes:
+        robots: By name.
+        has_mission: Whether goals are counted from our mission; else from what robots report.
+        total: Goals of the mission; 0 while unknown.
+        is_done: Whether the mission is over.
+        sim_time: [s] latest known.
+        is_paused: Whether the world stands still, as somebody wants it to.
+        real_time_factor: Latest known.
+        robot_robot: Collision episodes so far.
+        robot_world: Likewise.
+        last_goal_time: [s] of simulated time at which the latest goal was settled.
+        collisions_seen: Contact episodes in order of time.
+        misses: Goals given up, in order of time.
+        rejected: Inputs that the doors of the processes turned away, by kind.
+        foreign: Topics with the names of nodes that should not publish there.
+        waits: Who waits for whom.
+        conditions: What the map has room for, as the navigators say.
+    """
+
+    robots: dict[str, RobotStatistics]
+    has_mission: bool
+    total: int = 0
+    is_done: bool = False
+    sim_time: float = 0.0
+    is_paused: bool = False
+    real_time_factor: float = 0.0
+    robot_robot: int = 0
+    robot_world: int = 0
+    last_goal_time: float = math.nan
+    collisions_seen: list[Collision] = field(default_factory=list)
+    misses: list[MissedGoal] = field(default_factory=list)
+    rejected: Counter[str] = field(default_factory=Counter)
+    foreign: list[tuple[str, str]] = field(default_factory=list)
+    waits: WaitGraph = field(default_factory=WaitGraph)
+    conditions: ConditionsChecked | None = None
+
+    @classmethod
+    def of(cls, names: Iterable[str], has_mission: bool) -> RunStatistics:
+        """Return the statistics at the start."""
+        return cls({name: RobotStatistics() for name in names}, has_mission)
+
+    def apply(self, event: Event) -> None:
+        """Add an event; kinds that do not count are ignored."""
+        match event:
+            case NavigatorActive(robot=name):
+                robot = self.robots[name]
+                robot.active, robot.died = True, False
+            case NavigatorDied(robot=name):
+                robot = self.robots[name]
+                robot.died = True
+                robot.state = robot.detail = ""
+                self.waits.note(name, "", self.sim_time)
+            case WorldProgress():
+                self.sim_time = event.sim_time
+                self.is_paused = event.is_paused
+                self.real_time_factor = event.real_time_factor
+                self.robot_robot = event.collisions.robot_robot
+                self.robot_world = event.collisions.robot_world
+            case RobotSpawned(robot=name):
+                robot = self.robots.setdefault(name, RobotStatistics())
+                robot.active = robot.died = robot.left = False
+                robot.state = robot.detail = ""
+            case RobotRemoved(robot=name):
+                self.robots[name].left = True
+                self.waits.note(name, "", self.sim_time)
+                self.robots[name].drop_goal()
+            case CollisionBegan(collision=collision):
+                self.collisions_seen.append(collision)
+            case InputsRejected(counts=counts):
+                self.rejected.update(counts)
+            case ConditionsChecked():
+                self.conditions = event
+            case ForeignPublisher(topic=topic, node=node):
+                self.foreign.append((topic, node))
+            case MissionLoaded(goals=goals):
+                self.total = goals
+            case GoalSent(robot=name, goal=goal):
+                self.robots[name].sent += 1
+                self.robots[name].goal = goal
+            case GoalReached():
+                self._add_reached(event)
+            case GoalMissed(missed=missed):
+                self.robots[missed.robot].failed += 1
+                self.robots[missed.robot].goal = ""
+                self.misses.append(missed)
+                self._settle(missed.sim_time)
+            case GoalWithdrawn(robot=name):
+                self.total -= 1
+                self.robots[name].drop_goal()
+            case GoalsRestored():
+                self._restore(event)
+            case StatusReported():
+                self._add_status(event)
+            case MissionDone():
+                self.is_done = True
+            case WorldBuilt() | MeetingPorts() | RobotLate() | TimeOver():
+                pass
+            case _:
+                if not isinstance(event, Uncounted):
+                    assert_never(event)
+
+    def on_mission_restart(self) -> None:
+        """Take back the current goals: the next mission process sends them again."""
+        for robot in self.robots.values():
+            robot.drop_goal()
+
+    @property
+    def active(self) -> int:
+        """Number of robots whose navigator is active."""
+        return sum(r.active and not r.died and not r.left for r in self.robots.values())
+
+    @property
+    def there(self) -> int:
+        """Number of robots that were not taken out."""
+        return sum(not robot.left for robot in self.robots.values())
+
+    @property
+    def sent(self) -> int:
+        """Goals sent."""
+        return sum(robot.sent for robot in self.robots.values())
+
+    @property
+    def reached(self) -> int:
+        """Goals reached."""
+        return sum(robot.reached for robot in self.robots.values())
+
+    @property
+    def failed(self) -> int:
+        """Goals given up."""
+        return sum(robot.failed for robot in self.robots.values())
+
+    @property
+    def pending(self) -> int:
+        """Goals not yet settled: of the whole mission, without one of those sent."""
+        return max(0, max(self.total, self.sent) - self.reached - self.failed)
+
+    @property
+    def collisions(self) -> int:
+        """Collision episodes of any kind."""
+        return self.robot_robot + self.robot_world
+
+    @property
+    def unfinished(self) -> list[UnfinishedGoal]:
+        """Robots that are under way to a goal, and in which state."""
+        return [
+            UnfinishedGoal(name, robot.goal, f"{robot.state} {robot.detail}".strip())
+            for name, robot in self.robots.items()
+            if robot.sent > robot.reached + robot.failed
+        ]
+
+    @property
+    def holding(self) -> list[str]:
+        """Names of the robots in the holding pattern."""
+        return [
+            name
+            for name, robot in self.robots.items()
+            if robot.state == HOLDING and not robot.died and not robot.left
+        ]
+
+    def _add_reached(self, event: GoalReached) -> None:
+        robot = self.robots[event.robot]
+        robot.reached += 1
+        robot.sent = max(robot.sent, robot.reached)
+        robot.durations.append(event.duration)
+        robot.goal = ""
+        self._settle(event.sim_time)
+
+    def _restore(self, event: GoalsRestored) -> None:
+        """Take back the goals that a robot had lost, as it is there again."""
+        robot = self.robots[event.robot]
+        robot.failed -= event.goals
+        robot.sent = robot.reached + robot.failed + 1  # the current one
+        robot.goal = event.goal
+        lost = (event.robot, LOST_REASON)
+        self.misses = [miss for miss in self.misses if (miss.robot, miss.reason) != lost]
+
+    def _add_status(self, event: StatusReported) -> None:
+        robot = self.robots[event.robot]
+        if robot.left:  # said before it went
+            return
+        if robot.state != event.state:
+            robot.since = event.sim_time
+        robot.state, robot.detail = event.state, event.detail
+        self.waits.note(event.robot, waits_for(event.state, event.detail), event.sim_time)
+        count = robot.meters.count
+        robot.hold_time = count("hold_time", event.hold_time)
+        robot.wait_time = count("wait_time", event.wait_time)
+        robot.counts = {name: int(count(key, getattr(event, key))) for key, name in COUNTS.items()}
+        if not self.has_mission:
+            settled = robot.reached + robot.failed
+            reached = int(count("goals_reached", event.goals_reached))
+            failed = int(count("goals_failed", event.goals_failed))
+            given = robot.given
+            given.count(reached, failed, event.goal_map, event.sim_time)
+            robot.sent, robot.reached, robot.failed = given.sent, given.reached, given.missed
+            if robot.reached + robot.failed > settled:
+                self._settle(event.sim_time)
+
+    def _settle(self, sim_time: float) -> None:
+        if not self.last_goal_time >= sim_time:
+            self.last_goal_time = sim_time

@@ -1,0 +1,214 @@
+"""Nav2's planning actions on the node: a leg at a time, so that no plan keeps a tick waiting."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import PoseStamped
+from nav2_msgs.action import ComputePathThroughPoses, ComputePathToPose, SmoothPath
+from rclpy.node import Node
+
+from swarm_common.middleware.rejections import RejectedError, Rejections
+from swarm_common.middleware.ros_io import path_msg
+from swarm_common.middleware.tick_action import GoalHandle, TickActionServer
+from swarm_common.model.records import FloatArray, Pose
+from swarm_nav.behaviour.navigator import Navigator
+from swarm_nav.core.goals import ErrorCode, Outcome, PlanError
+from swarm_nav.ros.nav2.demand import OnDemand
+from swarm_nav.ros.nav2.goals import (
+    CLIENT,
+    ToMap,
+    check_count,
+    duration_msg,
+    path_goal,
+    plan_error_code,
+)
+from swarm_nav.ros.nav2.reach import OffMapError, Reach
+
+SMOOTHERS = "", "simple_smoother"  # ids that name the one there is
+MOST_LEGS = 1000  # of one plan
+MOST_WAITING = 100  # plans; further ones are refused
+PORTION = 0.05  # [s] of wall time for plans between two ticks, and the current leg
+
+
+@dataclass(slots=True)
+class Job:
+    """A plan that was asked for.
+
+    Attributes:
+        name: Of the action.
+        handle: Of the goal.
+        goals: Of the request.
+        stops: Poses in map that it goes through, the start first.
+        pieces: Path (n, 2) of each leg that is planned.
+    """
+
+    name: str
+    server: TickActionServer
+    handle: GoalHandle
+    goals: Sequence[PoseStamped]
+    stops: list[Pose]
+    started: float
+    pieces: list[FloatArray] = field(default_factory=list)
+
+    @property
+    def is_through(self) -> bool:
+        """Whether its action is compute_path_through_poses."""
+        return self.server.kind is ComputePathThroughPoses
+
+
+class Plans:
+    """The servers of both actions, and the plans that wait."""
+
+    def __init__(
+        self,
+        node: Node,
+        brain: Navigator,
+        to_map: ToMap,
+        rejections: Rejections,
+        reach: Callable[[], Reach],
+        is_open: Callable[[], bool],
+        on_demand: OnDemand,
+    ) -> None:
+        """Offer the servers.
+
+        Args:
+            node: To create them on.
+            brain: Plans.
+            to_map: Brings a pose of any known frame to map.
+            rejections: Counts what is refused.
+            reach: Returns that of the map at hand.
+            is_open: Whether goals are accepted now (lifecycle).
+            on_demand: Takes the servers.
+        """
+        self._node = node
+        self._brain = brain
+        self._to_map = to_map
+        self._rejections = rejections
+        self._reach = reach
+        self._is_open = is_open
+        self._tick = 0
+        self._waiting: deque[Job] = deque()
+        for action, name in (
+            (ComputePathToPose, "compute_path_to_pose"),
+            (ComputePathThroughPoses, "compute_path_through_poses"),
+        ):
+            on_demand.offer_action(name, partial(self._serve, action, name))
+        on_demand.offer_action("smooth_path", self._serve_smoothing, is_rare=True)
+
+    def _serve(self, action: Any, name: str) -> None:
+        def has_room(_: Any) -> bool:
+            if len(self._waiting) >= MOST_WAITING:
+                self._rejections.reject(name, CLIENT, f"{MOST_WAITING} plans wait already")
+                return False
+            return self._is_open()
+
+        def begin(server: TickActionServer, handle: GoalHandle) -> None:
+            request = handle.request
+            goals = request.goals if action is ComputePathThroughPoses else [request.goal]
+            job = Job(name, server, handle, goals, [], time.perf_counter())
+            try:
+                if not goals:
+                    raise PlanError(ErrorCode.NO_VIAPOINTS_GIVEN, "no goals given")
+                check_count(goals, MOST_LEGS)
+                start = self._start(request)
+                job.stops = [start, *(self._to_map(goal) for goal in goals)]
+            except (PlanError, ValueError) as error:
+                self._fail(job, error)
+                return
+            self._waiting.append(job)
+
+        TickActionServer(self._node, action, name, has_room, begin, lambda _: None)
+
+    def _start(self, request: Any) -> Pose:
+        if not request.use_start:
+            return self._brain.pose_map
+        try:
+            return self._to_map(request.start)
+        except OffMapError as error:
+            error.code = ErrorCode.START_OUTSIDE_MAP
+            raise
+
+    def _serve_smoothing(self) -> None:
+        def begin(server: TickActionServer, handle: GoalHandle) -> None:
+            started = time.perf_counter()
+            result = SmoothPath.Result()
+            try:
+                result.path = path_msg(self._smoothed(handle.request), self._tick)
+                result.was_completed = True
+            except PlanError as error:
+                result.error_code, result.error_msg = int(error.code), str(error)
+            except ValueError as error:
+                self._rejections.reject("smooth_path", CLIENT, error)
+                result.error_code, result.error_msg = int(ErrorCode.SMOOTH_BAD_PATH), str(error)
+            result.smoothing_duration = duration_msg(time.perf_counter() - started)
+            if result.was_completed and result.path.poses:
+                last = handle.request.path.poses[-1]
+                result.path.poses[-1].pose.orientation = last.pose.orientation
+            server.finish(handle, result, succeeded=result.was_completed)
+
+        def is_open(_: Any) -> bool:
+            return self._is_open()
+
+        TickActionServer(self._node, SmoothPath, "smooth_path", is_open, begin, lambda _: None)
+
+    def _smoothed(self, request: Any) -> FloatArray:
+        if request.smoother_id not in SMOOTHERS:
+            raise PlanError(
+                ErrorCode.SMOOTH_BAD_ID,
+                f"there is no smoother '{request.smoother_id}'; expected {SMOOTHERS[1]}",
+            )
+        goal = path_goal(0, request, self._to_map, self._reach())
+        if len(goal.path_map) < 2:
+            raise PlanError(ErrorCode.SMOOTH_BAD_PATH, "the path has fewer than two poses")
+        path = self._brain.smooth(goal.path_map)
+        if request.check_for_collisions and not self._brain.is_clear(path):
+            raise PlanError(ErrorCode.SMOOTH_COLLISION, "the smoothed path is too near to a wall")
+        return path
+
+    def look(self, tick: int) -> None:
+        """Plan some of the legs that wait, at most for a while; `tick` is now."""
+        self._tick = tick
+        end = time.perf_counter() + PORTION
+        while self._waiting and time.perf_counter() < end:
+            job = self._waiting[0]
+            leg = len(job.pieces)
+            is_unwanted = job.handle.is_cancel_requested
+            if not is_unwanted and leg < len(job.goals):
+                try:
+                    piece = self._brain.make_plan(job.stops[leg], [job.stops[leg + 1]])
+                except (PlanError, ValueError) as error:
+                    self._waiting.popleft()
+                    self._fail(job, error)
+                    continue
+                job.pieces.append(piece if leg == 0 else piece[1:])
+            if is_unwanted or len(job.pieces) == len(job.goals):
+                self._waiting.popleft()
+                self._finish(job, tick)
+
+    def _fail(self, job: Job, error: PlanError | ValueError) -> None:
+        if isinstance(error, RejectedError):
+            self._rejections.reject(job.name, CLIENT, error)
+        result = job.server.kind.Result()
+        result.error_code, result.error_msg = plan_error_code(error, job.is_through), str(error)
+        self._send(job, Outcome.ABORTED, result)
+
+    def _finish(self, job: Job, tick: int) -> None:
+        result = job.server.kind.Result()
+        if job.handle.is_cancel_requested:
+            self._send(job, Outcome.CANCELED, result)
+            return
+        result.path = path_msg(np.vstack(job.pieces), tick)
+        if result.path.poses:
+            result.path.poses[-1].pose.orientation = job.goals[-1].pose.orientation
+        self._send(job, Outcome.SUCCEEDED, result)
+
+    def _send(self, job: Job, outcome: Outcome, result: Any) -> None:
+        result.planning_time = duration_msg(time.perf_counter() - job.started)
+        job.server.finish(job.handle, result, succeeded=outcome is Outcome.SUCCEEDED)

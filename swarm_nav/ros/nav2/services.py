@@ -1,0 +1,133 @@
+"""Nav2's services on the node: lifecycle, costmaps, map."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any, Protocol
+from urllib.parse import urlparse
+
+from geometry_msgs.msg import PoseStamped
+from nav2_msgs.srv import (
+    ClearCostmapAroundPose,
+    ClearCostmapAroundRobot,
+    ClearCostmapExceptRegion,
+    ClearEntireCostmap,
+    GetCostmap,
+    LoadMap,
+    ManageLifecycleNodes,
+)
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+
+from swarm_common.files.map_io import load_map
+from swarm_common.middleware import ros_io
+from swarm_common.middleware.rejections import Rejections
+from swarm_common.model.errors import SwarmError
+from swarm_common.model.grid import Grid
+from swarm_common.model.records import Pose
+from swarm_nav.behaviour.costmap import Costmap
+from swarm_nav.behaviour.navigator import Navigator
+from swarm_nav.core.lifecycle import Lifecycle
+from swarm_nav.ros.nav2.costmaps import costmap_msg
+from swarm_nav.ros.nav2.demand import OnDemand
+
+# By number in the request.
+COMMANDS = ("startup", "pause", "resume", "reset", "shutdown", "configure", "cleanup")
+
+
+class Body(Protocol):
+    """What the services need of the node."""
+
+    lifecycle: Lifecycle
+    rejections: Rejections
+    tick: int
+
+    def change_lifecycle(self, command: str) -> bool:
+        """Carry out a command of the lifecycle manager."""
+
+    def to_map(self, stamped: PoseStamped) -> Pose:
+        """Return a pose of one of the robot's frames in map."""
+
+    def take_map(self, grid: Grid) -> None:
+        """Navigate on another map from now on."""
+
+
+class Services:
+    """All services of one navigator beside its parameters'."""
+
+    def __init__(self, node: Node, body: Body, brain: Navigator, on_demand: OnDemand) -> None:
+        self._body = body
+        self._brain = brain
+
+        def make(
+            kind: Any, name: str, answer: Callable[[Any, Any], Any], *, is_rare: bool = False
+        ) -> None:
+            create = partial(node.create_service, kind, name, answer)
+            on_demand.offer([name], create, is_rare=is_rare)
+
+        make(ManageLifecycleNodes, "lifecycle_manager_navigation/manage_nodes", self._manage)
+        make(Trigger, "lifecycle_manager_navigation/is_active", self._is_active)
+        make(LoadMap, "map_server/load_map", self._load_map)
+        for name, compose in (("global", brain.global_costmap), ("local", brain.local_costmap)):
+            space = f"{name}_costmap"
+            make(ClearEntireCostmap, f"{space}/clear_entirely_{space}", self._clear)
+            make(GetCostmap, f"{space}/get_costmap", self._costmap_answer(compose))
+            for kind, what in (
+                (ClearCostmapAroundRobot, "around"),
+                (ClearCostmapAroundPose, "around_pose"),
+                (ClearCostmapExceptRegion, "except"),
+            ):
+                answer = partial(self._clear_part, what == "except")
+                make(kind, f"{space}/clear_{what}_{space}", answer, is_rare=True)
+
+    def _manage(self, request: Any, response: Any) -> Any:
+        if request.command < len(COMMANDS):
+            response.success = self._body.change_lifecycle(COMMANDS[request.command])
+        return response
+
+    def _is_active(self, _: Any, response: Any) -> Any:
+        response.success = self._body.lifecycle.is_active
+        return response
+
+    def _load_map(self, request: Any, response: Any) -> Any:
+        try:
+            path = Path(urlparse(request.map_url).path or request.map_url)
+            if not path.is_file():
+                response.result = LoadMap.Response.RESULT_MAP_DOES_NOT_EXIST
+                return response
+            grid = load_map(path)
+            upright = grid.upright()
+        except (SwarmError, OSError, ValueError, MemoryError) as error:
+            self._body.rejections.reject("load_map", "a client", error)
+            response.result = LoadMap.Response.RESULT_INVALID_MAP_DATA
+            return response
+        self._body.take_map(upright)
+        response.map = ros_io.grid_msg(grid, self._body.tick)
+        response.result = LoadMap.Response.RESULT_SUCCESS
+        return response
+
+    def _clear(self, _: Any, response: Any) -> Any:
+        self._brain.clear_costmap()
+        return response
+
+    def _clear_part(self, is_except: bool, request: Any, response: Any) -> Any:
+        """Forget marks in a square around the robot or a pose, or all others."""
+        try:
+            pose = getattr(request, "pose", None)
+            centre = self._brain.pose_map if pose is None else self._body.to_map(pose)
+        except ValueError as error:
+            self._body.rejections.reject("clear_costmap", "a client", error)
+            return response
+        if math.isfinite(request.reset_distance):
+            self._brain.clear_square(centre, 0.5 * request.reset_distance, is_except)
+        return response
+
+    def _costmap_answer(self, compose: Callable[[], Costmap]) -> Callable[[Any, Any], Any]:
+        def answer(_: Any, response: Any) -> Any:
+            response.map = costmap_msg(compose(), self._body.tick)
+            return response
+
+        return answer

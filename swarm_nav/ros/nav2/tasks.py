@@ -1,0 +1,201 @@
+"""Nav2's navigation actions and goal_pose on the node: requests in, feedback and results out."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from geometry_msgs.msg import PoseStamped, Twist
+from nav2_msgs.action import DockRobot, FollowGPSWaypoints, UndockRobot
+from rclpy.node import Node
+from std_msgs.msg import Empty
+
+from swarm_common.middleware.rejections import Rejections
+from swarm_common.middleware.ros_io import RELIABLE, unpacked
+from swarm_common.middleware.tick_action import GoalHandle, TickActionServer
+from swarm_common.model.records import CONTROL_PERIOD
+from swarm_nav.behaviour.navigator import Navigator
+from swarm_nav.core.goals import Goal, GoalEnded, GoalKind, Outcome
+from swarm_nav.ros.nav2.demand import OnDemand
+from swarm_nav.ros.nav2.goals import (
+    ACTIONS,
+    CLIENT,
+    ToMap,
+    feedback_msg,
+    goal_from_request,
+    pose_goal,
+    result_msg,
+    start_tick,
+    twist_from_msg,
+)
+from swarm_nav.ros.nav2.reach import Reach
+
+FEEDBACK_TICKS = 5
+# What there is not: Nav2's error code and why.
+UNSUPPORTED = {
+    "dock_robot": (DockRobot, DockRobot.Result.DOCK_NOT_IN_DB, "there are no docks"),
+    "undock_robot": (UndockRobot, UndockRobot.Result.DOCK_NOT_VALID, "there are no docks"),
+    "follow_gps_waypoints": (
+        FollowGPSWaypoints,
+        FollowGPSWaypoints.Result.UNKNOWN,
+        "the map has no geographic coordinates",
+    ),
+}
+LONG_WAIT = 50  # ticks before a goal begins that are worth a line in the log
+LISTENER_TICKS = 20  # between two searches for listeners to feedback; asking the graph is slow
+
+
+@dataclass(slots=True)
+class Running:
+    """An action goal that the brain has not ended yet."""
+
+    server: TickActionServer
+    handle: GoalHandle
+    goal: Goal
+    started_tick: int = 0
+    has_listeners: bool = False
+
+
+class Tasks:
+    """All action servers of one navigator."""
+
+    def __init__(
+        self,
+        node: Node,
+        brain: Navigator,
+        to_map: ToMap,
+        reach: Callable[[], Reach],
+        rejections: Rejections,
+        is_open: Callable[[], bool],
+        on_goal: Callable[[], None],
+        on_demand: OnDemand,
+    ) -> None:
+        """Create the servers.
+
+        Args:
+            node: To create them on.
+            brain: Takes the goals.
+            to_map: Brings a pose of any known frame to map.
+            reach: Returns that of the map at hand.
+            rejections: Counts what is refused.
+            is_open: Whether goals are accepted now (lifecycle).
+            on_goal: Called after the brain has got a goal.
+            on_demand: Takes the servers that few clients ask for.
+        """
+        self._node = node
+        self._brain = brain
+        self._to_map = to_map
+        self._reach = reach
+        self._rejections = rejections
+        self._is_open = is_open
+        self._on_goal = on_goal
+        self._running: dict[int, Running] = {}
+        self._last_id = 0
+        self._tick = 0
+        self._serve(GoalKind.NAVIGATE, ACTIONS[GoalKind.NAVIGATE])
+        for kind, action in ACTIONS.items():
+            if kind is not GoalKind.NAVIGATE:
+                is_rare = kind is GoalKind.TELEOP
+                serve = partial(self._serve, kind, action)
+                on_demand.offer_action(kind.value, serve, is_rare=is_rare)
+        for name, (action, code, reason) in UNSUPPORTED.items():
+            refuse = partial(self._refuse, action, name, code, reason)
+            on_demand.offer_action(name, refuse, is_rare=True)
+        node.create_subscription(PoseStamped, "goal_pose", self._take_goal_pose, RELIABLE, raw=True)
+
+    def _refuse(self, action: Any, name: str, code: int, reason: str) -> None:
+        """Serve an action that ends at once: without a server its clients would wait for ever."""
+        result = action.Result(error_code=code, error_msg=reason)
+        if hasattr(result, "success"):
+            result.success = False
+
+        def end(server: TickActionServer, handle: GoalHandle) -> None:
+            server.finish(handle, result, succeeded=False)
+
+        TickActionServer(self._node, action, name, lambda _: True, end, lambda _: None)
+
+    def _serve(self, kind: GoalKind, action: Any) -> None:
+        if kind is GoalKind.TELEOP:
+            make = self._node.create_subscription
+            make(Twist, "cmd_vel_teleop", self._steer, RELIABLE, raw=True)
+            make(Empty, "preempt_teleop", self._end_teleop, RELIABLE)
+
+        def is_sensible(request: Any) -> bool:
+            return self._is_open() and self._parse(kind, request) is not None
+
+        def begin(server: TickActionServer, handle: GoalHandle) -> None:
+            goal = self._parse(kind, handle.request)
+            assert goal is not None  # accepted a moment ago
+            self._last_id = goal.goal_id
+            self._running[goal.goal_id] = Running(server, handle, goal, self._tick)
+            self._start(goal)
+
+        TickActionServer(self._node, action, kind.value, is_sensible, begin, self._cancel)
+
+    def _parse(self, kind: GoalKind, request: Any) -> Goal | None:
+        try:
+            number, reach = self._last_id + 1, self._reach()
+            goal = goal_from_request(kind, number, request, self._to_map, reach)
+            # Also the first goal begins one tick later, whether it came before tick 0 or after it.
+            return dataclasses.replace(goal, start_tick=start_tick(goal, self._tick))
+        except ValueError as error:
+            self._rejections.reject(kind.value, CLIENT, error)
+            return None
+
+    def _start(self, goal: Goal) -> None:
+        if (wait := goal.start_tick - self._tick) > LONG_WAIT:
+            log = self._node.get_logger().info
+            log(f"{goal.kind.value}: begins in {wait * CONTROL_PERIOD:.1f} s, as it was asked to")
+        self._brain.set_goal(goal)
+        self._on_goal()
+
+    def _take_goal_pose(self, data: bytes) -> None:
+        try:
+            goal = pose_goal(self._last_id + 1, unpacked(data, PoseStamped), self._to_map)
+            goal = dataclasses.replace(goal, start_tick=self._tick + 1)
+        except ValueError as error:
+            self._rejections.reject("goal_pose", CLIENT, error)
+            return
+        if self._is_open():
+            self._last_id = goal.goal_id
+            self._start(goal)
+
+    def _steer(self, data: bytes) -> None:
+        try:
+            twist = twist_from_msg(unpacked(data, Twist))
+        except ValueError as error:
+            self._rejections.reject("cmd_vel_teleop", CLIENT, error)
+            return
+        self._brain.steer(twist)
+
+    def _end_teleop(self, _: Empty) -> None:
+        self._brain.end_teleop()
+
+    def _cancel(self, handle: GoalHandle) -> None:
+        for goal_id, running in self._running.items():
+            if running.handle == handle and self._brain.goal_id == goal_id:
+                self._brain.cancel_goal()
+
+    def report(self, tick: int, ended: Sequence[GoalEnded]) -> None:
+        """Send the results of the goals that ended at this tick, and feedback from time to time."""
+        self._tick = tick
+        for event in ended:
+            running = self._running.pop(event.goal_id, None)
+            if running is not None:
+                result = result_msg(running.goal, event, running.started_tick)
+                reached = event.outcome is Outcome.SUCCEEDED
+                running.server.finish(running.handle, result, succeeded=reached)
+        running = self._running.get(self._brain.goal_id or 0)
+        if running is not None and (tick - running.started_tick) % FEEDBACK_TICKS == 0:
+            self._send_feedback(running, tick)
+
+    def _send_feedback(self, running: Running, tick: int) -> None:
+        if (tick - running.started_tick) % LISTENER_TICKS == FEEDBACK_TICKS:
+            running.has_listeners = running.server.has_listeners
+        feedback = self._brain.feedback() if running.has_listeners else None
+        if feedback is not None:
+            message = feedback_msg(running.goal, feedback, running.started_tick, tick)
+            running.server.publish_feedback(running.handle, message)

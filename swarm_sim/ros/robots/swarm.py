@@ -1,0 +1,254 @@
+"""The topics of all robots on the side of the world, in the order of robots."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+
+import numpy as np
+from rclpy.node import Node
+
+from swarm_common.middleware.participants import Hubs
+from swarm_common.middleware.ros_poll import Waiter
+from swarm_common.model.records import RobotSpec, Twist
+from swarm_sim.ros.build import WorldSetup
+from swarm_sim.ros.robots.barrier import Barrier
+from swarm_sim.ros.robots.foreign import Foreigners
+from swarm_sim.ros.robots.hosts import Hosts
+from swarm_sim.ros.robots.links import RobotLink
+from swarm_sim.ros.settings import Settings
+from swarm_sim.world.robot_registry import number_of
+from swarm_sim.world.world import Observation, World
+
+TOGETHER = 0.005  # [s] within which repeats that are due go into one batch
+HURRY = 1.5  # times as long as the last answer took
+SHORTEST = 0.001  # [s] of a wait
+KEEPS_UP = 10  # ticks that a late robot may be behind to be waited for again
+
+
+class Links:
+    """Publishes observations and collects answers; tells the barrier which robots have answered."""
+
+    def __init__(
+        self,
+        node: Node,
+        stage: WorldSetup,
+        settings: Settings,
+        barrier: Barrier,
+        foreigners: Foreigners,
+        *,
+        is_large: bool,
+    ) -> None:
+        """Create all topics.
+
+        Args:
+            node: Of the world.
+            stage: Robots and world.
+            settings: Of the world.
+            barrier: Waits for the robots.
+            foreigners: Told of what is not a robot's own.
+            is_large: Whether the topics are spread over hubs, see `participants`.
+        """
+        self._settings = settings
+        self._barrier = barrier
+        self._foreigners = foreigners
+        robots = len(stage.specs)
+        self._hubs = Hubs(node, robots, is_large=is_large, with_gallery=True)
+        self._waiter = Waiter(node.context)
+        self._links: list[RobotLink] = []
+        self._hosts = Hosts(node)
+        self._opened_at = self._answer_at = 0.0  # wall time of the tick, and of its last answer
+        self._world = stage.world
+        for index, entry in enumerate(settings.robots):
+            self.add(index, entry.name, stage.specs[index], stage.urdfs[index])
+
+    @property
+    def names(self) -> list[str]:
+        """Namespaces of the robots, also of those that are gone."""
+        return [link.name for link in self._links]
+
+    @property
+    def meeting_ports(self) -> dict[str, list[int]]:
+        """Where the navigator of each robot meets the world."""
+        ports = self._hubs.ports(self.names)
+        return {name: [*self._hubs.own_ports, port] for name, port in ports.items()}
+
+    def add(self, robot: int, name: str, spec: RobotSpec, urdf: str) -> bool:
+        """Create the topics of a robot, a new one or in place of one that is gone.
+
+        Returns:
+            Whether it is a new one.
+        """
+
+        def note_answer() -> None:
+            self._barrier.answer(robot)
+            self._answer_at = time.monotonic()
+            link.trip.answer(self._answer_at)
+
+        node = self._hubs.node_of(robot)
+        link = RobotLink(
+            node,
+            self._hubs.gallery,
+            name,
+            spec,
+            urdf,
+            self._settings,
+            number_of(name),
+            note_answer,
+            self._foreigners,
+            self._world.errors_of(spec),
+        )
+        if robot < len(self._links):
+            self._links[robot] = link
+            return False
+        self._links.append(link)
+        return True
+
+    def remove(self, robot: int) -> str:
+        """Withdraw the topics of a robot; return its name."""
+        self._links[robot].destroy()
+        return self._links[robot].name
+
+    def move_out(self, host: str, names: Sequence[str], run: str, secret: str) -> None:
+        """Take note that the navigators of some robots are on another host; see `Hosts.assign`."""
+        robots = {self.names.index(name): number_of(name) for name in names if name in self.names}
+        self._hosts.assign(host, robots, run, secret)
+        for robot in robots:
+            self._links[robot].move_out()
+
+    def open(self, tick: int, observations: Sequence[Observation], now: float) -> None:
+        """Begin a tick at wall time `now`: forget the last answers, publish what robots sense."""
+        self._opened_at = self._answer_at = now
+        for link in self._links:
+            link.open(tick)
+            link.trip.send(now)
+        self._publish(range(len(self._links)), observations)
+
+    def repeat(self, observations: Sequence[Observation], now: float) -> bool:
+        """Publish once more for robots whose answer takes longer than usual.
+
+        Args:
+            observations: Of the present tick.
+            now: Wall time [s].
+
+        Returns:
+            Whether there are any.
+        """
+        due = self._due_times()
+        if all(time > now for time in due.values()):
+            return False
+        late = [robot for robot, time in due.items() if time <= now + TOGETHER]
+        for robot in late:
+            trip = self._links[robot].trip
+            if trip.due_at <= now + TOGETHER:
+                trip.repeat(now)
+            else:
+                trip.hurry(now)
+        self._publish(late, observations)
+        return True
+
+    def _due_times(self) -> dict[int, float]:
+        """Return when each missing answer is to be asked for again.
+
+        How long answers take depends on how busy all hosts are, and so differs more from tick to
+        tick than from robot to robot. Once half of the robots have answered, one on another host
+        whose answer takes half as long again as the last one's has probably lost a message.
+        """
+        missing = self._barrier.missing()
+        hurry_at = self._opened_at + HURRY * (self._answer_at - self._opened_at)
+        has_most = 2 * len(missing) <= self._barrier.answering
+        due = {}
+        for robot in missing:
+            trip = self._links[robot].trip
+            may_hurry = has_most and self._hosts.has(robot) and not trip.is_hurried
+            due[robot] = min(trip.due_at, hurry_at) if may_hurry else trip.due_at
+        return due
+
+    def repeat_at_start(
+        self, observations: Sequence[Observation], now: float, *, to_newcomers: bool
+    ) -> None:
+        """Publish once more for robots that were not there.
+
+        Args:
+            observations: Of the first tick.
+            now: Wall time [s].
+            to_newcomers: Only for those that have been there for few repeats.
+        """
+        newcomers = []
+        for robot in self._barrier.missing():
+            link = self._links[robot]
+            if link.is_newcomer() or not to_newcomers:
+                newcomers.append(robot)
+                link.trip.repeat(now)
+        self._publish(newcomers, observations)
+
+    def _publish(self, robots: Sequence[int], observations: Sequence[Observation]) -> None:
+        elsewhere = {}
+        for robot in robots:
+            self._links[robot].publish(observations[robot])
+            if self._hosts.has(robot) and not self._links[robot].is_gone:
+                elsewhere[robot] = observations[robot].reception
+        if elsewhere:
+            self._hosts.publish(observations[robots[0]].odom.tick, elsewhere)
+
+    def wait(self, timeout: float, now: float) -> None:
+        """Wait for the middle one of the robots whose answers are missing.
+
+        When it has answered, so have about half of them: a tick takes few looks at all.
+
+        Args:
+            timeout: [s] at most; less if an answer is to be asked for again before.
+            now: Wall time [s].
+        """
+        due_times = self._due_times()
+        due, missing = min(due_times.values()), list(due_times)
+        middle = self._links[missing[len(missing) // 2]]
+        self._waiter.wait([middle.awaited], min(timeout, max(due - now, SHORTEST)))
+
+    def take_answers(self) -> None:
+        """Take what has come from robots whose answer is not whole, also from the late."""
+        for robot, link in enumerate(self._links):
+            if link.has_answered:
+                continue
+            before = link.newest_tick
+            link.take_answers()
+            if link.newest_tick > before and 0 < link.lag <= KEEPS_UP:
+                self._barrier.hear(robot)
+
+    def answers(self) -> tuple[list[Twist | None], list[np.void | None]]:
+        """Return command and beacon of each robot; a robot that did not answer in time stops."""
+        commands = [link.fresh_command() for link in self._links]
+        if not self._settings.free_run:
+            commands = [command or Twist() for command in commands]
+        return commands, [link.beacon for link in self._links]
+
+    def publish_for_viewers(self, observations: Sequence[Observation], world: World) -> None:
+        """Publish what somebody looks at."""
+        for robot, link in enumerate(self._links):
+            if link.wants_tf or link.wants_joints:
+                pose_odom = observations[robot].odom.pose_odom
+                link.publish_for_viewers(pose_odom, world.joint_states(robot))
+            if link.wants_imu:
+                link.publish_imu(world.imu(robot))
+        if any(link.wants_truth for link in self._links):
+            for link, truth in zip(self._links, world.ground_truth(), strict=True):
+                if link.wants_truth:
+                    link.publish_truth(*truth)
+
+    def look_for_viewers(self) -> None:
+        """See which of the topics that only viewers need have a subscriber."""
+        for link in self._links:
+            link.look_for_viewers()
+
+    def look_for_foreigners(self) -> None:
+        """Look for foreign publishers on topics of robots; a few robots at each call."""
+        seats = [
+            (self._hubs.node_of(robot), link.name)
+            for robot, link in enumerate(self._links)
+            if not link.is_gone
+        ]
+        self._foreigners.look(seats, is_free_run=self._settings.free_run)
+
+    def destroy(self) -> None:
+        """Leave the graph, except with the world's own node."""
+        self._hubs.destroy()

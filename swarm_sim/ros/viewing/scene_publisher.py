@@ -1,0 +1,100 @@
+"""The world for those who look at it: geometry once, poses of all robots every tick if wanted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from geometry_msgs.msg import Point
+from rclpy.node import Node
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import Marker, MarkerArray
+
+from swarm_common.middleware import ros_io
+from swarm_common.middleware.cdr import TransformsWriter
+from swarm_common.model.records import Pose
+from swarm_sim.ros.viewing.markers import body_markers, marker_of, set_scale
+from swarm_sim.ros.viewing.movers import Movers
+from swarm_sim.scene.scene import Scene
+from swarm_sim.world.world import World
+
+BASE = "base_footprint"
+STATION, CIRCUIT = (0.18, 0.55, 0.34, 0.9), (0.90, 0.60, 0.00, 0.9)  # colours
+STATION_SIZE = (0.5, 0.02)  # [m] diameter and height of the disc
+
+
+class ScenePublisher:
+    """The topics `/sim/scene`, `/sim/tf` and `/sim/movers`."""
+
+    def __init__(self, node: Node, scene: Scene, world: World) -> None:
+        self._world = world
+        self.renew(world.names)
+        make = node.create_publisher
+        self._scene = make(MarkerArray, "/sim/scene", ros_io.LATCHED)
+        self._tf = make(TFMessage, "/sim/tf", ros_io.TRANSFORMS)
+        self._movers = make(MarkerArray, "/sim/movers", ros_io.RELIABLE)
+        self._scene.publish(MarkerArray(markers=scene_markers(scene)))
+        self._movers_seen = Movers(world)
+        self._tf_readers = self._mover_readers = 0
+
+    def renew(self, present: Sequence[str]) -> None:
+        """Show these robots from now on."""
+        self._rows = [self._world.names.index(name) for name in present]
+        self._writer = TransformsWriter("map", [f"{name}/{BASE}" for name in present])
+        self._is_stale = True
+
+    def look_for_viewers(self, tick: int) -> None:
+        """See who listens; they get what is new to them, also while the world is paused."""
+        before = self._tf_readers, self._mover_readers
+        self._tf_readers = self._tf.get_subscription_count()
+        self._mover_readers = self._movers.get_subscription_count()
+        has_newcomers = self._tf_readers > before[0] or self._mover_readers > before[1]
+        if has_newcomers or self._is_stale:
+            self._is_stale = False
+            self.publish(tick)
+
+    def publish(self, tick: int) -> None:
+        """Publish the poses of all robots to whoever has subscribed."""
+        if self._tf_readers:
+            self._tf.publish(self._writer.encode(tick, self._world.poses[self._rows]))
+        if self._mover_readers:
+            markers = self._movers_seen.markers(tick)
+            if markers:
+                self._movers.publish(MarkerArray(markers=markers))
+
+
+def scene_markers(scene: Scene) -> list[Marker]:
+    """Return the markers of all that never moves: bodies, stations, circuits."""
+    markers: list[Marker] = []
+    for body in (*scene.fixed, *scene.decor):
+        markers += body_markers(body, "body", len(markers))
+    for number, (name, pose) in enumerate(scene.sites.stations.items()):
+        markers += _station_markers(name, pose, number)
+    markers += [
+        _line(name, points, number)
+        for number, (name, points) in enumerate(scene.sites.circuits.items())
+    ]
+    return markers
+
+
+def _station_markers(name: str, pose: Pose, number: int) -> list[Marker]:
+    disc = marker_of("station", number, Marker.CYLINDER, STATION, 0)
+    disc.pose = ros_io.pose_msg(pose)
+    disc.pose.position.z = 0.5 * STATION_SIZE[1]
+    disc.text = name
+    set_scale(disc, STATION_SIZE[0], STATION_SIZE[0], STATION_SIZE[1])
+    label = marker_of("station_name", number, Marker.TEXT_VIEW_FACING, (0.1, 0.1, 0.1, 1.0), 0)
+    label.pose = ros_io.pose_msg(pose)
+    label.pose.position.z = 0.5
+    label.scale.z = 0.3
+    label.text = name
+    return [disc, label]
+
+
+def _line(name: str, points_map: Sequence[Sequence[float]], number: int) -> Marker:
+    marker = marker_of("circuit", number, Marker.LINE_STRIP, CIRCUIT, 0)
+    marker.pose = ros_io.pose_msg(Pose(0.0, 0.0, 0.0))
+    marker.scale.x = 0.05
+    marker.text = name
+    closed = [*points_map, points_map[0]]
+    marker.points = [Point(x=float(x), y=float(y), z=0.02) for x, y in closed]
+    return marker

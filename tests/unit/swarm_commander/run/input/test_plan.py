@@ -1,0 +1,73 @@
+"""What a fleet makes of a run: model, limits and mission of each robot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from swarm_commander.mission.runner import itineraries
+from swarm_commander.run.input.flat import flatten
+from swarm_commander.run.input.options import UpOptions, robot_of, swarm_size_of
+from swarm_commander.run.input.plan import RunPlan, check_plan
+from swarm_common.model.errors import ConfigError
+from swarm_common.model.records import Pose
+from swarm_common.robots.fleet import load_fleet
+
+FLEET = """order: mixed
+groups:
+  - {model: turtlebot3_burger, count: 2, limits: {max_vel_x: 0.2}}
+  - {model: turtlebot3_waffle, count: 1, mission: short.yaml}
+"""
+ROUTE = "route:\n  - stations: [loader_1, shipping]\n"
+
+
+def make_plan(folder: Path, params: str | None = None) -> RunPlan:
+    (folder / "short.yaml").write_text(ROUTE)
+    path = folder / "fleet.yaml"
+    path.write_text(FLEET.replace("short.yaml", str(folder / "short.yaml")))
+    fleet = load_fleet(path)
+    if params is not None:
+        (folder / "params.yaml").write_text(params)
+    return check_plan(
+        UpOptions(
+            swarm_size=swarm_size_of(None, fleet),
+            robot=robot_of(None, fleet),
+            fleet=fleet,
+            mission="loading_route",
+            params=folder / "params.yaml" if params is not None else None,
+        )
+    )
+
+
+def test_every_robot_gets_its_model_and_its_limits(tmp_path: Path) -> None:
+    plan = make_plan(tmp_path)
+    models = [robot["model"] for robot in plan.world_config(tmp_path / "v.json")["robots"]]
+    assert models == ["turtlebot3_burger", "turtlebot3_waffle", "turtlebot3_burger"]
+    assert plan.options.robot == "2 turtlebot3_burger, 1 turtlebot3_waffle"
+    for number, speed, turn, track in ((1, 0.2, 2.84, 0.160), (2, 0.26, 1.82, 0.287)):
+        flat = flatten(plan.parameter_file(number, Pose(0.0, 0.0, 0.0)))
+        values = {name.split("ros__parameters.")[1]: value for name, value in flat.items()}
+        assert (values["max_vel_x"], values["max_vel_theta"]) == (speed, turn)
+        assert values["robot.wheel_separation"] == track
+
+
+def test_the_users_parameters_win_over_the_fleets(tmp_path: Path) -> None:
+    text = "/Srobot1/navigator:\n  ros__parameters:\n    max_vel_x: 0.1\n"
+    flat = flatten(make_plan(tmp_path, text).parameter_file(1, Pose(0.0, 0.0, 0.0)))
+    assert flat["/Srobot1/navigator.ros__parameters.max_vel_x"] == 0.1
+
+
+def test_a_group_may_have_a_mission_of_its_own(tmp_path: Path) -> None:
+    plan = make_plan(tmp_path)
+    config = plan.runner_config([Pose(float(i), 0.0, 0.0) for i in range(3)])
+    totals = [itinerary.total for itinerary in itineraries(config) if itinerary is not None]
+    assert totals == [8, 2, 8]
+
+
+def test_the_drive_is_the_worlds_engine(tmp_path: Path) -> None:
+    for drive, engine in ((None, "bullet"), ("wheels", "bullet"), ("planar", "planar")):
+        plan = check_plan(UpOptions(swarm_size=2, drive=drive))
+        assert plan.world_config(tmp_path / "v.json").get("engine", "bullet") == engine
+    with pytest.raises(ConfigError, match="planar"):
+        UpOptions(drive="wings")

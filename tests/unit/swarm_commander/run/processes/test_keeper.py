@@ -1,0 +1,168 @@
+"""Navigators that die, hang, or are wanted anew by the user; the fork server is a list."""
+
+from typing import Any
+
+import pytest
+
+from swarm_commander.mission.itinerary import LOST_REASON
+from swarm_commander.run.processes.heartbeat import STALL, Heartbeats
+from swarm_commander.run.processes.keeper import ANSWER_LIMIT, HANGING, START_LIMIT, Keeper
+from swarm_commander.run.processes.restarts import Restarts
+from swarm_commander.run.results.run_statistics import Meters, RunStatistics
+from swarm_common.model.breaches import MissedGoal
+from swarm_common.process.messages import (
+    GoalMissed,
+    GoalSent,
+    GoalsRestored,
+    KillNavigator,
+    MissionLoaded,
+    StartNavigator,
+)
+
+
+class Clock:
+    """Wall time that the test moves."""
+
+    def __init__(self) -> None:
+        self.now = 100.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+class Case:
+    """A keeper of two navigators."""
+
+    def __init__(self) -> None:
+        self.clock = Clock()
+        self.told: list[Any] = []
+        self.restarts = Restarts()
+        self.keeper = Keeper(self.restarts, self.told.append, self.clock)
+        self.keeper.params |= {"Srobot1": "1.yaml", "Srobot2": "2.yaml"}
+
+    def turn(self, seconds: float) -> None:
+        self.clock.now += seconds
+        self.keeper.turn(self.restarts.take_due(self.clock.now))
+
+    def fork(self, name: str) -> None:
+        self.keeper.on_fork(name)
+
+
+@pytest.fixture
+def case() -> Case:
+    return Case()
+
+
+def test_a_dead_navigator_is_started_anew(case: Case) -> None:
+    assert case.keeper.on_death("Srobot1") == 1.0
+    case.turn(0.5)
+    assert case.told == []
+    case.turn(0.5)
+    assert case.told == [StartNavigator("Srobot1", "1.yaml")]
+    case.fork("Srobot1")
+    assert case.keeper.on_active("Srobot1")
+    assert not case.keeper.on_active("Srobot2"), "which was never down"
+
+
+def test_one_that_is_wanted_anew_is_killed_first_and_its_deaths_do_not_count(case: Case) -> None:
+    for _ in range(5):
+        case.keeper.on_death("Srobot1")
+        case.turn(60.0)
+    case.told.clear()
+    case.keeper.renew("Srobot1")
+    case.turn(0.1)
+    assert case.told == [KillNavigator("Srobot1")], "not started before it is dead"
+    assert case.keeper.on_death("Srobot1") == 0.0
+    case.turn(0.1)
+    assert isinstance(case.told[1], StartNavigator)
+    assert case.keeper.on_death("Srobot1") is not None
+
+
+def test_one_that_stays_down_may_be_wanted_again(case: Case) -> None:
+    case.keeper.given_up.add("Srobot1")
+    case.keeper.renew("Srobot1")
+    case.turn(0.0)
+    assert case.told == [StartNavigator("Srobot1", "1.yaml")]
+    assert case.keeper.given_up == set()
+
+
+def test_a_fork_server_that_does_not_answer_is_noticed(case: Case) -> None:
+    case.keeper.kill("Srobot1")
+    case.turn(ANSWER_LIMIT + 0.1)
+    assert case.keeper.is_fork_server_deaf()
+    case.keeper.on_death("Srobot1")
+    assert not case.keeper.is_fork_server_deaf()
+
+
+def test_one_that_hangs_when_it_is_started_anew_is_noticed_once(case: Case) -> None:
+    case.keeper.on_death("Srobot1")
+    case.turn(1.0)
+    case.fork("Srobot1")
+    case.clock.now += START_LIMIT
+    assert case.keeper.overdue() == []
+    case.clock.now += 1.0
+    assert case.keeper.overdue() == ["Srobot1"]
+    assert case.keeper.overdue() == []
+
+
+def test_stragglers_of_the_start_are_noticed_when_the_others_have_long_been_active(
+    case: Case,
+) -> None:
+    names = ["Srobot1", "Srobot2"]
+    assert case.keeper.stragglers(0, names) == []
+    case.clock.now += 10.0 * HANGING
+    assert case.keeper.stragglers(0, names) == [], "nobody can be: kernels are compiled"
+    assert case.keeper.stragglers(1, names[1:]) == []
+    case.clock.now += HANGING
+    assert case.keeper.stragglers(1, names[1:]) == ["Srobot2"]
+    assert case.keeper.stragglers(1, names[1:]) == []
+
+
+def test_when_the_fork_server_ends_all_navigators_are_down_and_none_is_started_twice(
+    case: Case,
+) -> None:
+    case.keeper.on_death("Srobot1")
+    case.keeper.given_up.add("Srobot2")
+    assert case.keeper.on_fork_server_end() == ["Srobot1"]
+    case.turn(60.0)
+    assert case.told == []
+
+
+def test_who_was_taken_out_is_not_started(case: Case) -> None:
+    case.keeper.on_death("Srobot1")
+    case.keeper.remove("Srobot1")
+    case.turn(60.0)
+    assert case.told == []
+
+
+def test_silence_counts_from_the_last_word_and_not_while_we_slept() -> None:
+    clock = Clock()
+    beats = Heartbeats(clock)
+    assert beats.silence("world") == 0.0, "it was never heard"
+    beats.hear("world")
+    for _ in range(10):
+        clock.now += 0.5
+        beats.look()
+    assert beats.silence("world") == 5.0
+    clock.now += STALL + 100.0
+    beats.look()
+    assert beats.silence("world") == 0.0, "what it said meanwhile is not read yet"
+
+
+def test_figures_of_a_new_navigator_are_added_to_those_of_the_last() -> None:
+    meters = Meters()
+    assert [meters.count("a", value) for value in (1.0, 3.0, 0.0, 2.0, 1.0)] == [1, 3, 3, 5, 6]
+
+
+def test_goals_of_a_robot_that_is_found_again_are_not_missed() -> None:
+    statistics = RunStatistics.of(["Srobot1"], True)
+    statistics.apply(MissionLoaded(3))
+    statistics.apply(GoalSent("Srobot1", "a"))
+    for name, reason in (("a", "closed"), ("b", LOST_REASON), ("c", LOST_REASON)):
+        statistics.apply(GoalMissed(MissedGoal("Srobot1", name, 5.0, reason)))
+    assert (statistics.failed, statistics.pending) == (3, 0)
+    statistics.apply(GoalsRestored("Srobot1", 2, "b"))
+    assert (statistics.sent, statistics.failed, statistics.pending) == (2, 1, 2)
+    assert [miss.goal for miss in statistics.misses] == ["a"]
+    statistics.on_mission_restart()
+    assert (statistics.sent, statistics.pending) == (1, 2), "the goal in hand will be sent again"

@@ -1,0 +1,153 @@
+"""What a terminal and a log file show of runs of any size."""
+
+import io
+
+import pytest
+from rich.console import Console
+
+from swarm_commander.run.results.progress import SHOWN_NOTES, Progress, packed, summary_line
+from swarm_commander.run.results.run_statistics import RunStatistics
+from swarm_commander.run.results.status_table import LINES, status_table
+from swarm_common.process.messages import StatusReported
+
+
+def swarm(count: int) -> RunStatistics:
+    statistics = RunStatistics.of(
+        [f"Srobot{number}" for number in range(1, count + 1)], has_mission=True
+    )
+    for number, robot in enumerate(statistics.robots.values()):
+        robot.active = True
+        robot.state = ("driving", "holding", "waiting", "idle")[number % 4]
+        robot.detail, robot.goal, robot.reached = "for Srobot2", "loader_1", number % 3
+    return statistics
+
+
+def test_each_robot_of_a_small_swarm_has_a_line() -> None:
+    lines = [str(line) for line in status_table(swarm(5))]
+    words = ["Srobot2", "holding", "0", "s", "loader_1", "1", "goal", "for", "Srobot2"]
+    assert lines[1].split() == words
+    assert len(lines) == 5
+
+
+def test_twenty_robots_have_a_line_each_where_the_screen_has_room() -> None:
+    statistics = swarm(20)
+    statistics.sim_time = 75.0
+    statistics.robots["Srobot7"].since = 12.0
+    statistics.robots["Srobot7"].detail = "before something with a long name, which is cut"
+    statistics.waits.note("Srobot7", "Srobot12", 12.0)
+    lines = [str(line) for line in status_table(statistics, 30)]
+    assert len(lines) == 20
+    assert lines[6].split()[:7] == ["Srobot7", "waiting", "63", "s", "loader_1", "0", "goals"]
+    assert "for Srobot12" in lines[6]
+    assert len(status_table(statistics, 15)) <= LINES + 1
+
+
+def test_the_time_in_a_state_begins_when_it_is_entered() -> None:
+    statistics = swarm(1)
+    usual = dict.fromkeys(
+        ("wait_time", "pushes", "retreats", "deadlocks_resolved", "replans", "goals_reached",
+         "number_of_recoveries", "goals_failed", "hold_time"), 0
+    )  # fmt: skip
+    for time, state in ((1.0, "waiting"), (2.0, "waiting"), (3.0, "driving"), (4.0, "driving")):
+        statistics.apply(
+            StatusReported(
+                robot="Srobot1", sim_time=time, state=state, detail="", goal_map=(1.0, 2.0), **usual
+            )
+        )
+        assert statistics.robots["Srobot1"].since == (1.0 if state == "waiting" else 3.0)
+
+
+def test_a_pause_is_said() -> None:
+    statistics = swarm(2)
+    statistics.is_paused = True
+    assert summary_line("running", statistics).startswith("paused | ")
+
+
+@pytest.mark.parametrize(("count", "first"), [(13, "Srobot1-2 "), (100, "Srobot1-10 ")])
+def test_a_large_swarm_has_a_line_per_group(count: int, first: str) -> None:
+    statistics = swarm(count)
+    statistics.robots["Srobot3"].died = True
+    lines = [str(line) for line in status_table(statistics)]
+    assert len(lines) <= LINES + 1
+    assert lines[0].startswith(first)
+    assert sum(line.count("X") for line in lines[:-1]) == 1
+    assert max(map(len, lines)) < 100
+
+
+def test_missed_goals_stand_apart_from_what_follows() -> None:
+    statistics = swarm(100)
+    statistics.robots["Srobot5"].failed = 3
+    assert "9 goals, 3 missed  3 holding" in str(status_table(statistics)[0])
+
+
+def test_a_hundred_robots_with_ten_at_a_line() -> None:
+    line = str(status_table(swarm(100))[0])
+    assert line.split("  ")[0] == "Srobot1-10"
+    assert "dhw.dhw.dh  9 goals" in line
+    assert line.endswith("3 holding, 2 waiting")
+
+
+def test_the_legend_has_the_letters_that_are_seen() -> None:
+    statistics = swarm(100)
+    assert str(status_table(statistics)[-1]) == "d driving  h holding  w waiting  . idle"
+    statistics.robots["Srobot1"].state = ""
+    statistics.robots["Srobot2"].died = True
+    assert str(status_table(statistics)[-1]).endswith(". idle  - inactive  X dead")
+
+
+def test_the_first_lines_are_broken_between_their_parts() -> None:
+    statistics = swarm(100)
+    statistics.total = 800
+    lines = packed(summary_line("starting navigators", statistics).split(" | "), 80)
+    assert [len(line) <= 80 for line in lines] == [True, True]
+    assert lines[1].endswith("x real time")
+    assert " | ".join(lines) == summary_line("starting navigators", statistics)
+
+
+def progress(*, is_terminal: bool) -> tuple[Progress, io.StringIO, list[float]]:
+    output, now = io.StringIO(), [0.0]
+    console = Console(file=output, force_terminal=is_terminal, width=120, height=40)
+    return Progress(console, swarm(100), lambda: now[0]), output, now
+
+
+def test_a_log_file_gets_a_plain_line_now_and_then() -> None:
+    shown, output, now = progress(is_terminal=False)
+    shown.start()
+    for second in range(11):
+        now[0] = float(second)
+        shown._statistics.sim_time = 3.0 * second
+        shown.update()
+    shown.stop()
+    lines = output.getvalue().splitlines()
+    assert len(lines) == 3
+    assert "\x1b" not in output.getvalue()
+
+
+@pytest.mark.parametrize("is_terminal", [True, False])
+def test_many_breaches_are_counted_not_printed(is_terminal: bool) -> None:
+    shown, output, _ = progress(is_terminal=is_terminal)
+    shown.start()
+    for number in range(300):
+        shown.breach("missed goals", f"missed {number}")
+    shown.update()
+    shown.stop()
+    text = output.getvalue()
+    assert f"missed {SHOWN_NOTES - 1}" in text
+    assert f"missed {SHOWN_NOTES}" not in text
+    assert ("and 292 more missed goals" if is_terminal else "more missed goals follow") in text
+
+
+def test_a_first_start_says_that_it_compiles_and_how_far_it_is() -> None:
+    stream = io.StringIO()
+    now = iter(range(0, 100, 10))
+    progress = Progress(Console(file=stream, width=200), swarm(2), lambda: float(next(now)))
+    progress.phase("starting navigators")
+    progress.compiling(37, 112)
+    progress.update()
+    progress.phase("running")
+    progress.update()
+    first, second = stream.getvalue().splitlines()
+    assert first.startswith(
+        "starting navigators (first start: compiling, 37 of 112 kernels are ready) | active"
+    )
+    assert second.startswith("running | active")

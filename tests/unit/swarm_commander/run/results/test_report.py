@@ -1,0 +1,285 @@
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+from rich.console import Console
+
+from swarm_commander.run.input.options import UpOptions
+from swarm_commander.run.processes.usage import UsageMeter
+from swarm_commander.run.results.progress import summary_line, summary_table
+from swarm_commander.run.results.report import (
+    RunTimes,
+    compose_report,
+    exit_code,
+    load_verdict,
+    write_report,
+)
+from swarm_commander.run.results.run_statistics import RunStatistics
+from swarm_commander.run.results.status_table import status_table
+from swarm_common.model.breaches import Collision, MissedGoal, breach_lines
+from swarm_common.process import messages as say
+
+ROBOTS = ("Srobot1", "Srobot2")
+VERDICT: dict[str, Any] = {
+    "sim_time": 100.0,
+    "robot_robot": 0,
+    "robot_world": 0,
+    "min_clearance": 0.12345,
+    "late_ticks": 0,
+    "real_time_factor": 8.0,
+    "trajectory_sha256": "00",
+    "robots": {name: {"distance": 20.0, "collisions": 0, "min_clearance": 0.2} for name in ROBOTS},
+}
+KEYS = {
+    "schema", "swarm_size", "world", "robot", "seed", "sim_time", "wall_time",
+    "real_time_factor", "active_after_wall", "goals", "collisions", "min_clearance", "makespan",
+    "throughput_per_minute", "hold_time", "late_ticks", "restarts", "cpu_ms_per_robot_second",
+    "rss_mb", "private_mb", "memory_mb", "trajectory_sha256", "robots", "near_misses",
+    "wait_time", "worst_wait",
+    "goal_duration", "fairness", "pushes", "retreats", "deadlocks_resolved", "replans",
+    "recoveries", "breaches",
+}  # fmt: skip
+
+
+def statistics_of(*events: say.Event, has_mission: bool = True) -> RunStatistics:
+    statistics = RunStatistics.of(ROBOTS, has_mission)
+    for event in events:
+        statistics.apply(event)
+    return statistics
+
+
+def goal(robot: str, outcome: str, sim_time: float) -> say.Event:
+    if outcome == "reached":
+        return say.GoalReached(robot, "a", sim_time, sim_time - 10.0)
+    return say.GoalMissed(MissedGoal(robot, "a", sim_time, "error 208: closed"))
+
+
+def status(robot: str, **values: Any) -> say.Event:
+    usual = {
+        "state": "driving", "detail": "", "hold_time": 0.0, "wait_time": 0.0,
+        "goals_reached": 0, "goals_failed": 0, "goal_map": None, "sim_time": 1.0, "pushes": 0,
+        "retreats": 0, "deadlocks_resolved": 0, "replans": 0, "number_of_recoveries": 0,
+    }  # fmt: skip
+    return say.StatusReported(robot, **usual | values)
+
+
+def report_of(statistics: RunStatistics, verdict: dict[str, Any] | None = None) -> dict[str, Any]:
+    return compose_report(
+        UpOptions(swarm_size=2, seed=4),
+        statistics,
+        VERDICT if verdict is None else verdict,
+        UsageMeter(),
+        RunTimes(wall_time=15.0, active_after_wall=2.0, restarts=1),
+    )
+
+
+def test_the_report_has_what_tools_outside_rely_on() -> None:
+    report = report_of(
+        statistics_of(goal("Srobot1", "reached", 50.0), goal("Srobot2", "failed", 80.0))
+    )
+    assert set(report) >= KEYS
+    assert report["goals"] == {"sent": 1, "reached": 1, "failed": 1, "pending": 0}
+    assert (report["wall_time"], report["restarts"]) == (15.0, 1)
+    assert report["makespan"] == 80.0
+    assert report["throughput_per_minute"] == 0.75
+    assert report["min_clearance"] == 0.1235
+    assert set(report["cpu_ms_per_robot_second"]) == {
+        "world", "navigators", "onlookers", "total",
+    }  # fmt: skip
+    assert report["robots"]["Srobot1"] == {
+        "goals_reached": 1, "goals_failed": 0, "hold_time": 0.0, "wait_time": 0.0,
+        "worst_goal_duration": 40.0, "distance": 20.0, "collisions": 0, "near_misses": None,
+        "min_clearance": 0.2, "pushes": 0, "retreats": 0, "deadlocks_resolved": 0, "replans": 0,
+        "recoveries": 0, "restarts": 0,
+    }  # fmt: skip
+    assert report["breaches"]["missed_goals"] == [
+        {"robot": "Srobot2", "goal": "a", "sim_time": 80.0, "reason": "error 208: closed"}
+    ]
+
+
+def test_inputs_turned_away_by_all_processes_are_summed_by_kind() -> None:
+    """A forged input leaves a trace."""
+    events = (
+        say.InputsRejected({"odom": 2, "goal": 1}, {}),
+        say.InputsRejected({"goal": 40}, {}),
+    )
+    assert report_of(statistics_of(*events))["rejected"] == {"goal": 41, "odom": 2}
+    assert report_of(statistics_of())["rejected"] == {}
+
+
+def test_the_document_names_every_field() -> None:
+    text = (Path(__file__).resolve().parents[5] / "docs" / "report.md").read_text("utf-8")
+    report = report_of(statistics_of())
+    for part in (report, report["robots"]["Srobot1"], report["breaches"], report["goals"]):
+        assert [name for name in part if f"`{name}`" not in text] == []
+
+
+def test_waits_and_counters_are_summed_over_the_robots() -> None:
+    counts = {"pushes": 3, "retreats": 1, "deadlocks_resolved": 2, "replans": 7}
+    report = report_of(
+        statistics_of(
+            status("Srobot1", hold_time=4.0, wait_time=1.5, number_of_recoveries=1, **counts),
+            status("Srobot2", hold_time=2.0, wait_time=8.0, **counts),
+        )
+    )
+    assert (report["hold_time"], report["wait_time"], report["worst_wait"]) == (6.0, 9.5, 10.0)
+    assert {name: report[name] for name in counts} == {n: 2 * c for n, c in counts.items()}
+    assert report["recoveries"] == 1
+    assert report["robots"]["Srobot2"]["wait_time"] == 8.0
+
+
+def test_fairness_is_the_longest_over_the_median_time_of_a_goal() -> None:
+    times = [("Srobot1", 20.0), ("Srobot1", 30.0), ("Srobot2", 90.0)]
+    events = [goal(robot, "reached", time) for robot, time in times]
+    report = report_of(statistics_of(*events, goal("Srobot2", "failed", 500.0)))
+    assert report["goal_duration"] == {"median": 20.0, "worst": 80.0}
+    assert report["fairness"] == 4.0
+    assert report_of(statistics_of())["fairness"] is None
+
+
+CRASH = {"robots": ["Srobot2"], "obstacle": "wall_3", "x": 1.234, "y": 5.0, "sim_time": 7.25}
+
+
+def test_breaches_are_told_with_robots_place_and_time() -> None:
+    events = (say.CollisionBegan(Collision.from_json(CRASH)), goal("Srobot1", "failed", 80.0))
+    driving = status("Srobot2", state="waiting", detail="for Srobot1", goal_map=(1.0, 2.0))
+    sent = say.GoalSent("Srobot2", "loader_4")
+    breaches = report_of(statistics_of(*events, sent, driving))["breaches"]
+    told = [
+        "collision of Srobot2 and wall_3 at (1.23, 5.00), t = 7.2 s",
+        "Srobot1 missed a at t = 80.0 s: error 208: closed",
+    ]
+    assert breach_lines(breaches, had_to_finish=False) == told
+    rest = "Srobot2 did not get to loader_4: waiting for Srobot1"
+    assert breach_lines(breaches, had_to_finish=True) == [*told, rest]
+
+
+def test_the_verdict_knows_collisions_that_nobody_reported() -> None:
+    report = report_of(statistics_of(), VERDICT | {"collisions": [CRASH, CRASH]})
+    assert len(report["breaches"]["collisions"]) == 2
+    crashes = {**report["breaches"], "collisions": [CRASH] * 12}
+    lines = breach_lines(crashes, had_to_finish=True)
+    assert lines[-1] == "and 2 more collisions; all are in the report"
+
+
+def test_a_report_without_a_verdict_says_what_is_unknown() -> None:
+    progress = say.WorldProgress(40.0, 2.0, say.CollisionCounts(1, 2))
+    report = report_of(statistics_of(progress), {})
+    assert report["sim_time"] == 40.0
+    assert report["collisions"] == {"robot_robot": 1, "robot_world": 2}
+    assert report["min_clearance"] is None
+    assert report["trajectory_sha256"] is None
+    assert report["makespan"] is None
+    assert report["throughput_per_minute"] == 0.0
+
+
+def test_a_report_is_strict_json(tmp_path: Path) -> None:
+    report = report_of(statistics_of(), {**VERDICT, "min_clearance": math.inf})
+    write_report(tmp_path / "report.json", report)
+    assert json.loads((tmp_path / "report.json").read_text(encoding="utf-8")) == report
+
+
+def test_an_unreadable_verdict_is_an_empty_one(tmp_path: Path) -> None:
+    assert load_verdict(tmp_path / "none.json") == {}
+    (tmp_path / "half.json").write_text('{"sim_', encoding="utf-8")
+    assert load_verdict(tmp_path / "half.json") == {}
+
+
+SENT = say.GoalSent("Srobot1", "a")
+
+
+@pytest.mark.parametrize(
+    ("events", "verdict", "is_unfinished", "component_failed", "code"),
+    [
+        ([goal("Srobot1", "reached", 1.0)], {}, False, False, 0),
+        ([goal("Srobot1", "failed", 1.0)], {}, False, False, 1),
+        ([SENT], {}, False, False, 0),
+        ([SENT], {}, True, False, 1),
+        ([], {}, True, False, 1),
+        ([], {"robot_robot": 1}, False, False, 1),
+        ([], {"robot_world": 1}, False, False, 1),
+        ([goal("Srobot1", "failed", 1.0)], {"robot_world": 1}, True, True, 3),
+    ],
+)
+def test_the_exit_code_follows_from_the_report(
+    events: list[say.Event],
+    verdict: dict[str, Any],
+    is_unfinished: bool,
+    component_failed: bool,
+    code: int,
+) -> None:
+    report = report_of(statistics_of(*events), VERDICT | verdict)
+    assert code == exit_code(report, is_unfinished=is_unfinished, component_failed=component_failed)
+
+
+def test_goals_of_the_mission_that_were_never_sent_are_pending() -> None:
+    events = (SENT, goal("Srobot1", "reached", 1.0), say.MissionLoaded(6))
+    assert report_of(statistics_of(*events))["goals"] == {
+        "sent": 1, "reached": 1, "failed": 0, "pending": 5
+    }  # fmt: skip
+
+
+def test_without_a_mission_goals_are_what_the_robots_report() -> None:
+    statistics = statistics_of(
+        status("Srobot1", goals_reached=2, goal_map=(1.0, 2.0), sim_time=9.0),
+        status("Srobot2", goals_reached=1, goals_failed=1, sim_time=12.0),
+        status("Srobot2", goals_reached=1, goals_failed=1, sim_time=14.0),
+        has_mission=False,
+    )
+    assert (statistics.sent, statistics.reached, statistics.failed, statistics.pending) == (
+        5,
+        3,
+        1,
+        1,
+    )
+    assert statistics.last_goal_time == 12.0
+
+
+def test_a_goal_from_outside_that_is_tried_again_is_missed_once() -> None:
+    """`swarm-commander` by hand tries a goal four times; its robot counts each try."""
+    events, now = [], 10.0
+    for tries in range(4):
+        events.append(status("Srobot1", goal_map=(1.0, 2.0), goals_failed=tries, sim_time=now))
+        events.append(status("Srobot1", goals_failed=tries + 1, sim_time=now + 60.0))
+        now += 61.0
+    under_way = statistics_of(*events[:-1], has_mission=False)
+    assert report_of(under_way)["goals"] == {"sent": 1, "reached": 0, "failed": 0, "pending": 1}
+    over = statistics_of(*events, has_mission=False)
+    assert report_of(over)["goals"] == {"sent": 1, "reached": 0, "failed": 1, "pending": 0}
+    elsewhere = status("Srobot1", goal_map=(5.0, 2.0), goals_failed=4, sim_time=now)
+    later = statistics_of(*events, elsewhere, has_mission=False)
+    assert report_of(later)["goals"] == {"sent": 2, "reached": 0, "failed": 1, "pending": 1}
+    again = status("Srobot1", goal_map=(1.0, 2.0), goals_failed=4, sim_time=now + 100.0)
+    much_later = statistics_of(*events, again, has_mission=False)
+    assert report_of(much_later)["goals"] == {"sent": 2, "reached": 0, "failed": 1, "pending": 1}
+
+
+def test_events_that_do_not_count_are_ignored() -> None:
+    assert statistics_of(say.WorldBuilt([]), say.MissionDone()).sent == 0
+
+
+def test_a_dead_robot_neither_holds_nor_is_active() -> None:
+    statistics = statistics_of(
+        say.NavigatorActive("Srobot1", 1),
+        say.NavigatorActive("Srobot2", 2),
+        status("Srobot1", state="holding", detail="for loader_1"),
+        status("Srobot2", state="holding"),
+    )
+    assert (statistics.active, statistics.holding) == (2, ["Srobot1", "Srobot2"])
+    statistics.apply(say.NavigatorDied("Srobot2", -9))
+    assert (statistics.active, statistics.holding) == (1, ["Srobot1"])
+    lines = [str(line).split() for line in status_table(statistics)]
+    assert lines[0][:2] == ["Srobot1", "holding"]
+    assert lines[1][:2] == ["Srobot2", "dead"]
+    assert summary_line("running", statistics).startswith("running | active 1/2 | goals 0 | ")
+
+
+def test_the_table_shows_the_report() -> None:
+    console = Console(width=100, record=True, file=None, quiet=False)
+    with console.capture() as captured:
+        console.print(summary_table(report_of(statistics_of()), 1))
+    text = captured.get()
+    assert "0.1235 m" in text
+    assert "2 robots in slim_blockage, seed 4" in text

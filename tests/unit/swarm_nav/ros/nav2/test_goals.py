@@ -1,0 +1,114 @@
+"""Nav2's requests and results on the way to and from the brain, without a graph."""
+
+from __future__ import annotations
+
+import pytest
+from geometry_msgs.msg import PoseStamped
+from nav2_msgs.action import (
+    AssistedTeleop,
+    BackUp,
+    ComputePathThroughPoses,
+    ComputePathToPose,
+    DriveOnHeading,
+    FollowPath,
+    FollowWaypoints,
+    SmoothPath,
+    Spin,
+)
+
+from swarm_common.middleware.ros_io import pose_from_msg, pose_stamped
+from swarm_common.model.records import Pose
+from swarm_nav.core.goals import ErrorCode, Goal, GoalEnded, GoalKind, Outcome, PlanError
+from swarm_nav.ros.nav2.goals import (
+    UnknownFrameError,
+    goal_from_request,
+    plan_error_code,
+    result_msg,
+)
+from swarm_nav.ros.nav2.reach import OffMapError, Reach
+
+CONTROL, PLAN, THROUGH = FollowPath.Result, ComputePathToPose.Result, ComputePathThroughPoses.Result
+NAV2 = {
+    ErrorCode.NONE: PLAN.NONE,
+    ErrorCode.CONTROL_UNKNOWN: CONTROL.UNKNOWN,
+    ErrorCode.INVALID_PATH: CONTROL.INVALID_PATH,
+    ErrorCode.FAILED_TO_MAKE_PROGRESS: CONTROL.FAILED_TO_MAKE_PROGRESS,
+    ErrorCode.NO_VALID_CONTROL: CONTROL.NO_VALID_CONTROL,
+    ErrorCode.PLAN_UNKNOWN: PLAN.UNKNOWN,
+    ErrorCode.PLAN_TF_ERROR: PLAN.TF_ERROR,
+    ErrorCode.START_OUTSIDE_MAP: PLAN.START_OUTSIDE_MAP,
+    ErrorCode.GOAL_OUTSIDE_MAP: PLAN.GOAL_OUTSIDE_MAP,
+    ErrorCode.START_OCCUPIED: PLAN.START_OCCUPIED,
+    ErrorCode.GOAL_OCCUPIED: PLAN.GOAL_OCCUPIED,
+    ErrorCode.PLAN_TIMEOUT: PLAN.TIMEOUT,
+    ErrorCode.NO_VALID_PATH: PLAN.NO_VALID_PATH,
+    ErrorCode.NO_VIAPOINTS_GIVEN: THROUGH.NO_VIAPOINTS_GIVEN,
+    ErrorCode.WAYPOINTS_UNKNOWN: FollowWaypoints.Result.UNKNOWN,
+    ErrorCode.SPIN_TIMEOUT: Spin.Result.TIMEOUT,
+    ErrorCode.BACKUP_TIMEOUT: BackUp.Result.TIMEOUT,
+    ErrorCode.BACKUP_COLLISION_AHEAD: BackUp.Result.COLLISION_AHEAD,
+    ErrorCode.DRIVE_TIMEOUT: DriveOnHeading.Result.TIMEOUT,
+    ErrorCode.DRIVE_COLLISION_AHEAD: DriveOnHeading.Result.COLLISION_AHEAD,
+    ErrorCode.SMOOTH_BAD_ID: SmoothPath.Result.INVALID_SMOOTHER,
+    ErrorCode.SMOOTH_COLLISION: SmoothPath.Result.SMOOTHED_PATH_IN_COLLISION,
+    ErrorCode.SMOOTH_BAD_PATH: SmoothPath.Result.INVALID_PATH,
+    ErrorCode.TELEOP_TIMEOUT: AssistedTeleop.Result.TIMEOUT,
+}
+REACH = Reach((-10.0, -5.0), (10.0, 10.0))
+POSES = (Pose(1.0, 2.0, 0.0), Pose(3.0, 4.0, 0.5), Pose(5.0, 6.0, 1.0))
+
+
+def to_map(stamped: PoseStamped) -> Pose:
+    return pose_from_msg(stamped.pose)
+
+
+def waypoints(first: int, loops: int = 0, poses: tuple[Pose, ...] = POSES) -> Goal:
+    request = FollowWaypoints.Goal(goal_index=first, number_of_loops=loops)
+    request.poses = [pose_stamped(pose, 0) for pose in poses]
+    return goal_from_request(GoalKind.WAYPOINTS, 7, request, to_map, REACH)
+
+
+@pytest.mark.parametrize("code", ErrorCode)
+def test_every_code_is_the_constant_of_nav2s_action(code: ErrorCode) -> None:
+    assert int(code) == NAV2[code]
+
+
+@pytest.mark.parametrize(
+    ("error", "one", "through"),
+    [
+        (PlanError(ErrorCode.GOAL_OCCUPIED, ""), PLAN.GOAL_OCCUPIED, THROUGH.GOAL_OCCUPIED),
+        (UnknownFrameError(""), PLAN.TF_ERROR, THROUGH.TF_ERROR),
+        (OffMapError(""), PLAN.GOAL_OUTSIDE_MAP, THROUGH.GOAL_OUTSIDE_MAP),
+        (ValueError("x is nan"), PLAN.NO_VALID_PATH, THROUGH.NO_VALID_PATH),
+    ],
+)
+def test_a_plan_that_fails_has_the_code_of_the_action_that_asked(
+    error: PlanError | ValueError, one: int, through: int
+) -> None:
+    assert plan_error_code(error, is_through=False) == one
+    assert plan_error_code(error, is_through=True) == through
+
+
+def test_a_plan_through_no_poses_has_a_code_of_its_own() -> None:
+    error = PlanError(ErrorCode.NO_VIAPOINTS_GIVEN, "")
+    assert plan_error_code(error, is_through=True) == THROUGH.NO_VIAPOINTS_GIVEN
+
+
+def test_waypoints_keep_all_poses_and_the_index_of_the_first_one() -> None:
+    goal = waypoints(2, loops=3)
+    assert [(pose.x, pose.y) for pose in goal.poses_map] == [(1.0, 2.0), (3.0, 4.0), (5.0, 6.0)]
+    assert (goal.goal_id, goal.first_index, goal.loops) == (7, 2, 3)
+    assert waypoints(2, poses=()).first_index == 0
+
+
+def test_a_first_index_behind_the_last_pose_is_refused() -> None:
+    with pytest.raises(ValueError, match="goal_index is 3; there are 3 poses"):
+        waypoints(3)
+
+
+def test_a_missed_waypoint_is_told_with_its_index_its_pose_and_its_reason() -> None:
+    missed = ((1, ErrorCode.GOAL_OCCUPIED), (2, ErrorCode.FAILED_TO_MAKE_PROGRESS))
+    ended = GoalEnded(7, Outcome.SUCCEEDED, 50, missed_waypoints=missed)
+    result = result_msg(waypoints(1), ended, 10)
+    assert [(one.index, one.error_code) for one in result.missed_waypoints] == [(1, 206), (2, 105)]
+    assert [one.goal.pose.position.x for one in result.missed_waypoints] == [3.0, 5.0]

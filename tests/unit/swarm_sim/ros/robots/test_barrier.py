@@ -1,0 +1,181 @@
+from swarm_sim.ros.robots.barrier import NEWCOMER_LIMIT, Barrier
+
+
+def test_who_is_late_is_told_once():
+    barrier = Barrier(2, 5.0)
+    for robot in (0, 1):
+        barrier.answer(robot)
+    barrier.open(0.0)
+    barrier.answer(0)
+    assert not barrier.is_complete(4.0)
+    assert barrier.take_late() == []
+    barrier.close()
+    barrier.open(10.0)
+    barrier.answer(0)
+    assert barrier.is_complete(16.0)
+    assert barrier.take_late() == [(1, True)]
+    assert barrier.take_late() == []
+
+
+def test_where_most_are_late_it_may_be_the_machine():
+    barrier = started(3)
+    barrier.open(10.0)
+    barrier.answer(0)
+    assert barrier.is_complete(16.0)
+    assert barrier.take_late() == [(1, False), (2, False)]
+
+
+def started(count=3):
+    barrier = Barrier(count, 5.0)
+    barrier.open(0.0)
+    for robot in range(count):
+        barrier.answer(robot)
+    barrier.close()
+    return barrier
+
+
+def test_at_the_start_all_are_waited_for_without_limit():
+    barrier = Barrier(2, 5.0)
+    barrier.open(0.0)
+    barrier.answer(1)
+    assert not barrier.is_complete(1000.0)
+    barrier.answer(0)
+    assert barrier.is_complete(1000.0)
+    assert not barrier.has_started
+    barrier.close()
+    assert barrier.has_started
+    assert barrier.late_ticks == 0
+
+
+def test_a_late_robot_is_not_waited_for_until_it_answers_again():
+    barrier = started()
+    barrier.open(10.0)
+    barrier.answer(0)
+    barrier.answer(2)
+    assert not barrier.is_complete(14.9)
+    assert list(barrier.missing()) == [1]
+    assert barrier.is_complete(15.1)
+    barrier.close()
+    assert (barrier.late_ticks, barrier.answering) == (1, 2)
+    barrier.open(15.1)
+    barrier.answer(0)
+    barrier.answer(2)
+    assert barrier.is_complete(15.1)
+    barrier.answer(1)
+    barrier.close()
+    assert (barrier.late_ticks, barrier.answering) == (1, 3)
+
+
+def test_a_dead_robot_is_not_waited_for_and_not_late():
+    barrier = started()
+    barrier.open(10.0)
+    barrier.lose(1)
+    barrier.answer(0)
+    barrier.answer(2)
+    assert barrier.is_complete(10.0)
+    barrier.close()
+    assert barrier.late_ticks == 0
+
+
+def test_a_robot_that_dies_before_the_start_does_not_stop_it():
+    barrier = Barrier(2, 5.0)
+    barrier.open(0.0)
+    barrier.answer(0)
+    barrier.lose(1)
+    assert barrier.is_complete(0.0)
+
+
+def test_free_run_waits_for_nobody_and_counts_nobody():
+    barrier = Barrier(2, 5.0, expects=False)
+    barrier.open(0.0)
+    assert barrier.is_complete(0.0)
+    barrier.close()
+    assert barrier.late_ticks == 0
+
+
+def test_free_run_does_not_wait_for_a_robot_that_has_answered_once():
+    barrier = Barrier(2, 5.0, expects=False)
+    barrier.open(0.0)
+    barrier.answer(1)
+    barrier.close()
+    assert barrier.answering == 1
+    barrier.open(0.1)
+    assert list(barrier.missing()) == []
+    assert barrier.is_complete(0.1)
+    barrier.close()
+    assert (barrier.late_ticks, barrier.answering) == (0, 0)
+
+
+def test_a_newcomer_is_waited_for_with_patience_and_not_late() -> None:
+    barrier = Barrier(1, 15.0)
+    barrier.open(0.0)
+    barrier.answer(0)
+    barrier.close()
+    barrier.add()
+    barrier.open(1.0)
+    barrier.answer(0)
+    assert barrier.missing() == [1]
+    assert not barrier.is_complete(1.0 + NEWCOMER_LIMIT - 0.1)
+    assert barrier.is_complete(1.0 + NEWCOMER_LIMIT + 0.1)
+    barrier.close()
+    assert barrier.late_ticks == 0
+    barrier.open(40.0)
+    barrier.answer(0)
+    barrier.answer(1)  # there at last
+    barrier.close()
+    barrier.open(41.0)
+    barrier.answer(0)
+    assert not barrier.is_complete(41.0 + 14.9)
+    assert barrier.is_complete(41.0 + 15.1)
+    barrier.close()
+    assert barrier.late_ticks == 1
+
+
+def test_who_was_taken_out_is_not_waited_for_until_it_is_welcome_again() -> None:
+    barrier = Barrier(2, 15.0)
+    barrier.lose(1)
+    barrier.open(0.0)
+    barrier.answer(0)
+    assert barrier.is_complete(0.0)
+    barrier.close()
+    assert barrier.answering == 1
+    barrier.welcome(1)
+    barrier.open(1.0)
+    barrier.answer(0)
+    assert barrier.missing() == [1]
+
+
+def test_a_late_robot_that_keeps_up_is_waited_for_again_unless_it_is_dead() -> None:
+    barrier = started()
+    barrier.open(10.0)
+    assert barrier.is_complete(15.1)
+    barrier.hear(1)
+    assert list(barrier.missing()) == [1]
+    barrier.lose(1)
+    barrier.hear(1)
+    assert list(barrier.missing()) == []
+
+
+def test_silence_of_a_host_is_waited_for_once_and_not_anew_in_each_tick() -> None:
+    barrier = started()
+    barrier.note_silence(0, since=10.0)
+    barrier.note_silence(1, since=10.0)
+    barrier.open(13.0)
+    barrier.answer(1)  # was under way
+    barrier.answer(2)
+    assert not barrier.is_complete(14.9)
+    assert barrier.is_complete(15.1)
+    barrier.close()
+    barrier.open(15.1)
+    barrier.answer(2)
+    assert barrier.is_complete(15.2)
+    barrier.close()
+    barrier.end_silence(1)
+    barrier.open(15.3)
+    barrier.answer(1)
+    barrier.answer(2)
+    assert barrier.is_complete(15.3)
+    barrier.close()
+    barrier.open(15.4)
+    barrier.answer(2)
+    assert not barrier.is_complete(20.3)
