@@ -47,7 +47,7 @@ class Unit:
         return 1e-3 * self.cost * self.count
 
 
-class Stopwatch:
+class FunctionTimer:
     """CPU seconds in one function, while it is replaced by a timed one."""
 
     def __init__(self, owner: Any, name: str) -> None:
@@ -55,7 +55,7 @@ class Stopwatch:
         self._owner, self._name = owner, name
         self._original: Callable[..., Any] = getattr(owner, name)
 
-    def __enter__(self) -> Stopwatch:
+    def __enter__(self) -> FunctionTimer:
         def timed(*arguments: Any, **keywords: Any) -> Any:
             started = time.process_time()
             try:
@@ -93,7 +93,10 @@ def _physics_and_rays(robots: int) -> tuple[float, float]:
     try:
         for _ in range(WARM_TICKS):
             harness.advance()
-        with Stopwatch(pybullet, "stepSimulation") as steps, Stopwatch(Lidars, "due") as scans:
+        with (
+            FunctionTimer(pybullet, "stepSimulation") as steps,
+            FunctionTimer(Lidars, "due") as scans,
+        ):
             for _ in range(TICKS):
                 harness.advance()
     finally:

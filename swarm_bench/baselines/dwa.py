@@ -21,6 +21,7 @@ from swarm_common.model.records import (
     Twist,
     wrap_angle,
 )
+from swarm_nav.control.dwa_kernels import Limits, Velocity
 from swarm_nav.core.goals import PlanError
 from swarm_nav.planning.distance_kernels import Place
 
@@ -32,8 +33,8 @@ LOOKAHEAD = 1.0  # [m] to the point of the path that is steered for
 HORIZON_STEPS = 15  # of 0.1 s: 1.5 s, about Nav2's 1.7
 SHIM_ANGLE = 0.785  # [rad] of Nav2's rotation shim
 ALIGNED = 0.2  # [rad] at which it ends
-SCALES = kernels.Scales(heading=0.4, progress=1.0, path=0.8, clearance=0.15, enough=0.3)
-SAMPLES = kernels.Samples(8, 21)
+SCALES = kernels.Weights(heading=0.4, progress=1.0, path=0.8, clearance=0.15, enough=0.3)
+SAMPLES = kernels.WindowSamples(8, 21)
 NEAR = 1.5  # [m] up to which robots and LiDAR hits can matter within the horizon
 
 
@@ -101,21 +102,19 @@ class DwaDriver(Baseline):
             return self._turner.turn_to(pose.yaw + error, pose, self.twist)
         v, w, _ = kernels.best_twist(
             Place(pose.x, pose.y, pose.yaw),
-            kernels.Velocity(self.twist.vx, self.twist.wz),
+            Velocity(self.twist.vx, self.twist.wz),
             place,
-            kernels.Limits(
-                config.max_vel_x, config.max_vel_theta, config.acc_lim_x, config.acc_lim_theta
-            ),
+            Limits(config.max_vel_x, config.max_vel_theta, config.acc_lim_x, config.acc_lim_theta),
             SAMPLES,
             clearance,
-            self._scene(),
+            self._obstacles(),
             np.ascontiguousarray(track.ahead(LOOKAHEAD)[::2]),
             SCALES,
             HORIZON_STEPS,
         )
         return Twist(float(v), 0.0, float(w))
 
-    def _scene(self) -> kernels.Scene:
+    def _obstacles(self) -> kernels.Obstacles:
         """Return what the window is checked against, as the kernels take it."""
         terrain, others, pose = self._planner.terrain, self.others, self.pose
         speeds = np.hypot(others.velocities[:, 0], others.velocities[:, 1])
@@ -124,7 +123,7 @@ class DwaDriver(Baseline):
         hits = self.obstacles.points
         hits = hits[np.hypot(hits[:, 0] - pose.x, hits[:, 1] - pose.y) < NEAR]
         reach = self.config.costmap.unknown_body_margin
-        return kernels.Scene(
+        return kernels.Obstacles(
             terrain.distance,
             terrain.frame,
             np.ascontiguousarray(discs[is_near]),
@@ -163,7 +162,7 @@ class DwaDriver(Baseline):
         """Whether there is room to back up by `way` [m]."""
         pose = self.pose
         place = Place(pose.x, pose.y, pose.yaw)
-        return bool(kernels.backing_room(place, way, self.radius + PADDING, self._scene()))
+        return bool(kernels.backing_room(place, way, self.radius + PADDING, self._obstacles()))
 
 
 RECOVERIES = ("turn", "wait", "back up")  # the order of Nav2's behaviour tree

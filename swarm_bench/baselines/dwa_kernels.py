@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 
 from swarm_common.model.records import FloatArray
+from swarm_nav.control.dwa_kernels import Limits, Velocity
 from swarm_nav.planning.distance_kernels import Frame, Place, sample
 
 STEP = 0.1  # [s] of a rollout, and the control period
@@ -17,7 +18,7 @@ TOO_NEAR = 0.01  # [m] below zero from which only a way out is admissible: one o
 GETAWAY = 0.3  # [m] of gap are gained per metre
 
 
-class Scene(NamedTuple):
+class Obstacles(NamedTuple):
     """What may be touched."""
 
     distance: FloatArray  # (h, w) [m] from mapped walls
@@ -27,30 +28,14 @@ class Scene(NamedTuple):
     reach: float  # [m] by which a body may extend around each point
 
 
-class Velocity(NamedTuple):
-    """A twist ahead and about the vertical axis."""
-
-    v: float  # [m/s]
-    w: float  # [rad/s]
-
-
-class Limits(NamedTuple):
-    """What the drive can do."""
-
-    v_max: float  # [m/s]
-    w_max: float  # [rad/s]
-    v_acc: float  # [m/s²]
-    w_acc: float  # [rad/s²]
-
-
-class Samples(NamedTuple):
+class WindowSamples(NamedTuple):
     """How many speeds of the window are tried."""
 
     v: int
     w: int
 
 
-class Scales(NamedTuple):
+class Weights(NamedTuple):
     """Weights of the objective."""
 
     heading: float
@@ -61,17 +46,17 @@ class Scales(NamedTuple):
 
 
 @njit(cache=True)
-def gap(x: float, y: float, radius: float, scene: Scene) -> float:
+def gap(x: float, y: float, radius: float, obstacles: Obstacles) -> float:
     """Return the distance [m] of a robot's circle from what may be touched.
 
     Args:
         x: [m] of its centre, in map.
         y: [m] of its centre, in map.
         radius: [m]
-        scene: What may be touched.
+        obstacles: What may be touched.
     """
-    discs, points, reach = scene.discs, scene.points, scene.reach
-    best = sample(scene.distance, scene.frame, x, y) - radius
+    discs, points, reach = obstacles.discs, obstacles.points, obstacles.reach
+    best = sample(obstacles.distance, obstacles.frame, x, y) - radius
     for k in range(discs.shape[0]):
         near = math.hypot(discs[k, 0] - x, discs[k, 1] - y) - discs[k, 2] - radius
         best = min(best, near)
@@ -98,7 +83,13 @@ def path_gap(x: float, y: float, path: FloatArray) -> float:
 
 @njit(cache=True)
 def follow(
-    pose: Place, v: float, w: float, steps: int, radius: float, scene: Scene, path: FloatArray
+    pose: Place,
+    v: float,
+    w: float,
+    steps: int,
+    radius: float,
+    obstacles: Obstacles,
+    path: FloatArray,
 ) -> tuple[float, float, float, float, float, float]:
     """Drive an arc for `steps` periods.
 
@@ -111,7 +102,7 @@ def follow(
         w: [rad/s]
         steps: Periods of `STEP`.
         radius: [m] of the robot.
-        scene: What may be touched.
+        obstacles: What may be touched.
         path: (n, 2) [m] in map.
 
     Returns:
@@ -119,7 +110,7 @@ def follow(
         distance from the path [m].
     """
     x, y, yaw = pose
-    start = gap(x, y, radius, scene)
+    start = gap(x, y, radius, obstacles)
     floor = min(0.0, start)
     rise = GETAWAY * abs(v) * STEP if start < -TOO_NEAR else 0.0
     smallest = start
@@ -133,7 +124,7 @@ def follow(
         x += v * STEP * math.cos(middle)
         y += v * STEP * math.sin(middle)
         yaw += w * STEP
-        near = gap(x, y, radius, scene)
+        near = gap(x, y, radius, obstacles)
         smallest = min(smallest, near)
         floor += rise
         if near < min(floor, 0.0):
@@ -151,11 +142,11 @@ def best_twist(
     twist: Velocity,
     target: tuple[float, float],
     limits: Limits,
-    samples: Samples,
+    samples: WindowSamples,
     radius: float,
-    scene: Scene,
+    obstacles: Obstacles,
     path: FloatArray,
-    scales: Scales,
+    scales: Weights,
     steps: int,
 ) -> tuple[float, float, float]:
     """Return (v, w, score) of the best admissible twist; (0, 0, -FAR) if there is none.
@@ -171,7 +162,7 @@ def best_twist(
         limits: Of the drive.
         samples: Of the window.
         radius: [m] of the robot.
-        scene: What may be touched.
+        obstacles: What may be touched.
         path: (n, 2) [m] in map.
         scales: Of the objective.
         steps: Periods of a rollout.
@@ -192,7 +183,7 @@ def best_twist(
         v = v_low + (v_high - v_low) * a / (nv - 1)
         for b in range(nw + 1):
             w = straight if b == nw else w_low + (w_high - w_low) * b / (nw - 1)
-            free, smallest, x, y, yaw, off = follow(pose, v, w, steps, radius, scene, path)
+            free, smallest, x, y, yaw, off = follow(pose, v, w, steps, radius, obstacles, path)
             if v * STEP + v * v / (2.0 * v_acc) > free:
                 continue
             left = math.hypot(target[0] - x, target[1] - y)
@@ -211,7 +202,9 @@ def best_twist(
 
 
 @njit(cache=True)
-def can_stop(pose: Place, v: float, w: float, v_acc: float, radius: float, scene: Scene) -> bool:
+def can_stop(
+    pose: Place, v: float, w: float, v_acc: float, radius: float, obstacles: Obstacles
+) -> bool:
     """Whether a robot that drives (v, w) for a period can stop before it touches something.
 
     Args:
@@ -220,23 +213,23 @@ def can_stop(pose: Place, v: float, w: float, v_acc: float, radius: float, scene
         w: [rad/s]
         v_acc: [m/s²] with which it brakes.
         radius: [m] of the robot.
-        scene: What may be touched.
+        obstacles: What may be touched.
     """
-    free = follow(pose, v, w, 4, radius, scene, np.zeros((1, 2)))[0]
+    free = follow(pose, v, w, 4, radius, obstacles, np.zeros((1, 2)))[0]
     return abs(v) * STEP + v * v / (2.0 * v_acc) <= free
 
 
 @njit(cache=True)
-def backing_room(pose: Place, way: float, radius: float, scene: Scene) -> bool:
+def backing_room(pose: Place, way: float, radius: float, obstacles: Obstacles) -> bool:
     """Whether backing up in a straight line touches nothing.
 
     Args:
         pose: Of the robot.
         way: [m]
         radius: [m] of the robot.
-        scene: What may be touched.
+        obstacles: What may be touched.
     """
     free, _, _, _, _, _ = follow(
-        pose, -way, 0.0, round(1.0 / STEP), radius, scene, np.zeros((1, 2))
+        pose, -way, 0.0, round(1.0 / STEP), radius, obstacles, np.zeros((1, 2))
     )
     return free >= FAR

@@ -121,10 +121,10 @@ class OrcaDriver(Baseline):
         ORCA's constraints hold for velocities that are there at once; this drive ramps.
         """
         pose, terrain = self.pose, self._planner.terrain
-        scene = kernels.Scene(terrain.distance, terrain.frame, NO_DISCS, NO_POINTS, 0.0)
+        obstacles = kernels.Obstacles(terrain.distance, terrain.frame, NO_DISCS, NO_POINTS, 0.0)
         place = Place(pose.x, pose.y, pose.yaw)
         acc = self.config.controller.acc_lim_x
-        if kernels.can_stop(place, twist.vx, twist.wz, acc, self.radius + WALL_PADDING, scene):
+        if kernels.can_stop(place, twist.vx, twist.wz, acc, self.radius + WALL_PADDING, obstacles):
             return twist
         return Twist(0.0, 0.0, twist.wz)
 

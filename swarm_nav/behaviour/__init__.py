@@ -9,7 +9,7 @@ What a module imports of its folder stands above it:
     costmap            Costmaps with Nav2's cost scale, composed on request
     given_path         A path that the operator gave (FollowPath): how far the robot is on it, and
                        the way along it
-    task               The current goal: its sequence of targets, and when each counts as reached
+    goal_progress      The current goal: its sequence of targets, and when each counts as reached
     announcement       What a robot tells: its beacon to the robots, its status and feedback to the
                        operator
     goal_manager       The pursuit of goals: begins them, goes from target to target, recovers, and

@@ -24,8 +24,8 @@ from swarm_common.model.beacon import (
 from swarm_common.model.records import CONTROL_PERIOD, Pose, RobotSpec, stamp_from_tick
 from swarm_common.model.sites import Sites
 from swarm_nav.behaviour.behaviors import Behavior
+from swarm_nav.behaviour.goal_progress import GoalProgress
 from swarm_nav.behaviour.state_machine import StateMachine
-from swarm_nav.behaviour.task import Task
 from swarm_nav.core.goals import Feedback, Status
 from swarm_nav.core.priority import CLASS_DONE, CLASS_DRIVING, CLASS_HOLDING, base_priority
 from swarm_nav.core.states import State
@@ -179,7 +179,7 @@ def compose_status(
 
 
 def compose_feedback(
-    situation: Situation, goal_id: int, task: Task | None, behavior: Behavior | None
+    situation: Situation, goal_id: int, task: GoalProgress | None, behavior: Behavior | None
 ) -> Feedback:
     """Return the progress of a task, or without one of a behaviour.
 

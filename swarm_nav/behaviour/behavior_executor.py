@@ -6,9 +6,9 @@ import math
 
 from swarm_common.model.records import Twist
 from swarm_nav.behaviour.goal_manager import GoalManager
+from swarm_nav.behaviour.goal_progress import GoalProgress
 from swarm_nav.behaviour.route import Route
 from swarm_nav.behaviour.state_machine import StateMachine
-from swarm_nav.behaviour.task import Task
 from swarm_nav.control.controller import Controller
 from swarm_nav.core.goals import ErrorCode, Outcome, PlanError
 from swarm_nav.core.states import Event, State
@@ -97,7 +97,7 @@ class BehaviorExecutor:
             goal_manager.end(Outcome.ABORTED, end.code, end.message)
         return twist
 
-    def _navigate(self, task: Task, is_person_near: bool) -> Twist | None:
+    def _navigate(self, task: GoalProgress, is_person_near: bool) -> Twist | None:
         """Return a twist that overrides following the tube, if any."""
         s = self._s
         if task.is_reached(s):
@@ -127,7 +127,7 @@ class BehaviorExecutor:
             self._check_progress(task, is_person_near)
         return None
 
-    def _settle(self, task: Task) -> Twist:
+    def _settle(self, task: GoalProgress) -> Twist:
         """Stop within the tolerance and turn to the goal's heading."""
         s = self._s
         s.tube.release_ahead(s.brake_points)
@@ -138,7 +138,7 @@ class BehaviorExecutor:
                 return self._controller.turn_to(task.target.yaw, s.pose, s.twist)
         return self._controller.stop(s.twist)
 
-    def _hold(self, task: Task) -> None:
+    def _hold(self, task: GoalProgress) -> None:
         s = self._s
         task.note_holding(s)
         if self._gate.is_closed and (s.tick + s.robot_id) % s.ticks(GATE_RECHECK) == 0:
@@ -156,7 +156,7 @@ class BehaviorExecutor:
             return False
         return not self._lease.is_too_near(self._s, QUEUE_STEP)
 
-    def _recheck_gate(self, task: Task) -> None:
+    def _recheck_gate(self, task: GoalProgress) -> None:
         s = self._s
         try:
             way = s.planner.plan(s.stop_point, task.place, s.planner.no_extra())
@@ -168,7 +168,7 @@ class BehaviorExecutor:
         """Whether the robot may approach its station, and nobody stands on it for good."""
         return self._lease.is_turn(self._s.config.holding) and not self._lease.is_covered(self._s)
 
-    def _check_progress(self, task: Task, is_person_near: bool) -> None:
+    def _check_progress(self, task: GoalProgress, is_person_near: bool) -> None:
         s = self._s
         traffic = s.config.traffic
         is_listening = s.tick - s.listening_since < 2 * traffic.listen_ticks

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from swarm_nav.behaviour.behaviors import Behavior, recovery_goal
+from swarm_nav.behaviour.goal_progress import GoalProgress
 from swarm_nav.behaviour.state_machine import StateMachine
-from swarm_nav.behaviour.task import Task
 from swarm_nav.core.goals import NO_POSES_CODES, ErrorCode, Goal, GoalEnded, GoalKind, Outcome
 from swarm_nav.core.states import Event, State
 from swarm_nav.traffic.departure import Departure
@@ -40,7 +40,7 @@ class GoalManager:
         self._lease = lease
         self._right = right
         self._pending: Goal | None = None
-        self.task: Task | None = None
+        self.task: GoalProgress | None = None
         self.behavior: Behavior | None = None
         self.is_recovery = False
         self.last_goal_tick = 0
@@ -81,7 +81,7 @@ class GoalManager:
             self.is_recovery = False
             self._state_machine.switch(Event.BEHAVIOR)
             return
-        self.task = Task(goal, self._s)
+        self.task = GoalProgress(goal, self._s)
         if not goal.poses_map and len(goal.path_map) == 0:
             code = NO_POSES_CODES.get(goal.kind, ErrorCode.PLAN_UNKNOWN)
             self.end(Outcome.ABORTED, code, "no poses given")
@@ -121,7 +121,7 @@ class GoalManager:
         elif outcome is Outcome.ABORTED:
             self._s.counters.goals_failed += 1
 
-    def _aim(self, task: Task) -> None:
+    def _aim(self, task: GoalProgress) -> None:
         """Point the lease at the present target."""
         self._s.tube.cut()
         if task.goal.kind is GoalKind.FOLLOW_PATH or task.is_passing:
@@ -129,7 +129,7 @@ class GoalManager:
         else:
             self._lease.aim((task.target.x, task.target.y))
 
-    def reach_target(self, task: Task) -> None:
+    def reach_target(self, task: GoalProgress) -> None:
         """Go on to the next target, or end the goal as succeeded.
 
         Args:
@@ -141,7 +141,7 @@ class GoalManager:
         else:
             self.end(Outcome.SUCCEEDED)
 
-    def fail_target(self, task: Task, code: ErrorCode, message: str) -> None:
+    def fail_target(self, task: GoalProgress, code: ErrorCode, message: str) -> None:
         """Leave out a waypoint, or end any other goal as aborted.
 
         Args:
@@ -158,7 +158,7 @@ class GoalManager:
         else:
             self.end(Outcome.SUCCEEDED)
 
-    def recover_or_fail(self, task: Task, code: ErrorCode, message: str) -> None:
+    def recover_or_fail(self, task: GoalProgress, code: ErrorCode, message: str) -> None:
         """Start the next recovery, or give the target up when all are spent.
 
         Args:

@@ -22,8 +22,8 @@ from swarm_nav.behaviour.announcement import (
 from swarm_nav.behaviour.behavior_executor import BehaviorExecutor
 from swarm_nav.behaviour.costmap import Costmap
 from swarm_nav.behaviour.goal_manager import GoalManager
+from swarm_nav.behaviour.goal_progress import GoalProgress
 from swarm_nav.behaviour.state_machine import StateMachine
-from swarm_nav.behaviour.task import Task
 from swarm_nav.control.omni import make_controller
 from swarm_nav.core.config import NavConfig
 from swarm_nav.core.goals import Feedback, Goal, GoalKind, Outcome, Output, Status
@@ -398,7 +398,7 @@ class Navigator:
         return self._state_machine.state
 
     @property
-    def _task(self) -> Task | None:
+    def _task(self) -> GoalProgress | None:
         return self._goal_manager.task
 
     def make_plan(self, start: Pose | None, goals: Sequence[Pose]) -> FloatArray:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from swarm_common.model.records import FloatArray
 from swarm_nav.behaviour.goal_manager import GoalManager
-from swarm_nav.behaviour.task import Task
+from swarm_nav.behaviour.goal_progress import GoalProgress
 from swarm_nav.core.goals import ErrorCode, PlanError
 from swarm_nav.traffic import traffic_costs
 from swarm_nav.traffic.holding import SAME_STATION
@@ -38,7 +38,7 @@ class Route:
         self.last_plan_tick = -1000
         self._barred: list[tuple[int, float, float]] = []  # tick and place [m] in map
 
-    def update(self, task: Task) -> None:
+    def update(self, task: GoalProgress) -> None:
         """Plan if it is due; a target without a way is recovered from or given up.
 
         Args:
@@ -49,7 +49,7 @@ class Route:
         if self._is_due(task):
             self._plan(task)
 
-    def _is_due(self, task: Task) -> bool:
+    def _is_due(self, task: GoalProgress) -> bool:
         s = self._s
         since = s.tick - self.last_plan_tick
         if not task.is_planned or self._is_period_over(task, since):
@@ -62,13 +62,13 @@ class Route:
         is_barred = s.obstacle_ticks >= s.ticks(OBSTACLE_PATIENCE)
         return ends_short or is_blocked or is_barred
 
-    def _is_period_over(self, task: Task, since: int) -> bool:
+    def _is_period_over(self, task: GoalProgress, since: int) -> bool:
         """Whether a periodic plan is due; robots take turns, a given path is not replanned."""
         period = self._s.ticks(self._s.config.planner.replan_period)
         is_turn = (self._s.tick + 7 * self._s.robot_id) % period == 0
         return task.given is None and since >= period and is_turn
 
-    def _plan(self, task: Task) -> None:
+    def _plan(self, task: GoalProgress) -> None:
         s = self._s
         self.last_plan_tick = s.tick
         try:
@@ -112,7 +112,7 @@ class Route:
         cost = traffic_costs.OBSTACLE * len(places)
         traffic_costs.stamp(extra, s, places, BARRED_RADIUS, cost)
 
-    def _path_to(self, task: Task, extra: NDArray[np.float32]) -> FloatArray:
+    def _path_to(self, task: GoalProgress, extra: NDArray[np.float32]) -> FloatArray:
         s = self._s
         if task.given is not None:
             return task.given.way(s)
@@ -122,7 +122,7 @@ class Route:
         yaw = target.yaw if is_station and not task.is_passing else math.nan
         return s.planner.plan(s.stop_point, place, extra, yaw)
 
-    def _keeps(self, task: Task, path: FloatArray, extra: NDArray[np.float32]) -> bool:
+    def _keeps(self, task: GoalProgress, path: FloatArray, extra: NDArray[np.float32]) -> bool:
         """Whether the current path is as good as a new one: each change costs turns and claims."""
         s = self._s
         rest = s.tube.points[s.tube.stop :]

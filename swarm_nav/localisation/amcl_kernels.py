@@ -84,7 +84,7 @@ class Trust(NamedTuple):
     fewest: float  # particles that are to matter in effect; else the power is reduced
 
 
-class Sizes(NamedTuple):
+class ParticleCounts(NamedTuple):
     """Of the set of particles (KLD sampling, Fox 2003)."""
 
     fewest: int
@@ -445,7 +445,7 @@ def is_new_bin(pose: Floats, table: NDArray[np.int64]) -> bool:
 def resample(
     particles: Floats,
     weights: Floats,
-    sizes: Sizes,
+    sizes: ParticleCounts,
     fresh: Fresh,
     center: Place,
     state: NDArray[np.uint64],

@@ -162,7 +162,7 @@ class ParticleFilter:
         count = amcl_kernels.resample(
             self._particles,
             weights,
-            amcl_kernels.Sizes(
+            amcl_kernels.ParticleCounts(
                 config.min_particles, config.max_particles, config.pf_err, config.pf_z
             ),
             amcl_kernels.Fresh(fresh, config.recovery_spread, config.recovery_spread_yaw),

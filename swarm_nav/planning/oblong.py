@@ -95,13 +95,13 @@ class Oblong:
         """
         points = np.ascontiguousarray(obstacles_map)
         walls = Field(*field)
-        around = kernels.Surroundings(points, self.corners, OBSTACLE_GAP)
+        around = kernels.NearObstacles(points, self.corners, OBSTACLE_GAP)
         pose = Place(pose_map.x, pose_map.y, pose_map.yaw)
         v_acc, w_acc = (BRAKING_SHARE * a for a in acceleration)
         limits = kernels.Ramp(v_acc, w_acc, CONTROL_PERIOD)
         for share in SHARES:
             twist = Twist(share * wish.vx, share * wish.vy, share * wish.wz)
-            change = kernels.Change(twist.vx, twist.wz, now.vx, now.wz)
+            change = kernels.TwistChange(twist.vx, twist.wz, now.vx, now.wz)
             before, worst = kernels.worst_slack(walls, self.least, around, pose, change, limits)
             if worst >= min(0.0, before):
                 return twist

@@ -31,7 +31,7 @@ class Band(NamedTuple):
     room: float
 
 
-class Surroundings(NamedTuple):
+class NearObstacles(NamedTuple):
     """What is near a long robot beside walls."""
 
     points: NDArray[np.float64]  # (n, 2) [m] in map, of obstacles
@@ -39,7 +39,7 @@ class Surroundings(NamedTuple):
     gap: float  # [m] to keep from the obstacles
 
 
-class Change(NamedTuple):
+class TwistChange(NamedTuple):
     """A change of twist, [m/s] and [rad/s]."""
 
     v: float  # wanted
@@ -243,7 +243,12 @@ def obstacle_slack(points: Floats, corners: Floats, x: float, y: float, yaw: flo
 
 @njit(cache=True)
 def worst_slack(
-    field: Field, discs: Floats, around: Surroundings, pose: Place, twist: Change, limits: Ramp
+    field: Field,
+    discs: Floats,
+    around: NearObstacles,
+    pose: Place,
+    twist: TwistChange,
+    limits: Ramp,
 ) -> tuple[float, float]:
     """Return the slack [m] now and the smallest on the way: one period of a twist, then braking.
 

@@ -22,7 +22,7 @@ class Smoothing(NamedTuple):
     rounds: int  # of lifting, a centimetre each
 
 
-class Walls(NamedTuple):
+class WallClearance(NamedTuple):
     """What a smoothed path keeps clear of."""
 
     field: Field
@@ -38,7 +38,7 @@ class Blocked(NamedTuple):
 
 @njit(cache=True)
 def smooth_path(
-    points: Floats, passes: int, reach: int, walls: Walls, others: Blocked, out: Floats
+    points: Floats, passes: int, reach: int, walls: WallClearance, others: Blocked, out: Floats
 ) -> None:
     """Fill `out` (n, 2) with the moving average of +-`reach` points (n, 2), where that is clear.
 
@@ -103,7 +103,7 @@ def cell_value(grid: NDArray[np.float32], frame: Frame, x: float, y: float) -> f
 
 
 @njit(cache=True)
-def lift_off_walls(points: Floats, walls: Walls, rounds: int) -> None:
+def lift_off_walls(points: Floats, walls: WallClearance, rounds: int) -> None:
     """Move inner points (n, 2) up the distance field to the floor, a centimetre a round.
 
     Args:
@@ -233,7 +233,7 @@ def with_ends(points: Floats, ends: Floats, gap: float) -> NDArray[np.float64]:
 
 @njit(cache=True)
 def drivable(
-    points: Floats, spacing: float, smoothing: Smoothing, walls: Walls, others: Blocked
+    points: Floats, spacing: float, smoothing: Smoothing, walls: WallClearance, others: Blocked
 ) -> NDArray[np.float64]:
     """Return points (m, 2) every `spacing` [m] along a smoothed polyline (n, 2) in map.
 

@@ -243,7 +243,7 @@ class Planner:
     def _course(self, course: FloatArray, extra: NDArray[np.float32], smooth: bool) -> FloatArray:
         if not smooth:
             return _resampled(course)
-        walls = path_kernels.Walls(self.terrain.field, self._wall_clearance)
+        walls = path_kernels.WallClearance(self.terrain.field, self._wall_clearance)
         others = path_kernels.Blocked(extra, self.lattice.frame)
         path: FloatArray = path_kernels.drivable(course, SPACING, SMOOTHING, walls, others)
         return path

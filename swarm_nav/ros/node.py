@@ -30,9 +30,9 @@ from swarm_nav.ros.clock import TickClock
 from swarm_nav.ros.inputs import TickInput, TickInputs
 from swarm_nav.ros.nav2.demand import OnDemand
 from swarm_nav.ros.nav2.lifecycle_services import LifecycleServices
+from swarm_nav.ros.nav2.map_bounds import MapBounds
 from swarm_nav.ros.nav2.plans import Plans
 from swarm_nav.ros.nav2.poses import deviation_in, is_placeholder, pose_in_map
-from swarm_nav.ros.nav2.reach import Reach
 from swarm_nav.ros.nav2.services import Services
 from swarm_nav.ros.nav2.tasks import Tasks
 from swarm_nav.ros.nav2.views import Views
@@ -335,7 +335,7 @@ class NavigatorNode:
 
     def _measure(self, grid: Grid) -> None:
         """Learn how far anything can be away on a map."""
-        self._reach = Reach.of(grid)
+        self._reach = MapBounds.of(grid)
         self._odometry_reader = cdr.OdometryReader(self._reach.most_odometry)
 
     def _reconfigure(self, config: NavConfig) -> None:

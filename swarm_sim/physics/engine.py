@@ -36,7 +36,7 @@ class Touch:
 
 
 @dataclass(frozen=True, slots=True)
-class Approach:
+class NearPair:
     """A pair that is closer than `NEAR_MISS`; `gap` [m], the rest as in `Touch`."""
 
     robot: int
@@ -59,7 +59,7 @@ class Engine(Protocol):
         ...
 
     @property
-    def approaches(self) -> list[Approach]:
+    def approaches(self) -> list[NearPair]:
         """Pairs closer than NEAR_MISS at the end of the control period."""
         ...
 

@@ -13,7 +13,7 @@ import numpy as np
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec
 from swarm_common.model.shapes import Transform
 from swarm_sim.physics.drive import Wheels
-from swarm_sim.physics.engine import NEAR, NEAR_MISS, Approach, Touch
+from swarm_sim.physics.engine import NEAR, NEAR_MISS, NearPair, Touch
 from swarm_sim.physics.objects import Objects
 from swarm_sim.physics.planar_kernels import PlainWalls, clearances, move, move_on
 from swarm_sim.physics.walkers import Walkers
@@ -67,7 +67,7 @@ class PlanarEngine:
         self.travels: FloatArray = np.zeros((count, 2))
         self.yaws_gyro: FloatArray = np.zeros(count)
         self.clearances: FloatArray = np.full((count, 2), np.inf)
-        self.approaches: list[Approach] = []
+        self.approaches: list[NearPair] = []
         self._close = np.empty((CLOSE_PAIRS * count, 4))
         self._measure()
 
@@ -182,11 +182,11 @@ class PlanarEngine:
         )
         self.approaches = [self._approach(*row) for row in self._close[:count].tolist()]
 
-    def _approach(self, robot: float, kind: float, index: float, gap: float) -> Approach:
+    def _approach(self, robot: float, kind: float, index: float, gap: float) -> NearPair:
         if kind == 0:
-            return Approach(int(robot), int(index), "", gap)
+            return NearPair(int(robot), int(index), "", gap)
         names = self._names if kind == 1 else self._walkers.names
-        return Approach(int(robot), -1, names[int(index)], gap)
+        return NearPair(int(robot), -1, names[int(index)], gap)
 
     @property
     def _obstacles(self) -> PlainWalls:

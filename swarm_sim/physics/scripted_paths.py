@@ -12,7 +12,7 @@ import numpy as np
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import FloatArray, Pose, RobotSpec
 from swarm_sim.physics.engine import Touch
-from swarm_sim.physics.walker_kernels import Loops, Robots
+from swarm_sim.physics.walker_kernels import Loops, RobotStates
 from swarm_sim.scene.actors import VehicleSpec, WalkerSpec
 from swarm_sim.scene.randomness import hash_words, uniform
 
@@ -95,10 +95,10 @@ class ScriptedPaths(ABC, Generic[Spec]):
         if not len(self.specs) or not len(hulls):
             return False
         contiguous = np.ascontiguousarray(poses), np.ascontiguousarray(speeds)
-        return self._advance(Robots(*contiguous, hulls, self._radii), period, step)
+        return self._advance(RobotStates(*contiguous, hulls, self._radii), period, step)
 
     @abstractmethod
-    def _advance(self, robots: Robots, period: float, step: int) -> bool:
+    def _advance(self, robots: RobotStates, period: float, step: int) -> bool:
         """Go on among robots that can be met; see `step`."""
 
     @property

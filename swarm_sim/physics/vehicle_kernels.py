@@ -15,7 +15,7 @@ from swarm_sim.physics.walker_kernels import (
     STANDING,
     WAITED,
     Loops,
-    Robots,
+    RobotStates,
     go_on,
     next_corner,
     point_at,
@@ -71,7 +71,7 @@ def heading_at(path: FloatArray, arcs: FloatArray, arc: float, direction: float)
 @numba.njit(cache=True)
 def meets(
     corners: FloatArray,
-    robots: Robots,
+    robots: RobotStates,
     touches: IntArray,
     step: int,
 ) -> bool:
@@ -104,7 +104,7 @@ def bars(
     roomy: FloatArray,
     present: FloatArray,
     bare: FloatArray,
-    robots: Robots,
+    robots: RobotStates,
 ) -> bool:
     """Return whether a robot that stands is in the way of a vehicle.
 
@@ -132,7 +132,7 @@ def drive(
     poses: FloatArray,
     traits: FloatArray,
     loops: Loops,
-    robots: Robots,
+    robots: RobotStates,
     touches: IntArray,
     period: float,
     step: int,

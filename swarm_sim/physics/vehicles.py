@@ -9,7 +9,7 @@ import numpy as np
 from swarm_common.model.records import FloatArray, Pose, RobotSpec
 from swarm_sim.physics.scripted_paths import ScriptedPaths
 from swarm_sim.physics.vehicle_kernels import drive, heading_at
-from swarm_sim.physics.walker_kernels import Robots
+from swarm_sim.physics.walker_kernels import RobotStates
 from swarm_sim.scene.actors import VehicleSpec
 from swarm_sim.scene.scene import Body, Box, Part, transform_from_xyz_rpy
 
@@ -43,7 +43,7 @@ class Vehicles(ScriptedPaths[VehicleSpec]):
         ]
         self.poses: FloatArray = np.column_stack((self._places, np.array(yaws)))
 
-    def _advance(self, robots: Robots, period: float, step: int) -> bool:
+    def _advance(self, robots: RobotStates, period: float, step: int) -> bool:
         places = self.poses, self._traits
         return bool(drive(self._state, *places, self._loops, robots, self._touches, period, step))
 

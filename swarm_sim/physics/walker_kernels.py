@@ -17,7 +17,7 @@ ARC, DIRECTION, PAUSE, WAITED, VISITS = 0, 1, 2, 3, 4  # columns of a walker's s
 SPEED, RADIUS, STEP, PATIENCE = 0, 1, 2, 3  # columns of a walker's traits
 
 
-class Robots(NamedTuple):
+class RobotStates(NamedTuple):
     """Robots as walkers and vehicles meet them."""
 
     poses: FloatArray  # (n, 3) x, y [m], yaw [rad]
@@ -131,7 +131,7 @@ def is_barred(
     here: FloatArray,
     ahead: FloatArray,
     radius: float,
-    robots: Robots,
+    robots: RobotStates,
 ) -> bool:
     """Return whether a robot that stands is in the way of a walker's next step.
 
@@ -164,7 +164,7 @@ def walk(
     places: FloatArray,
     traits: FloatArray,
     loops: Loops,
-    robots: Robots,
+    robots: RobotStates,
     touches: IntArray,
     period: float,
     step: int,
@@ -214,7 +214,7 @@ def walk(
 def _hits(
     center: FloatArray,
     radius: float,
-    robots: Robots,
+    robots: RobotStates,
     hull: FloatArray,
     touches: IntArray,
     step: int,

@@ -8,7 +8,7 @@ import numpy as np
 
 from swarm_common.model.records import FloatArray, Pose, RobotSpec
 from swarm_sim.physics.scripted_paths import ScriptedPaths
-from swarm_sim.physics.walker_kernels import Robots, walk
+from swarm_sim.physics.walker_kernels import RobotStates, walk
 from swarm_sim.scene.actors import WalkerSpec
 
 SEARCH_STEP = 0.1  # [m] along the path when looking for a place to start
@@ -40,7 +40,7 @@ class Walkers(ScriptedPaths[WalkerSpec]):
         ).reshape(-1, 4)
         self.discs: FloatArray = np.column_stack((self._places, self._traits[:, 1]))
 
-    def _advance(self, robots: Robots, period: float, step: int) -> bool:
+    def _advance(self, robots: RobotStates, period: float, step: int) -> bool:
         places = self._places, self._traits
         touched = walk(self._state, *places, self._loops, robots, self._touches, period, step)
         self.discs[:, :2] = self._places

@@ -46,7 +46,7 @@ from swarm_sim.ros.settings import Settings
 from swarm_sim.ros.trace import Trace, begin_trace
 from swarm_sim.ros.viewing.scene_publisher import ScenePublisher
 from swarm_sim.world.object_registry import ObjectRegistry
-from swarm_sim.world.request_checks import Reach
+from swarm_sim.world.request_checks import PlacementArea
 from swarm_sim.world.robot_registry import Arrival, RobotRegistry
 from swarm_sim.world.world import Observation
 
@@ -119,7 +119,7 @@ class WorldNode:
         self._scenery = ScenePublisher(self._node, stage.scene, stage.world)
         self._robots = RobotRegistry(stage.world, stage.grid, stage.poses_map, settings.spawn)
         objects = ObjectRegistry(stage.world)
-        reach = Reach.of(stage.grid)
+        reach = PlacementArea.of(stage.grid)
         self._entities = Entities(self._node, self._robots, objects, reach, self, self._rejections)
         Inquiries(self._node, stage.world, self._robots, objects, self._rejections)
         self._moves = Moves(self._node)

@@ -34,7 +34,7 @@ TINY = float(np.finfo(np.float64).tiny)
 MIN_AREA = 1e-6  # [m²] of a polygon
 
 
-class Placed:
+class PlacedMesh:
     """A mesh at a place in the world.
 
     Attributes:
@@ -86,10 +86,10 @@ def _polygons(
 
 
 @functools.lru_cache(maxsize=128)
-def _placed(mesh: Mesh, place: tuple[float, ...]) -> Placed:
+def _placed(mesh: Mesh, place: tuple[float, ...]) -> PlacedMesh:
     transform = np.eye(4)
     transform[:3] = np.reshape(place, (3, 4))
-    return Placed(mesh, transform)
+    return PlacedMesh(mesh, transform)
 
 
 def _shadows(corners: FloatArray, low: float, high: float) -> NDArray[Any]:
@@ -171,7 +171,7 @@ def _bars(segments: FloatArray) -> list[FloatArray]:
     return list(np.stack([a - left, b - left, b + left, a + left], axis=1))
 
 
-def _inside(placed: Placed, level: float) -> Any:
+def _inside(placed: PlacedMesh, level: float) -> Any:
     """Return the part of a plane at a height that is inside the closed parts.
 
     The lines in which the parts meet the plane divide it into cells. One of them is inside if the

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from swarm_common.model.records import FloatArray
-from swarm_sim.physics.engine import Approach
+from swarm_sim.physics.engine import NearPair
 
 EPISODE_GAP = 0.5  # [s] without approach, or contact, that end an episode
 Key = tuple[int, int, str]  # robot, other robot or -1, obstacle
@@ -61,7 +61,7 @@ class CloseCalls:
         self._last_touch[key] = time
         self._open.pop(key, None)
 
-    def observe(self, time: float, approaches: Iterable[Approach], poses: FloatArray) -> None:
+    def observe(self, time: float, approaches: Iterable[NearPair], poses: FloatArray) -> None:
         """Take the near pairs at the end of a control period.
 
         Args:

@@ -67,7 +67,7 @@ def _check(value: Any, path: str, name: str, reason: Reason) -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class Reach:
+class PlacementArea:
     """Where something can be put at all: on the map and close to it.
 
     Attributes:
@@ -79,7 +79,7 @@ class Reach:
     high: tuple[float, float]
 
     @classmethod
-    def of(cls, grid: Grid) -> Reach:
+    def of(cls, grid: Grid) -> PlacementArea:
         """Return that of a map, which is upright."""
         x, y, size = grid.origin_x, grid.origin_y, grid.resolution
         return cls(

@@ -16,7 +16,7 @@ from swarm_sim.maps.spawn import spawn_poses
 from swarm_sim.world.changing_world import ChangingWorld
 from swarm_sim.world.object_placement import outline_of
 from swarm_sim.world.refusal import Reason, RefusedError
-from swarm_sim.world.request_checks import Reach
+from swarm_sim.world.request_checks import PlacementArea
 from swarm_sim.world.robot_placement import check_height, check_robot_place
 
 NAME = re.compile(r"Srobot([1-9][0-9]{0,4})")
@@ -60,7 +60,7 @@ class RobotRegistry:
         """
         self._world = world
         self._grid = grid
-        self._reach = Reach.of(grid)
+        self._reach = PlacementArea.of(grid)
         self._homes = list(homes)
         self._spawn = spawn
         self._first = len(homes)  # robots that came with the world

@@ -12,7 +12,7 @@ import numpy as np
 
 from swarm_common.model.breaches import Collision
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray
-from swarm_sim.physics.engine import Approach, Touch
+from swarm_sim.physics.engine import NearPair, Touch
 from swarm_sim.world.close_calls import EPISODE_GAP, CloseCalls, NearMiss
 
 
@@ -102,7 +102,7 @@ class Judge:
         touches: Iterable[Touch],
         poses: FloatArray,
         clearances: FloatArray,
-        approaches: Iterable[Approach] = (),
+        approaches: Iterable[NearPair] = (),
     ) -> None:
         """Take in one control period.
 

@@ -12,7 +12,7 @@ from swarm_common.middleware.topic_table import ROBOT_TOPICS
 from swarm_common.model.palette import LOOKS, RGB, VERMILLION, css, state_color
 from swarm_common.model.records import FloatArray
 from swarm_view.state.decode import ReportedState
-from swarm_view.state.history import Change
+from swarm_view.state.history import StateChange
 from swarm_view.state.swarm import Swarm
 
 LINK = "#3b8eea"  # seen on light and dark ground
@@ -146,7 +146,7 @@ def _robot_link(robot: str, states: Mapping[str, ReportedState]) -> str:
     return f"<span style='{style}' {send}>{name}</span>{what}"
 
 
-def history_html(changes: Sequence[Change], now: float) -> str:
+def history_html(changes: Sequence[StateChange], now: float) -> str:
     """Return what a robot did lately, the newest first; a click on a time goes there."""
     rows, end = [], now
     for change in changes:

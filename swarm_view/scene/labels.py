@@ -42,7 +42,7 @@ class LabelWish:
 
 
 @dataclass(frozen=True, slots=True)
-class Placed:
+class PlacedLabel:
     """A label as it is shown.
 
     Attributes:
@@ -56,7 +56,9 @@ class Placed:
     place: FloatArray
 
 
-def arrange(wishes: Sequence[LabelWish], camera: Camera, scale: float = 1.0) -> dict[str, Placed]:
+def arrange(
+    wishes: Sequence[LabelWish], camera: Camera, scale: float = 1.0
+) -> dict[str, PlacedLabel]:
     """Return the labels that find room, by name; of two in one place the first one stays.
 
     Args:
@@ -71,7 +73,7 @@ def arrange(wishes: Sequence[LabelWish], camera: Camera, scale: float = 1.0) -> 
     pixels, depths = camera.project(places)
     sizes = camera.sizes(places)
     taken: list[Box] = []
-    placed: dict[str, Placed] = {}
+    placed: dict[str, PlacedLabel] = {}
     for wish, (x, y), depth, size in zip(
         wishes, pixels.tolist(), depths.tolist(), sizes.tolist(), strict=True
     ):
@@ -86,7 +88,7 @@ def arrange(wishes: Sequence[LabelWish], camera: Camera, scale: float = 1.0) -> 
             box = left, top, left + width, top + height
             if not any(_overlap(box, other) for other in taken):
                 place = wish.place + gap * (off_x * right + off_y * down)
-                placed[wish.name] = Placed(text, anchor, place)
+                placed[wish.name] = PlacedLabel(text, anchor, place)
                 taken.append(box)
                 break
     return placed

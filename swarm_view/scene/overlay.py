@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from swarm_common.model.palette import HELD, INTENT, PLAN, RGB, TRAIL, linear, state_color
 from swarm_common.model.records import FloatArray
-from swarm_view.scene.labels import LabelWish, Placed, arrange
+from swarm_view.scene.labels import LabelWish, PlacedLabel, arrange
 from swarm_view.scene.shapes import polyline, raised
 from swarm_view.scene.views import Camera
 from swarm_view.state.swarm import Swarm
@@ -70,7 +70,7 @@ class Overlay:
         for name, label in placed.items():
             self._label(name, label)
 
-    def _label(self, name: str, placed: Placed) -> None:
+    def _label(self, name: str, placed: PlacedLabel) -> None:
         label = self._labels.get(name)
         if label is not None and label.anchor != placed.anchor:
             label.remove()

@@ -57,7 +57,7 @@ class Mark:
 
 
 @dataclass(slots=True)
-class Change:
+class StateChange:
     """A robot's state from a time on."""
 
     time: float
@@ -66,7 +66,7 @@ class Change:
 
 @dataclass(slots=True)
 class _Robot:
-    changes: list[Change] = field(default_factory=list)
+    changes: list[StateChange] = field(default_factory=list)
     waits_since: float | None = None
     wait: Mark | None = None
 
@@ -127,7 +127,7 @@ class History:
             self._compare(robot, before, state, time)
         self._follow_wait(robot, known, state, time)
         if before is None or _said(before) != _said(state):
-            known.changes.append(Change(time, state))
+            known.changes.append(StateChange(time, state))
 
     def add_verdict(self, verdict: Any) -> None:
         """Take what the world says of the run."""
@@ -226,14 +226,14 @@ class History:
             place -= 1
         return changes[place - 1].time if place else None
 
-    def _until(self, robot: str, time: float) -> tuple[list[Change], int]:
+    def _until(self, robot: str, time: float) -> tuple[list[StateChange], int]:
         """Return the changes of a robot, and how many of them happened up to a time [s]."""
         changes = self._robots[robot].changes if robot in self._robots else []
         return changes, bisect_right(changes, time, key=lambda change: change.time)
 
-    def changes(self, robot: str, until: float, count: int) -> list[Change]:
+    def changes(self, robot: str, until: float, count: int) -> list[StateChange]:
         """Return the last changes of a robot's state up to a time [s], the newest first."""
-        found: list[Change] = []
+        found: list[StateChange] = []
         known, place = self._until(robot, until)
         for change in reversed(known[:place]):
             if found and _shown(found[-1].state) == _shown(change.state):

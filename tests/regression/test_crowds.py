@@ -9,7 +9,7 @@ import pytest
 
 from swarm_common.model.beacon import HEARD_ENTRIES
 from swarm_common.model.records import Pose
-from swarm_nav.behaviour.task import Task
+from swarm_nav.behaviour.goal_progress import GoalProgress
 from swarm_nav.core.config import TrafficConfig
 from swarm_nav.core.goals import Goal, GoalKind
 from swarm_nav.perception.neighbor_table import UNHEARD_PATIENCE, NeighborTable
@@ -60,11 +60,11 @@ def test_everybody_in_range_is_acknowledged_within_the_patience(others: int) -> 
     assert seen == set(range(2, 2 + others))
 
 
-def task(s: Situation) -> Task:
+def task(s: Situation) -> GoalProgress:
     goal = Goal(
         kind=GoalKind.NAVIGATE, goal_id=1, poses_map=(Pose(8.0, 4.5, math.nan),), start_tick=0
     )
-    return Task(goal, s)
+    return GoalProgress(goal, s)
 
 
 def test_who_queued_for_longer_than_the_patience_drives_on_afterwards() -> None:

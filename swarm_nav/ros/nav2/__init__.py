@@ -4,7 +4,7 @@ What a module imports of its folder stands above it:
 
     demand              Servers and topics that exist only once somebody looks for them, or that
                         come after the start
-    reach               How far away anything can be that means something on the map at hand
+    map_bounds          How far away anything can be that means something on the map at hand
     costmaps            A costmap on Nav2's topics: whole and in parts, as occupancy and with its
                         raw costs
     goals               Nav2's action goals, feedback and results, to and from the brain's

@@ -28,7 +28,7 @@ from swarm_common.middleware.rejections import RejectedError
 from swarm_common.middleware.ros_io import pose_stamped, start_in
 from swarm_common.model.records import CONTROL_PERIOD, Pose, Twist
 from swarm_nav.core.goals import ErrorCode, Feedback, Goal, GoalEnded, GoalKind, PlanError
-from swarm_nav.ros.nav2.reach import OffMapError, Reach
+from swarm_nav.ros.nav2.map_bounds import MapBounds, OffMapError
 
 ACTIONS: dict[GoalKind, Any] = {
     GoalKind.NAVIGATE: NavigateToPose,
@@ -71,12 +71,12 @@ def duration_msg(value: float) -> Duration:
 
 
 def goal_from_request(
-    kind: GoalKind, goal_id: int, request: Any, to_map: ToMap, reach: Reach
+    kind: GoalKind, goal_id: int, request: Any, to_map: ToMap, reach: MapBounds
 ) -> Goal:
     """Return the brain's goal: the door of all navigation actions.
 
     `Tasks` calls it before it accepts a request. Frame, numbers and lengths are checked here, and
-    that places lie within 1000 m of the map (`Reach.check`). Whether a place is free and can be
+    that places lie within 1000 m of the map (`MapBounds.check`). Whether a place is free and can be
     reached is not: the planner finds out once the goal is accepted, and fails it with Nav2's code.
     A tick at which the goal is to begin travels in `behavior_tree`, see `start_in`.
 
@@ -153,7 +153,7 @@ def start_tick(goal: Goal, now: int) -> int:
     return max(goal.start_tick, now + 1)
 
 
-def path_goal(goal_id: int, request: Any, to_map: ToMap, reach: Reach) -> Goal:
+def path_goal(goal_id: int, request: Any, to_map: ToMap, reach: MapBounds) -> Goal:
     """Return the goal of a request with a path; see `goal_from_request`."""
     check_count(request.path.poses, MOST_POINTS)
     for stamped in request.path.poses:
@@ -166,7 +166,7 @@ def path_goal(goal_id: int, request: Any, to_map: ToMap, reach: Reach) -> Goal:
     return Goal(kind=GoalKind.FOLLOW_PATH, goal_id=goal_id, poses_map=poses[-1:], path_map=points)
 
 
-def _behavior_goal(kind: GoalKind, goal_id: int, request: Any, reach: Reach) -> Goal:
+def _behavior_goal(kind: GoalKind, goal_id: int, request: Any, reach: MapBounds) -> Goal:
     if kind is GoalKind.WAIT:
         duration = _at_most(seconds(request.time), MOST_SECONDS, "time")
         return Goal(kind=kind, goal_id=goal_id, duration=duration)

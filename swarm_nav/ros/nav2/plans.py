@@ -29,7 +29,7 @@ from swarm_nav.ros.nav2.goals import (
     path_goal,
     plan_error_code,
 )
-from swarm_nav.ros.nav2.reach import OffMapError, Reach
+from swarm_nav.ros.nav2.map_bounds import MapBounds, OffMapError
 
 SMOOTHERS = "", "simple_smoother"  # ids that name the one there is
 MOST_LEGS = 1000  # of one plan
@@ -72,7 +72,7 @@ class Plans:
         brain: Navigator,
         to_map: ToMap,
         rejections: Rejections,
-        reach: Callable[[], Reach],
+        reach: Callable[[], MapBounds],
         is_open: Callable[[], bool],
         on_demand: OnDemand,
     ) -> None:

@@ -38,7 +38,7 @@ from swarm_nav.ros.nav2.demand import OnDemand
 COMMANDS = ("startup", "pause", "resume", "reset", "shutdown", "configure", "cleanup")
 
 
-class Body(Protocol):
+class ServedNode(Protocol):
     """What the services need of the node."""
 
     lifecycle: Lifecycle
@@ -58,7 +58,7 @@ class Body(Protocol):
 class Services:
     """All services of one navigator beside its parameters'."""
 
-    def __init__(self, node: Node, body: Body, brain: Navigator, on_demand: OnDemand) -> None:
+    def __init__(self, node: Node, body: ServedNode, brain: Navigator, on_demand: OnDemand) -> None:
         self._body = body
         self._brain = brain
 

@@ -31,7 +31,7 @@ from swarm_nav.ros.nav2.goals import (
     start_tick,
     twist_from_msg,
 )
-from swarm_nav.ros.nav2.reach import Reach
+from swarm_nav.ros.nav2.map_bounds import MapBounds
 
 FEEDBACK_TICKS = 5
 # What there is not: Nav2's error code and why.
@@ -67,7 +67,7 @@ class Tasks:
         node: Node,
         brain: Navigator,
         to_map: ToMap,
-        reach: Callable[[], Reach],
+        reach: Callable[[], MapBounds],
         rejections: Rejections,
         is_open: Callable[[], bool],
         on_goal: Callable[[], None],

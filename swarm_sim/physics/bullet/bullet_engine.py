@@ -16,7 +16,7 @@ from swarm_sim.physics.bullet.fixed_bodies import add_ground
 from swarm_sim.physics.bullet.robot_bodies import Stance, add_robot, push, put, set_asleep, stance
 from swarm_sim.physics.bullet.surroundings import Surroundings
 from swarm_sim.physics.drive import Wheels, travelled
-from swarm_sim.physics.engine import Approach, Touch
+from swarm_sim.physics.engine import NearPair, Touch
 from swarm_sim.physics.objects import Objects
 from swarm_sim.physics.walkers import Walkers
 from swarm_sim.scene.robot_model import RobotModel
@@ -87,7 +87,7 @@ class BulletEngine:
         return self._contacts.clearances
 
     @property
-    def approaches(self) -> list[Approach]:
+    def approaches(self) -> list[NearPair]:
         """Pairs closer than NEAR_MISS at the end of the control period."""
         return self._contacts.approaches
 

@@ -9,7 +9,7 @@ import pybullet
 
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, RobotSpec
 from swarm_sim.physics.bullet.bullet_kernels import near_pairs
-from swarm_sim.physics.engine import NEAR, NEAR_MISS, Approach, Touch
+from swarm_sim.physics.engine import NEAR, NEAR_MISS, NearPair, Touch
 from swarm_sim.physics.planar import MAX_CORNERS, bounds_of, pack_like, pad_polygon
 from swarm_sim.physics.planar_kernels import Walls
 from swarm_sim.scene.section import GROUND_GAP
@@ -48,7 +48,7 @@ class Contacts:
         self.hulls = np.stack([pad_polygon(np.array(s.footprint), MAX_CORNERS) for s in specs])
         self.radii = np.array([s.circumscribed_radius for s in specs])
         self._reaches = np.array([_speed(s) for s in specs]) * CONTROL_PERIOD + REACH_SLACK
-        self.approaches: list[Approach] = []
+        self.approaches: list[NearPair] = []
 
     def surround(
         self,
@@ -121,14 +121,14 @@ class Contacts:
             exact = self._exact(self._robots[a], self._robots[b], gap)
             self.clearances[[a, b], 0] = np.minimum(self.clearances[[a, b], 0], exact)
             if exact < NEAR_MISS:
-                self.approaches.append(Approach(a, b, "", exact))
+                self.approaches.append(NearPair(a, b, "", exact))
         self._poses = poses
         for i, k, gap in self._near_walls.tolist():
             a, (body, name) = int(i), self._obstacles[int(k)]
             exact = self._exact(self._robots[a], body, gap)
             self.clearances[a, 1] = min(self.clearances[a, 1], exact)
             if exact < NEAR_MISS:
-                self.approaches.append(Approach(a, -1, name, exact))
+                self.approaches.append(NearPair(a, -1, name, exact))
 
     def suspects(self) -> list[Suspect]:
         """Return the pairs that could touch within a control period."""

@@ -35,7 +35,7 @@ from swarm_sim.scene.scene import Body
 from swarm_sim.world.model_reader import Model, ModelRequest
 from swarm_sim.world.object_registry import ObjectRegistry
 from swarm_sim.world.refusal import Reason, RefusedError
-from swarm_sim.world.request_checks import Reach
+from swarm_sim.world.request_checks import PlacementArea
 from swarm_sim.world.robot_registry import Arrival, RobotRegistry
 
 SPAWN = "spawn"  # frame id of a robot's pose: any free place of the start area
@@ -80,7 +80,7 @@ class Entities:
         node: Node,
         robots: RobotRegistry,
         objects: ObjectRegistry,
-        reach: Reach,
+        reach: PlacementArea,
         host: Host,
         rejections: Rejections,
     ) -> None:

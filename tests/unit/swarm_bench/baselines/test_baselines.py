@@ -20,15 +20,16 @@ from swarm_common.model.grid import Grid
 from swarm_common.model.records import Odometry, Pose, Twist
 from swarm_common.model.sites import Sites
 from swarm_common.robots.loading import load_robot
+from swarm_nav.control.dwa_kernels import Limits, Velocity
 from swarm_nav.core.config import NavConfig
 from swarm_nav.planning.distance_kernels import Frame, Place
 from swarm_nav.planning.search_kernels import WALL
 
 METHODS = ("dwa", "orca")
 HALL = Grid(np.zeros((160, 160), np.int8), 0.05, -4.0, -4.0)
-LIMITS = dwa_kernels.Limits(0.26, 1.82, 1.0, 3.2)
-SAMPLES = dwa_kernels.Samples(8, 21)
-SCALES = dwa_kernels.Scales(0.4, 1.0, 0.8, 0.15, 0.3)
+LIMITS = Limits(0.26, 1.82, 1.0, 3.2)
+SAMPLES = dwa_kernels.WindowSamples(8, 21)
+SCALES = dwa_kernels.Weights(0.4, 1.0, 0.8, 0.15, 0.3)
 START = Place(0.0, 0.0, 0.0)
 RADIUS = 0.26
 
@@ -66,13 +67,13 @@ def test_opposing_robots_in_a_corridor_may_get_stuck_but_do_not_touch(method: st
 # DWA
 
 
-def random_scene(seed: int) -> dwa_kernels.Scene:
+def random_scene(seed: int) -> dwa_kernels.Obstacles:
     rng = np.random.default_rng(seed)
     discs = np.column_stack((rng.uniform(-1.2, 1.2, (6, 2)), np.full(6, 0.24)))
     points = rng.uniform(-1.2, 1.2, (5, 2))
     start = np.hypot(discs[:, 0], discs[:, 1]) > 0.24 + RADIUS
     away = np.hypot(points[:, 0], points[:, 1]) > 0.05 + RADIUS
-    return dwa_kernels.Scene(
+    return dwa_kernels.Obstacles(
         np.full((160, 160), 9.0), Frame(-4.0, -4.0, 0.05), discs[start], points[away], 0.05
     )
 
@@ -86,7 +87,7 @@ def test_a_robot_can_stop_before_it_touches_anything(seed: int) -> None:
     path = np.array(((0.0, 0.0), target))
     v, w, score = dwa_kernels.best_twist(
         START,
-        dwa_kernels.Velocity(speed, turn),
+        Velocity(speed, turn),
         target,
         LIMITS,
         SAMPLES,
@@ -108,7 +109,7 @@ def test_a_robot_can_stop_before_it_touches_anything(seed: int) -> None:
 
 
 def test_the_window_is_what_the_drive_can_reach_in_a_period() -> None:
-    scene = dwa_kernels.Scene(
+    scene = dwa_kernels.Obstacles(
         np.full((160, 160), 9.0),
         Frame(-4.0, -4.0, 0.05),
         np.zeros((0, 3)),
@@ -118,7 +119,7 @@ def test_the_window_is_what_the_drive_can_reach_in_a_period() -> None:
     path = np.array(((0.0, 0.0), (1.0, 0.0)))
     v, w, _ = dwa_kernels.best_twist(
         START,
-        dwa_kernels.Velocity(0.05, 0.3),
+        Velocity(0.05, 0.3),
         (1.0, 0.0),
         LIMITS,
         SAMPLES,

@@ -7,6 +7,7 @@ import pytest
 
 from swarm_common.model.records import Pose, Twist
 from swarm_nav.behaviour.goal_manager import GoalManager
+from swarm_nav.behaviour.goal_progress import GoalProgress
 from swarm_nav.behaviour.route import (
     BARRED_PATIENCE,
     BARRED_RADIUS,
@@ -16,7 +17,6 @@ from swarm_nav.behaviour.route import (
     Route,
 )
 from swarm_nav.behaviour.state_machine import StateMachine
-from swarm_nav.behaviour.task import Task
 from swarm_nav.core.goals import ErrorCode, Goal, GoalEnded, GoalKind
 from swarm_nav.core.states import State
 from swarm_nav.traffic.departure import Departure
@@ -30,7 +30,7 @@ HALL = room(8.0, 8.0)
 QUIET = 101  # a tick that is not the robot's turn of periodic plans
 
 
-def driving(x: float = 6.0) -> tuple[Situation, Route, Task]:
+def driving(x: float = 6.0) -> tuple[Situation, Route, GoalProgress]:
     """Return a robot at x = 2 m with a fresh plan to a goal."""
     s = situation(HALL, Pose(2.0, 4.0, 0.0))
     state_machine = StateMachine(s, HoldingPattern({}, []))
@@ -47,7 +47,7 @@ def driving(x: float = 6.0) -> tuple[Situation, Route, Task]:
     return s, route, task
 
 
-def replans(s: Situation, route: Route, task: Task, since: int) -> bool:
+def replans(s: Situation, route: Route, task: GoalProgress, since: int) -> bool:
     """Return whether the route is planned anew `since` ticks after the last plan."""
     route.last_plan_tick = s.tick - since
     route.update(task)

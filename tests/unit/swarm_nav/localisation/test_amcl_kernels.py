@@ -116,7 +116,7 @@ def test_the_estimate_is_the_densest_place_and_the_variances_tell_of_others() ->
 
 def test_few_particles_do_for_a_narrow_cloud_and_many_for_a_wide_one() -> None:
     rng = np.random.default_rng(0)
-    sizes, fresh = kernels.Sizes(50, 1000, 0.05, 2.33), kernels.Fresh(0.0, 0.0, 0.0)
+    sizes, fresh = kernels.ParticleCounts(50, 1000, 0.05, 2.33), kernels.Fresh(0.0, 0.0, 0.0)
     center = Place(0.0, 0.0, 0.0)
     counts = []
     for spread in (0.01, 1.0):
@@ -133,7 +133,7 @@ def test_heavy_particles_are_drawn_as_often_as_their_weight_says() -> None:
     particles = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
     out = np.empty((5000, 3))
     count = kernels.resample(
-        particles, np.array([0.2, 0.8]), kernels.Sizes(5000, 5000, 0.05, 2.33),
+        particles, np.array([0.2, 0.8]), kernels.ParticleCounts(5000, 5000, 0.05, 2.33),
         kernels.Fresh(0.0, 0.0, 0.0), Place(0.0, 0.0, 0.0), state(), out,
     )  # fmt: skip
     assert count == 5000

@@ -61,7 +61,7 @@ def corner_path() -> np.ndarray:
 
 def smoothed(path: np.ndarray, field: np.ndarray, blocked: np.ndarray, floor: float) -> np.ndarray:
     out = np.empty_like(path)
-    walls = path_kernels.Walls(kernels.Field(field, FINE), floor)
+    walls = path_kernels.WallClearance(kernels.Field(field, FINE), floor)
     path_kernels.smooth_path(path, 3, 4, walls, path_kernels.Blocked(blocked, COARSE), out)
     return out
 
@@ -84,7 +84,7 @@ def test_smoothing_rounds_corners_and_keeps_the_ends() -> None:
 def test_smoothing_is_a_moving_average_where_nothing_is_near() -> None:
     path = np.random.default_rng(0).random((30, 2)) * 0.02 + corner_path()[:30]
     once = np.empty_like(path)
-    walls = path_kernels.Walls(kernels.Field(FREE, FINE), 0.3)
+    walls = path_kernels.WallClearance(kernels.Field(FREE, FINE), 0.3)
     others = path_kernels.Blocked(OPEN, COARSE)
     path_kernels.smooth_path(path, 1, 4, walls, others, once)
     for axis in (0, 1):
@@ -115,7 +115,7 @@ def test_lifting_moves_inner_points_off_the_wall() -> None:
     occupied[0, :] = True
     field = kernels.distance_cells(occupied) * 0.05
     points = np.column_stack((np.arange(0.3, 2.5, 0.05), np.full(44, 0.28)))
-    walls = path_kernels.Walls(kernels.Field(field, FINE), 0.30)
+    walls = path_kernels.WallClearance(kernels.Field(field, FINE), 0.30)
     path_kernels.lift_off_walls(points, walls, 6)
     gaps = np.array([oracle.sample(field, FINE, x, y) for x, y in points])
     assert gaps[[0, -1]].max() < 0.26  # ends stay
@@ -144,7 +144,7 @@ def test_the_ends_replace_what_is_near_them(points: np.ndarray) -> None:
 
 def test_a_drivable_path_is_resampled_smoothed_lifted_and_resampled() -> None:
     course = np.array(((0.3, 0.5), (1.5, 0.5), (1.5, 1.5)))
-    walls = path_kernels.Walls(kernels.Field(FREE, FINE), 0.3)
+    walls = path_kernels.WallClearance(kernels.Field(FREE, FINE), 0.3)
     others = path_kernels.Blocked(OPEN, COARSE)
     path = path_kernels.drivable(course, SPACING, path_kernels.Smoothing(3, 4, 6), walls, others)
     by_hand = smoothed(path_kernels.resampled(course, SPACING), FREE, OPEN, 0.3)

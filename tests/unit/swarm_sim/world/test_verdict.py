@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from swarm_sim.physics.engine import Approach, Touch
+from swarm_sim.physics.engine import NearPair, Touch
 from swarm_sim.world.verdict import Judge
 
 FAR = np.full((2, 2), np.inf)
@@ -51,7 +51,7 @@ def test_obstacles_count_apart() -> None:
     assert verdict.collisions[0].obstacle == "wall"
 
 
-def approach(judge: Judge, tick: int, *approaches: Approach) -> None:
+def approach(judge: Judge, tick: int, *approaches: NearPair) -> None:
     judge.observe(0.1 * tick, 0.01, [], POSES, FAR, approaches)
 
 
@@ -59,10 +59,10 @@ def test_a_near_miss_is_one_episode_with_its_closest_place() -> None:
     judge = make_judge()
     for tick, gap in enumerate([0.02, 0.01, 0.025]):
         poses = np.array([[float(tick), 0.0, 0.0], [0.0, 1.0, 0.0]])
-        judge.observe(0.1 * tick, 0.01, [], poses, FAR, [Approach(0, 1, "", gap)])
+        judge.observe(0.1 * tick, 0.01, [], poses, FAR, [NearPair(0, 1, "", gap)])
     for tick in range(3, 12):
         feed(judge, tick)
-    approach(judge, 12, Approach(0, -1, "wall", 0.005))
+    approach(judge, 12, NearPair(0, -1, "wall", 0.005))
     verdict = judge.verdict(1.3)
     first, second = verdict.close_calls
     assert (first.robots, first.obstacle, first.distance) == (("a", "b"), "", 0.01)
@@ -75,14 +75,14 @@ def test_a_near_miss_is_one_episode_with_its_closest_place() -> None:
 
 def test_an_approach_that_ends_or_begins_with_contact_is_no_near_miss() -> None:
     judge = make_judge()
-    approach(judge, 0, Approach(0, 1, "", 0.01))
+    approach(judge, 0, NearPair(0, 1, "", 0.01))
     feed(judge, 1, Touch(0, 1, "", 0.0, 0.0, 3))
-    approach(judge, 2, Approach(0, 1, "", 0.01))
+    approach(judge, 2, NearPair(0, 1, "", 0.01))
     verdict = judge.verdict(0.3)
     assert (verdict.robot_robot, verdict.near_misses) == (1, 0)
     for tick in range(3, 10):
         feed(judge, tick)
-    approach(judge, 10, Approach(0, 1, "", 0.01))  # long after it: one of its own
+    approach(judge, 10, NearPair(0, 1, "", 0.01))  # long after it: one of its own
     assert judge.verdict(1.1).near_misses == 1
 
 

@@ -35,10 +35,10 @@ from swarm_nav.ros.nav2.goals import (
     goal_from_request,
     start_tick,
 )
-from swarm_nav.ros.nav2.reach import AROUND, Reach
+from swarm_nav.ros.nav2.map_bounds import AROUND, MapBounds
 
 GRID = Grid(np.zeros((300, 400), np.int8), 0.05, -10.0, -5.0)
-REACH = Reach.of(GRID)
+REACH = MapBounds.of(GRID)
 WALL_CLOCK = 17_953_695_850  # ticks of a client that stamps with the wall clock
 
 

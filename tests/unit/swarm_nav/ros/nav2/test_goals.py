@@ -25,7 +25,7 @@ from swarm_nav.ros.nav2.goals import (
     plan_error_code,
     result_msg,
 )
-from swarm_nav.ros.nav2.reach import OffMapError, Reach
+from swarm_nav.ros.nav2.map_bounds import MapBounds, OffMapError
 
 CONTROL, PLAN, THROUGH = FollowPath.Result, ComputePathToPose.Result, ComputePathThroughPoses.Result
 NAV2 = {
@@ -54,7 +54,7 @@ NAV2 = {
     ErrorCode.SMOOTH_BAD_PATH: SmoothPath.Result.INVALID_PATH,
     ErrorCode.TELEOP_TIMEOUT: AssistedTeleop.Result.TIMEOUT,
 }
-REACH = Reach((-10.0, -5.0), (10.0, 10.0))
+REACH = MapBounds((-10.0, -5.0), (10.0, 10.0))
 POSES = (Pose(1.0, 2.0, 0.0), Pose(3.0, 4.0, 0.5), Pose(5.0, 6.0, 1.0))
 
 

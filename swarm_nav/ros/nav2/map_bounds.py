@@ -25,7 +25,7 @@ class OffMapError(RejectedError):
 
 
 @dataclass(frozen=True, slots=True)
-class Reach:
+class MapBounds:
     """A box around the map, and its size.
 
     Attributes:
@@ -37,7 +37,7 @@ class Reach:
     high: tuple[float, float]
 
     @classmethod
-    def of(cls, grid: Grid) -> Reach:
+    def of(cls, grid: Grid) -> MapBounds:
         """Return the reach of an upright map."""
         high = (
             grid.origin_x + grid.width * grid.resolution,

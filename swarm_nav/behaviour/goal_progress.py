@@ -16,7 +16,7 @@ STOP_SHARE = 0.8  # of the tolerances at which the robot settles
 THROUGH_RADIUS = 0.7  # [m] around an intermediate pose of NavigateThroughPoses
 
 
-class Task:
+class GoalProgress:
     """A navigation goal with its progress.
 
     Attributes:
