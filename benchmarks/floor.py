@@ -10,13 +10,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import pybullet
-
 from swarm_bench.runs.harness import Harness
 from swarm_bench.runs.scenario import Scenario
 from swarm_bench.runs.stage import RunOptions
 from swarm_bench.scale.row import ScaleRow
 from swarm_bench.suite.table import number
+from swarm_common.model.engines import BULLET, check_engine
 from swarm_sim.sensing.lidar import Lidars
 
 TICKS_PER_SECOND = 10
@@ -72,6 +71,7 @@ class FunctionTimer:
 
 def measure_floor(robots: int) -> list[Unit]:
     """Return the unit costs, measured with this many robots at work in the factory hall."""
+    check_engine(BULLET, "the floor")
     from benchmarks.floor_messages import measure_messages  # needs the interface packages
 
     message = 1000.0 * measure_messages(robots) / MESSAGES_PER_TICK
@@ -88,8 +88,10 @@ def measure_floor(robots: int) -> list[Unit]:
 
 def _physics_and_rays(robots: int) -> tuple[float, float]:
     """Return the CPU time [µs] of a robot's physics step and of a scan, in a run at work."""
+    import pybullet  # not there for all Pythons
+
     scenario = Scenario(name="hall", with_lidar=True, noise=0.0)
-    harness = Harness(RunOptions(scenario=scenario, robots=robots, engine="bullet"))
+    harness = Harness(RunOptions(scenario=scenario, robots=robots, engine=BULLET))
     try:
         for _ in range(WARM_TICKS):
             harness.advance()

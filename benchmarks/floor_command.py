@@ -18,6 +18,7 @@ from swarm_bench.scale.result import read_scale_results
 from swarm_bench.scale.row import rows_of
 from swarm_bench.suite.command import new_console
 from swarm_bench.suite.machine import machine_line
+from swarm_common.model.engines import usual_engine
 
 Output = Annotated[
     Path | None, typer.Option("-o", "--output", help="Document in which to replace the part.")
@@ -43,12 +44,22 @@ def floor(
 @benchmarks_app.command()
 def profile(
     robots: Robots = 20,
-    engine: Annotated[str, typer.Option(help="bullet or planar.")] = "bullet",
+    engine: Annotated[
+        str | None,
+        typer.Option(
+            help="bullet or planar.  [default: bullet; planar without PyBullet]",
+            show_default=False,
+        ),
+    ] = None,
     output: Output = None,
 ) -> None:
     """Profile world and navigators without the ROS graph, summed up by module."""
     check_size(robots, "--robots")
-    _show(profile_markdown(profile_harness(robots, engine), robots), "profile", output)
+    _show(
+        profile_markdown(profile_harness(robots, engine or usual_engine()), robots),
+        "profile",
+        output,
+    )
 
 
 def _show(table: str, part: str, output: Path | None) -> None:

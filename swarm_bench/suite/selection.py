@@ -10,6 +10,7 @@ from swarm_bench.runs.methods import METHODS
 from swarm_bench.runs.scenario import check_size, load_scenario, scenario_names
 from swarm_bench.runs.stage import RunOptions, parse_parameters
 from swarm_bench.suite.sweep import Sweep
+from swarm_common.model.engines import usual_engine
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_sim.world.world import ENGINES
 
@@ -149,7 +150,7 @@ def suite_sweeps(
             Sweep(_by_seed(select(ALL, (), chosen, method=method)), jobs) for method in others
         ]
     if ros_seeds != NONE:
-        runs = select(ALL, (), parse_seeds(ros_seeds), engine="bullet", lidar=True)
+        runs = select(ALL, (), parse_seeds(ros_seeds), engine=usual_engine(), lidar=True)
         sweeps.append(Sweep(_by_seed([r for r in runs if r.robots <= ros_most]), ros=True))
     return sweeps
 

@@ -32,6 +32,7 @@ from swarm_commander.viewers.rviz import write_rviz
 from swarm_common.middleware import ros_env
 from swarm_common.middleware.secret import own_secret
 from swarm_common.model.breaches import breach_lines, shortened
+from swarm_common.model.engines import BULLET, NO_WHEELS, usual_engine
 
 
 def bring_up(plan: RunPlan, lock: DomainLock) -> int:
@@ -50,6 +51,8 @@ def bring_up(plan: RunPlan, lock: DomainLock) -> int:
         progress = Progress(console, statistics, time.monotonic)
         write_rviz(folder.rviz, plan.options.robot_names)
         write_foxglove(folder.foxglove, plan.options.robot_names)
+        if not plan.names_engine and usual_engine() != BULLET:
+            progress.note(NO_WHEELS)
         progress.phase("starting world")
         progress.start()
         run = _run_of(plan, folder, progress, statistics)

@@ -27,7 +27,6 @@ from swarm_commander.viewers.rviz import windows
 from swarm_common.files.bytecode import ensure_bytecode, own_packages
 from swarm_common.middleware.addresses import check_address, check_port, own_address
 from swarm_common.middleware.secret import given_secret
-from swarm_common.model.engines import BULLET, NO_WHEELS, usual_engine
 from swarm_common.model.errors import ConfigError
 from swarm_common.robots.fleet import load_fleet
 from swarm_common.robots.loading import robot_names as robot_models
@@ -362,8 +361,6 @@ def up(
         bind=_address_to_bind(bind),
     )
     run_plan = check_plan(options)
-    if drive is None and usual_engine() != BULLET:
-        typer.echo(NO_WHEELS, err=True)
     lock = DomainLock(domain_id())  # from now on commands in other terminals wait for us
     ensure_interfaces()
     code = bring_up(run_plan, lock)

@@ -61,6 +61,11 @@ class RunPlan:
         broken = self.overrides.world.broken_map
         return [name for name in self.options.robot_names if name not in broken]
 
+    @property
+    def names_engine(self) -> bool:
+        """Whether the user chose the physics engine."""
+        return bool(self.options.drive or self.overrides.world.values.get("engine"))
+
     def world_config(self, verdict: Path) -> dict[str, Any]:
         """Return the configuration of the world process."""
         options, params = self.options, self.overrides.world

@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from swarm_common.model.engines import BULLET, check_engine
 from swarm_common.model.grid import OCCUPIED, Grid
 from swarm_common.model.records import LidarSpec, Pose, Twist
 from swarm_common.robots.loading import load_robot
@@ -287,6 +288,7 @@ def test_a_blind_robot_driven_into_a_mesh_is_one_collision(
 
 def test_contacts_do_not_need_the_section(monkeypatch: pytest.MonkeyPatch) -> None:
     """The verdict is that of the triangles, even if no outline knew of the mesh."""
+    check_engine(BULLET, "its contacts")
     nothing = section_between([], 0.0, 1.0)
     for module in ("fixed_bodies", "surroundings"):
         monkeypatch.setattr(

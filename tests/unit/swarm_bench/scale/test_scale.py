@@ -15,6 +15,7 @@ from swarm_bench.scale.result import ScaleResult, median_of, read_scale_results
 from swarm_bench.scale.row import GRAPH_COLUMNS, growth, markdown, rows_of, scale_table
 from swarm_bench.scale.sweep import run_scale
 from swarm_bench.scale.watch import dds_share
+from swarm_common.model.engines import usual_engine
 from swarm_common.model.errors import ConfigError, UnknownNameError
 
 
@@ -39,7 +40,7 @@ def test_large_swarms_are_packed_and_go_to_the_warehouse():
     assert [(job.workload, job.pack) for job in jobs] == [
         ("hall", 1), ("hall", 1), ("warehouse", 10),
     ]  # fmt: skip
-    assert {job.engine for job in jobs} == {"bullet"}
+    assert {job.engine for job in jobs} == {usual_engine()}
     assert plan_jobs(HARNESS, [200], 1)[0].pack == 1
     assert plan_jobs(HARNESS, [20], 1)[0].engine == "planar"
 

@@ -9,6 +9,7 @@ import pytest
 import shapely
 import trimesh
 
+from swarm_common.model.engines import BULLET, check_engine
 from swarm_common.model.errors import WorldError
 from swarm_sim.maps import world_check
 from swarm_sim.maps.spawn import wall_distance
@@ -131,6 +132,7 @@ def test_who_is_left_out_or_invented_is_named(monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_bodies_that_the_physics_engine_lacks_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    check_engine(BULLET, "what it feels")
     scene = scene_of(body_of(room(3.0), "room::link"))
     monkeypatch.setattr("swarm_sim.physics.bullet.probe.pieces_of", lambda body: ())
     (difference,) = found(scene)

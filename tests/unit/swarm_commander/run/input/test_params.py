@@ -14,6 +14,7 @@ from swarm_commander.run.input.params import (
     write_parameter_file,
 )
 from swarm_commander.run.input.world_params import WorldParams, default_world_parameters
+from swarm_common.model.engines import BULLET
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
 from swarm_common.model.sensors import IDEAL
@@ -106,7 +107,7 @@ def test_the_defaults_of_the_world_are_those_of_its_process() -> None:
     robots = [{"name": "Srobot1", "model": "turtlebot3_waffle"}]
     values = WorldParams(default_world_parameters()).settings()
     settings = parse_settings({"world": "hall", "robots": robots, **values}, "here")
-    assert settings == Settings(world="hall", robots=settings.robots)
+    assert settings == Settings(world="hall", robots=settings.robots, engine=BULLET)
 
 
 def test_a_section_of_the_world_sets_its_radio_and_breaks_robots(tmp_path: Path) -> None:
