@@ -25,36 +25,9 @@ from swarm_common.model.breaches import MissedGoal
 from swarm_common.model.errors import ConfigError
 from swarm_common.process import messages as say
 from tests.fakes.small_disk import fill, small_disk
-from tests.unit.swarm_commander.run.test_local_run import DOMAIN, MISSION, ROOT, Up, wait_for
+from tests.fakes.swarm_up import DOMAIN, MISSION, ROOT, Up, wait_for
 
 OTHER_DOMAIN = "229"
-
-
-class TidyUp(Up):
-    """Leaves no swarm-up behind, whatever a test does."""
-
-    def __init__(self, folder: Path) -> None:
-        super().__init__(folder)
-        self._started: list[subprocess.Popen[str]] = []
-
-    def start(self, *flags: str, **moods: str) -> subprocess.Popen[str]:
-        self._started.append(super().start(*flags, **moods))
-        return self._started[-1]
-
-    def tidy(self) -> None:
-        for process in self._started:
-            process.kill()
-            process.wait()
-            for stream in (process.stdout, process.stderr):
-                if stream is not None:
-                    stream.close()
-
-
-@pytest.fixture
-def up(tmp_path: Path) -> Iterator[Up]:
-    up = TidyUp(tmp_path)
-    yield up
-    up.tidy()
 
 
 @pytest.fixture

@@ -1,8 +1,6 @@
 """A bag is whole after every write, also when its writer is killed; two libraries read it."""
 
-import os
 import random
-import signal
 import subprocess
 import sys
 import time
@@ -114,12 +112,14 @@ def test_kill_9_leaves_a_readable_bag(tmp_path: Path) -> None:
     rng = random.Random(5)
     for number in range(4):
         path = tmp_path / f"{number}.mcap"
-        process = subprocess.Popen([sys.executable, "-c", WRITER, str(path)])
-        while not path.is_file() or path.stat().st_size < 20_000:
-            time.sleep(0.01)
-        time.sleep(rng.uniform(0.0, 0.2))
-        os.kill(process.pid, signal.SIGKILL)
-        process.wait()
+        with subprocess.Popen([sys.executable, "-c", WRITER, str(path)]) as process:
+            try:
+                while not path.is_file() or path.stat().st_size < 20_000:
+                    assert process.poll() is None
+                    time.sleep(0.01)
+                time.sleep(rng.uniform(0.0, 0.2))
+            finally:
+                process.kill()
         found = read_with_mcap(path)
         assert found == read_with_rosbags(path)
         assert [stamp for _, stamp, _ in found] == list(range(len(found)))

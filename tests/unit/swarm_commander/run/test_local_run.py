@@ -1,81 +1,15 @@
 """`swarm-up` as a process, over fakes of the world, the navigators and the mission."""
 
-import contextlib
-import json
-import os
+from __future__ import annotations
+
 import signal
-import subprocess
-import sys
 import time
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import psutil
 import pytest
 
-ROOT = Path(__file__).resolve().parents[4]
-DOMAIN = os.environ["ROS_DOMAIN_ID"]
-
-
-class Up:
-    """Starts swarm-up in a folder; knows what it left running."""
-
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-        self.run_dir = folder / "run"
-
-    def start(self, *flags: str, **moods: str) -> subprocess.Popen[str]:
-        variables = {f"FAKE_{name.upper()}": mood for name, mood in moods.items()}
-        command = (sys.executable, "-m", "tests.fakes.plain_up", "--swarm-size", "3")
-        return subprocess.Popen(
-            (*command, "--run-dir", str(self.run_dir), *flags),
-            env=os.environ | variables | {"ROS_DOMAIN_ID": DOMAIN, "PYTHONPATH": str(ROOT)},
-            cwd=self.folder,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-
-    def run(self, *flags: str, **moods: str) -> tuple[int, str, str]:
-        process = self.start(*flags, **moods)
-        output, errors = process.communicate(timeout=100)
-        return process.returncode, output, errors
-
-    def report(self) -> dict[str, Any]:
-        report = json.loads((self.run_dir / "report.json").read_text(encoding="utf-8"))
-        assert isinstance(report, dict)
-        return report
-
-    def left_running(self) -> list[str]:
-        mark = str(self.run_dir)
-        found = []
-        for process in psutil.process_iter():
-            with contextlib.suppress(psutil.Error):
-                if any(mark in part for part in process.cmdline()):
-                    found.append(" ".join(process.cmdline()))
-        return found
-
-
-@pytest.fixture
-def up(tmp_path: Path) -> Iterator[Up]:
-    """Yield swarm-up; nothing may be left running at the end."""
-    up = Up(tmp_path)
-    yield up
-    deadline = time.monotonic() + 20.0
-    while (left := up.left_running()) and time.monotonic() < deadline:
-        time.sleep(0.05)
-    assert not left
-
-
-def wait_for(condition: Any) -> None:
-    deadline = time.monotonic() + 60.0
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.05)
-
-
-MISSION = ("--mission", "loading_route", "--until-done")
+from tests.fakes.swarm_up import DOMAIN, MISSION, Up, wait_for
 
 
 def test_a_mission_ends_with_a_report(up: Up) -> None:
@@ -246,7 +180,10 @@ def test_a_second_swarm_in_the_domain_is_refused(up: Up, tmp_path: Path) -> None
     wait_for(lambda: len(up.left_running()) >= 4)
     other = Up(tmp_path / "other")
     other.folder.mkdir()
-    code, _, errors = other.run()
+    try:
+        code, _, errors = other.run()
+    finally:
+        assert not other.end()
     assert code == 2
     assert errors.startswith(f"swarm-up: ROS domain {DOMAIN} is in use by another swarm")
     process.terminate()
