@@ -7,9 +7,11 @@ python=${1:?usage: tools/test_on_python.sh PYTHON [PYTEST ARGUMENTS]}
 shift
 version=$("$python" -c 'import sys; print("%d.%d" % sys.version_info[:2])')
 venv=build/python$version
+mkdir -p build
+touch build/COLCON_IGNORE # the environment's packages are none of a workspace around us
 [ -x "$venv/bin/python" ] || "$python" -m venv "$venv"
 echo "installing dependencies into $venv"
-"$venv/bin/python" -m pip install --quiet --editable ".[dev]"
+"$venv/bin/python" -m pip install --quiet --editable ".[dev,bench]"
 "$venv/bin/swarm-setup"
 [ $# -gt 0 ] || set -- tests/unit tests/graph
 exec "$venv/bin/python" -m pytest "$@"

@@ -25,9 +25,9 @@ def test_its_scripts_can_be_run() -> None:
     words = [
         step["run"].split()[0] for job in jobs.values() for step in job["steps"] if "run" in step
     ]
-    scripts = [ROOT / word for word in words if "/" in word]
-    assert len(scripts) == 3
-    assert all(os.access(script, os.X_OK) for script in scripts)
+    scripts = {word for word in words if "/" in word}
+    assert scripts == {".ci/run", ".venv/bin/pytest", "tools/test_on_python.sh"}
+    assert all(os.access(ROOT / name, os.X_OK) for name in scripts if not name.startswith(".venv"))
 
 
 def test_later_pythons_are_those_that_the_project_admits() -> None:
