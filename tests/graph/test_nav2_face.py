@@ -154,21 +154,22 @@ def test_ros2_lifecycle(swarm, capfd, monkeypatch):
 
     def ros2(*words, code=0):
         capfd.readouterr()
-        assert cli.run(["lifecycle", *words]) == code
+        assert cli.run(words) == code
         return capfd.readouterr()
 
-    nodes = ros2("nodes").out.splitlines()
+    nodes = ros2("lifecycle", "nodes").out.splitlines()
     assert {f"/{robot}/{name}" for robot in swarm.names for name in NAMES} <= set(nodes)
-    assert ros2("get", "/Srobot2/planner_server").out == "active [3]\n"
+    assert ros2("lifecycle", "get", "/Srobot2/planner_server").out == "active [3]\n"
     expected = (
         "- deactivate [4]\n\tStart: active\n\tGoal: deactivating\n"
         "- shutdown [7]\n\tStart: active\n\tGoal: shuttingdown\n"
     )
-    assert ros2("list", "/Srobot2/amcl").out == expected
-    assert ros2("set", "/Srobot2/amcl", "deactivate").out == "Transitioning successful\n"
-    assert ros2("get", "/Srobot2/bt_navigator").out == "inactive [2]\n"
-    assert ros2("set", "/Srobot2/amcl", "3").out == "Transitioning successful\n"
-    assert "- deactivate [4]" in ros2("set", "/Srobot2/amcl", "configure", code=1).err
+    assert ros2("lifecycle", "list", "/Srobot2/amcl").out == expected
+    done = "Transitioning successful\n"
+    assert ros2("lifecycle", "set", "/Srobot2/amcl", "deactivate").out == done
+    assert ros2("lifecycle", "get", "/Srobot2/bt_navigator").out == "inactive [2]\n"
+    assert ros2("lifecycle", "set", "/Srobot2/amcl", "3").out == done
+    assert "- deactivate [4]" in ros2("lifecycle", "set", "/Srobot2/amcl", "configure", code=1).err
 
 
 @pytest.mark.parametrize(

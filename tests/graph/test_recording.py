@@ -238,10 +238,10 @@ def test_a_bag_is_played_on_the_graph(swarm: Swarm, recorder: Process, tmp_path:
     expected = read_with_mcap(path)
     with reserved_domain() as domain, listener(domain) as (node, executor):
         heard, _ = listen(node, swarm.names)
-        replay = "from swarm_commander.cli.main import replay; replay()"
-        process = subprocess.Popen(
-            [sys.executable, "-c", replay, str(path), "--ros", "--speed", "2"],
-            env=os.environ | {"ROS_DOMAIN_ID": str(domain)},
+        own_path = str(Path(sys.executable).parent)  # no other ros2 is on it
+        process = subprocess.Popen(  # it becomes swarm-replay --ros
+            [sys.executable, "-m", "swarm_ros2", "bag", "play", str(path), "--rate", "2"],
+            env=os.environ | {"ROS_DOMAIN_ID": str(domain), "PATH": own_path},
             stdout=subprocess.DEVNULL,
         )
         try:

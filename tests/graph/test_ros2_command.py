@@ -51,23 +51,19 @@ class Ros2:
         return out
 
 
-def test_topic_list_shows_names_and_types(ros2: Ros2) -> None:
-    lines = ros2("topic", "list", "-t").splitlines()
+def test_topic_list_shows_names_and_types_within_two_seconds(ros2: Ros2) -> None:
+    took = math.inf
+    for _ in range(3):  # the machine may be busy with something else
+        start = time.monotonic()
+        lines = ros2("topic", "list", "-t").splitlines()
+        took = min(took, time.monotonic() - start)
+        if took < 2.0:
+            break
+    assert took < 2.0
     assert "/Srobot1/odom [nav_msgs/msg/Odometry]" in lines
     assert "/Srobot1/scan [sensor_msgs/msg/LaserScan]" in lines
     assert lines == sorted(lines)
     assert not any("_action" in line for line in lines)
-
-
-def test_topic_list_takes_less_than_two_seconds(ros2: Ros2) -> None:
-    took = math.inf
-    for _ in range(3):  # the machine may be busy with something else
-        start = time.monotonic()
-        ros2("topic", "list")
-        took = min(took, time.monotonic() - start)
-        if took < 2.0:
-            return
-    pytest.fail(f"it took {took:.1f} s")
 
 
 def test_topic_info_counts_both_sides(ros2: Ros2) -> None:
@@ -80,6 +76,11 @@ def test_topic_info_verbose_shows_the_quality_of_service(ros2: Ros2) -> None:
     assert "Node name: sample\nNode namespace: /Srobot1\n" in text
     assert "Topic type hash: RIHS01_" in text
     assert "  Reliability: BEST_EFFORT\n" in text
+
+
+def test_topic_type_and_find(ros2: Ros2) -> None:
+    assert ros2("topic", "type", "/Srobot1/odom") == "nav_msgs/msg/Odometry\n"
+    assert ros2("topic", "find", "nav_msgs/msg/Odometry") == "/Srobot1/odom\n"
 
 
 def test_unknown_topic_is_an_error(ros2: Ros2) -> None:
@@ -212,8 +213,15 @@ def test_service_info_counts_both_sides(ros2: Ros2) -> None:
     assert ros2.err == "Unknown service '/nowhere'\n"
 
 
-def test_action_type(ros2: Ros2) -> None:
+def test_service_type_and_find(ros2: Ros2) -> None:
+    assert ros2("service", "type", "/Srobot1/switch") == "std_srvs/srv/SetBool\n"
+    assert ros2("service", "find", "std_srvs/srv/SetBool") == "/Srobot1/switch\n"
+
+
+def test_action_type_and_info(ros2: Ros2) -> None:
     assert ros2("action", "type", "/Srobot1/wait") == "nav2_msgs/action/Wait\n"
+    expected = f"Action: /Srobot1/wait\nAction clients: 0\nAction servers: 1\n    {NODE}\n"
+    assert ros2("action", "info", "/Srobot1/wait") == expected
 
 
 def test_action_list_and_send_goal_with_feedback(ros2: Ros2) -> None:
@@ -237,6 +245,7 @@ def test_param_list_get_set(ros2: Ros2) -> None:
     assert ros2("param", "set", NODE, "max_vel_x", "0.15") == "Set parameter successful\n"
     assert ros2("param", "get", NODE, "max_vel_x") == "Double value is: 0.15\n"
     assert ros2("param", "get", NODE, "max_vel_x", "--hide-type") == "0.15\n"
+    assert "    max_vel_x: 0.15\n" in ros2("param", "dump", NODE)
 
 
 def test_param_describe_load_and_delete(ros2: Ros2, tmp_path: Path) -> None:
@@ -275,6 +284,7 @@ def test_interface_packages_package_and_proto(ros2: Ros2) -> None:
     assert "nav2_msgs" in ros2("interface", "packages", "-a").splitlines()
     assert "std_msgs" not in ros2("interface", "packages", "-a").splitlines()
     assert "std_msgs/msg/String" in ros2("interface", "package", "std_msgs").splitlines()
+    assert "    std_msgs/msg/String" in ros2("interface", "list").splitlines()
     ros2("interface", "package", "no_msgs", code=1)
     assert ros2.err == "Unknown package 'no_msgs'\n"
     assert ros2("interface", "proto", "std_msgs/msg/String") == "\"data: ''\n\"\n"

@@ -162,6 +162,7 @@ def test_steps_as_an_action_with_feedback_after_each(swarm):
     assert result.result.result == Result.RESULT_OPERATION_FAILED  # it is not paused
     paused = msg.SimulationState(state=msg.SimulationState.STATE_PAUSED)
     ask(swarm, "SetSimulationState", state=paused)
+    assert ask(swarm, "GetSimulationState").state == paused
     seen = []
     handle = simulate(swarm, client, 3, lambda message: seen.append(message.feedback))
     result = swarm.result_of(handle.get_result_async()).result
