@@ -129,7 +129,7 @@ class Run:
         }
 
     def real_time_factor(self) -> float:
-        """Return what the terminal said last."""
+        """Return the real-time factor that the terminal showed last."""
         found = re.findall(r"([\d.]+)x real time", self._log.read_text(encoding="utf-8"))
         return float(found[-1]) if found else 0.0
 

@@ -14,8 +14,8 @@ from swarm_nav.planning.distance_kernels import Frame, Place, sample
 
 STEP = 0.1  # [s] of a rollout, and the control period
 FAR = 1e9
-TOO_NEAR = 0.01  # [m] below zero from which only a way out is admissible: one on which
-GETAWAY = 0.3  # [m] of gap are gained per metre
+TOO_NEAR = 0.01  # [m] of overlap beyond which only a way out is admissible
+GETAWAY = 0.3  # [m] of gap that a way out gains per metre
 
 
 class Obstacles(NamedTuple):
@@ -93,8 +93,8 @@ def follow(
 ) -> tuple[float, float, float, float, float, float]:
     """Drive an arc for `steps` periods.
 
-    A robot that is a little too near to something already may go where it does not get nearer,
-    one that is much too near only where it gets away.
+    A robot that is slightly too near to something may drive wherever the gap does not shrink. If it
+    is much too near, the gap has to grow.
 
     Args:
         pose: Where it starts.

@@ -15,7 +15,7 @@ What a module imports of its folder stands above it:
     replay_command     The command `swarm-replay`: a recorded run in the viewer, or on the ROS graph
     session            A session of `swarm-up`: a checked plan from the run's folder to the report
                        and the exit code
-    thing_request      What `swarm-commander spawn` asks the world for when a thing is to come
+    thing_request      The request with which `swarm-commander spawn` adds an object to the world
     commander_command  The command `swarm-commander`: drives robots of a running swarm from another
                        terminal
     doctor_command     The command `swarm-doctor`: looks at the machine before a large run

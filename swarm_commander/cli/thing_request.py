@@ -1,4 +1,4 @@
-"""What `swarm-commander spawn` asks the world for when a thing is to come."""
+"""The request with which `swarm-commander spawn` adds an object to the world."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def thing_request(
     """Return a request for `/sim/spawn_entity`.
 
     Args:
-        name: That it is to have; empty for its model's.
+        name: Of the object; empty for the name of its model.
         source: Path of an SDF or URDF, or a URI; empty for a box or a cylinder.
         box: Edges [m].
         cylinder: Radius and height [m].

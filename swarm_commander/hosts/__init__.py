@@ -16,8 +16,8 @@ What a module imports of its folder stands above it:
                      departures
     client_state     A robots' host towards the world's: its reports, and its reaction to the
                      answers
-    host_door        Where messages of robots' hosts come in on the world's: nothing unsealed
-                     gets any further
+    host_door        Where messages of robots' hosts reach the world's host; only sealed ones
+                     pass
     robots_plan      The checked input of `swarm-up --role robots`
     host_client      A robots' host towards the world's: a process of `swarm-up --role robots`
     host_server      The world's host towards the robots' hosts: a process of `swarm-up --role

@@ -1,4 +1,4 @@
-"""Where messages of robots' hosts come in on the world's: nothing unsealed gets any further."""
+"""Where messages of robots' hosts reach the world's host; only sealed ones pass."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class HostDoor:
     """Takes reports that were made with the secret, for this run, and not heard before."""
 
     def __init__(self, secret: str, run: str, rejections: Rejections) -> None:
-        """Take what decides.
+        """Set what messages are checked against.
 
         Args:
             secret: Of the hosts.

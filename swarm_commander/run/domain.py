@@ -42,10 +42,10 @@ def domain_id(environment: Mapping[str, str] = os.environ) -> int:
 
 
 def has_swarm(domain: int) -> bool | None:
-    """Return whether somebody has the domain, be it a swarm that starts; None if unknown.
+    """Return whether a swarm runs or starts in the domain; None if unknown.
 
-    A graph that is on this host only has a swarm if somebody here has the domain; on other hosts
-    one may be that this cannot see.
+    If the graph is limited to this host, a process here holds the domain of a swarm. A swarm on
+    another host cannot be seen.
     """
     if ros_env.bound_address() != ros_env.LOOPBACK:
         return None
@@ -54,7 +54,7 @@ def has_swarm(domain: int) -> bool | None:
 
 
 def check_swarm(domain: int) -> None:
-    """Refuse at once to look for a swarm that cannot be there.
+    """Raise an error if there can be no swarm in the domain.
 
     Raises:
         NoSwarmError: If there is none.
@@ -64,7 +64,7 @@ def check_swarm(domain: int) -> None:
 
 
 def patience_for(domain: int) -> SwarmPatience:
-    """Return the patience with a domain's swarm; what is waited for goes to stderr."""
+    """Return how long to wait for a domain's swarm; what it waits for is printed to stderr."""
     return SwarmPatience(domain, functools.partial(has_swarm, domain), _tell)
 
 

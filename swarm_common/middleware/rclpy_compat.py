@@ -111,7 +111,7 @@ def service_of_name(
 def removable_publisher(node: Node, kind: Any, name: str, quality: QoSProfile) -> Publisher:
     """Return a publisher that may be destroyed while a SafeExecutor has its node.
 
-    It tells of nobody whose quality or type does not fit. rclpy 7.1 ends the process by SIGSEGV
+    It does not report subscribers of another quality or type. rclpy 7.1 ends the process by SIGSEGV
     when such an event comes between the end of a publisher and the executor's next turn: it drops
     its last reference to the wait set of the event's handler without holding Python's lock.
     """
@@ -122,7 +122,7 @@ def removable_publisher(node: Node, kind: Any, name: str, quality: QoSProfile) -
 def removable_subscription(
     node: Node, kind: Any, name: str, callback: Callable[[Any], object], quality: QoSProfile
 ) -> Subscription:
-    """Return a subscription that may be destroyed likewise."""
+    """Return a subscription that may be destroyed while a SafeExecutor has its node."""
     silent = SubscriptionEventCallbacks(use_default_callbacks=False)
     return node.create_subscription(kind, name, callback, quality, event_callbacks=silent)
 
@@ -177,8 +177,8 @@ class SafeExecutor(_rclpy.EventsExecutor):  # type: ignore[misc]  # rclpy has no
 class CheckedParameterService(ParameterService):  # type: ignore[misc]  # rclpy has no types
     """The six parameter services of a node that was created without them.
 
-    Those of rclpy raise at types that there are not, which ends the process. These answer whatever
-    is asked.
+    rclpy's own services raise an error at unknown types, which ends the process. These answer every
+    request.
     """
 
     def __init__(self, node: Node, describe: Describe = lambda found: found) -> None:

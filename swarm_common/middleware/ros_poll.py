@@ -113,7 +113,7 @@ class SoleTopic(PolledTopic):
         self._foreign: dict[Sender, tuple[int, str]] = {}  # since when, and its node
 
     def take(self) -> bytes | None:
-        """Return the oldest message that waits and counts, None if there is none."""
+        """Return the oldest waiting message of an accepted publisher; None if there is none."""
         for _ in range(MOST_AT_ONCE):
             data = super().take()
             if data is None or self.sender == self._owner:
@@ -124,7 +124,7 @@ class SoleTopic(PolledTopic):
         return None
 
     def _admit(self) -> bool:
-        """Whether a message counts that is not its owner's; may make its sender the owner."""
+        """Whether to accept a message that is not the owner's; its sender may become the owner."""
         sender, now = self.sender, self.received
         since, name = self._foreign.get(sender, (0, ""))
         if now - since < LOOK_AGAIN and name:

@@ -198,7 +198,7 @@ class NavigatorDied(EventBase, frozen=True, tag="died"):
 
 
 class Alive(EventBase, frozen=True, tag="alive"):
-    """The process has nothing to say but that it lives."""
+    """A sign of life of a process that has nothing else to report."""
 
 
 class MissionLoaded(EventBase, frozen=True, tag="mission"):

@@ -21,8 +21,8 @@ from swarm_common.robots.gazebo_tags import DriveTags
 FOOTPRINT = "base_footprint"
 LEVEL = 0.9  # cosine to the y axis from which a joint's axis counts as that of a wheel
 GROUND = 0.02  # [m] that a wheel may end above the lowest one
-TRAIL = 0.005  # [m] from the axis of a swivel to the wheel, from which it is a caster's
-VIRTUAL_RADIUS = 0.05  # [m] of the wheels that a drive without wheels is said to have
+TRAIL = 0.005  # [m] between a swivel's axis and its wheel, from which it is a caster
+VIRTUAL_RADIUS = 0.05  # [m] that is reported for the wheels of a drive without any
 OFF_CENTER = 0.01  # [m] to the side from which a wheel is left or right
 PASSIVE = re.compile("caster|castor|idler|free", re.IGNORECASE)
 OMNI = re.compile("mecanum|omni|roller", re.IGNORECASE)
@@ -116,7 +116,7 @@ def _kind(model: RobotModel, wheels: Sequence[_Wheel]) -> str:
 
 
 def _wheels(model: RobotModel) -> dict[str, _Wheel]:
-    """Return whatever turns without end, by joint."""
+    """Return everything on a continuous joint, by joint."""
     places = model.root_from_groups()
     wheels = {}
     for group, place in zip(model.groups, places, strict=True):

@@ -70,9 +70,9 @@ def expand(path: Path, arguments: Mapping[str, str], finder: PackageFinder) -> s
 def unresolved(
     path: Path, arguments: Mapping[str, str], finder: PackageFinder
 ) -> tuple[list[str], list[str]]:
-    """Return the packages that a xacro file and its includes name and that are not there.
+    """Return the packages that a xacro file and its includes name, and that are missing.
 
-    Also the names of arguments that are used and have no value. xacro stops at the first.
+    Also the names of arguments that are used without a value. xacro itself stops at the first.
     """
     packages: dict[str, None] = {}
     used: dict[str, None] = {}

@@ -18,10 +18,10 @@ from swarm_nav.traffic.situation import Situation
 REPLAN_PAUSE = 1.2  # [s] between replans of a blocked robot; shorter ones are never granted
 OBSTACLE_PATIENCE = 1.0  # [s] before another way around a sensed obstacle is looked for
 KEEP_COST = 0.8  # [m] that a new path must save
-BARRED_PATIENCE = 10.0  # [s] of waiting for what does not go away until a way costs more,
-BARRED_TIME = 60.0  # [s] for which it does,
-BARRED_RADIUS = 0.3  # [m] around the place ahead,
-BARRED_AHEAD = 7  # points ahead: the robot itself is outside
+BARRED_PATIENCE = 10.0  # [s] of waiting in vain after which the place ahead costs more
+BARRED_TIME = 60.0  # [s] for which it costs more
+BARRED_RADIUS = 0.3  # [m] of the place
+BARRED_AHEAD = 7  # points of the path from the robot to the place, which leaves the robot outside
 FATAL = (ErrorCode.GOAL_OCCUPIED, ErrorCode.GOAL_OUTSIDE_MAP, ErrorCode.NO_VALID_CONTROL)
 
 
@@ -93,7 +93,7 @@ class Route:
             s.tube.adopt(path)
 
     def _stamp_barred(self, extra: NDArray[np.float32]) -> None:
-        """Raise the cost of ways on which the robot waited in vain, the more the longer.
+        """Raise the cost of ways on which the robot waited in vain; the longer it waited, the more.
 
         So it tries another way in the end, and may see from there that this one is free. Nobody
         knows exactly where a silent robot stands: what can be seen of it depends on the place.
@@ -123,7 +123,7 @@ class Route:
         return s.planner.plan(s.stop_point, place, extra, yaw)
 
     def _keeps(self, task: GoalProgress, path: FloatArray, extra: NDArray[np.float32]) -> bool:
-        """Whether the current path is as good as a new one: each change costs turns and claims."""
+        """Whether the current path is as good as a new one; changes cost turns and reservations."""
         s = self._s
         rest = s.tube.points[s.tube.stop :]
         if not task.is_planned or task.given is not None or len(rest) < 2:

@@ -32,11 +32,11 @@ from swarm_nav.planning.terrain import Terrain
 
 ORIGIN = Pose(0.0, 0.0, 0.0)
 STILL_SPEED, STILL_RATE = 0.004, 0.01  # [m/s] and [rad/s] below which the wheels stand still
-FIRST_SCANS = 8  # after a pose was given, that count in full though the robot stands
-LEAST_POWER = 0.02  # of a scan from a place where others were compared before
-FEWEST_BEAMS = 8  # hits of mapped walls below which a scan tells nothing,
-LOOKING_SCANS = 50  # taken in vain after which only driving brings something new into view
-JUDGING_SHARE = 3  # and one in how many beams must hit to say whether the pose is wrong
+FIRST_SCANS = 8  # after a pose was given, which count in full although the robot stands
+LEAST_POWER = 0.02  # least weight of a scan from a place where others were compared before
+FEWEST_BEAMS = 8  # on mapped walls, below which a scan tells nothing
+LOOKING_SCANS = 50  # that tell nothing, after which only driving brings something new into view
+JUDGING_SHARE = 3  # one in so many beams must hit mapped walls to judge whether the pose is wrong
 GROWTH = 0.005  # [m] of margin announced ahead, so that all know it before it is needed
 EXPECTED_FIT = 0.9  # of a scan at the right place
 MOST_FRESH = 0.5  # largest share of the particles that is redrawn
@@ -112,7 +112,7 @@ class AmclLocaliser:
 
     @property
     def wants_leap(self) -> bool:
-        """Whether the pose is to be corrected by so much that the robot has to stand for it."""
+        """Whether the pending correction is so large that the robot has to stand for it."""
         return is_leap(self.pose_map, self._best)
 
     @property
@@ -168,7 +168,7 @@ class AmclLocaliser:
         self._correct()
 
     def _ignore(self, before: Pose, after: Pose) -> None:
-        """Take a change of odometry for the drift of a gyro, as the robot stands."""
+        """Take a change of odometry for the drift of the gyro, since the robot stands."""
         drift = before.compose(after.inverse())  # odom before from odom after
         self._map_from_odom = self._map_from_odom.compose(drift)
         self._target = self._target.compose(drift)

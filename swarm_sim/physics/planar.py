@@ -1,7 +1,7 @@
 """Kinematic twin of the physics engine: fast, for thousands of traffic runs.
 
 Robots are convex polygons that follow their speed commands within the acceleration limits.
-A motion that would touch something is not made: the robot stops there, and that is a contact.
+A robot stops before it would touch something, and that counts as a contact.
 """
 
 from __future__ import annotations
@@ -121,7 +121,7 @@ class PlanarEngine:
         self._measure()
 
     def restart(self, robot: int) -> None:
-        """Let what a robot's wheels and gyro report begin at 0 again."""
+        """Restart the readings of a robot's wheels and gyro at 0."""
         self.travels[robot], self.yaws_gyro[robot] = 0.0, 0.0
 
     def place_object(self, index: int, place: Transform) -> None:
@@ -153,7 +153,7 @@ class PlanarEngine:
         """Release nothing: everything is in Python."""
 
     def _look_around(self) -> None:
-        """Take over what there is beside robots and walkers."""
+        """Collect what there is beside robots and walkers."""
         self._names = (*self._section.names, *self._objects.names)
         self._walls = pack_polygons(self._section.outlines())
         if len(self._objects):

@@ -60,7 +60,7 @@ class Settings:
     actuation_noise: float = 0.0  # of each speed, as a share of it
     with_lidar: bool = True
     realistic: bool = False  # sensors err as each robot's model says
-    sensors: Mapping[str, Any] = field(default_factory=dict)  # in place of what it says
+    sensors: Mapping[str, Any] = field(default_factory=dict)  # in place of what the model says
     radio: RadioConfig = field(default_factory=RadioConfig)
 
     def __post_init__(self) -> None:

@@ -63,18 +63,18 @@ class Sight:
         return np.asarray(self._client.camera.position, np.float64)
 
     def resize(self, width: float, height: float) -> None:
-        """Know how large the page is [px]."""
+        """Set the size of the page [px]."""
         if width >= 1.0 and height >= 1.0:
             self._size = width, height
 
     def show_map(self, raster: Raster) -> None:
-        """Know the map."""
+        """Set the map."""
         if self._raster is None:
             self._raster = raster
             self.set_dark(dark=self.is_dark)
 
     def take(self, view: View) -> None:
-        """Take a preset."""
+        """Choose a preset."""
         self._chase.rest()
         self._eye = None
         is_whole = view in (View.TOP, View.HALL)
@@ -95,12 +95,12 @@ class Sight:
         self._chase.look(target, position)
 
     def show_walls(self, *, whole: bool) -> None:
-        """Show walls as high as they are, see-through; or cut, so that robots are seen."""
+        """Show whole walls, translucent, or walls that are cut low so that robots are seen."""
         set_visible(self._client, WHOLE, visible=whole)
         set_visible(self._client, CUT, visible=not whole)
 
     def set_dark(self, *, dark: bool) -> None:
-        """Be dark, or light."""
+        """Switch to dark or light."""
         self.is_dark = dark
         shades = DARK if dark else LIGHT
         client = self._client
@@ -156,7 +156,7 @@ class Sight:
             self._chase.look(*eye_of(pose, self.fleet.radius))
 
     def scale_marks(self, poses: FloatArray, now: float) -> None:
-        """Let this page see the marks as large as they must be; called a few times a second."""
+        """Scale the marks for this page; called a few times a second."""
         camera = self.camera
         if camera is None or len(poses) != len(self.fleet.names) or not len(poses):
             return

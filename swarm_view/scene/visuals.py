@@ -64,7 +64,7 @@ def _meshes(visual: Any, materials: dict[str, Any]) -> list[Any]:
 
 
 def spokes(robot: Any, axle: Axle) -> list[VisualMesh]:
-    """Return beams through plain wheels, on which one sees that they turn."""
+    """Return spokes of plain wheels, which make it visible that they turn."""
     materials = {material.name: material for material in robot.materials}
     beams = []
     for visual in next(link for link in robot.links if link.name == axle.links[0]).visuals:

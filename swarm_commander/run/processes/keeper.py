@@ -52,7 +52,7 @@ class Keeper:
         self._active_since = 0.0
 
     def on_death(self, name: str) -> float | None:
-        """Take a death; return the pause [s] before the restart, None if it stays down."""
+        """Record a death; return the pause [s] before the restart, None if it stays down."""
         self._asked.pop(name, None)
         self._starting.pop(name, None)
         if name in self._wanted:

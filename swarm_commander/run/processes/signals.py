@@ -10,7 +10,7 @@ NUMBERS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 class SignalCounter:
-    """Counts the signals that ask for the end while it is entered; nothing else happens on them.
+    """In a `with` block: counts the signals that ask for the end, which then have no other effect.
 
     Attributes:
         count: So far.

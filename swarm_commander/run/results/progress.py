@@ -17,7 +17,7 @@ from swarm_commander.run.results.status_table import status_table
 REFRESH = 0.25  # [s] of wall time between two pictures
 LINE_PERIOD = 5.0  # [s] between two lines where there is no terminal
 SEPARATOR = " | "
-STARTING = "starting"  # with which the phases begin in which kernels may be compiled
+STARTING = "starting"  # first word of the phases in which kernels may be compiled
 SHOWN_NOTES = 8  # of a kind; the report has all
 
 
@@ -72,7 +72,7 @@ class Progress:
         self._console.print(Text(text, style=style), soft_wrap=True)
 
     def breach(self, kind: str, text: str) -> None:
-        """Print a failure; of a kind that occurs often, only the number."""
+        """Print a failure; after `SHOWN_NOTES` of a kind, only their number."""
         self._breaches[kind] += 1
         if self._breaches[kind] <= SHOWN_NOTES:
             self.note(text, "red")

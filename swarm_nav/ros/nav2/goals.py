@@ -63,7 +63,7 @@ def seconds(duration: Duration) -> float:
 
 
 def duration_msg(value: float) -> Duration:
-    """Return a duration; what is not finite or negative becomes zero."""
+    """Return a duration; a negative or infinite one becomes zero."""
     if not math.isfinite(value) or value <= 0.0:
         return Duration()
     sec = math.floor(value)
@@ -75,9 +75,10 @@ def goal_from_request(
 ) -> Goal:
     """Return the brain's goal: the door of all navigation actions.
 
-    `Tasks` calls it before it accepts a request. Frame, numbers and lengths are checked here, and
-    that places lie within 1000 m of the map (`MapBounds.check`). Whether a place is free and can be
-    reached is not: the planner finds out once the goal is accepted, and fails it with Nav2's code.
+    `Tasks` calls it before it accepts a request. It checks frame,
+    numbers and lengths, and that places lie within 1000 m of the map (`MapBounds.check`). The
+    planner finds out later whether a place is free and can be reached; if it is not, the accepted
+    goal fails with Nav2's code.
     A tick at which the goal is to begin travels in `behavior_tree`, see `start_in`.
 
     Args:
@@ -117,7 +118,7 @@ def goal_from_request(
 
 
 def twist_from_msg(message: Any) -> Twist:
-    """Return what an operator steers.
+    """Return the twist that an operator commands.
 
     Raises:
         RejectedError: If it is not a speed that a robot can have.
@@ -128,7 +129,7 @@ def twist_from_msg(message: Any) -> Twist:
 
 
 def check_count(poses: Sequence[Any], most: int) -> None:
-    """Refuse more poses than anybody means.
+    """Refuse more poses than make sense.
 
     Raises:
         RejectedError: Saying how many there are.
@@ -143,7 +144,7 @@ def pose_goal(goal_id: int, pose: PoseStamped, to_map: ToMap) -> Goal:
 
 
 def start_tick(goal: Goal, now: int) -> int:
-    """Return the tick at which a goal begins that came at tick `now`: the next, or its own.
+    """Return the tick at which a goal begins: the one after `now`, or the one that it asks for.
 
     Raises:
         RejectedError: If that is more than a day ahead.

@@ -18,7 +18,7 @@ MEMORY = 1 << 20  # [bytes] of a compiled pattern
 
 
 class PatternError(SwarmError):
-    """A filter is no pattern, or needs too much memory."""
+    """A filter is not a valid pattern, or needs too much memory."""
 
 
 class NamePattern:
@@ -31,7 +31,7 @@ class NamePattern:
             text: In POSIX's syntax for extended regular expressions, with `\d`, `\w` and `\s`.
 
         Raises:
-            PatternError: If it is none, or too large.
+            PatternError: If it is not valid, or too large.
         """
         if len(text) > LONGEST:
             raise PatternError(f"it has {len(text)} letters; expected at most {LONGEST}")
