@@ -5,7 +5,8 @@ compares `trajectory_sha256` run by run: every scenario of the bench at its smal
 perfect and with realistic sensors, and three runs on the ROS graph. Both sides are driven by their
 command lines only, so that modules may be moved and renamed between them.
 
-Results of BASE are kept in a folder by commit; a check that was interrupted goes on where it was.
+Files and results of BASE are kept in a folder by commit; a check that was interrupted goes on where
+it was.
 Exit code: 0 all equal, 1 some differ, 2 bad input.
 """
 
@@ -112,10 +113,16 @@ def hashes(tree: Path, options: argparse.Namespace, chosen: Mapping[str, int], t
     return found
 
 
-def checkout(commit: str, to: Path) -> None:
-    """Write the files of a commit to a folder."""
-    with subprocess.Popen(("git", "archive", commit), cwd=ROOT, stdout=subprocess.PIPE) as archive:
-        subprocess.run(("tar", "-x", "-C", str(to)), stdin=archive.stdout, check=True)
+def checkout(commit: str) -> Path:
+    """Return a folder with the files of a commit, made once, so that its kernels compile once."""
+    tree = FOLDER / commit / "tree"
+    if not tree.is_dir():
+        tree.parent.mkdir(parents=True, exist_ok=True)
+        part = Path(tempfile.mkdtemp(dir=tree.parent))
+        with subprocess.Popen(("git", "archive", commit), cwd=ROOT, stdout=subprocess.PIPE) as out:
+            subprocess.run(("tar", "-x", "-C", str(part)), stdin=out.stdout, check=True)
+        part.rename(tree)
+    return tree
 
 
 def arguments() -> argparse.Namespace:
@@ -137,15 +144,12 @@ def main() -> int:
         sys.stderr.write(f"error: no commit '{options.base}' in this repository\n")
         return 2
     commit = parsed.stdout.strip()
-    with tempfile.TemporaryDirectory(prefix="swarm-base-") as name:
-        tree = Path(name) / "tree"
-        tree.mkdir()
-        checkout(commit, tree)
-        chosen = scenarios(tree)
-        if options.scenarios:
-            chosen = {key: chosen[key] for key in options.scenarios.split(",")}
-        before = hashes(tree, options, chosen, FOLDER / commit)
-        after = hashes(ROOT, options, chosen, Path(name) / "after")
+    chosen = scenarios(tree := checkout(commit))
+    if options.scenarios:
+        chosen = {key: chosen[key] for key in options.scenarios.split(",")}
+    before = hashes(tree, options, chosen, FOLDER / commit)
+    with tempfile.TemporaryDirectory(prefix="swarm-after-") as name:
+        after = hashes(ROOT, options, chosen, Path(name))
     changed = [key for key in before if before[key] != after.get(key)]
     for key in changed:
         sys.stdout.write(f"differs: {key}\n")
