@@ -11,11 +11,13 @@ export PYTHON
 
 inputs := pyproject.toml tools/bootstrap.sh $(shell find interfaces -type f)
 live := tests/faults tests/graph tests/hosts
-runs := tests/scenario
-pure := $(filter-out $(live) $(runs),$(patsubst %/,%,$(wildcard tests/*/)))
+own := tests/scenario/test_own_robots.py tests/scenario/test_other_peoples_worlds.py
+runs := $(filter-out $(own),$(wildcard tests/scenario/test_*.py))
+pure := $(filter-out $(live) tests/scenario,$(patsubst %/,%,$(wildcard tests/*/)))
 DEMO := --swarm-size 20 --world slim_blockage --mission loading_route --until-done
 
-.PHONY: help demo test test-live test-pure test-runs setup docs clean
+.PHONY: help demo test test-style test-kernels test-live test-pure test-own test-runs setup docs \
+	clean
 
 help:
 	@sed -n 's/^# \{0,1\}//p' $(firstword $(MAKEFILE_LIST))
@@ -23,18 +25,24 @@ help:
 demo: .venv/.ready-run
 	.venv/bin/swarm-up $(DEMO)
 
+# Two jobs at a time. The kernels are compiled once, before several tests need them at once.
 test: .venv/.ready-test
+	$(MAKE) --jobs=2 --output-sync=target --no-print-directory test-style test-kernels
+	$(MAKE) --jobs=2 --output-sync=target --no-print-directory \
+		test-live test-pure test-own test-runs
+
+test-style: .venv/.ready-test
 	.venv/bin/ruff check .
 	.venv/bin/ruff format --check --quiet .
 	.venv/bin/mypy
 	.venv/bin/lint-imports --no-logo
 	NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --strict --quiet
-	# The kernels are compiled once, before several need them at the same time.
-	.venv/bin/python -c "from swarm_nav.launch.warm_up import warm_up; warm_up()"
-	$(MAKE) --jobs=2 --output-sync=target --no-print-directory test-live test-pure test-runs
 
-# Live graphs on one core; everything else, and then whole runs, on another.
-test-live test-pure test-runs: test-%: .venv/.ready-test
+test-kernels: .venv/.ready-test
+	.venv/bin/python -c "from swarm_nav.launch.warm_up import warm_up; warm_up()"
+
+# Live graphs take the longest and leave a core idle most of the time; the long ones start first.
+test-live test-pure test-own test-runs: test-%: .venv/.ready-test
 	.venv/bin/pytest $($*)
 
 setup: .venv/.ready-run

@@ -16,6 +16,8 @@ for name, module in (
     local_run.MODULES[getattr(local_run, name)] = f"tests.fakes.plain_{module}"  # type: ignore[index]
 if os.environ.get("FAKE_RUNNER") == "mute":
     local_run.MISSION_LIMIT = 1.0
+if silence := os.environ.get("FAKE_SILENCE"):
+    local_run.WORLD_SILENCE = float(silence)
 if os.environ.get("FAKE_HOST") == "deaths":
     restarts.FIRST_PAUSE = 0.05
 sys.exit(cli.swarm_up())

@@ -85,12 +85,13 @@ def test_without_the_whole_run_or_a_verdict_the_exit_code_is_not_zero(up: Up, wo
     assert word in " ".join(output.split())
 
 
-def test_a_world_that_hangs_is_found_out_within_30_s(up: Up) -> None:
+def test_a_world_that_hangs_is_found_out_in_time(up: Up) -> None:
+    moods = {"world": "stopped", "runner": "slow", "silence": "6.0"}
     begin = time.monotonic()
-    code, output, _ = up.run("--mission", "loading_route", world="stopped", runner="slow")
+    code, output, _ = up.run("--mission", "loading_route", **moods)
     assert code == 3, output
-    assert 15.0 < time.monotonic() - begin < 60.0, "limit 20 s, start and end"
-    assert "the world process hangs: nothing was heard of it for 20 s" in " ".join(output.split())
+    assert 5.0 < time.monotonic() - begin < 45.0, "limit 6 s, start and end"
+    assert "the world process hangs: nothing was heard of it for 6 s" in " ".join(output.split())
     report = up.report()
     assert report["collisions"] == {"robot_robot": None, "robot_world": None}
     assert report["trajectory_sha256"] is None
