@@ -11,13 +11,15 @@ export PYTHON
 
 inputs := pyproject.toml tools/bootstrap.sh $(shell find interfaces -type f)
 live := tests/faults tests/graph tests/hosts
-own := tests/scenario/test_own_robots.py tests/scenario/test_other_peoples_worlds.py
-runs := $(filter-out $(own),$(wildcard tests/scenario/test_*.py))
+robots := tests/scenario/test_own_robots.py
+worlds := tests/scenario/test_other_peoples_worlds.py
+hall := tests/scenario/test_factory_hall.py
+runs := $(filter-out $(robots) $(worlds) $(hall),$(wildcard tests/scenario/test_*.py))
 pure := $(filter-out $(live) tests/scenario,$(patsubst %/,%,$(wildcard tests/*/)))
 DEMO := --swarm-size 20 --world slim_blockage --mission loading_route --until-done
 
-.PHONY: help demo test test-style test-kernels test-live test-pure test-own test-runs setup docs \
-	clean
+.PHONY: help demo test test-style test-kernels test-live test-pure test-robots test-worlds \
+	test-hall test-runs setup docs clean
 
 help:
 	@sed -n 's/^# \{0,1\}//p' $(firstword $(MAKEFILE_LIST))
@@ -29,7 +31,7 @@ demo: .venv/.ready-run
 test: .venv/.ready-test
 	$(MAKE) --jobs=2 --output-sync=target --no-print-directory test-style test-kernels
 	$(MAKE) --jobs=2 --output-sync=target --no-print-directory \
-		test-live test-pure test-own test-runs
+		test-live test-pure test-robots test-worlds test-hall test-runs
 
 test-style: .venv/.ready-test
 	.venv/bin/ruff check .
@@ -41,8 +43,8 @@ test-style: .venv/.ready-test
 test-kernels: .venv/.ready-test
 	.venv/bin/python -c "from swarm_nav.launch.warm_up import warm_up; warm_up()"
 
-# Live graphs take the longest and leave a core idle most of the time; the long ones start first.
-test-live test-pure test-own test-runs: test-%: .venv/.ready-test
+# Live graphs and pure tests take about as long as all others together, so they start first.
+test-live test-pure test-robots test-worlds test-hall test-runs: test-%: .venv/.ready-test
 	.venv/bin/pytest $($*)
 
 setup: .venv/.ready-run

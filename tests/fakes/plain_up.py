@@ -4,7 +4,7 @@ import os
 import sys
 
 from swarm_commander.cli import main as cli
-from swarm_commander.run import local_run
+from swarm_commander.run import local_run, process_run
 from swarm_commander.run.processes import restarts
 
 for name, module in (
@@ -18,6 +18,8 @@ if os.environ.get("FAKE_RUNNER") == "mute":
     local_run.MISSION_LIMIT = 1.0
 if silence := os.environ.get("FAKE_SILENCE"):
     local_run.WORLD_SILENCE = float(silence)
+if grace := os.environ.get("FAKE_GRACE"):
+    process_run.GRACE = float(grace)
 if os.environ.get("FAKE_HOST") == "deaths":
     restarts.FIRST_PAUSE = 0.05
 sys.exit(cli.swarm_up())

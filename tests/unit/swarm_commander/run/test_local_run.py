@@ -99,7 +99,7 @@ def test_a_world_that_hangs_is_found_out_in_time(up: Up) -> None:
 
 
 def test_a_stopped_run_without_a_verdict_is_not_a_good_one(up: Up) -> None:
-    process = up.start("--mission", "loading_route", world="stopped", runner="slow")
+    process = up.start("--mission", "loading_route", world="stopped", runner="slow", grace="2.0")
     children = psutil.Process(process.pid).children
     wait_for(lambda: any(child.status() == psutil.STATUS_STOPPED for child in children()))
     process.send_signal(signal.SIGINT)
