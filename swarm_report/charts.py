@@ -483,9 +483,10 @@ def usage(run: RunData) -> Chart | None:
     for place, (group, line) in enumerate(measured.cores.items()):
         color = GROUPS.get(group, INK)
         data.append(_usage_line(group, wall, line, sim, color, "y2", " cores", place))
-        memory = measured.memory_mb[group] / 1000.0
-        data.append(_usage_line(group, wall, memory, sim, color, "y3", " GB", place))
-        data[-1]["showlegend"] = False
+        if group in measured.memory_mb:
+            memory = measured.memory_mb[group] / 1000.0
+            data.append(_usage_line(group, wall, memory, sim, color, "y3", " GB", place))
+            data[-1]["showlegend"] = False
     layout = {
         "xaxis": axis("wall time since the start of the command [s]", anchor="y3"),
         "yaxis": axis("real-time factor", domain=[0.7, 1.0], rangemode="tozero"),

@@ -147,7 +147,7 @@ def usage(run: RunData) -> Figure | None:
     cores.set_ylabel("CPU [cores]")
     cores.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
     _draw_groups(memory, data, {k: v / 1000.0 for k, v in data.memory_mb.items()})
-    memory.set_ylabel("memory, largest [GB]")
+    memory.set_ylabel("memory [GB]")
     memory.set_xlabel("wall time since the start of the command [s]")
     for axes in (speed, cores, memory):
         axes.set_ylim(bottom=0.0)

@@ -86,7 +86,8 @@ class UsageSeries:
         sim: (k,) [s] of simulated time.
         factor: (k,) real-time factor.
         cores: By group of processes, (k,) CPU seconds per second since the sample before.
-        memory_mb: By group, (k,).
+        memory_mb: By group, (k,), each shared page counted once; empty for a run before that was
+            noted.
     """
 
     wall: FloatArray
@@ -227,7 +228,10 @@ class RunData:
             np.array([line["t"] for line in lines[1:]], float),
             _factor(wall, np.array([line["t"] for line in lines], float)),
             {group: _rates(lines, group, gaps) for group in groups},
-            {group: _column(lines, "rss_mb", group)[1:] for group in groups},
+            {
+                group: _column(lines, "memory_mb", group)[1:]
+                for group in lines[-1].get("memory_mb", {})
+            },
         )
 
     @functools.cached_property
@@ -269,7 +273,7 @@ def read_json(path: Path) -> dict[str, Any]:
 
 
 def _column(lines: list[Line], key: str, group: str) -> FloatArray:
-    return np.array([line[key].get(group, 0.0) for line in lines], float)
+    return np.array([line.get(key, {}).get(group, 0.0) for line in lines], float)
 
 
 def _factor(wall: FloatArray, sim: FloatArray) -> FloatArray:

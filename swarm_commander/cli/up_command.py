@@ -301,9 +301,10 @@ def up(
 ) -> None:
     """Start a swarm of robots: world, navigators and, if wanted, their mission.
 
-    Exit code: 0 all goals reached without collision, or stopped by you or at --duration without
-    a miss or a collision; 1 a goal missed (also by --duration, if --until-done is given) or a
-    collision; 2 bad input; 3 a component failed.
+    Exit code: 0 all goals reached without collision, or stopped by you or at
+    --duration without a miss or a collision; 1 a goal missed (also by
+    --duration, if --until-done is given) or a collision; 2 bad input; 3 a
+    component failed.
     """
     check_combination(role, robots, connect, bind)
     if role is Role.ROBOTS:

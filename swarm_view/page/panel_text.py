@@ -53,20 +53,20 @@ def _metres(value: float) -> str:
 
 def _table(rows: Sequence[tuple[str, str]]) -> str:
     cells = "".join(
-        f"<tr><td style='opacity:0.65;padding-right:0.8em'>{name}</td><td>{value}</td></tr>"
+        f"<tr><td style='opacity:0.75;padding-right:0.8em'>{name}</td><td>{value}</td></tr>"
         for name, value in rows
     )
     return f"<div style='{STYLE}'><table>{cells}</table></div>"
 
 
 def _legend(states: Mapping[str, ReportedState]) -> str:
-    """Return what each colour means, and how many robots have it; those of no robot are pale."""
+    """Return what each colour means, and how many robots have it; those of no robot are paler."""
     counts = Counter(state.state for state in states.values())
     rows = "".join(
-        f"<tr style='opacity:{1.0 if counts[name] else 0.45}'>"
+        f"<tr style='opacity:{1.0 if counts[name] else 0.7}'>"
         f"<td style='padding-right:0.4em'>{dot(look.color)}</td>"
         f"<td style='white-space:nowrap;padding-right:0.6em'>{name} {counts[name]}</td>"
-        f"<td style='opacity:0.65;line-height:1.2'>{look.meaning}</td></tr>"
+        f"<td style='opacity:0.85;line-height:1.2'>{look.meaning}</td></tr>"
         for name, look in LOOKS.items()
     )
     return f"<div style='{STYLE}'><table style='border-spacing:0 0.15em'>{rows}</table></div>"

@@ -11,7 +11,7 @@ from swarm_common.model.palette import GREEN, ORANGE, PINK, RGB, SKY, VERMILLION
 from swarm_view.scene.viser_compat import run_script
 from swarm_view.state.history import History, Kind, Mark
 
-HEIGHT = 46  # [px] of the line
+HEIGHT = 58  # [px] of the line: signs, waits, goals, and the times below them
 PERIOD = 2.0  # [s] of wall time between two drawings of the marks
 REPEAT = 1.0  # [s] of wall time after which the cursor is put again: the line may be a new one
 NOW_PERIOD = 0.2  # [s] of wall time between two moves of the cursor
@@ -29,7 +29,8 @@ TICKS = (1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600, 7200)  # [s]
 MOST_TICKS = 9
 BUTTON = (
     "border:1px solid #8888;border-radius:4px;background:transparent;color:inherit;"
-    "padding:0 0.55em;margin-right:0.3em;cursor:pointer;font-size:0.8rem;line-height:1.5"
+    "min-width:2.6em;padding:0 0.55em;margin-right:0.3em;cursor:pointer;font-size:0.8rem;"
+    "line-height:1.5"
 )
 
 
@@ -86,7 +87,7 @@ def strip_html(
     length = max(1.0, end - start)
     counts = Counter(mark.kind for mark in marks)
     legend = " &nbsp; ".join(
-        f"<span style='white-space:nowrap;opacity:{1.0 if counts[kind] else 0.5}'>"
+        f"<span style='white-space:nowrap;opacity:{1.0 if counts[kind] else 0.7}'>"
         f"<span style='color:{css(color)}'>{sign}</span> {kind.value} {counts[kind]}</span>"
         for kind, (sign, color, _) in SIGNS.items()
     )
@@ -128,7 +129,7 @@ def _buttons(marks: Sequence[Mark], *, is_live: bool) -> list[tuple[str, str, st
         ("|◂", "mark", "-1", "To the mark before (goals left out)"),
         ("−1 s", "step", "-10", "A second back"),
         ("◂", "step", "-1", "A tick of 0.1 s back"),
-        ("▶ ❚❚", "play", "0", "Play or pause what is shown here"),
+        ("❚❚", "play", "0", "Play or pause what is shown here"),
         ("▸", "step", "1", "A tick of 0.1 s on"),
         ("+1 s", "step", "10", "A second on"),
         ("▸|", "mark", "1", "To the next mark (goals left out)"),
@@ -157,7 +158,7 @@ def _ticks(start: float, length: float) -> str:
     first = int(-(-start // step)) * step
     return "".join(
         f"<span style='position:absolute;left:{100.0 * (time - start) / length:.2f}%;bottom:0;"
-        f"top:0;border-left:1px solid #8884;padding-left:2px;font-size:0.65rem;opacity:0.7;"
+        f"top:0;border-left:1px solid #8884;padding:0 0 2px 3px;font-size:0.7rem;opacity:0.75;"
         f"display:flex;align-items:end;line-height:1'>{time:g}</span>"
         for time in range(first, int(start + length) + 1, step)
     )

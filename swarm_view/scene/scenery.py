@@ -22,6 +22,7 @@ LOG = logging.getLogger(__name__)
 FLIPPED = (0.0, 1.0, 0.0, 0.0)  # about x: viser's images look down and hang upside down
 WALL_HEIGHT, WALL_OPACITY = 1.2, 0.45  # [m] from which robots must be seen through a body
 CUT_HEIGHT = 0.5  # [m] at which bodies are cut
+FLOOR = 0.004  # [m] height of what is painted on the floor: the robots' marks lie above it
 UPRIGHT = 0.999  # least share of a body's axis that points up or down, for a cut in its height
 MAP, WHOLE, CUT = "/map", "/world/whole", "/world/cut"
 MAP_HEIGHT = -0.005  # [m] below everything else
@@ -79,11 +80,11 @@ class Scenery:
             elif marker.type == Marker.LINE_STRIP:
                 points = np.array([(p.x, p.y) for p in marker.points])
                 self._scene.add_line_segments(
-                    f"/world/{marker.ns}_{marker.id}", polyline(points, 0.02), _rgb(marker),
+                    f"/world/{marker.ns}_{marker.id}", polyline(points, FLOOR), _rgb(marker),
                     thickness=marker.scale.x,
                 )  # fmt: skip
         for number, ((kind, color, is_tall), group) in enumerate(solids.items()):
-            boxes = [(_turn(m), _place(m), (m.scale.x, m.scale.y, m.scale.z)) for m in group]
+            boxes = [_box(marker) for marker in group]
             opacity = WALL_OPACITY if is_tall else None
             self._draw_solids(f"{WHOLE}/solids_{number}", kind, color, boxes, opacity)
             low = [found for box in boxes if (found := _below_cut(*box)) is not None]
@@ -164,6 +165,12 @@ class Scenery:
             color=_rgb(marker), scale=(marker.scale.x, marker.scale.y, marker.scale.z),
             side="double", cast_shadow=False, receive_shadow=False,
         )  # fmt: skip
+
+
+def _box(marker: Any) -> Box:
+    size = marker.scale.x, marker.scale.y, marker.scale.z
+    x, y, z = _place(marker)
+    return _turn(marker), (x, y, FLOOR - 0.5 * size[2] if marker.ns == "station" else z), size
 
 
 def _below_cut(turn: Turn, place: Triple, size: Triple) -> Box | None:

@@ -69,6 +69,8 @@ swarm.showTime = (time, isPlaying, isPast) => {
     const share = (time - start) / (end - start);
     cursor.style.left = `${100 * Math.min(1, Math.max(0, share))}%`;
   }
+  for (const button of document.querySelectorAll("[data-swarm-send=play]"))
+    button.textContent = isPlaying ? "❚❚" : "▶";
   for (const clock of document.querySelectorAll("[data-swarm-clock]"))
     clock.textContent = `${time.toFixed(1)} s${isPast ? " · the past" : ""}${isPlaying ? "" : " · paused"}`;
 };

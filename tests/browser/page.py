@@ -112,7 +112,7 @@ def click_time_line(browser: WebDriver, share: float) -> None:
     wait_for(lambda: bool(browser.find_elements("css selector", line)), "the time line")
     element = browser.find_element("css selector", line)
     right = round((share - 0.5) * element.size["width"])
-    ActionChains(browser).move_to_element_with_offset(element, right, -18).click().perform()
+    ActionChains(browser).move_to_element_with_offset(element, right, -24).click().perform()
 
 
 def picture(browser: WebDriver) -> np.ndarray:

@@ -47,7 +47,7 @@ def _write_trace(trace: Path, names: list[str], seconds: int) -> None:
             to_world=[500 for _ in names],
         )
         cpu = {"world": 0.1 * t, "navigators": 0.3 * t}
-        usage.write(wall=t / 4, t=t, rtf=4.0, cpu=cpu, rss_mb={"world": 300, "navigators": 900})
+        usage.write(wall=t / 4, t=t, rtf=4.0, cpu=cpu, memory_mb={"world": 300, "navigators": 900})
     for name in names:
         for part, state in enumerate(("idle", "driving", "holding", "waiting", "pausing")):
             at = part * seconds / 5

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import statistics
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 import psutil
@@ -16,23 +16,32 @@ MEGABYTE = 1e6
 
 @dataclass(slots=True)
 class Usage:
-    """CPU seconds since the start and resident memory of a group of processes.
+    """CPU seconds since the start and memory of a group of processes.
 
     Processes that have ended keep their last known CPU time.
     """
 
     cpu_by_pid: dict[int, float] = field(default_factory=dict)
     rss_mb: float = 0.0
+    _share_by_pid: dict[int, float] = field(default_factory=dict)  # [MB], in order of reading
+    _count: int = 0
 
     @property
     def cpu(self) -> float:
         """CPU seconds of all of them, user and system."""
         return sum(self.cpu_by_pid.values())
 
+    @property
+    def memory_mb(self) -> float:
+        """Memory of all of them [MB], each shared page counted once."""
+        shares = self._share_by_pid.values()
+        return self._count * statistics.mean(shares) if shares else 0.0
+
     def sample(self, processes: Iterable[psutil.Process]) -> None:
-        """Read the present values."""
+        """Read the present values; of memory without shared pages those of one process a time."""
+        alive = list(processes)
         rss = 0
-        for process in processes:
+        for process in alive:
             try:
                 with process.oneshot():
                     times = process.cpu_times()
@@ -41,6 +50,15 @@ class Usage:
                 continue
             self.cpu_by_pid[process.pid] = times.user + times.system
         self.rss_mb = max(self.rss_mb, rss / MEGABYTE)
+        self._sample_share({process.pid: process for process in alive})
+
+    def _sample_share(self, alive: Mapping[int, psutil.Process]) -> None:
+        """Read the memory of the process whose memory was read longest ago: it is slow to read."""
+        known = {pid: share for pid, share in self._share_by_pid.items() if pid in alive}
+        self._share_by_pid, self._count = known, len(alive)
+        for pid in [*(pid for pid in alive if pid not in known), *known][:1]:
+            known.pop(pid, None)
+            known.update((pid, share) for _, share in memory_mb([alive[pid]]))
 
 
 def process_tree(pid: int | None) -> list[psutil.Process]:
@@ -133,5 +151,5 @@ class UsageLog:
             t=round(sim_time, 3),
             rtf=round(factor, 3),
             cpu={name: round(usage.cpu, 3) for name, usage in meter.groups.items()},
-            rss_mb={name: round(usage.rss_mb, 1) for name, usage in meter.groups.items()},
+            memory_mb={name: round(usage.memory_mb, 1) for name, usage in meter.groups.items()},
         )

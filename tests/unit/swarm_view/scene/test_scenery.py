@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 from visualization_msgs.msg import Marker
 
+from swarm_view.scene.fleet import RIM_HEIGHT
 from swarm_view.scene.scenery import CUT, CUT_HEIGHT, WHOLE, Scenery
 
 
@@ -82,3 +83,16 @@ def test_walls_are_cut_where_they_would_hide_robots() -> None:
     ]
     assert sorted(tops) == pytest.approx([0.3, CUT_HEIGHT])  # what hangs above is left out
     assert all(sheet.drawn[name]["opacity"] is None for name in cut)
+
+
+def test_stations_lie_below_the_marks_of_robots() -> None:
+    station = upright(0.02, 0.01)
+    station.ns = "station"
+    sheet = Sheet()
+    Scenery(SimpleNamespace(scene=sheet)).draw_markers([station])  # type: ignore[arg-type]
+    tops = [
+        drawn["batched_positions"][0][2] + 0.5 * drawn["batched_scales"][0][2]
+        for drawn in sheet.drawn.values()
+    ]
+    assert len(tops) == 2
+    assert all(0.0 < top < RIM_HEIGHT for top in tops)
