@@ -88,7 +88,7 @@ def trajectories(run: RunData) -> Chart | None:
         return None
     step = 1 + series.poses[..., 0].size // MOST_POINTS
     count = len(run.robots)
-    shades = mpl.colormaps["viridis"](np.linspace(0.15, 0.95, max(count, 2)))
+    shades = mpl.colormaps["viridis"](np.linspace(0.25, 0.85, max(count, 2)))
     few = count <= maps.FEW
     times = packed(series.times[::step])
     data: list[Chart] = [

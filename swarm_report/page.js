@@ -82,6 +82,9 @@
     const color = (name) => css.getPropertyValue(name).trim();
     const { data, layout, on_map: onMap } = JSON.parse(
       JSON.stringify(chart).replaceAll('"ink"', JSON.stringify(color("--ink"))));
+    // What there is most of stands out from the paper.
+    for (const trace of data.filter((one) => one.type === "heatmap"))
+      trace.reversescale = theme() === "dark";
     const base = {
       paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", autosize: true,
       font: { color: color("--ink"), size: 12 }, margin: { l: 60, r: 16, t: 58, b: 48 },

@@ -98,10 +98,10 @@ class Panel:
 
     def __init__(self, gui: Any, actions: Actions, *, is_live: bool) -> None:
         self._gui = gui
+        self._add_view(actions)
         with gui.add_folder("Swarm"):
             self.verdict = gui.add_html("")
         self.message = gui.add_markdown("")
-        self._add_view(actions)
         if is_live:
             self._add_simulation(actions)
         with gui.add_folder("Robot"):

@@ -61,6 +61,21 @@ def test_dark_and_light(page: WebDriver) -> None:
     wait_for(lambda: all(a != b for a, b in zip(before, colors(), strict=True)), "the other theme")
 
 
+def test_most_of_a_heat_map_stands_out_from_the_paper(page: WebDriver) -> None:
+    _show(page, "density")
+    wait_for(lambda: page.find_elements(By.CSS_SELECTOR, "#density .main-svg"), "the map")
+    script = (
+        "const { data } = document.querySelector('#density .live');"
+        "const trace = data.find((one) => one.type === 'heatmap');"
+        "return [trace.reversescale, document.documentElement.dataset.theme === 'dark']"
+    )
+    for _ in range(2):
+        is_reversed, is_dark = page.execute_script(script)
+        assert is_reversed == is_dark
+        page.execute_script("document.getElementById('theme').click()")
+        wait_for(lambda d=is_dark: page.execute_script(script) == [not d] * 2, "the other theme")
+
+
 def test_on_paper_the_still_plots_are_used_on_white(page: WebDriver) -> None:
     page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
     try:
