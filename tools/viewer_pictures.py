@@ -37,7 +37,10 @@ from swarm_view.server.server import Server
 from swarm_view.viewer import Viewer
 
 UP = "swarm-up --mission loading_route --viewer --port 0 --no-report --speed max"
-FLAGS = ("--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--disable-dev-shm-usage")
+FLAGS = (
+    "--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--disable-dev-shm-usage",
+    "--force-device-scale-factor=2",  # without a GPU edges are not smooth, but for this
+)  # fmt: skip
 SIZE = (1600, 900)
 WARM_UP_TICKS = 900  # before the first picture
 FRAME_TICKS = 4  # of the GIF; played at 10 frames per second it is 4 times real time
@@ -131,7 +134,8 @@ def picture(browser: webdriver.Chrome, settle: float) -> Image.Image:
     time.sleep(settle)
     while True:
         try:
-            return Image.open(io.BytesIO(browser.get_screenshot_as_png())).convert("RGB")
+            taken = Image.open(io.BytesIO(browser.get_screenshot_as_png())).convert("RGB")
+            return taken.reduce(2)
         except WebDriverException:
             time.sleep(1.0)
 

@@ -15,7 +15,6 @@ from swarm_view.scene.wheels import WheelHubs, rolled
 
 AWAY = -100.0  # [m] height of hidden bodies
 PLAIN = 100_000  # [bytes] of a mesh up to which a simpler one is not worth drawing
-PLAIN_FACES = 2000  # the same
 Rows = NDArray[np.intp]
 Colors = NDArray[np.uint8]
 
@@ -143,9 +142,8 @@ def _add_glb(scene: viser.SceneApi, name: str, glb: bytes, count: int) -> Any:
 
 def _add_shape(scene: viser.SceneApi, name: str, mesh: RobotMesh, count: int) -> Any:
     vertices, faces = mesh.shape
-    lod: Any = "off" if len(faces) < PLAIN_FACES else "auto"
     colors = np.full((count, 3), 255, np.uint8)
     return scene.add_batched_meshes_simple(
-        name, vertices, faces, batched_colors=colors, flat_shading=True, side="double", lod=lod,
+        name, vertices, faces, batched_colors=colors, flat_shading=True, side="double", lod="off",
         **_nowhere(count),
     )  # fmt: skip

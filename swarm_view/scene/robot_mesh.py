@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -10,6 +11,7 @@ from typing import Any
 import numpy as np
 import trimesh
 import yourdfpy
+from scipy.spatial import QhullError
 
 from swarm_common.model.records import FloatArray
 from swarm_view.scene.shapes import Mesh
@@ -17,6 +19,8 @@ from swarm_view.scene.visuals import GREY, VisualMesh, painted, spokes, visuals
 from swarm_view.scene.wheels import Axle, axles
 
 FALLBACK_RADIUS, FALLBACK_HEIGHT = 0.15, 0.15  # [m] of a robot without visuals
+FAR_FACES = 48  # of a part, from which on a simpler one is seen from afar
+DIRECTIONS = np.array([way for way in itertools.product((-1.0, 0.0, 1.0), repeat=3) if any(way)])
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +51,7 @@ class RobotMesh:
         links: root_from_link (4, 4) by link.
         body: The same as `glb` without the wheels.
         wheels: What rolls.
-        shape: Vertices (n, 3) and faces (m, 3) of all of it, to be drawn in one colour.
+        shape: Vertices (n, 3) and faces (m, 3) of all of it, simpler, to be drawn in one colour.
     """
 
     glb: bytes
@@ -72,13 +76,15 @@ def robot_mesh(urdf: str) -> RobotMesh:
         shown = [VisualMesh("", painted(body, GREY))]
     ground = float(_scene(shown, links).bounds[0, 2])
     found = [axle for axle in axles(robot, links) if _stands(axle, shown, links, ground)]
+    shape = _shape(_scene(shown, links))
     shown += [spoke for axle in found for spoke in spokes(robot, axle)]
-    return _assembled(links, shown, found, ground)
+    return _assembled(links, shown, found, ground, shape)
 
 
 def _assembled(
-    links: dict[str, FloatArray], shown: Sequence[VisualMesh], axles: Sequence[Axle], ground: float
-) -> RobotMesh:
+    links: dict[str, FloatArray], shown: Sequence[VisualMesh], axles: Sequence[Axle],
+    ground: float, shape: Mesh,
+) -> RobotMesh:  # fmt: skip
     whole = _scene(shown, links)
     corners = trimesh.bounds.corners(whole.bounds)
     radius = float(np.hypot(corners[:, 0], corners[:, 1]).max())
@@ -90,7 +96,7 @@ def _assembled(
         wheels = [_wheel(axle, shown, links, axle.turns(ground, center)) for axle in axles]
     return RobotMesh(
         _glb(whole), radius, float(whole.bounds[1, 2]), links,
-        _glb(_scene(body, links)) if wheels else b"", tuple(wheels), _shape(whole),
+        _glb(_scene(body, links)) if wheels else b"", tuple(wheels), shape,
     )  # fmt: skip
 
 
@@ -122,8 +128,21 @@ def _glb(scene: Any) -> bytes:
 
 
 def _shape(scene: Any) -> Mesh:
-    mesh = scene.to_mesh()
+    """Return what is seen from afar: of parts with many faces the hull of few points."""
+    parts = [trimesh.Trimesh(part.vertices, part.faces) for part in scene.dump()]
+    mesh = trimesh.util.concatenate(
+        [part if len(part.faces) <= FAR_FACES else _outermost(part) for part in parts]
+    )
     return np.asarray(mesh.vertices, np.float32), np.asarray(mesh.faces, np.uint32)
+
+
+def _outermost(part: Any) -> Any:
+    """Return the convex hull of the points of a mesh that lie farthest out in 26 directions."""
+    points = np.asarray(part.vertices)[np.argmax(part.vertices @ DIRECTIONS.T, axis=0)]
+    try:
+        return trimesh.convex.convex_hull(points)
+    except QhullError:  # it is flat
+        return part
 
 
 def _link_frames(robot: Any) -> dict[str, FloatArray]:

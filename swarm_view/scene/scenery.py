@@ -22,6 +22,7 @@ LOG = logging.getLogger(__name__)
 FLIPPED = (0.0, 1.0, 0.0, 0.0)  # about x: viser's images look down and hang upside down
 WALL_HEIGHT, WALL_OPACITY = 1.2, 0.45  # [m] from which robots must be seen through a body
 CUT_HEIGHT = 0.5  # [m] at which bodies are cut
+LINE_PIXELS = 2.5  # width of a circuit
 FLOOR = 0.004  # [m] height of what is painted on the floor: the robots' marks lie above it
 UPRIGHT = 0.999  # least share of a body's axis that points up or down, for a cut in its height
 MAP, WHOLE, CUT = "/map", "/world/whole", "/world/cut"
@@ -81,7 +82,7 @@ class Scenery:
                 points = np.array([(p.x, p.y) for p in marker.points])
                 self._scene.add_line_segments(
                     f"/world/{marker.ns}_{marker.id}", polyline(points, FLOOR), _rgb(marker),
-                    thickness=marker.scale.x,
+                    thickness=LINE_PIXELS, thickness_units="screen",  # cheaper than metres
                 )  # fmt: skip
         for number, ((kind, color, is_tall), group) in enumerate(solids.items()):
             boxes = [_box(marker) for marker in group]

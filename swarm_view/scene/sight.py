@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from swarm_common.model.palette import BLACK, WHITE
+from swarm_common.model.palette import BLACK, RGB, WHITE
 from swarm_common.model.records import FloatArray
 from swarm_view.scene.chase import Chase
 from swarm_view.scene.fleet import DrawnFleet, Sizes, are_alike
 from swarm_view.scene.images import DARK, LIGHT, map_image
 from swarm_view.scene.scenery import CUT, MAP, MAP_HEIGHT, WHOLE, draw_image
 from swarm_view.scene.views import Camera, View, camera_of, eye_of, whole
-from swarm_view.scene.viser_compat import look, set_visible, update_for
+from swarm_view.scene.viser_compat import look, run_script, set_visible, update_for
 from swarm_view.state.decode import Raster
 
 REPEAT = 3.0  # [s] of wall time after which sizes are sent again: a node may have come later
@@ -50,7 +50,7 @@ class Sight:
         self._waiting: View | None = None  # preset that shows the whole hall
         self._fitted: Camera | None = None  # what it came to
         self._told: deque[FloatArray] = deque(maxlen=8)  # positions that are not the reader's
-        client.scene.set_background_image(_plain(LIGHT.background), format="png")
+        self._paint(LIGHT.background)
 
     @property
     def camera(self) -> Camera | None:
@@ -107,7 +107,7 @@ class Sight:
         client.gui.configure_theme(
             dark_mode=dark, show_logo=False, show_share_button=False, control_width="medium"
         )
-        client.scene.set_background_image(_plain(shades.background), format="png")
+        self._paint(shades.background)
         if self._map is not None:
             self._map.remove()
             self._map = None
@@ -115,6 +115,11 @@ class Sight:
             image = map_image(self._raster, shades)
             self._map = draw_image(client.scene, MAP, self._raster, image, MAP_HEIGHT)
         self._scaled = (-1, 0.0)
+
+    def _paint(self, color: RGB) -> None:
+        """Give the space around the hall a colour."""
+        shares = [round(value / 255, 4) for value in color]
+        run_script(self._client, f"window.swarm.setBackground({shares})")
 
     def update(self, poses: FloatArray, index: int | None, now: float) -> None:
         """Move the camera to where the chosen view puts it.
@@ -171,7 +176,3 @@ class Sight:
         fills, rims = self.fleet.marks
         update_for(self._client, fills, batched_scales=scales)
         update_for(self._client, rims, batched_scales=scales, batched_colors=rim)
-
-
-def _plain(color: tuple[int, int, int]) -> Any:
-    return np.full((2, 2, 3), color, np.uint8)

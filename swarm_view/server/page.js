@@ -36,6 +36,48 @@ Worker.prototype.postMessage = function (message, ...rest) {
   return post.call(this, message, ...rest);
 };
 
+// Without a GPU every sample of a pixel costs, and so does viser's background, which is a picture in
+// front of the camera: smooth edges are left to GPUs, and the background is what the scene is cleared to.
+swarm.gl = null;
+swarm.background = [0.75, 0.77, 0.8];
+swarm.isSoftware = (() => {
+  const gl = document.createElement("canvas").getContext("webgl2");
+  const name = gl?.getExtension("WEBGL_debug_renderer_info")?.UNMASKED_RENDERER_WEBGL;
+  const renderer = name ? gl.getParameter(name) : "";
+  gl?.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|softpipe|basic render/i.test(renderer);
+})();
+const getContext = HTMLCanvasElement.prototype.getContext;
+HTMLCanvasElement.prototype.getContext = function (type, options) {
+  if (type !== "webgl2") return getContext.call(this, type, options);
+  const antialias = options?.antialias && !swarm.isSoftware;
+  const gl = getContext.call(this, type, { ...options, antialias });
+  if (gl && options) {
+    swarm.gl = gl;
+    swarm.setBackground(swarm.background);
+  }
+  return gl;
+};
+const attachShader = WebGL2RenderingContext.prototype.attachShader;
+WebGL2RenderingContext.prototype.attachShader = function (program, shader) {
+  attachShader.call(this, program, shader);
+  if (!this.getShaderSource(shader).includes("uniform bool hasDepth;")) return;
+  for (const other of this.getAttachedShaders(program)) {
+    if (other === shader) continue; // viser's background: put out of sight before it costs pixels
+    const source = this.getShaderSource(other);
+    this.shaderSource(other, source.replace(/gl_Position = [^;]*;/, "gl_Position = vec4(2, 2, 2, 1);"));
+    this.compileShader(other);
+  }
+};
+const clearColor = WebGL2RenderingContext.prototype.clearColor;
+WebGL2RenderingContext.prototype.clearColor = function (red, green, blue, alpha) {
+  return clearColor.call(this, ...(alpha ? [red, green, blue, alpha] : [...swarm.background, 1]));
+};
+swarm.setBackground = (color) => {
+  swarm.background = color;
+  if (swarm.gl) clearColor.call(swarm.gl, ...color, 1);
+};
+
 // react-three-fiber makes it passive; viser's client prevents its default when a drag begins.
 const listen = EventTarget.prototype.addEventListener;
 EventTarget.prototype.addEventListener = function (type, listener, options) {

@@ -1,10 +1,12 @@
 """Wheels that turn as their robot moves."""
 
+import io
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
 from viser.transforms import SO3
 
 from swarm_common.robots.loading import description, load_robot, robot_names
@@ -130,6 +132,16 @@ def test_only_robots_near_a_camera_cost_more(mesh_of: Callable[[str], RobotMesh]
     assert (scene.batches["/robots/0"].batched_positions[:, 2] == 0.0).all()
     fleet.assemble([], {})
     assert all(batch.is_removed for batch in scene.batches.values())
+
+
+def test_from_afar_robots_are_simpler_and_as_large(mesh_of: Callable[[str], RobotMesh]) -> None:
+    for name in robot_names():
+        mesh = mesh_of(name)
+        vertices, faces = mesh.shape
+        whole = trimesh.load_scene(io.BytesIO(mesh.glb), file_type="glb").bounds
+        assert len(faces) <= 250, name
+        np.testing.assert_allclose(vertices.min(axis=0), whole[0], atol=0.003)
+        np.testing.assert_allclose(vertices.max(axis=0), whole[1], atol=0.003)
 
 
 def test_what_hangs_on_a_swivel_or_off_the_ground_is_no_wheel() -> None:
