@@ -2,8 +2,8 @@
 
 Every member of swarm_interfaces/Beacon is 4 bytes wide or a fixed array of such members, so that
 the CDR encoding has no padding and a fixed size. Beacons can therefore be joined to a
-NeighborArray, and taken apart again, by copying bytes; `tests/graph/test_beacon_codec.py` checks
-the claim against the ROS serialiser.
+NeighborArray, and taken apart again, by copying bytes;
+`tests/graph/middleware/test_beacon_codec.py` checks the claim against the ROS serialiser.
 """
 
 from __future__ import annotations

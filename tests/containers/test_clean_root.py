@@ -1,4 +1,4 @@
-"""The image is built and the services run, without a container engine: see fakes/containers.
+"""The image is built and the services run, without a container engine: see fakes/hosts/containers.
 
 Needs root, debootstrap, ip (iproute2) and a Debian mirror: `pytest tests/containers -m long`.
 """
@@ -18,8 +18,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from tests.fakes.containers import Builder, Image, command_in, interpolated, run
-from tests.fakes.net_hosts import NetHosts
+from tests.fakes.hosts.containers import Builder, Image, command_in, interpolated, run
+from tests.fakes.hosts.net_hosts import NetHosts
 
 ROOT = Path(__file__).resolve().parents[2]
 HOSTS = {"world": 1, "robots": 2, "viewer": 1}  # the viewer has the network of the world

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.fakes.host_swarm import HostSwarm
+from tests.fakes.hosts.host_swarm import HostSwarm
 
 StartHosts = Callable[[int], HostSwarm]
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.fakes.host_swarm import HostSwarm
+from tests.fakes.hosts.host_swarm import HostSwarm
 
 START = 240.0  # [s] of wall time, on a busy machine that compiles the kernels, too
 MISSION = ("--mission", "loading_route", "--goals-per-robot", "2", "--until-done")

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from tests.fakes.host_swarm import HostSwarm
+from tests.fakes.hosts.host_swarm import HostSwarm
 
 START = 480.0  # [s] of wall time, on a busy machine
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.fakes.host_swarm import HostSwarm
+from tests.fakes.hosts.host_swarm import HostSwarm
 
 START = 240.0  # [s] of wall time, on a busy machine that compiles the kernels, too
 FLAGS = ("--swarm-size", "4", "--mission", "loading_route", "--speed", "max", "--duration", "15")

@@ -8,7 +8,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from tests.fakes.host_swarm import SECRET, HostSwarm
+from tests.fakes.hosts.host_swarm import SECRET, HostSwarm
 
 START = 240.0  # [s] of wall time, on a busy machine that compiles the kernels, too
 

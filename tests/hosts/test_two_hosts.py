@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from tests.fakes.hanging import hang_one
-from tests.fakes.host_swarm import HostSwarm
+from tests.fakes.hosts.host_swarm import HostSwarm
 
 START = 240.0  # [s] of wall time, on a busy machine that compiles the kernels, too
 

@@ -17,7 +17,7 @@ import yaml
 
 from swarm_commander.cli import main as commander_cli
 from swarm_view import cli as view_cli
-from tests.fakes.containers import (
+from tests.fakes.hosts.containers import (
     Step,
     ignore_patterns,
     interpolated,

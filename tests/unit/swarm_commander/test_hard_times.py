@@ -104,7 +104,7 @@ def test_two_runs_cannot_have_one_folder(up: Up) -> None:
     wait_for(lambda: len(up.left_running()) >= 4)
     marks = sorted(path.name for path in up.run_dir.rglob("*"))
     second = subprocess.run(
-        (sys.executable, "-m", "tests.fakes.plain_up", "--run-dir", str(up.run_dir)),
+        (sys.executable, "-m", "tests.fakes.plain.up", "--run-dir", str(up.run_dir)),
         env=os.environ | {"ROS_DOMAIN_ID": OTHER_DOMAIN, "PYTHONPATH": str(ROOT)},
         cwd=up.folder,
         capture_output=True,

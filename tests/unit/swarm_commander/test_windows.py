@@ -15,7 +15,7 @@ RVIZ = '#!/bin/sh\necho "$@" >> "$RVIZ_LOG"\nexit ${RVIZ_CODE:-0}\n'
 
 def up(folder: Path, *flags: str, **variables: str) -> subprocess.CompletedProcess[str]:
     """Run a mission of three robots to its end."""
-    command = (sys.executable, "-m", "tests.fakes.plain_up", "--swarm-size", "3")
+    command = (sys.executable, "-m", "tests.fakes.plain.up", "--swarm-size", "3")
     mission = ("--mission", "loading_route", "--until-done", "--run-dir", str(folder / "run"))
     return subprocess.run(
         (*command, *mission, *flags, "--no-report"),

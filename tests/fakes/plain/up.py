@@ -13,7 +13,7 @@ for name, module in (
     ("RUNNER", "runner"),
     ("RECORDER", "recorder"),
 ):
-    local_run.MODULES[getattr(local_run, name)] = f"tests.fakes.plain_{module}"  # type: ignore[index]
+    local_run.MODULES[getattr(local_run, name)] = f"tests.fakes.plain.{module}"  # type: ignore[index]
 if os.environ.get("FAKE_RUNNER") == "mute":
     local_run.MISSION_LIMIT = 1.0
 if silence := os.environ.get("FAKE_SILENCE"):

@@ -14,9 +14,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from tests.fakes.net_hosts import NetHosts
+from tests.fakes.hosts.net_hosts import NetHosts
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 SECRET = "between-hosts-of-a-test"
 DOMAIN = "7"  # each host has a network of its own, and so all domains
 SWARM_UP = "import sys; from swarm_commander.cli.main import swarm_up; sys.exit(swarm_up())"

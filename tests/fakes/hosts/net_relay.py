@@ -1,7 +1,7 @@
 """A switch between hosts that delays, reorders, drops and narrows: what `tc netem` does elsewhere.
 
 Kernels without netem exist. Each host's eth0 is a TAP device whose other end is this process:
-python tests/fakes/net_relay.py NAMESPACE... ; qualities come as JSON lines on its standard
+python tests/fakes/hosts/net_relay.py NAMESPACE... ; qualities come as JSON lines on its standard
 input, `{"from": 1, "to": 2, "loss": 0.01}`, without `from` or `to` for all hosts.
 """
 
