@@ -157,8 +157,11 @@ def test_ros2_lifecycle(swarm, capfd, monkeypatch):
         assert cli.run(words) == code
         return capfd.readouterr()
 
-    nodes = ros2("lifecycle", "nodes").out.splitlines()
-    assert {f"/{robot}/{name}" for robot in swarm.names for name in NAMES} <= set(nodes)
+    nodes = {f"/{robot}/{name}" for robot in swarm.names for name in NAMES}
+    served = swarm.node.get_service_names_and_types  # they come one after the other
+    wanted = {f"{name}/get_state" for name in nodes}
+    swarm.spin_until(lambda: wanted <= dict(served()).keys(), START_LIMIT)
+    assert nodes <= set(ros2("lifecycle", "nodes").out.splitlines())
     assert ros2("lifecycle", "get", "/Srobot2/planner_server").out == "active [3]\n"
     expected = (
         "- deactivate [4]\n\tStart: active\n\tGoal: deactivating\n"
