@@ -62,5 +62,6 @@ setup(
             if script != "ros2"  # ROS 2 has its own
         ]
     },
+    extras_require={"test": ["pytest"]},  # by which colcon knows how to test
     zip_safe=False,
 )
