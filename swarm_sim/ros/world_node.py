@@ -57,6 +57,8 @@ HEARD_CLOCK_PERIOD = 0.018  # [s] the same while somebody listens: 50 Hz and mor
 CLOCK_LISTENERS = ("recorder",)  # nodes of ours that need no such clock
 REQUEST_PERIOD = 0.05  # [s] of wall time between two looks for requests
 REPORT_PERIOD = 0.5  # [s] of wall time between verdicts
+CLOCK_SLICE = 0.005  # [s] of wall time after which it is looked whether that is due
+LARGEST_SHARE = 0.9  # of a tick's time that the clock goes ahead of it
 WAIT_SLICE = 0.05  # [s] of wall time after which signals and periods are looked at
 
 
@@ -206,7 +208,7 @@ class WorldNode:
         now = time.monotonic()
         self._barrier.open(now)
         self._repeat_rate.is_due(now)
-        if self._clock_rate.is_due(now):
+        if self._clock_rate.is_due(now) or self._is_clock_heard:
             self._publish_clock()
         self._links.open(self._tick, self._observations, now)
         self._links.publish_for_viewers(self._observations, self._world)
@@ -254,10 +256,11 @@ class WorldNode:
             now = time.monotonic()
             if now >= end:
                 break
-            slice_ = HEARD_CLOCK_PERIOD if self._is_clock_heard else WAIT_SLICE
+            slice_ = CLOCK_SLICE if self._is_clock_heard else WAIT_SLICE
             time.sleep(min(slice_, end - now))
-            if self._is_clock_heard and self._clock_rate.is_due(now):
-                self._publish_clock(min(0.9, (now - start) / period))
+            now = time.monotonic()
+            if self._is_clock_heard and now < end and self._clock_rate.is_due(now):
+                self._publish_clock(LARGEST_SHARE * (now - start) / period)
             self._links.take_answers()
             self._look_around(now)
 

@@ -191,6 +191,11 @@ def test_the_clock_is_fine_while_somebody_listens_and_odometry_has_variances(swa
     rate = len(stamps) / (time.monotonic() - start)
     assert stamps == sorted(set(stamps))
     assert rate > 30.0  # 50, less on a busy machine
+    ticks = [round(10.0 * stamp) for stamp in stamps if abs(stamp - round(stamp, 1)) < 1e-6]
+    assert len(ticks) > 5
+    assert ticks == list(range(ticks[0], ticks[-1] + 1)), (
+        "each has its time, whatever comes between"
+    )
     for covariance in (odometry[-1].pose.covariance, odometry[-1].twist.covariance):
         assert [covariance[place] for place in (0, 7, 35)] == [1e-9] * 3  # sensors do not err
     for subscription in subscriptions:
