@@ -22,7 +22,7 @@ from swarm_ros2.launcher import swarm_up_arguments
 from tests.document_blocks import blocks_of
 
 ROOT = Path(__file__).parents[3]
-GRAPH_TESTS = "\n".join(path.read_text("utf-8") for path in (ROOT / "tests/graph").glob("test_*"))
+GRAPH_TESTS = "\n".join(p.read_text("utf-8") for p in (ROOT / "tests/graph").rglob("test_*.py"))
 FIELDS = {  # where a command has a type, and what fills it
     ("service", "call"): ("srv", "service_type", "values"),
     ("action", "send_goal"): ("action", "action_type", "goal"),

@@ -6,7 +6,7 @@ import time
 import psutil
 import pytest
 
-from swarm_commander.run.usage import Usage, memory_mb
+from swarm_commander.run.processes.usage import Usage, memory_mb
 
 SIZE = 40_000_000  # [bytes]
 
