@@ -7,13 +7,15 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
 
 from swarm_common.model.records import FloatArray
 from swarm_view.scene.views import Camera
 
 LETTER_WIDTH, LETTER_HEIGHT = 7.6, 20.0  # [px] of viser's labels at a scale of 1
 PADDING = 10.0  # [px]
-Box = tuple[float, float, float, float]  # left, top, right, bottom [px]
+INSIDE = 0.85  # of a mark's radius: a label may touch its rim
+Marks = tuple[FloatArray, FloatArray]  # places (m, 3) in map, and radii (m,) [m]
 # Where a label may be put at its place, the best one first: anchor, and the part of its own size
 # by which its middle is off (right, down).
 ANCHORS = (
@@ -57,14 +59,17 @@ class PlacedLabel:
 
 
 def arrange(
-    wishes: Sequence[LabelWish], camera: Camera, scale: float = 1.0
+    wishes: Sequence[LabelWish], camera: Camera, scale: float = 1.0, marks: Marks | None = None
 ) -> dict[str, PlacedLabel]:
     """Return the labels that find room, by name; of two in one place the first one stays.
+
+    A label that cannot but lie on the mark of a robot is as short as possible.
 
     Args:
         wishes: The most important one first.
         camera: Of the page.
         scale: Of the font.
+        marks: Of the robots.
     """
     if not wishes:
         return {}
@@ -72,7 +77,8 @@ def arrange(
     places = np.array([wish.place for wish in wishes])
     pixels, depths = camera.project(places)
     sizes = camera.sizes(places)
-    taken: list[Box] = []
+    blocked = _boxes_of(marks, camera)
+    taken = np.zeros((len(wishes), 4))
     placed: dict[str, PlacedLabel] = {}
     for wish, (x, y), depth, size in zip(
         wishes, pixels.tolist(), depths.tolist(), sizes.tolist(), strict=True
@@ -80,21 +86,50 @@ def arrange(
         if depth <= 0.0:
             continue
         gap = 2.0 * wish.gap
-        for text, (anchor, off_x, off_y) in product(wish.texts, ANCHORS):
-            width = scale * (LETTER_WIDTH * len(text) + PADDING)
-            height = scale * LETTER_HEIGHT
-            left = x + off_x * (gap / size + width) - 0.5 * width
-            top = y + off_y * (gap / size + height) - 0.5 * height
-            box = left, top, left + width, top + height
-            if not any(_overlap(box, other) for other in taken):
-                place = wish.place + gap * (off_x * right + off_y * down)
-                placed[wish.name] = PlacedLabel(text, anchor, place)
-                taken.append(box)
-                break
+        options = list(product(wish.texts, ANCHORS))
+        boxes = np.array(
+            [_box(text, off, (x, y), gap / size, scale) for text, (_, *off) in options]
+        )
+        is_free = ~_overlap(boxes, taken[: len(placed)])
+        is_clear = is_free & ~_overlap(boxes, blocked)
+        if not is_clear.any():
+            is_clear[-len(ANCHORS) :] = is_free[-len(ANCHORS) :]
+        if not is_clear.any():
+            continue
+        best = int(np.argmax(is_clear))
+        text, (anchor, off_x, off_y) = options[best]
+        taken[len(placed)] = boxes[best]
+        place = wish.place + gap * (off_x * right + off_y * down)
+        placed[wish.name] = PlacedLabel(text, anchor, place)
     return placed
 
 
-def _overlap(one: Box, other: Box) -> bool:
-    return (
-        one[0] < other[2] and other[0] < one[2] and one[1] < other[3] and other[1] < one[3]
-    )  # fmt: skip
+def _box(
+    text: str, off: Sequence[float], pixel: tuple[float, float], gap: float, scale: float
+) -> tuple[float, float, float, float]:
+    """Return left, top, right, bottom [px] of a label beside a pixel."""
+    width, height = scale * (LETTER_WIDTH * len(text) + PADDING), scale * LETTER_HEIGHT
+    x, y = pixel[0] + off[0] * (gap + width), pixel[1] + off[1] * (gap + height)
+    return x - 0.5 * width, y - 0.5 * height, x + 0.5 * width, y + 0.5 * height
+
+
+def _boxes_of(marks: Marks | None, camera: Camera) -> FloatArray:
+    """Return left, top, right, bottom [px] (m, 4) of the discs on the floor."""
+    if marks is None or not len(marks[0]):
+        return np.zeros((0, 4))
+    places, radii = marks
+    pixels, depths = camera.project(places)
+    ahead, _, _ = camera.axes
+    wide = INSIDE * radii / camera.sizes(places)
+    high = abs(float(ahead[2])) * wide
+    boxes = np.column_stack([pixels - np.column_stack([wide, high]), pixels])
+    boxes[:, 2:] += np.column_stack([wide, high])
+    return boxes[depths > 0.0]
+
+
+def _overlap(boxes: FloatArray, others: FloatArray) -> NDArray[np.bool_]:
+    """Return for each box (n, 4) whether it covers part of any of the others (m, 4)."""
+    one, other = boxes[:, None], others[None]
+    apart = (one[..., :2] >= other[..., 2:]) | (other[..., :2] >= one[..., 2:])
+    is_covering: NDArray[np.bool_] = np.logical_not(np.logical_or(apart[..., 0], apart[..., 1]))
+    return np.asarray(np.any(is_covering, axis=1))

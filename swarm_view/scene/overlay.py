@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from swarm_common.model.palette import HELD, INTENT, PLAN, RGB, TRAIL, linear, state_color
 from swarm_common.model.records import FloatArray
 from swarm_view.scene.labels import LabelWish, PlacedLabel, arrange
-from swarm_view.scene.shapes import polyline, raised
+from swarm_view.scene.shapes import lifted, polyline, raised
 from swarm_view.scene.views import Camera
 from swarm_view.state.swarm import Swarm
 from swarm_view.state.topics import Layer
@@ -64,7 +64,9 @@ class Overlay:
                 wishes.append(LabelWish(name, texts, place, float(sizes[index])))
         stations = self.swarm.stations
         wishes += [LabelWish(f"station {name}", (name,), place) for name, place in stations.items()]
-        placed = arrange(wishes, camera, LABEL_SCALE)
+        count = min(len(poses), len(sizes))
+        marks = lifted(poses[:count, :2], 0.0), sizes[:count]
+        placed = arrange(wishes, camera, LABEL_SCALE, marks)
         for name in self._labels.keys() - placed.keys():
             self._labels.pop(name).remove()
         for name, label in placed.items():

@@ -74,6 +74,20 @@ def test_labels_in_one_place_do_not_pile_up() -> None:
         assert abs(tops[a][0] - tops[b][0]) > 7.0 * min(len(placed[a].text), len(placed[b].text))
 
 
+def test_labels_leave_the_marks_of_robots_in_sight() -> None:
+    camera = Camera(np.array([0.0, -1e-3, 10.0]), np.zeros(3), 1.0, *SIZE)
+    wish = LabelWish("a", ("Srobot1 waiting", "1"), np.zeros(3), 0.3)
+    alone = arrange([wish], camera)["a"]
+    assert alone.anchor == "bottom-center"
+    above = np.array([[0.0, 0.6, 0.0]])
+    beside = arrange([wish], camera, marks=(above, np.array([0.3])))["a"]
+    assert beside.text == "Srobot1 waiting"
+    assert beside.anchor != "bottom-center"
+    around = np.array([(x, y, 0.0) for x in (-0.6, 0.0, 0.6) for y in (-0.6, 0.0, 0.6)])
+    crowded = arrange([wish], camera, marks=(around, np.full(9, 0.3)))["a"]
+    assert crowded.text == "1"
+
+
 def test_labels_far_apart_are_all_shown_in_full() -> None:
     camera = Camera(np.array([0.0, -1e-3, 10.0]), np.zeros(3), 1.0, *SIZE)
     wishes = [
