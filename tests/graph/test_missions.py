@@ -29,6 +29,7 @@ DOMAIN = int(os.environ["ROS_DOMAIN_ID"])
 ENVIRONMENT = os.environ | {
     "PYTHONPATH": str(ROOT),
 }
+MODULE = "swarm_commander.mission.runner"
 Robots = Callable[..., None]
 
 
@@ -75,8 +76,8 @@ def config_of(path: Path, count: int, **changes: Any) -> Path:
 class Runner:
     """The mission process and what it says."""
 
-    def __init__(self, config: Path) -> None:
-        module = ("-m", "swarm_commander.mission.runner", str(config))
+    def __init__(self, config: Path, name: str) -> None:
+        module = ("-m", name, str(config))
         self.process = subprocess.Popen(
             (sys.executable, *module, "--event-fd", "1", "--control-fd", "0"),
             env=ENVIRONMENT,
@@ -109,8 +110,8 @@ def runner(tmp_path: Path) -> Iterator[Callable[..., Runner]]:
     """Yield a function that starts a mission process."""
     started: list[Runner] = []
 
-    def start(count: int, **changes: Any) -> Runner:
-        started.append(Runner(config_of(tmp_path / "mission.json", count, **changes)))
+    def start(count: int, module: str = MODULE, **changes: Any) -> Runner:
+        started.append(Runner(config_of(tmp_path / "mission.json", count, **changes), module))
         return started[-1]
 
     yield start
@@ -147,7 +148,8 @@ def test_failed_goals_are_tried_again(robots: Robots, runner: Any) -> None:
 
 def test_a_silent_robot_loses_its_goals_and_the_others_go_on(robots: Robots, runner: Any) -> None:
     robots("2", "--mute", "Srobot2")
-    events = runner(2, goals_per_robot=8).events_until("done")
+    process = runner(2, "tests.fakes.hasty_runner", goals_per_robot=8)
+    events = process.events_until("done")
     assert [outcome for outcome, _ in goals(events, "Srobot1")] == ["reached"] * 8
     assert [outcome for outcome, _ in goals(events, "Srobot2")][-1] == "missed"
     assert len(goals(events, "Srobot2")) == 8
