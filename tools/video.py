@@ -47,7 +47,7 @@ SILENT = 2.0  # [s] after which a robot that says nothing counts as dead
 Box = tuple[float, float, float, float]  # left, bottom, right, top [m] in map
 
 
-class Recording:
+class RecordedRun:
     """A run: poses, states and held space at any time.
 
     Attributes:
@@ -202,7 +202,7 @@ def font(size: int, weight: str = "") -> ImageFont.FreeTypeFont:
 class Sheet:
     """A frame in the making: the scene at the left, words at the right."""
 
-    def __init__(self, recording: Recording, view: Box) -> None:
+    def __init__(self, recording: RecordedRun, view: Box) -> None:
         """Draw the map."""
         self._width, self._height = FINER * (SIZE[0] - PANEL), FINER * SIZE[1]
         self.scale = min(
@@ -218,7 +218,7 @@ class Sheet:
         """Return points (n, 2) [m] as pixels."""
         return [((x - self._left) * self.scale, (self._top - y) * self.scale) for x, y in points]
 
-    def _draw_map(self, recording: Recording) -> None:
+    def _draw_map(self, recording: RecordedRun) -> None:
         grid = recording.data.grid
         assert grid is not None
         shades = np.full((*grid.cells.shape, 3), PAPER, np.uint8)
@@ -259,7 +259,7 @@ class Sheet:
         return self.image.reduce(FINER)
 
 
-def frame(recording: Recording, shot: Shot, part: float, speed: float) -> Image.Image:
+def frame(recording: RecordedRun, shot: Shot, part: float, speed: float) -> Image.Image:
     """Return a frame of a shot; `part` is 0 at its begin and 1 at its end."""
     at = shot.span[0] + part * (shot.span[1] - shot.span[0])
     sheet = Sheet(recording, glide(shot.views, part))
@@ -287,7 +287,7 @@ def glide(views: Sequence[Box], part: float) -> Box:
     return left, bottom, right, top
 
 
-def _draw_stations(sheet: Sheet, recording: Recording) -> None:
+def _draw_stations(sheet: Sheet, recording: RecordedRun) -> None:
     is_near = sheet.scale > 30.0 * FINER
     for name, pose in recording.data.sites.stations.items():
         diamond = np.array(((0.0, 0.3), (0.3, 0.0), (0.0, -0.3), (-0.3, 0.0)))
@@ -315,7 +315,7 @@ def _draw_robots(sheet: Sheet, poses: FloatArray, states: Sequence[str]) -> None
 
 
 def _draw_words(
-    sheet: Sheet, recording: Recording, shot: Shot, at: float, speed: float, states: Sequence[str]
+    sheet: Sheet, recording: RecordedRun, shot: Shot, at: float, speed: float, states: Sequence[str]
 ) -> None:
     left = SIZE[0] - PANEL
     sheet.image.paste((255, 255, 255), (FINER * left, 0, FINER * SIZE[0], FINER * SIZE[1]))
@@ -406,7 +406,7 @@ def frames(folder: Path, part: str) -> Iterator[Image.Image]:
         yield from itertools.repeat(still, round((OPENING if part == FIRST else CLOSING) * RATE))
         return
     shot = next(shot for shot in SHOTS if shot.run == part)
-    recording = Recording(folder / shot.run, shot.span)
+    recording = RecordedRun(folder / shot.run, shot.span)
     count = round(shot.length * RATE)
     speed = (shot.span[1] - shot.span[0]) / shot.length
     for number in range(count):
@@ -450,7 +450,7 @@ def main() -> int:
         run, part, file = options.still
         shot = next(shot for shot in SHOTS if shot.run == run)
         speed = (shot.span[1] - shot.span[0]) / shot.length
-        frame(Recording(options.folder / run, shot.span), shot, float(part), speed).save(file)
+        frame(RecordedRun(options.folder / run, shot.span), shot, float(part), speed).save(file)
         return 0
     pieces = {part: options.folder / f"{part}.webm" for part in PARTS}
     for part in options.parts:

@@ -52,7 +52,7 @@ TIDY = (
 )
 
 
-class Stage:
+class FilmedSwarm:
     """A paused swarm that is stepped from picture to picture."""
 
     def __init__(self, robots: int, folder: Path) -> None:
@@ -173,7 +173,7 @@ def main() -> int:
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         recording = options.recording
-        stage = Replay(recording) if recording else Stage(options.robots, Path(folder))
+        stage = Replay(recording) if recording else FilmedSwarm(options.robots, Path(folder))
         browser = open_browser()
         try:
             stage.step(WARM_UP_TICKS)
