@@ -20,7 +20,7 @@ from swarm_common.model.beacon import Reception
 from swarm_common.model.records import Odometry, Scan
 from swarm_nav.core.goals import Goal, Output, Status
 
-WARM_TICKS = 30  # first ones, in which kernels are loaded and everybody plans
+WARM_TICKS = 30  # at the start, in which kernels are loaded and all robots plan
 CLASS_WIDTH = 10  # neighbours
 
 
@@ -57,7 +57,7 @@ class Stopwatch:
         self._started = 0
 
     def on_odom(self, odom: Odometry) -> None:
-        """Take the odometry, which begins a tick."""
+        """Begin a tick: pass the odometry on."""
         self._started = time.thread_time_ns()
         self._driver.on_odom(odom)
 
@@ -71,7 +71,7 @@ class Stopwatch:
         self._driver.on_reception(reception)
 
     def tick(self, tick: int) -> Output:
-        """Decide, which ends a tick."""
+        """End a tick: let the driver decide."""
         output = self._driver.tick(tick)
         self.durations.append(time.thread_time_ns() - self._started)
         return output

@@ -83,7 +83,7 @@ def _columns() -> dict[str, Column]:
 
 
 def _goal_column(sizes: Sequence[int]) -> dict[str, Column]:
-    """Return the column of goals reached, of those that the mission has."""
+    """Return the column of goals reached, out of those of the mission."""
     asked = {size: _goal_count(size) for size in sizes}
     return {"goals": lambda row: f"{row.total('goals_reached')}/{asked[row.first.robots]}"}
 
@@ -96,7 +96,7 @@ def _goal_count(robots: int) -> int:
 
 
 def _legend(rows: Sequence[ScaleRow]) -> str:
-    """Return what each system's figures pay for."""
+    """Return what each system computes for its figures."""
     lines = [f"- **ours**: {OURS_INCLUDES}\n"]
     for name, system in PEERS.items():
         versions = {row.first.code for row in rows if row.first.system == name}

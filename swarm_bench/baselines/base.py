@@ -1,4 +1,4 @@
-"""What all baselines share: goals, arrival, the others' poses, and the beacon that they send."""
+"""Common part of all baselines: goals, arrival, the others' poses, and the beacon to send."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class Baseline(ABC):
         robot_id: int,
         initial_pose_map: Pose,
     ) -> None:
-        """Stand at a pose without a goal; `sites` are of no interest to a baseline."""
+        """Stand at a pose without a goal; a baseline ignores `sites`."""
         self.config = config
         self.spec = spec
         self.grid = grid

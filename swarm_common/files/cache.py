@@ -28,9 +28,9 @@ def cache_folder() -> Path:
 
 
 def kept(kind: str, parts: Iterable[str | bytes], make: Callable[[], Result]) -> Result:
-    """Return what `make` returned at the first call with these parts; only that one calls it.
+    """Return the result of `make` for these parts; only the first call with them runs it.
 
-    A cache that can't be read or written is one that holds nothing.
+    A cache that can't be read or written counts as empty.
 
     Args:
         kind: Of the results; names their folder.

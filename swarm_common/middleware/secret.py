@@ -64,7 +64,7 @@ def secret_path(environment: MutableMapping[str, str]) -> Path:
 
 
 def _kept(path: Path) -> str:
-    """Return the secret in a file of this user only; it is made if there is none that is fit."""
+    """Return the secret in a file of this user only; it is made if there is no valid one."""
     if path.is_file() and not path.stat().st_mode & 0o077:
         text = path.read_text(encoding="utf-8", errors="replace").strip()
         if LEAST <= len(text) <= MOST:

@@ -2,7 +2,7 @@
 
 What a module imports of its folder stands above it:
 
-    engines   The physics engine of a world that names none: PyBullet is not there for all Pythons
+    engines   The default physics engine: PyBullet is not available for all versions of Python
     breaches  What must not happen in a run, with place and time: collisions and goals that are not
               reached
     errors    Errors that carry a message for the user: what was found, where, what to do

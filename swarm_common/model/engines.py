@@ -1,4 +1,4 @@
-"""The physics engine of a world that names none: PyBullet is not there for all Pythons."""
+"""The default physics engine: PyBullet is not available for all versions of Python."""
 
 from __future__ import annotations
 

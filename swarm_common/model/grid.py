@@ -18,7 +18,7 @@ MOST_CELLS = 30_000_000  # of a map
 class Grid:
     """Occupancy grid in the map frame; its axes are parallel to it unless `origin_yaw` says else.
 
-    What asks for places by cell wants an upright grid.
+    Conversions between places and cells need an upright grid.
 
     Attributes:
         cells: int8 (height, width): 0 free, 100 occupied, -1 unknown; row 0 is the lowest y.

@@ -63,7 +63,7 @@ class BehaviorExecutor:
         return None
 
     def follow_path(self) -> Twist:
-        """Return the twist along the path; only to make way, or where it cannot turn, backwards."""
+        """Return the twist along the path: backwards to make way or without room to turn."""
         s = self._s
         may_back = self._state_machine.state is State.YIELDING or s.is_confined
         if not self._controller.choose_direction(s.tube, s.pose, s.twist, may_back):
@@ -151,7 +151,7 @@ class BehaviorExecutor:
             self._holding.update(s, closed)
 
     def _moves_up(self) -> bool:
-        """Whether the queue has become much shorter: then the robot waits nearer to the station."""
+        """Whether the queue is much shorter now: the robot may wait nearer to the station."""
         if 2 * self._lease.place > self._held_place:
             return False
         return not self._lease.is_too_near(self._s, QUEUE_STEP)

@@ -31,7 +31,7 @@ class Answers:
         self._last: tuple[bytes, bytes] | None = None  # beacon and command
 
     def announce(self) -> None:
-        """Create the topics; not before the map is there, so that little is told at the start."""
+        """Create the topics; called once the map is there, to keep the traffic low at the start."""
         make = self._node.create_publisher
         self._beacon = make(Beacon, "beacon", ros_io.RELIABLE)
         self._cmd_vel = make(TwistStamped, "cmd_vel", ros_io.RELIABLE)
@@ -75,7 +75,7 @@ class Answers:
             self._send()
 
     def take_mission(self, message: Mission) -> None:
-        """Learn whether more goals will come."""
+        """Record whether more goals will come."""
         if self._answer_barrier.on_mission(message.active, time.monotonic()):
             self.send_withheld()
 

@@ -14,9 +14,9 @@ from swarm_common.middleware.ros_poll import Waiter, drain
 from swarm_nav.ros.node import NavigatorNode
 
 WAIT_SLICE = 0.25  # [s] the same while no tick can come; signals are looked at as well
-REQUEST_PERIOD = 0.05  # [s] of wall time between two looks for requests and other things,
-BUSY_PERIOD = 0.2  # [s] the same while ticks come, as a look costs a third as much as a tick,
-LARGE_PERIOD = 0.5  # [s] and in a large swarm, whose ticks take long
+REQUEST_PERIOD = 0.05  # [s] of wall time between two checks for requests and other work
+BUSY_PERIOD = 0.2  # [s] the same while ticks come: a check costs a third as much as a tick
+LARGE_PERIOD = 0.5  # [s] the same in a large swarm, whose ticks take long
 BUSY_TIME = 1.0  # [s] without a tick after which the world is taken to be paused
 PACK_SLICE = 0.01  # [s] while some navigators of the process wait for a tick and some do not
 
@@ -78,7 +78,7 @@ class TickLoop:
         return self._dismiss()
 
     def end(self) -> None:
-        """Tell what has not been told yet."""
+        """Send the reports that are still waiting."""
         for slot in self._slots:
             slot.node.rejections.flush()
 
@@ -106,7 +106,7 @@ class TickLoop:
         self._try(idle, lambda: idle.executor.spin_once(timeout_sec=period))
 
     def _try(self, slot: Slot, work: Callable[[], object]) -> None:
-        """Work for one navigator whose failure is not to be that of the others."""
+        """Run the work of one navigator, so that its failure does not affect the others."""
         try:
             work()
         except ExternalShutdownException:
@@ -117,7 +117,7 @@ class TickLoop:
             self._failures.append((slot, error))
 
     def _dismiss(self) -> list[tuple[Slot, Exception]]:
-        """Let those that failed leave the graph."""
+        """Remove failed navigators from the graph."""
         failures, self._failures = self._failures, []
         known: dict[str, tuple[Slot, Exception]] = {}
         for slot, error in failures:

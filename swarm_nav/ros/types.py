@@ -1,7 +1,7 @@
 """Loading of the C side of all message types before the navigators are forked.
 
-Each type is loaded when it is used first: a tenth of a second of CPU time per process for all of
-a navigator's. Loaded once in the parent, it costs the children nothing.
+A type is loaded at its first use. All types of a navigator take a tenth of a second of CPU time per
+process. Loaded once in the parent, they cost the children nothing.
 """
 
 from __future__ import annotations

@@ -7,8 +7,8 @@ What a module imports of its folder stands above it:
                     beside that
     map_difference  Where a map disagrees with the world that it should show: counted, named and
                     drawn
-    spawn           Where robots start: lattices that keep off walls, stations and circuits, or
-                    a circle
+    spawn           Where robots start: on a lattice away from walls, stations and circuits, or
+                    on a circle
     world_check     Checks that map, LiDARs and physics engine show a world as its file
                     describes it
     check           Checks at the start: does the map show this world, and is there room at the

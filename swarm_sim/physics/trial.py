@@ -30,9 +30,9 @@ TURN = math.pi / 2.0
 LONGEST = 10.0  # [s] of either motion; a slow robot goes less far
 CURVE_TIME = 2.0  # [s] of a curve, at half the speed and half the rate of the other motions
 REST = 1.0  # [s] after each motion
-SHARE_OFF = 0.05  # of a motion, by which it may be off,
-WAY_OFF = 0.01  # and [m],
-ANGLE_OFF = 0.03  # and [rad]
+SHARE_OFF = 0.05  # of a motion, by which it may be off
+WAY_OFF = 0.01  # [m] by which it may be off in addition
+ANGLE_OFF = 0.03  # [rad] likewise
 LEAST_LOAD = 0.05  # of the weight that the driven wheels of either side carry
 MOST_TILT = math.radians(5.0)
 GRAVITY = 9.81  # [m/s²]
@@ -132,7 +132,7 @@ def check_trial(spec: RobotSpec, model: RobotModel, period: float) -> Trial:
 
 
 def drive(spec: RobotSpec, model: RobotModel, period: float) -> Trial:
-    """Return what a robot does that is alone on the ground."""
+    """Drive a robot that is alone on the ground; return what it did."""
     check_engine(BULLET, "a trial of a robot model")
     from swarm_sim.physics.bullet.bullet_engine import BulletEngine
 
@@ -263,7 +263,7 @@ def _code() -> list[bytes]:
 
 
 def _content(model: RobotModel) -> Iterator[str | bytes]:
-    """Yield all of a model that moves it."""
+    """Yield everything in a model that affects its motion."""
     for group in model.groups:
         yield repr((group.name, group.joint, group.parent, group.mass, group.links))
         for array in (group.parent_from_group, group.axis, group.center, group.inertia):

@@ -99,5 +99,5 @@ def base_of(element: ET.Element, scope: Scope, default: str) -> str:
     if pose is None:
         return default
     given = pose.get("relative_to", "")
-    old = pose.get("frame", "")  # until SDF 1.6; simulators never obeyed unknown ones
+    old = pose.get("frame", "")  # until SDF 1.6; simulators ignored unknown ones
     return given or (old if old and scope.knows(old) else default)

@@ -15,7 +15,8 @@ What a module imports of its folder stands above it:
                       advance one tick
     changing_world    A world in which robots come and go, and robots and things are put elsewhere,
                       between ticks
-    object_placement  Room for things that come or are put elsewhere while robots drive
+    object_placement  Checks of places for objects that are added or moved while robots
+                      drive
     robot_placement   Whether a robot may be put somewhere while others drive: room to stand, and
                       nobody on the way
     robot_registry    The robots in the world: which may come, go or be put elsewhere. Knows no ROS

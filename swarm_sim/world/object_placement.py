@@ -1,4 +1,4 @@
-"""Room for things that come or are put elsewhere while robots drive."""
+"""Checks of places for objects that are added or moved while robots drive."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def check_object_place(world: ChangingWorld, body: Body, index: int | None = Non
         )
     loose = [thing for i, thing in enumerate(world.objects()) if i != index]
     check_apart(body, (*world.scene.fixed, *loose))
-    # What can fall is in the way of robots wherever it is; what cannot, only at their height.
+    # A loose object may fall and is in the way at any height; a fixed one only at that of robots.
     outline = outline_of(body, world.heights if body.is_static else (low, high))
     if outline.is_empty:
         return

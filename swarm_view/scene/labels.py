@@ -63,7 +63,7 @@ def arrange(
 ) -> dict[str, PlacedLabel]:
     """Return the labels that find room, by name; of two in one place the first one stays.
 
-    A label that cannot but lie on the mark of a robot is as short as possible.
+    A label that has to cover the mark of a robot is as short as possible.
 
     Args:
         wishes: The most important one first.

@@ -12,7 +12,7 @@ from viser.transforms import SO3
 from swarm_common.model.records import FloatArray
 from swarm_common.robots.drive_train import GROUND, OMNI
 
-UPRIGHT = 0.1  # sine of the most that an axle may lean
+UPRIGHT = 0.1  # sine of the largest tilt of an axle
 LEAST_RADIUS = 0.005  # [m]
 SAME = 1e-3  # [m] and of a cosine, between two axes that are one
 
@@ -53,7 +53,7 @@ class Axle:
         return np.array([ahead, left, left * x - ahead * y])
 
     def stands(self, lowest: float, ground: float) -> bool:
-        """Return whether what it turns, down to a height [m], stands on the ground."""
+        """Return whether the turning part, which ends at a height [m], stands on the ground."""
         return lowest < ground + GROUND and self.root_from_wheel[2, 3] > ground + LEAST_RADIUS
 
     def runs_along(self, wheel_from_part: FloatArray) -> bool:
@@ -87,7 +87,7 @@ def axles(robot: Any, frames: Mapping[str, FloatArray]) -> list[Axle]:
 
 
 def _carried(links: list[str], robot: Any, *, only_fixed: bool) -> list[str]:
-    """Return links with all that hangs on them."""
+    """Return links with all links that they carry."""
     found = list(links)
     for link in found:  # grows
         found += [

@@ -61,7 +61,7 @@ def legend(statistics: RunStatistics) -> Text:
 
 
 def shown_state(robot: RobotStatistics) -> str:
-    """Return the state that counts: those dead or taken out say nothing any more."""
+    """Return the state to show: dead and removed robots no longer report one."""
     if robot.left:
         return "gone"
     return "dead" if robot.died else robot.state

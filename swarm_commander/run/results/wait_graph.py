@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass, field
 from typing import Any
 
-LASTING = 5.0  # [s] of simulated time from which on a circle counts: shorter ones are just met
+LASTING = 5.0  # [s] of simulated time from which a circle counts: shorter ones are mere encounters
 MOST_TOLD = 20  # circles that are listed one by one, the longest ones
 _NAMED = re.compile(r"\bfor (Srobot\d+)")
 
@@ -35,7 +35,7 @@ class WaitGraph:
     _since: dict[tuple[str, ...], float] = field(default_factory=dict)
 
     def note(self, robot: str, other: str, sim_time: float) -> None:
-        """Take what a robot says at a time [s]; `other` is empty if it waits for nobody."""
+        """Record what a robot says at a time [s]; `other` is empty if it waits for nobody."""
         if self.edges.get(robot, "") == other:
             return
         for circle in [circle for circle in self._since if robot in circle]:
@@ -69,7 +69,7 @@ class WaitGraph:
             self.lasting.append((circle, since, sim_time - since))
 
     def _circle_through(self, robot: str) -> tuple[str, ...]:
-        """Return the circle that a robot is part of, from it on; empty if there is none."""
+        """Return the circle that contains a robot, starting with it; empty if there is none."""
         way = [robot]
         while (following := self.edges.get(way[-1], "")) not in way:
             if not following:

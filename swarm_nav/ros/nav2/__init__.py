@@ -4,7 +4,8 @@ What a module imports of its folder stands above it:
 
     demand              Servers and topics that exist only once somebody looks for them, or that
                         come after the start
-    map_bounds          How far away anything can be that means something on the map at hand
+    map_bounds          How far from the map a place, a path or an odometry reading can be and
+                        still make sense
     costmaps            A costmap on Nav2's topics: whole and in parts, as occupancy and with its
                         raw costs
     goals               Nav2's action goals, feedback and results, to and from the brain's

@@ -1,4 +1,4 @@
-"""How far away anything can be that means something on the map at hand."""
+"""How far from the map a place, a path or an odometry reading can be and still make sense."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class MapBounds:
 
     @classmethod
     def of(cls, grid: Grid) -> MapBounds:
-        """Return the reach of an upright map."""
+        """Return the bounds of an upright map."""
         high = (
             grid.origin_x + grid.width * grid.resolution,
             grid.origin_y + grid.height * grid.resolution,

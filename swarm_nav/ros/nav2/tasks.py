@@ -34,7 +34,7 @@ from swarm_nav.ros.nav2.goals import (
 from swarm_nav.ros.nav2.map_bounds import MapBounds
 
 FEEDBACK_TICKS = 5
-# What there is not: Nav2's error code and why.
+# Actions that are not offered: Nav2's error code and why.
 UNSUPPORTED = {
     "dock_robot": (DockRobot, DockRobot.Result.DOCK_NOT_IN_DB, "there are no docks"),
     "undock_robot": (UndockRobot, UndockRobot.Result.DOCK_NOT_VALID, "there are no docks"),
@@ -44,7 +44,7 @@ UNSUPPORTED = {
         "the map has no geographic coordinates",
     ),
 }
-LONG_WAIT = 50  # ticks before a goal begins that are worth a line in the log
+LONG_WAIT = 50  # ticks of delay from which a goal's start is worth a line in the log
 LISTENER_TICKS = 20  # between two searches for listeners to feedback; asking the graph is slow
 
 
@@ -107,7 +107,7 @@ class Tasks:
         node.create_subscription(PoseStamped, "goal_pose", self._take_goal_pose, RELIABLE, raw=True)
 
     def _refuse(self, action: Any, name: str, code: int, reason: str) -> None:
-        """Serve an action that ends at once: without a server its clients would wait for ever."""
+        """Offer an action whose goals fail at once; without a server clients wait for ever."""
         result = action.Result(error_code=code, error_msg=reason)
         if hasattr(result, "success"):
             result.success = False

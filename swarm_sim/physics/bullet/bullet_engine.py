@@ -22,7 +22,7 @@ from swarm_sim.physics.walkers import Walkers
 from swarm_sim.scene.robot_model import RobotModel
 from swarm_sim.scene.scene import Body
 
-REST_TICKS = 3  # that a robot stands before it is left out
+REST_TICKS = 3  # of standstill before a robot is left out of the simulation
 SETTLE_STEPS = 50  # in which the robots come to rest before tick 0
 
 
@@ -150,7 +150,7 @@ class BulletEngine:
         self._measure()
 
     def restart(self, robot: int) -> None:
-        """Let what a robot's wheels and gyro report begin at 0 again."""
+        """Restart the readings of a robot's wheels and gyro at 0."""
         self.travels[robot], self.yaws_gyro[robot] = 0.0, 0.0
 
     def place_object(self, index: int, place: Transform) -> None:
@@ -234,7 +234,7 @@ class BulletEngine:
                 push(self._client, self._robots[index], self._speeds[index], self._period)
 
     def _put_to_rest(self, targets: FloatArray) -> None:
-        """Let robots sleep that stand and are to stand, and wake up those that are to go."""
+        """Put robots to sleep that stand and shall stand; wake those that shall move."""
         before = self._rest_ticks >= REST_TICKS
         rests = ~(targets.any(axis=1) | self._speeds.any(axis=1))
         self._rest_ticks = np.where(rests, self._rest_ticks + 1, 0)

@@ -2,7 +2,7 @@
 
 What a module imports of its folder stands above it:
 
-    model_loader  Models are read by a process beside the world, which goes on meanwhile
+    model_loader  Reads models in a process beside the world, which goes on meanwhile
     name_pattern  Filters on names: POSIX extended regular expressions, matched in linear time by
                   RE2
     places        Places and twists of robots and things as messages, and back

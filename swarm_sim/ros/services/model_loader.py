@@ -1,4 +1,4 @@
-"""Models are read by a process beside the world, which goes on meanwhile."""
+"""Reads models in a process beside the world, which goes on meanwhile."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ class _Job:
 class ModelLoader:
     """Takes requests, and returns models when they are there. It never waits.
 
-    The reader is started when it is wanted first, by exec and not by fork alone: threads of DDS and
-    numba are in this process.
+    The reader is started at the first request. It is started by exec, not by fork alone, since this
+    process has threads of DDS and numba.
     """
 
     def __init__(self, limit: float = LIMIT) -> None:
@@ -92,7 +92,7 @@ class ModelLoader:
             process.wait()
 
     def _advance(self, job: _Job) -> Model | RefusedError | None:
-        """Go on with the first job; return what became of it, None if it is under way."""
+        """Continue the first job; return its result, None while it is under way."""
         if not job.deadline:
             job.deadline = time.monotonic() + self._limit
         try:
