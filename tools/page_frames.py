@@ -4,7 +4,8 @@ Usage: python -m tools.page_frames [--robots 100] [--sizes 1600x900,800x450] [--
 
 The robots are those of `tests/fakes/moving_feed.py`, all on one page, seen from the preset *Hall*.
 Needs Debian's packages chromium and chromium-driver, and the extra `dev`. Whatever else the machine
-does slows the browser down: the load is printed beside the figures.
+does slows the browser down: the load is printed beside the figures, and the CPU time that the
+browser spent on a frame, which suffers less.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import tempfile
 import threading
 import time
 
+import psutil
 from selenium import webdriver
 from selenium.webdriver.chrome.options import Options
 from selenium.webdriver.chrome.service import Service
@@ -44,8 +46,14 @@ requestAnimationFrame(next);
 """
 
 
-def rate(browser: webdriver.Chrome, size: str, seconds: float) -> float:
-    """Return the frames per second of the page that is open, at a size like 1600x900."""
+def rate(browser: webdriver.Chrome, size: str, seconds: float) -> tuple[float, float]:
+    """Return the frames per second of the page that is open, and CPU seconds per frame.
+
+    Args:
+        browser: Shows the page.
+        size: Of it, like 1600x900.
+        seconds: [s] to count.
+    """
     width, height = map(int, size.split("x"))
     metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
@@ -53,7 +61,16 @@ def rate(browser: webdriver.Chrome, size: str, seconds: float) -> float:
         "[...document.querySelectorAll('button')].find((b) => b.innerText === 'Hall')?.click()"
     )
     time.sleep(SETTLE)
-    return float(browser.execute_async_script(COUNT, seconds))
+    used, started = cpu_seconds(browser), time.monotonic()
+    frames = float(browser.execute_async_script(COUNT, seconds))
+    used = (cpu_seconds(browser) - used) / (time.monotonic() - started)
+    return frames, used / frames
+
+
+def cpu_seconds(browser: webdriver.Chrome) -> float:
+    """Return the CPU seconds of all processes of a browser so far."""
+    root = psutil.Process(browser.service.process.pid)
+    return float(sum(sum(child.cpu_times()[:2]) for child in root.children(recursive=True)))
 
 
 def main() -> int:
@@ -83,11 +100,11 @@ def main() -> int:
                         raise SystemExit(f"the page does not show: {shown}")
                     time.sleep(0.5)
                 for size in options.sizes.split(","):
-                    frames = rate(browser, size, options.seconds)
+                    frames, cpu = rate(browser, size, options.seconds)
                     load = os.getloadavg()[0]
                     sys.stdout.write(
-                        f"{options.robots} robots, {size}: {frames:.1f} frames per second"
-                        f" (load of the machine {load:.1f})\n"
+                        f"{options.robots} robots, {size}: {frames:.1f} frames per second,"
+                        f" {cpu:.3f} s of CPU a frame (load of the machine {load:.1f})\n"
                     )
     finally:
         viewer.stop()
