@@ -44,7 +44,7 @@ FLAGS = (
 SIZE = (1600, 900)
 WARM_UP_TICKS = 900  # before the first picture
 FRAME_TICKS = 4  # of the GIF; played at 10 frames per second it is 4 times real time
-GIF_WIDTH = 640
+GIF_WIDTH = 800
 SWATCH = 24  # [px]
 REST = 20.0  # [s] until names and the panel are there, too
 TIDY = (
@@ -208,7 +208,7 @@ def save_gif(frames: list[Image.Image], path: Path) -> None:
     sample = small[0].copy()
     for place, color in enumerate(STATES.values()):  # robots are small, and their colours matter
         sample.paste(color, (SWATCH * place, 0, SWATCH * (place + 1), SWATCH))
-    palette = sample.quantize(128)
+    palette = sample.quantize(255, kmeans=3)
     indexed = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in small]
     indexed[0].save(
         path, save_all=True, append_images=indexed[1:], duration=100, loop=0, optimize=True

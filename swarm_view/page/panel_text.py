@@ -93,7 +93,7 @@ def robot_html(
         now: [s] of simulated time.
     """
     name, state = html.escape(robot), states.get(robot)
-    link = f"<a href='{html.escape(url)}' target='_blank'>page of its own</a>"
+    link = f"<a href='{html.escape(url)}' target='_blank' style='color:{LINK}'>page of its own</a>"
     if state is None:
         return _table([(name, f"has said nothing yet; {link}")])
     look = LOOKS.get(state.state)

@@ -117,9 +117,14 @@ def _stands(
 
 
 def _scene(shown: Sequence[VisualMesh], frames: dict[str, FloatArray]) -> Any:
+    """Return the meshes in one frame, each at its place.
+
+    A transform of their own would be applied twice by viser where two have the same shape.
+    """
     scene = trimesh.Scene()
     for visual in shown:
-        scene.add_geometry(visual.mesh, transform=frames.get(visual.link, np.eye(4)))
+        mesh = visual.mesh.copy()
+        scene.add_geometry(mesh.apply_transform(frames.get(visual.link, np.eye(4))))
     return scene
 
 

@@ -134,6 +134,15 @@ def test_only_robots_near_a_camera_cost_more(mesh_of: Callable[[str], RobotMesh]
     assert all(batch.is_removed for batch in scene.batches.values())
 
 
+def test_no_part_of_a_robot_is_moved_twice(mesh_of: Callable[[str], RobotMesh]) -> None:
+    for name in robot_names():
+        mesh = mesh_of(name)
+        for glb in (mesh.glb, mesh.body or mesh.glb, *(wheel.glb for wheel in mesh.wheels)):
+            graph = trimesh.load_scene(io.BytesIO(glb), file_type="glb").graph
+            for node in graph.nodes_geometry:
+                np.testing.assert_array_equal(graph[node][0], np.eye(4), name)
+
+
 def test_from_afar_robots_are_simpler_and_as_large(mesh_of: Callable[[str], RobotMesh]) -> None:
     for name in robot_names():
         mesh = mesh_of(name)
