@@ -6,9 +6,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from swarm_common.model.records import FloatArray
+from swarm_common.process.numba_compat import njit
 from swarm_nav.control.dwa_kernels import Limits, Velocity
 from swarm_nav.planning.distance_kernels import Frame, Place, sample
 

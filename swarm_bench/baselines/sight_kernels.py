@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from swarm_common.model.records import FloatArray
+from swarm_common.process.numba_compat import njit
 from swarm_nav.planning.distance_kernels import Field, sample
 
 STEP = 0.05  # [m] between the samples of a line

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from swarm_common.middleware.cdr_layout import MOST_SECONDS
@@ -18,6 +17,7 @@ from swarm_common.model.beacon import (
     word_of,
 )
 from swarm_common.model.records import TICK_NANOSECONDS
+from swarm_common.process.numba_compat import njit
 
 SOUND, BAD_ID, BAD_STAMP, BAD_SIZE, BAD_NUMBER, BAD_ORDER = range(6)
 FAULTS = (

@@ -9,6 +9,8 @@ What a module imports of its folder stands above it:
                    other
     messages       Messages between swarm-up and the processes that it starts: every kind, with its
                    fields
+    numba_compat   The private part of numba that we use: its cache on disk survives an update of
+                   this project
     pipes          Pipes between swarm-up and its processes; one message per line
     private_parts  Parts of libraries that are private to them: a version that moved one is told in
                    plain words

@@ -17,8 +17,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from swarm_common.process.numba_compat import njit
 from swarm_nav.planning.distance_kernels import Floats, Place
 
 STEP = 0.1  # [s] of a rollout

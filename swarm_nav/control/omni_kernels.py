@@ -6,8 +6,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from swarm_common.process.numba_compat import njit
 from swarm_nav.control.dwa_kernels import (
     STEP,
     advance,

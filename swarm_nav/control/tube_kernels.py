@@ -6,10 +6,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from swarm_common.model.beacon import HELD_POINTS, word_of
+from swarm_common.process.numba_compat import njit
 from swarm_nav.core.order_kernels import Rank, may_hold_up, outranks
 from swarm_nav.perception.neighbor_table_kernels import (
     BLOCKED_TICKS,

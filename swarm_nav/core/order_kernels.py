@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from numba import njit
+from swarm_common.process.numba_compat import njit
 
 
 class Rank(NamedTuple):

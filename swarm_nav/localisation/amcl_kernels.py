@@ -10,9 +10,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from swarm_common.process.numba_compat import njit
 from swarm_nav.planning.distance_kernels import Floats, Frame, Place, sample
 
 GOLDEN = np.uint64(0x9E3779B97F4A7C15)

@@ -10,9 +10,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from swarm_common.process.numba_compat import njit
 from swarm_nav.perception.neighbor_table_kernels import (
     HEARD,
     HELD,

@@ -6,9 +6,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from swarm_common.process.numba_compat import njit
 from swarm_nav.perception.obstacle_kernels import Beam, ray_at
 from swarm_nav.planning.distance_kernels import Floats, Place
 

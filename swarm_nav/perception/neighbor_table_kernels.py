@@ -10,11 +10,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from swarm_common.model.beacon import FLAG_DEAF, FLAG_LEFT, word_of
 from swarm_common.model.records import FloatArray, Mask
+from swarm_common.process.numba_compat import njit
 from swarm_nav.core.priority import TOP_DEPTH
 
 STANDOFF_TICKS = 200  # that a robot of equal priority is blocked before it pushes

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from swarm_common.model.beacon import word_of
+from swarm_common.process.numba_compat import njit
 from swarm_nav.core.priority import DEPTH_BITS, ID_MASK
 from swarm_nav.perception.neighbor_table_kernels import ID
 

@@ -6,8 +6,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from swarm_common.process.numba_compat import njit
 
 INFINITE = 1e20
 

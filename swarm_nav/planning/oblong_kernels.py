@@ -10,9 +10,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from swarm_common.process.numba_compat import njit
 from swarm_nav.planning.distance_kernels import Field, Floats, Frame, Place, sample
 from swarm_nav.planning.search_kernels import MOVES
 

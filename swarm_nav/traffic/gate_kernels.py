@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from swarm_common.model.records import Mask
+from swarm_common.process.numba_compat import njit
 from swarm_nav.core.order_kernels import outranks
 from swarm_nav.core.priority import SENIORITY
 from swarm_nav.planning.distance_kernels import Floats, Frame

@@ -6,9 +6,9 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from swarm_common.process.numba_compat import njit
 from swarm_nav.control.tube_kernels import gap_squared
 from swarm_nav.perception.neighbor_table_kernels import Columns
 

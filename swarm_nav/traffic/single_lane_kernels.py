@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from swarm_common.model.records import FloatArray, Mask
+from swarm_common.process.numba_compat import njit
 from swarm_nav.control.tube_kernels import INTENT_SPACING
 from swarm_nav.core.order_kernels import Rank, may_hold_up
 from swarm_nav.perception.neighbor_table_kernels import Columns

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from swarm_common.model.records import FloatArray, IntArray
+from swarm_common.process.numba_compat import njit
 from swarm_sim.physics.walker_kernels import disc_gap
 from swarm_sim.scene.polygon_kernels import distance, overlap, place
 
@@ -35,7 +35,7 @@ PlainWalls = tuple[FloatArray, FloatArray, FloatArray]
 PlainNotes = tuple[IntArray, IntArray, IntArray, FloatArray]
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def ramp(value: float, target: float, limit: float) -> float:
     """Return the speed after one step towards the target with a bounded change.
 
@@ -47,7 +47,7 @@ def ramp(value: float, target: float, limit: float) -> float:
     return value + min(limit, max(-limit, target - value))
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def box_gap(bounds: FloatArray, x: float, y: float) -> float:
     """Return the distance [m] of a point from an axis-parallel box; 0 inside.
 
@@ -61,7 +61,7 @@ def box_gap(bounds: FloatArray, x: float, y: float) -> float:
     return math.hypot(dx, dy)
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def hits(
     robot: int,
     state: FloatArray,
@@ -112,7 +112,7 @@ def hits(
     return any_hit
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def move(
     state: FloatArray,
     targets: FloatArray,
@@ -170,7 +170,7 @@ def move(
     return any_touch
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def move_on(
     state: FloatArray,
     targets: FloatArray,
@@ -200,7 +200,7 @@ def move_on(
     return any_touch
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def clearances(
     state: FloatArray,
     limits: FloatArray,
@@ -261,7 +261,7 @@ def clearances(
     return listed
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def _list(
     close: FloatArray, listed: int, pair: tuple[int, int, int], gap: float, limit: float
 ) -> int:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 
 from swarm_common.model.records import FloatArray, IntArray
+from swarm_common.process.numba_compat import njit
 from swarm_sim.physics.walker_kernels import (
     ARC,
     DIRECTION,
@@ -28,7 +28,7 @@ ALIGNED = 1e-6  # [rad]
 SPEED, TURN, STEP, PATIENCE, LENGTH, WIDTH = 0, 1, 2, 3, 4, 5  # columns of its traits
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def outline(pose: FloatArray, front: float, back: float, half: float, out: FloatArray) -> None:
     """Write the corners of a rectangle around a pose.
 
@@ -47,7 +47,7 @@ def outline(pose: FloatArray, front: float, back: float, half: float, out: Float
         out[k, 1] = pose[1] + sin * along + cos * aside
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def heading_at(path: FloatArray, arcs: FloatArray, arc: float, direction: float) -> float:
     """Return the direction of travel [rad] on a closed path when leaving an arc length.
 
@@ -68,7 +68,7 @@ def heading_at(path: FloatArray, arcs: FloatArray, arc: float, direction: float)
     return math.atan2(direction * dy, direction * dx)
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def meets(
     corners: FloatArray,
     robots: RobotStates,
@@ -99,7 +99,7 @@ def meets(
     return found
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def bars(
     roomy: FloatArray,
     present: FloatArray,
@@ -126,7 +126,7 @@ def bars(
     return False
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def drive(
     state: FloatArray,
     poses: FloatArray,

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from swarm_common.model.records import FloatArray, IntArray
+from swarm_common.process.numba_compat import njit
 from swarm_sim.scene.polygon_kernels import distance, place
 
 STANDING = 0.02  # [m/s] below which a robot stands
@@ -35,7 +35,7 @@ class Loops(NamedTuple):
     pauses: FloatArray  # (m, p) [s] at the points, in order of visits
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def disc_gap(hull: FloatArray, x: float, y: float, radius: float) -> float:
     """Return the distance [m] of a disc from a convex polygon; 0 if they meet.
 
@@ -50,7 +50,7 @@ def disc_gap(hull: FloatArray, x: float, y: float, radius: float) -> float:
     return max(0.0, distance(hull, point) - radius)
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def point_at(path: FloatArray, arcs: FloatArray, arc: float, out: FloatArray) -> int:
     """Write the point at an arc length of a closed path; return the index of its edge.
 
@@ -69,7 +69,7 @@ def point_at(path: FloatArray, arcs: FloatArray, arc: float, out: FloatArray) ->
     return edge
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def next_corner(arcs: FloatArray, arc: float, direction: float) -> float:
     """Return the arc length [m] of the next point of a path, its whole length for the first one.
 
@@ -89,7 +89,7 @@ def next_corner(arcs: FloatArray, arc: float, direction: float) -> float:
     return 0.0
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def wait(state: FloatArray, period: float, patience: float) -> None:
     """Note in a walker's or vehicle's state that it waits; turn round when it has for long.
 
@@ -103,7 +103,7 @@ def wait(state: FloatArray, period: float, patience: float) -> None:
         state[WAITED], state[DIRECTION] = 0.0, -state[DIRECTION]
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def go_on(
     state: FloatArray, arc: float, arcs: FloatArray, pauses: FloatArray, is_at_point: bool
 ) -> None:
@@ -126,7 +126,7 @@ def go_on(
     state[ARC] = arc
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def is_barred(
     here: FloatArray,
     ahead: FloatArray,
@@ -158,7 +158,7 @@ def is_barred(
     return False
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def walk(
     state: FloatArray,
     places: FloatArray,
@@ -210,7 +210,7 @@ def walk(
     return any_touch
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def _hits(
     center: FloatArray,
     radius: float,

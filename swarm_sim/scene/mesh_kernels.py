@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from swarm_common.model.records import FloatArray, IntArray
+from swarm_common.process.numba_compat import njit
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def crossings(points: FloatArray, segments: FloatArray) -> tuple[IntArray, IntArray]:
     """Return how segments wind around points, and how many lie to the right of each.
 
@@ -36,7 +36,7 @@ def crossings(points: FloatArray, segments: FloatArray) -> tuple[IntArray, IntAr
     return winding, count
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def roofed(
     points: FloatArray, level: float, corners: FloatArray, faces: IntArray
 ) -> NDArray[np.bool_]:

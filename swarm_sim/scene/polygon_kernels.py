@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 
 from swarm_common.model.records import FloatArray
+from swarm_common.process.numba_compat import njit
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def place(hull: FloatArray, x: float, y: float, yaw: float, out: FloatArray) -> None:
     """Write a hull, given in its own frame, into `out` at a pose.
 
@@ -31,7 +31,7 @@ def place(hull: FloatArray, x: float, y: float, yaw: float, out: FloatArray) -> 
         out[k, 1] = y + sin * hull[k, 0] + cos * hull[k, 1]
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def separated(a: FloatArray, b: FloatArray) -> bool:
     """Return whether an edge of `a` has all of `b` on its outer side.
 
@@ -55,7 +55,7 @@ def separated(a: FloatArray, b: FloatArray) -> bool:
     return False
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def overlap(a: FloatArray, b: FloatArray) -> bool:
     """Return whether two convex polygons meet.
 
@@ -66,7 +66,7 @@ def overlap(a: FloatArray, b: FloatArray) -> bool:
     return not separated(a, b) and not separated(b, a)
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def corner_distance(a: FloatArray, b: FloatArray) -> float:
     """Return the smallest distance of a corner of `a` from an edge of `b`.
 
@@ -90,7 +90,7 @@ def corner_distance(a: FloatArray, b: FloatArray) -> float:
     return math.sqrt(best)
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def distance(a: FloatArray, b: FloatArray) -> float:
     """Return the distance between two convex polygons; 0 if they meet.
 
@@ -103,7 +103,7 @@ def distance(a: FloatArray, b: FloatArray) -> float:
     return min(corner_distance(a, b), corner_distance(b, a))
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def nearest_outline(
     points: FloatArray, outlines: FloatArray, bounds: FloatArray, out: FloatArray
 ) -> None:

@@ -9,11 +9,11 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from swarm_common.model.records import FloatArray, IntArray
+from swarm_common.process.numba_compat import njit
 from swarm_sim.sensing.radio_kernels import mixed
 
 TWO_PI = 2.0 * math.pi
@@ -34,7 +34,7 @@ class Fan(NamedTuple):
     range_max: float  # [m]
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def ray_segment(dx: float, dy: float, ax: float, ay: float, bx: float, by: float) -> float:
     """Return the range along a unit ray from the origin to the segment a-b; inf if it misses.
 
@@ -59,7 +59,7 @@ def ray_segment(dx: float, dy: float, ax: float, ay: float, bx: float, by: float
     return along
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def ray_disc(dx: float, dy: float, cx: float, cy: float, radius: float) -> float:
     """Return the range along a unit ray from the origin to a circle; inf if it misses.
 
@@ -83,7 +83,7 @@ def ray_disc(dx: float, dy: float, cx: float, cy: float, radius: float) -> float
     return middle + half if middle + half >= 0.0 else math.inf
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def segment_gap(ax: float, ay: float, bx: float, by: float) -> float:
     """Return the distance of the origin from the segment a-b.
 
@@ -101,7 +101,7 @@ def segment_gap(ax: float, ay: float, bx: float, by: float) -> float:
     return math.hypot(ax + share * ex, ay + share * ey)
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def ray_window(
     start: float, width: float, turn: int, increment: float, rays: int
 ) -> tuple[int, int]:
@@ -120,7 +120,7 @@ def ray_window(
     return first, last
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def cast(
     sensors: FloatArray,
     owners: IntArray,
@@ -185,7 +185,7 @@ def cast(
                         out[i, k] = hit
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def draw(seed: int, tick: int, members: IntArray, words: NDArray[np.uint64]) -> None:
     """Write a random word for each ray (n, rays): `hash_words` of seed, tick, member and ray.
 
@@ -202,7 +202,7 @@ def draw(seed: int, tick: int, members: IntArray, words: NDArray[np.uint64]) -> 
             words[i, k] = mixed(word, np.uint64(k))
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def add_noise(
     ranges: FloatArray,
     words: NDArray[np.uint64],

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from swarm_common.model.records import FloatArray, IntArray
+from swarm_common.process.numba_compat import njit
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def mixed(word: np.uint64, part: np.uint64) -> np.uint64:
     """Return the word with one more coordinate in it, as `randomness.hash_words` chains them.
 
@@ -25,7 +25,7 @@ def mixed(word: np.uint64, part: np.uint64) -> np.uint64:
     return word ^ (word >> np.uint64(31))
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def draw(prefix: tuple[int, int, int], words: NDArray[np.uint64]) -> None:
     """Write a random word for each place (n, k): `hash_words` of the prefix, row and column.
 
@@ -42,7 +42,7 @@ def draw(prefix: tuple[int, int, int], words: NDArray[np.uint64]) -> None:
             words[row, column] = mixed(word, np.uint64(column))
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def listen(
     positions: FloatArray,
     senders: IntArray,
@@ -80,7 +80,7 @@ def listen(
     return count
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def rows_heard(heard: NDArray[np.bool_], starts: IntArray, rows: IntArray) -> None:
     """List the beacons that each receiver hears, one receiver after the other.
 

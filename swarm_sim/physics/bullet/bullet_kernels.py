@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from swarm_common.model.records import FloatArray
+from swarm_common.process.numba_compat import njit
 from swarm_sim.physics.planar_kernels import Walls, box_gap, ramp
 from swarm_sim.physics.walker_kernels import disc_gap
 from swarm_sim.scene.polygon_kernels import distance, place
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def ramp_all(
     speeds: FloatArray, targets: FloatArray, limits: FloatArray, period: float
 ) -> NDArray[np.bool_]:
@@ -36,7 +36,7 @@ def ramp_all(
     return changed
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def near_pairs(
     poses: FloatArray,
     radii: FloatArray,
