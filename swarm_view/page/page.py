@@ -99,6 +99,7 @@ class Page:
         self._sight = Sight(client, fleet)
         self._hand = Hand(client.scene, self._use, post)
         self._panel = Panel(client.gui, self, is_live=link is not None)
+        self._panel.raise_robot(is_chosen=bool(place.robot))
         self._sight.take(View.FOLLOW if place.robot else View.HALL)
         self._opened_with: Viewpoint | None = place
         self._ruler = Ruler(client.scene)
@@ -270,6 +271,7 @@ class Page:
         self._was_there = False
         self._sight.rest()
         self._layers.clear()
+        self._panel.raise_robot(is_chosen=bool(robot))
         self._panel_due = 0.0
 
     def look(self, view: View) -> None:

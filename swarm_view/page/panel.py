@@ -99,12 +99,12 @@ class Panel:
     def __init__(self, gui: Any, actions: Actions, *, is_live: bool) -> None:
         self._gui = gui
         self._add_view(actions)
-        with gui.add_folder("Swarm"):
+        with gui.add_folder("Swarm") as swarm:
             self.verdict = gui.add_html("")
         self.message = gui.add_markdown("")
         if is_live:
             self._add_simulation(actions)
-        with gui.add_folder("Robot"):
+        with gui.add_folder("Robot") as self._of_robot:
             self.robot = gui.add_dropdown("Robot", (NOBODY,))
             self.status = gui.add_html("")
             if is_live:
@@ -132,10 +132,16 @@ class Panel:
         self._add_takeaway(actions)
         if is_live:
             self._add_danger(actions)
+        self._places = swarm.order - 0.5, self._of_robot.order
         self.robot.on_update(_if_typed(lambda: actions.on_select(self._chosen())))
 
     def _chosen(self) -> str:
         return "" if self.robot.value == NOBODY else str(self.robot.value)
+
+    def raise_robot(self, *, is_chosen: bool) -> None:
+        """Show what a chosen robot does above what all do."""
+        above, below = self._places
+        self._of_robot.order = above if is_chosen else below
 
     def _add_view(self, actions: Actions) -> None:
         gui = self._gui

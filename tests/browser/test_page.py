@@ -253,6 +253,7 @@ def test_a_robot_tells_what_it_did_and_its_topics(browser: WebDriver, show: Show
     open_page(browser, show.server.url("Srobot3"))
     wait_for(lambda: "waiting for" in text_of(browser), "how long it has waited")
     assert "stands on its way: a robot or an obstacle is in front of it" in text_of(browser)
+    wait_for(lambda: is_above(browser, "that is", "simulated time"), "the robot above all")
     unfold(browser, "History of the robot")
     wait_for(lambda: "waiting loader_1" in text_of(browser), "its history")
     unfold(browser, "Topics of the robot")
@@ -330,6 +331,12 @@ def test_measuring_pictures_films_and_links(browser: WebDriver, show: Show, tmp_
     assert then is not None
     np.testing.assert_allclose(then.position, camera.position, atol=0.1)
     assert errors(browser) == []
+
+
+def is_above(browser: WebDriver, one: str, other: str) -> bool:
+    """Return whether a text comes before another one on the page."""
+    text = text_of(browser)
+    return one in text and text.index(one) < text.index(other)
 
 
 def test_nobody_looks(browser: WebDriver, show: Show) -> None:
