@@ -63,10 +63,11 @@ def _legend(states: Mapping[str, ReportedState]) -> str:
     """Return what each colour means, and how many robots have it; those of no robot are paler."""
     counts = Counter(state.state for state in states.values())
     rows = "".join(
-        f"<tr style='opacity:{1.0 if counts[name] else 0.7}'>"
-        f"<td style='padding-right:0.4em'>{dot(look.color)}</td>"
-        f"<td style='white-space:nowrap;padding-right:0.6em'>{name} {counts[name]}</td>"
-        f"<td style='opacity:0.85;line-height:1.2'>{look.meaning}</td></tr>"
+        f"<tr><td style='padding-right:0.4em'>{dot(look.color)}</td>"
+        f"<td style='white-space:nowrap;padding-right:0.6em;opacity:{1.0 if counts[name] else 0.7}'"
+        f">{name} {counts[name]}</td>"
+        f"<td style='line-height:1.2;opacity:{0.85 if counts[name] else 0.6}'"
+        f">{look.meaning}</td></tr>"
         for name, look in LOOKS.items()
     )
     return f"<div style='{STYLE}'><table style='border-spacing:0 0.15em'>{rows}</table></div>"
