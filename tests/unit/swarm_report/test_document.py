@@ -15,21 +15,26 @@ from swarm_report.report_command import report_app
 from tests.fakes.run_folder import make_run
 
 
-def test_the_page_is_whole_and_self_contained(tmp_path: Path) -> None:
-    folder = make_run(tmp_path, robots=3, seconds=40, crash=True)
-    text = write_document(folder).read_text(encoding="utf-8")
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the page of a run of three robots with a collision."""
+    folder = tmp_path_factory.mktemp("page")
+    return write_document(make_run(folder, robots=3, seconds=40, crash=True))
+
+
+def test_the_page_is_whole_and_self_contained(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
     assert text.index("Failed: 5 of 6 goals reached, 1 collision") < text.index("<img")
     assert "collision of Srobot1 and Srobot2 at (1.00, 2.00)" in text
     assert not re.search(r"(src|href)=\"(?!data:)", text)
     for name in DRAWINGS:
         assert f'id="{name}"' in text
-        assert (folder / "plots" / f"{name}.svg").stat().st_size > 1000
-        assert (folder / "plots" / f"{name}.png").stat().st_size > 1000
+        assert (page.parent / "plots" / f"{name}.svg").stat().st_size > 1000
+        assert (page.parent / "plots" / f"{name}.png").stat().st_size > 1000
 
 
-def test_every_plot_has_its_table_and_answers_to_the_mouse(tmp_path: Path) -> None:
-    folder = make_run(tmp_path, robots=3, seconds=40, crash=True)
-    text = write_document(folder).read_text(encoding="utf-8")
+def test_every_plot_has_its_table_and_answers_to_the_mouse(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
     for name in DRAWINGS:
         figure = text[text.index(f'id="{name}"') :].split("</figure>")[0]
         assert "<summary>Table</summary>" in figure, name
