@@ -13,5 +13,7 @@ touch build/COLCON_IGNORE # the environment's packages are none of a workspace a
 echo "installing dependencies into $venv"
 "$venv/bin/python" -m pip install --quiet --editable ".[dev,bench]"
 "$venv/bin/swarm-setup"
+# The kernels are compiled once, before several tests need them at once.
+"$venv/bin/python" -c "from swarm_nav.launch.warm_up import warm_up; warm_up()"
 [ $# -gt 0 ] || set -- tests/unit tests/graph
 exec "$venv/bin/python" -m pytest "$@"
