@@ -9,7 +9,7 @@ from itertools import pairwise, product
 from pathlib import Path
 from typing import Any
 
-from swarm_common.files.yaml_io import check_keys, number, numbers, read_yaml
+from swarm_common.files.yaml_io import check_keys, number, numbers, read_yaml, yaw_number
 from swarm_common.model.errors import ConfigError
 from swarm_sim.scene.scene import Box, Color, Cylinder
 
@@ -50,11 +50,12 @@ class Thing:
 
 @dataclass(frozen=True, slots=True)
 class FloorPlan:
-    """What a plan says: things, and sites as `sites.yaml` has them."""
+    """What a plan says: things, and sites as `sites.yaml` has them; `notes` are for its author."""
 
     name: str
     things: tuple[Thing, ...]
     sites: Mapping[str, Any] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
 
 def load_plan(path: Path) -> FloorPlan:
@@ -139,11 +140,11 @@ def _copies(
     name = str(item.get("name", default))
     at = item.get("at")
     count = len(at) if isinstance(at, list) and len(at) in (2, 3) else 2
-    x, y, yaw = (*_place(at, count, f"{where}.at [x, y, yaw]"), 0.0)[:3]
+    x, y, turn = (*_place(at, count, f"{where}.at [x, y, yaw]"), 0.0)[:3]
     mass = item.get("mass")
     thing: dict[str, Any] = {
         "z": number(item.get("z", 0.0), f"{where}.z"),
-        "yaw": yaw,
+        "yaw": yaw_number(turn, f"{where}.at"),
         "color": _color(item.get("color"), BOX_COLOR, f"{where}.color"),
         "mass": None if mass is None else _length(mass, f"{where}.mass"),
         "friction": number(item.get("friction", 0.5), f"{where}.friction"),
@@ -160,9 +161,10 @@ def _stations(value: object, where: str) -> Iterator[tuple[str, list[float]]]:
         what = f"{where}.{name}"
         given = item if isinstance(item, dict) else {"at": item}
         check_keys(given, ("at", "repeat"), what)
-        x, y, yaw = _place(given.get("at"), 3, f"{what} [x, y, yaw]")
+        x, y, turn = _place(given.get("at"), 3, f"{what} [x, y, yaw]")
+        yaw_number(turn, what)
         for suffix, dx, dy in _repeated(given.get("repeat"), what):
-            yield f"{name}{suffix}", [_rounded(x + dx), _rounded(y + dy), yaw]
+            yield f"{name}{suffix}", [_rounded(x + dx), _rounded(y + dy), turn]
 
 
 def _repeated(value: object, where: str) -> Iterator[tuple[str, float, float]]:

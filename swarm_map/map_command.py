@@ -17,12 +17,13 @@ from swarm_common.robots.loading import load_robot
 from swarm_map.floor_plan import load_plan
 from swarm_map.grid_map import load_grid_map
 from swarm_map.plan_image import PlanScale, load_picture
+from swarm_map.remarks import close_stations, size_of, stations_in_words, with_known_stations
 from swarm_map.world_writer import ROBOT, write_world
 from swarm_sim.maps.draw_map import SCAN_HEIGHT, draw_world, reach_of
 from swarm_sim.maps.map_difference import MAX_SHARE, compare
 from swarm_sim.maps.world_check import differences, picture
 from swarm_sim.scene.scene import Scene
-from swarm_sim.sdf.reader import load_world
+from swarm_sim.sdf.reader import SITES_FILE, load_world
 
 map_app = typer.Typer(no_args_is_help=True, help="Maps and worlds.", rich_markup_mode=None)
 console = Console(highlight=False, soft_wrap=True)
@@ -140,7 +141,8 @@ def new(
     """Make a world from a floor plan: world.sdf, sites.yaml, and its map.
 
     In a picture dark pixels are walls, each green spot is a station, and a blue area is where the
-    robots start. docs/creating.md describes the YAML. A .map is a grid of the Moving AI Lab's
+    robots start; with --force, stations keep the names that sites.yaml gives them.
+    docs/creating.md describes the YAML. A .map is a grid of the Moving AI Lab's
     benchmarks; the mission own_place drives its .scen.
     """
     scale = PlanScale(resolution=resolution, origin=origin, wall_height=wall_height)
@@ -157,13 +159,20 @@ def new(
     folder = output / floor.name
     if folder.exists() and any(folder.iterdir()) and not force:
         raise ConfigError(f"{folder} is not empty; give another --name, or --force to overwrite")
+    if kind not in (".map", ".yaml", ".yml") and (folder / SITES_FILE).is_file():
+        floor = with_known_stations(floor, folder / SITES_FILE)
     scene = write_world(floor, folder, resolution)
+    width, depth = size_of(scene)
     sites = scene.sites
     console.print(
-        f"{folder}: {len(scene.bodies)} bodies, {len(sites.stations)} stations, "
-        f"{'a' if sites.spawn else 'no'} spawn area; start robots with\n"
-        f"  swarm-up --world {folder} --swarm-size 5"
+        f"{folder}: {width:.1f} x {depth:.1f} m, {len(scene.bodies)} bodies, "
+        f"{'a' if sites.spawn else 'no'} spawn area, "
+        f"{len(sites.stations)} station{'s' * (len(sites.stations) != 1)}"
     )
+    for line in (stations_in_words(scene), *floor.notes, *close_stations(scene)):
+        if line:
+            console.print(f"  {line}")
+    console.print(f"start robots with\n  swarm-up --world {folder} --swarm-size 5")
 
 
 def _check_triangles(scene: Scene, robot: RobotSpec, height: float, output: Path) -> None:

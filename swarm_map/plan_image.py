@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,7 +21,13 @@ MAX_BOXES = 20_000
 DARK = 100  # of 255; a pixel all of whose colours are below is a wall
 VIVID = 60  # of 255 by which a colour must stand out
 SMALL = 4  # pixels; smaller spots of colour are noise
+SPECK = 0.3  # [m]; a dark spot of less than the square of this is no wall, but text or noise ...
+SPECK_REACH = 2.0 * SPECK  # [m] ... if it also reaches no further than this
+RING = 2  # pixels around a green spot within which a wall touches it
 SPAWN_PITCH = 1.2  # [m]
+RULE = "green spots are stations, a blue area is where the robots start"
+
+Point = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,7 +55,7 @@ def load_picture(path: Path, scale: PlanScale) -> FloorPlan:
     """Return the plan in a picture.
 
     Raises:
-        ConfigError: If it cannot be read, is too large, or shows no wall.
+        ConfigError: If it cannot be read, is too large, shows no wall, or a station lies on one.
     """
     pixels = _pixels(path)[::-1].astype(np.int16)  # row 0 is the lowest y
     height, width = pixels.shape[:2]
@@ -63,36 +70,54 @@ def load_picture(path: Path, scale: PlanScale) -> FloorPlan:
             f"{path}: no pixel is dark; walls are pixels whose colours are all below {DARK} of 255"
         )
     size = scale.resolution
+
+    def place(spot: Point) -> Point:
+        return _round(left + spot[1] * size), _round(low + spot[0] * size)
+
     boxes = rectangles(walls, path)
     things = tuple(
         Thing(
             f"wall_{index}",
             Box((_round(columns * size), _round(rows * size), scale.wall_height)),
-            _round(left + (column + columns / 2.0) * size),
-            _round(low + (row + rows / 2.0) * size),
+            *place((row + rows / 2.0, column + columns / 2.0)),
             color=WALL_COLOR,
         )
         for index, (row, column, rows, columns) in enumerate(boxes, 1)
     )
     sites: dict[str, Any] = {}
-    stations = _spots((green - np.maximum(red, blue)) > VIVID)
+    greens = _spots((green - np.maximum(red, blue)) > VIVID)
+    for spot in greens:
+        if _parts_a_wall(spot, walls):
+            x, y = place(spot.middle)
+            raise ConfigError(
+                f"{path}: the green spot at ({x:.2f}, {y:.2f}) lies on a wall: two opposite sides "
+                "of it are dark; move it to the floor, or make it smaller"
+            )
+    stations = [spot.middle for spot in greens]
     if stations:
         yaws = _lane_yaws(walls, stations)
         sites["stations"] = {
-            f"station_{index}": [_round(left + c * size), _round(low + r * size), _round(yaw)]
-            for index, ((r, c), yaw) in enumerate(zip(stations, yaws, strict=True), 1)
+            f"station_{index}": [*place(station), _round(yaw)]
+            for index, (station, yaw) in enumerate(zip(stations, yaws, strict=True), 1)
         }
     spawn = (blue - np.maximum(red, green)) > VIVID
     if spawn.any():
         rows, columns = np.nonzero(spawn)
-        sites["spawn"] = {
-            "x_min": _round(left + (columns.min() + 0.5) * size),
-            "y_min": _round(low + (rows.min() + 0.5) * size),
-            "x_max": _round(left + (columns.max() + 0.5) * size),
-            "y_max": _round(low + (rows.max() + 0.5) * size),
-            "pitch": SPAWN_PITCH,
-        }
-    return FloorPlan(path.stem, things, sites)
+        x_min, y_min = place((rows.min() + 0.5, columns.min() + 0.5))
+        x_max, y_max = place((rows.max() + 0.5, columns.max() + 0.5))
+        sites["spawn"] = {"x_min": x_min, "y_min": y_min, "x_max": x_max, "y_max": y_max}
+        sites["spawn"]["pitch"] = SPAWN_PITCH
+    notes = []
+    if not sites:
+        notes.append(f"neither green nor blue in {path}: {RULE}")
+    specks = _specks(walls, size)
+    if specks:
+        x, y = place(max(specks, key=lambda speck: speck.pixels).middle)
+        notes.append(
+            f"specks smaller than {SPECK:g} x {SPECK:g} m that are obstacles now (text? noise?): "
+            f"{len(specks)}, the largest at ({x:.1f}, {y:.1f}); look at map.pgm"
+        )
+    return FloorPlan(path.stem, things, sites, tuple(notes))
 
 
 def rectangles(mask: Mask, path: Path) -> list[tuple[int, int, int, int]]:
@@ -128,20 +153,70 @@ def _grown(left: Mask, row: int, column: int) -> tuple[int, int]:
     return rows, columns
 
 
-def _spots(mask: Mask) -> list[tuple[float, float]]:
-    """Return the middles (row, column) of connected spots, from the top left on."""
+@dataclass(frozen=True, slots=True)
+class _Spot:
+    """Connected pixels.
+
+    Attributes:
+        middle: Row and column.
+        pixels: Number of them.
+        row: Of the lowest left corner of `mask` in the picture.
+        column: Likewise.
+        mask: Which pixels of the rectangle around the spot belong to it.
+    """
+
+    middle: Point
+    pixels: int
+    row: int
+    column: int
+    mask: Mask
+
+
+def _connected(mask: Mask) -> Iterator[_Spot]:
+    """Yield the connected parts of a mask."""
     from scipy import ndimage
 
-    labels, count = ndimage.label(mask, structure=np.ones((3, 3)))
-    spots = []
-    for index in range(1, count + 1):
-        rows, columns = np.nonzero(labels == index)
-        if len(rows) >= SMALL:
-            spots.append((float(rows.mean()) + 0.5, float(columns.mean()) + 0.5))
-    return sorted(spots, key=lambda spot: (-round(spot[0]), spot[1]))
+    labels, _ = ndimage.label(mask, structure=np.ones((3, 3)))
+    for index, window in enumerate(ndimage.find_objects(labels), 1):
+        own = labels[window] == index
+        rows, columns = np.nonzero(own)
+        row, column = int(window[0].start), int(window[1].start)
+        middle = (row + float(rows.mean()) + 0.5, column + float(columns.mean()) + 0.5)
+        yield _Spot(middle, len(rows), row, column, own)
 
 
-def _lane_yaws(walls: Mask, spots: list[tuple[float, float]]) -> list[float]:
+def _spots(mask: Mask) -> list[_Spot]:
+    """Return the spots of a colour, from top to bottom, then from left to right."""
+    spots = [spot for spot in _connected(mask) if spot.pixels >= SMALL]
+    return sorted(spots, key=lambda spot: (-round(spot.middle[0]), spot.middle[1]))
+
+
+def _specks(walls: Mask, size: float) -> list[_Spot]:
+    """Return the dark parts that are too small for walls, in pixels of `size` [m]."""
+    return [
+        spot
+        for spot in _connected(walls)
+        if spot.pixels * size**2 < SPECK**2 and max(spot.mask.shape) * size <= SPECK_REACH
+    ]
+
+
+def _parts_a_wall(spot: _Spot, walls: Mask) -> bool:
+    """Whether a wall goes on, along an axis, on both sides of the middle of a spot."""
+    from scipy import ndimage
+
+    rows, columns = spot.mask.shape
+    near = ndimage.binary_dilation(np.pad(spot.mask, RING), np.ones((3, 3)), RING)
+    padded = np.pad(walls, RING)
+    dark = near & padded[spot.row :, spot.column :][: rows + 2 * RING, : columns + 2 * RING]
+    for lines in (dark, dark.T):
+        count, length = lines.shape
+        middle = lines[count // 3 : count - count // 3]
+        if (middle[:, : length // 2].any(axis=1) & middle[:, length // 2 :].any(axis=1)).any():
+            return True
+    return False
+
+
+def _lane_yaws(walls: Mask, spots: list[Point]) -> list[float]:
     """Return the keep-right direction at each spot: the nearest wall is on the right."""
     from scipy import ndimage
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
@@ -59,25 +61,38 @@ SURFACE = """
 def write_world(plan: FloorPlan, folder: Path, resolution: float = 0.05) -> Scene:
     """Write `world.sdf`, `sites.yaml` and `map.yaml` with its image; return the world as read.
 
+    They are written beside the folder first: it changes only if all of them are usable.
+
     Args:
         plan: Contents of the world.
-        folder: Created if necessary; its files are overwritten.
+        folder: Created if necessary; files of these names are overwritten.
         resolution: [m] per cell of the map, which is made finer if navigation needs it.
 
     Raises:
         SwarmError: If a file cannot be written, or what is written is not a usable world.
     """
+    home = next(parent for parent in folder.absolute().parents if parent.is_dir())
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / WORLD_FILE).write_text(sdf_text(plan), encoding="utf-8")
-        (folder / SITES_FILE).write_text(sites_text(plan.sites), encoding="utf-8")
-        scene = load_world(folder / WORLD_FILE)
-        robot = load_robot(ROBOT)
-        check_sites(scene, robot)
-        resolution, reach = min(resolution, COARSEST), reach_of([robot])
-        save_map(draw_world(scene, SCAN_HEIGHT, resolution, reach=reach), folder / MAP_FILE)
+        with tempfile.TemporaryDirectory(dir=home, prefix=f".{folder.name}-") as name:
+            draft = Path(name) / folder.name
+            scene = _write(plan, draft, resolution)
+            folder.mkdir(parents=True, exist_ok=True)
+            for file in draft.iterdir():
+                file.replace(folder / file.name)
     except OSError as cause:
         raise ConfigError(f"cannot write {folder}: {cause}") from cause
+    return replace(scene, file=folder / WORLD_FILE)
+
+
+def _write(plan: FloorPlan, folder: Path, resolution: float) -> Scene:
+    folder.mkdir()
+    (folder / WORLD_FILE).write_text(sdf_text(plan), encoding="utf-8")
+    (folder / SITES_FILE).write_text(sites_text(plan.sites), encoding="utf-8")
+    scene = load_world(folder / WORLD_FILE)
+    robot = load_robot(ROBOT)
+    check_sites(scene, robot)
+    resolution, reach = min(resolution, COARSEST), reach_of([robot])
+    save_map(draw_world(scene, SCAN_HEIGHT, resolution, reach=reach), folder / MAP_FILE)
     return scene
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from swarm_commander.mission.leg import KINDS, Draw, Leg, Stop
 from swarm_common.files.resources import share_directory
-from swarm_common.files.yaml_io import check_keys, number, numbers, read_yaml
+from swarm_common.files.yaml_io import check_keys, number, pose_numbers, read_yaml
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import CONTROL_PERIOD, Pose
 from swarm_common.model.sites import Sites
@@ -207,7 +207,7 @@ def _parse_leg(content: Any, where: str) -> Leg:
             stations=tuple(names),
             take=_integer(content["take"], "take") if "take" in content else None,
             order=str(content.get("order", "as_written")),
-            pose_map=None if pose is None else Pose(*numbers(pose, 3, "pose [x, y, yaw]")),
+            pose_map=None if pose is None else Pose(*pose_numbers(pose, "pose")),
             home=home,
             own_place=own_place,
             swap=_text(content.get("swap", ""), "swap"),

@@ -6,7 +6,14 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from swarm_common.files.yaml_io import check_keys, number, numbers, read_yaml
+from swarm_common.files.yaml_io import (
+    check_keys,
+    number,
+    numbers,
+    pose_numbers,
+    read_yaml,
+    yaw_number,
+)
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
 from swarm_common.model.sites import Sites, Spawn, SpawnArea, SpawnAreas, SpawnCircle
@@ -27,7 +34,7 @@ def load_sites(path: str | Path) -> Sites:
     circuits = _section(data, "circuits", path)
     return Sites(
         stations={
-            str(name): Pose(*numbers(value, 3, f"{path}: stations.{name} [x, y, yaw]"))
+            str(name): Pose(*pose_numbers(value, f"{path}: stations.{name}"))
             for name, value in stations.items()
         },
         circuits={
@@ -60,7 +67,7 @@ def _circuit(value: object, what: str) -> tuple[tuple[float, float], ...]:
 def _places(value: object, what: str) -> tuple[Pose, ...]:
     if not isinstance(value, list):
         raise ConfigError(f"{what} is {value!r}; expected a list of poses [x, y, yaw]")
-    return tuple(Pose(*numbers(item, 3, f"{what}[{i}]")) for i, item in enumerate(value))
+    return tuple(Pose(*pose_numbers(item, f"{what}[{i}]")) for i, item in enumerate(value))
 
 
 def parse_spawn(value: object, what: str) -> Spawn:
@@ -87,6 +94,7 @@ def _area(value: object, what: str) -> SpawnArea:
     if not isinstance(value, dict):
         raise ConfigError(f"{what} is {value!r}; expected x_min, y_min, x_max, y_max")
     area = SpawnArea(**_filled(value, SpawnArea, 4, what))
+    yaw_number(area.yaw, what)
     if area.x_max < area.x_min or area.y_max < area.y_min or area.pitch <= 0.0:
         raise ConfigError(f"{what} is empty: {area}; expected x_min <= x_max, y_min <= y_max")
     return area

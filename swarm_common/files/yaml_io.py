@@ -122,6 +122,22 @@ def number(value: object, what: str, error: type[SwarmError] = ConfigError) -> f
     return float(value)
 
 
+def yaw_number(value: object, what: str, error: type[SwarmError] = ConfigError) -> float:
+    """Return an angle of at most a turn to either side, or raise: it may be one in degrees."""
+    angle = number(value, what, error)
+    if abs(angle) > math.tau + 1e-6:
+        raise error(f"{what}: yaw is {angle:g}; expected -2 pi to 2 pi, in radians")
+    return angle
+
+
+def pose_numbers(
+    value: object, what: str, error: type[SwarmError] = ConfigError
+) -> tuple[float, float, float]:
+    """Return x, y [m] and yaw [rad], or raise."""
+    x, y, angle = numbers(value, 3, f"{what} [x, y, yaw]", error)
+    return x, y, yaw_number(angle, what, error)
+
+
 def numbers(
     value: object, count: int, what: str, error: type[SwarmError] = ConfigError
 ) -> tuple[float, ...]:

@@ -11,7 +11,7 @@ from swarm_common.files.map_io import map_path
 from swarm_common.model.errors import ConfigError, MapError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import FloatArray, RobotSpec
-from swarm_sim.maps.draw_map import SCAN_HEIGHT, Reach
+from swarm_sim.maps.draw_map import SCAN_HEIGHT, Reach, accessible_points, site_points
 from swarm_sim.maps.map_difference import compare
 from swarm_sim.maps.spawn import wall_distance
 from swarm_sim.scene.actors import VehicleSpec, WalkerSpec
@@ -50,13 +50,9 @@ def check_sites(scene: Scene, spec: RobotSpec) -> None:
         ConfigError: If an obstacle is nearer than the robot's circumscribed radius.
     """
     section = section_between(scene.bodies, GROUND_GAP, spec.height)
-    names = [f"station '{name}'" for name in scene.sites.stations]
-    points = [(pose.x, pose.y) for pose in scene.sites.stations.values()]
-    for name, circuit in scene.sites.circuits.items():
-        names += [f"corner {index + 1} of circuit '{name}'" for index in range(len(circuit))]
-        points += list(circuit)
-    gaps = wall_distance(np.array(points, dtype=np.float64).reshape(-1, 2), section)
-    for name, (x, y), gap in zip(names, points, gaps, strict=True):
+    points = site_points(scene)
+    gaps = wall_distance(accessible_points(scene), section)
+    for (name, (x, y)), gap in zip(points.items(), gaps, strict=True):
         if gap < spec.circumscribed_radius:
             place = "inside an obstacle" if gap == 0.0 else f"{gap:.3f} m from an obstacle"
             raise ConfigError(

@@ -7,15 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 
+from swarm_common.model.errors import MapError
 from swarm_common.model.grid import OCCUPIED, Grid
 from swarm_common.model.records import FloatArray, Pose, RobotSpec
-from swarm_sim.maps.raster import MARGIN, draw_grid, draw_on
+from swarm_sim.maps.raster import MARGIN, NOWHERE, draw_grid, draw_on
 from swarm_sim.scene.scene import Scene
 from swarm_sim.scene.section import GROUND_GAP, Section, joined, section_between
 
 SCAN_HEIGHT = 0.132  # [m] above ground of a TurtleBot3 waffle's scan plane
 Reach = tuple[float, float]  # [m] heights between which robots can touch something
 OPEN_ROOM = 5.0  # [m] of map around robots that start in the open, beyond all obstacles
+FAR = 100.0  # [m] outside all obstacles; a station beyond may be in millimetres
 
 
 def draw_world(
@@ -38,8 +40,33 @@ def draw_world(
     section = section_between(scene.fixed, height, height)
     if reach is not None:
         section = joined(section, section_between(scene.fixed, *reach))
-    seeds = accessible_points(scene)
-    return draw_grid(section, seeds, resolution, MARGIN, _open_ground(section, starts))
+    return draw_section(scene, section, resolution, _open_ground(section, starts))
+
+
+def draw_section(
+    scene: Scene, section: Section, resolution: float, covered: FloatArray = NOWHERE
+) -> Grid:
+    """Return the map of a section through a world; what robots cannot reach is unknown.
+
+    Raises:
+        MapError: If it is too large; the message names a station that lies far from all obstacles.
+    """
+    try:
+        return draw_grid(section, accessible_points(scene), resolution, MARGIN, covered)
+    except MapError as cause:
+        x_min, y_min, x_max, y_max = section.bounds()
+        gaps = {
+            name: max(x_min - x, x - x_max, y_min - y, y - y_max)
+            for name, (x, y) in site_points(scene).items()
+        }
+        far = max(gaps, key=lambda name: gaps[name], default="")
+        if not far or gaps[far] < FAR:
+            raise
+        x, y = site_points(scene)[far]
+        raise MapError(
+            f"{far} at ({x:g}, {y:g}) lies {gaps[far]:.0f} m outside all obstacles; places are in "
+            f"metres ({cause})"
+        ) from cause
 
 
 def reach_of(specs: Iterable[RobotSpec]) -> Reach:
@@ -81,7 +108,12 @@ def _open_ground(section: Section, starts: Sequence[Pose]) -> FloatArray:
 
 def accessible_points(scene: Scene) -> FloatArray:
     """Return the points (n, 2) that robots must be able to reach: stations and circuits."""
-    points = [(pose.x, pose.y) for pose in scene.sites.stations.values()]
-    for circuit in scene.sites.circuits.values():
-        points.extend(circuit)
-    return np.array(points, dtype=np.float64).reshape(-1, 2)
+    return np.array([*site_points(scene).values()], dtype=np.float64).reshape(-1, 2)
+
+
+def site_points(scene: Scene) -> dict[str, tuple[float, float]]:
+    """Return by what they are called the stations and the corners of circuits."""
+    points = {f"station '{name}'": (pose.x, pose.y) for name, pose in scene.sites.stations.items()}
+    for name, circuit in scene.sites.circuits.items():
+        points |= {f"corner {i} of circuit '{name}'": xy for i, xy in enumerate(circuit, 1)}
+    return points

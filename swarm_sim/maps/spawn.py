@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from swarm_common.model.errors import WorldError
 from swarm_common.model.records import FloatArray, Pose, RobotSpec, wrap_angle
 from swarm_common.model.sites import Sites, Spawn, SpawnArea, SpawnAreas, SpawnCircle
-from swarm_sim.maps.draw_map import accessible_points
-from swarm_sim.maps.raster import connected, draw_grid
+from swarm_sim.maps.draw_map import accessible_points, draw_section
+from swarm_sim.maps.raster import connected
 from swarm_sim.physics.planar import bounds_of, pack_polygons
 from swarm_sim.scene.polygon_kernels import corner_distance, nearest_outline
 from swarm_sim.scene.scene import Scene
@@ -226,7 +226,7 @@ def _reachable(points: FloatArray, section: Section, scene: Scene) -> NDArray[np
     """Return which points are connected with the stations, or, without any, with most points."""
     if not len(points):
         return np.ones(0, np.bool_)
-    grid = draw_grid(section, accessible_points(scene), REACH_RESOLUTION)
+    grid = draw_section(scene, section, REACH_RESOLUTION)
     cells = np.array([grid.cell_of(x, y) for x, y in points], np.int64)
     on_grid = np.logical_and(cells >= 0, cells < grid.cells.shape).all(axis=1)
     seeds = np.array([grid.cell_of(x, y) for x, y in accessible_points(scene)], np.int64)

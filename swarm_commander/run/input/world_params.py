@@ -8,7 +8,7 @@ from typing import Any
 
 from swarm_commander.run.input.flat import flatten, nest, typed
 from swarm_common.files.resources import share_directory
-from swarm_common.files.yaml_io import numbers, read_yaml
+from swarm_common.files.yaml_io import pose_numbers, read_yaml
 from swarm_common.model.errors import UnknownNameError
 from swarm_common.model.records import Pose
 from swarm_common.robots.sensors_io import sensor_errors
@@ -72,5 +72,5 @@ def parse_world(body: Mapping[str, Any], robots: Sequence[str], where: str) -> W
         robot = name.removeprefix(BROKEN)
         if robot not in robots:
             raise UnknownNameError("robot", robot, robots, f"{where}: broken")
-        broken[robot] = Pose(*numbers(value, 3, f"{where}: {name} [x, y, yaw]"))
+        broken[robot] = Pose(*pose_numbers(value, f"{where}: {name}"))
     return WorldParams(values, broken, sensors)

@@ -153,6 +153,8 @@ def test_rectangles_cover_a_mask_once() -> None:
         ("boxes: [{at: [0, 0], size: [1, 1, 1], repeat: [[1e9, 1, 1]]}]\n", "expected counts"),
         ("posts: [{at: [0, 0]}]\n", "radius is None"),
         ("stations: [1]\n", "expected 'name: [x, y, yaw]'"),
+        ("stations: {dock: [1, 1, 90]}\n", "plan.yaml: stations.dock: yaw is 90"),
+        ("boxes: [{at: [0, 0, 90], size: [1, 1, 1]}]\n", "in radians"),
         ("posts: [{name: a, at: [0, 0], radius: 1}, {name: a, at: [5, 0], radius: 1}]\n", "twice"),
         ("name: ../../etc\n", "expected letters"),
     ],
@@ -208,3 +210,125 @@ def test_a_coarse_picture_has_a_map_to_navigate_on(
     words = ("check", "slim_blockage", tmp_path / "slim_blockage.yaml", "-o", picture)
     assert run(monkeypatch, *words) == 0
     assert run(monkeypatch, "check", "slim_blockage", tmp_path / "moved.yaml", "-o", picture) == 1
+
+
+GREEN, BLUE = (0, 200, 0), (0, 0, 255)
+
+
+def draw_hall(file: Path, *rectangles: tuple[int, int, int, int, tuple[int, int, int]]) -> Path:
+    """Draw a hall of 12 x 8 m with 10 pixels per metre; rows from the top."""
+    pixels = np.full((80, 120, 3), 255, np.uint8)
+    pixels[:3], pixels[-3:], pixels[:, :3], pixels[:, -3:] = 0, 0, 0, 0
+    for top, left, height, width, color in rectangles:
+        pixels[top : top + height, left : left + width] = color
+    Image.fromarray(pixels).save(file)
+    return file
+
+
+def test_size_stations_and_specks_of_a_picture_are_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    picture = draw_hall(
+        tmp_path / "hall.png",
+        (10, 20, 4, 4, GREEN),
+        (10, 23 + 60, 4, 4, GREEN),
+        (40, 40, 1, 2, (0, 0, 0)),
+        (50, 60, 2, 2, (0, 0, 0)),
+        (60, 60, 4, 4, (0, 0, 0)),  # 0.4 x 0.4 m: a post
+    )
+    words = ("new", picture, "-o", tmp_path, "--resolution", 0.1, "--origin", 0, 0)
+    assert run(monkeypatch, *words) == 0
+    text = capsys.readouterr().out
+    assert "12.0 x 8.0 m" in text
+    assert "station_1 at (2.2, 6.8), station_2 at (8.5, 6.8)" in text
+    assert "specks smaller than 0.3 x 0.3 m that are obstacles now (text? noise?): 2" in text
+    assert "the largest at (6.1, 2.9)" in text
+
+
+def test_stations_that_two_robots_cannot_use_are_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    picture = draw_hall(tmp_path / "hall.png", (10, 20, 2, 2, GREEN), (10, 23, 2, 2, GREEN))
+    assert run(monkeypatch, "new", picture, "-o", tmp_path, "--resolution", 0.1) == 0
+    assert "station_1 and station_2 are only 0.30 m apart" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "spot", [(30, 59, 6, 6, GREEN), (30, 57, 6, 6, GREEN), (60, 40, 4, 4, GREEN)]
+)
+def test_a_station_on_a_wall_leaves_nothing_behind(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    spot: tuple[int, int, int, int, tuple[int, int, int]],
+) -> None:
+    """A hole in a wall was a station, and a folder without a map was left behind."""
+    walls = [(10, 61, 60, 2, (0, 0, 0)), (55, 35, 14, 14, (0, 0, 0))]
+    picture = draw_hall(tmp_path / "hall.png", *walls, spot)
+    words = ("new", picture, "-o", tmp_path, "--resolution", 0.1, "--origin", 0, 0)
+    assert run(monkeypatch, *words) == 2
+    place = f"({(spot[1] + spot[3] / 2) / 10:.2f}, {8 - (spot[0] + spot[2] / 2) / 10:.2f})"
+    assert f"the green spot at {place} lies on a wall" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == [picture]
+
+
+def test_a_station_in_a_corner_is_fine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    picture = draw_hall(tmp_path / "hall.png", (4, 3, 8, 8, GREEN), (2, 100, 8, 8, GREEN))
+    assert run(monkeypatch, "new", picture, "-o", tmp_path, "--resolution", 0.1) == 0
+
+
+def test_a_command_that_failed_works_once_it_is_right(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    picture = draw_hall(tmp_path / "hall.png", (3, 20, 2, 2, GREEN))
+    words = ("new", picture, "-o", tmp_path / "out", "--resolution")
+    assert run(monkeypatch, *words, 0.1) == 2
+    assert "world 'hall' at" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == [picture]
+    assert run(monkeypatch, *words, 0.3) == 0
+    assert sorted(path.name for path in (tmp_path / "out" / "hall").iterdir()) == [
+        "map.pgm",
+        "map.yaml",
+        "sites.yaml",
+        "world.sdf",
+    ]
+
+
+def test_force_keeps_the_names_that_stations_were_given(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    spots = [(20, 20, 4, 4, GREEN), (60, 20, 4, 4, GREEN)]
+    picture = draw_hall(tmp_path / "hall.png", *spots)
+    words = ("new", picture, "-o", tmp_path, "--resolution", 0.1, "--origin", 0, 0)
+    assert run(monkeypatch, *words) == 0
+    sites = tmp_path / "hall" / "sites.yaml"
+    sites.write_text(
+        "stations: {dock: [2.2, 5.8, 0.5], pick: [2.2, 1.8, 1.5]}\nplaces: [[4, 4, 0]]\n"
+    )
+    draw_hall(picture, (6, 60, 4, 4, GREEN), (22, 22, 4, 4, GREEN), (60, 60, 4, 4, GREEN))
+    capsys.readouterr()
+    assert run(monkeypatch, *words, "--force") == 0
+    assert f"kept of {sites}: dock, places" in capsys.readouterr().out
+    scene = load_world(tmp_path / "hall")
+    assert list(scene.sites.stations) == ["station_1", "dock", "station_2"]
+    assert scene.sites.stations["dock"].yaw == 0.5
+    assert scene.sites.stations["dock"].x == pytest.approx(2.4)
+    assert len(scene.sites.places) == 1
+
+
+def test_a_picture_without_colours_is_told_the_rule(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    picture = draw_hall(tmp_path / "hall.png")
+    assert run(monkeypatch, "new", picture, "-o", tmp_path) == 0
+    assert "green spots are stations, a blue area is where the robots" in capsys.readouterr().out
+
+
+def test_a_station_in_millimetres_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    picture = draw_hall(tmp_path / "hall.png", (20, 20, 4, 4, GREEN))
+    assert run(monkeypatch, "new", picture, "-o", tmp_path) == 0
+    (tmp_path / "hall" / "sites.yaml").write_text("stations: {a: [1, 1, 0], b: [5500, 14500, 0]}\n")
+    assert run(monkeypatch, "draw", tmp_path / "hall" / "world.sdf", "-o", tmp_path) == 2
+    assert "station 'b' at (5500, 14500) lies 14498 m outside" in capsys.readouterr().err
