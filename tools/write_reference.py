@@ -24,7 +24,7 @@ from swarm_commander.cli import main as commander_cli
 from swarm_commander.cli.commander_command import commander_app
 from swarm_commander.cli.fleet_command import fleet_app
 from swarm_commander.mission.client import RobotCommander
-from swarm_commander.mission.task import TaskResult
+from swarm_commander.mission.task import Task, TaskResult
 from swarm_common.middleware.topic_table import (
     COSTMAP_TOPICS,
     ORDERS,
@@ -250,7 +250,7 @@ def python_page() -> str:
         WRITTEN,
         "The [tutorial](../tutorials/python.md) has an example of each.\n",
     ]
-    for item in (RobotCommander, TaskResult, run, load_scenario, RunOptions, RunResult):
+    for item in (RobotCommander, Task, TaskResult, run, load_scenario, RunOptions, RunResult):
         signature = "" if isinstance(item, type) else f"{_signature(item)}\n"
         head = f"{item.__module__}.{item.__name__}"
         parts.append(f"\n## {head}\n\n{signature}{_docstring(item)}\n")

@@ -222,7 +222,7 @@ class RobotDriver:
         known = len(self.itinerary.outcomes)
         reached = task.outcome is TaskResult.SUCCEEDED
         is_final = is_for_good(task.result)
-        order = self.itinerary.on_end(reached, self.tick, _reason(task), is_final=is_final)
+        order = self.itinerary.on_end(reached, self.tick, task.reason, is_final=is_final)
         for outcome in self.itinerary.outcomes[known:]:
             self._listener.on_settled(self, outcome)
         self._follow(order)
@@ -246,17 +246,6 @@ def is_for_good(result: Any) -> bool:
     """
     is_off = getattr(result, "error_code", 0) in OFF_THE_MAP
     return is_off or ON_THIS_MAP in getattr(result, "error_msg", "")
-
-
-def _reason(task: Task) -> str:
-    """Return why a task failed, for people; empty if it did not."""
-    if task.outcome is TaskResult.SUCCEEDED:
-        return ""
-    if task.result is None:
-        return task.reason
-    code = getattr(task.result, "error_code", 0)
-    message = getattr(task.result, "error_msg", "") or task.outcome.name.lower()
-    return f"error {code}: {message}" if code else message
 
 
 def _settled_goals(status: RobotStatus) -> int:

@@ -44,7 +44,7 @@ class Task:
         result: Result message; None until the end and for a goal that was refused or forgotten.
         is_forgotten: Whether the robot took the goal and does not know it any more.
         outcome: How it ended; UNKNOWN until then.
-        reason: Why there is no result at the end.
+        reason: Why it did not succeed, in words; empty until the end and of a success.
     """
 
     def __init__(
@@ -126,5 +126,14 @@ class Task:
             self.outcome = TaskResult.FAILED
             self.is_forgotten = known is Phase.ACCEPTED
             self.reason = FORGOTTEN if self.is_forgotten else REFUSED
+        elif self.outcome is not TaskResult.SUCCEEDED:
+            self.reason = why_not(self.result, self.outcome)
         if self._on_end is not None:
             self._on_end(self)
+
+
+def why_not(result: Any, outcome: TaskResult) -> str:
+    """Return why a goal did not succeed, by its result message and outcome, for people."""
+    code = getattr(result, "error_code", 0)
+    message = getattr(result, "error_msg", "") or outcome.name.lower()
+    return f"error {code}: {message}" if code else message

@@ -146,16 +146,22 @@ def _parts(phase: str, statistics: RunStatistics) -> list[str]:
     ]
 
 
+def goals_text(goals: Mapping[str, int]) -> str:
+    """Return how many of all goals were reached, and what became of the others."""
+    reached, failed, pending = goals["reached"], goals["failed"], goals["pending"]
+    under_way = min(pending, max(0, goals["sent"] - reached - failed))
+    text = f"{reached} of {reached + failed + pending}, {failed} missed"
+    rest = f", {pending} open: {under_way} under way, {pending - under_way} not sent"
+    return text + rest if pending else text
+
+
 def summary_table(report: Mapping[str, Any], code: int) -> Table:
     """Return the result of a run as a table."""
     goals, collisions = report["goals"], report["collisions"]
     cpu, memory = report["cpu_ms_per_robot_second"], report["memory_mb"]
     duration = report["goal_duration"]
     rows = {
-        "goals reached": (
-            f"{goals['reached']} of {goals['sent']} sent, {goals['failed']} missed,"
-            f" {goals['pending']} pending"
-        ),
+        "goals reached": goals_text(goals),
         "collisions robot-robot, robot-world": (
             ", ".join(_with_unit(collisions[kind], "") for kind in ("robot_robot", "robot_world"))
         ),

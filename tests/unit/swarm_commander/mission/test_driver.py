@@ -4,6 +4,7 @@ import pytest
 from nav2_msgs.action import NavigateToPose
 
 from swarm_commander.mission.driver import is_for_good
+from swarm_commander.mission.task import TaskResult, why_not
 from swarm_nav.core.config import NavConfig
 from swarm_nav.core.goals import PlanError
 from swarm_nav.planning.planner import Planner
@@ -51,3 +52,9 @@ def test_what_the_map_alone_decides_is_not_tried_again(
 
 def test_a_refused_goal_is_tried_again() -> None:
     assert not is_for_good(None)
+
+
+def test_the_reason_of_a_failed_task_is_that_of_its_result() -> None:
+    walled = NavigateToPose.Result(error_code=206, error_msg="the goal is occupied")
+    assert why_not(walled, TaskResult.FAILED) == "error 206: the goal is occupied"
+    assert why_not(NavigateToPose.Result(), TaskResult.CANCELED) == "canceled"

@@ -8,7 +8,7 @@ from rich.console import Console
 
 from swarm_commander.run.input.options import UpOptions
 from swarm_commander.run.processes.usage import UsageMeter
-from swarm_commander.run.results.progress import summary_line, summary_table
+from swarm_commander.run.results.progress import goals_text, summary_line, summary_table
 from swarm_commander.run.results.report import (
     RunTimes,
     compose_report,
@@ -219,6 +219,19 @@ def test_goals_of_the_mission_that_were_never_sent_are_pending() -> None:
     assert report_of(statistics_of(*events))["goals"] == {
         "sent": 1, "reached": 1, "failed": 0, "pending": 5
     }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("goals", "text"),
+    [
+        ((16, 13, 0, 11), "13 of 24, 0 missed, 11 open: 3 under way, 8 not sent"),
+        ((20, 20, 0, 0), "20 of 20, 0 missed"),
+        ((5, 3, 2, 0), "3 of 5, 2 missed"),
+    ],
+)
+def test_the_summary_says_what_became_of_all_goals(goals: tuple[int, ...], text: str) -> None:
+    names = ("sent", "reached", "failed", "pending")
+    assert goals_text(dict(zip(names, goals, strict=True))) == text
 
 
 def test_without_a_mission_goals_are_what_the_robots_report() -> None:
