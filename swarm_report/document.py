@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -188,7 +188,7 @@ def _document(run: RunData, plots: list[Plot]) -> str:
     if lines:
         body += ["<h2>Breaches</h2>", table_html(["what"], [[line] for line in lines])]
     if report.get("robots"):
-        body += ["<h2>Robots</h2>", _robots(report["robots"])]
+        body += ["<h2>Robots</h2>", _robots(report["robots"], report.get("broken") or ())]
     if report:
         body.append(
             f"<footer>trajectory_sha256 {report.get('trajectory_sha256') or 'unknown'};"
@@ -273,9 +273,12 @@ COLUMNS = {
 }
 
 
-def _robots(robots: Mapping[str, Mapping[str, Any]]) -> str:
+def _robots(robots: Mapping[str, Mapping[str, Any]], broken: Collection[str]) -> str:
     rows = [
-        [name, *(_cell(values.get(key), digits) for key, (_, digits) in COLUMNS.items())]
+        [
+            f"{name} (broken)" if name in broken else name,
+            *(_cell(values.get(key), digits) for key, (_, digits) in COLUMNS.items()),
+        ]
         for name, values in robots.items()
     ]
     return table_html(["robot", *(heading for heading, _ in COLUMNS.values())], rows)

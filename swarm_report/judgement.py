@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from swarm_common.model.breaches import broken_lines
 from swarm_report.run import RunData
 
 SHOWN = 12  # breaches in the verdict; the table below has all
@@ -26,7 +27,8 @@ def judge(run: RunData) -> Judgement:
     if not report:
         line = "the run has left no report.json: it was killed, or still goes on"
         return Judgement("open", "No verdict", (line, *_so_far(run)))
-    lines = [*report.get("failures", []), *breach_lines(report)]
+    broken = tuple(broken_lines(report))
+    lines = [*broken, *report.get("failures", []), *breach_lines(report)]
     goals, crashes = report["goals"], report["collisions"]
     collided = (crashes["robot_robot"] or 0) + (crashes["robot_world"] or 0)
     head = f"{_goals(goals)}, {_count(collided, 'collision')}"
@@ -34,8 +36,8 @@ def judge(run: RunData) -> Judgement:
     if collided or goals["failed"] or code in (1, 3) or report.get("failures"):
         return Judgement("bad", f"Failed: {head}", _cut(lines))
     if goals["pending"]:
-        return Judgement("open", f"Stopped early: {head}", ())
-    return Judgement("good", f"Passed: {head}", ())
+        return Judgement("open", f"Stopped early: {head}", broken)
+    return Judgement("good", f"Passed: {head}", broken)
 
 
 def breach_lines(report: Mapping[str, Any]) -> list[str]:

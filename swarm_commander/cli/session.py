@@ -31,7 +31,7 @@ from swarm_commander.viewers.foxglove import write_foxglove
 from swarm_commander.viewers.rviz import write_rviz
 from swarm_common.middleware import ros_env
 from swarm_common.middleware.secret import own_secret
-from swarm_common.model.breaches import breach_lines, shortened
+from swarm_common.model.breaches import breach_lines, broken_lines, shortened
 from swarm_common.model.engines import BULLET, NO_WHEELS, usual_engine
 
 
@@ -82,11 +82,14 @@ def _conclude(plan: RunPlan, folder: RunFolder, run: LocalRun, console: Console)
     code = exit_code(report, is_unfinished=is_unfinished, component_failed=bool(run.failures))
     report |= {"exit_code": code, "failures": list(run.failures)}
     report["incidents"] = list(run.incidents)
+    report["broken"] = [n for n in plan.options.robot_names if n not in plan.alive]
     report |= _measures(folder, report)
     if problem := write_report(folder.report, report):
         code = COMPONENT_FAILED
         complain(problem)
     console.print(summary_table(report, code))
+    for line in broken_lines(report):
+        console.print(line, highlight=False, soft_wrap=True)
     breaches = breach_lines(report["breaches"], had_to_finish=is_unfinished)
     for line in (*shortened(run.failures, "failures"), *breaches):
         console.print(Text(line, style="red"), soft_wrap=True)

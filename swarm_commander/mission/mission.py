@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from swarm_commander.mission.leg import KINDS, Draw, Leg, Stop
-from swarm_common.files.resources import share_directory
+from swarm_common.files.resources import names_to_propose, share_directory
 from swarm_common.files.yaml_io import check_keys, number, pose_numbers, read_yaml
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import CONTROL_PERIOD, Pose
@@ -155,7 +155,7 @@ def mission_path(name_or_path: str) -> Path:
     folder = share_directory() / "params" / "missions"
     names = {path.stem for path in folder.glob("*.yaml")}
     if name_or_path not in names:
-        raise UnknownNameError("mission", name_or_path, names)
+        raise UnknownNameError("mission", name_or_path, names_to_propose(name_or_path, names))
     return folder / f"{name_or_path}.yaml"
 
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 from pathlib import Path
 
-from swarm_common.model.errors import SwarmError, UnknownNameError
+from swarm_common.model.errors import ConfigError, SwarmError, UnknownNameError
 
 SHARE_VARIABLE = "SWARM_SHARE"
+PLANS = (".yaml", ".yml", ".png", ".jpg", ".jpeg", ".bmp", ".gif", ".map")  # no worlds yet
 
 
 def share_directory(kind: str = "worlds") -> Path:
@@ -43,8 +45,13 @@ def find_resource(kind: str, name_or_path: str | Path, file_name: str) -> Path:
 
     Raises:
         UnknownNameError: If it is neither a shipped name nor an existing path.
+        ConfigError: If a world is a floor plan.
     """
     path = Path(name_or_path)
+    if kind == "world" and path.suffix.lower() in PLANS and path.is_file():
+        raise ConfigError(
+            f"{path} is a floor plan; build a world of it first: swarm-map new {path}"
+        )
     if path.is_file():
         return path
     if (path / file_name).is_file() and len(path.parts) > 1:
@@ -55,7 +62,14 @@ def find_resource(kind: str, name_or_path: str | Path, file_name: str) -> Path:
         return shipped
     if (path / file_name).is_file():  # a folder of the user's, where we have none of that name
         return path / file_name
-    raise UnknownNameError(kind, str(name_or_path), resource_names(kind, file_name))
+    own = [str(file.parent) for file in path.parent.glob(f"*/{file_name}")]
+    raise UnknownNameError(kind, str(name_or_path), [*resource_names(kind, file_name), *own])
+
+
+def names_to_propose(name: str, shipped: Iterable[str]) -> list[str]:
+    """Return the YAML file of that name in the current folder; without one, what ships with us."""
+    own = [f"./{name}{suffix}" for suffix in (".yaml", ".yml") if Path(f"{name}{suffix}").is_file()]
+    return own or sorted(shipped)
 
 
 def resource_names(kind: str, file_name: str) -> list[str]:

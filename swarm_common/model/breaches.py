@@ -113,6 +113,15 @@ def breach_lines(
     return lines
 
 
+def broken_lines(report: Mapping[str, Any]) -> list[str]:
+    """Return in words which robots of a run were broken from its start; nothing if none was."""
+    names = report.get("broken") or []
+    if not names:
+        return []
+    verb = "robot is" if len(names) == 1 else "robots are"
+    return [f"{len(names)} {verb} broken: {', '.join(names)}"]
+
+
 def shortened(lines: Sequence[str], kind: str) -> list[str]:
     """Return the first lines, and how many more of their kind there are."""
     if len(lines) <= SHOWN:

@@ -86,7 +86,8 @@ class UnknownNameError(ConfigError):
         super().__init__(f"unknown {kind} '{name}'{place}; {self._advice()}")
 
     def _advice(self) -> str:
-        close = difflib.get_close_matches(self.name, self.known, n=3, cutoff=0.5)
+        folded = {name.casefold(): name for name in self.known}
+        close = difflib.get_close_matches(self.name.casefold(), folded, n=3, cutoff=0.5)
         if close:
-            return "did you mean " + " or ".join(f"'{name}'" for name in close) + "?"
+            return "did you mean " + " or ".join(f"'{folded[name]}'" for name in close) + "?"
         return "known: " + (", ".join(self.known) or "none")

@@ -9,7 +9,7 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
-from swarm_common.files.resources import share_directory
+from swarm_common.files.resources import names_to_propose, share_directory
 from swarm_common.files.sites_io import parse_spawn
 from swarm_common.files.yaml_io import check_keys, number, read_yaml
 from swarm_common.model.errors import ConfigError, SwarmError, UnknownNameError
@@ -100,7 +100,7 @@ def _fleet_path(name_or_path: str | Path) -> Path:
     folder = share_directory("params") / "params" / "fleets"
     names = [item.stem for item in folder.glob("*.yaml")]
     if path.name not in names:
-        raise UnknownNameError("fleet", path.name, names)
+        raise UnknownNameError("fleet", path.name, names_to_propose(path.name, names))
     return folder / f"{path.name}.yaml"
 
 

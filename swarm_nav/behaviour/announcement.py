@@ -123,6 +123,8 @@ def compose_status(
     target: Pose | None,
     sites: Sites,
     distance: float,
+    *,
+    is_pausing: bool,
 ) -> Status:
     """Return the status for the operator.
 
@@ -133,6 +135,7 @@ def compose_status(
         target: In map, None without a goal.
         sites: Names of stations.
         distance: [m] of path left.
+        is_pausing: Whether it is being served where it was sent.
     """
     s, state = situation, deciders.state_machine.state
     lease, gate, holding = deciders.lease, deciders.gate, deciders.holding
@@ -142,6 +145,8 @@ def compose_status(
         name = "inactive"
     elif deciders.senses.missing:
         name, detail = "waiting", deciders.senses.missing
+    elif state is State.IDLE and is_pausing:
+        name = State.BEHAVING.value
     elif state is State.HOLDING:
         where = "on the circuit" if holding.is_on_circuit else "parked"
         detail = f"{where}, {_queue(lease, gate, station or 'its goal')}"

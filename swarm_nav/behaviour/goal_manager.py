@@ -44,6 +44,7 @@ class GoalManager:
         self.behavior: Behavior | None = None
         self.is_recovery = False
         self.last_goal_tick = 0
+        self._has_reached = False  # the goal before
 
     @property
     def has_goal(self) -> bool:
@@ -60,6 +61,12 @@ class GoalManager:
         if self.behavior is not None and not self.is_recovery:
             return self.behavior.goal.goal_id
         return None
+
+    @property
+    def is_pausing(self) -> bool:
+        """Whether the robot stands where it was sent until the next goal takes effect."""
+        goal = self._pending
+        return self._has_reached and goal is not None and goal.start_tick > self._s.tick + 1
 
     def set_goal(self, goal: Goal) -> None:
         """Take a goal for its start tick; the current one ends as canceled (preempted).
@@ -104,6 +111,7 @@ class GoalManager:
         self.is_recovery = False
         if task is not None:
             self._count(outcome)
+        self._has_reached = task is not None and outcome is Outcome.SUCCEEDED
         self._lease.aim(None)
         if not self._right.is_yielding:
             s.tube.release_ahead(s.brake_points)

@@ -449,5 +449,6 @@ class Navigator:
         if target is None and self._goal_manager.has_goal:
             target = self._s.pose  # a behaviour that somebody asked for: the robot is not free
         return compose_status(
-            self._s, self._deciders, self.is_active, target, self.sites, self.distance_remaining()
-        )
+            self._s, self._deciders, self.is_active, target, self.sites, self.distance_remaining(),
+            is_pausing=self._goal_manager.is_pausing,
+        )  # fmt: skip

@@ -49,9 +49,8 @@ class Conditions:
     def __str__(self) -> str:
         """Say it in a sentence or more, for people."""
         if self.is_guaranteed:
-            return (
-                f"room for {self.places} robots; {self.robots} asked for: every goal is reachable"
-            )
+            asked = "the robot" if self.robots == 1 else f"all {self.robots} robots"
+            return f"every goal is reachable for {asked} (standing room for {self.places})"
         named = self.findings[:MOST_NAMED]
         more = len(self.findings) - len(named)
         rest = f"; and {more} more" if more else ""

@@ -195,4 +195,4 @@ def stations_html(states: Mapping[str, ReportedState]) -> str:
 
 def is_driving(state: ReportedState | None) -> bool:
     """Return whether a robot is in no need of attention."""
-    return state is None or state.state in ("driving", "idle")
+    return state is None or state.state in ("driving", "pausing", "idle")

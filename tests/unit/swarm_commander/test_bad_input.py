@@ -44,6 +44,30 @@ def refusal(
 
 
 @pytest.mark.parametrize(
+    ("flags", "advice"),
+    [
+        (["--world", "Hall_Three"], "unknown world 'Hall_Three'; did you mean 'hall_three'"),
+        (["--world", "hall_tree"], "did you mean 'hall_three'"),
+        (["--world", "PLAYGROUND"], "did you mean 'playground'"),
+        (
+            ["--world", "hall.yaml"],
+            "is a floor plan; build a world of it first: swarm-map new hall",
+        ),
+        (["--world", "hall.PNG"], "is a floor plan; build a world of it first: swarm-map new hall"),
+        (["--mission", "deliver"], "did you mean './deliver.yaml'"),
+        (["--fleet", "deliver"], "did you mean './deliver.yaml'"),
+    ],
+)
+def test_files_of_the_current_folder_are_proposed(
+    refusal: Refusal, tmp_path: Path, flags: list[str], advice: str
+) -> None:
+    for name in ("hall_three/world.sdf", "hall.yaml", "hall.PNG", "deliver.yaml"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).touch()
+    assert advice in refusal(*flags)
+
+
+@pytest.mark.parametrize(
     ("flags", "parts"),
     [
         (["--swarm-size", "0"], ["--swarm-size is 0", "1 or more"]),

@@ -62,6 +62,15 @@ def test_without_plotly_the_page_has_the_still_plots(
     assert 'id="charts"' not in text
 
 
+def test_broken_robots_are_named(tmp_path: Path) -> None:
+    folder = make_run(tmp_path, robots=3, seconds=10)
+    report = json.loads((folder / "report.json").read_text())
+    (folder / "report.json").write_text(json.dumps(report | {"broken": ["Srobot2"]}))
+    text = write_document(folder).read_text(encoding="utf-8")
+    assert "1 robot is broken: Srobot2" in text
+    assert "Srobot2 (broken)" in text
+
+
 def test_names_are_no_markup(tmp_path: Path) -> None:
     folder = make_run(tmp_path, robots=2, seconds=10)
     sites = folder / "sites.yaml"

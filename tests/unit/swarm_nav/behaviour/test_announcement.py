@@ -144,7 +144,9 @@ def status(  # type: ignore[no-untyped-def]
 ):
     sites = Sites(stations={"loader_1": Pose(*STATION, 0.0)})
     lease = Lease(STATION, 70, place, 9 if place else 0)
-    return compose_status(s, deciders(s, state, lease, gate), is_active, None, sites, 1.3)
+    return compose_status(
+        s, deciders(s, state, lease, gate), is_active, None, sites, 1.3, is_pausing=False
+    )
 
 
 def test_the_status_says_what_the_robot_waits_for() -> None:

@@ -81,6 +81,23 @@ def test_a_goal_in_the_future_starts_at_its_tick() -> None:
     assert one.events[0] == [StateChanged("driving", 50)]
 
 
+def test_a_robot_pauses_between_a_goal_that_it_reached_and_the_next_one() -> None:
+    """It was idle in report and viewer, whose legends call this pausing."""
+    one = squad()
+    one.run(30)
+    one.send(0, EAST, start_tick=40)
+    one.run(5)
+    assert one.robots[0].status().state == "idle"  # it has not been anywhere yet
+    one.run_until(lambda: bool(one.ended(0)), 600)
+    assert one.robots[0].status().state == "idle"
+    due = one.tick + 30
+    one.send(0, START, goal_id=2, start_tick=due)
+    one.run(1)
+    assert one.robots[0].status().state == "pausing"
+    one.run_until(lambda: one.tick > due, 40)
+    assert one.robots[0].status().state == "driving"
+
+
 def test_a_new_goal_preempts_the_one_in_hand() -> None:
     one = squad()
     one.send(0, FAR, goal_id=1)

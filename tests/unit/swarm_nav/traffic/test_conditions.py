@@ -31,7 +31,9 @@ def test_a_hall_has_room() -> None:
     found = of(HALL, (LEFT,), (LEFT,))
     assert found.is_guaranteed
     assert 40 < found.places < 120  # 5.4 m by 5.4 m, about 0.57 m apart
-    assert str(found) == f"room for {found.places} robots; 2 asked for: every goal is reachable"
+    assert str(found) == (
+        f"every goal is reachable for all 2 robots (standing room for {found.places})"
+    )
 
 
 def test_more_robots_than_places_is_said() -> None:
