@@ -10,12 +10,14 @@ import typer
 from rclpy.node import Node
 from swarm_interfaces.msg import RobotStatus
 
+from swarm_commander.cli.command_node import command_node
 from swarm_commander.cli.console import Moment, StatusConsole
 from swarm_commander.mission.discovery import find_robots, read_home, read_sites, robot_on_mission
 from swarm_commander.mission.driver import RobotDriver, has_goal, sim_seconds
 from swarm_commander.mission.itinerary import Itinerary, Order, StopOutcome
 from swarm_commander.mission.mission import Mission, load_mission, single_goal, usual_mission
-from swarm_commander.run.domain import check_swarm, domain_id, patience_for
+from swarm_commander.mission.swarm_watch import SwarmWatch
+from swarm_commander.run.domain import domain_id, patience_for
 from swarm_common.middleware.ros_io import tick_of
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
@@ -49,27 +51,20 @@ def command(
 
     Other commands: spawn, remove, move, list, reset, restart; see swarm-commander spawn --help.
 
-    Exit code: 0 all goals reached, 1 a goal missed, 2 bad input.
+    Exit code: 0 all goals reached, 1 a goal missed, 2 bad input, 3 the swarm has ended.
     """
     if bool(robots) == all_:
         raise ConfigError("name a robot, like Srobot3, or give --all")
     plan = None if mission is None else load_mission(mission)
     if goal is not None:
         plan = single_goal(Pose(*goal))
-    domain = domain_id()
-    check_swarm(domain)
-    rclpy.init()
-    node = rclpy.create_node("swarm_commander", enable_rosout=False, start_parameter_services=False)
-    try:
-        running = find_robots(node, robots or [], patience_for(domain))
+    with command_node("swarm_commander") as node:
+        running = find_robots(node, robots or [], patience_for(domain_id()))
         names = running if all_ else list(dict.fromkeys(robots or []))
         for name in names:
             if name not in running:
                 raise ConfigError(f"no robot '{name}' is running; there are {', '.join(running)}")
         raise typer.Exit(Commander(node, names, calm=len(names) > 1).drive(plan, seed))
-    finally:
-        node.destroy_node()
-        rclpy.try_shutdown()
 
 
 class Commander:
@@ -83,6 +78,7 @@ class Commander:
         period = CALM_PERIOD if calm else 2.0
         self._narrators = {name: StatusConsole(name, period) for name in names}
         self._failed = 0
+        self._watch = SwarmWatch(node)
 
     def drive(self, mission: Mission | None, seed: int) -> int:
         """Drive all robots through a mission, None for one of this world; return the exit code."""
@@ -105,6 +101,7 @@ class Commander:
                 driver.start()
             while not all(driver.is_over for driver in self._drivers.values()):
                 rclpy.spin_once(self._node, timeout_sec=0.2)
+                self._watch.check()
                 for driver in self._drivers.values():
                     driver.robot.look()
         except KeyboardInterrupt:
@@ -152,6 +149,7 @@ class Commander:
         )
         deadline = time.monotonic() + READY_LIMIT
         while not poses:
+            self._watch.check()
             if time.monotonic() > deadline:
                 raise ConfigError(f"{name} does not say where it is; is its navigator alive?")
             rclpy.spin_once(self._node, timeout_sec=0.2)
@@ -170,6 +168,7 @@ class Commander:
         deadline = time.monotonic() + READY_LIMIT
         for driver in self._drivers.values():
             while not driver.robot.isReady():
+                self._watch.check()
                 if time.monotonic() > deadline:
                     raise ConfigError(f"{driver.name} takes no goals; is its navigator active?")
                 rclpy.spin_once(self._node, timeout_sec=0.1)

@@ -7,8 +7,8 @@ import os
 import re
 import signal
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -28,7 +28,9 @@ from simulation_interfaces.srv import (
 )
 from swarm_interfaces.msg import RobotStatus
 
+from swarm_commander.cli.command_node import command_node
 from swarm_commander.cli.thing_request import thing_request
+from swarm_commander.mission.swarm_watch import SwarmWatch
 from swarm_commander.run import domain
 from swarm_commander.run.domain import domain_id
 from swarm_commander.run.recording import FILE
@@ -204,16 +206,8 @@ def _tell_frames(robots: list[str]) -> None:
     typer.echo(f"/tf and /tf_static have the frames of {names}; Ctrl-C ends it", err=True)
 
 
-@contextmanager
-def _node() -> Iterator[Node]:
-    domain.check_swarm(domain_id())
-    rclpy.init()
-    node = rclpy.create_node("swarm_fleet", enable_rosout=False, start_parameter_services=False)
-    try:
-        yield node
-    finally:
-        node.destroy_node()
-        rclpy.try_shutdown()
+def _node() -> AbstractContextManager[Node]:
+    return command_node("swarm_fleet")
 
 
 def _ask(node: Node, kind: Any, name: str, request: Any) -> Any:
@@ -261,7 +255,9 @@ def _wait_for_status(node: Node, name: str) -> None:
 
 def _wait(node: Node, condition: Callable[[], bool], limit: float, complaint: str) -> None:
     end = time.monotonic() + limit
+    watch = SwarmWatch(node)
     while not condition():
+        watch.check()
         if time.monotonic() > end:
             raise ConfigError(complaint)
         rclpy.spin_once(node, timeout_sec=0.1)

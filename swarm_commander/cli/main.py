@@ -123,7 +123,7 @@ def run_app(name: str, load: Callable[[], typer.Typer]) -> int:
     import typer
 
     from swarm_commander.run.results.report import BAD_INPUT, COMPONENT_FAILED
-    from swarm_common.model.errors import SwarmError
+    from swarm_common.model.errors import SwarmEndedError, SwarmError
 
     # Some versions of typer bring a click of their own, so the base is reached through typer.
     usage_error: type[Exception] = typer.BadParameter.__bases__[0]
@@ -142,6 +142,9 @@ def run_app(name: str, load: Callable[[], typer.Typer]) -> int:
         code = command(prog_name=name, standalone_mode=False)
     except usage_error as error:
         message = _usage_message(error)
+    except SwarmEndedError as error:  # a component failed, from where the command stands
+        sys.stderr.write(f"{name}: {error}\n")
+        return COMPONENT_FAILED
     except SwarmError as error:
         message = str(error)
     except (typer.Abort, KeyboardInterrupt) as stop:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import select
+import signal
 import sys
 import termios
 import time
@@ -20,11 +21,13 @@ from rclpy.node import Node
 from std_msgs.msg import Empty
 from swarm_interfaces.msg import RobotStatus
 
+from swarm_commander.cli.command_node import command_node
 from swarm_commander.cli.teleop_keys import HELP, Keys
 from swarm_commander.mission.client import RobotCommander
 from swarm_commander.mission.discovery import find_robots, read_parameters
+from swarm_commander.mission.swarm_watch import SwarmWatch
 from swarm_commander.mission.task import Task, TaskResult
-from swarm_commander.run.domain import check_swarm, domain_id, patience_for
+from swarm_commander.run.domain import domain_id, patience_for
 from swarm_common.middleware.ros_io import RELIABLE
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Twist
@@ -33,6 +36,7 @@ PERIOD = 0.05  # [s] of wall time between two wishes
 READY_LIMIT = 20.0  # [s] of wall time for the robot to take the goal
 END_LIMIT = 5.0  # [s] of wall time for it to end
 STATUS_PERIOD = 1.0  # [s] between two lines about the robot
+ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # mean what Q means
 
 teleop_app = typer.Typer(rich_markup_mode=None)
 
@@ -50,16 +54,12 @@ def teleop(
     reservation, stops before walls, obstacles and the reservations of others, and goes on with
     its mission afterwards.
 
-    Exit code: 0 you ended it, 1 the robot ended it, 2 bad input.
+    Exit code: 0 you ended it, 1 the robot ended it, 2 bad input, 3 the swarm has ended.
     """
     if not 0.1 <= speed <= 1.0:
         raise ConfigError(f"--speed is {speed}; expected 0.1 to 1")
-    domain = domain_id()
-    check_swarm(domain)
-    rclpy.init()
-    node = rclpy.create_node("swarm_teleop", enable_rosout=False, start_parameter_services=False)
-    try:
-        running = find_robots(node, [robot], patience_for(domain))
+    with command_node("swarm_teleop") as node:
+        running = find_robots(node, [robot], patience_for(domain_id()))
         if robot not in running:
             raise ConfigError(f"no robot '{robot}' is running; there are {', '.join(running)}")
         values = read_parameters(node, robot, ["max_vel_x", "max_vel_theta"])
@@ -67,9 +67,6 @@ def teleop(
         keys = Keys(full)
         keys.share = speed
         raise typer.Exit(drive(node, robot, keys))
-    finally:
-        node.destroy_node()
-        rclpy.try_shutdown()
 
 
 def drive(node: Node, name: str, keys: Keys) -> int:
@@ -83,52 +80,64 @@ def drive(node: Node, name: str, keys: Keys) -> int:
     Returns:
         The exit code.
     """
+    for number in ENDING:
+        signal.signal(number, lambda *_: keys.end())
     robot = RobotCommander(node, name, with_feedback=False)
+    watch = SwarmWatch(node)
     wishes = node.create_publisher(TwistMsg, f"/{name}/cmd_vel_teleop", RELIABLE)
     end = node.create_publisher(Empty, f"/{name}/preempt_teleop", RELIABLE)
     task = robot.send("assisted_teleop", AssistedTeleop, AssistedTeleop.Goal())
     deadline = time.monotonic() + READY_LIMIT
-    while not wishes.get_subscription_count() and not task.is_complete:
+    while not wishes.get_subscription_count() and not task.is_complete and not keys.is_over:
+        watch.check()
         if time.monotonic() > deadline:
             task.cancel()
             raise ConfigError(f"{name} is not to be driven by hand; is its navigator active?")
         robot.look()
         rclpy.spin_once(node, timeout_sec=PERIOD)
-    typer.echo(f"{name} is yours\n{HELP}")
     try:
-        with _typed() as descriptor:
-            _steer(node, robot, task, keys, wishes, descriptor)
+        if not keys.is_over:
+            _tell(f"{name} is yours\n{HELP}")
+            with _typed() as descriptor:
+                _steer(node, robot, task, keys, wishes, watch, descriptor)
     finally:
         deadline = time.monotonic() + END_LIMIT
-        while not task.is_complete and time.monotonic() < deadline:
+        while not task.is_complete and time.monotonic() < deadline and not watch.look():
             end.publish(Empty())
             robot.look()
             rclpy.spin_once(node, timeout_sec=PERIOD)
         if not task.is_complete:
             task.cancel()
             rclpy.spin_once(node, timeout_sec=PERIOD)
+    watch.check()
     if task.outcome is TaskResult.SUCCEEDED or not task.is_complete:
-        typer.echo(f"{name} is on its own again")
+        _tell(f"{name} is on its own again")
         return 0
     message = getattr(task.result, "error_msg", "") or task.reason or task.outcome.name.lower()
-    typer.echo(f"{name} took itself back: {message}")
+    _tell(f"{name} took itself back: {message}")
     return 1
 
 
 def _steer(
-    node: Node, robot: RobotCommander, task: Task, keys: Keys, wishes: object, descriptor: int
+    node: Node,
+    robot: RobotCommander,
+    task: Task,
+    keys: Keys,
+    wishes: object,
+    watch: SwarmWatch,
+    descriptor: int,
 ) -> None:
     """Send what is wanted until it is over."""
     is_open, due = True, 0.0
-    while not keys.is_over and not task.is_complete:
+    while not keys.is_over and not task.is_complete and not watch.look():
         now = time.monotonic()
         if is_open and select.select([descriptor], [], [], 0.0)[0]:
-            text = os.read(descriptor, 1024).decode(errors="replace")
+            text = _read(descriptor)
             is_open = bool(text)
             keys.press(text, now)
         wish = keys.wish(now)
         if not is_open and wish == Twist():
-            return  # the other end of a pipe is closed
+            return  # the terminal, or the other end of a pipe, is closed
         message = TwistMsg()
         message.linear.x, message.angular.z = wish.vx, wish.wz
         wishes.publish(message)  # type: ignore[attr-defined]
@@ -136,8 +145,22 @@ def _steer(
         rclpy.spin_once(node, timeout_sec=PERIOD)
         if robot.status is not None and now >= due:
             due = now + STATUS_PERIOD
-            typer.echo(f"\r{robot.name}  {_line(robot.status, keys)}\x1b[K", nl=False)
-    typer.echo("")
+            _tell(f"\r{robot.name}  {_line(robot.status, keys)}\x1b[K", ends=False)
+    _tell("")
+
+
+def _read(descriptor: int) -> str:
+    """Return what was typed; empty if the terminal or the pipe is closed."""
+    try:
+        return os.read(descriptor, 1024).decode(errors="replace")
+    except OSError:  # of a terminal that was closed
+        return ""
+
+
+def _tell(text: str, *, ends: bool = True) -> None:
+    """Write to the terminal; that it is closed must not keep the robot from being given back."""
+    with contextlib.suppress(OSError):
+        typer.echo(text, nl=ends)
 
 
 def _line(status: RobotStatus, keys: Keys) -> str:
@@ -158,4 +181,5 @@ def _typed() -> Iterator[int]:
     try:
         yield descriptor
     finally:
-        termios.tcsetattr(descriptor, termios.TCSADRAIN, before)
+        with contextlib.suppress(OSError, termios.error):  # the terminal may be closed
+            termios.tcsetattr(descriptor, termios.TCSADRAIN, before)

@@ -13,7 +13,7 @@ ENDS = ("q", "\x04")
 HELP = """\
   w or up      ahead          + / -   faster / slower
   s or down    back           space   stop
-  a or left    turn left      q       end; the robot goes on with its mission
+  a or left    turn left      q       end (or Ctrl-C); the robot goes on with its mission
   d or right   turn right
 Keep a key pressed: half a second without one, the robot stops."""
 
@@ -47,6 +47,10 @@ class Keys:
                 self.is_over = True
             else:
                 self._until = now
+
+    def end(self) -> None:
+        """The operator has had enough."""
+        self.is_over = True
 
     def wish(self, now: float) -> Twist:
         """Return the velocity that is wanted at a time [s]: none without a key pressed."""

@@ -39,15 +39,18 @@ from nav_msgs.msg import Path
 from rclpy.node import Node
 from swarm_interfaces.msg import RobotStatus
 
+from swarm_commander.mission.discovery import in_order, robots_in_graph
 from swarm_commander.mission.goal_client import GoalClient
 from swarm_commander.mission.status_door import StatusDoor
+from swarm_commander.mission.swarm_watch import SwarmWatch
 from swarm_commander.mission.task import Task, TaskResult
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.middleware.ros_io import RELIABLE
-from swarm_common.model.errors import SwarmError
+from swarm_common.model.errors import SwarmEndedError, SwarmError
 from swarm_common.process.pipes import EventWriter
 
 NANOSECONDS = 1_000_000_000
+TELL_AFTER = 2.0  # [s] of wall time after which a robot that is not seen is spoken of
 POLL_PERIOD = 0.2  # [s] of wall time between two questions
 
 
@@ -72,6 +75,7 @@ class RobotCommander:
         *,
         with_feedback: bool = True,
         door: StatusDoor | None = None,
+        watches_swarm: bool = True,
     ) -> None:
         """Attach to a robot.
 
@@ -83,6 +87,8 @@ class RobotCommander:
                 all the rest of a client.
             door: Of the statuses of all robots that the caller attaches to; this robot's alone
                 if there is none.
+            watches_swarm: Whether tasks end as failed when the swarm has ended; False for a
+                caller that watches it.
         """
         self.name = namespace.strip("/")
         self.status: RobotStatus | None = None
@@ -92,6 +98,7 @@ class RobotCommander:
         events = EventWriter(None)
         self._door = door or StatusDoor(Rejections(events, node.get_logger().warning))
         self._with_feedback = with_feedback
+        self._watch = SwarmWatch(node) if watches_swarm else None
         self._clients: dict[str, GoalClient] = {}
         self._subscription = node.create_subscription(
             RobotStatus, f"/{self.name}/status", self._take_status, RELIABLE
@@ -178,6 +185,9 @@ class RobotCommander:
         if self.task is not None:
             is_busy = self.status is not None and not math.isnan(self.status.goal.x)
             self.task.look(is_busy)
+            if self._watch is not None and not self.task.is_complete and self._watch.look():
+                self._node.get_logger().error(str(SwarmEndedError()))
+                self.task.give_up(str(SwarmEndedError()))
 
     def ask(self) -> None:
         """Ask at once for the state of the current task: the robot was silent, or was restarted."""
@@ -226,16 +236,23 @@ class RobotCommander:
 
         Raises:
             NotActiveError: If it does not become so.
+            SwarmEndedError: If the swarm has ended.
         """
-        deadline = time.monotonic() + timeout
+        start = time.monotonic()
+        deadline, watch, is_told = start + timeout, SwarmWatch(self._node), False
         client = self._node.create_client(GetState, f"/{self.name}/bt_navigator/get_state")
         try:
             label = ""
             while label != "active" or not self.isReady():
-                if time.monotonic() > deadline:
-                    raise NotActiveError(
-                        f"the navigator of {self.name} is {label or 'silent'} after {timeout:g} s"
-                    )
+                watch.check()
+                now = time.monotonic()
+                others = self._others() if not label and now - start > TELL_AFTER else ""
+                if now > deadline:
+                    state = f"the navigator of {self.name} is {label or 'silent'}"
+                    raise NotActiveError(others or f"{state} after {timeout:g} s")
+                if others and not is_told:
+                    self._node.get_logger().warning(f"{others}; waiting for it")
+                    is_told = True
                 label = self._ask_state(client) or label
         finally:
             self._node.destroy_client(client)
@@ -267,6 +284,13 @@ class RobotCommander:
         if response is None or response.current_state.label != "active":
             rclpy.spin_once(self._node, timeout_sec=POLL_PERIOD)
         return str(response.current_state.label) if response is not None else ""
+
+    def _others(self) -> str:
+        """Return that there are other robots, but not this one; empty if that is not so."""
+        robots = robots_in_graph(self._node)
+        if not robots or self.name in robots:
+            return ""
+        return f"no robot '{self.name}' is running; there are {', '.join(in_order(robots))}"
 
     def _client(self, action: str, action_type: type) -> GoalClient:
         if action not in self._clients:

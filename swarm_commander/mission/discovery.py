@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import rclpy
@@ -42,18 +42,24 @@ def find_robots(node: Node, wanted: Sequence[str], patience: SwarmPatience) -> l
     seen: set[str] = set()
     while True:
         now = time.monotonic()
-        found = _robots_in_graph(node)
+        found = robots_in_graph(node)
         if found != seen:
             seen, changed = found, now
         complete = bool(wanted) and seen.issuperset(wanted)
         if complete or (seen and now - changed > CALM_TIME):
-            return sorted(seen, key=lambda name: (len(name), name))
+            return in_order(seen)
         if not seen:
             patience.check(now - start)
         rclpy.spin_once(node, timeout_sec=0.1)
 
 
-def _robots_in_graph(node: Node) -> set[str]:
+def in_order(robots: Iterable[str]) -> list[str]:
+    """Return the names of robots in order of their numbers."""
+    return sorted(robots, key=lambda name: (len(name), name))
+
+
+def robots_in_graph(node: Node) -> set[str]:
+    """Return the names of the robots that are seen now."""
     return {
         name.split("/")[1]
         for name, types in node.get_topic_names_and_types()

@@ -73,7 +73,9 @@ class RobotDriver:
         door: StatusDoor | None = None,
     ) -> None:
         """Attach to a robot; `announces` says whether it is told that more goals follow."""
-        self.robot = RobotCommander(node, name, self._take_status, with_feedback=False, door=door)
+        self.robot = RobotCommander(
+            node, name, self._take_status, with_feedback=False, door=door, watches_swarm=False
+        )
         self.itinerary = itinerary
         self.order: Order | None = None
         self.tick = 0

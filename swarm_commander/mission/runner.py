@@ -27,6 +27,7 @@ from swarm_common.middleware.participants import Hubs, prepare
 from swarm_common.middleware.rclpy_compat import SafeExecutor
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.model.breaches import MissedGoal
+from swarm_common.model.palette import BUSY_STATES
 from swarm_common.model.records import CONTROL_PERIOD, Pose
 from swarm_common.model.sites import Sites
 from swarm_common.process.messages import (
@@ -58,7 +59,6 @@ LOST_TIME = 5.0  # [s] if the wall clock, too, has moved on by this much
 # [s] of wall time after which a silent robot's goals count as failed until it is heard again;
 # longer than swarm-up takes to notice a navigator that hangs and to start another.
 GIVE_UP_TIME = 60.0
-PAUSING = "pausing"  # state of a robot under a behaviour that somebody asked for, such as a turn
 LATE_STATUS = 2.0  # [s] of wall time to wait for the status of an end
 
 
@@ -245,7 +245,7 @@ class Runner:
 
 def status_event(robot: str, status: RobotStatus) -> StatusReported:
     """Return what swarm-up wants to know of a robot's status."""
-    is_under_way = has_goal(status) and status.state != PAUSING
+    is_under_way = has_goal(status) and status.state not in BUSY_STATES
     return StatusReported(
         robot=robot,
         state=status.state,

@@ -84,6 +84,13 @@ class Task:
         if not self.is_complete:
             self._do(self._delivery.hear(DeliveryEvent.OVERDUE, time.monotonic()))
 
+    def give_up(self, reason: str) -> None:
+        """End as failed without an answer: nobody is there to give one."""
+        if not self.is_complete:
+            known = self._delivery.phase
+            self._delivery.phase = Phase.ENDED
+            self._end(known, reason)
+
     def _do(self, action: Action) -> None:
         if action is Action.SEND:
             sent = self._client.send_goal(self._goal_id, self._goal)
@@ -119,13 +126,13 @@ class Task:
         if self.is_complete:
             self._end(known)
 
-    def _end(self, known: Phase) -> None:
+    def _end(self, known: Phase, reason: str = "") -> None:
         """End the task; `known` is the phase of the goal just before."""
         self._client.forget(self._goal_id)
         if self.result is None:
             self.outcome = TaskResult.FAILED
-            self.is_forgotten = known is Phase.ACCEPTED
-            self.reason = FORGOTTEN if self.is_forgotten else REFUSED
+            self.is_forgotten = known is Phase.ACCEPTED and not reason
+            self.reason = reason or (FORGOTTEN if self.is_forgotten else REFUSED)
         elif self.outcome is not TaskResult.SUCCEEDED:
             self.reason = why_not(self.result, self.outcome)
         if self._on_end is not None:

@@ -10,10 +10,9 @@ import socket
 import struct
 import sys
 from collections.abc import Mapping
-from pathlib import Path
 
 from swarm_commander.mission.patience import SwarmPatience
-from swarm_common.middleware import ros_env
+from swarm_commander.mission.swarm_watch import domain_address, has_swarm
 from swarm_common.model.errors import ConfigError, NoSwarmError
 from swarm_common.process.messages import (
     USER,
@@ -25,7 +24,6 @@ from swarm_common.process.messages import (
 
 LONGEST = 4096  # [bytes] of a request or an answer
 SPEECH_LIMIT = 0.2  # [s] of wall time for a request to arrive
-SOCKETS = Path("/proc/net/unix")  # lists the sockets of this host, see proc_net_unix(5)
 HIGHEST_DOMAIN = 232  # the ports of a higher one would not fit below 65536
 
 
@@ -39,18 +37,6 @@ def domain_id(environment: Mapping[str, str] = os.environ) -> int:
     if not text.isdecimal() or int(text) > HIGHEST_DOMAIN:
         raise ConfigError(f"ROS_DOMAIN_ID is '{text}'; expected a number 0..{HIGHEST_DOMAIN}")
     return int(text)
-
-
-def has_swarm(domain: int) -> bool | None:
-    """Return whether a swarm runs or starts in the domain; None if unknown.
-
-    If the graph is limited to this host, a process here holds the domain of a swarm. A swarm on
-    another host cannot be seen.
-    """
-    if ros_env.bound_address() != ros_env.LOOPBACK:
-        return None
-    name = f"@{_address(domain)[1:]}"
-    return name in SOCKETS.read_text(encoding="utf-8", errors="replace").split()
 
 
 def check_swarm(domain: int) -> None:
@@ -87,7 +73,7 @@ class DomainLock:
         """
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         try:
-            self._socket.bind(_address(domain))
+            self._socket.bind(domain_address(domain))
         except OSError:
             self._socket.close()
             raise ConfigError(
@@ -159,7 +145,7 @@ def ask(domain: int, command: RestartNavigator, limit: float) -> str:
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as connection:
         connection.settimeout(limit)
         try:
-            connection.connect(_address(domain))
+            connection.connect(domain_address(domain))
             connection.sendall(encode(command))
             answer = json.loads(connection.recv(LONGEST))
         except (OSError, ValueError) as error:
@@ -176,7 +162,3 @@ def _user_of(connection: socket.socket) -> int:
     layout = struct.Struct("3i")  # pid, uid, gid; see unix(7)
     data = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, layout.size)
     return int(layout.unpack(data)[1])
-
-
-def _address(domain: int) -> str:
-    return f"\0swarm-up-domain-{domain}"

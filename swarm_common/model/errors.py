@@ -33,6 +33,13 @@ class NoSwarmError(ConfigError):
         )
 
 
+class SwarmEndedError(SwarmError):
+    """The swarm that a command works with is gone."""
+
+    def __init__(self) -> None:
+        super().__init__("the swarm has ended")
+
+
 class MapError(SwarmError):
     """A map file is unusable or disagrees with the world."""
 

@@ -39,6 +39,10 @@ class Look:
     meaning: str
 
 
+PAUSING, BY_HAND = "pausing", "driven by hand"
+# States of a robot that is busy, but not under way: its goal is where it is.
+BUSY_STATES = (PAUSING, BY_HAND)
+
 # In the order of legends.
 LOOKS: dict[str, Look] = {
     "driving": Look(BLUE, "d", "on its way to a goal"),
@@ -46,7 +50,8 @@ LOOKS: dict[str, Look] = {
     "waiting": Look(VERMILLION, "w", "stands on its way: a robot or an obstacle is in front of it"),
     "yielding": Look(PINK, "y", "makes way for a robot with priority"),
     "recovering": Look(YELLOW, "r", "lost or stuck: it turns, backs up or plans anew"),
-    "pausing": Look(GREEN, "p", "at a station, being served"),
+    PAUSING: Look(GREEN, "p", "at a station, being served"),
+    BY_HAND: Look(SKY, "t", "somebody drives it with the keys"),
     "idle": Look(GREY, ".", "has no goal"),
     "inactive": Look(DARK_GREY, "-", "its navigator is not active yet, or shut down"),
     "dead": Look(BLACK, "X", "its navigator has died"),

@@ -21,6 +21,7 @@ from swarm_common.model.beacon import (
     record_of,
     word_of,
 )
+from swarm_common.model.palette import BY_HAND
 from swarm_common.model.records import CONTROL_PERIOD, Pose, RobotSpec, stamp_from_tick
 from swarm_common.model.sites import Sites
 from swarm_nav.behaviour.behaviors import Behavior
@@ -125,6 +126,7 @@ def compose_status(
     distance: float,
     *,
     is_pausing: bool,
+    is_by_hand: bool = False,
 ) -> Status:
     """Return the status for the operator.
 
@@ -136,6 +138,7 @@ def compose_status(
         sites: Names of stations.
         distance: [m] of path left.
         is_pausing: Whether it is being served where it was sent.
+        is_by_hand: Whether an operator drives it.
     """
     s, state = situation, deciders.state_machine.state
     lease, gate, holding = deciders.lease, deciders.gate, deciders.holding
@@ -156,6 +159,8 @@ def compose_status(
             detail += f", waits {_blocker(s)}"
         elif deciders.right.is_stuck:
             detail += ", finds no place"
+    elif state is State.BEHAVING and is_by_hand:
+        name = BY_HAND
     elif state is State.DRIVING and s.blocked_ticks > WAITING_TICKS:
         name, detail = "waiting", _blocker(s)
     elif state is State.DRIVING and s.obstacle_ticks > WAITING_TICKS:

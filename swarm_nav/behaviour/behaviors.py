@@ -59,9 +59,13 @@ class Behavior:
         """
         self._wish, self._wish_tick = wish, tick
 
-    def finish(self) -> None:
-        """End as a success at the next step."""
-        self._end = BehaviorEnd()
+    def finish(self, end: BehaviorEnd) -> None:
+        """End at the next step.
+
+        Args:
+            end: How.
+        """
+        self._end = end
 
     def resume(self, situation: Situation) -> None:
         """Continue with the rest of the behaviour after the robot made way for another one.

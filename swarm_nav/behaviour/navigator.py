@@ -20,13 +20,14 @@ from swarm_nav.behaviour.announcement import (
     priorities,
 )
 from swarm_nav.behaviour.behavior_executor import BehaviorExecutor
+from swarm_nav.behaviour.behaviors import BehaviorEnd
 from swarm_nav.behaviour.costmap import Costmap
 from swarm_nav.behaviour.goal_manager import GoalManager
 from swarm_nav.behaviour.goal_progress import GoalProgress
 from swarm_nav.behaviour.state_machine import StateMachine
 from swarm_nav.control.omni import make_controller
 from swarm_nav.core.config import NavConfig
-from swarm_nav.core.goals import Feedback, Goal, GoalKind, Outcome, Output, Status
+from swarm_nav.core.goals import ErrorCode, Feedback, Goal, GoalKind, Outcome, Output, Status
 from swarm_nav.core.priority import CLASS_DRIVING, base_priority
 from swarm_nav.core.states import State
 from swarm_nav.localisation.localiser import START_DEVIATION, make_localiser
@@ -228,11 +229,16 @@ class Navigator:
         if self._goal_manager.behavior is not None:
             self._goal_manager.behavior.steer(twist, self._s.tick)
 
-    def end_teleop(self) -> None:
-        """End the current assisted teleoperation as a success."""
+    def end_teleop(self, reason: str = "") -> None:
+        """End the current assisted teleoperation, if any.
+
+        Args:
+            reason: Why it failed; empty for a success.
+        """
         behavior = self._goal_manager.behavior
         if behavior is not None and behavior.goal.kind is GoalKind.TELEOP:
-            behavior.finish()
+            code = ErrorCode.TELEOP_TIMEOUT if reason else ErrorCode.NONE
+            behavior.finish(BehaviorEnd(code, reason))
 
     def smooth(self, points: FloatArray) -> FloatArray:
         """Return a polyline (n, 2) smoothed and lifted off walls, as plans are.
@@ -448,7 +454,14 @@ class Navigator:
         target = self._task.target if self._task is not None else None
         if target is None and self._goal_manager.has_goal:
             target = self._s.pose  # a behaviour that somebody asked for: the robot is not free
+        behavior = self._goal_manager.behavior
         return compose_status(
-            self._s, self._deciders, self.is_active, target, self.sites, self.distance_remaining(),
+            self._s,
+            self._deciders,
+            self.is_active,
+            target,
+            self.sites,
+            self.distance_remaining(),
             is_pausing=self._goal_manager.is_pausing,
-        )  # fmt: skip
+            is_by_hand=behavior is not None and behavior.goal.kind is GoalKind.TELEOP,
+        )

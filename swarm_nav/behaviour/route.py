@@ -82,7 +82,7 @@ class Route:
                 path = self._path_to(task, extra)
         except PlanError as error:
             task.is_planned = True
-            if error.code in FATAL:
+            if error.is_final or error.code in FATAL:
                 self._goal_manager.fail_target(task, error.code, str(error))
             else:
                 self._goal_manager.recover_or_fail(task, error.code, str(error))

@@ -106,11 +106,13 @@ class PlanError(SwarmError):
 
     Attributes:
         code: Nav2 error code of ComputePathToPose.
+        is_final: Whether the map alone decided it, so that no recovery helps.
     """
 
-    def __init__(self, code: ErrorCode, message: str) -> None:
+    def __init__(self, code: ErrorCode, message: str, *, is_final: bool = False) -> None:
         """Keep the code beside the message."""
         self.code = code
+        self.is_final = is_final
         super().__init__(message)
 
 

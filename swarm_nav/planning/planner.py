@@ -18,6 +18,7 @@ from swarm_nav.planning.oblong import RUN_IN, Slots
 from swarm_nav.planning.terrain import NODE_MARGIN, Lattice, Terrain, sector_of, wall_clearance
 
 SPACING = 0.05  # [m] between the points of a path
+POCKET = 1.0  # [m] from the robot that a recovery may take it at most
 SMOOTHING = path_kernels.Smoothing(passes=3, reach=4, rounds=6)
 
 
@@ -84,6 +85,7 @@ class Planner:
             PlanError: With Nav2's code, if start or goal is unusable or no path exists.
         """
         start_node = self._start_node(start)
+        given = goal
         goal_node, goal = self._goal_node(goal)
         sector = sector_of(yaw)
         to_go = self.terrain.cost_to_go(goal_node, sector)
@@ -95,8 +97,10 @@ class Planner:
             is_for_good = not np.isfinite(to_go.flat[start_node])
             raise PlanError(
                 ErrorCode.NO_VALID_PATH,
-                f"no path from ({start[0]:.2f}, {start[1]:.2f}) to ({goal[0]:.2f}, {goal[1]:.2f}):"
-                f" every way is closed by {f'walls {ON_THIS_MAP}' if is_for_good else 'obstacles'}",
+                f"no path from ({start[0]:.2f}, {start[1]:.2f}) to"
+                f" ({given[0]:.2f}, {given[1]:.2f}): every way is closed by"
+                f" {f'walls {ON_THIS_MAP}' if is_for_good else 'obstacles'}",
+                is_final=is_for_good and self._leads_away(start, start_node),
             )
         return self.finish(self.lattice.points_of(nodes), start, goal, extra, True)
 
@@ -262,6 +266,12 @@ class Planner:
                 f" {self.terrain.clearance(*start):.2f} m from a wall; the robot does not fit",
             )
         return node
+
+    def _leads_away(self, start: tuple[float, float], start_node: int) -> bool:
+        """Whether the robot is in no pocket, which a recovery might take it out of."""
+        to_go = self.terrain.cost_to_go(start_node)
+        nodes = np.flatnonzero(np.isfinite(to_go))
+        return bool((np.hypot(*(self.lattice.points_of(nodes) - start).T) > POCKET).any())
 
     def _goal_node(self, goal: tuple[float, float]) -> tuple[int, tuple[float, float]]:
         """Return the goal's node and the point to drive to."""

@@ -16,6 +16,7 @@ from visualization_msgs.msg import Marker
 
 from swarm_common.middleware import cdr, cdr_layout
 from swarm_common.model.beacon import deserialize_beacon
+from swarm_common.model.palette import BUSY_STATES
 from swarm_common.model.records import FloatArray, Pose, Scan
 from swarm_view.state.topics import type_of
 
@@ -153,12 +154,13 @@ def robot_state(data: bytes) -> ReportedState:
     station, offset = _string(data, offset + _POSES.size)
     numbers = _NUMBERS.unpack_from(data, cdr_layout.aligned(offset, 4))
     queue_place, remaining, _, _, _, hold_time, wait_time, _, reached, failed = numbers
+    is_under_way = math.isfinite(goal_x) and texts[1] not in BUSY_STATES
     return ReportedState(
         tick=cdr.read_tick(data),
         state=texts[1],
         detail=texts[2],
         pose_map=Pose(x, y, yaw),
-        goal_map=Pose(goal_x, goal_y, goal_yaw) if math.isfinite(goal_x) else None,
+        goal_map=Pose(goal_x, goal_y, goal_yaw) if is_under_way else None,
         station=station,
         queue_place=queue_place,
         distance_remaining=remaining,

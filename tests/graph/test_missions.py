@@ -16,7 +16,7 @@ import rclpy
 from rclpy.node import Node
 from swarm_interfaces.msg import Mission, RobotStatus
 
-from swarm_commander.mission.client import RobotCommander
+from swarm_commander.mission.client import NotActiveError, RobotCommander
 from swarm_commander.mission.discovery import robot_on_mission
 from swarm_commander.mission.task import TaskResult
 from swarm_commander.run.domain import DomainLock
@@ -34,7 +34,15 @@ Robots = Callable[..., None]
 
 
 @pytest.fixture
-def robots() -> Iterator[Robots]:
+def lock() -> Iterator[DomainLock]:
+    """Have the domain as swarm-up, without which swarm-commander looks for nobody."""
+    owned = DomainLock(DOMAIN)
+    yield owned
+    owned.release()
+
+
+@pytest.fixture
+def robots(lock: DomainLock) -> Iterator[Robots]:
     """Yield a function that starts fake robots."""
     started: list[subprocess.Popen[bytes]] = []
 
@@ -45,9 +53,7 @@ def robots() -> Iterator[Robots]:
         assert process.stdout is not None
         assert process.stdout.readline() == b"ready\n"
 
-    lock = DomainLock(DOMAIN)  # as swarm-up, without which swarm-commander looks for nobody
     yield start
-    lock.release()
     for process in started:
         process.terminate()
         process.communicate(timeout=20)
@@ -215,6 +221,45 @@ def test_the_commander_drives_to_one_goal(robots: Robots) -> None:
     result = commander("--all", "--goal", "1.5", "-2", "0")
     assert result.returncode == 0, result.stderr
     assert "Srobot1  (1.5, -2): reached" in result.stdout
+
+
+def test_the_commander_notices_that_the_swarm_has_ended(robots: Robots, lock: DomainLock) -> None:
+    robots("1", "--homes", "--mute", "Srobot1")
+    process = start_commander("Srobot1")
+    assert process.stdout is not None
+    assert "sent" in process.stdout.readline()
+    lock.release()
+    try:
+        _, errors = process.communicate(timeout=10.0)
+    finally:
+        process.kill()
+    assert errors == "swarm-commander: the swarm has ended\n"
+    assert process.returncode == 3
+
+
+def test_a_task_ends_with_the_swarm(robots: Robots, lock: DomainLock, operator: Node) -> None:
+    robots("1", "--mute", "Srobot1")
+    robot = RobotCommander(operator, "Srobot1")
+    while not robot.isReady():
+        rclpy.spin_once(operator, timeout_sec=0.1)
+    while robot.status is None or robot.status.stamp.sec < 2:
+        rclpy.spin_once(operator, timeout_sec=0.1)
+    task = robot.goToPose(pose_stamped(Pose(1.5, -2.0, 0.0), 0))
+    assert not robot.isTaskComplete()
+    lock.release()
+    end = time.monotonic() + 10.0
+    while not robot.isTaskComplete():
+        assert time.monotonic() < end
+        rclpy.spin_once(operator, timeout_sec=0.1)
+    assert (robot.getResult(), task.reason) == (TaskResult.FAILED, "the swarm has ended")
+
+
+def test_a_wait_for_a_robot_that_is_not_there_names_the_others(
+    robots: Robots, operator: Node
+) -> None:
+    robots("2")
+    with pytest.raises(NotActiveError, match="no robot 'Srobot22' is running; there are Srobot1"):
+        RobotCommander(operator, "Srobot22").waitUntilNav2Active(timeout=4.0)
 
 
 def test_a_robot_on_a_mission_is_left_alone_but_takes_a_goal(robots: Robots, runner: Any) -> None:

@@ -75,7 +75,7 @@ def _robot_line(name: str, width: int, statistics: RunStatistics) -> Text:
         robot.detail if len(robot.detail) <= SHOWN_DETAIL else f"{robot.detail[:SHOWN_DETAIL]}…"
     )
     line = Text(f"{name.ljust(width)}  ")
-    line.append(f"{state or 'starting':<11}", style=_mark(state)[1])
+    line.append(f"{state or 'starting':<15}", style=_mark(state)[1])
     line.append(f"{max(0.0, statistics.sim_time - robot.since):>5.0f} s  ")
     line.append(f"{robot.goal:<12}  ")
     line.append(f"{_goals(robot.reached, robot.failed):<10}  ")

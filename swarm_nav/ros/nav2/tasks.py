@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -45,6 +46,7 @@ UNSUPPORTED = {
     ),
 }
 LONG_WAIT = 50  # ticks of delay from which a goal's start is worth a line in the log
+STEER_LIMIT = 20.0  # [s] of both clocks after which a robot that nobody steers takes itself back
 LISTENER_TICKS = 20  # between two searches for listeners to feedback; asking the graph is slow
 
 
@@ -95,6 +97,7 @@ class Tasks:
         self._running: dict[int, Running] = {}
         self._last_id = 0
         self._tick = 0
+        self._steered_at, self._steered_tick = 0.0, 0  # wall time and tick of the last wish
         self._serve(GoalKind.NAVIGATE, ACTIONS[GoalKind.NAVIGATE])
         for kind, action in ACTIONS.items():
             if kind is not GoalKind.NAVIGATE:
@@ -130,6 +133,7 @@ class Tasks:
             goal = self._parse(kind, handle.request)
             assert goal is not None  # accepted a moment ago
             self._last_id = goal.goal_id
+            self._steered_at, self._steered_tick = time.monotonic(), self._tick
             self._running[goal.goal_id] = Running(server, handle, goal, self._tick)
             self._start(goal)
 
@@ -169,6 +173,7 @@ class Tasks:
         except ValueError as error:
             self._rejections.reject("cmd_vel_teleop", CLIENT, error)
             return
+        self._steered_at, self._steered_tick = time.monotonic(), self._tick
         self._brain.steer(twist)
 
     def _end_teleop(self, _: Empty) -> None:
@@ -189,8 +194,19 @@ class Tasks:
                 reached = event.outcome is Outcome.SUCCEEDED
                 running.server.finish(running.handle, result, succeeded=reached)
         running = self._running.get(self._brain.goal_id or 0)
+        if running is not None and running.goal.kind is GoalKind.TELEOP:
+            self._take_back_if_left(running.goal)
         if running is not None and (tick - running.started_tick) % FEEDBACK_TICKS == 0:
             self._send_feedback(running, tick)
+
+    def _take_back_if_left(self, goal: Goal) -> None:
+        """End an assisted teleoperation without a time allowance whose client is gone.
+
+        Clients that steer say so all the time, also that the robot is to stand.
+        """
+        passed = (self._tick - self._steered_tick) * CONTROL_PERIOD
+        if goal.duration <= 0.0 and min(passed, time.monotonic() - self._steered_at) > STEER_LIMIT:
+            self._brain.end_teleop(f"nobody has steered it for {STEER_LIMIT:.0f} s")
 
     def _send_feedback(self, running: Running, tick: int) -> None:
         if (tick - running.started_tick) % LISTENER_TICKS == FEEDBACK_TICKS:

@@ -170,6 +170,16 @@ def test_the_status_says_what_the_robot_waits_for() -> None:
     assert status(s, State.DRIVING, is_active=False).state == "inactive"
 
 
+def test_a_robot_that_is_driven_by_hand_says_so() -> None:
+    s, sites = driving(), Sites()
+    told = deciders(s, State.BEHAVING, Lease())
+    for is_by_hand, state in ((True, "driven by hand"), (False, "pausing")):
+        shown = compose_status(
+            s, told, True, s.pose, sites, 0.0, is_pausing=False, is_by_hand=is_by_hand
+        )
+        assert shown.state == state
+
+
 def test_a_robot_that_waits_at_the_gate_says_so() -> None:
     shown = status(driving(), State.HOLDING, gate=Gate(None, asked_tick=50, first=3))
     assert shown.detail == "parked, waits for Srobot3: the narrow region ahead is full"

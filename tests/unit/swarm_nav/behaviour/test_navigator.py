@@ -139,13 +139,13 @@ def test_an_impossible_goal_ends_at_once_with_nav2s_code(goal: Pose, code: int) 
     assert one.robots[0].status().goals_failed == 1
 
 
-def test_an_unreachable_goal_ends_after_the_recoveries() -> None:
+def test_a_goal_without_a_way_on_the_map_ends_without_a_recovery() -> None:
     split = room(8.0, 8.0, (4.0, 0.0, 4.15, 8.0))
     one = Squad(split, [START], config(progress_checker__number_of_retries=2))
     one.send(0, FAR)
     end = drive_to_the_end(one, 400)
     assert end.error_code is ErrorCode.NO_VALID_PATH
-    assert one.robots[0].status().number_of_recoveries == 2
+    assert one.robots[0].status().number_of_recoveries == 0
 
 
 @pytest.mark.parametrize(

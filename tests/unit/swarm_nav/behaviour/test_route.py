@@ -54,6 +54,21 @@ def replans(s: Situation, route: Route, task: GoalProgress, since: int) -> bool:
     return route.last_plan_tick == s.tick
 
 
+def test_a_goal_without_a_way_on_the_map_fails_without_a_recovery() -> None:
+    s = situation(room(8.0, 8.0, (4.0, 0.0, 4.15, 8.0)), Pose(2.0, 4.0, 0.0))
+    state_machine = StateMachine(s, HoldingPattern({}, []))
+    goal_manager = GoalManager(
+        s, state_machine, Lease(), RightOfWay(), Departure(Gate(None), Lease())
+    )
+    goal_manager.set_goal(Goal(kind=GoalKind.NAVIGATE, poses_map=(Pose(6.0, 4.0, 0.0),)))
+    goal_manager.begin_pending()
+    assert goal_manager.task is not None
+    Route(s, goal_manager).update(goal_manager.task)
+    (end,) = [event for event in state_machine.take_events() if isinstance(event, GoalEnded)]
+    assert (end.error_code, s.counters.recoveries) == (ErrorCode.NO_VALID_PATH, 0)
+    assert "to (6.00, 4.00): every way is closed by walls on this map" in end.message
+
+
 def test_the_first_plan_leads_from_the_robot_to_the_goal() -> None:
     s, _, task = driving()
     assert task.is_planned

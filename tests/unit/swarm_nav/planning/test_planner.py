@@ -107,6 +107,29 @@ def test_a_refusal_names_nav2s_code_and_the_reason(
     assert error.value.code is code
 
 
+def test_a_goal_that_the_map_alone_closes_off_is_final_and_named_as_given() -> None:
+    planner = planner_for(SPLIT)
+    beside = (2.95, 1.0)  # too near to the wall: it is moved
+    with pytest.raises(PlanError, match=r"to \(2.95, 1.00\)") as error:
+        plan(planner, (1.0, 1.0), beside)
+    assert error.value.is_final
+    closed = planner.no_extra()
+    node = planner.lattice.node_of(1.5, 1.0)
+    assert node is not None
+    middle = node % closed.shape[1]
+    closed[:, middle - 1 : middle + 2] = WALL
+    with pytest.raises(PlanError, match="closed by obstacles") as error:
+        planner.plan((0.6, 1.0), (2.0, 1.0), closed)
+    assert not error.value.is_final
+
+
+def test_a_robot_in_a_pocket_may_still_recover() -> None:
+    pocket = room(6.0, 4.0, (1.0, 0.0, 1.15, 1.0), (0.0, 0.95, 1.15, 1.1))
+    with pytest.raises(PlanError, match="walls on this map") as error:
+        plan(planner_for(pocket), (0.5, 0.5), (4.0, 2.0))
+    assert not error.value.is_final
+
+
 def test_a_goal_deep_in_a_thick_wall_is_occupied() -> None:
     planner = planner_for(room(6.0, 4.0, (2.0, 0.0, 4.0, 2.8)))
     with pytest.raises(PlanError) as error:

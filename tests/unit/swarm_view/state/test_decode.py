@@ -25,3 +25,5 @@ def test_a_status_is_read_as_the_ros_serialiser_writes_it(robot: str, station: s
     assert (state.distance_remaining, state.hold_time, state.wait_time) == (1.5, 2.5, 3.5)
     status.goal.x = math.nan
     assert decode.robot_state(serialize_message(status)).goal_map is None
+    status.goal.x, status.state = 1.0, "driven by hand"  # its goal is its own place
+    assert decode.robot_state(serialize_message(status)).goal_map is None

@@ -1,0 +1,83 @@
+"""Whether a swarm has a ROS domain, and whether the one that had it has ended."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+from rclpy.node import Node
+
+from swarm_common.middleware import ros_env
+from swarm_common.model.errors import SwarmEndedError
+
+SOCKETS = Path("/proc/net/unix")  # lists the sockets of this host, see proc_net_unix(5)
+PERIOD = 1.0  # [s] of wall time between two looks
+GONE_TIME = 5.0  # [s] of wall time without a world after which a swarm on other hosts has ended
+
+
+def domain_address(domain: int) -> str:
+    """Return the abstract socket that the process which owns a domain's swarm listens on."""
+    return f"\0swarm-up-domain-{domain}"
+
+
+def has_swarm(domain: int) -> bool | None:
+    """Return whether a swarm runs or starts in the domain; None if unknown.
+
+    If the graph is limited to this host, a process here holds the domain of a swarm. A swarm on
+    another host cannot be seen.
+    """
+    if ros_env.bound_address() != ros_env.LOOPBACK:
+        return None
+    name = f"@{domain_address(domain)[1:]}"
+    return name in SOCKETS.read_text(encoding="utf-8", errors="replace").split()
+
+
+class SwarmWatch:
+    """Notices that the swarm of a node's domain has ended, however it ended.
+
+    Where the domain's owner cannot be seen, its clock counts: a swarm without one has ended.
+
+    Attributes:
+        has_ended: Whether a swarm was seen, and is gone.
+    """
+
+    def __init__(self, node: Node) -> None:
+        """Begin to watch the domain of `node`."""
+        self.has_ended = False
+        self._node = node
+        self._was_there = False
+        self._due = 0.0
+        self._seen_at = 0.0
+        self.look()
+
+    def look(self, now: float | None = None) -> bool:
+        """Look if it is time to; return whether the swarm has ended.
+
+        Args:
+            now: Wall time [s]; by default that of the clock.
+        """
+        now = time.monotonic() if now is None else now
+        if now >= self._due and not self.has_ended:
+            self._due = now + PERIOD
+            if self._is_there(now):
+                self._was_there = True
+            else:
+                self.has_ended = self._was_there
+        return self.has_ended
+
+    def check(self) -> None:
+        """Look if it is time to.
+
+        Raises:
+            SwarmEndedError: If the swarm has ended.
+        """
+        if self.look():
+            raise SwarmEndedError
+
+    def _is_there(self, now: float) -> bool:
+        known = has_swarm(self._node.context.get_domain_id())
+        if known is not None:
+            return known
+        if self._node.count_publishers("/clock"):
+            self._seen_at = now
+        return bool(self._seen_at) and now - self._seen_at < GONE_TIME
