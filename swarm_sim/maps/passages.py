@@ -50,18 +50,19 @@ def check_ways(scene: Scene, specs: Sequence[RobotSpec], poses: Sequence[Pose]) 
     targets |= {f"place {i}": pose for i, pose in enumerate(scene.sites.places, 1)}
     if not targets:
         return
-    for spec in {(s.height, _half_room(s)): s for s in specs}.values():
+    for spec in {(s.height, needed_width(s)): s for s in specs}.values():
         ways = Ways(scene, spec.height)
         starts = [p for s, p in zip(specs, poses, strict=True) if s is spec or s == spec]
-        need = _half_room(spec) + ROOM
+        need = 0.5 * needed_width(spec)
         for name, target in targets.items():
             for start in ways.cut_off(starts, target, need - SLACK):
                 raise WorldError(_message(scene, spec, name, start, need, ways, target))
 
 
-def _half_room(spec: RobotSpec) -> float:
-    """Return half of the width that a passage needs: long robots pass it straight."""
-    return spec.half_width if spec.is_oblong else spec.circumscribed_radius
+def needed_width(spec: RobotSpec) -> float:
+    """Return the width [m] that a passage needs: long robots pass it straight."""
+    half = spec.half_width if spec.is_oblong else spec.circumscribed_radius
+    return 2.0 * (half + ROOM)
 
 
 def _message(

@@ -30,6 +30,14 @@ def test_a_mission_ends_with_a_report(up: Up) -> None:
     assert len(list((up.run_dir / "params").iterdir())) == 3
 
 
+def test_robots_that_are_broken_from_the_start_are_named(up: Up) -> None:
+    params = up.folder / "broken.yaml"
+    params.write_text("/world: {ros__parameters: {broken: {Srobot3: [0.0, 0.0, 0.0]}}}\n")
+    _, output, _ = up.run(*MISSION, "--params", str(params))
+    assert "1 robot is broken: Srobot3" in output
+    assert up.report()["broken"] == ["Srobot3"]
+
+
 def test_a_missed_goal_makes_it_one(up: Up) -> None:
     code, output, _ = up.run(*MISSION, runner="miss")
     assert code == 1

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import re
+from pathlib import Path
 
 import pytest
 
@@ -10,8 +12,8 @@ from swarm_common.model.errors import ConfigError, WorldError
 from swarm_common.model.records import Pose, RobotSpec
 from swarm_common.model.sites import SpawnArea
 from swarm_common.robots.fleet import load_fleet
-from swarm_common.robots.loading import load_robot
-from swarm_sim.maps.passages import Ways, check_ways
+from swarm_common.robots.loading import load_robot, robot_names
+from swarm_sim.maps.passages import Ways, check_ways, needed_width
 from swarm_sim.maps.spawn import deal_places
 from swarm_sim.sdf.reader import load_world
 
@@ -77,3 +79,16 @@ def test_starts_of_a_fleet_are_checked(tmp_path_factory: pytest.TempPathFactory)
     path.write_text(group % "{x_min: 0, y_min: 0, x_max: -3, y_max: 3}")
     with pytest.raises(ConfigError, match=r"groups\[0\]: start is empty"):
         load_fleet(path)
+
+
+def test_the_document_has_the_widths_that_the_models_need() -> None:
+    text = (Path(__file__).parents[4] / "docs" / "robots.md").read_text("utf-8")
+    table = text.split("### Doors")[1].split("\n## ")[0]
+    told = {
+        name: float(row.split("|")[2])
+        for row in table.splitlines()
+        for name in re.findall(r"`(\w+)`", row)
+    }
+    assert set(told) == set(robot_names())
+    for name, width in told.items():
+        assert width == pytest.approx(needed_width(load_robot(name)), abs=0.006), name
