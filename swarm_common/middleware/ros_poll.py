@@ -116,7 +116,9 @@ class SoleTopic(PolledTopic):
         """Return the oldest waiting message of an accepted publisher; None if there is none."""
         for _ in range(MOST_AT_ONCE):
             data = super().take()
-            if data is None or self.sender == self._owner:
+            if data is None:
+                return None
+            if self.sender == self._owner:
                 self._heard = self.received
                 return data
             if self._admit():

@@ -124,6 +124,15 @@ def test_a_navigator_started_anew_takes_the_place_of_one_that_is_silent(place):
     assert not place.ignored, "a restart is nobody's forgery"
 
 
+def test_a_navigator_started_anew_is_heard_soon_and_not_reported_however_often_it_speaks(place):
+    old, new = place.publisher(RIGHTFUL), place.publisher(RIGHTFUL)
+    assert place.heard(old, "one")
+    end = time.monotonic() + 4.0
+    while not place.heard(new, "two"):
+        assert time.monotonic() < end, "the old one does not speak any more"
+    assert not place.ignored
+
+
 def test_two_navigators_of_a_robot_that_both_go_on_are_reported(place):
     first, second = place.publisher(RIGHTFUL), place.publisher(RIGHTFUL)
     for number in range(4):
