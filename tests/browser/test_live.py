@@ -34,6 +34,7 @@ from tests.fakes.ros_domains import reserved_domain
 pytestmark = [pytest.mark.long, pytest.mark.timeout(900)]
 ROOT = Path(__file__).resolve().parents[2]
 UP = "from swarm_commander.cli.main import swarm_up; swarm_up()"
+START_LIMIT = 480.0  # [s] of wall time; a first start compiles
 VIEW = "from swarm_view.cli import main; main()"
 ARGUMENTS = "--swarm-size 2 --world hall_12 --speed 2 --viewer --port 0 --no-report"
 
@@ -93,7 +94,7 @@ def address(swarm: Swarm) -> str:
 
 
 def _address(process: "subprocess.Popen[bytes]", log: Path, sign: str) -> str:
-    end = time.monotonic() + 180.0
+    end = time.monotonic() + START_LIMIT
     while time.monotonic() < end:
         text = log.read_text(encoding="utf-8")
         found = re.search(r"viewer: (http://\S+)", text)
