@@ -233,7 +233,7 @@ def test_robots_come_and_go(browser: WebDriver, address: str) -> None:
     unfold(browser, "New robots")
     choose(browser, "Model", "turtlebot3_burger")
     _use(browser, "Spawn by a click")
-    click_canvas(browser, -35, -12)  # on the floor, above the time line
+    click_canvas(browser, -60, -45)  # on the floor, above the time line
     wait_for(lambda: "4, 4 answering" in text_of(browser), "a fourth robot")
     for name in ("Srobot3", "Srobot4"):
         choose(browser, "Robot", name)
