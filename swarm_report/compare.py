@@ -13,9 +13,10 @@ from matplotlib.figure import Figure
 
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import FloatArray
+from swarm_common.model.run_words import makespan
 from swarm_report import style
 from swarm_report.charts import DASHES, INK, Chart, axis, packed, text
-from swarm_report.document import makespan, number, save
+from swarm_report.document import number, save
 from swarm_report.inputs import SEED, differences
 from swarm_report.judgement import judge
 from swarm_report.page import Plot, escape, page_html, plots_html, table_html

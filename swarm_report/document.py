@@ -12,6 +12,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from swarm_common.model.errors import ConfigError
+from swarm_common.model.run_words import OPEN, makespan, robots_text
 from swarm_report import charts, curves, maps, style, tables, timeline
 from swarm_report.bottleneck import find_bottleneck
 from swarm_report.judgement import breach_lines, judge
@@ -173,7 +174,8 @@ def _document(run: RunData, plots: list[Plot]) -> str:
     verdict = judge(run)
     report = run.report
     world = Path(str(report.get("world") or run.config.get("world", "?")))
-    title = f"{len(run.robots)} robots in {world.parent.name if world.suffix else world.name}"
+    robots = robots_text(report) if report else f"{len(run.robots)} robots"
+    title = f"{robots} in {world.parent.name if world.suffix else world.name}"
     subtitle = (
         f"mission {report.get('mission') or 'none'}, robot {report.get('robot', '?')},"
         f" seed {report.get('seed', run.config.get('seed', '?'))}, run {run.name}"
@@ -230,7 +232,7 @@ def merits(report: Mapping[str, Any]) -> dict[str, str]:
         ),
         "near misses": number(report.get("near_misses")),
         "smallest clearance": number(report.get("min_clearance"), "m"),
-        "makespan": number(makespan(report), "s"),
+        "makespan": OPEN if goals.get("pending") else number(makespan(report), "s"),
         "goals per minute": number(report.get("throughput_per_minute")),
         "median time of a goal": number(duration.get("median"), "s"),
         "longest time of a goal": number(duration.get("worst"), "s"),
@@ -239,12 +241,6 @@ def merits(report: Mapping[str, Any]) -> dict[str, str]:
         "real-time factor": number(report.get("real_time_factor")),
         "CPU per robot and second": number(cpu.get("total"), "ms"),
     }
-
-
-def makespan(report: Mapping[str, Any]) -> float | None:
-    """Return the time [s] that the whole mission took; None if goals are left."""
-    value: float | None = report.get("makespan")
-    return None if report.get("goals", {}).get("pending") else value
 
 
 def number(value: float | None, unit: str = "") -> str:

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from swarm_common.model.errors import SwarmError
-from swarm_report.document import makespan, number
+from swarm_common.model.run_words import makespan
+from swarm_report.document import number
 from swarm_report.judgement import judge
 from swarm_report.page import escape, page_html
 from swarm_report.run import RunData

@@ -324,6 +324,7 @@ def up(
     if viewer and headless:
         raise ConfigError("--viewer and --headless exclude each other")
     if viewer:
+        DomainLock(domain_id()).release()  # a swarm that runs has the port, too
         check_address(viewer_host, port)
     add_package_paths(package_path or [])
     crew = load_fleet(fleet) if fleet is not None else None

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
+MISSED = "missed its goal: "  # begins what a robot says of itself that gave its goal up
 SHOWN = 10  # breaches of a kind that the summary spells out
 
 

@@ -21,6 +21,7 @@ from swarm_common.model.beacon import (
     record_of,
     word_of,
 )
+from swarm_common.model.breaches import MISSED
 from swarm_common.model.palette import BY_HAND
 from swarm_common.model.records import CONTROL_PERIOD, Pose, RobotSpec, stamp_from_tick
 from swarm_common.model.sites import Sites
@@ -127,6 +128,7 @@ def compose_status(
     *,
     is_pausing: bool,
     is_by_hand: bool = False,
+    failure: str = "",
 ) -> Status:
     """Return the status for the operator.
 
@@ -139,6 +141,7 @@ def compose_status(
         distance: [m] of path left.
         is_pausing: Whether it is being served where it was sent.
         is_by_hand: Whether an operator drives it.
+        failure: Why the goal before was given up; empty if it was not.
     """
     s, state = situation, deciders.state_machine.state
     lease, gate, holding = deciders.lease, deciders.gate, deciders.holding
@@ -150,6 +153,8 @@ def compose_status(
         name, detail = "waiting", deciders.senses.missing
     elif state is State.IDLE and is_pausing:
         name = State.BEHAVING.value
+    elif state is State.IDLE and failure:
+        detail = f"{MISSED}{failure}"
     elif state is State.HOLDING:
         where = "on the circuit" if holding.is_on_circuit else "parked"
         detail = f"{where}, {_queue(lease, gate, station or 'its goal')}"

@@ -24,6 +24,7 @@ class GoalManager:
         task: The current navigation goal.
         behavior: The current behaviour, asked for or (`is_recovery`) in aid of the task.
         last_goal_tick: Tick at which the last target was reached.
+        failure: Why the goal before was given up; empty if it was not.
     """
 
     def __init__(
@@ -45,6 +46,7 @@ class GoalManager:
         self.is_recovery = False
         self.last_goal_tick = 0
         self._has_reached = False  # the goal before
+        self.failure = ""  # why the goal before was given up, if it was
 
     @property
     def has_goal(self) -> bool:
@@ -112,6 +114,8 @@ class GoalManager:
         if task is not None:
             self._count(outcome)
         self._has_reached = task is not None and outcome is Outcome.SUCCEEDED
+        has_failed = task is not None and outcome is Outcome.ABORTED
+        self.failure = f"error {code.value}: {message}" if has_failed else ""
         self._lease.aim(None)
         if not self._right.is_yielding:
             s.tube.release_ahead(s.brake_points)

@@ -463,5 +463,6 @@ class Navigator:
             self.sites,
             self.distance_remaining(),
             is_pausing=self._goal_manager.is_pausing,
+            failure=self._goal_manager.failure,
             is_by_hand=behavior is not None and behavior.goal.kind is GoalKind.TELEOP,
         )

@@ -390,7 +390,10 @@ class Page:
         true_pose = None if state is None else self._swarm.true_pose(robot, state.tick)
         time = self.shown_time
         since = self.history.state_since(robot, time)
-        return robot_html(robot, self._swarm.states, self._url(robot, None), true_pose, since, time)
+        saw_begin = since is None or self.history.saw_begin(robot, since)
+        return robot_html(
+            robot, self._swarm.states, self._url(robot, None), true_pose, since, time, saw_begin
+        )
 
     def _tell_past(self) -> None:
         """Say what the robot did, and draw where it has been."""

@@ -81,7 +81,7 @@ def dot(color: RGB) -> str:
 
 def robot_html(
     robot: str, states: Mapping[str, ReportedState], url: str, true_pose: FloatArray | None = None,
-    since: float | None = None, now: float = 0.0,
+    since: float | None = None, now: float = 0.0, saw_begin: bool = True,
 ) -> str:  # fmt: skip
     """Return the state of one robot, why it waits and for whom, and a link to its own page.
 
@@ -92,13 +92,15 @@ def robot_html(
         true_pose: Where it really is (3,), in map, if that is known.
         since: [s] when it came into its state, if that is known.
         now: [s] of simulated time.
+        saw_begin: Whether it came into it then; else it has been in it for longer.
     """
     name, state = html.escape(robot), states.get(robot)
     link = f"<a href='{html.escape(url)}' target='_blank' style='color:{LINK}'>page of its own</a>"
     if state is None:
         return _table([(name, f"has said nothing yet; {link}")])
     look = LOOKS.get(state.state)
-    lasting = "" if since is None else f" for {max(0.0, now - since):.0f} s"
+    words = " for" if saw_begin else " for at least"
+    lasting = "" if since is None else f"{words} {max(0.0, now - since):.0f} s"
     rows = [
         (name, link),
         ("state", f"{dot(state_color(state.state))} {html.escape(state.state)}{lasting}"),

@@ -37,6 +37,9 @@ class Kind(Enum):
     GOAL = "goals"
 
 
+FIRST = 5.0  # [s] from the first message in which that of each robot arrives
+
+
 @dataclass(slots=True)
 class Mark:
     """Something that happened.
@@ -225,6 +228,13 @@ class History:
         while place > 1 and changes[place - 2].state.state == changes[place - 1].state.state:
             place -= 1
         return changes[place - 1].time if place else None
+
+    def saw_begin(self, robot: str, since: float) -> bool:
+        """Whether a robot came into a state at a time [s], or was in it when we began to listen."""
+        changes = self._robots[robot].changes if robot in self._robots else []
+        start = self.start or 0.0
+        is_first = bool(changes) and changes[0].time >= since
+        return not is_first or start < FIRST or since > start + FIRST
 
     def _until(self, robot: str, time: float) -> tuple[list[StateChange], int]:
         """Return the changes of a robot, and how many of them happened up to a time [s]."""

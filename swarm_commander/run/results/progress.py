@@ -13,6 +13,7 @@ from rich.text import Text
 
 from swarm_commander.run.results.run_statistics import RunStatistics
 from swarm_commander.run.results.status_table import status_table
+from swarm_common.model.run_words import OPEN, makespan, robots_text
 
 REFRESH = 0.25  # [s] of wall time between two pictures
 LINE_PERIOD = 5.0  # [s] between two lines where there is no terminal
@@ -170,7 +171,7 @@ def summary_table(report: Mapping[str, Any], code: int) -> Table:
         "simulated time": _with_unit(report["sim_time"], "s"),
         "real-time factor": _with_unit(report["real_time_factor"], ""),
         "all active after": _with_unit(report["active_after_wall"], "s"),
-        "makespan": _with_unit(report["makespan"], "s"),
+        "makespan": OPEN if goals["pending"] else _with_unit(makespan(report), "s"),
         "goals per minute": _with_unit(report["throughput_per_minute"], ""),
         "median, longest time of a goal": f"{_with_unit(duration['median'], 's')}, "
         f"{_with_unit(duration['worst'], 's')}",
@@ -189,7 +190,7 @@ def summary_table(report: Mapping[str, Any], code: int) -> Table:
             f" navigators {_with_unit(memory['navigators'], 'MB')}"
         ),
     }
-    title = f"{report['swarm_size']} robots in {report['world']}, seed {report['seed']}"
+    title = f"{robots_text(report)} in {report['world']}, seed {report['seed']}"
     table = Table(title=title, title_justify="left", show_header=False)
     for name, value in rows.items():
         table.add_row(name, value)

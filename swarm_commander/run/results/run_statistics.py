@@ -10,7 +10,7 @@ from typing import assert_never
 
 from swarm_commander.mission.itinerary import LOST_REASON
 from swarm_commander.run.results.wait_graph import WaitGraph, waits_for
-from swarm_common.model.breaches import Collision, MissedGoal, UnfinishedGoal
+from swarm_common.model.breaches import MISSED, Collision, MissedGoal, UnfinishedGoal
 from swarm_common.process.messages import (
     ClientEvent,
     CollisionBegan,
@@ -40,7 +40,7 @@ from swarm_common.process.messages import (
     WorldProgress,
 )
 
-HOLDING = "holding"
+HOLDING, IDLE = "holding", "idle"
 REPEAT_TIME = 10.0  # [s] in which a goal that failed and is sent again is the same goal
 SAME_GOAL = 1e-3  # [m]
 Uncounted = ProcessEvent | OnlookerEvent | ServerEvent | ClientEvent
@@ -80,10 +80,15 @@ class GivenGoals:
         sent: Settled goals, and the current one.
         reached: Of them.
         missed: Of them.
+        misses: Where and when it gave one up, and why.
+        durations: [s] that each took which was reached.
     """
 
     def __init__(self) -> None:
         """Begin with none."""
+        self.misses: list[tuple[str, float, str]] = []
+        self.durations: list[float] = []
+        self._began_at = self._failed_began_at = 0.0  # of the current goal, and of that one
         self.sent = self.reached = self.missed = 0
         self._tries_failed = self._repeats = 0
         self._place_map: tuple[float, float] | None = None  # of the current goal
@@ -91,14 +96,29 @@ class GivenGoals:
         self._failed_at = -math.inf
 
     def count(
-        self, reached: int, tries_failed: int, goal_map: tuple[float, float] | None, now: float
+        self,
+        reached: int,
+        tries_failed: int,
+        goal_map: tuple[float, float] | None,
+        now: float,
+        reason: str = "",
     ) -> None:
-        """Take what a robot reports: its counts so far, and where it is to go, if anywhere."""
+        """Take what a robot reports: its counts so far, where it is to go, and why it gave up."""
+        is_settled = (reached, tries_failed) != (self.reached, self._tries_failed)
         if tries_failed > self._tries_failed:
             self._failed_map, self._failed_at = self._place_map, now
+            self._failed_began_at = self._began_at
+            new = tries_failed - self._tries_failed
+            self.misses += [(_place_name(self._place_map), now, reason)] * new
+        if reached > self.reached and self._place_map is not None:
+            self.durations.append(now - self._began_at)
+        if goal_map is not None and (is_settled or goal_map != self._place_map):
+            self._began_at = now
         if goal_map is not None and self._is_repeat(goal_map, now):
             self._repeats += 1
             self._failed_map = None
+            self.misses.pop()
+            self._began_at = self._failed_began_at
         self._place_map, self._tries_failed = goal_map, tries_failed
         self.reached, self.missed = reached, tries_failed - self._repeats
         self.sent = self.reached + self.missed + (goal_map is not None)
@@ -107,6 +127,11 @@ class GivenGoals:
         if self._failed_map is None or now - self._failed_at > REPEAT_TIME:
             return False
         return math.dist(goal_map, self._failed_map) < SAME_GOAL
+
+
+def _place_name(place_map: tuple[float, float] | None) -> str:
+    """Return a goal's name for people, as missions name their poses."""
+    return "its goal" if place_map is None else f"({place_map[0]:g}, {place_map[1]:g})"
 
 
 @dataclass(slots=True)
@@ -198,10 +223,12 @@ class RunStatistics:
             case NavigatorActive(robot=name):
                 robot = self.robots[name]
                 robot.active, robot.died = True, False
+                robot.since = self.sim_time if robot.state == "" else robot.since
             case NavigatorDied(robot=name):
                 robot = self.robots[name]
                 robot.died = True
                 robot.state = robot.detail = ""
+                robot.since = self.sim_time
                 self.waits.note(name, "", self.sim_time)
             case WorldProgress():
                 self.sim_time = event.sim_time
@@ -213,8 +240,10 @@ class RunStatistics:
                 robot = self.robots.setdefault(name, RobotStatistics())
                 robot.active = robot.died = robot.left = False
                 robot.state = robot.detail = ""
+                robot.since = event.sim_time
             case RobotRemoved(robot=name):
                 self.robots[name].left = True
+                self.robots[name].since = event.sim_time
                 self.waits.note(name, "", self.sim_time)
                 self.robots[name].drop_goal()
             case CollisionBegan(collision=collision):
@@ -331,7 +360,8 @@ class RunStatistics:
         robot = self.robots[event.robot]
         if robot.left:  # said before it went
             return
-        if robot.state != event.state:
+        # Robots are idle from their start on, whenever the first status of one arrives.
+        if robot.state != event.state and (robot.state or event.state != IDLE):
             robot.since = event.sim_time
         robot.state, robot.detail = event.state, event.detail
         self.waits.note(event.robot, waits_for(event.state, event.detail), event.sim_time)
@@ -344,10 +374,24 @@ class RunStatistics:
             reached = int(count("goals_reached", event.goals_reached))
             failed = int(count("goals_failed", event.goals_failed))
             given = robot.given
-            given.count(reached, failed, event.goal_map, event.sim_time)
+            known = len(given.misses)
+            reason = event.detail.removeprefix(MISSED) if MISSED in event.detail else ""
+            given.count(reached, failed, event.goal_map, event.sim_time, reason)
+            robot.durations = given.durations
+            if len(given.misses) != known:
+                self._list_misses()
             robot.sent, robot.reached, robot.failed = given.sent, given.reached, given.missed
             if robot.reached + robot.failed > settled:
                 self._settle(event.sim_time)
+
+    def _list_misses(self) -> None:
+        """Collect the goals from outside that were given up."""
+        misses = [
+            MissedGoal(name, goal, at, reason)
+            for name, robot in self.robots.items()
+            for goal, at, reason in robot.given.misses
+        ]
+        self.misses = sorted(misses, key=lambda miss: miss.sim_time)
 
     def _settle(self, sim_time: float) -> None:
         if not self.last_goal_time >= sim_time:

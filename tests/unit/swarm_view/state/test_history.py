@@ -54,6 +54,18 @@ def test_a_wait_of_more_than_a_minute_is_one_mark_from_its_beginning() -> None:
     assert (mark.time, mark.end) == pytest.approx((10.0, 119.5))
 
 
+def test_a_state_that_began_before_the_viewer_came_lasts_at_least_so_long() -> None:
+    history = History()
+    history.add_status("Srobot1", said(470, "idle"))
+    since = history.state_since("Srobot1", 91.0)
+    assert since == pytest.approx(47.0)
+    assert not history.saw_begin("Srobot1", 47.0)
+    history.add_status("Srobot1", said(500, "driving"))
+    assert history.saw_begin("Srobot1", 50.0)
+    history.add_status("Srobot2", said(600, "idle"))  # it came later
+    assert history.saw_begin("Srobot2", 60.0)
+
+
 def test_goals_and_faults_are_marked() -> None:
     history = History()
     history.add_status("Srobot1", said(0, "driving", station="loader_1"))

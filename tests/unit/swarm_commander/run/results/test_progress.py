@@ -8,7 +8,7 @@ from rich.console import Console
 from swarm_commander.run.results.progress import SHOWN_NOTES, Progress, packed, summary_line
 from swarm_commander.run.results.run_statistics import RunStatistics
 from swarm_commander.run.results.status_table import LINES, status_table
-from swarm_common.process.messages import StatusReported
+from swarm_common.process.messages import RobotRemoved, RobotSpawned, StatusReported
 
 
 def swarm(count: int) -> RunStatistics:
@@ -42,19 +42,33 @@ def test_twenty_robots_have_a_line_each_where_the_screen_has_room() -> None:
     assert len(status_table(statistics, 15)) <= LINES + 1
 
 
-def test_the_time_in_a_state_begins_when_it_is_entered() -> None:
-    statistics = swarm(1)
+def reported(robot: str, time: float, state: str) -> StatusReported:
     usual = dict.fromkeys(
         ("wait_time", "pushes", "retreats", "deadlocks_resolved", "replans", "goals_reached",
          "number_of_recoveries", "goals_failed", "hold_time"), 0
     )  # fmt: skip
+    return StatusReported(
+        robot=robot, sim_time=time, state=state, detail="", goal_map=(1.0, 2.0), **usual
+    )
+
+
+def test_the_time_in_a_state_begins_when_it_is_entered() -> None:
+    statistics = swarm(1)
     for time, state in ((1.0, "waiting"), (2.0, "waiting"), (3.0, "driving"), (4.0, "driving")):
-        statistics.apply(
-            StatusReported(
-                robot="Srobot1", sim_time=time, state=state, detail="", goal_map=(1.0, 2.0), **usual
-            )
-        )
+        statistics.apply(reported("Srobot1", time, state))
         assert statistics.robots["Srobot1"].since == (1.0 if state == "waiting" else 3.0)
+
+
+def test_a_removed_robot_is_gone_since_it_went_and_an_idle_one_idle_since_it_came() -> None:
+    statistics = RunStatistics.of(["Srobot1"], has_mission=False)
+    statistics.apply(RobotSpawned("Srobot2", 2, "waffle", (0.0, 0.0, 0.0), 30.0))
+    for robot in statistics.robots:
+        statistics.apply(reported(robot, 47.0, "idle"))
+    statistics.sim_time = 91.0
+    lines = [" ".join(str(line).split()[:4]) for line in status_table(statistics)]
+    assert lines == ["Srobot1 idle 91 s", "Srobot2 idle 61 s"]
+    statistics.apply(RobotRemoved("Srobot2", 80.0))
+    assert " ".join(str(status_table(statistics)[1]).split()[:4]) == "Srobot2 gone 11 s"
 
 
 def test_a_pause_is_said() -> None:

@@ -1,3 +1,4 @@
+import io
 import json
 import math
 from pathlib import Path
@@ -20,6 +21,7 @@ from swarm_commander.run.results.run_statistics import RunStatistics
 from swarm_commander.run.results.status_table import status_table
 from swarm_common.model.breaches import Collision, MissedGoal, breach_lines
 from swarm_common.process import messages as say
+from swarm_report.document import merits
 
 ROBOTS = ("Srobot1", "Srobot2")
 VERDICT: dict[str, Any] = {
@@ -267,6 +269,35 @@ def test_a_goal_from_outside_that_is_tried_again_is_missed_once() -> None:
     again = status("Srobot1", goal_map=(1.0, 2.0), goals_failed=4, sim_time=now + 100.0)
     much_later = statistics_of(*events, again, has_mission=False)
     assert report_of(much_later)["goals"] == {"sent": 2, "reached": 0, "failed": 1, "pending": 1}
+
+
+def test_goals_from_outside_are_told_and_timed_as_those_of_a_mission() -> None:
+    why = "missed its goal: error 208: no path"
+    there, then = (1.0, 2.0), (-4.0, 0.5)
+    statistics = statistics_of(
+        status("Srobot1", goal_map=there, sim_time=5.0),
+        status("Srobot1", goals_reached=1, sim_time=17.0),
+        status("Srobot1", goal_map=then, goals_reached=1, sim_time=20.0),
+        status("Srobot1", goals_reached=1, goals_failed=1, sim_time=21.0, detail=why),
+        has_mission=False,
+    )
+    report = report_of(statistics)
+    assert report["goal_duration"] == {"median": 12.0, "worst": 12.0}
+    assert breach_lines(report["breaches"], had_to_finish=False) == [
+        "Srobot1 missed (-4, 0.5) at t = 21.0 s: error 208: no path"
+    ]
+
+
+def test_terminal_and_page_say_the_same_of_robots_and_makespan() -> None:
+    newcomer = say.RobotSpawned("Srobot3", 3, "waffle", (0.0, 0.0, 0.0), 1.0)
+    open_one = status("Srobot1", goal_map=(1.0, 2.0), goals_reached=1, sim_time=9.0)
+    report = report_of(statistics_of(newcomer, open_one, has_mission=False))
+    console = Console(width=100, file=io.StringIO())
+    console.print(summary_table(report, 0))
+    text = console.file.getvalue()
+    assert "2 robots and 1 that came in" in text
+    assert "makespan                             │ goals are open" in text
+    assert merits(report)["makespan"] == "goals are open"
 
 
 def test_events_that_do_not_count_are_ignored() -> None:
