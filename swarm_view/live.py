@@ -7,6 +7,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from swarm_common.middleware import ros_env
+from swarm_view.page.notice import Hear
 from swarm_view.server.server import Server
 from swarm_view.state.live_feed import LiveFeed
 from swarm_view.state.operator_link import OperatorLink
@@ -20,10 +21,16 @@ def open_node() -> Node:
     return Node("viewer", namespace="sim", enable_rosout=False, start_parameter_services=False)
 
 
-def serve_live(server: Server, node: Node) -> None:
-    """Show the live graph until a signal asks for the end; the node is destroyed then."""
+def serve_live(server: Server, node: Node, hear: Hear | None = None) -> None:
+    """Show the live graph until a signal asks for the end; the node is destroyed then.
+
+    Args:
+        server: Where pages come in.
+        node: In the graph.
+        hear: Returns what the run that starts meanwhile has said since the last call.
+    """
     link = OperatorLink(node)
-    run_until_signal(Viewer(server, LiveFeed(node), link))
+    run_until_signal(Viewer(server, LiveFeed(node), link, hear=hear))
     link.close()
     node.destroy_node()
     rclpy.try_shutdown()

@@ -8,8 +8,8 @@ import os
 import sys
 
 from swarm_common.model.errors import SwarmError
-from swarm_common.process.messages import Refused, ViewerOpened
-from swarm_common.process.pipes import EventWriter, child_options
+from swarm_common.process.messages import VIEWER, Refused, ViewerOpened
+from swarm_common.process.pipes import EventWriter, MessageReader, child_options
 from swarm_view.live import open_node, serve_live
 from swarm_view.server.server import Server
 
@@ -27,7 +27,8 @@ def main(arguments: list[str] | None = None) -> int:
         sys.stderr.write(f"{error}\n")
         return 2
     events.write(ViewerOpened(server.url()))
-    serve_live(server, open_node())
+    commands = MessageReader(options.control_fd, VIEWER)
+    serve_live(server, open_node(), commands.read)
     return 0
 
 

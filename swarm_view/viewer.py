@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from swarm_common.model.records import FloatArray
+from swarm_view.page.notice import ENDED, VIEWER_ENDED, Hear, Notice
 from swarm_view.page.page import Page
 from swarm_view.page.past import LIVE
 from swarm_view.page.playback import Playback
@@ -26,9 +27,10 @@ from swarm_view.state.link import Viewpoint
 from swarm_view.state.operator_link import OperatorLink
 from swarm_view.state.swarm import Swarm, history_of
 
+FAREWELL_PAUSE = 0.3  # [s] of wall time for the last words to reach the pages
 FRAME_PERIOD = 0.04  # [s] of wall time: 25 frames per second
 LOOK_PERIOD = 3.0  # [s] of wall time between two updates of the list of robots
-SLOW_PERIOD = 0.25  # [s] of wall time between two looks at a recording's time
+SLOW_PERIOD = 0.25  # [s] of wall time between two looks at what changes slowly
 NEAR_PERIOD = 0.25  # [s] of wall time between two searches for robots near a camera
 COLOR_PERIOD = 0.2  # [s] of wall time between two looks at the states' colours
 HISTORY_PERIOD = 1.0  # [s] between two poses of a robot's way in a recording
@@ -44,6 +46,7 @@ class Viewer:
         feed: Feed,
         link: OperatorLink | None,
         recording: Recording | None = None,
+        hear: Hear | None = None,
     ) -> None:
         """Attach to a server.
 
@@ -52,6 +55,7 @@ class Viewer:
             feed: Where messages come from.
             link: To the swarm; None for a recording.
             recording: The feed, if it can be played.
+            hear: Returns what the run that this viewer is part of has said since the last call.
         """
         self._recording = recording
         self._server = server
@@ -64,6 +68,8 @@ class Viewer:
         self._fleet = DrawnFleet(server.viser.scene, LIVE)
         self._cpu = CpuMeter()
         self._playback: Playback | None = None
+        self._notice = Notice(hear)
+        self._farewell = VIEWER_ENDED if hear is None else ENDED
         self._slow_due = 0.0
         self._pages: dict[int, Page] = {}
         self._is_stopped = False
@@ -123,6 +129,10 @@ class Viewer:
             started = time.monotonic()
             self.frame(started)
             await asyncio.sleep(max(0.001, FRAME_PERIOD - (time.monotonic() - started)))
+        for page in self._pages.values():
+            page.end(self._farewell)
+        if self._pages:
+            await asyncio.sleep(FAREWELL_PAUSE)
 
     def close(self) -> None:
         """Release everything."""
@@ -150,13 +160,22 @@ class Viewer:
                 self._fleet.move(poses)
             self._scenery.draw_movers(swarm.movers)
             self._color(now)
-        if self._playback is not None and now >= self._slow_due:
+        if now >= self._slow_due:
             self._slow_due = now + SLOW_PERIOD
-            self._playback.update()
+            self._turn_slowly()
         # A recording shows the run, not the load of the machine that plays it.
         cpu = self._cpu.text(now) if self._playback is None else ""
         for page in self._pages.values():
             page.update(poses, now, cpu)
+
+    def _turn_slowly(self) -> None:
+        if self._playback is not None:
+            self._playback.update()
+            return
+        is_paused = bool(self._link and self._link.is_paused)
+        text = self._notice.text(self._swarm, is_paused=is_paused)
+        for page in self._pages.values():
+            page.notice(text)
 
     def _wanted(self) -> set[str]:
         swarm = self._swarm
@@ -204,6 +223,8 @@ class Viewer:
 
     def _on_open(self, client: Any, place: Viewpoint) -> None:
         self._look_due = 0.0
+        if not self._pages and self._recording is None:
+            self._history.interrupt()
         self._pages[client.client_id] = Page(
             client, place, self._swarm, self._fleet, self._link, self._server.url, self._post,
             self._history, self._playback,

@@ -32,6 +32,7 @@ from swarm_common.middleware import ros_env
 from swarm_common.model.records import Pose
 from swarm_common.process.messages import (
     CollisionBegan,
+    Compiling,
     EndNavigator,
     Go,
     GoalMissed,
@@ -39,6 +40,7 @@ from swarm_common.process.messages import (
     GoalSent,
     GoalsRestored,
     GoalWithdrawn,
+    KernelsCompiled,
     MeetingPorts,
     MissionDone,
     MissionEvent,
@@ -47,6 +49,7 @@ from swarm_common.process.messages import (
     NavigatorDied,
     OnlookerEvent,
     OwnEvent,
+    ProcessEvent,
     RecordingEnded,
     RobotDead,
     RobotGone,
@@ -216,6 +219,11 @@ class LocalRun(ProcessRun):
                 self._stop("time is up, stopping")
             case _:
                 assert_never(event)
+
+    def _on_process_event(self, event: ProcessEvent) -> None:
+        super()._on_process_event(event)
+        if isinstance(event, Compiling):
+            self._tell(VIEWER, KernelsCompiled(event.ready, event.known))
 
     def _on_mission_event(self, event: MissionEvent) -> None:
         match event:

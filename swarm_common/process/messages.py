@@ -581,6 +581,13 @@ class RestartNavigator(RobotCommand, frozen=True, tag="restart"):
     """The user of another terminal wants a navigator started again."""
 
 
+class KernelsCompiled(CommandBase, frozen=True, tag="compiled"):
+    """For those who look on: how many kernels of a first start are ready, of how many."""
+
+    ready: int
+    known: int
+
+
 ForkServerCommand = Go | StartNavigator | EndNavigator | KillNavigator
 WorldCommand = ServeHost | RobotDead | RobotSilent | RobotHeard
 MissionCommand = WatchRobot | RobotSilent | RobotHeard | RobotDead | RobotGone
@@ -593,4 +600,5 @@ WORLD: msgspec.json.Decoder[WorldCommand] = msgspec.json.Decoder(WorldCommand)
 MISSION: msgspec.json.Decoder[MissionCommand] = msgspec.json.Decoder(MissionCommand)
 SERVER: msgspec.json.Decoder[ServerCommand] = msgspec.json.Decoder(ServerCommand)
 CLIENT: msgspec.json.Decoder[ClientCommand] = msgspec.json.Decoder(ClientCommand)
+VIEWER: msgspec.json.Decoder[KernelsCompiled] = msgspec.json.Decoder(KernelsCompiled)
 USER: msgspec.json.Decoder[RestartNavigator] = msgspec.json.Decoder(RestartNavigator)

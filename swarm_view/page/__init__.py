@@ -7,6 +7,7 @@ What a module imports of its folder stands above it:
                 `swarm-teleop`
     inbox       What a page's own script tells: its size, a click on the time line, keys (see
                 `page.js`)
+    notice      What stands in the middle of the pages while there is nothing to see, and at the end
     panel_text  What the panel says, as Markdown and HTML
     past        The past of a live swarm on one page: robots where they were, in the states that
                 they had

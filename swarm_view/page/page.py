@@ -34,7 +34,7 @@ from swarm_view.scene.fleet import DrawnFleet
 from swarm_view.scene.overlay import Overlay
 from swarm_view.scene.robot_layers import RobotLayers
 from swarm_view.scene.ruler import Ruler
-from swarm_view.scene.shapes import lifted, nearest_to_ray
+from swarm_view.scene.shapes import lifted, nearest_to_ray, on_floor
 from swarm_view.scene.sight import Sight
 from swarm_view.scene.views import View
 from swarm_view.scene.viser_compat import run_script
@@ -97,7 +97,7 @@ class Page:
         self._layers = RobotLayers(client.scene)
         self._overlay = Overlay(client.scene, swarm)
         self._sight = Sight(client, fleet)
-        self._hand = Hand(client.scene, self._use, post)
+        self._hand = Hand(client, self._use, post)
         self._panel = Panel(client.gui, self, is_live=link is not None)
         self._panel.raise_robot(is_chosen=bool(place.robot))
         self._sight.take(View.FOLLOW if place.robot else View.HALL)
@@ -112,6 +112,7 @@ class Page:
         self._planned: list[str] = []
         self._plans_due = 0.0
         self._was_there = False
+        self._noticed = ""
 
     # Actions of the panel, on viser's threads
 
@@ -246,6 +247,16 @@ class Page:
 
     def _say(self, text: str) -> None:
         assign(self._panel.message, text)
+
+    def notice(self, text: str) -> None:
+        """Say something in the middle of the page; empty for nothing."""
+        if text != self._noticed:
+            self._noticed = text
+            run_script(self._client, f"window.swarm.notice({json.dumps(text)})")
+
+    def end(self, text: str) -> None:
+        """Say why nothing comes any more; the page keeps its picture."""
+        run_script(self._client, f"window.swarm.end({json.dumps(text)})")
 
     # What it needs
 
@@ -506,6 +517,8 @@ class Page:
         index = nearest_to_ray(lifted(poses[:, :2], PICK_HEIGHT), PICK_RADIUS, origin, direction)
         if index is not None:
             self.select(self._swarm.names[index])
+        elif (point := on_floor(origin, direction)) is not None:
+            self._say(f"Clicked: x {point[0]:.2f}, y {point[1]:.2f}.")
 
     def _measure(self, point: FloatArray, tip: FloatArray | None) -> None:
         distance = self._ruler.point(point) if tip is None else self._ruler.measure(point, tip)

@@ -7,7 +7,7 @@ from functools import partial
 from typing import Any, Protocol
 
 from swarm_common.robots.source import robot_names
-from swarm_view.page.tool import ORDERS, Tool
+from swarm_view.page.tool import BUTTONS, ORDERS, Tool
 from swarm_view.scene.views import View
 from swarm_view.state.topics import LABELS, SHOWN_AT_FIRST, Layer
 
@@ -231,7 +231,7 @@ class Panel:
             first = FIRST_MODEL if FIRST_MODEL in models else models[0]
             self.model = gui.add_dropdown("Model", models, initial_value=first)
             spawn = gui.add_button("Spawn at a free place", hint="Of the world's start area")
-            place = gui.add_button("Spawn by a click", hint="Click the floor, or drag")
+            place = gui.add_button(BUTTONS[Tool.SPAWN], hint="Click the floor, or drag")
         spawn.on_click(lambda _: actions.on_spawn())
         place.on_click(lambda _: actions.on_tool(Tool.SPAWN))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable
 from enum import Enum
@@ -12,6 +13,7 @@ import numpy as np
 from swarm_common.model.palette import GOAL
 from swarm_common.model.records import FloatArray
 from swarm_view.scene.shapes import floor, lifted, on_floor
+from swarm_view.scene.viser_compat import run_script
 from swarm_view.state.decode import Raster
 
 DRAG_LENGTH = 0.15  # [m] from which a drag gives a heading
@@ -29,6 +31,7 @@ class Tool(Enum):
     MEASURE = "Measure"
 
 
+BUTTONS = {tool: tool.value for tool in Tool} | {Tool.SPAWN: "Spawn by a click"}  # their labels
 ORDERS = (Tool.GOAL, Tool.INITIAL_POSE)  # of a robot
 
 
@@ -43,16 +46,17 @@ class Hand:
         tool: The selected one.
     """
 
-    def __init__(self, scene: Any, use: Use, post: Post) -> None:
+    def __init__(self, client: Any, use: Use, post: Post) -> None:
         """Begin without a tool.
 
         Args:
-            scene: The client's.
+            client: viser's handle of the page.
             use: Called when the tool was used; it is dropped then.
             post: Brings a call to the main thread.
         """
         self.tool = Tool.SELECT
-        self._scene = scene
+        self._client = client
+        self._scene = client.scene
         self._use = use
         self._post = post
         self._floor: Any = None
@@ -62,6 +66,7 @@ class Hand:
         """Take a tool that is used on the floor of a map."""
         self.drop()
         self.tool = tool
+        self._show()
         (x, y), (width, depth) = raster.origin, raster.size
         vertices, faces = floor(x, y, x + width, y + depth)
         self._floor = self._scene.add_mesh_simple(
@@ -77,6 +82,12 @@ class Hand:
             if node is not None:
                 node.remove()
         self._floor = self._arrow = None
+        self._show()
+
+    def _show(self) -> None:
+        """Let the button of a tool that waits for a click look pressed."""
+        label = "" if self.tool is Tool.SELECT else BUTTONS[self.tool]
+        run_script(self._client, f"window.swarm.press({json.dumps(label)})")
 
     def click(self, origin: FloatArray, direction: FloatArray) -> None:
         """Use the tool where a ray meets the floor."""

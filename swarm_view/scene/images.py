@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,7 @@ from swarm_common.model.palette import RGB
 from swarm_view.state.decode import Raster
 
 Image = NDArray[np.uint8]
+SPACINGS, MOST_LINES = (1, 2, 5, 10, 20, 50, 100), 10  # [m] between lines of the floor's grid
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,14 +20,15 @@ class Shades:
     """Colours of everything but robots."""
 
     free: RGB
+    grid: RGB
     unknown: RGB
     wall: RGB
     background: RGB
 
 
 # Robots of every colour stand out from the floor, and the floor from what is around the hall.
-LIGHT = Shades((247, 247, 244), (205, 209, 214), (62, 66, 72), (192, 197, 203))
-DARK = Shades((62, 67, 74), (34, 38, 43), (148, 154, 162), (20, 23, 27))
+LIGHT = Shades((247, 247, 244), (228, 230, 230), (205, 209, 214), (62, 66, 72), (192, 197, 203))
+DARK = Shades((62, 67, 74), (74, 80, 88), (34, 38, 43), (148, 154, 162), (20, 23, 27))
 FREE = LIGHT.free
 LOW, HIGH = np.array([86, 180, 233]), np.array([213, 94, 0])
 INSCRIBED, LETHAL = (204, 121, 167, 200), (60, 20, 60, 220)
@@ -36,9 +39,25 @@ def map_image(raster: Raster, shades: Shades = LIGHT) -> Image:
     cells = raster.cells[::-1]
     image = np.empty((*cells.shape, 3), np.uint8)
     image[:] = shades.free
+    _draw_grid(image, raster, shades.grid)
     image[cells < 0] = shades.unknown
     image[cells >= 50] = shades.wall
     return image
+
+
+def grid_lines(low: float, high: float) -> range:
+    """Return where the lines of the grid are [m] within an extent, so that some numbers fit."""
+    spacing = next((step for step in SPACINGS if high - low <= MOST_LINES * step), SPACINGS[-1])
+    return range(math.ceil(low / spacing) * spacing, math.floor(high) + 1, spacing)
+
+
+def _draw_grid(image: Image, raster: Raster, color: RGB) -> None:
+    (left, low), (width, depth) = raster.origin, raster.size
+    rows, columns = raster.cells.shape
+    for x in grid_lines(left, left + width):
+        image[:, min(columns - 1, int((x - left) / raster.resolution))] = color
+    for y in grid_lines(low, low + depth):
+        image[max(0, rows - 1 - int((y - low) / raster.resolution))] = color
 
 
 def _cost_table() -> Image:

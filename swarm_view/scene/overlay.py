@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from swarm_common.model.palette import HELD, INTENT, PLAN, RGB, TRAIL, linear, state_color
 from swarm_common.model.records import FloatArray
+from swarm_view.scene.images import grid_lines
 from swarm_view.scene.labels import LabelWish, PlacedLabel, arrange
 from swarm_view.scene.shapes import lifted, polyline, raised
 from swarm_view.scene.views import Camera
@@ -64,6 +65,7 @@ class Overlay:
                 wishes.append(LabelWish(name, texts, place, float(sizes[index])))
         stations = self.swarm.stations
         wishes += [LabelWish(f"station {name}", (name,), place) for name, place in stations.items()]
+        wishes += self._numbers()
         count = min(len(poses), len(sizes))
         marks = lifted(poses[:count, :2], 0.0), sizes[:count]
         placed = arrange(wishes, camera, LABEL_SCALE, marks)
@@ -71,6 +73,20 @@ class Overlay:
             self._labels.pop(name).remove()
         for name, label in placed.items():
             self._label(name, label)
+
+    def _numbers(self) -> list[LabelWish]:
+        """Return the labels of the grid's lines, along the lower and the left edge of the map."""
+        raster = self.swarm.map
+        if raster is None:
+            return []
+        (left, low), (width, depth) = raster.origin, raster.size
+        return [
+            LabelWish(f"x {x}", (f"x {x}",), np.array([x, low, 0.0]))
+            for x in grid_lines(left, left + width)
+        ] + [
+            LabelWish(f"y {y}", (f"y {y}",), np.array([left, y, 0.0]))
+            for y in grid_lines(low, low + depth)
+        ]
 
     def _label(self, name: str, placed: PlacedLabel) -> None:
         label = self._labels.get(name)

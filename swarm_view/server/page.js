@@ -105,7 +105,56 @@ document.addEventListener("click", (event) => {
   }
 });
 
+// What is said in the middle of the page: by Python, or here when Python says nothing any more.
+swarm.SILENCE = 10000; // [ms]
+swarm.heard = 0; // [ms] when Python last told the time, which it does once a second; 0: never yet
+swarm.said = "";
+swarm.notice = (text) => {
+  swarm.said = text;
+  swarm.showNotice(text);
+};
+swarm.showNotice = (text) => {
+  let box = document.getElementById("swarm-notice");
+  if (!box) {
+    box = document.createElement("div");
+    box.id = "swarm-notice";
+    box.style =
+      "position:fixed;left:50%;top:40%;transform:translate(-50%,-50%);z-index:1000;padding:0.8em 1.4em;" +
+      "max-width:80vw;border-radius:8px;background:#22262bee;color:#fff;font:1.1rem sans-serif;" +
+      "text-align:center;pointer-events:none";
+    document.body.append(box);
+  }
+  box.textContent = text;
+  box.hidden = !text;
+};
+swarm.end = (text) => {
+  clearInterval(swarm.watch);
+  swarm.notice(text);
+};
+swarm.watch = setInterval(() => {
+  if (!swarm.heard) return;
+  const isSilent = Date.now() - swarm.heard > swarm.SILENCE;
+  const text = "The viewer does not answer. If its run has ended, this page shows its last moment.";
+  swarm.showNotice(isSilent ? text : swarm.said);
+}, 1000);
+
+// The button of a tool that waits for a click looks pressed, and the pointer over the scene is a cross.
+document.addEventListener("DOMContentLoaded", () => {
+  const style = document.createElement("style");
+  style.textContent =
+    "button[data-swarm-pressed]{background:#1864ab !important;color:#fff !important;" +
+    "box-shadow:inset 0 2px 4px #0008}" +
+    "body[data-swarm-aiming] canvas{cursor:crosshair !important}";
+  document.head.append(style);
+});
+swarm.press = (label) => {
+  for (const button of document.querySelectorAll("button"))
+    button.toggleAttribute("data-swarm-pressed", label !== "" && button.textContent.trim() === label);
+  document.body.toggleAttribute("data-swarm-aiming", label !== "");
+};
+
 swarm.showTime = (time, isPlaying, isPast) => {
+  swarm.heard = Date.now();
   for (const cursor of document.querySelectorAll("[data-swarm-now]")) {
     const { start, end } = cursor.parentElement.dataset;
     const share = (time - start) / (end - start);

@@ -70,6 +70,7 @@ class StateChange:
 @dataclass(slots=True)
 class _Robot:
     changes: list[StateChange] = field(default_factory=list)
+    is_known: bool = False  # whether what it says now follows what it said before
     waits_since: float | None = None
     wait: Mark | None = None
 
@@ -92,13 +93,19 @@ class History:
         self.revision = 0
         self._period = period
         self._robots: dict[str, _Robot] = defaultdict(_Robot)
-        self._counts = (0, 0, 0)  # of the last verdict
+        self._counts: tuple[int, int, int] | None = (0, 0, 0)  # of the last verdict, if it is known
         self._latest: dict[str, str] = {}  # states
         self._samples: list[tuple[float, Counter[str]]] = []
         self._sample_due = 0.0
         self._clearance: list[tuple[float, float]] = []
         self._poses: list[Moment] = []
         self._reached: list[float] = []  # times of goals
+
+    def interrupt(self) -> None:
+        """Forget the counts: what happens until the next messages has no time of its own."""
+        self._counts = None
+        for robot in self._robots.values():
+            robot.is_known, robot.waits_since, robot.wait = False, None, None
 
     # Messages
 
@@ -127,7 +134,9 @@ class History:
         if before is not None:
             if state.tick < before.tick:
                 return
-            self._compare(robot, before, state, time)
+            if known.is_known:
+                self._compare(robot, before, state, time)
+        known.is_known = True
         self._follow_wait(robot, known, state, time)
         if before is None or _said(before) != _said(state):
             known.changes.append(StateChange(time, state))
@@ -140,7 +149,7 @@ class History:
             int(verdict.collisions_robot_world),
             int(verdict.near_misses),
         )
-        before, self._counts = self._counts, counts
+        before, self._counts = self._counts or counts, counts
         pair = "" if counts == before else " and ".join(self._nearest_pair())
         between = f"; nearest to each other: {pair}" if pair else ""
         kinds = (

@@ -6,11 +6,14 @@ import numpy as np
 import pytest
 
 from swarm_common.model.records import Twist
+from swarm_common.process.messages import KernelsCompiled
 from swarm_view.page.driving import Driving
 from swarm_view.page.inbox import LONGEST, numbers, parse
+from swarm_view.page.notice import Notice
 from swarm_view.page.time_line import next_mark, strip_html
 from swarm_view.state.history import Kind, Mark
 from swarm_view.state.link import Viewpoint, place_of
+from swarm_view.state.swarm import Swarm
 
 MARKS = [
     Mark(5.0, Kind.GOAL, "Srobot1 reaches its goal"),
@@ -108,3 +111,15 @@ def test_a_robot_that_takes_itself_back_is_driven_no_more() -> None:
     assert driving.robot == ""
     driving.end()
     assert robot.given_back == 0
+
+
+def test_a_page_says_that_the_swarm_is_starting_until_it_lives() -> None:
+    said = [[], [KernelsCompiled(34, 118), KernelsCompiled(35, 118)], [], [], []]
+    swarm, notice = Swarm(), Notice(lambda: said.pop(0))
+    assert notice.text(swarm, is_paused=False) == "The swarm is starting."
+    for _ in range(2):
+        assert "35 of 118 kernels" in notice.text(swarm, is_paused=False)
+    swarm.markers = []
+    assert notice.text(swarm, is_paused=True) == ""
+    swarm.tick = 1
+    assert notice.text(swarm, is_paused=False) == ""

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from swarm_common.model.palette import STATES
-from swarm_view.scene.images import DARK, LIGHT, cost_image, map_image
+from swarm_view.scene.images import DARK, LIGHT, cost_image, grid_lines, map_image
 from swarm_view.scene.shapes import (
     floor,
     loop,
@@ -67,3 +67,9 @@ def test_robots_of_every_colour_stand_out_from_light_and_dark_floors() -> None:
             gap = np.abs(np.subtract(color, shades.free)).max()
             rim = np.abs(np.subtract((255, 255, 255) if shades is DARK else (0, 0, 0), shades.free))
             assert gap > 30 or rim.max() > 150
+
+
+def test_the_lines_of_the_grid_are_few_and_lie_on_whole_metres() -> None:
+    assert list(grid_lines(-8.97, 10.03)) == [-8, -6, -4, -2, 0, 2, 4, 6, 8, 10]
+    assert list(grid_lines(0.2, 3.9)) == [1, 2, 3]
+    assert len(grid_lines(-400.0, 400.0)) <= 11

@@ -120,3 +120,19 @@ def test_curves_over_time() -> None:
     times, gaps = history.clearance()
     assert len(times) == len(gaps) == 121
     assert gaps[0] == pytest.approx(0.2)
+
+
+def test_what_happened_while_no_page_was_open_is_not_on_the_line() -> None:
+    history = History()
+    history.interrupt()  # the first page opens late, too
+    history.add_verdict(verdict(100, robots=1))
+    history.add_status("Srobot1", said(100, "waiting"))
+    history.interrupt()
+    history.add_verdict(verdict(2000, robots=3, near=2))
+    history.add_status("Srobot1", said(2000, "waiting", goals_reached=4, goals_failed=1))
+    assert history.marks == []
+    history.add_verdict(verdict(2100, robots=3, near=3))
+    history.add_status("Srobot1", said(2100, "driving", goals_reached=5, goals_failed=1))
+    assert [(mark.kind, mark.time) for mark in history.marks] == [
+        (Kind.NEAR_MISS, 210.0), (Kind.GOAL, 210.0)
+    ]  # fmt: skip
