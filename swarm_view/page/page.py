@@ -108,6 +108,7 @@ class Page:
         self._is_filming = False
         client.scene.on_click()(self._on_click)
         Inbox(client, self._on_message)
+        run_script(client, f"window.swarm.hints = {json.dumps(self._panel.hints)}")
         self._panel_due = self._slow_due = 0.0
         self._planned: list[str] = []
         self._plans_due = 0.0

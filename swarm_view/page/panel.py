@@ -98,6 +98,7 @@ class Panel:
 
     def __init__(self, gui: Any, actions: Actions, *, is_live: bool) -> None:
         self._gui = gui
+        self.hints: dict[str, str] = {}  # of buttons by their labels, which viser does not show
         self._add_view(actions)
         with gui.add_folder("Swarm") as swarm:
             self.verdict = gui.add_html("")
@@ -134,6 +135,11 @@ class Panel:
             self._add_danger(actions)
         self._places = swarm.order - 0.5, self._of_robot.order
         self.robot.on_update(_if_typed(lambda: actions.on_select(self._chosen())))
+
+    def _button(self, label: str, hint: str, color: Any = None) -> Any:
+        """Add a button with a hint."""
+        self.hints[label] = hint
+        return self._gui.add_button(label, color=color)
 
     def _chosen(self) -> str:
         return "" if self.robot.value == NOBODY else str(self.robot.value)
@@ -179,7 +185,7 @@ class Panel:
         cancel = gui.add_button("Cancel goal")
         tool.on_click(lambda _: actions.on_tool(Tool(tool.value)))
         cancel.on_click(lambda _: actions.on_cancel())
-        self.drive = gui.add_button("Drive by hand", hint="With the keys W A S D or the arrows")
+        self.drive = self._button("Drive by hand", "With the keys W A S D or the arrows")
         self.pad = gui.add_html(PAD, visible=False)
         self.share = gui.add_slider(
             "Speed of driving", min=0.1, max=1.0, step=0.05, initial_value=0.5, visible=False
@@ -190,10 +196,10 @@ class Panel:
     def _add_takeaway(self, actions: Actions) -> None:
         gui = self._gui
         with gui.add_folder("Measure and take away"):
-            measure = gui.add_button("Measure", hint="Click two places on the floor, or drag")
-            picture = gui.add_button("Save picture", hint="Of the scene, as PNG")
-            self.film = gui.add_button(FILM, hint="Of the scene, as WebM")
-            link = gui.add_button("Copy link", hint="To this camera, robot and time")
+            measure = self._button("Measure", "Click two places on the floor, or drag")
+            picture = self._button("Save picture", "Of the scene, as PNG")
+            self.film = self._button(FILM, "Of the scene, as WebM")
+            link = self._button("Copy link", "To this camera, robot and time")
         measure.on_click(lambda _: actions.on_tool(Tool.MEASURE))
         picture.on_click(lambda _: actions.on_picture())
         self.film.on_click(lambda _: actions.on_film())
@@ -202,7 +208,7 @@ class Panel:
     def _add_danger(self, actions: Actions) -> None:
         gui = self._gui
         with gui.add_folder("What cannot be undone", expand_by_default=False):
-            remove = gui.add_button("Remove robot", color="red", hint="Takes it out of the world")
+            remove = self._button("Remove robot", "Takes it out of the world", color="red")
         remove.on_click(lambda _: actions.on_remove())
 
     def confirm(self, question: str, answer: str, do: Callable[[], None]) -> None:
@@ -230,8 +236,8 @@ class Panel:
         with gui.add_folder("New robots", expand_by_default=False):
             first = FIRST_MODEL if FIRST_MODEL in models else models[0]
             self.model = gui.add_dropdown("Model", models, initial_value=first)
-            spawn = gui.add_button("Spawn at a free place", hint="Of the world's start area")
-            place = gui.add_button(BUTTONS[Tool.SPAWN], hint="Click the floor, or drag")
+            spawn = self._button("Spawn at a free place", "Of the world's start area")
+            place = self._button(BUTTONS[Tool.SPAWN], "Click the floor, or drag")
         spawn.on_click(lambda _: actions.on_spawn())
         place.on_click(lambda _: actions.on_tool(Tool.SPAWN))
 

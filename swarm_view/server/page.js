@@ -144,7 +144,9 @@ document.addEventListener("DOMContentLoaded", () => {
   style.textContent =
     "button[data-swarm-pressed]{background:#1864ab !important;color:#fff !important;" +
     "box-shadow:inset 0 2px 4px #0008}" +
-    "body[data-swarm-aiming] canvas{cursor:crosshair !important}";
+    "body[data-swarm-aiming] canvas{cursor:crosshair !important}" +
+    // viser's own hints would lie below its panel
+    ".mantine-Tooltip-tooltip{z-index:2000 !important;font-size:0.85rem;line-height:1.35}";
   document.head.append(style);
 });
 swarm.press = (label) => {
@@ -152,6 +154,14 @@ swarm.press = (label) => {
     button.toggleAttribute("data-swarm-pressed", label !== "" && button.textContent.trim() === label);
   document.body.toggleAttribute("data-swarm-aiming", label !== "");
 };
+
+// Hints of buttons, by their labels: viser shows those of other widgets only.
+swarm.hints = {};
+document.addEventListener("mouseover", (event) => {
+  const button = event.target.closest?.("button");
+  const hint = button && swarm.hints[button.textContent.trim()];
+  if (hint) button.title = hint;
+});
 
 swarm.showTime = (time, isPlaying, isPast) => {
   swarm.heard = Date.now();

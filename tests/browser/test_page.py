@@ -13,6 +13,7 @@ from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.remote.webdriver import WebDriver
 
 from swarm_common.model.palette import state_color
+from swarm_common.process.messages import KernelsCompiled
 from swarm_view.page.page import Page
 from swarm_view.scene.images import LIGHT
 from swarm_view.scene.shapes import lifted
@@ -356,3 +357,21 @@ def differing(before: np.ndarray, after: np.ndarray) -> int:
     high, half = int(0.65 * before.shape[0]), before.shape[1] // 2
     change = np.abs(before[:high, :half].astype(int) - after[:high, :half]).max(axis=2)
     return int((change > 40).sum())
+
+
+def test_a_page_says_that_its_run_has_ended_and_that_one_starts(browser: WebDriver) -> None:
+    feed, server = MovingFeed(2), Server("127.0.0.1", 0)
+    feed.is_standing = True
+    viewer = Viewer(server, feed, None, hear=lambda: [KernelsCompiled(35, 118)])
+    thread = threading.Thread(target=viewer.run)
+    thread.start()
+    try:
+        open_page(browser, server.url())
+        wait_for(lambda: "35 of 118 kernels" in text_of(browser), "how far the start is")
+        viewer.stop()
+        wait_for(lambda: "The run has ended" in text_of(browser), "the end")
+    finally:
+        viewer.stop()
+        thread.join(20.0)
+        viewer.close()
+        browser.get("about:blank")

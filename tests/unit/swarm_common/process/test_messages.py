@@ -19,6 +19,7 @@ COMMANDS = (
     | say.ServerCommand
     | say.ClientCommand
     | say.RestartNavigator
+    | say.KernelsCompiled
 )
 
 
