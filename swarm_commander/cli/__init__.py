@@ -7,6 +7,7 @@ What a module imports of its folder stands above it:
     teleop_command     The command `swarm-teleop`: drives a robot of a running swarm by hand
     setup_command      The command `swarm-setup`: installs the ROS 2 interface packages that are
                        missing
+    command_node       The node of a command that works with a running swarm
     listing            What `swarm-up --list` shows: the worlds, missions, robots and fleets that
                        come with us
     doctor             Is this machine fit for a swarm of some size? What would be in the way, and

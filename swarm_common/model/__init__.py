@@ -6,7 +6,6 @@ What a module imports of its folder stands above it:
     breaches  What must not happen in a run, with place and time: collisions and goals that are not
               reached
     errors    Errors that carry a message for the user: what was found, where, what to do
-    breaches What must not happen in a run: collisions, and goals that are not reached
     sensors  What is wrong with a robot's sensors: the section `sensors:` of robot.yaml, all zero if
              ideal
     shapes   Collision shapes and where they sit: the vocabulary of world files and robot
@@ -18,6 +17,7 @@ What a module imports of its folder stands above it:
              means
     records  Values that cross a topic, as plain dataclasses: what the brains and the world core
              exchange
+    run_words  What terminal and report.html say of a run alike, from the fields of report.json
     beacon   The radio message: `Beacon` as a numpy record whose bytes are its CDR body
     sites    Named places of a world: stations, holding circuits, spawns and places (`sites.yaml`)
 
