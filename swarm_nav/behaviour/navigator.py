@@ -109,6 +109,11 @@ class Navigator:
         """Id of the current or pending goal, None without one."""
         return self._goal_manager.goal_id
 
+    @property
+    def is_pausing(self) -> bool:
+        """Whether the robot stands where it was sent until its next goal takes effect."""
+        return self._goal_manager.is_pausing
+
     def variances(self) -> tuple[float, float, float]:
         """Return the variances of the estimated x, y [m²] and yaw [rad²]."""
         return self._localiser.variances()
@@ -462,7 +467,7 @@ class Navigator:
             target,
             self.sites,
             self.distance_remaining(),
-            is_pausing=self._goal_manager.is_pausing,
+            is_pausing=self.is_pausing,
             failure=self._goal_manager.failure,
             is_by_hand=behavior is not None and behavior.goal.kind is GoalKind.TELEOP,
         )

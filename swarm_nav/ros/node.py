@@ -81,6 +81,7 @@ class NavigatorNode:
         scan_rate = settings.spec.lidar.rate if settings.fixed["with_lidar"] else 0.0
         self._inputs = TickInputs(scan_rate)
         self._last_status = 0.0  # wall time
+        self._was_pausing = False
         self._status_writer = StatusWriter(settings.name)
         self.node = create_node(settings, context)
         self.rejections = Rejections(events, self.node.get_logger().warning)
@@ -275,7 +276,10 @@ class NavigatorNode:
     def _tell(self, output: Output, ended: list[GoalEnded]) -> None:
         now = time.monotonic()  # at full speed, 2 Hz of simulated time would be 10 Hz and more
         is_due = self.tick % STATUS_TICKS == 0 and now - self._last_status > STATUS_PERIOD
-        if output.events or is_due:
+        is_pausing = self._brain is not None and self._brain.is_pausing
+        has_begun = is_pausing and not self._was_pausing  # which is no event of the brain
+        self._was_pausing = is_pausing
+        if output.events or is_due or has_begun:
             self._last_status = now
             self.publish_status()
         if self._clock is not None and self.tick % CLOCK_TICKS == 0:
