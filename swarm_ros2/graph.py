@@ -193,8 +193,20 @@ def require_node(node: Node, name: str) -> str:
     """
     full = absolute(name)
     if not wait_for(lambda: full in node_names(node, hidden=True), MOST):
-        raise SwarmError("Node not found")
+        raise SwarmError(f"Node not found{_advice(node, full)}")
     return full
+
+
+def _advice(node: Node, full: str) -> str:
+    """Return which robots there are, or which nodes the robot that was named has."""
+    names = node_names(node)
+    namespace = full.rpartition("/")[0]
+    own = [name for name in names if name.rpartition("/")[0] == namespace]
+    robots = {name.split("/")[1] for name in names if name.count("/") == 2}
+    if own:
+        return f": {full}; there are {', '.join(own)}"
+    listed = ", ".join(sorted(robots, key=lambda name: (len(name), name)))
+    return f": {full}; there are {listed}" if robots else f": {full}; no node is running"
 
 
 def print_names(rows: NamesAndTypes, *, types: bool, count: bool) -> None:

@@ -13,7 +13,7 @@ from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters
 from rclpy.node import Node
 from rclpy.parameter import get_parameter_value, parameter_value_to_python
 
-from swarm_common.model.errors import SwarmError
+from swarm_common.model.errors import SwarmError, UnknownNameError
 from swarm_ros2 import graph
 
 LABELS = {
@@ -141,10 +141,22 @@ def _set(options: argparse.Namespace) -> None:
     with graph.open_node() as node:
         owner = graph.require_node(node, options.node_name)
         result = call(node, owner, SetParameters, "set_parameters", request).results[0]
-    reason = f": {result.reason}" if result.reason else ""
-    if not result.successful:
-        raise SwarmError(f"Setting parameter failed{reason}")
-    print(f"Set parameter successful{reason}")
+        if not result.successful:
+            reason = _why_not_set(node, owner, options, value, result.reason)
+            raise SwarmError(f"Setting parameter failed{reason and f': {reason}'}")
+    print(f"Set parameter successful{result.reason and f': {result.reason}'}")
+
+
+def _why_not_set(
+    node: Node, owner: str, options: argparse.Namespace, value: Any, reason: str
+) -> str:
+    """Return why a parameter was not set; rclpy's own answer names none that does not exist."""
+    name = options.parameter_name
+    if "undeclared parameter" in reason:
+        return str(UnknownNameError("parameter", name, _names(node, owner), owner))
+    if value.type == ParameterType.PARAMETER_INTEGER and "DOUBLE" in reason:
+        return f"{name} is a double; write {options.value}.0"
+    return reason
 
 
 def _delete(options: argparse.Namespace) -> None:

@@ -44,6 +44,7 @@ from swarm_common.process.pipes import EventWriter
 from swarm_common.robots.source import find_robot
 from swarm_recording.recorder import record
 
+ROBOT_NAME = re.compile(r"Srobot\d+")
 DEFAULT_ROBOT = "turtlebot3_waffle"
 ANSWER_LIMIT = 60.0  # [s] of wall time for it to answer; it does between two ticks
 ACTIVE_LIMIT = 60.0  # [s] of wall time for a new navigator to be there
@@ -89,6 +90,11 @@ def spawn(
             new = _ask(node, SpawnEntity, "spawn_entity", request).entity_name
             typer.echo(f"{new} is there, at {_place(_states(node, f'^{re.escape(new)}$')[new])}")
         return
+    if name and not ROBOT_NAME.fullmatch(name):
+        raise ConfigError(
+            f"robots are called like Srobot7; for an object '{name}' give"
+            " --box X Y Z, --cylinder RADIUS HEIGHT or --object FILE"
+        )
     find_robot(robot)
     request = SpawnEntity.Request(name=name)
     resource_in(request).uri = robot

@@ -141,7 +141,7 @@ def run_app(name: str, load: Callable[[], typer.Typer]) -> int:
         command.params.append(_version_option())
         code = command(prog_name=name, standalone_mode=False)
     except usage_error as error:
-        message = _usage_message(error)
+        message = _usage_message(error, command)
     except SwarmEndedError as error:  # a component failed, from where the command stands
         sys.stderr.write(f"{name}: {error}\n")
         return COMPONENT_FAILED
@@ -189,12 +189,25 @@ def _version_option() -> Any:
     return option
 
 
-def _usage_message(error: Exception) -> str:
+def _usage_message(error: Exception, command: Any) -> str:
     """Return the message of a usage error, with the value that was found."""
     message = str(error.format_message())  # type: ignore[attr-defined]
+    message += _hint(error, command)
     details = getattr(error.__cause__, "errors", None)  # pydantic's, behind newer versions of typer
     found = details()[0].get("input") if details is not None else None
     return f"{message} (found '{found}')" if found is not None else message
+
+
+def _hint(error: Exception, command: Any) -> str:
+    """Return what the option that a usage error is about takes, or with two dashes would be."""
+    name = getattr(error, "option_name", None)
+    commands = [command, *getattr(command, "commands", {}).values()]
+    parameters = [item for one in commands for item in one.params]
+    helps = {word: getattr(item, "help", "") for item in parameters for word in item.opts}
+    if helps.get(name) and "argument" in str(error):
+        return f" {name}: {helps[name]}"
+    meant = [f"-{word}" for word in sys.argv[1:] if f"-{word}" in helps and word[:2] != "--"]
+    return f" Did you mean {meant[0]}?" if meant and name not in helps else ""
 
 
 def _shown(name: object) -> str:

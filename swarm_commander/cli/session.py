@@ -18,6 +18,7 @@ from swarm_commander.run.local_run import LocalRun
 from swarm_commander.run.results.progress import Progress, summary_table
 from swarm_commander.run.results.report import (
     COMPONENT_FAILED,
+    OK,
     RunTimes,
     compose_report,
     exit_code,
@@ -72,7 +73,10 @@ def _conclude(plan: RunPlan, folder: RunFolder, run: LocalRun, console: Console)
     """Write the report, say how it went; return the exit code."""
     statistics = run.statistics
     verdict = run.verdict or load_verdict(folder.verdict)
-    if not verdict:  # without a verdict the other figures do not vouch for the run
+    is_unborn = run.is_stopped_by_user and not verdict and statistics.sim_time == 0.0
+    if (
+        not verdict and not is_unborn
+    ):  # without a verdict the other figures do not vouch for the run
         run.failures.append("there is no verdict: the world process did not live to give one")
     times = RunTimes(run.wall_time, run.active_after_wall, run.restarts)
     report = compose_report(plan.options, statistics, verdict, run.usage, times)
@@ -87,6 +91,9 @@ def _conclude(plan: RunPlan, folder: RunFolder, run: LocalRun, console: Console)
     if problem := write_report(folder.report, report):
         code = COMPONENT_FAILED
         complain(problem)
+    if is_unborn and code == OK:
+        console.print("stopped before the start")
+        return code
     console.print(summary_table(report, code))
     for line in broken_lines(report):
         console.print(line, highlight=False, soft_wrap=True)

@@ -268,6 +268,23 @@ def test_refused_parameter_gives_the_reason(ros2: Ros2) -> None:
     assert ros2.err == "Setting parameter failed: max_vel_x must not be negative\n"
 
 
+def test_a_parameter_that_is_not_there_is_named(ros2: Ros2) -> None:
+    ros2("param", "set", NODE, "max_vel", "0.1", code=1)
+    assert "unknown parameter 'max_vel' in /Srobot1/sample; did you mean 'max_vel_x'?" in ros2.err
+
+
+def test_an_integer_for_a_double_is_said_how_to_write(ros2: Ros2) -> None:
+    ros2("param", "set", NODE, "max_vel_x", "99", code=1)
+    assert ros2.err == "Setting parameter failed: max_vel_x is a double; write 99.0\n"
+
+
+def test_a_node_that_is_not_there_lists_those_that_are(ros2: Ros2) -> None:
+    ros2("param", "get", "/Srobot22/navigator", "max_vel_x", code=1)
+    assert ros2.err == "Node not found: /Srobot22/navigator; there are Srobot1\n"
+    ros2("param", "get", "/Srobot1/navigator", "max_vel_x", code=1)
+    assert ros2.err == "Node not found: /Srobot1/navigator; there are /Srobot1/sample\n"
+
+
 def test_interface_show_expands_nested_types(ros2: Ros2) -> None:
     text = ros2("interface", "show", "geometry_msgs/msg/PoseStamped", "--no-comments")
     assert text.splitlines()[:4] == [

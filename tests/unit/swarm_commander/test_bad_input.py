@@ -1,6 +1,7 @@
 """Bad input to `swarm-up`: one clear message on stderr, exit code 2, and nothing is started."""
 
 import os
+import socket
 import stat
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -65,6 +66,38 @@ def test_files_of_the_current_folder_are_proposed(
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).touch()
     assert advice in refusal(*flags)
+
+
+def test_a_swarm_that_runs_is_named_before_its_port(refusal: Refusal) -> None:
+    lock = DomainLock(DOMAIN)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = str(server.getsockname()[1])
+        try:
+            assert f"ROS domain {DOMAIN} is in use" in refusal("--viewer", "--port", port)
+        finally:
+            lock.release()
+        assert "--port" in refusal("--viewer", "--port", port)
+
+
+@pytest.mark.parametrize(
+    ("flags", "hint"),
+    [
+        (("Srobot1", "--goal", "5", "5"), "--goal: X Y YAW in the map"),
+        (("Srobot1", "-goal", "5", "5", "0"), "Did you mean --goal?"),
+        (("spawn", "crate"), "for an object 'crate' give --box X Y Z"),
+    ],
+)
+def test_the_commander_says_how_it_is_written(
+    flags: tuple[str, ...],
+    hint: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr("sys.argv", ["swarm-commander", *flags])
+    with pytest.raises(SystemExit) as caught:
+        cli.commander()
+    assert caught.value.code == 2
+    assert hint in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
