@@ -2,7 +2,6 @@
 
 What a module imports of its folder stands above it:
 
-    command_node       The node of a command that works with a running swarm
     teleop_keys        Keys of `swarm-teleop`: what the pressed one means, and that it must be kept
                        pressed
     teleop_command     The command `swarm-teleop`: drives a robot of a running swarm by hand
