@@ -22,8 +22,9 @@ from rclpy.action import ActionClient
 from rclpy.clock import ClockType
 from rclpy.time import Time
 from std_msgs.msg import Empty
+from swarm_interfaces.msg import RobotStatus
 
-from swarm_common.middleware.ros_io import LATCHED, pose_from_msg, pose_stamped
+from swarm_common.middleware.ros_io import LATCHED, pose_from_msg, pose_stamped, start_text, tick_of
 from swarm_common.model.records import Pose
 from swarm_ros2 import cli
 from tests.graph.conftest import START_LIMIT
@@ -386,3 +387,21 @@ def test_ros2_param_describe_prints_unit_range_and_effect(swarm, capfd, monkeypa
     )
     assert cli.run(["param", "describe", "/sim/world", "speed"]) == 0
     assert "Description: times real time; 0: as fast" in capfd.readouterr().out
+
+
+def test_a_robot_pauses_where_it_was_sent_until_its_next_goal_begins(swarm):
+    pose = stamped(place(swarm))
+    kind, name = action.NavigateToPose, "navigate_to_pose"
+    assert run(swarm, kind, name, kind.Goal(pose=pose)).status == SUCCEEDED
+    said = []
+    subscription = swarm.node.create_subscription(RobotStatus, "/Srobot1/status", said.append, 10)
+    swarm.spin_until(lambda: said)
+    start = tick_of(said[-1].stamp) + 200
+    goal = kind.Goal(pose=pose, behavior_tree=start_text(start))
+    client, _ = begin(swarm, kind, name, goal)
+    swarm.spin_until(lambda: tick_of(said[-1].stamp) > start, 60.0)
+    client.destroy()
+    swarm.node.destroy_subscription(subscription)
+    states = [each.state for each in said]
+    assert "pausing" in states
+    assert states[-1] != "pausing"
