@@ -207,7 +207,7 @@ def _hint(error: Exception, command: Any) -> str:
     if helps.get(name) and "argument" in str(error):
         return f" {name}: {helps[name]}"
     meant = [f"-{word}" for word in sys.argv[1:] if f"-{word}" in helps and word[:2] != "--"]
-    return f" Did you mean {meant[0]}?" if meant and name not in helps else ""
+    return f"; did you mean {meant[0]}?" if meant and name not in helps else ""
 
 
 def _shown(name: object) -> str:

@@ -32,6 +32,7 @@ from swarm_common.middleware.ros_io import RELIABLE
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Twist
 
+ACTION = ("assisted_teleop", AssistedTeleop)
 PERIOD = 0.05  # [s] of wall time between two wishes
 READY_LIMIT = 20.0  # [s] of wall time for the robot to take the goal
 END_LIMIT = 5.0  # [s] of wall time for it to end
@@ -86,20 +87,19 @@ def drive(node: Node, name: str, keys: Keys) -> int:
     watch = SwarmWatch(node)
     wishes = node.create_publisher(TwistMsg, f"/{name}/cmd_vel_teleop", RELIABLE)
     end = node.create_publisher(Empty, f"/{name}/preempt_teleop", RELIABLE)
-    task = robot.send("assisted_teleop", AssistedTeleop, AssistedTeleop.Goal())
     deadline = time.monotonic() + READY_LIMIT
-    while not wishes.get_subscription_count() and not task.is_complete and not keys.is_over:
+    while not (robot.offers(*ACTION) and wishes.get_subscription_count()):
         watch.check()
+        if keys.is_over:
+            return 0
         if time.monotonic() > deadline:
-            task.cancel()
             raise ConfigError(f"{name} is not to be driven by hand; is its navigator active?")
-        robot.look()
         rclpy.spin_once(node, timeout_sec=PERIOD)
+    task = robot.send(*ACTION, AssistedTeleop.Goal())
     try:
-        if not keys.is_over:
-            _tell(f"{name} is yours\n{HELP}")
-            with _typed() as descriptor:
-                _steer(node, robot, task, keys, wishes, watch, descriptor)
+        _tell(f"{name} is yours\n{HELP}")
+        with _typed() as descriptor:
+            _steer(node, robot, task, keys, wishes, watch, descriptor)
     finally:
         deadline = time.monotonic() + END_LIMIT
         while not task.is_complete and time.monotonic() < deadline and not watch.look():
@@ -159,8 +159,10 @@ def _read(descriptor: int) -> str:
 
 def _tell(text: str, *, ends: bool = True) -> None:
     """Write to the terminal; that it is closed must not keep the robot from being given back."""
-    with contextlib.suppress(OSError):
+    try:
         typer.echo(text, nl=ends)
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _line(status: RobotStatus, keys: Keys) -> str:

@@ -228,6 +228,10 @@ class RobotCommander:
         """Whether goals of `goToPose` would arrive; never waits."""
         return bool(self._client("navigate_to_pose", NavigateToPose).server_is_ready())
 
+    def offers(self, action: str, action_type: type) -> bool:
+        """Whether goals of an action would arrive; never waits. The first call asks for it."""
+        return self._client(action, action_type).server_is_ready()
+
     def waitUntilNav2Active(self, timeout: float = 60.0) -> None:
         """Wait until the navigator is active and takes goals, spinning the node.
 

@@ -60,9 +60,10 @@ class Robot:
     def close(self) -> None:
         self.is_given_back.set()
         self.lock.release()
-        self._server.destroy()
+        time.sleep(0.2)  # for the goal to end
         self._executor.shutdown()
         self._thread.join(10.0)
+        self._server.destroy()
         self._node.destroy_node()
         rclpy.shutdown()
 

@@ -83,7 +83,7 @@ def test_a_swarm_that_runs_is_named_before_its_port(refusal: Refusal) -> None:
     ("flags", "hint"),
     [
         (("Srobot1", "--goal", "5", "5"), "--goal: X Y YAW in the map"),
-        (("Srobot1", "-goal", "5", "5", "0"), "Did you mean --goal?"),
+        (("Srobot1", "-goal", "5", "5", "0"), "did you mean --goal?"),
         (("spawn", "crate"), "for an object 'crate' give --box X Y Z"),
     ],
 )
