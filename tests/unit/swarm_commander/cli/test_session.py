@@ -1,0 +1,37 @@
+"""The end of a session of swarm-up."""
+
+import io
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from rich.console import Console
+
+from swarm_commander.cli import session
+from swarm_commander.run.input.options import UpOptions
+from swarm_commander.run.processes.usage import UsageMeter
+from swarm_commander.run.results.run_statistics import RunStatistics
+
+
+@pytest.mark.parametrize(
+    ("stopped", "code", "said"),
+    [(True, 0, "stopped before the start\n"), (False, 3, "there is no verdict")],
+)
+def test_a_start_that_is_stopped_says_so_in_one_line(
+    tmp_path: Path, stopped: bool, code: int, said: str
+) -> None:
+    plan: Any = SimpleNamespace(options=UpOptions(swarm_size=1, page=False), alive=("Srobot1",))
+    folder: Any = SimpleNamespace(
+        path=tmp_path, verdict=tmp_path / "verdict.json", report=tmp_path / "report.json"
+    )
+    run: Any = SimpleNamespace(
+        statistics=RunStatistics.of(["Srobot1"], has_mission=False),
+        verdict={}, failures=[], incidents=[], wall_time=1.0, active_after_wall=None,
+        restarts=0, usage=UsageMeter(), is_stopped_by_user=stopped, complete=lambda _: None,
+    )  # fmt: skip
+    console = Console(width=100, file=io.StringIO())
+    assert session._conclude(plan, folder, run, console) == code
+    text = console.file.getvalue()  # type: ignore[attr-defined]
+    assert text == said if stopped else said in text
+    assert folder.report.exists()
