@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import rclpy
@@ -39,14 +40,16 @@ from nav_msgs.msg import Path
 from rclpy.node import Node
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_commander.mission.discovery import in_order, robots_in_graph
+from swarm_commander.mission.discovery import robots_in_graph
 from swarm_commander.mission.goal_client import GoalClient
+from swarm_commander.mission.patience import SwarmPatience
+from swarm_commander.mission.robot_watch import RobotWatch, others
 from swarm_commander.mission.status_door import StatusDoor
-from swarm_commander.mission.swarm_watch import SwarmWatch
+from swarm_commander.mission.swarm_watch import SwarmWatch, has_swarm
 from swarm_commander.mission.task import Task, TaskResult
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.middleware.ros_io import RELIABLE
-from swarm_common.model.errors import SwarmEndedError, SwarmError
+from swarm_common.model.errors import SwarmError
 from swarm_common.process.pipes import EventWriter
 
 NANOSECONDS = 1_000_000_000
@@ -87,8 +90,8 @@ class RobotCommander:
                 all the rest of a client.
             door: Of the statuses of all robots that the caller attaches to; this robot's alone
                 if there is none.
-            watches_swarm: Whether tasks end as failed when the swarm has ended; False for a
-                caller that watches it.
+            watches_swarm: Whether tasks end as failed when the robot or the swarm is gone; False
+                for a caller that watches them.
         """
         self.name = namespace.strip("/")
         self.status: RobotStatus | None = None
@@ -98,7 +101,7 @@ class RobotCommander:
         events = EventWriter(None)
         self._door = door or StatusDoor(Rejections(events, node.get_logger().warning))
         self._with_feedback = with_feedback
-        self._watch = SwarmWatch(node) if watches_swarm else None
+        self._watch = RobotWatch(node, self.name) if watches_swarm else None
         self._clients: dict[str, GoalClient] = {}
         self._subscription = node.create_subscription(
             RobotStatus, f"/{self.name}/status", self._take_status, RELIABLE
@@ -185,9 +188,11 @@ class RobotCommander:
         if self.task is not None:
             is_busy = self.status is not None and not math.isnan(self.status.goal.x)
             self.task.look(is_busy)
-            if self._watch is not None and not self.task.is_complete and self._watch.look():
-                self._node.get_logger().error(str(SwarmEndedError()))
-                self.task.give_up(str(SwarmEndedError()))
+            if self._watch is not None and not self.task.is_complete:
+                reason = self._watch.look()
+                if reason:
+                    self.task.give_up(reason)
+                    self._node.get_logger().error(f"{self.name}: {reason}")
 
     def ask(self) -> None:
         """Ask at once for the state of the current task: the robot was silent, or was restarted."""
@@ -240,22 +245,28 @@ class RobotCommander:
 
         Raises:
             NotActiveError: If it does not become so.
+            NoSwarmError: If no swarm is running.
             SwarmEndedError: If the swarm has ended.
         """
         start = time.monotonic()
         deadline, watch, is_told = start + timeout, SwarmWatch(self._node), False
+        domain, log = self._node.context.get_domain_id(), self._node.get_logger()
+        patience = SwarmPatience(domain, partial(has_swarm, domain), log.info)
         client = self._node.create_client(GetState, f"/{self.name}/bt_navigator/get_state")
         try:
             label = ""
             while label != "active" or not self.isReady():
                 watch.check()
                 now = time.monotonic()
-                others = self._others() if not label and now - start > TELL_AFTER else ""
+                if not robots_in_graph(self._node):
+                    patience.check(now - start)
+                is_late = not label and now - start > TELL_AFTER
+                absence = others(self._node, self.name) if is_late else ""
                 if now > deadline:
                     state = f"the navigator of {self.name} is {label or 'silent'}"
-                    raise NotActiveError(others or f"{state} after {timeout:g} s")
-                if others and not is_told:
-                    self._node.get_logger().warning(f"{others}; waiting for it")
+                    raise NotActiveError(absence or f"{state} after {timeout:g} s")
+                if absence and not is_told:
+                    log.warning(f"{absence}; waiting for it")
                     is_told = True
                 label = self._ask_state(client) or label
         finally:
@@ -288,13 +299,6 @@ class RobotCommander:
         if response is None or response.current_state.label != "active":
             rclpy.spin_once(self._node, timeout_sec=POLL_PERIOD)
         return str(response.current_state.label) if response is not None else ""
-
-    def _others(self) -> str:
-        """Return that there are other robots, but not this one; empty if that is not so."""
-        robots = robots_in_graph(self._node)
-        if not robots or self.name in robots:
-            return ""
-        return f"no robot '{self.name}' is running; there are {', '.join(in_order(robots))}"
 
     def _client(self, action: str, action_type: type) -> GoalClient:
         if action not in self._clients:

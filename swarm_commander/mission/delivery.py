@@ -56,7 +56,7 @@ UNANSWERED: dict[DeliveryEvent, tuple[Phase, Action]] = {
 TRANSITIONS: dict[Phase, dict[DeliveryEvent, tuple[Phase, Action]]] = {
     Phase.SENT: {
         DeliveryEvent.ACCEPTANCE: (Phase.ACCEPTED, Action.ASK),
-        DeliveryEvent.REFUSAL: (Phase.ENDED, Action.NOTHING),
+        DeliveryEvent.REFUSAL: (Phase.REFUSED, Action.ASK),  # for the reason
         DeliveryEvent.OVERDUE: (Phase.DOUBTED, Action.ASK),
     },
     Phase.DOUBTED: UNANSWERED | {DeliveryEvent.UNKNOWN: (Phase.SENT_AGAIN, Action.SEND)},

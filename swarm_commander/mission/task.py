@@ -60,6 +60,7 @@ class Task:
         self._goal_id = UUID(uuid=list(uuid4().bytes))
         self._on_end = on_end
         self._is_cancelled = False
+        self._refusal = ""  # why the robot refused the goal, if it says so
         self._delivery = Delivery(time.monotonic())
         client.listen(self._goal_id, self._take_feedback)
         self._do(Action.SEND)
@@ -111,6 +112,7 @@ class Task:
     def _take_result(self, question: int, future: Future) -> None:
         response = future.result()
         if response.status == GoalStatus.STATUS_UNKNOWN:
+            self._refusal = getattr(response.result, "error_msg", "")
             self._hear(DeliveryEvent.UNKNOWN, question)
             return
         if not self.is_complete:
@@ -132,11 +134,16 @@ class Task:
         if self.result is None:
             self.outcome = TaskResult.FAILED
             self.is_forgotten = known is Phase.ACCEPTED and not reason
-            self.reason = reason or (FORGOTTEN if self.is_forgotten else REFUSED)
+            self.reason = reason or (FORGOTTEN if self.is_forgotten else refused(self._refusal))
         elif self.outcome is not TaskResult.SUCCEEDED:
             self.reason = why_not(self.result, self.outcome)
         if self._on_end is not None:
             self._on_end(self)
+
+
+def refused(why: str) -> str:
+    """Return that the robot refused a goal, and why if it says so."""
+    return f"{REFUSED}: {why}" if why else REFUSED
 
 
 def why_not(result: Any, outcome: TaskResult) -> str:

@@ -8,7 +8,7 @@ many are due at a time, rclpy's EventsExecutor calls back for them again and aga
 from __future__ import annotations
 
 import contextlib
-from collections import deque
+from collections import OrderedDict, deque
 from collections.abc import Callable
 from typing import Any
 
@@ -18,6 +18,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, qos_profile_action_status_default
 from rclpy.time import Time
 
+from swarm_common.middleware.rejections import REASON_LENGTH, RejectedError
 from swarm_common.process.last_resort import FaultLog
 
 # Requests wait until the next look, and DDS forgets all but the newest `depth` of them without a
@@ -28,6 +29,7 @@ BURST = QoSProfile(depth=2000)
 RESULT_TIMEOUT = 60.0
 ACTIVE = (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING, GoalStatus.STATUS_CANCELING)
 MOST_ASKED = 100  # requests for the result of a goal that has not ended; the oldest get none
+REFUSALS_KEPT = 100  # of which the reason can be asked for
 ANY_GOAL = bytes(16)  # in a request to cancel: whichever the stamp says
 FAULTS = FaultLog("request of an action")
 
@@ -87,7 +89,8 @@ class TickActionServer:
             node: To create it on.
             kind: Action type.
             name: Relative to the node's namespace.
-            consider: Whether to accept a goal request.
+            consider: Whether to accept a goal request. A `RejectedError` says why not; who asks
+                for the result is told.
             begin: Called with each accepted goal, which is executing then.
             cancel: Called when a client wants a goal canceled; it ends some ticks later.
         """
@@ -95,6 +98,7 @@ class TickActionServer:
         self._node = node
         self._consider, self._begin, self._cancel = consider, begin, cancel
         self._goals: dict[bytes, GoalHandle] = {}  # in the order in which they were accepted
+        self._refused: OrderedDict[bytes, str] = OrderedDict()  # why, of the latest ones
         topics = f"{name}/_action"
         self._feedback = node.create_publisher(kind.Impl.FeedbackMessage, f"{topics}/feedback", 10)
         self._status = node.create_publisher(
@@ -151,7 +155,7 @@ class TickActionServer:
     def _on_goal(self, request: Any, response: Any, header: Any) -> None:
         self._forget()
         goal_id = bytes(request.goal_id.uuid)
-        response.accepted = goal_id not in self._goals and bool(self._consider(request.goal))
+        response.accepted = goal_id not in self._goals and self._accepts(goal_id, request.goal)
         goal = None
         if response.accepted:
             now = self._now()
@@ -164,6 +168,16 @@ class TickActionServer:
         if goal is not None:
             self._publish_status()
             self._begin(self, goal)
+
+    def _accepts(self, goal_id: bytes, goal: Any) -> bool:
+        self._refused.pop(goal_id, None)
+        try:
+            return self._consider(goal)
+        except RejectedError as error:
+            self._refused[goal_id] = str(error)[:REASON_LENGTH]
+            while len(self._refused) > REFUSALS_KEPT:
+                self._refused.popitem(last=False)
+            return False
 
     def _on_cancel(self, request: Any, response: Any, header: Any) -> Any:
         """Cancel one goal, all that were accepted until a stamp, or simply all."""
@@ -199,6 +213,9 @@ class TickActionServer:
         goal = self._goals.get(bytes(request.goal_id.uuid))
         if goal is None:
             response.status = GoalStatus.STATUS_UNKNOWN
+            reason = self._refused.get(bytes(request.goal_id.uuid), "")
+            if reason and hasattr(response.result, "error_msg"):
+                response.result.error_msg = reason
             return response
         if goal.response is None:
             goal.asked.append(header)

@@ -21,6 +21,7 @@ from swarm_commander.mission.discovery import robot_on_mission
 from swarm_commander.mission.task import TaskResult
 from swarm_commander.run.domain import DomainLock
 from swarm_common.middleware.ros_io import LATCHED, RELIABLE, pose_stamped
+from swarm_common.model.errors import NoSwarmError
 from swarm_common.model.records import Pose
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -252,6 +253,23 @@ def test_a_task_ends_with_the_swarm(robots: Robots, lock: DomainLock, operator: 
         assert time.monotonic() < end
         rclpy.spin_once(operator, timeout_sec=0.1)
     assert (robot.getResult(), task.reason) == (TaskResult.FAILED, "the swarm has ended")
+
+
+def test_a_task_for_a_robot_that_is_not_there_fails(robots: Robots, operator: Node) -> None:
+    robots("1")
+    robot = RobotCommander(operator, "Srobot7")
+    task = robot.goToPose(pose_stamped(Pose(1.5, -2.0, 0.0), 0))
+    end = time.monotonic() + 20.0
+    while not robot.isTaskComplete():
+        assert time.monotonic() < end
+        rclpy.spin_once(operator, timeout_sec=0.1)
+    assert robot.getResult() is TaskResult.FAILED
+    assert task.reason == "no robot 'Srobot7' is running; there are Srobot1"
+
+
+def test_without_a_swarm_nobody_is_waited_for(operator: Node) -> None:
+    with pytest.raises(NoSwarmError, match="no swarm is running in ROS domain"):
+        RobotCommander(operator, "Srobot1").waitUntilNav2Active()
 
 
 def test_a_wait_for_a_robot_that_is_not_there_names_the_others(

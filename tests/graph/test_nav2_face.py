@@ -24,6 +24,8 @@ from rclpy.time import Time
 from std_msgs.msg import Empty
 from swarm_interfaces.msg import RobotStatus
 
+from swarm_commander.mission.client import RobotCommander
+from swarm_commander.mission.task import TaskResult
 from swarm_common.middleware.ros_io import LATCHED, pose_from_msg, pose_stamped, start_text, tick_of
 from swarm_common.model.records import Pose
 from swarm_ros2 import cli
@@ -96,6 +98,44 @@ def test_goals_with_wall_clock_stamps_are_reached_and_give_feedback(swarm, kind,
     answer = run(swarm, kind, name, goal, seen.append)
     assert (answer.status, answer.result.error_code) == (SUCCEEDED, 0)
     assert seen
+
+
+def misspelled(pose):
+    pose.header.frame_id = "Map"
+
+
+def nameless(pose):
+    pose.header.frame_id = ""
+
+
+def not_a_number(pose):
+    pose.pose.position.x = math.nan
+
+
+def without_orientation(pose):
+    pose.pose.orientation.w = 0.0
+    pose.pose.orientation.z = 0.0
+
+
+@pytest.mark.parametrize(
+    ("spoil", "reason"),
+    [
+        (misspelled, "frame"),
+        (nameless, "frame"),
+        (not_a_number, "nan"),
+        (without_orientation, "quaternion"),
+    ],
+)
+def test_a_program_learns_why_its_goal_is_refused(swarm, spoil, reason):
+    robot = RobotCommander(swarm.node, "Srobot1")
+    swarm.spin_until(robot.isReady, START_LIMIT)
+    pose = pose_stamped(ahead(swarm, 0.5), 0)
+    spoil(pose)
+    task = robot.goToPose(pose)
+    swarm.spin_until(robot.isTaskComplete)
+    assert robot.getResult() is TaskResult.FAILED
+    assert task.reason.startswith("the robot refused the goal: ")
+    assert reason in task.reason
 
 
 def test_goal_pose_with_a_wall_clock_stamp_begins(swarm):

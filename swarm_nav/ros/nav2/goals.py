@@ -43,6 +43,7 @@ ACTIONS: dict[GoalKind, Any] = {
 }
 
 ToMap = Callable[[PoseStamped], Pose]  # raises UnknownFrameError, ValueError for bad numbers
+NOT_ACTIVE = "the navigator is not active"  # and takes no goals
 CLIENT = "a client"  # of an action or a service: rclpy does not say which
 MOST_POSES = 1000  # of one goal
 MOST_LOOPS = 10_000  # through them

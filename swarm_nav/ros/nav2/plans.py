@@ -23,6 +23,7 @@ from swarm_nav.core.goals import ErrorCode, Outcome, PlanError
 from swarm_nav.ros.nav2.demand import OnDemand
 from swarm_nav.ros.nav2.goals import (
     CLIENT,
+    NOT_ACTIVE,
     ToMap,
     check_count,
     duration_msg,
@@ -105,9 +106,12 @@ class Plans:
     def _serve(self, action: Any, name: str) -> None:
         def has_room(_: Any) -> bool:
             if len(self._waiting) >= MOST_WAITING:
-                self._rejections.reject(name, CLIENT, f"{MOST_WAITING} plans wait already")
-                return False
-            return self._is_open()
+                error = RejectedError(f"{MOST_WAITING} plans wait already")
+                self._rejections.reject(name, CLIENT, error)
+                raise error
+            if not self._is_open():
+                raise RejectedError(NOT_ACTIVE)
+            return True
 
         def begin(server: TickActionServer, handle: GoalHandle) -> None:
             request = handle.request

@@ -14,7 +14,7 @@ from nav2_msgs.action import DockRobot, FollowGPSWaypoints, UndockRobot
 from rclpy.node import Node
 from std_msgs.msg import Empty
 
-from swarm_common.middleware.rejections import Rejections
+from swarm_common.middleware.rejections import RejectedError, Rejections
 from swarm_common.middleware.ros_io import RELIABLE, unpacked
 from swarm_common.middleware.tick_action import GoalHandle, TickActionServer
 from swarm_common.model.records import CONTROL_PERIOD
@@ -24,6 +24,7 @@ from swarm_nav.ros.nav2.demand import OnDemand
 from swarm_nav.ros.nav2.goals import (
     ACTIONS,
     CLIENT,
+    NOT_ACTIVE,
     ToMap,
     feedback_msg,
     goal_from_request,
@@ -127,11 +128,13 @@ class Tasks:
             make(Empty, "preempt_teleop", self._end_teleop, RELIABLE)
 
         def is_sensible(request: Any) -> bool:
-            return self._is_open() and self._parse(kind, request) is not None
+            if not self._is_open():
+                raise RejectedError(NOT_ACTIVE)
+            self._parse(kind, request)
+            return True
 
         def begin(server: TickActionServer, handle: GoalHandle) -> None:
             goal = self._parse(kind, handle.request)
-            assert goal is not None  # accepted a moment ago
             self._last_id = goal.goal_id
             self._steered_at, self._steered_tick = time.monotonic(), self._tick
             self._running[goal.goal_id] = Running(server, handle, goal, self._tick)
@@ -139,7 +142,7 @@ class Tasks:
 
         TickActionServer(self._node, action, kind.value, is_sensible, begin, self._cancel)
 
-    def _parse(self, kind: GoalKind, request: Any) -> Goal | None:
+    def _parse(self, kind: GoalKind, request: Any) -> Goal:
         try:
             number, reach = self._last_id + 1, self._reach()
             goal = goal_from_request(kind, number, request, self._to_map, reach)
@@ -147,7 +150,7 @@ class Tasks:
             return dataclasses.replace(goal, start_tick=start_tick(goal, self._tick))
         except ValueError as error:
             self._rejections.reject(kind.value, CLIENT, error)
-            return None
+            raise RejectedError(str(error)) from error
 
     def _start(self, goal: Goal) -> None:
         if (wait := goal.start_tick - self._tick) > LONG_WAIT:

@@ -1,0 +1,86 @@
+"""A robot that is gone is not waited for."""
+
+from __future__ import annotations
+
+import time
+from types import SimpleNamespace
+
+import pytest
+
+from swarm_commander.mission.robot_watch import GONE_TIME, RobotWatch
+
+DOMAIN = 17
+STATUS = ["swarm_interfaces/msg/RobotStatus"]
+
+
+class Graph:
+    """What a node sees of the robots of a swarm."""
+
+    def __init__(self, *robots: str) -> None:
+        self.robots = list(robots)
+        self.context = SimpleNamespace(get_domain_id=lambda: DOMAIN)
+
+    def count_publishers(self, topic: str) -> int:
+        return int(topic.split("/")[1] in self.robots)
+
+    def get_topic_names_and_types(self) -> list[tuple[str, list[str]]]:
+        return [(f"/{name}/status", STATUS) for name in self.robots]
+
+
+@pytest.fixture
+def swarm(monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
+    """Whether a swarm has the domain; the test may change it."""
+    state = SimpleNamespace(runs=True)
+    for module in ("swarm_watch", "robot_watch"):
+        name = f"swarm_commander.mission.{module}.has_swarm"
+        monkeypatch.setattr(name, lambda _: state.runs)
+    return state
+
+
+def reasons(watch: RobotWatch, begin: float, end: float) -> list[str]:
+    return [watch.look(begin + step) for step in range(int(end - begin) + 1)]
+
+
+def test_a_robot_that_was_removed_is_gone(swarm: SimpleNamespace) -> None:
+    graph = Graph("Srobot1", "Srobot2")
+    watch = RobotWatch(graph, "Srobot1")  # type: ignore[arg-type]
+    assert not any(reasons(watch, 100.0, 160.0))
+    graph.robots.remove("Srobot1")
+    heard = reasons(watch, 161.0, 161.0 + GONE_TIME)
+    assert not any(heard[:-1])
+    assert heard[-1] == "Srobot1 is gone: it was removed, or its navigator has ended"
+
+
+def test_a_robot_that_is_restarted_comes_back(swarm: SimpleNamespace) -> None:
+    graph = Graph("Srobot1")
+    watch = RobotWatch(graph, "Srobot1")  # type: ignore[arg-type]
+    watch.look(100.0)
+    graph.robots.clear()
+    reasons(watch, 101.0, 104.0)
+    graph.robots.append("Srobot1")
+    assert not any(reasons(watch, 105.0, 120.0))
+
+
+def test_a_robot_that_was_never_there_is_not_the_others(swarm: SimpleNamespace) -> None:
+    watch = RobotWatch(Graph("Srobot2"), "Srobot9")  # type: ignore[arg-type]
+    assert reasons(watch, 100.0, 110.0)[-1] == ("no robot 'Srobot9' is running; there are Srobot2")
+
+
+def test_the_robots_of_a_swarm_that_starts_are_waited_for(swarm: SimpleNamespace) -> None:
+    watch = RobotWatch(Graph(), "Srobot1")  # type: ignore[arg-type]
+    assert not any(reasons(watch, 100.0, 200.0))
+
+
+def test_without_a_swarm_there_is_no_robot(swarm: SimpleNamespace) -> None:
+    swarm.runs = False
+    watch = RobotWatch(Graph(), "Srobot1")  # type: ignore[arg-type]
+    assert "no swarm is running in ROS domain 17" in reasons(watch, 100.0, 110.0)[-1]
+
+
+def test_the_swarm_ends_with_its_robots(swarm: SimpleNamespace) -> None:
+    graph = Graph("Srobot1")
+    watch = RobotWatch(graph, "Srobot1")  # type: ignore[arg-type]
+    now = time.monotonic()
+    watch.look(now + 2.0)
+    swarm.runs = False
+    assert watch.look(now + 4.0) == "the swarm has ended"
