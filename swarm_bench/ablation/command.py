@@ -11,7 +11,7 @@ from rich.markup import escape
 from swarm_bench.ablation.rules import BASE, ablation_markdown, jobs_of, run_job, variants
 from swarm_bench.halls.halls import DRAWN, NONE, hall_runs
 from swarm_bench.runs.document import replace_part
-from swarm_bench.runs.json_lines import collected, read_json_lines
+from swarm_bench.runs.json_lines import collected, read_json_lines, taken_over
 from swarm_bench.runs.result import RunResult, result_from_json
 from swarm_bench.suite.command import Jobs, JsonLines, bench_app, new_console
 from swarm_bench.suite.selection import check_jobs, parse_seeds, parse_sizes, select
@@ -51,12 +51,15 @@ def ablate(
     if json_ is not None and json_.is_file():
         results = read_json_lines(json_, _parse, "swarm-bench ablate")
     known = {(name, result.scenario, result.robots, result.seed) for name, result in results}
+    wanted = jobs_of(chosen, rows, in_halls)
     todo = [
         job
-        for job in jobs_of(chosen, rows, in_halls)
+        for job in wanted
         if (job.variant.name, job.options.scenario.name, job.options.robots, job.options.seed)
         not in known
     ]
+    if results:
+        console.print(taken_over(len(wanted) - len(todo), len(wanted), json_), soft_wrap=True)
     results += collected(
         in_processes(todo, jobs, run_job),
         json_,

@@ -95,6 +95,14 @@ def collected(
     return results
 
 
+def taken_over(count: int, total: int, file: Path | None) -> str:
+    """Return what to say of runs that are not repeated, since a file has their results."""
+    return (
+        f"{count} of {total} runs are in {file} already; "
+        "take another file after a change of code or scenario"
+    )
+
+
 def rounded(value: Any) -> Any:
     """Return data with all numbers fit for JSON: four decimals, None for what is not finite."""
     if isinstance(value, float):

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from swarm_bench.runs.json_lines import collected
+from swarm_bench.runs.json_lines import collected, taken_over
 from swarm_bench.runs.stage import RunOptions, check
 from swarm_bench.scale.graph import run_graph
 from swarm_bench.scale.plan import GRAPH, ScaleJob
@@ -41,7 +41,7 @@ def run_scale(
     results = [result for result in known if result.key in keys]
     done = {result.key for result in results}
     if results:
-        console.print(f"{len(results)} of {len(jobs)} runs are in {file} already")
+        console.print(taken_over(len(results), len(jobs), file), soft_wrap=True)
     new = run_jobs([job for job in jobs if job.key not in done], runner)
     return results + collected(new, file, console, scale_line, ScaleResult.as_json)
 

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from swarm_bench.runs.json_lines import collected, read_json_lines
+from swarm_bench.runs.json_lines import collected, read_json_lines, taken_over
 from swarm_bench.storm.storm import ROWS, StormOptions, StormResult, run_storm
 from swarm_bench.suite.command import MISSED, Jobs, bench_app, new_console
 from swarm_bench.suite.selection import check_jobs, parse_seeds
@@ -60,6 +60,8 @@ def _run(options: list[StormOptions], jobs: int, file: Path | None) -> list[Stor
     results = [result for result in known if (result.world, result.seed) in wanted]
     done = {(result.world, result.seed) for result in results}
     todo = [item for item in options if (item.world, item.seed) not in done]
+    if results:
+        console.print(taken_over(len(results), len(options), file), soft_wrap=True)
     new = in_processes(todo, jobs, run_storm)
     results += collected(new, file, console, storm_line, StormResult.as_json)
     console.print(storm_table(results))

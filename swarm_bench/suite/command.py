@@ -131,7 +131,8 @@ def suite(
     console = new_console()
     results = [result for sweep in sweeps for result in sweep.run(json_, console)]
     console.print(summary_table(results))
-    _write_report(results, output, machine_line())
+    command = f"swarm-bench suite --jobs {jobs} --json {json_} -o {output}"
+    _write_report(results, output, machine_line(), command)
     exit_code([result for result in results if result.method == "ours"])
 
 
@@ -150,12 +151,13 @@ def report_traffic(
         results += store.read_results(path)
     if not results:
         raise ConfigError(f"no results in {', '.join(map(str, files))}")
-    _write_report(results, output, machine or machine_line())
+    command = f"swarm-bench report-traffic {' '.join(map(str, files))} -o {output}"
+    _write_report(results, output, machine or machine_line(), command)
 
 
-def _write_report(results: Sequence[RunResult], output: Path, machine: str) -> None:
+def _write_report(results: Sequence[RunResult], output: Path, machine: str, command: str) -> None:
     try:
-        output.write_text(traffic_report(results, machine), encoding="utf-8")
+        output.write_text(traffic_report(results, machine, command), encoding="utf-8")
     except OSError as cause:
         raise ConfigError(f"cannot write {output}: {cause}") from cause
 

@@ -16,28 +16,31 @@ SHOWN = 20  # flaws that are listed one by one
 HEAD = """\
 # Traffic, measured
 
-Not written by hand, but by one command; killed and started again, it continues where it was:
+The tables were written by a command, none by hand:
 
 ```
-swarm-bench suite --jobs 2 --json traffic.jsonl -o docs/traffic.md
+{command}
 ```
 
 Machine: {machine}.
 
+- **Collisions**: contact episodes between robots + with the environment (walls, obstacles, people);
+  also called contacts.
 - **Makespan**: simulated seconds until the last goal was reached, median [smallest..largest] of
   the complete runs. A run in which nobody reaches a goal for 600 s counts as deadlocked and ends.
 - **Worst wait**: time for which the robot that waited most in any run stood because of others or
   held.
 - **Clearance**: smallest true distance of any robot from anything.
+- **Near misses**: episodes in which a robot came nearer than 0.03 m to something without contact.
 - **Held gap**: smallest distance between the tubes that two robots held, less the sum of their
-  safety radii.
+  safety radii; down to -0.06 m is expected, as a published tube begins at the true pose.
 - **µs per tick**: of one navigator, all that it does in a tick, median.
 """
 BENCH = """
 ## The suite in the bench
 
-World core and navigators in one process, kinematic engine with 2 % actuation noise, LiDAR only
-where the scenario needs it; {runs} runs.
+World core and navigators in one process, {engines}; 2 % actuation noise and no LiDAR where the
+scenario says nothing else; {runs} runs.
 """
 GRAPH = """
 ## The suite on the ROS graph
@@ -52,26 +55,30 @@ replanning around the robots in sight, whose true circles it is given (LiDAR as 
 scenario has it). `orca`: optimal reciprocal collision avoidance with the neighbours' true radii
 from their beacons. Each cell: goals reached, contacts, makespan.
 """
+ENGINES = {"planar": "kinematic engine", "bullet": "rigid-body engine"}
 FLAWS = """
 ## Runs with a contact or a missed goal
 """
 
 
-def traffic_report(results: Sequence[RunResult], machine: str) -> str:
+def traffic_report(results: Sequence[RunResult], machine: str, command: str) -> str:
     """Return the document.
 
     Args:
         results: Of any number of sweeps.
         machine: That they ran on, in one line.
+        command: That writes it.
     """
     rows = summarise(results)
     rows.sort(key=lambda row: (row.label, row.first.robots, row.first.method))
     bench = [row for row in rows if row.first.method == OURS and row.first.engine != ROS]
     graph = [row for row in rows if row.first.method == OURS and row.first.engine == ROS]
     others = [row for row in rows if row.first.method != OURS]
-    parts = [HEAD.format(machine=machine)]
+    parts = [HEAD.format(machine=machine, command=command)]
     if bench:
-        parts.append(BENCH.format(runs=_run_count(bench)) + "\n" + _suite_table(bench))
+        engines = " and ".join(sorted({ENGINES[row.first.engine] for row in bench}))
+        text = BENCH.format(runs=_run_count(bench), engines=engines)
+        parts.append(text + "\n" + _suite_table(bench))
     if graph:
         parts.append(GRAPH.format(runs=_run_count(graph)) + "\n" + _suite_table(graph))
     if others:
@@ -90,7 +97,7 @@ COLUMNS: dict[str, Callable[[Row], str]] = {
     "scenario": lambda row: row.label,
     "robots": lambda row: str(row.first.robots),
     "seeds": lambda row: str(len(row.runs)),
-    "collisions": lambda row: str(row.collisions),
+    "collisions (robots + environment)": lambda row: row.collisions_text,
     "goals": lambda row: f"{row.goals_reached}/{row.goals_sent}",
     "makespan [s]": lambda row: row.makespan_text,
     "target [s]": lambda row: _target_text(row),

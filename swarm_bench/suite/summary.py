@@ -52,6 +52,11 @@ class Row:
         return sum(run.robot_robot + run.robot_world for run in self.runs)
 
     @property
+    def collisions_text(self) -> str:
+        """Contact episodes between robots + with the environment."""
+        return f"{self.total('robot_robot')}+{self.total('robot_world')}"
+
+    @property
     def goals_sent(self) -> int:
         """Goals asked for."""
         return sum(run.goals_sent for run in self.runs)

@@ -12,7 +12,7 @@ from typing import TypeVar
 from rich.console import Console
 
 from swarm_bench.runs.harness import run
-from swarm_bench.runs.json_lines import collected
+from swarm_bench.runs.json_lines import collected, taken_over
 from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.ros_run import run_on_graph
 from swarm_bench.runs.stage import RunOptions, check
@@ -64,7 +64,7 @@ class Sweep:
         results = [result for result in known if store.key_of(result) in keys]
         todo = store.missing(self.options, known, ros=self.ros)
         if results:
-            console.print(f"{len(results)} of {len(self.options)} runs are in {file} already")
+            console.print(taken_over(len(results), len(self.options), file), soft_wrap=True)
         new = in_processes(todo, self.jobs, run_on_graph if self.ros else self.runner)
         return results + collected(new, file, console, run_line, RunResult.as_json)
 

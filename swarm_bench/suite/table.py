@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from rich.markup import escape
 from rich.table import Table
 
 from swarm_bench.runs.result import RunResult
 from swarm_bench.suite.summary import Row, summarise
 
 COLUMNS = (
-    "scenario", "method", "robots", "runs", "collisions", "goals", "makespan [s]", "deadlocks",
+    "scenario", "method", "robots", "runs", "collisions (robots\n+ environment)",
+    "goals", "makespan [s]", "deadlocks",
     "pushes", "retreats", "worst wait [s]", "clearance [m]", "held gap - R [m]", "µs/tick",
 )  # fmt: skip
 
@@ -44,7 +46,7 @@ def summary_table(results: Sequence[RunResult]) -> Table:
     """Return the table of a sweep."""
     table = Table(box=None, header_style="bold")
     for column in COLUMNS:
-        table.add_column(column, justify="left" if column in COLUMNS[:2] else "right")
+        table.add_column(escape(column), justify="left" if column in COLUMNS[:2] else "right")
     for row in summarise(results):
         table.add_row(*_cells(row), style="" if row.is_flawless else "red")
     return table
@@ -56,7 +58,7 @@ def _cells(row: Row) -> tuple[str, ...]:
         row.first.method,
         str(row.first.robots),
         str(len(row.runs)),
-        str(row.collisions),
+        row.collisions_text,
         f"{row.goals_reached}/{row.goals_sent}",
         row.makespan_text,
         str(row.total("deadlocks_resolved")),

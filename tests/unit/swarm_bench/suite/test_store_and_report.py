@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+import io
 import json
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 
 from swarm_bench.runs.json_lines import append_json_line, open_to_append
 from swarm_bench.runs.result import RunResult
@@ -16,6 +18,7 @@ from swarm_bench.suite import store
 from swarm_bench.suite.report import traffic_report
 from swarm_bench.suite.selection import select, suite_sweeps
 from swarm_bench.suite.sweep import Sweep
+from swarm_bench.suite.table import summary_table
 from swarm_common.model.errors import ConfigError
 from tests.fakes.results import result
 
@@ -33,7 +36,10 @@ def test_a_killed_sweep_continues(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         return [result(seed=item.seed, conditions=dict(LOSSLESS)) for item in runs]
 
     monkeypatch.setattr("swarm_bench.suite.sweep.in_processes", fake)
-    results = Sweep(options).run(path, _quiet())
+    console = Console(file=io.StringIO(), width=170)
+    results = Sweep(options).run(path, console)
+    said = console.file.getvalue()  # type: ignore[attr-defined]
+    assert f"1 of 3 runs are in {path} already; take another file after a change of code" in said
     assert asked == [0, 2]
     assert sorted(item.seed for item in results) == [0, 1, 2]
     assert [item.seed for item in store.read_results(path)] == [1, 0, 2]
@@ -42,10 +48,13 @@ def test_a_killed_sweep_continues(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 LOSSLESS = {"loss": 0.0, "delay": 0.0, "lidar": False, "noise": 0.02}
 
 
-def _quiet():  # type: ignore[no-untyped-def]
-    from rich.console import Console
-
-    return Console(quiet=True)
+def test_the_terminals_table_says_units_and_what_kinds_of_collisions() -> None:
+    console = Console(file=io.StringIO(), width=170)
+    console.print(summary_table([result(robot_robot=2, robot_world=1)]))
+    said = console.file.getvalue()  # type: ignore[attr-defined]
+    assert "makespan [s]" in said
+    assert "(robots" in said
+    assert " 2+1 " in said
 
 
 def test_other_conditions_are_other_runs() -> None:
@@ -76,19 +85,23 @@ def test_the_document_has_rows_targets_flaws_and_a_comparison() -> None:
             first_miss="Srobot3 missed home of Srobot23 at t = 600.0 s",
         )
     ]  # fmt: skip
-    text = traffic_report(runs, "a machine")
+    text = traffic_report(runs, "a machine", "swarm-bench report-traffic own.jsonl -o own.md")
     assert "a machine" in text
+    assert "\n```\nswarm-bench report-traffic own.jsonl -o own.md\n```\n" in text
+    assert "swarm-bench suite" not in text
+    assert "collisions (robots + environment)" in text
     assert (
-        "| slim_blockage | 20 | 3 | 0 | 480/480 | 601 [600..602] | ≤ 650, stretch 450: met" in text
+        "| slim_blockage | 20 | 3 | 0+0 | 480/480 | 601 [600..602] | ≤ 650, stretch 450: met"
+        in text
     )
-    assert "| slim_blockage | 20 | 1 | 0 | 160/160 | 640 [640..640]" in text  # on the graph
+    assert "| slim_blockage | 20 | 1 | 0+0 | 160/160 | 640 [640..640]" in text  # on the graph
     assert "| slim_blockage | 20 | 2 | 12 %, 4 contacts, - | 100 %, 0 contacts" in text
-    assert "| circle | 40 | 1 | 0 | 39/40 | - | ≤ 125: missed |" in text
+    assert "| circle | 40 | 1 | 0+0 | 39/40 | - | ≤ 125: missed |" in text
     assert "Srobot3 missed home of Srobot23" in text
 
 
 def test_rows_with_other_conditions_say_so() -> None:
-    text = traffic_report([result(conditions={**LOSSLESS, "loss": 0.2})], "m")
+    text = traffic_report([result(conditions={**LOSSLESS, "loss": 0.2})], "m", "c")
     assert "| slim_blockage, loss 0.2 | 20 |" in text
 
 
