@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shlex
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
@@ -131,8 +133,7 @@ def suite(
     console = new_console()
     results = [result for sweep in sweeps for result in sweep.run(json_, console)]
     console.print(summary_table(results))
-    command = f"swarm-bench suite --jobs {jobs} --json {json_} -o {output}"
-    _write_report(results, output, machine_line(), command)
+    _write_report(results, output, machine_line())
     exit_code([result for result in results if result.method == "ours"])
 
 
@@ -151,11 +152,11 @@ def report_traffic(
         results += store.read_results(path)
     if not results:
         raise ConfigError(f"no results in {', '.join(map(str, files))}")
-    command = f"swarm-bench report-traffic {' '.join(map(str, files))} -o {output}"
-    _write_report(results, output, machine or machine_line(), command)
+    _write_report(results, output, machine or machine_line())
 
 
-def _write_report(results: Sequence[RunResult], output: Path, machine: str, command: str) -> None:
+def _write_report(results: Sequence[RunResult], output: Path, machine: str) -> None:
+    command = shlex.join(["swarm-bench", *sys.argv[1:]])
     try:
         output.write_text(traffic_report(results, machine, command), encoding="utf-8")
     except OSError as cause:

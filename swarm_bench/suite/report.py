@@ -37,13 +37,13 @@ Machine: {machine}.
 - **µs per tick**: of one navigator, all that it does in a tick, median.
 """
 BENCH = """
-## The suite in the bench
+## In the bench
 
 World core and navigators in one process, {engines}; 2 % actuation noise and no LiDAR where the
 scenario says nothing else; {runs} runs.
 """
 GRAPH = """
-## The suite on the ROS graph
+## On the ROS graph
 
 `swarm-up` with one process per robot, rigid-body physics and LiDARs; {runs} runs.
 """

@@ -15,6 +15,7 @@ from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.ros_run import result_of_report, up_flags
 from swarm_bench.runs.stage import RunOptions
 from swarm_bench.suite import store
+from swarm_bench.suite.command import bench_app
 from swarm_bench.suite.report import traffic_report
 from swarm_bench.suite.selection import select, suite_sweeps
 from swarm_bench.suite.sweep import Sweep
@@ -145,3 +146,17 @@ def test_a_report_becomes_a_result() -> None:
     assert found.first_collision.startswith("collision of Srobot1 and Srobot2 at (1.00, 2.00)")
     assert found.first_miss.startswith("Srobot2 did not get to home")
     assert dataclasses.asdict(found)["per_robot"]["Srobot1"]["goals_reached"] == 8
+
+
+def test_a_document_names_the_files_that_it_was_made_from(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with open_to_append(tmp_path / "own.jsonl") as file:
+        append_json_line(file, result().as_json())
+    monkeypatch.chdir(tmp_path)
+    words = ["report-traffic", "own.jsonl", "-o", "own.md", "--machine", "mine"]
+    monkeypatch.setattr("sys.argv", ["swarm-bench", *words])
+    bench_app(words, standalone_mode=False)
+    text = (tmp_path / "own.md").read_text(encoding="utf-8")
+    assert "\nswarm-bench report-traffic own.jsonl -o own.md --machine mine\n" in text
+    assert "swarm-bench suite" not in text
