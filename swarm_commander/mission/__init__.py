@@ -2,6 +2,7 @@
 
 What a module imports of its folder stands above it:
 
+    robot_watch  Whether a robot that a program has sent somewhere is still there to answer
     swarm_watch  Whether a swarm has a ROS domain, and whether the one that had it has ended
     patience     How long a command waits for a swarm that it does not see yet
     delivery     A goal on its way to an action server and back, over services that may lose a
