@@ -62,7 +62,7 @@ class NotActiveError(SwarmError):
 
 
 class RobotCommander:
-    """One robot.
+    """One robot, for one thread: the one that spins the node.
 
     Attributes:
         name: Its namespace, like ``Srobot3``.
@@ -113,7 +113,10 @@ class RobotCommander:
     # Tasks; each replaces the one before
 
     def goToPose(self, pose: PoseStamped, behavior_tree: str = "") -> Task:
-        """Drive to a pose; `ros_io.start_text(tick)` as behavior_tree is when to set off."""
+        """Drive to a pose; one in an obstacle is moved by up to `planner.tolerance`, 0.5 m.
+
+        `ros_io.start_text(tick)` as behavior_tree is when to set off.
+        """
         goal = NavigateToPose.Goal(pose=pose, behavior_tree=behavior_tree)
         return self.send("navigate_to_pose", NavigateToPose, goal)
 
@@ -162,7 +165,7 @@ class RobotCommander:
         return self.send("drive_on_heading", DriveOnHeading, goal)
 
     def wait(self, time: float) -> Task:
-        """Stand still for a time [s]."""
+        """Stand still for a time [s] of the simulation."""
         return self.send("wait", Wait, Wait.Goal(time=_duration(time)))
 
     def send(
@@ -209,7 +212,7 @@ class RobotCommander:
         self.task = None
 
     def isTaskComplete(self) -> bool:
-        """Return whether the task has ended; True before the first task."""
+        """Return whether the task has ended; True before the first; spin the node."""
         self.look()
         return self.task is None or self.task.is_complete
 
@@ -241,7 +244,8 @@ class RobotCommander:
         """Wait until the navigator is active and takes goals, spinning the node.
 
         Args:
-            timeout: [s] of wall time.
+            timeout: [s] of wall time. The first start after an installation compiles for a minute
+                or two.
 
         Raises:
             NotActiveError: If it does not become so.
