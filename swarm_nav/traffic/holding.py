@@ -91,11 +91,13 @@ class Approach:
 
 @dataclass(slots=True)
 class Cover:
-    """Since when a station has not been seen free; another try of the goal waits no longer for it.
+    """Since when something has been on a station; another try of the goal does not wait anew.
+
+    A station out of the LiDAR's reach counts as free, unless a silent robot is known to be on it.
 
     Attributes:
         station: (x, y) in map.
-        since: Tick at which it was free, or was not looked at yet.
+        since: Tick at which it last counted as free, or was first looked at.
         seen: Tick at which something was on it.
         looked: Tick at which it was looked at.
     """

@@ -33,7 +33,7 @@ from swarm_common.middleware import ros_io
 from swarm_common.model.beacon import empty_beacons, serialize_beacon, serialize_neighbors
 from swarm_common.model.grid import Grid
 
-BURST = 300
+BURST = 1000
 FORGED = empty_beacons(1)
 FORGED["id"], FORGED["held_size"], FORGED["wanted_size"] = 2, 2_000_000_000, 2_000_000_000
 LITTLE, BIG = b"\x00\x01\x00\x00", b"\x00\x00\x00\x00"
@@ -197,7 +197,7 @@ def test_an_absurd_parameter_is_refused(swarm):
 
 
 def test_every_goal_of_a_burst_is_answered(swarm):
-    """At b11a34e 20 of them were: the service kept the newest ten requests between two looks."""
+    """At b11a34e 20 of 1,000 were: the service kept the newest ten requests between two looks."""
     deep = QoSProfile(depth=2 * BURST)
     client = ActionClient(
         swarm.node,
