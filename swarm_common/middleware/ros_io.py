@@ -41,7 +41,8 @@ NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 SENSOR = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 # What one tick needs is repeated until it is answered, so its readers ask for no acknowledgement.
-TICK_INPUT = QoSProfile(depth=20, reliability=ReliabilityPolicy.BEST_EFFORT)
+# The queue is deep because messages of foreign publishers wait in it, too.
+TICK_INPUT = QoSProfile(depth=200, reliability=ReliabilityPolicy.BEST_EFFORT)
 STATIC_TRANSFORMS = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 TRANSFORMS = QoSProfile(depth=100)
 START, MOST_DIGITS = "start_at_tick ", 12  # of a goal that begins later
