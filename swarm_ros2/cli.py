@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from swarm_common.middleware import ros_env
+from swarm_common.middleware.other_ros import set_aside
 from swarm_common.model.errors import SwarmError
 from swarm_ros2 import launcher
 from swarm_ros2.handover import clean_environment, find_real_ros2
@@ -39,6 +40,7 @@ def main() -> None:
     real = find_real_ros2(os.environ)
     if real is not None:
         os.execve(real, [str(real), *sys.argv[1:]], clean_environment(os.environ, Path(sys.prefix)))
+    set_aside("ros2")
     sys.exit(run(sys.argv[1:]))
 
 

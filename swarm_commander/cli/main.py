@@ -120,6 +120,9 @@ def run_app(name: str, load: Callable[[], typer.Typer]) -> int:
         sys.stdout.write(f"{name} {metadata.version('swarm-workbench')}\n")
         return 0
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # quietly, while modules are imported
+    from swarm_common.middleware.other_ros import set_aside
+
+    set_aside(name)
     import typer
 
     from swarm_commander.run.results.report import BAD_INPUT, COMPONENT_FAILED

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
 
-from swarm_common.middleware import ros_env
+from swarm_common.middleware import other_ros, ros_env
 from swarm_common.model.errors import ConfigError
 
 RUNS = Path("runs")
@@ -142,6 +142,8 @@ def write_env_sh(folder: RunFolder, environment: Mapping[str, str]) -> None:
         for name in ros_env.VARIABLES
         if name in environment
     ]
+    if other_ros.is_own_ros():  # which has but one middleware
+        lines.append(f"unset {other_ros.RMW}")
     lines.append(f'case ":$PATH:" in *:{programs}:*) ;; *) export PATH={programs}:"$PATH" ;; esac')
     text = "# Source this in another terminal to see this swarm.\n" + "\n".join(lines) + "\n"
     (folder.path / "env.sh").write_text(text, encoding="utf-8")

@@ -10,6 +10,7 @@ What a module imports of its folder stands above it:
                     7.1 (Jazzy)
     rejections      Inputs that the doors of a process reject: counted by kind, reported once
                     per kind and source
+    other_ros       Keeps a sourced ROS 2 that this Python cannot use out of our processes
     ros_env         Environment of ROS 2 that every process of a swarm wants; set before rclpy
                     is imported
     sealed          Sealed messages between hosts: written by a holder of the secret, for this

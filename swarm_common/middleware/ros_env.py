@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from swarm_common.files import home
+from swarm_common.model.errors import ConfigError
 
 PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
 DISCOVERY_RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
@@ -23,6 +24,7 @@ FEW_ROBOTS = 30  # up to here every participant may know everybody
 VARIABLES = ("ROS_DOMAIN_ID", DISCOVERY_RANGE, PROFILES, ENDPOINTS)
 FOREIGN = frozenset({PROFILES, "FASTDDS_DEFAULT_PROFILES_FILE", "ROS_DISCOVERY_SERVER"})
 LOOPBACK = "127.0.0.1"
+RANGES = ("LOCALHOST", "SUBNET", "SYSTEM_DEFAULT")  # OFF: no node would find another
 _PROFILE = Path(__file__).resolve().parent / "fastdds.xml"
 _MARK = 'profile_name="swarm"'
 _ADDRESS = re.compile(r"<interfaceWhiteList>\s*<address>(?P<own>[0-9.]+)</address>")
@@ -36,9 +38,18 @@ def set_defaults() -> None:
     is, too. For one host the range is put into effect by our profile (fastdds.xml): it binds to
     the loopback interface only, while rmw_fastrtps would for LOCALHOST add shared memory, whose
     segments stay behind when a process is killed.
+
+    Raises:
+        ConfigError: If the range that the user chose is none, or lets no node find another.
     """
     home.set_defaults(os.environ)
-    if os.environ.get(DISCOVERY_RANGE, "LOCALHOST") != "LOCALHOST":
+    chosen = os.environ.get(DISCOVERY_RANGE) or "LOCALHOST"
+    if chosen not in RANGES:
+        why = "with it no node finds another; " if chosen == "OFF" else ""
+        raise ConfigError(
+            f"{DISCOVERY_RANGE} is '{chosen}': {why}unset it, or choose one of {', '.join(RANGES)}"
+        )
+    if chosen != "LOCALHOST":
         return
     if bound_address():  # ours is there already: inherited, or from an env.sh
         use_profile(os.environ[PROFILES])

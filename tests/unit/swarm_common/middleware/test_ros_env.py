@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from swarm_common.middleware import dds_profile, ros_env
+from swarm_common.model.errors import ConfigError
 
 LOCATORS = ".//{http://www.eprosima.com}initialPeersList//{http://www.eprosima.com}udpv4"
 PORTS = f"{LOCATORS}/{{http://www.eprosima.com}}port"
@@ -156,3 +157,11 @@ def test_rclpy_starts_without_a_home_folder(home: str, tmp_path: Path) -> None:
     )
     assert done.returncode == 0, done.stderr
     assert str(tmp_path) in done.stdout.split()[-1]
+
+
+@pytest.mark.parametrize("chosen", ["OFF", "off", "everybody"])
+def test_a_range_in_which_nobody_is_found_is_refused(monkeypatch, chosen):
+    """With OFF a swarm waited for its navigators for ten minutes."""
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", chosen)
+    with pytest.raises(ConfigError, match=f"ROS_AUTOMATIC_DISCOVERY_RANGE is '{chosen}'"):
+        ros_env.set_defaults()

@@ -1,0 +1,101 @@
+"""Keeps a sourced ROS 2 that this Python cannot use out of our processes.
+
+A shell that has sourced a ROS 2 exports its Python packages, its libraries and, often, another
+middleware. ROS 2 from pip has `rmw_fastrtps_cpp` only and ends every process that is told
+otherwise; packages of a ROS 2 for another Python hide ours and cannot be imported.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import re
+import sys
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+RMW, OWN_RMW = "RMW_IMPLEMENTATION", "rmw_fastrtps_cpp"
+LIBRARIES, PACKAGES = "LD_LIBRARY_PATH", "PYTHONPATH"
+VERSIONED = re.compile(r"/python(?P<version>\d+\.\d+)/(?:site|dist)-packages/*$")
+
+
+def set_aside(name: str) -> None:
+    """Go on without what cannot be used, and say so on stderr; before rclpy is imported.
+
+    Where the order of the libraries is to change, the process begins anew, because the loader
+    reads it only once.
+
+    Args:
+        name: Of the command, for the message.
+    """
+    version = f"{sys.version_info.major}.{sys.version_info.minor}"
+    unusable = unusable_packages(os.environ, version)
+    changes: dict[str, str | None] = {}
+    if unusable:
+        sys.path[:] = [folder for folder in sys.path if folder not in unusable]
+        importlib.invalidate_caches()
+        changes[PACKAGES] = without(os.environ[PACKAGES], unusable)
+        changes[LIBRARIES] = own_first(os.environ.get(LIBRARIES, ""), Path(sys.prefix))
+        more = f" and {len(unusable) - 1} more folders" if len(unusable) > 1 else ""
+        _say(
+            name,
+            f"not used: {unusable[0]}{more} on {PACKAGES}, of a ROS 2 for another Python than"
+            f" this {version}; the ROS 2 of {sys.prefix} is",
+        )
+    if os.environ.get(RMW, OWN_RMW) != OWN_RMW and is_own_ros():
+        changes[RMW] = None
+        _say(
+            name,
+            f"not used: {RMW}={os.environ[RMW]}, as the ROS 2 of {sys.prefix} has {OWN_RMW} only",
+        )
+    is_reordered = (changes.get(LIBRARIES) or "") != os.environ.get(LIBRARIES, "")
+    for variable, value in changes.items():
+        if value:
+            os.environ[variable] = value
+        else:
+            os.environ.pop(variable, None)
+    if unusable and is_reordered:
+        os.execve(sys.executable, sys.orig_argv, os.environ)
+
+
+def is_own_ros() -> bool:
+    """Whether the rclpy that would be imported belongs to this Python environment (from pip)."""
+    spec = importlib.util.find_spec("rclpy")
+    return bool(spec and spec.origin and Path(spec.origin).is_relative_to(sys.prefix))
+
+
+def unusable_packages(environ: Mapping[str, str], version: str) -> list[str]:
+    """Return the folders on PYTHONPATH that belong to a ROS 2 for another Python.
+
+    Args:
+        environ: Usually os.environ.
+        version: Of this Python, like 3.11.
+    """
+    folders = environ.get(PACKAGES, "").split(os.pathsep)
+    return [folder for folder in folders if _is_unusable(folder, version)]
+
+
+def without(folders: str, unwanted: Iterable[str]) -> str:
+    """Return a search path without some of its folders."""
+    left_out = set(unwanted)
+    return os.pathsep.join(f for f in folders.split(os.pathsep) if f not in left_out)
+
+
+def own_first(folders: str, prefix: Path) -> str:
+    """Return a search path with the folders below a prefix before all others."""
+    parts = [folder for folder in folders.split(os.pathsep) if folder]
+    own = [folder for folder in parts if Path(folder).is_relative_to(prefix)]
+    return os.pathsep.join([*own, *(folder for folder in parts if folder not in own)])
+
+
+def _is_unusable(folder: str, version: str) -> bool:
+    match = VERSIONED.search(folder)
+    if match is None or match["version"] == version:
+        return False
+    above = list(Path(folder).parents)[2:4]  # PREFIX/lib/pythonX.Y/..., PREFIX/local/lib/...
+    return any((prefix / "share" / "ament_index").is_dir() for prefix in above)
+
+
+def _say(name: str, what: str) -> None:
+    sys.stderr.write(f"{name}: {what}\n")
+    sys.stderr.flush()

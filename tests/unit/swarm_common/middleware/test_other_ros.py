@@ -1,0 +1,78 @@
+"""A shell that has sourced another ROS 2: its packages and middleware are set aside, and told."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from swarm_common.middleware.other_ros import own_first, unusable_packages, without
+
+COMMAND = "import sys; from {module} import {function}; sys.exit({function}())"
+COMMANDS = (
+    ("swarm_commander.cli.main", "swarm_up", ("--help",)),
+    ("swarm_commander.cli.main", "teleop", ("--help",)),
+    ("swarm_ros2.cli", "main", ("interface", "package", "std_srvs")),
+)
+
+
+def sourced(folder: Path, *parts: str) -> Path:
+    """Return the Python packages of a ROS 2 whose rclpy cannot be imported here."""
+    packages = folder.joinpath(*parts)
+    (packages / "rclpy").mkdir(parents=True)
+    (packages / "rclpy" / "__init__.py").write_text("raise ImportError('for another Python')")
+    (folder / "share" / "ament_index").mkdir(parents=True)
+    return packages
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [
+        ("lib", "python3.10", "site-packages"),
+        ("local", "lib", "python3.10", "dist-packages"),
+        ("lib", "python3.10", "site-packages/"),
+    ],
+)
+def test_packages_for_another_python_are_unusable(tmp_path, parts):
+    folder = f"{sourced(tmp_path, *parts)}"
+    assert unusable_packages({"PYTHONPATH": f"/somewhere:{folder}"}, "3.11") == [folder]
+    assert unusable_packages({"PYTHONPATH": folder}, "3.10") == []
+
+
+def test_other_folders_stay(tmp_path):
+    own = tmp_path / "lib" / "python3.10" / "site-packages"  # not of a ROS 2
+    own.mkdir(parents=True)
+    assert unusable_packages({"PYTHONPATH": f"{own}::{tmp_path}"}, "3.11") == []
+    assert unusable_packages({}, "3.11") == []
+
+
+def test_search_paths_keep_their_order():
+    assert without("/a:/b:/c", ["/b"]) == "/a:/c"
+    assert own_first("/opt/ros/lib:/env/lib:/x:/env/more", Path("/env")) == (
+        "/env/lib:/env/more:/opt/ros/lib:/x"
+    )
+    assert own_first("", Path("/env")) == ""
+
+
+@pytest.mark.parametrize(("module", "function", "words"), COMMANDS)
+def test_commands_run_beside_a_foreign_ros(tmp_path, module, function, words):
+    """They ended with rcl's exit code 102, or with a traceback of the other rclpy."""
+    packages = sourced(tmp_path, "lib", "python2.7", "site-packages")
+    environment = os.environ | {
+        "RMW_IMPLEMENTATION": "rmw_cyclonedds_cpp",
+        "PYTHONPATH": f"{packages}:{os.environ.get('PYTHONPATH', '')}".rstrip(":"),
+        "LD_LIBRARY_PATH": f"{tmp_path / 'lib'}:{os.environ.get('LD_LIBRARY_PATH', '')}",
+        "PATH": str(Path(sys.executable).parent),
+    }
+    code = COMMAND.format(module=module, function=function)
+    done = subprocess.run(
+        [sys.executable, "-c", code, *words],
+        env=environment, capture_output=True, text=True, check=False, timeout=120,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert done.stdout
+    assert done.stderr.count(f"not used: {packages} on PYTHONPATH") == 1
+    assert done.stderr.count("not used: RMW_IMPLEMENTATION=rmw_cyclonedds_cpp") == 1
