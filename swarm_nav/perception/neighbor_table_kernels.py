@@ -119,7 +119,7 @@ def merge(
             count += 1
             notes[row, 0] = np.inf
             notes[row, 1] = batch[k, TICK]
-            links[row, SEEN_THROUGH] = 0
+            links[row, SEEN_THROUGH] = links[row, HEARD_OURS] = 0
         elif batch[k, TICK] < words[row, TICK]:
             continue  # overtaken by a newer one
         elif np.int64(batch[k, TICK]) - np.int64(words[row, TICK]) > lost_ticks:
@@ -128,7 +128,7 @@ def merge(
             words[row, word] = batch[k, word]
         links[row, SOURCE] = NOW
         links[row, PLACE] = k
-        links[row, HEARD_OURS] = heard_entry(batch, k, own_id)
+        links[row, HEARD_OURS] = heard_entry(batch, k, own_id, links[row, HEARD_OURS], lost_ticks)
         gap = math.hypot(floats[row, POSE] - x, floats[row, POSE + 1] - y)
         notes[row, 2] = gap - notes[row, 0]
         notes[row, 0] = gap
@@ -156,18 +156,26 @@ def move_row(words: Words, notes: FloatArray, links: Ints, row: int, to: int) ->
 
 
 @njit(cache=True)
-def heard_entry(batch: Words, k: int, own_id: int) -> int:
-    """Return the acknowledgement of a beacon of ours: id and tick in one word, 0 without.
+def heard_entry(batch: Words, k: int, own_id: int, known: int, lost_ticks: int) -> int:
+    """Return the newest acknowledgement of a beacon of ours: id and tick in one word, 0 without.
+
+    A robot that hears more robots than it can acknowledge at a time names them in turn: what it
+    said last counts until then, but no longer than it remembers a robot that it hears no more. A
+    robot that names fewer than it could and not us does not hear us.
 
     Args:
         batch: (k, words) beacons.
         k: Row.
         own_id: Id of this robot.
+        known: What the sender's beacon before this one said, 0 for nothing.
+        lost_ticks: For which the sender remembers us.
     """
-    for word in range(HEARD, batch.shape[1]):
+    last = batch.shape[1] - 1
+    for word in range(HEARD, last + 1):
         if batch[k, word] >> np.uint32(16) == own_id:
             return np.int64(batch[k, word])
-    return 0
+    age = (np.int64(batch[k, TICK]) - known) & 0xFFFF
+    return known if batch[k, last] != 0 and age <= lost_ticks else 0
 
 
 @njit(cache=True)

@@ -11,6 +11,7 @@ from swarm_common.model.beacon import (
     FLAG_DEAF,
     FLAG_LEFT,
     FLAG_STUCK,
+    HEARD_ENTRIES,
     reception_of,
 )
 from swarm_nav.core.config import TrafficConfig
@@ -18,6 +19,8 @@ from swarm_nav.core.priority import base_priority
 from swarm_nav.perception.neighbor_table import NeighborTable
 from swarm_nav.perception.neighbor_table_kernels import UNHEARD
 from tests.fakes.navigation import beacon
+
+LOST_TICKS = TrafficConfig().lost_ticks
 
 
 def heard(neighbors: NeighborTable, tick: int, *records: np.void) -> None:
@@ -256,6 +259,42 @@ def test_a_robot_that_does_not_hear_is_noticed_though_another_does() -> None:
         heard(here, tick, acknowledging(2, 50, 3.0), acknowledging(3, tick - 1, 3.0))
         here.refresh(tick + 1)
     assert here.deaf_neighbor == 2
+
+
+def test_a_robot_that_is_acknowledged_in_turn_is_heard() -> None:
+    """It stood for good in a crowd: one of 49 neighbours had no room for it in each tick."""
+    crowd, here = NeighborTable(2, TrafficConfig()), neighbors()
+    others = [beacon(robot, 0.05 * robot, 0.0) for robot in range(3, 63)]
+    for tick in range(1, 100):
+        heard(crowd, tick, beacon(1, 5.0, 0.0), *others)
+        crowd.refresh(tick + 1)
+        answer = beacon(2, 5.0, 0.0)
+        answer["heard"] = crowd.heard(tick + 1)
+        heard(here, tick + 1, answer)
+        here.refresh(tick + 1)
+        if tick > LOST_TICKS:
+            assert here.acks[0] >= tick - LOST_TICKS
+            assert here.deaf_neighbor == 0
+
+
+@pytest.mark.parametrize(
+    ("listed", "later", "known"),
+    [
+        (HEARD_ENTRIES, 5, True),
+        (HEARD_ENTRIES, LOST_TICKS + 3, False),
+        (HEARD_ENTRIES - 1, 1, False),
+    ],
+)
+def test_an_acknowledgement_lasts_for_a_turn_of_a_full_list(
+    listed: int, later: int, known: bool
+) -> None:
+    here = neighbors()
+    heard(here, 50, acknowledging(2, 49))
+    silent = beacon(2, 1.0, 0.0)
+    silent["heard"][:listed] = [robot << 16 | 40 for robot in range(3, 3 + listed)]
+    heard(here, 50 + later, silent)
+    here.refresh(51 + later)
+    assert here.acks.tolist() == [49 if known else UNHEARD]
 
 
 def acknowledging(robot: int, tick: int, x: float = 1.0) -> np.void:
