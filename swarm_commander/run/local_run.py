@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 import time
 from collections.abc import Mapping, Sequence
@@ -89,6 +90,7 @@ WORLD_START_SILENCE = 60.0  # [s] before its first step, when it may have to com
 SUSPICION = 60.0  # [s] of wall time for robots to be heard again that were late with most others
 RUNNER_SILENCE = 30.0  # [s] the same of the mission process, which speaks every 2 s
 START_LIMIT = 600.0  # [s] for all to be active; the first start compiles the kernels
+SLOW_START = 60.0  # [s] after which to say what may keep all of them from being heard
 MISSION_LIMIT = 60.0  # [s] from then to the mission's first goal,
 MISSION_LIMIT_PER_ROBOT = 1.0  # [s] and this much more for each robot to connect to
 
@@ -112,6 +114,7 @@ class LocalRun(ProcessRun):
         self._plan = plan
         self._awaits_activity = plan.options.autostart
         self._runner: dict[str, Any] = {}  # what the mission process is started with
+        self._has_hinted = False
         self._is_released = False  # whether the fork server was told to start the navigators
         self._has_ticked = False
         self._suspects: dict[str, float] = {}  # that may hang: until when they may be silent
@@ -449,8 +452,17 @@ class LocalRun(ProcessRun):
         if waited > START_LIMIT:
             self._fail(f"after {waited:.0f} s not active: {', '.join(missing)}")
             self._stop("stopping")
-        else:
-            self._kill_stragglers(missing)
+            return
+        self._kill_stragglers(missing)
+        settings = sorted(ros_env.FOREIGN & os.environ.keys())
+        is_slow = waited > SLOW_START and len(missing) == len(self._plan.alive)
+        if is_slow and settings and not ros_env.is_profile_ours() and not self._has_hinted:
+            self._has_hinted = True
+            self._progress.note(
+                f"no navigator is heard after {waited:.0f} s; {' and '.join(settings)} of this"
+                " terminal decides who finds whom: check it, or unset it",
+                "yellow",
+            )
 
     def _check_world(self) -> None:
         """End a run whose world hangs: it speaks twice a second, also while it is paused."""
