@@ -54,6 +54,7 @@ FINER = 2  # times as many pixels as are saved: not every browser smoothes edges
 RENDER_LIMIT = 60.0  # [s] of wall time for a page to draw a picture
 SELECT_FIRST = "Select a robot first."
 LEAVE_PAST = "This page shows the past; press **Live** on the time line first."
+UNKNOWN_TIME = "Nothing is known of that time: the viewer remembers while a page is open."
 TIME_ORDERS = ("seek", "step", "mark", "play", "live")
 
 
@@ -404,8 +405,9 @@ class Page:
         since = self.history.state_since(robot, time)
         saw_begin = since is None or self.history.saw_begin(robot, since)
         return robot_html(
-            robot, self._swarm.states, self._url(robot, None), true_pose, since, time, saw_begin
-        )
+            robot, self._swarm.states, self._url(robot, None), true_pose, since, time, saw_begin,
+            is_past=self._past.time is not None,
+        )  # fmt: skip
 
     def _tell_past(self) -> None:
         """Say what the robot did, and draw where it has been."""
@@ -480,7 +482,9 @@ class Page:
         elif kind == "play":
             past.is_playing = not past.is_playing
         elif not past.go(value, now):
-            self._say("Nothing is known of that time: the viewer remembers while a page is open.")
+            self._say(UNKNOWN_TIME)
+        elif (gap := self.history.gap_at(value)) is not None:
+            self._say(f"Nothing is known from {gap[0]:.1f} s to {gap[1]:.1f} s: no page was open.")
 
     @property
     def shown_time(self) -> float:

@@ -81,7 +81,7 @@ def dot(color: RGB) -> str:
 
 def robot_html(
     robot: str, states: Mapping[str, ReportedState], url: str, true_pose: FloatArray | None = None,
-    since: float | None = None, now: float = 0.0, saw_begin: bool = True,
+    since: float | None = None, now: float = 0.0, saw_begin: bool = True, *, is_past: bool = False,
 ) -> str:  # fmt: skip
     """Return the state of one robot, why it waits and for whom, and a link to its own page.
 
@@ -93,6 +93,7 @@ def robot_html(
         since: [s] when it came into its state, if that is known.
         now: [s] of simulated time.
         saw_begin: Whether it came into it then; else it has been in it for longer.
+        is_past: Whether its pose is where it really was, and its times are of later.
     """
     name, state = html.escape(robot), states.get(robot)
     link = f"<a href='{html.escape(url)}' target='_blank' style='color:{LINK}'>page of its own</a>"
@@ -113,16 +114,20 @@ def robot_html(
     pose, off = state.pose_map, ""
     if true_pose is not None:
         off = f", {math.hypot(pose.x - true_pose[0], pose.y - true_pose[1]):.2f} m off"
-    rows.append(("estimate", f"({pose.x:.2f}, {pose.y:.2f}, {pose.yaw:.2f}){off}"))
+    rows.append(
+        ("place" if is_past else "estimate", f"({pose.x:.2f}, {pose.y:.2f}, {pose.yaw:.2f}){off}")
+    )
     if state.goal_map is not None:
         goal = state.goal_map
-        far = f", {state.distance_remaining:.1f} m to go"
+        is_known = math.isfinite(state.distance_remaining)
+        far = f", {state.distance_remaining:.1f} m to go" if is_known else ""
         rows.append(("goal", f"({goal.x:.2f}, {goal.y:.2f}){far}"))
     if state.station:
         place = "holds it" if state.queue_place == 0 else f"number {state.queue_place} in the queue"
         rows.append(("station", f"{html.escape(state.station)}, {place}"))
     rows.append(("goals", f"{state.goals_reached} reached, {state.goals_failed} tries failed"))
-    rows.append(("waited, held", f"{state.wait_time:.0f} s, {state.hold_time:.0f} s"))
+    if not is_past:
+        rows.append(("waited, held", f"{state.wait_time:.0f} s, {state.hold_time:.0f} s"))
     return _table(rows)
 
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from swarm_common.model.records import CONTROL_PERIOD, FloatArray
+from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose
 from swarm_view.scene.fleet import DrawnFleet
 from swarm_view.scene.viser_compat import set_visible
 from swarm_view.state.history import History
@@ -37,9 +39,14 @@ class Past:
         self._tick = -1
 
     def go(self, time: float, now: float) -> bool:
-        """Show a time [s]; return whether something is known of it."""
+        """Show a time [s]; return whether something is known of it.
+
+        Where nothing is known, the gap is stepped over, or its beginning is shown.
+        """
         start, end = self._history.span
         time = min(max(time, start), end)
+        if (gap := self._history.gap_at(time)) is not None:
+            time = gap[self.time is not None and time > self.time]
         moment = self._history.moment(time)
         if moment is None:
             return False
@@ -78,7 +85,11 @@ class Past:
             swarm.names = names
             self.fleet.assemble(names, swarm.descriptions)
         states = {name: self._history.state_at(name, time) for name in names}
-        swarm.states = {name: state for name, state in states.items() if state is not None}
+        swarm.states = {  # of what they said last, place and distance are those of an earlier time
+            name: replace(state, pose_map=Pose(*pose), distance_remaining=math.nan)
+            for (name, state), pose in zip(states.items(), poses.tolist(), strict=True)
+            if state is not None
+        }
         swarm.tick = self._tick
         swarm.track.put(poses)
         self.fleet.move(poses)

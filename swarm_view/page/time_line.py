@@ -70,7 +70,9 @@ class TimeLine:
         if now >= self._due and (revision != history.revision or has_grown):
             self._due = now + PERIOD + len(history.marks) / MARKS_A_SECOND
             self._drawn = history.revision, start, end
-            self._strip.content = strip_html(history.marks, start, end, time, is_live=self._is_live)
+            self._strip.content = strip_html(
+                history.marks, start, end, time, is_live=self._is_live, gaps=history.gaps
+            )
             self._told = None
         shown = round(time, 1), is_playing, is_past
         if now >= self._repeat_due or (now >= self._now_due and shown != self._told):
@@ -81,9 +83,13 @@ class TimeLine:
 
 
 def strip_html(
-    marks: Sequence[Mark], start: float, end: float, now: float, *, is_live: bool
-) -> str:
-    """Return the time line from `start` to `end` [s], with the cursor at `now` [s]."""
+    marks: Sequence[Mark], start: float, end: float, now: float, *, is_live: bool,
+    gaps: Sequence[tuple[float, float]] = (),
+) -> str:  # fmt: skip
+    """Return the time line from `start` to `end` [s], with the cursor at `now` [s].
+
+    Of `gaps` (from, to) [s] nothing is known.
+    """
     length = max(1.0, end - start)
     counts = Counter(mark.kind for mark in marks)
     legend = " &nbsp; ".join(
@@ -106,6 +112,7 @@ def strip_html(
         f" vector-effect='non-scaling-stroke'/></svg>"
     )
     signs = "".join(_sign(mark, start, length) for mark in others[-MOST:])
+    hatches = "".join(_hatch(gap, start, length) for gap in gaps)
     share = min(1.0, max(0.0, (now - start) / length))
     cursor = (
         f"<div data-swarm-now style='position:absolute;top:0;bottom:0;width:2px;"
@@ -114,7 +121,8 @@ def strip_html(
     line = (
         f"<div data-swarm-line data-start='{start:.2f}' data-end='{start + length:.2f}'"
         f" style='position:relative;height:{HEIGHT}px;cursor:pointer;background:#8882;"
-        f"border-radius:4px;overflow:hidden'>{_ticks(start, length)}{svg}{signs}{cursor}</div>"
+        f"border-radius:4px;overflow:hidden'>{_ticks(start, length)}{hatches}{svg}{signs}"
+        f"{cursor}</div>"
     )
     return (
         f"<div style='padding:0.2em 0.8em 0.5em;font-size:0.8rem'>"
@@ -151,6 +159,15 @@ def _sign(mark: Mark, start: float, length: float) -> str:
         return f"<span {send} title='{title}' style='position:absolute;{style}'></span>"
     style = f"left:calc({left:.2f}% - 0.4em);top:{top}px;color:{css(color)};line-height:16px"
     return f"<span {send} title='{title}' style='position:absolute;{style}'>{sign}</span>"
+
+
+def _hatch(gap: tuple[float, float], start: float, length: float) -> str:
+    left, wide = 100.0 * (gap[0] - start) / length, 100.0 * (gap[1] - gap[0]) / length
+    return (
+        f"<span title='{gap[0]:.1f} s to {gap[1]:.1f} s: not known, no page was open'"
+        f" style='position:absolute;top:0;bottom:0;left:{left:.2f}%;width:{wide:.2f}%;"
+        f"background:repeating-linear-gradient(135deg,#8888 0 2px,transparent 2px 7px)'></span>"
+    )
 
 
 def _ticks(start: float, length: float) -> str:

@@ -208,7 +208,7 @@ def _response(status: int, kind: str, body: bytes) -> bytes:
         f"HTTP/1.1 {status} {http.HTTPStatus(status).phrase}",
         f"Content-Type: {kind}",
         f"Content-Length: {len(body)}",
-        "Cache-Control: no-cache",
+        "Cache-Control: no-store",
         "Referrer-Policy: no-referrer",
         "Connection: close",
     )

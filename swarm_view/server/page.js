@@ -36,6 +36,11 @@ Worker.prototype.postMessage = function (message, ...rest) {
   return post.call(this, message, ...rest);
 };
 
+// A page that is left is closed, not kept for a way back: frozen, it would hold its connection until
+// the viewer gives up on it, 40 s later, and the swarm would go on to draw for it.
+window.addEventListener("pagehide", () => swarm.worker?.terminate());
+window.addEventListener("pageshow", (event) => event.persisted && location.reload());
+
 // Without a GPU every sample of a pixel costs, and so does viser's background, which is a picture in
 // front of the camera: smooth edges are left to GPUs, and the background is what the scene is cleared to.
 swarm.gl = null;

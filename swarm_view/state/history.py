@@ -82,7 +82,8 @@ class History:
         start: [s] of the first message; None before it.
         end: [s] of the last one.
         marks: In the order of their times.
-        revision: Grows with every mark.
+        gaps: (from, to) [s] of which nothing is known: nobody listened.
+        revision: Grows with every mark and gap.
     """
 
     def __init__(self, period: float = 0.0) -> None:
@@ -90,8 +91,10 @@ class History:
         self.start: float | None = None
         self.end = 0.0
         self.marks: list[Mark] = []
+        self.gaps: list[tuple[float, float]] = []
         self.revision = 0
         self._period = period
+        self._is_interrupted = False
         self._robots: dict[str, _Robot] = defaultdict(_Robot)
         self._counts: tuple[int, int, int] | None = (0, 0, 0)  # of the last verdict, if it is known
         self._latest: dict[str, str] = {}  # states
@@ -104,6 +107,7 @@ class History:
     def interrupt(self) -> None:
         """Forget the counts: what happens until the next messages has no time of its own."""
         self._counts = None
+        self._is_interrupted = self.start is not None
         for robot in self._robots.values():
             robot.is_known, robot.waits_since, robot.wait = False, None, None
 
@@ -166,6 +170,10 @@ class History:
     def _see(self, tick: int) -> float:
         time = tick * CONTROL_PERIOD
         self.start = time if self.start is None else min(self.start, time)
+        if self._is_interrupted and time > self.end:
+            self._is_interrupted = False
+            self.gaps.append((self.end, time))
+            self.revision += 1
         self.end = max(self.end, time)
         return time
 
@@ -219,6 +227,10 @@ class History:
     def span(self) -> tuple[float, float]:
         """First and last time [s]."""
         return self.start or 0.0, self.end
+
+    def gap_at(self, time: float) -> tuple[float, float] | None:
+        """Return the gap that a time [s] lies in; None if something is known of it."""
+        return next((gap for gap in self.gaps if gap[0] < time < gap[1]), None)
 
     def moment(self, time: float) -> Moment | None:
         """Return the last poses up to a time [s]; None if there are none."""

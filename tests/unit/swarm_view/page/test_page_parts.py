@@ -1,17 +1,24 @@
 """What a page is made of, without a browser: links, the time line, messages, driving by hand."""
 
 from collections.abc import Callable
+from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
+from rclpy.serialization import serialize_message
+from swarm_interfaces.msg import RobotStatus
 
+from swarm_common.middleware.ros_io import time_msg
 from swarm_common.model.records import Twist
 from swarm_common.process.messages import KernelsCompiled
 from swarm_view.page.driving import Driving
 from swarm_view.page.inbox import LONGEST, numbers, parse
 from swarm_view.page.notice import Notice
+from swarm_view.page.panel_text import robot_html
+from swarm_view.page.past import Past
 from swarm_view.page.time_line import next_mark, strip_html
-from swarm_view.state.history import Kind, Mark
+from swarm_view.state.decode import robot_state
+from swarm_view.state.history import History, Kind, Mark
 from swarm_view.state.link import Viewpoint, place_of
 from swarm_view.state.swarm import Swarm
 
@@ -48,6 +55,40 @@ def test_marks_are_on_the_time_line_where_they_happened() -> None:
     assert "<b>robot" not in text
     assert "Live" not in text
     assert "Live" in strip_html(MARKS, 0.0, 100.0, 42.0, is_live=True)
+
+
+def test_a_time_of_which_nothing_is_known_is_hatched() -> None:
+    text = strip_html(MARKS, 0.0, 100.0, 42.0, is_live=True, gaps=[(30.0, 50.0)])
+    assert "30.0 s to 50.0 s: not known" in text
+    assert "left:30.00%;width:20.00%" in text
+
+
+def test_the_past_steps_over_what_is_not_known() -> None:
+    history, swarm = History(), Swarm()
+    for tick in (*range(0, 101), *range(500, 601)):
+        if tick == 500:
+            history.interrupt()
+        history.add_poses(tick, ["Srobot1"], np.array([[0.1 * tick, 0.0, 0.0]]))
+        if tick == 20:
+            message = RobotStatus(stamp=time_msg(tick), robot="Srobot1", state="driving")
+            history.add_status("Srobot1", robot_state(serialize_message(message)))
+    past = Past(MagicMock(), swarm, history)
+    past.fleet = MagicMock(names=[])
+    assert past.go(30.0, 0.0)
+    assert past.time == pytest.approx(10.0)  # from the present one comes to the beginning
+    assert past.go(10.1, 0.0)
+    assert past.time == pytest.approx(50.0)
+    assert past.go(49.9, 0.0)
+    assert past.time == pytest.approx(10.0)
+    assert past.go(8.0, 0.0)
+    text = robot_html("Srobot1", past.swarm.states, "/x", is_past=True)
+    assert "(8.00, 0.00, 0.00)" in text  # where it was, not what it said last
+    assert "estimate" not in text
+    assert "to go" not in text
+    past.is_playing = True
+    past.play(0.0)
+    past.play(3.0)
+    assert past.time == pytest.approx(50.0)
 
 
 def test_the_next_mark_is_no_goal() -> None:

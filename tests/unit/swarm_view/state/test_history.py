@@ -136,3 +136,6 @@ def test_what_happened_while_no_page_was_open_is_not_on_the_line() -> None:
     assert [(mark.kind, mark.time) for mark in history.marks] == [
         (Kind.NEAR_MISS, 210.0), (Kind.GOAL, 210.0)
     ]  # fmt: skip
+    assert history.gaps == [(10.0, 200.0)]
+    assert history.gap_at(150.0) == (10.0, 200.0)
+    assert history.gap_at(200.0) is None
