@@ -59,7 +59,7 @@ def add_verbs(verbs: Any) -> None:
     verb.add_argument(
         "action_type", help="Type of the ROS action (e.g. 'nav2_msgs/action/NavigateToPose')"
     )
-    verb.add_argument("goal", help="Goal request values in YAML format (e.g. '{order: 10}')")
+    text.add_values(verb, "goal", "Goal request values", "{order: 10}")
     verb.add_argument(
         "-f", "--feedback", action="store_true", help="Echo feedback messages for the goal"
     )
@@ -115,7 +115,7 @@ def _users(
 def _send_goal(options: argparse.Namespace) -> None:
     action = interfaces.load("action", options.action_type)
     goal = action.Goal()
-    text.fill(goal, text.parse_values(options.goal))
+    text.fill(goal, text.given_values(options, "goal"))
     with graph.open_node() as node:
         client = ActionClient(node, action, graph.absolute(options.action_name))
         print("Waiting for an action server to become available...", flush=True)

@@ -5,9 +5,11 @@ from __future__ import annotations
 import argparse
 import importlib
 import os
+import signal
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from swarm_common.middleware import ros_env
 from swarm_common.middleware.other_ros import set_aside
@@ -29,6 +31,7 @@ COMMANDS = {
     "topic": "Various topic related sub-commands",
 }
 LIKE_PROGRAMS = ("doctor", "launch", "run")  # commands without verbs
+WITHOUT_GRAPH = ("bag", "interface")
 EPILOG = (
     "This is the small ros2 of the swarm workbench. Where ROS 2 is installed (another ros2 on"
     " PATH), that one runs instead, with all of its commands."
@@ -55,13 +58,16 @@ def run(arguments: Sequence[str]) -> int:
     """
     ros_env.set_defaults()
     options = _parser(arguments).parse_args(arguments)
+    if "run" not in options:
+        options.print_help()
+        return 0
     try:
         options.run(options)
     except SwarmError as error:
         print(error, file=sys.stderr)
         return 1
     except KeyboardInterrupt:
-        return 130
+        return int(signal.SIGINT)
     except BrokenPipeError:
         # The reader (head, less) has gone; keep Python from complaining at exit, too.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -76,15 +82,34 @@ def _parser(arguments: Sequence[str]) -> argparse.ArgumentParser:
         description="ros2 is an extensible command-line tool for ROS 2.",
         epilog=EPILOG,
     )
-    commands = parser.add_subparsers(metavar="command", required=True)
+    parser.set_defaults(print_help=parser.print_help)
+    commands = parser.add_subparsers(metavar="command")
     wanted = next((word for word in arguments if not word.startswith("-")), None)
     for name, text in COMMANDS.items():
-        command = commands.add_parser(name, help=text, description=text)
+        is_doctor = name == "doctor"  # whose options are the program's
+        shape: dict[str, Any] = {"prefix_chars": "\0", "add_help": False} if is_doctor else {}
+        command = commands.add_parser(name, help=text, description=text, **shape)
         if name != wanted:
             continue
         if name in LIKE_PROGRAMS:
             launcher.add_arguments(name, command)
-        else:
-            verbs = command.add_subparsers(metavar="verb", required=True)
-            importlib.import_module(f"swarm_ros2.{name}").add_verbs(verbs)
+            continue
+        command.set_defaults(print_help=command.print_help)
+        verbs = command.add_subparsers(metavar="verb")
+        importlib.import_module(f"swarm_ros2.{name}").add_verbs(verbs)
+        if name not in WITHOUT_GRAPH:
+            for verb in verbs.choices.values():
+                _add_ros2clis_options(verb)
     return parser
+
+
+def _add_ros2clis_options(verb: argparse.ArgumentParser) -> None:
+    """Add the options that all verbs of ros2cli have and that change nothing here."""
+    for *names, kind in (
+        ("--spin-time", float),
+        ("-s", "--use-sim-time", None),
+        ("--no-daemon", None),
+        ("--include-hidden-nodes", None),
+    ):
+        shape: dict[str, Any] = {"type": kind, "metavar": "N"} if kind else {"action": "store_true"}
+        verb.add_argument(*names, **shape, help="No effect: there is no daemon")

@@ -32,12 +32,12 @@ UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"  # of an endpoint that is known before its 
 
 
 @contextmanager
-def open_node() -> Iterator[Node]:
-    """Create a hidden node without parameter services and without a log topic."""
+def open_node(name: str | None = None) -> Iterator[Node]:
+    """Create a node, hidden unless named, without parameter services and without a log topic."""
     context = rclpy.Context()
     rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
     node = Node(
-        f"{PREFIX}_{os.getpid()}",
+        name or f"{PREFIX}_{os.getpid()}",
         context=context,
         enable_rosout=False,
         start_parameter_services=False,
@@ -216,3 +216,9 @@ def print_names(rows: NamesAndTypes, *, types: bool, count: bool) -> None:
         return
     for name, kinds in sorted(rows):
         print(f"{name} [{', '.join(kinds)}]" if types else name)
+
+
+def print_found(rows: NamesAndTypes, kind: str, *, count: bool, hidden: bool) -> None:
+    """Print the names that have a type, or how many there are, as all find verbs do."""
+    found = [(n, types) for n, types in rows if kind in types and (hidden or not is_hidden(n))]
+    print_names(found, types=False, count=count)

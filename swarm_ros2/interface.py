@@ -50,7 +50,9 @@ def add_verbs(verbs: Any) -> None:
     verb.set_defaults(run=_proto)
     verb = verbs.add_parser("show", help="Output the interface definition")
     verb.add_argument("type", help="Show an interface definition (e.g. 'std_msgs/msg/String')")
-    verb.add_argument("--no-comments", action="store_true", help="Show no comments")
+    group = verb.add_mutually_exclusive_group()
+    group.add_argument("--no-comments", action="store_true", help="Show no comments")
+    group.add_argument("--all-comments", action="store_true", help="Also those of nested types")
     verb.set_defaults(run=_show)
 
 
@@ -95,27 +97,31 @@ def _wanted(options: argparse.Namespace) -> list[str]:
 
 
 def _show(options: argparse.Namespace) -> None:
-    for line in _lines(options.type, comments=not options.no_comments):
-        print(line)
+    lines = _lines(options.type, comments=not options.no_comments, nested=options.all_comments)
+    print("\n".join(lines))
 
 
-def _lines(name: str, *, comments: bool, indent: str = "") -> list[str]:
-    """Return a definition's lines with those of its fields' types below each field."""
+def _lines(name: str, *, comments: bool, nested: bool, indent: str = "") -> list[str]:
+    """Return a definition's lines with those of its fields' types below each field.
+
+    Args:
+        name: Of the interface.
+        comments: Whether its comments are shown.
+        nested: Whether those of the fields' types are.
+        indent: Before each line.
+    """
     lines = []
     package = name.split("/")[0]
     for raw in _definition(name).splitlines():
         line = raw if comments else raw.split("#")[0].rstrip()
-        if indent and (not line or line.startswith("#")):
-            continue
-        if line or comments:
+        if line or (comments and not indent):
             lines.append(indent + line)
-        nested = _nested(line, package)
-        if nested:
-            lines += _lines(nested, comments=False, indent=indent + "\t")
+        if kind := _type_of(line, package):
+            lines += _lines(kind, comments=nested, nested=nested, indent=indent + "\t")
     return lines
 
 
-def _nested(line: str, package: str) -> str | None:
+def _type_of(line: str, package: str) -> str | None:
     """Return the full name of the message type of a field, None for basic types."""
     field = FIELD.match(line)
     if field is None or ("/" not in field["type"] and field["type"][0].islower()):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -66,6 +67,15 @@ def add_verbs(verbs: Any) -> None:
     verb.set_defaults(run=_get)
     verb = verbs.add_parser("list", help="Output a list of available parameters")
     verb.add_argument("node_name", nargs="?", help="Name of the ROS node")
+    verb.add_argument(
+        "--param-prefixes",
+        nargs="+",
+        default=[],
+        help="Only list parameters with the provided prefixes",
+    )
+    verb.add_argument(
+        "--param-type", action="store_true", help="Print parameter types with parameter names"
+    )
     verb.set_defaults(run=_list)
     verb = verbs.add_parser("set", help="Set parameter")
     verb.add_argument("node_name", help="Name of the ROS node")
@@ -99,8 +109,9 @@ def _spin_for(node: Node, future: Any) -> None:
     graph.spin(node, lambda: future.done() or is_overdue())
 
 
-def _names(node: Node, owner: str) -> list[str]:
-    answer = call(node, owner, ListParameters, "list_parameters", ListParameters.Request())
+def _names(node: Node, owner: str, prefixes: Sequence[str] = ()) -> list[str]:
+    request = ListParameters.Request(prefixes=list(prefixes))
+    answer = call(node, owner, ListParameters, "list_parameters", request)
     return sorted(answer.result.names)
 
 
@@ -112,15 +123,25 @@ def _values(node: Node, owner: str, names: list[str]) -> list[Any]:
 def _list(options: argparse.Namespace) -> None:
     with graph.open_node() as node:
         if options.node_name is not None:
-            owner = graph.require_node(node, options.node_name)
-            print("\n".join(f"  {name}" for name in _names(node, owner)))
+            _print_list(node, graph.require_node(node, options.node_name), options)
             return
         graph.settle(node)
         services = dict(node.get_service_names_and_types())
         for owner in graph.node_names(node):
             if f"{owner}/list_parameters" in services:
                 print(f"{owner}:")
-                print("\n".join(f"  {name}" for name in _names(node, owner)))
+                _print_list(node, owner, options)
+
+
+def _print_list(node: Node, owner: str, options: argparse.Namespace) -> None:
+    names = _names(node, owner, options.param_prefixes)
+    kinds = [""] * len(names)
+    if options.param_type:
+        request = DescribeParameters.Request(names=names)
+        answer = call(node, owner, DescribeParameters, "describe_parameters", request)
+        kinds = [f" (type: {TYPES[found.type]})" for found in answer.descriptors]
+    for name, kind in zip(names, kinds, strict=True):
+        print(f"  {name}{kind}")
 
 
 def _get(options: argparse.Namespace) -> None:

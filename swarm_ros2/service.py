@@ -15,18 +15,22 @@ def add_verbs(verbs: Any) -> None:
     verb = verbs.add_parser("call", help="Call a service")
     verb.add_argument("service_name", help="Name of the ROS service to call to (e.g. '/add')")
     verb.add_argument("service_type", help="Type of the ROS service (e.g. 'std_srvs/srv/Empty')")
-    verb.add_argument(
-        "values",
-        nargs="?",
-        default="{}",
-        help='Values to fill the service request with in YAML format (e.g. "{a: 1, b: 2}")',
-    )
+    text.add_values(verb, "values", "Values to fill the service request with", "{a: 1, b: 2}")
     verb.add_argument(
         "-r", "--rate", metavar="N", type=float, help="Repeat the call at a specific rate in Hz"
     )
     verb.set_defaults(run=_call)
     verb = verbs.add_parser("find", help="Output a list of available services of a given type")
     verb.add_argument("service_type", help="Name of the ROS service type to filter for")
+    verb.add_argument(
+        "-c",
+        "--count-services",
+        action="store_true",
+        help="Only display the number of services discovered",
+    )
+    verb.add_argument(
+        "--include-hidden-services", action="store_true", help="Consider hidden services as well"
+    )
     verb.set_defaults(run=_find)
     verb = verbs.add_parser("info", help="Print information about a service")
     verb.add_argument("service_name", help="Name of the ROS service to get info")
@@ -75,9 +79,8 @@ def _info(options: argparse.Namespace) -> None:
 def _find(options: argparse.Namespace) -> None:
     with graph.open_node() as node:
         rows = graph.settled(node, node.get_service_names_and_types)
-    for name, types in sorted(rows):
-        if options.service_type in types and not graph.is_hidden(name):
-            print(name)
+    hidden = options.include_hidden_services
+    graph.print_found(rows, options.service_type, count=options.count_services, hidden=hidden)
 
 
 def _type(options: argparse.Namespace) -> None:
@@ -91,7 +94,7 @@ def _type(options: argparse.Namespace) -> None:
 def _call(options: argparse.Namespace) -> None:
     service = interfaces.load("srv", options.service_type)
     request = service.Request()
-    text.fill(request, text.parse_values(options.values))
+    text.fill(request, text.given_values(options, "values"))
     with graph.open_node() as node:
         client = node.create_client(service, graph.absolute(options.service_name))
         if not client.service_is_ready():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import array
 import sys
 from typing import Any
@@ -108,6 +109,20 @@ def _type_name(kind: Any) -> str:
     if isinstance(kind, AbstractGenericString):
         return "string"
     return "/".join(kind.namespaced_name())
+
+
+def add_values(verb: argparse.ArgumentParser, name: str, what: str, example: str) -> None:
+    """Add the argument with which a user fills a message, and `--stdin` instead of it."""
+    group = verb.add_mutually_exclusive_group()
+    group.add_argument(
+        name, nargs="?", default="{}", help=f"{what} in YAML format (e.g. '{example}')"
+    )
+    group.add_argument("--stdin", action="store_true", help="Read values from standard input")
+
+
+def given_values(options: argparse.Namespace, name: str) -> dict[str, Any]:
+    """Return what a user fills a message with; see `add_values`."""
+    return parse_values(sys.stdin.read() if options.stdin else getattr(options, name))
 
 
 def parse_values(text: str) -> dict[str, Any]:

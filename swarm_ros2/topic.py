@@ -20,6 +20,15 @@ def add_verbs(verbs: Any) -> None:
     topic_echo.add_verb(verbs)
     verb = verbs.add_parser("find", help="Output a list of available topics of a given type")
     verb.add_argument("topic_type", help="Name of the ROS topic type to filter for")
+    verb.add_argument(
+        "-c",
+        "--count-topics",
+        action="store_true",
+        help="Only display the number of topics discovered",
+    )
+    verb.add_argument(
+        "--include-hidden-topics", action="store_true", help="Consider hidden topics as well"
+    )
     verb.set_defaults(run=_find)
     topic_hz.add_verbs(verbs)
     verb = verbs.add_parser("info", help="Print information about a topic")
@@ -131,6 +140,5 @@ def _type(options: argparse.Namespace) -> None:
 def _find(options: argparse.Namespace) -> None:
     with graph.open_node() as node:
         rows = graph.settled(node, node.get_topic_names_and_types)
-    for name, types in sorted(rows):
-        if options.topic_type in types and not graph.is_hidden(name):
-            print(name)
+    hidden = options.include_hidden_topics
+    graph.print_found(rows, options.topic_type, count=options.count_topics, hidden=hidden)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import math
 import time
 from typing import Any
 
 from rclpy.node import Node
 
+from swarm_common.model.errors import SwarmError
 from swarm_ros2 import graph, interfaces, quality, text
 
 
@@ -16,12 +18,7 @@ def add_verb(verbs: Any) -> None:
     verb = verbs.add_parser("pub", help="Publish a message to a topic")
     verb.add_argument("topic_name", help="Name of the ROS topic to publish to (e.g. '/chatter')")
     verb.add_argument("message_type", help="Type of the ROS message (e.g. 'std_msgs/String')")
-    verb.add_argument(
-        "values",
-        nargs="?",
-        default="{}",
-        help='Values to fill the message with in YAML format (e.g. "data: Hello World")',
-    )
+    text.add_values(verb, "values", "Values to fill the message with", "data: Hello World")
     verb.add_argument(
         "-r",
         "--rate",
@@ -55,6 +52,15 @@ def add_verb(verbs: Any) -> None:
         ' when using "-1"/"--once"/"--times", otherwise defaults to 0',
     )
     verb.add_argument(
+        "--max-wait-time-secs",
+        type=_positive,
+        default=math.inf,
+        metavar="N",
+        dest="patience",
+        help="Give up waiting for matching subscriptions after N seconds (default: never)",
+    )
+    verb.add_argument("-n", "--node-name", help="Name of the created publishing node")
+    verb.add_argument(
         "--keep-alive",
         metavar="N",
         type=_positive,
@@ -67,16 +73,15 @@ def add_verb(verbs: Any) -> None:
 
 def _publish(options: argparse.Namespace) -> None:
     message = interfaces.load("msg", options.message_type)()
-    values = text.parse_values(options.values)
+    values = text.given_values(options, "values")
     text.fill(message, values)
     times = 1 if options.once else options.times
-    with graph.open_node() as node:
+    with graph.open_node(options.node_name) as node:
         publisher = node.create_publisher(
             type(message), graph.absolute(options.topic_name), quality.from_arguments(options)
         )
-        _wait_for_subscriptions(
-            publisher, options.wait if options.wait is not None else min(times, 1)
-        )
+        wanted = options.wait if options.wait is not None else min(times, 1)
+        _wait_for_subscriptions(publisher, wanted, options.patience)
         print("publisher: beginning loop", flush=True)
         stamped = _stamped(message, values)
         _loop(node, publisher, message, times, stamped, options)
@@ -104,9 +109,14 @@ def _loop(
         publisher.publish(message)
 
 
-def _wait_for_subscriptions(publisher: Any, wanted: int) -> None:
+def _wait_for_subscriptions(publisher: Any, wanted: int, patience: float) -> None:
     waited = 0.0
     while publisher.get_subscription_count() < wanted:
+        if waited > patience:
+            raise SwarmError(
+                f"Timed out waiting for subscribers: Expected {wanted} subscribers but only got"
+                f" {publisher.get_subscription_count()} subscribers"
+            )
         if waited % 1.0 < graph.POLL:
             print(f"Waiting for at least {wanted} matching subscription(s)...", flush=True)
         time.sleep(graph.POLL)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.model.errors import MapError
+from swarm_common.model.errors import MapImageError
 
 TOP = 65535  # of a channel
 MAX_PIXELS = 100_000_000
@@ -50,12 +50,12 @@ def read_image(image: Path) -> MapImage:
     """Return the pixels in a file.
 
     Raises:
-        MapError: If it cannot be read, or is too large.
+        MapImageError: If it cannot be read, or is too large.
     """
     try:
         data = image.read_bytes()
     except OSError as cause:
-        raise MapError(f"cannot read {image}: {cause}") from cause
+        raise MapImageError(f"cannot read {image}: {cause}") from cause
     if data[:2] in (b"P5", b"P2"):
         return MapImage(_read_pgm(data, image)[:, :, None])
     return _read_with_pillow(image)
@@ -66,9 +66,9 @@ def _read_pgm(data: bytes, image: Path) -> NDArray[np.uint16]:
     try:
         width, height, top = (int(word) for word in words)
     except ValueError as cause:
-        raise MapError(f"{image}: the PGM header is malformed: {words}") from cause
+        raise MapImageError(f"{image}: the PGM header is malformed: {words}") from cause
     if width <= 0 or height <= 0 or not 0 < top <= TOP:
-        raise MapError(f"{image}: the PGM header says {width} x {height} pixels up to {top}")
+        raise MapImageError(f"{image}: the PGM header says {width} x {height} pixels up to {top}")
     _check_size(width, height, image)
     if data[:2] == b"P5":
         body = data[position + 1 :]
@@ -77,9 +77,9 @@ def _read_pgm(data: bytes, image: Path) -> NDArray[np.uint16]:
         try:
             wide = np.array(data[position:].split(), dtype=np.int64)
         except (ValueError, OverflowError) as cause:
-            raise MapError(f"{image}: a pixel is not a number: {cause}") from cause
+            raise MapImageError(f"{image}: a pixel is not a number: {cause}") from cause
     if len(wide) < width * height:
-        raise MapError(
+        raise MapImageError(
             f"{image}: the header says {width} x {height} pixels, the file holds {len(wide)}"
         )
     pixels = wide[: width * height].reshape(height, width).astype(np.float64)
@@ -94,7 +94,7 @@ def _pgm_header(data: bytes, image: Path) -> tuple[list[bytes], int]:
         while position < len(data) and data[position : position + 1].isspace():
             position += 1
         if position >= len(data):
-            raise MapError(f"{image}: the PGM header is cut off")
+            raise MapImageError(f"{image}: the PGM header is cut off")
         if data[position : position + 1] == b"#":
             position = data.find(b"\n", position) + 1 or len(data)
             continue
@@ -113,7 +113,7 @@ def _read_with_pillow(image: Path) -> MapImage:
             _check_size(opened.width, opened.height, image)
             return _from_pillow(opened)
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as cause:
-        raise MapError(f"{image}: cannot read the image: {cause}") from cause
+        raise MapImageError(f"{image}: cannot read the image: {cause}") from cause
 
 
 def _from_pillow(opened: Any) -> MapImage:
@@ -127,6 +127,6 @@ def _from_pillow(opened: Any) -> MapImage:
 
 def _check_size(width: int, height: int, image: Path) -> None:
     if width * height > MAX_PIXELS:
-        raise MapError(
+        raise MapImageError(
             f"{image}: {width} x {height} pixels; expected at most {MAX_PIXELS:.0e} in all"
         )

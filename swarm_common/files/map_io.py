@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from swarm_common.files.map_image import TOP, MapImage, read_image
 from swarm_common.files.resources import share_directory
 from swarm_common.files.yaml_io import number, numbers, read_yaml
-from swarm_common.model.errors import MapError
+from swarm_common.model.errors import MapError, MapImageError
 from swarm_common.model.grid import OCCUPIED, UNKNOWN, Grid
 
 WORLD_FILE = "world.sdf"
@@ -54,7 +54,8 @@ def load_map(path: str | Path) -> Grid:
     A rotated origin is kept as it is; `Grid.upright` turns such a map.
 
     Raises:
-        MapError: If the file or its image is missing or unusable.
+        MapImageError: If its image is missing or unusable.
+        MapError: If the file is.
     """
     path = Path(path)
     data = OPTIONAL | read_yaml(path, MapError)
@@ -122,5 +123,5 @@ def _image_path(path: Path, name: object) -> Path:
         raise MapError(f"{path}: image is {name!r}; expected a file name")
     image = path.parent / name  # an absolute name replaces the folder
     if not image.is_file():
-        raise MapError(f"{path}: image '{name}' is missing; looked for {image}")
+        raise MapImageError(f"{path}: image '{name}' is missing; looked for {image}")
     return image

@@ -44,6 +44,10 @@ class MapError(SwarmError):
     """A map file is unusable or disagrees with the world."""
 
 
+class MapImageError(MapError):
+    """The image of a map is missing or unusable."""
+
+
 class WorldError(SwarmError):
     """A world file is unusable."""
 

@@ -164,7 +164,7 @@ class Behavior:
         return Twist(max(-limit, min(limit, follow.vx)), follow.vy, follow.wz)
 
     def _drive(self, situation: Situation, controller: Controller) -> Twist:
-        is_reverse = self.goal.kind is GoalKind.BACKUP
+        is_reverse = self.goal.is_reverse or self.goal.kind is GoalKind.BACKUP
         tube = situation.tube
         if not self._is_pathed:
             if not situation.is_standing:

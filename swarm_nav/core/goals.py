@@ -44,6 +44,7 @@ class Goal:
         path_map: Points (n, 2) of FOLLOW_PATH.
         angle: [rad] of SPIN, relative, signed.
         distance: [m] of BACKUP and DRIVE_ON_HEADING, positive.
+        is_reverse: Whether DRIVE_ON_HEADING goes back; BACKUP always does.
         speed: [m/s] of BACKUP and DRIVE_ON_HEADING, positive.
         duration: [s] to wait (WAIT), or the time allowance of the other behaviours (0: none).
         first_index: Pose that the first round of WAYPOINTS begins with; further rounds begin at 0.
@@ -57,6 +58,7 @@ class Goal:
     path_map: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
     angle: float = 0.0
     distance: float = 0.0
+    is_reverse: bool = False
     speed: float = 0.0
     duration: float = 0.0
     first_index: int = 0

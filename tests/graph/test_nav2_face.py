@@ -293,8 +293,27 @@ def test_parts_of_the_costmaps_are_cleared(swarm):
             (srv.ClearCostmapAroundRobot, f"{space}/clear_around_{space}"),
             (srv.ClearCostmapExceptRegion, f"{space}/clear_except_{space}"),
             (srv.ClearCostmapAroundPose, f"{space}/clear_around_pose_{space}"),
+            # as nav2_simple_commander asks for them
+            (srv.ClearCostmapAroundRobot, f"{space}/clear_costmap_around_robot"),
+            (srv.ClearCostmapExceptRegion, f"{space}/clear_costmap_except_region"),
+            (srv.ClearCostmapAroundPose, f"{space}/clear_costmap_around_pose"),
         ):
             swarm.call(kind, f"/Srobot1/{name}", kind.Request(reset_distance=1.0))
+
+
+def test_what_is_wrong_with_a_map_is_told_apart(swarm, tmp_path):
+    file = tmp_path / "map.yaml"
+    request = srv.LoadMap.Request(map_url=str(file))
+
+    def result():
+        return swarm.call(srv.LoadMap, "/Srobot1/map_server/load_map", request).result
+
+    codes = srv.LoadMap.Response
+    assert result() == codes.RESULT_MAP_DOES_NOT_EXIST
+    file.write_text("resolution: 0.05\n")
+    assert result() == codes.RESULT_INVALID_MAP_METADATA
+    file.write_text("image: none.png\nresolution: 0.05\norigin: [0.0, 0.0, 0.0]\n")
+    assert result() == codes.RESULT_INVALID_MAP_DATA
 
 
 def listen(swarm, kind, name):

@@ -1,9 +1,11 @@
 """Navigators of a large swarm: servers that few clients use come when they are asked for."""
 
 import pytest
-from nav2_msgs.action import Spin
+from geometry_msgs.msg import Point
+from nav2_msgs.action import BackUp, DriveOnHeading, Spin
 from nav2_msgs.msg import Costmap
 from rcl_interfaces.srv import GetParameters
+from rclpy.action import ActionClient
 
 from swarm_common.middleware.ros_io import LATCHED
 from tests.graph.conftest import START_LIMIT
@@ -41,6 +43,17 @@ def test_an_action_server_comes_for_its_client(swarm):
     finally:
         swarm.node.destroy_client(client)
     assert "follow_path/_action/send_goal" not in services_of(swarm, "Srobot2")
+
+
+def test_driving_on_can_be_asked_for_once_backup_is_there(swarm):
+    """As nav2_simple_commander's driveOnHeading does; its goal was lost, and it waited for ever."""
+    backup = ActionClient(swarm.node, BackUp, "/Srobot1/backup")
+    drive = ActionClient(swarm.node, DriveOnHeading, "/Srobot1/drive_on_heading")
+    assert backup.wait_for_server(20.0)
+    goal = DriveOnHeading.Goal(target=Point(x=0.1), speed=0.1)
+    assert swarm.result_of(drive.send_goal_async(goal)).accepted
+    backup.destroy()
+    drive.destroy()
 
 
 def test_raw_costmaps_come_for_their_listener(swarm):

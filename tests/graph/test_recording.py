@@ -144,14 +144,16 @@ def test_a_run_is_recorded_from_the_middle_and_told_of_as_rosbag2_does(
     swarm: Swarm, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder = tmp_path / "bag"
-    call = "from swarm_commander.cli.main import commander; import sys; sys.exit(commander())"
-    words = ("record", "--topics", "odom,status", "--output", str(folder))
+    words = ("bag", "record", "--output", str(folder), "odom", "status")  # swarm-commander record
     environ = os.environ | {"ROS_DOMAIN_ID": str(swarm.domain)}
     lock = DomainLock(swarm.domain)  # as swarm-up, without which swarm-commander looks for nobody
     with (
         contextlib.ExitStack() as stack,
         subprocess.Popen(
-            (sys.executable, "-c", call, *words), env=environ, stderr=subprocess.PIPE, text=True
+            (sys.executable, "-m", "swarm_ros2", *words),
+            env=environ,
+            stderr=subprocess.PIPE,
+            text=True,
         ) as process,
     ):
         stack.callback(lock.release)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 import os
 import re
@@ -83,6 +84,18 @@ def test_topic_type_and_find(ros2: Ros2) -> None:
     assert ros2("topic", "find", "nav_msgs/msg/Odometry") == "/Srobot1/odom\n"
 
 
+def test_found_topics_and_services_are_counted(ros2: Ros2) -> None:
+    assert ros2("topic", "find", "-c", "nav_msgs/msg/Odometry") == "1\n"
+    assert ros2("service", "find", "-c", "std_srvs/srv/SetBool") == "1\n"
+
+
+def test_options_of_ros2cli_that_mean_nothing_here_are_taken(ros2: Ros2) -> None:
+    common = ("--no-daemon", "--spin-time", "2", "--use-sim-time")
+    assert "/Srobot1/odom" in ros2("topic", "list", *common).splitlines()
+    assert ros2("node", "list", "-s", "--no-daemon") == f"{NODE}\n"
+    assert "max_vel_x" in ros2("param", "list", NODE, "--include-hidden-nodes", *common)
+
+
 def test_unknown_topic_is_an_error(ros2: Ros2) -> None:
     ros2("topic", "info", "/nowhere", code=1)
     assert ros2.err == "Unknown topic '/nowhere'\n"
@@ -131,7 +144,7 @@ def measure(verb: str, topic: str, count: int) -> list[str]:
         assert process.stdout is not None
         lines = [process.stdout.readline() for _ in range(count)]
         process.send_signal(signal.SIGINT)
-        assert process.wait(60) == 130
+        assert process.wait(60) == 2  # ros2cli returns signal.SIGINT
     return lines
 
 
@@ -183,6 +196,19 @@ def test_pub_reaches_the_node(ros2: Ros2) -> None:
 def test_pub_refuses_an_unknown_field(ros2: Ros2) -> None:
     ros2("topic", "pub", "--once", "/x", "std_msgs/msg/String", "{dat: a}", code=1)
     assert "'String' has no field 'dat'; it has data" in ros2.err
+
+
+def test_pub_waits_for_listeners_no_longer_than_it_is_told(ros2: Ros2) -> None:
+    words = ("--once", "--max-wait-time-secs", "0.3", "--node-name", "speaker")
+    ros2("topic", "pub", *words, "/nobody_hears", "std_msgs/msg/String", code=1)
+    assert "Expected 1 subscribers but only got 0" in ros2.err
+
+
+def test_values_come_from_standard_input(ros2: Ros2, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "stdin", io.StringIO("data: true\n"))
+    text = ros2("service", "call", "/Srobot1/switch", "std_srvs/srv/SetBool", "--stdin")
+    assert "SetBool_Request(data=True)" in text
+    assert "SUCCEEDED" in ros2("action", "send_goal", "/Srobot1/wait", "nav2_msgs/action/Wait")
 
 
 def test_node_list_and_info(ros2: Ros2) -> None:
@@ -246,6 +272,8 @@ def test_param_list_get_set(ros2: Ros2) -> None:
     assert ros2("param", "get", NODE, "max_vel_x") == "Double value is: 0.15\n"
     assert ros2("param", "get", NODE, "max_vel_x", "--hide-type") == "0.15\n"
     assert "    max_vel_x: 0.15\n" in ros2("param", "dump", NODE)
+    assert "  max_vel_x (type: double)\n" in ros2("param", "list", NODE, "--param-type")
+    assert "max_vel_x" not in ros2("param", "list", NODE, "--param-prefixes", "qos_overrides")
 
 
 def test_param_describe_load_and_delete(ros2: Ros2, tmp_path: Path) -> None:

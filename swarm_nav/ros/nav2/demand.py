@@ -68,11 +68,11 @@ class OnDemand:
         offers = self._soon if self._is_eager and not is_rare else self._offers
         offers.append(offer)
 
-    def offer_action(
-        self, name: str, create: Callable[[], object], *, is_rare: bool = False
+    def offer_actions(
+        self, names: Sequence[str], create: Callable[[], object], *, is_rare: bool = False
     ) -> None:
-        """Offer an action server."""
-        self.offer([f"{name}/_action/send_goal"], create, is_rare=is_rare)
+        """Offer action servers, which come together; see `offer`."""
+        self.offer([f"{name}/_action/send_goal" for name in names], create, is_rare=is_rare)
 
     def look(self, now: float, *, has_begun: bool) -> None:
         """Create the next offer that needs no client, or what has got one.

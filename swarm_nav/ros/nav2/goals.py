@@ -178,13 +178,23 @@ def _behavior_goal(kind: GoalKind, goal_id: int, request: Any, reach: MapBounds)
     if kind is GoalKind.SPIN:
         angle = _at_most(request.target_yaw, MOST_ANGLE, "target_yaw")
         return Goal(kind=kind, goal_id=goal_id, angle=angle, duration=allowance)
-    distance = abs(_at_most(request.target.x, reach.diagonal, "target.x"))
+    distance = _at_most(request.target.x, reach.diagonal, "target.x")
     if request.target.y or request.target.z:
         raise RejectedError("target may have an x only; the robot drives straight")
-    speed = abs(_at_most(request.speed, MOST_SPEED, "speed"))
+    speed = _at_most(request.speed, MOST_SPEED, "speed")
     if speed == 0.0:
         raise RejectedError("speed is 0")
-    return Goal(kind=kind, goal_id=goal_id, distance=distance, speed=speed, duration=allowance)
+    is_on = kind is GoalKind.DRIVE_ON_HEADING  # backing up ignores signs, as Nav2's does
+    if is_on and distance and (distance < 0.0) != (speed < 0.0):
+        raise RejectedError(f"target.x is {distance:g} and speed {speed:g}; both have one sign")
+    return Goal(
+        kind=kind,
+        goal_id=goal_id,
+        distance=abs(distance),
+        is_reverse=is_on and distance < 0.0,
+        speed=abs(speed),
+        duration=allowance,
+    )
 
 
 def _at_most(value: float, most: float, name: str) -> float:

@@ -100,8 +100,8 @@ class Plans:
             (ComputePathToPose, "compute_path_to_pose"),
             (ComputePathThroughPoses, "compute_path_through_poses"),
         ):
-            on_demand.offer_action(name, partial(self._serve, action, name))
-        on_demand.offer_action("smooth_path", self._serve_smoothing, is_rare=True)
+            on_demand.offer_actions([name], partial(self._serve, action, name))
+        on_demand.offer_actions(["smooth_path"], self._serve_smoothing, is_rare=True)
 
     def _serve(self, action: Any, name: str) -> None:
         def has_room(_: Any) -> bool:

@@ -25,7 +25,7 @@ from std_srvs.srv import Trigger
 from swarm_common.files.map_io import load_map
 from swarm_common.middleware import ros_io
 from swarm_common.middleware.rejections import Rejections
-from swarm_common.model.errors import SwarmError
+from swarm_common.model.errors import MapError, MapImageError, SwarmError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose
 from swarm_nav.behaviour.costmap import Costmap
@@ -75,13 +75,15 @@ class Services:
             space = f"{name}_costmap"
             make(ClearEntireCostmap, f"{space}/clear_entirely_{space}", self._clear)
             make(GetCostmap, f"{space}/get_costmap", self._costmap_answer(compose))
-            for kind, what in (
-                (ClearCostmapAroundRobot, "around"),
-                (ClearCostmapAroundPose, "around_pose"),
-                (ClearCostmapExceptRegion, "except"),
+            # Nav2's costmaps and nav2_simple_commander do not agree about these names.
+            for kind, what, commanders in (
+                (ClearCostmapAroundRobot, "around", "around_robot"),
+                (ClearCostmapAroundPose, "around_pose", "around_pose"),
+                (ClearCostmapExceptRegion, "except", "except_region"),
             ):
                 answer = partial(self._clear_part, what == "except")
                 make(kind, f"{space}/clear_{what}_{space}", answer, is_rare=True)
+                make(kind, f"{space}/clear_costmap_{commanders}", answer, is_rare=True)
 
     def _manage(self, request: Any, response: Any) -> Any:
         if request.command < len(COMMANDS):
@@ -102,7 +104,12 @@ class Services:
             upright = grid.upright()
         except (SwarmError, OSError, ValueError, MemoryError) as error:
             self._body.rejections.reject("load_map", "a client", error)
-            response.result = LoadMap.Response.RESULT_INVALID_MAP_DATA
+            is_text = isinstance(error, MapError) and not isinstance(error, MapImageError)
+            response.result = (
+                LoadMap.Response.RESULT_INVALID_MAP_METADATA
+                if is_text
+                else LoadMap.Response.RESULT_INVALID_MAP_DATA
+            )
             return response
         self._body.take_map(upright)
         response.map = ros_io.grid_msg(grid, self._body.tick)

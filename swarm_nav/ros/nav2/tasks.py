@@ -36,6 +36,9 @@ from swarm_nav.ros.nav2.goals import (
 from swarm_nav.ros.nav2.map_bounds import MapBounds
 
 FEEDBACK_TICKS = 5
+# Served in this order: driveOnHeading of nav2_simple_commander waits for the server of backup
+# instead of its own, and what is sent to a server that is not there yet is lost.
+TOGETHER = (GoalKind.DRIVE_ON_HEADING, GoalKind.BACKUP)
 # Actions that are not offered: Nav2's error code and why.
 UNSUPPORTED = {
     "dock_robot": (DockRobot, DockRobot.Result.DOCK_NOT_IN_DB, "there are no docks"),
@@ -99,15 +102,15 @@ class Tasks:
         self._last_id = 0
         self._tick = 0
         self._steered_at, self._steered_tick = 0.0, 0  # wall time and tick of the last wish
-        self._serve(GoalKind.NAVIGATE, ACTIONS[GoalKind.NAVIGATE])
-        for kind, action in ACTIONS.items():
-            if kind is not GoalKind.NAVIGATE:
-                is_rare = kind is GoalKind.TELEOP
-                serve = partial(self._serve, kind, action)
-                on_demand.offer_action(kind.value, serve, is_rare=is_rare)
+        self._serve(GoalKind.NAVIGATE)
+        single = [(kind,) for kind in ACTIONS if kind not in (GoalKind.NAVIGATE, *TOGETHER)]
+        for kinds in (*single, TOGETHER):
+            names = [kind.value for kind in kinds]
+            is_rare = GoalKind.TELEOP in kinds
+            on_demand.offer_actions(names, partial(self._serve, *kinds), is_rare=is_rare)
         for name, (action, code, reason) in UNSUPPORTED.items():
             refuse = partial(self._refuse, action, name, code, reason)
-            on_demand.offer_action(name, refuse, is_rare=True)
+            on_demand.offer_actions([name], refuse, is_rare=True)
         node.create_subscription(PoseStamped, "goal_pose", self._take_goal_pose, RELIABLE, raw=True)
 
     def _refuse(self, action: Any, name: str, code: int, reason: str) -> None:
@@ -121,7 +124,11 @@ class Tasks:
 
         TickActionServer(self._node, action, name, lambda _: True, end, lambda _: None)
 
-    def _serve(self, kind: GoalKind, action: Any) -> None:
+    def _serve(self, *kinds: GoalKind) -> None:
+        for kind in kinds:
+            self._serve_one(kind)
+
+    def _serve_one(self, kind: GoalKind) -> None:
         if kind is GoalKind.TELEOP:
             make = self._node.create_subscription
             make(Twist, "cmd_vel_teleop", self._steer, RELIABLE, raw=True)
@@ -140,7 +147,7 @@ class Tasks:
             self._running[goal.goal_id] = Running(server, handle, goal, self._tick)
             self._start(goal)
 
-        TickActionServer(self._node, action, kind.value, is_sensible, begin, self._cancel)
+        TickActionServer(self._node, ACTIONS[kind], kind.value, is_sensible, begin, self._cancel)
 
     def _parse(self, kind: GoalKind, request: Any) -> Goal:
         try:

@@ -161,7 +161,7 @@ class Inquiries:
             ) from error
         if filters.tags.tags:
             names = [n for n in names if _has_tags(filters.tags, self._info_of(n).tags)]
-        if filters.bounds.points:
+        if filters.bounds.type != Bounds.TYPE_EMPTY:
             names = [n for n in names if _overlap(filters.bounds, self._box_in_map(n))]
         return names
 
@@ -289,8 +289,10 @@ def _bounds(box: Box) -> Bounds:
 def _overlap(bounds: Bounds, box: Box) -> bool:
     """Whether a sphere or box in the map frame and another box overlap."""
     points = np.array([(point.x, point.y, point.z) for point in bounds.points])
-    if len(points) != 2 or bounds.type not in (Bounds.TYPE_BOX, Bounds.TYPE_SPHERE):
-        raise RefusedError(Reason.UNSUPPORTED, "bounds are boxes and spheres, of two points each")
+    if bounds.type not in (Bounds.TYPE_BOX, Bounds.TYPE_SPHERE):
+        raise RefusedError(Reason.UNSUPPORTED, "bounds are boxes and spheres")
+    if len(points) != 2:
+        raise RefusedError(Reason.FAILED, f"bounds have {len(points)} points; expected two")
     low, high = box
     if bounds.type == Bounds.TYPE_SPHERE:
         nearest = np.clip(points[0], low, high)

@@ -97,6 +97,12 @@ def test_what_is_not_supported_is_not_listed_and_says_why(swarm):
     assert Can.ENTITY_BOUNDS_CONVEX not in can
     hull = Bounds(type=Bounds.TYPE_CONVEX_HULL, points=[Vector3(), Vector3(x=1.0), Vector3(y=1.0)])
     entities(swarm, UNSUPPORTED, bounds=hull)
+    entities(swarm, UNSUPPORTED, bounds=Bounds(type=Bounds.TYPE_CONVEX_HULL))
+
+
+def test_bounds_without_points_are_not_taken_for_none(swarm):
+    entities(swarm, Result.RESULT_OPERATION_FAILED, bounds=Bounds(type=Bounds.TYPE_SPHERE))
+    assert entities(swarm, bounds=Bounds(type=Bounds.TYPE_EMPTY)) == ["Srobot1"]
 
 
 def test_questions_about_the_world(swarm):

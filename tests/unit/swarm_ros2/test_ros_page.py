@@ -66,6 +66,11 @@ def ros2_commands() -> list[list[str]]:
     return [words[1:] for words in commands() if words[0] == "ros2"]
 
 
+def verbs_shown() -> set[tuple[str, str]]:
+    """Return command and verb of each command of the page; programs have no verb."""
+    return {(w[0], "" if w[0] in cli.LIKE_PROGRAMS else w[1]) for w in ros2_commands()}
+
+
 def parsed(words: list[str]) -> argparse.Namespace:
     return cli._parser(words).parse_args(words)
 
@@ -93,9 +98,7 @@ def test_the_values_of_every_request_fit_its_type() -> None:
 def test_a_graph_test_uses_every_verb_of_the_page() -> None:
     called = re.findall(r'(?="(\w+)",\s*"(\w+)")', GRAPH_TESTS)
     measured = [("topic", verb) for verb in re.findall(r'measure\("(\w+)"', GRAPH_TESTS)]
-    like_programs = {(name, "swarm_commander") for name in cli.LIKE_PROGRAMS}
-    used = {(words[0], words[1]) for words in ros2_commands()}
-    assert used - {*called, *measured} - like_programs == set()
+    assert {(name, verb) for name, verb in verbs_shown() if verb} - {*called, *measured} == set()
 
 
 def test_a_graph_test_uses_every_type_of_the_page() -> None:
@@ -105,3 +108,29 @@ def test_a_graph_test_uses_every_type_of_the_page() -> None:
     }
     assert len(types) > 40
     assert {name for name in types if not re.search(rf"\b{name}\b", GRAPH_TESTS)} == set()
+
+
+def choices(parser: argparse.ArgumentParser) -> dict[str, argparse.ArgumentParser]:
+    """Return the parsers of what may follow, by its word."""
+    found = [a for a in parser._actions if isinstance(a, argparse._SubParsersAction)]
+    return dict(found[0].choices) if found else {}
+
+
+def test_the_page_shows_every_verb_and_its_table_names_it() -> None:
+    page = (ROOT / "docs/ros.md").read_text("utf-8")
+    for name in cli.COMMANDS:
+        verbs = choices(choices(cli._parser([name]))[name])
+        shown = {verb for command, verb in verbs_shown() if command == name}
+        assert shown == (verbs.keys() or {""})
+        assert f"| {name} | {', '.join(sorted(verbs))}" in page
+
+
+def test_the_page_calls_every_interface_of_its_table_of_simulation_interfaces() -> None:
+    page = (ROOT / "docs/ros.md").read_text("utf-8")
+    definitions = ROOT / "interfaces/simulation_interfaces"
+    names = {path.stem for path in definitions.glob("*/*") if path.parent.name in ("srv", "action")}
+    words = {word.rpartition("/")[2] for line in ros2_commands() for word in line}
+    assert len(names) == 23
+    assert names <= words
+    rows = "".join(line.split("|")[1] for line in page.splitlines() if line.startswith("| "))
+    assert {name for name in names if not re.search(rf"\b{name}\b", rows)} == set()

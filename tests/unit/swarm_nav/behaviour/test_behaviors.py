@@ -68,6 +68,15 @@ def test_driving_on_goes_straight_ahead() -> None:
     assert body.pose.yaw == pytest.approx(1.2, abs=0.05)
 
 
+def test_driving_on_in_reverse_goes_straight_back() -> None:
+    end, body, speeds = perform(
+        Goal(kind=GoalKind.DRIVE_ON_HEADING, distance=0.3, speed=0.15, is_reverse=True)
+    )
+    assert end.code is ErrorCode.NONE
+    assert body.pose.x == pytest.approx(2.7, abs=0.06)
+    assert max(speeds) <= 0.0
+
+
 @pytest.mark.parametrize("kind", [GoalKind.BACKUP, GoalKind.DRIVE_ON_HEADING])
 def test_the_asked_speed_is_not_exceeded(kind: GoalKind) -> None:
     _, _, speeds = perform(Goal(kind=kind, distance=0.5, speed=0.1))

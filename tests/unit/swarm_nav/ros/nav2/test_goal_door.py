@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Any
 
@@ -110,6 +111,23 @@ def test_any_behaviour_is_of_the_size_of_the_map_or_is_rejected(
         assert abs(goal.angle) <= 1000.0
         assert goal.duration <= 1e6
         assert math.isfinite(goal.speed)
+
+
+def behaviour(kind: GoalKind, x: float, speed: float) -> Goal:
+    request = ACTIONS[kind].Goal(speed=speed)
+    request.target.x = x
+    return goal_of(kind, request)
+
+
+def test_signs_say_where_to_drive_as_nav2_reads_them() -> None:
+    """A negative way at a negative speed was driven ahead."""
+    for x, speed, is_reverse in ((0.3, 0.1, False), (-0.3, -0.1, True)):
+        goal = behaviour(GoalKind.DRIVE_ON_HEADING, x, speed)
+        assert (goal.distance, goal.is_reverse) == (0.3, is_reverse)
+        with pytest.raises(RejectedError, match="one sign"):
+            behaviour(GoalKind.DRIVE_ON_HEADING, x, -speed)
+    for x, speed in itertools.product((0.3, -0.3), (0.1, -0.1)):
+        assert behaviour(GoalKind.BACKUP, x, speed).distance == 0.3
 
 
 @pytest.mark.parametrize("points", [[(0.0, 0.0), (1e9, 0.0)], [(0.0, 0.0), (900.0, 0.0)] * 500])

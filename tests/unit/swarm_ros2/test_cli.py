@@ -1,0 +1,41 @@
+"""Words without a verb, and interfaces as text."""
+
+from __future__ import annotations
+
+import pytest
+
+from swarm_ros2 import cli
+
+
+def run(capsys: pytest.CaptureFixture[str], *words: str) -> str:
+    assert cli.run(words) == 0
+    return capsys.readouterr().out
+
+
+def test_without_a_command_or_a_verb_there_is_help_as_from_ros2cli(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert run(capsys).startswith("usage: ros2 [-h] command ...")
+    assert run(capsys, "topic").startswith("usage: ros2 topic [-h] verb ...")
+    with pytest.raises(SystemExit, match="2"):
+        cli.run(["topics"])
+
+
+def test_comments_of_nested_types_are_shown_if_asked_for(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    name = "geometry_msgs/msg/PoseStamped"
+    nested = "\t# This represents a pose"
+    everything = run(capsys, "interface", "show", "--all-comments", name)
+    some = run(capsys, "interface", "show", name)
+    none = run(capsys, "interface", "show", "--no-comments", name)
+    assert [text.count("\t#") > 0 for text in (everything, some, none)] == [True, False, False]
+    assert ["# A Pose" in text for text in (everything, some, none)] == [True, True, False]
+    assert nested not in some
+    assert len(everything) > len(some) > len(none)
+
+
+def test_options_of_the_doctor_are_passed_on() -> None:
+    """They were refused as unknown."""
+    for words in (["--swarm-size", "3"], ["--help"], []):
+        assert cli._parser(["doctor", *words]).parse_args(["doctor", *words]).arguments == words
