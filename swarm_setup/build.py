@@ -117,11 +117,19 @@ def _stale(
 
 
 def _provider(name: str, environment: install.Environment) -> Path | None:
-    """Return where somebody else installed a package (importable and in an ament index)."""
-    if name in environment.installed() or importlib.util.find_spec(name) is None:
+    """Return where somebody else installed the package that is imported, by the ament indices.
+
+    It may hide one that we have installed: a ROS 2 that was sourced later is before it.
+    """
+    spec = importlib.util.find_spec(name)
+    places = list(spec.submodule_search_locations or ()) if spec else []
+    if not places or (
+        name in environment.installed() and Path(places[0]) == environment.site_packages / name
+    ):
         return None
-    prefixes = toolchain.ros_prefixes(os.environ)
-    return next((prefix for prefix in prefixes if (prefix / INDEX / name).exists()), None)
+    prefixes = [p for p in toolchain.ros_prefixes(os.environ) if (p / INDEX / name).exists()]
+    around = [prefix for prefix in prefixes if prefix in Path(places[0]).parents]
+    return next(iter(around or prefixes), None)
 
 
 def _check_release(name: str, prefix: Path) -> None:

@@ -108,6 +108,20 @@ def test_package_of_a_full_ros_is_left_alone(
     assert builds == []
 
 
+def a_ros(tmp_path: Path, version: str, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Source a ROS that has demo_msgs."""
+    ros = tmp_path / "ros"
+    for folder in (ros / "share/demo_msgs", ros / interfaces_build.INDEX, ros / "python/demo_msgs"):
+        folder.mkdir(parents=True, exist_ok=True)
+    (ros / "share/demo_msgs/package.xml").write_text(f"<version>{version}</version>")
+    (ros / interfaces_build.INDEX / "demo_msgs").touch()
+    (ros / "python/demo_msgs/__init__.py").touch()
+    monkeypatch.setattr(interfaces_build, "RELEASES", {"demo_msgs": ((1, 5), (2, 1))})
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(ros))
+    monkeypatch.syspath_prepend(str(ros / "python"))
+    return ros
+
+
 @pytest.mark.parametrize(
     ("version", "is_fit"), [("1.0.1", False), ("1.5.1", True), ("2.0.0", False), ("2.1.0", True)]
 )
@@ -119,20 +133,32 @@ def test_a_package_of_another_release_is_told_of_at_the_start(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """With 1.5.1 installed, where 2.x was expected, one SpawnEntity ended the world."""
-    monkeypatch.setattr(interfaces_build, "RELEASES", {"demo_msgs": ((1, 5), (2, 1))})
-    share = tmp_path / "ros" / "share"
-    (share / "demo_msgs").mkdir(parents=True)
-    (share / "demo_msgs" / "package.xml").write_text(f"<version>{version}</version>")
-    (tmp_path / "ros" / interfaces_build.INDEX).mkdir(parents=True)
-    (tmp_path / "ros" / interfaces_build.INDEX / "demo_msgs").touch()
-    (tmp_path / "ros" / "python" / "demo_msgs").mkdir(parents=True)
-    (tmp_path / "ros" / "python" / "demo_msgs" / "__init__.py").touch()
-    monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path / "ros"))
-    monkeypatch.syspath_prepend(str(tmp_path / "ros" / "python"))
+    ros = a_ros(tmp_path, version, monkeypatch)
     if is_fit:
-        assert interfaces_build.foreign_interfaces() == {"demo_msgs": tmp_path / "ros"}
+        assert interfaces_build.foreign_interfaces() == {"demo_msgs": ros}
         return
     with pytest.raises(interfaces_build.SwarmError, match=r"1\.5 and later 1\.x or 2\.1"):
+        interfaces_build.ensure_interfaces(quiet=True)
+
+
+def test_a_ros_that_is_sourced_after_our_setup_is_used_or_told_of(
+    environment: install.Environment,
+    builds: list[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """What we had installed was taken for what is imported, and the world ended."""
+    monkeypatch.syspath_prepend(str(environment.site_packages))
+    monkeypatch.setattr(sys, "prefix", str(environment.prefix))
+    (environment.prefix / interfaces_build.INDEX).mkdir(parents=True)
+    (environment.prefix / interfaces_build.INDEX / "demo_msgs").touch()
+    assert interfaces_build.ensure_interfaces(quiet=True) == ["demo_msgs"]
+    assert interfaces_build.foreign_interfaces() == {}
+    ros = a_ros(tmp_path, "1.5.1", monkeypatch)
+    assert interfaces_build.foreign_interfaces() == {"demo_msgs": ros}
+    assert interfaces_build.ensure_interfaces(quiet=True) == []
+    a_ros(tmp_path, "1.0.1", monkeypatch)
+    with pytest.raises(interfaces_build.SwarmError, match=r"1\.0 in .* does not have all"):
         interfaces_build.ensure_interfaces(quiet=True)
 
 
