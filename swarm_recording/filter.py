@@ -8,6 +8,7 @@ from swarm_common.middleware.topic_table import Topic
 
 NANOSECONDS = 1_000_000_000
 TOLERANCE = 0.01  # of a period: 10 Hz of a 10 Hz topic keeps all of them
+CLOCK = "/clock"
 FRAME_AT = slice(16, 40)  # of a tf message: its first frame, by which its senders differ
 
 _STAMP = struct.Struct("<iI")
@@ -18,11 +19,14 @@ class RateFilter:
 
     Attributes:
         latest: [ns] of simulated time, the largest stamp seen.
+        begin: [ns] of the first `/clock`, None before it. What was sent earlier and stays for
+            latecomers is of this time: a player would wait from the map's stamp, 0, on.
     """
 
     def __init__(self, rate: float | None) -> None:
         """Keep at most `rate` messages per simulated second of a topic; all for None."""
         self.latest = 0
+        self.begin: int | None = None
         self._period = 0.0 if rate is None else (1.0 - TOLERANCE) * NANOSECONDS / rate
         self._kept: dict[tuple[str, bytes], int] = {}
         self._last: dict[str, bytes] = {}
@@ -37,11 +41,15 @@ class RateFilter:
         if stamp is None:
             return self.latest
         self.latest = max(self.latest, stamp)
-        if not (topic.many or topic.is_event or topic.is_latched):
+        if self.begin is None and topic.name == CLOCK:
+            self.begin = stamp
+        if topic.is_latched:
+            return max(stamp, self.begin or 0)
+        if not (topic.many or topic.is_event):
             if self._last.get(topic.name) == data:
                 return None
             self._last[topic.name] = data
-        if self._period <= 0.0 or topic.is_latched or topic.is_event:
+        if self._period <= 0.0 or topic.is_event:
             return stamp
         key = (topic.name, data[FRAME_AT] if topic.many else b"")
         if stamp - self._kept.get(key, -NANOSECONDS * 10**6) < self._period:

@@ -23,7 +23,7 @@ from swarm_common.middleware.topic_table import Topic
 from swarm_common.model.errors import SwarmError
 from swarm_common.process.messages import RecordingBegun, RecordingEnded, Refused
 from swarm_common.process.pipes import EventWriter, child_options
-from swarm_recording.filter import RateFilter
+from swarm_recording.filter import CLOCK, RateFilter
 from swarm_recording.ros_types import message_class, quality
 from swarm_recording.selection import select, select_of
 from swarm_recording.tape import Tape
@@ -31,7 +31,7 @@ from swarm_recording.tape import Tape
 LOOK_PERIOD = 0.02  # [s] of wall time between two looks at all topics
 DEPTH = 200  # messages of a topic that may come in between
 LAST_LOOK = 0.3  # [s] in which messages under way still arrive when the run ends
-CLOCK, PLACES = "/clock", "/sim/tf"
+PLACES = "/sim/tf"
 
 
 class Recorder:
@@ -71,10 +71,12 @@ class Recorder:
         kind, depth = message_class(topic.type), quality(topic, DEPTH)
         self._inputs.append((topic, PolledTopic(self._node, kind, topic.name, depth)))
 
-    def take(self) -> None:
-        """Record the messages that have arrived."""
+    def take(self, *, is_last: bool = False) -> None:
+        """Record the messages that have arrived; what stays can wait for the time, unless last."""
         latest = b""
         for topic, source in self._inputs:
+            if topic.is_latched and self._filter.begin is None and not is_last:
+                continue
             while (data := source.take()) is not None:
                 stamp = self._filter.stamp(topic, data)
                 if stamp is not None:
@@ -119,7 +121,7 @@ def record(config: dict[str, Any], events: EventWriter) -> None:
         time.sleep(LOOK_PERIOD)
     end = time.monotonic() + LAST_LOOK
     while time.monotonic() < end:
-        recorder.take()
+        recorder.take(is_last=True)
         time.sleep(LOOK_PERIOD)
     tape.close()
     events.write(RecordingEnded(str(path), sum(tape.counts.values())))

@@ -104,12 +104,11 @@ def _parser(arguments: Sequence[str]) -> argparse.ArgumentParser:
 
 
 def _add_ros2clis_options(verb: argparse.ArgumentParser) -> None:
-    """Add the options that all verbs of ros2cli have and that change nothing here."""
-    for *names, kind in (
-        ("--spin-time", float),
-        ("-s", "--use-sim-time", None),
-        ("--no-daemon", None),
-        ("--include-hidden-nodes", None),
-    ):
-        shape: dict[str, Any] = {"type": kind, "metavar": "N"} if kind else {"action": "store_true"}
-        verb.add_argument(*names, **shape, help="No effect: there is no daemon")
+    """Add the options that all verbs of ros2cli have; most change nothing here."""
+    verb.add_argument(
+        "-s", "--use-sim-time", action="store_true", help="Take the time of /clock (delay)"
+    )
+    vain = "No effect: there is no daemon, and discovery takes as long as it needs"
+    verb.add_argument("--spin-time", type=float, metavar="N", help=vain)
+    verb.add_argument("--no-daemon", action="store_true", help=vain)
+    verb.add_argument("--include-hidden-nodes", action="store_true", help=vain)

@@ -13,6 +13,7 @@ from typing import ClassVar, TypeVar
 import rclpy
 import rclpy.executors
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
 from swarm_common.model.errors import SwarmError
@@ -32,8 +33,13 @@ UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"  # of an endpoint that is known before its 
 
 
 @contextmanager
-def open_node(name: str | None = None) -> Iterator[Node]:
-    """Create a node, hidden unless named, without parameter services and without a log topic."""
+def open_node(name: str | None = None, *, sim_time: bool = False) -> Iterator[Node]:
+    """Create a node, hidden unless named, without parameter services and without a log topic.
+
+    Args:
+        name: Of the node.
+        sim_time: Whether its clock is `/clock`.
+    """
     context = rclpy.Context()
     rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
     node = Node(
@@ -41,6 +47,7 @@ def open_node(name: str | None = None) -> Iterator[Node]:
         context=context,
         enable_rosout=False,
         start_parameter_services=False,
+        parameter_overrides=[Parameter("use_sim_time", value=sim_time)],
     )
     try:
         yield node

@@ -197,6 +197,10 @@ def _describe(options: argparse.Namespace) -> None:
     with graph.open_node() as node:
         owner = graph.require_node(node, options.node_name)
         answer = call(node, owner, DescribeParameters, "describe_parameters", request)
+        known = answer.descriptors or _names(node, owner)
+    if not answer.descriptors:  # rclpy describes all of them or none
+        missing = next((n for n in options.parameter_names if n not in known), "")
+        raise UnknownNameError("parameter", missing, known, owner)
     for found in answer.descriptors:
         print(f"Parameter name: {found.name}\n  Type: {TYPES[found.type]}")
         if found.description:

@@ -52,7 +52,7 @@ def add_verbs(verbs: Any) -> None:
 def _measure(options: argparse.Namespace) -> None:
     graph.Interrupts.watch()
     topic = graph.absolute(options.topic_name)
-    with graph.open_node() as node:
+    with graph.open_node(sim_time=options.use_sim_time) as node:
         name = graph.topic_type(node, topic, timeout=1.0)
         if name is None:
             print(f"WARNING: topic [{topic}] does not appear to be published yet", file=sys.stderr)
@@ -90,6 +90,8 @@ def _delay(window: int, kind: Any, node: Node) -> tuple[Take, Report]:
     def take(data: bytes) -> None:
         stamp = deserialize_message(data, kind).header.stamp
         now = node.get_clock().now().nanoseconds / NANOSECONDS
+        if now <= 0.0:  # /clock has not come yet
+            return
         meter.add(now - stamp.sec - stamp.nanosec / NANOSECONDS)
 
     return take, meter.report

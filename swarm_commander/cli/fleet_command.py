@@ -43,6 +43,7 @@ from swarm_common.process.messages import RestartNavigator
 from swarm_common.process.pipes import EventWriter
 from swarm_common.robots.source import find_robot
 from swarm_recording.recorder import record
+from swarm_recording.selection import select
 
 ROBOT_NAME = re.compile(r"Srobot\d+")
 DEFAULT_ROBOT = "turtlebot3_waffle"
@@ -186,6 +187,7 @@ def record_(
         for name in names:
             request = GetEntityInfo.Request(entity=name)
             models[name] = _ask(node, GetEntityInfo, "get_entity_info", request).info.description
+    select(topics, names)  # before a file is begun
     about = {"world": resource_in(world).uri, "robots": json.dumps(models)}
     config = {
         "path": str(folder / FILE),

@@ -16,6 +16,7 @@ from typing import Any
 
 import pytest
 import rclpy
+import yaml
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from nav_msgs.msg import Odometry
@@ -165,6 +166,8 @@ def test_a_run_is_recorded_from_the_middle_and_told_of_as_rosbag2_does(
         assert process.wait(30) == 0
     found = read_with_rosbags(folder)
     assert len(found["/Srobot1/odom"]) > 5
+    told = yaml.safe_load((folder / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+    assert told["starting_time"]["nanoseconds_since_epoch"] > 0  # the map's stamp is 0
     assert cli.run(["bag", "info", str(folder)]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[0] == "Files:             recording.mcap"
@@ -202,6 +205,19 @@ def test_the_clock_is_fine_while_somebody_listens_and_odometry_has_variances(swa
         assert [covariance[place] for place in (0, 7, 35)] == [1e-9] * 3  # sensors do not err
     for subscription in subscriptions:
         swarm.node.destroy_subscription(subscription)
+
+
+def test_the_delay_by_the_simulations_clock_is_short(swarm: Swarm) -> None:
+    """By the wall clock, as without the option, the messages are as old as the epoch."""
+    words = ("topic", "delay", "--use-sim-time", "/Srobot1/odom")
+    environ = os.environ | {"ROS_DOMAIN_ID": str(swarm.domain)}
+    with subprocess.Popen(
+        (sys.executable, "-m", "swarm_ros2", *words), env=environ, stdout=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout is not None
+        line = process.stdout.readline()
+        process.kill()
+    assert abs(float(line.removeprefix("average delay: "))) < 5.0
 
 
 def test_fields_are_read_by_the_schemas_of_the_bag(

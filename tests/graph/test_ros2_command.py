@@ -291,6 +291,11 @@ def test_param_describe_load_and_delete(ros2: Ros2, tmp_path: Path) -> None:
     assert "Deleting parameter failed" in ros2.err  # rclpy: it is statically typed
 
 
+def test_a_parameter_that_is_not_there_is_not_described(ros2: Ros2) -> None:
+    ros2("param", "describe", NODE, "max_vel", code=1)
+    assert "unknown parameter 'max_vel'" in ros2.err
+
+
 def test_refused_parameter_gives_the_reason(ros2: Ros2) -> None:
     ros2("param", "set", NODE, "max_vel_x", "-1.0", code=1)
     assert ros2.err == "Setting parameter failed: max_vel_x must not be negative\n"
