@@ -124,7 +124,7 @@ class RobotsRun(ProcessRun):
     def _check(self) -> None:
         if self._welcomed is None or self.active_after_wall is not None or self._is_stopping:
             return
-        waited = time.time() - self._started - self._welcomed
+        waited = time.monotonic() - self._started - self._welcomed
         missing = [name for name in self._plan.robots if not self.statistics.robots[name].active]
         if waited > START_LIMIT:
             self._fail(f"after {waited:.0f} s not active: {names_of(missing)}")
@@ -195,7 +195,7 @@ class RobotsRun(ProcessRun):
         """Start the navigators with the parameters that the description says."""
         if self._is_stopping:
             return
-        self._welcomed = time.time() - self._started
+        self._welcomed = time.monotonic() - self._started
         self._progress.phase("starting navigators")
         description = parse(self._description_path.read_text(encoding="utf-8"))
         sites = self._sites_file(description)

@@ -440,7 +440,7 @@ class LocalRun(ProcessRun):
     # Time
 
     def _check_start(self) -> None:
-        waited = time.time() - self._started
+        waited = time.monotonic() - self._started
         awaited = self._plan.options.autostart and self.active_after_wall is None
         if not awaited or self._is_stopping:
             return
@@ -487,7 +487,7 @@ class LocalRun(ProcessRun):
     def _check_mission(self) -> None:
         if self._plan.mission is None or self.active_after_wall is None or self._is_stopping:
             return
-        waited = time.time() - self._started - self.active_after_wall
+        waited = time.monotonic() - self._started - self.active_after_wall
         limit = MISSION_LIMIT + MISSION_LIMIT_PER_ROBOT * len(self.statistics.robots)
         if waited > limit and not self.statistics.sent and not self.statistics.is_done:
             log = self._folder.log(RUNNER)

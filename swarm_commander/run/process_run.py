@@ -103,7 +103,8 @@ class ProcessRun:
         self._children: dict[str, ProcessChild] = {}
         self._selector = selectors.DefaultSelector()
         self._supervisor = Supervisor(self._spawn, time.monotonic)
-        self._started = psutil.Process().create_time()
+        # Of this process, by a clock that nobody sets.
+        self._started = time.monotonic() - (time.time() - psutil.Process().create_time())
         self._next_sample = 0.0
         self._usage_log = UsageLog(Journal(folder.trace / USAGE_FILE))
         self._is_stopping = False
@@ -271,7 +272,7 @@ class ProcessRun:
         self._measure()
         statistics = self.statistics
         self._usage_log.write(
-            time.time() - self._started,
+            time.monotonic() - self._started,
             statistics.sim_time,
             statistics.real_time_factor,
             self.usage,
@@ -356,7 +357,7 @@ class ProcessRun:
 
     def _note_all_active(self) -> None:
         """Begin to measure: all navigators are active that are expected."""
-        self.active_after_wall = time.time() - self._started
+        self.active_after_wall = time.monotonic() - self._started
         self._sample(now=True)
         self.usage.mark()
         self._progress.phase("running")
@@ -408,7 +409,7 @@ class ProcessRun:
             return
         self._sample(now=True)
         self._is_stopping = True
-        self.wall_time = time.time() - self._started
+        self.wall_time = time.monotonic() - self._started
         self._measure_last()
         self._progress.phase(phase)
         self._supervisor.stop(self.stop_order)
