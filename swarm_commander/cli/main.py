@@ -85,6 +85,38 @@ def load_app(name: str) -> typer.Typer:
     return app
 
 
+def open_standard_streams() -> None:
+    """Open /dev/null for each of stdin, stdout and stderr that whoever started us has closed.
+
+    Else the next file or pipe gets its number, and prints land there.
+    """
+    number = os.open(os.devnull, os.O_RDWR)
+    while number <= 2:
+        number = os.dup(number)
+    os.close(number)
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))
+
+
+def check_surroundings() -> None:
+    """Refuse what no command can work in.
+
+    Raises:
+        ConfigError: If the current folder was deleted, or numba must not compile.
+    """
+    from swarm_common.model.errors import ConfigError
+
+    try:
+        os.getcwd()
+    except OSError as error:
+        raise ConfigError(
+            f"the current folder cannot be used: {error.strerror}; cd to another"
+        ) from None
+    if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
+        raise ConfigError("NUMBA_DISABLE_JIT is set, and the kernels need the compiler: unset it")
+
+
 def prepare_ros() -> None:
     """Set the environment and build the interfaces, before rclpy and messages are imported."""
     from swarm_common.middleware import ros_env
@@ -120,6 +152,7 @@ def run_app(name: str, load: Callable[[], typer.Typer]) -> int:
         sys.stdout.write(f"{name} {metadata.version('swarm-workbench')}\n")
         return 0
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # quietly, while modules are imported
+    open_standard_streams()
     from swarm_common.middleware.other_ros import set_aside
 
     set_aside(name)
@@ -137,6 +170,7 @@ def run_app(name: str, load: Callable[[], typer.Typer]) -> int:
         raise KeyboardInterrupt
 
     try:
+        check_surroundings()
         app = load()
         signal.signal(signal.SIGINT, end)
         signal.signal(signal.SIGTERM, end)
