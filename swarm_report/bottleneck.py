@@ -23,6 +23,7 @@ NEAR = 1.5  # [m] within which waiting is put down to a station, or to one place
 CELL = 0.25  # [m] to which places are rounded
 LEAST_LOSS = 0.02  # share of the robots' time below which nobody looks for a reason
 LEAST_SHARE = 0.25  # of all holding and waiting, for a bottleneck
+MOST_NAMED = 3  # stations and places, where none stands out
 LEAST_LEAD = 1.5  # times the next one's seconds
 
 
@@ -76,9 +77,36 @@ class Bottleneck:
 
 def find_bottleneck(run: RunData) -> Bottleneck | None:
     """Return the bottleneck; None if nothing stands out, or waits were not recorded."""
+    found = _candidates(run)
+    if not found or found[0].seconds < LEAST_SHARE * found[0].lost.seconds:
+        return None
+    if len(found) > 1 and found[0].seconds < LEAST_LEAD * found[1].seconds:
+        return None
+    return found[0]
+
+
+def lost_words(run: RunData) -> str:
+    """Return where most time was lost; empty if little was, or if waits were not recorded."""
+    one, found = find_bottleneck(run), _candidates(run)
+    if one is not None or not found:
+        return "" if one is None else one.words
+    total, share = found[0].lost.seconds, found[0].lost.share
+    most = ", ".join(
+        f"{place.station or f'the floor around ({place.x:.1f}, {place.y:.1f})'}"
+        f" {100.0 * place.seconds / total:.0f} %"
+        for place in found[:MOST_NAMED]
+    )
+    return (
+        f"Holding and waiting took {percent(share)} of the robots' time. No single station or"
+        f" place is the bottleneck; most of it was at {most}."
+    )
+
+
+def _candidates(run: RunData) -> list[Bottleneck]:
+    """Return stations and places by the time lost to them, most first; none if little was lost."""
     lost = lost_time(run)
     if lost is None or lost.share < LEAST_LOSS:
-        return None
+        return []
     by_station, stray = _lost_seconds(run)
     found: list[Bottleneck] = []
     uses = station_use(run)
@@ -90,12 +118,7 @@ def find_bottleneck(run: RunData) -> Bottleneck | None:
     found += [
         Bottleneck("", float(x), float(y), float(seconds), lost) for x, y, seconds in _places(stray)
     ]
-    found.sort(key=lambda one: -one.seconds)
-    if not found or found[0].seconds < LEAST_SHARE * lost.seconds:
-        return None
-    if len(found) > 1 and found[0].seconds < LEAST_LEAD * found[1].seconds:
-        return None
-    return found[0]
+    return sorted(found, key=lambda one: -one.seconds)
 
 
 def _lost_seconds(run: RunData) -> tuple[dict[str, float], FloatArray]:

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.run_words import OPEN, makespan, robots_text
 from swarm_report import charts, curves, maps, style, tables, timeline
-from swarm_report.bottleneck import find_bottleneck
+from swarm_report.bottleneck import lost_words
 from swarm_report.judgement import breach_lines, judge
 from swarm_report.measures import lost_time, state_shares
 from swarm_report.page import (
@@ -107,7 +107,7 @@ DRAWINGS: dict[str, Drawing] = {
         curves.usage,
         charts.usage,
         tables.usage,
-        "CPU and memory; shared memory counts in each process",
+        "CPU and memory; memory that processes share counts once",
         is_wide=True,
     ),
 }
@@ -200,9 +200,9 @@ def _document(run: RunData, plots: list[Plot]) -> str:
 
 
 def _bottleneck(run: RunData) -> list[str]:
-    """Return where most time was lost, in words; nothing if nothing stands out."""
-    found = find_bottleneck(run)
-    return [] if found is None else [f'<p class="bottleneck">{escape(found.words)}</p>']
+    """Return where most time was lost, in words; nothing if little was."""
+    words = lost_words(run)
+    return [f'<p class="bottleneck">{escape(words)}</p>'] if words else []
 
 
 def _shares(run: RunData) -> dict[str, str]:

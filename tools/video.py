@@ -31,6 +31,7 @@ from swarm_common.model.grid import OCCUPIED, UNKNOWN
 from swarm_common.model.palette import HELD, LOOKS, RGB, state_color
 from swarm_recording.bag import NANOSECONDS, Bag
 from swarm_report.run import RunData
+from swarm_view.scene.images import grid_lines
 from swarm_view.state import decode
 
 FloatArray = NDArray[np.float64]
@@ -40,9 +41,11 @@ PANEL = 300  # [px] at the right, for words
 FINER = 2  # times larger when drawn
 PAPER, INK, FAINT = (250, 250, 248), (28, 28, 28), (105, 105, 105)
 WALL, BEYOND, STATION = (70, 74, 80), (222, 224, 226), (120, 120, 120)
+GRID_ALPHA = 18  # of the floor's lines, of 255
 BODY = 0.24  # [m] radius around a robot
 SMALLEST = 5.5  # [px] radius of a robot
 TRAIL = 12.0  # [s] of a robot's way behind it
+RARE = ("inactive", "dead", "recovering", "driven by hand")  # named where a robot is in it
 SILENT = 2.0  # [s] after which a robot that says nothing counts as dead
 Box = tuple[float, float, float, float]  # left, bottom, right, top [m] in map
 
@@ -264,6 +267,7 @@ def frame(recording: RecordedRun, shot: Shot, part: float, speed: float) -> Imag
     at = shot.span[0] + part * (shot.span[1] - shot.span[0])
     sheet = Sheet(recording, glide(shot.views, part))
     states = recording.states(at)
+    _draw_grid(sheet, recording)
     _draw_stations(sheet, recording)
     for line in recording.trail(at).transpose(1, 0, 2):
         sheet.line(line, (120, 150, 180), 70, 0.05 * sheet.scale)
@@ -287,6 +291,17 @@ def glide(views: Sequence[Box], part: float) -> Box:
     return left, bottom, right, top
 
 
+def _draw_grid(sheet: Sheet, recording: RecordedRun) -> None:
+    grid = recording.data.grid
+    assert grid is not None
+    left, low = grid.origin_x, grid.origin_y
+    right, high = left + grid.resolution * grid.width, low + grid.resolution * grid.height
+    for x in grid_lines(left, right):
+        sheet.line(np.array([[x, low], [x, high]]), INK, GRID_ALPHA, 1.5 * FINER)
+    for y in grid_lines(low, high):
+        sheet.line(np.array([[left, y], [right, y]]), INK, GRID_ALPHA, 1.5 * FINER)
+
+
 def _draw_stations(sheet: Sheet, recording: RecordedRun) -> None:
     is_near = sheet.scale > 30.0 * FINER
     for name, pose in recording.data.sites.stations.items():
@@ -296,7 +311,7 @@ def _draw_stations(sheet: Sheet, recording: RecordedRun) -> None:
         if is_near:
             x, y = corners[0]
             label = name.replace("_", " ")
-            sheet.draw.text((x, y - 3 * FINER), label, FAINT, font(11), anchor="ms")
+            sheet.draw.text((x, y - 3 * FINER), label, INK, font(12), anchor="ms")
 
 
 def _draw_robots(sheet: Sheet, poses: FloatArray, states: Sequence[str]) -> None:
@@ -340,7 +355,7 @@ def _draw_words(
     y += 16
     counts = Counter(states)
     for state, look in LOOKS.items():
-        if state in ("inactive", "dead", "recovering") and not counts[state]:
+        if state in RARE and not counts[state]:
             continue
         mark = (FINER * x, FINER * (y + 2), FINER * (x + 14), FINER * (y + 16))
         sheet.draw.ellipse(mark, (*look.color, 255))

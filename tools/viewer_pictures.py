@@ -19,7 +19,7 @@ import time
 from pathlib import Path
 
 import rclpy
-from PIL import Image
+from PIL import Image, ImageChops
 from rclpy.node import Node
 from selenium import webdriver
 from selenium.common.exceptions import WebDriverException
@@ -39,12 +39,13 @@ from swarm_view.viewer import Viewer
 UP = "swarm-up --mission loading_route --viewer --port 0 --no-report --speed max"
 FLAGS = (
     "--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--disable-dev-shm-usage",
-    "--force-device-scale-factor=2",  # without a GPU edges are not smooth, but for this
+    "--enable-unsafe-swiftshader",
 )  # fmt: skip
-SIZE = (1600, 900)
+SCREEN = {"width": 1600, "height": 900, "deviceScaleFactor": 2, "mobile": False}  # 2: smooth edges
 WARM_UP_TICKS = 900  # before the first picture
 FRAME_TICKS = 4  # of the GIF; played at 10 frames per second it is 4 times real time
 GIF_WIDTH = 800
+BORDER = 12  # [px] around the hall
 SWATCH = 24  # [px]
 REST = 20.0  # [s] until names and the panel are there, too
 TIDY = (
@@ -121,9 +122,10 @@ def open_browser() -> webdriver.Chrome:
     """Return a browser without a window."""
     options = Options()
     options.binary_location = "/usr/bin/chromium"
-    for flag in (*FLAGS, f"--window-size={SIZE[0]},{SIZE[1]}"):
+    for flag in FLAGS:
         options.add_argument(flag)
     browser = webdriver.Chrome(options=options, service=Service("/usr/bin/chromedriver"))
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", SCREEN)  # a window has edges
     browser.set_script_timeout(120)
     browser.set_page_load_timeout(120)
     return browser
@@ -200,9 +202,16 @@ def main() -> int:
 
 
 def save_gif(frames: list[Image.Image], path: Path) -> None:
-    """Write frames as a GIF of the scene without the panel."""
-    width, height = frames[0].size  # without the panel and the time line
-    box = (0, 0, width - round(PANEL_WIDTH), height - round(STRIP_HEIGHT))
+    """Write frames as a GIF of the hall."""
+    width, height = frames[0].size
+    scene = frames[0].crop((0, 0, width - round(PANEL_WIDTH), height - round(STRIP_HEIGHT)))
+    ground = Image.new("RGB", scene.size, scene.getpixel((5, 5)))
+    found = ImageChops.difference(scene, ground).point(lambda part: 255 * (part > 16)).getbbox()
+    assert found is not None
+    box = (
+        max(0, found[0] - BORDER), max(0, found[1] - BORDER),
+        min(scene.width, found[2] + BORDER), min(scene.height, found[3] + BORDER),
+    )  # fmt: skip
     size = (GIF_WIDTH, round(GIF_WIDTH * (box[3] - box[1]) / (box[2] - box[0])))
     small = [frame.crop(box).resize(size, Image.Resampling.LANCZOS) for frame in frames]
     sample = small[0].copy()

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from swarm_common.files.journal import Journal
-from swarm_report.bottleneck import find_bottleneck
+from swarm_report.bottleneck import find_bottleneck, lost_words
 from swarm_report.document import document_html
 from swarm_report.measures import (
     lost_time,
@@ -155,18 +155,24 @@ def test_a_place_without_a_station_can_be_the_bottleneck(story: Story) -> None:
 
 
 @pytest.mark.parametrize(
-    "holds",
+    ("holds", "said"),
     [
-        {"dock": 30.0, "shop": 29.0},  # neither stands out
-        {"dock": 5.0},  # too little to look for a reason
-        {},
+        ({"dock": 30.0, "shop": 29.0}, "most of it was at dock 51 %, shop 49 %."),
+        ({"dock": 5.0}, ""),  # too little to look for a reason
+        ({}, ""),
     ],
 )
-def test_nothing_is_said_where_nothing_stands_out(story: Story, holds: dict[str, float]) -> None:
+def test_nothing_is_called_the_bottleneck_where_nothing_stands_out(
+    story: Story, holds: dict[str, float], said: str
+) -> None:
     for robot, (station, seconds) in enumerate(holds.items()):
         story.state(robot, 10.0, "holding", station)
         story.state(robot, 10.0 + seconds, "driving")
-    assert find_bottleneck(story.run()) is None
+    run = story.run()
+    assert find_bottleneck(run) is None
+    assert lost_words(run).endswith(said)
+    assert bool(lost_words(run)) == bool(said)
+    assert said in document_html(run)
 
 
 def test_the_report_has_the_figures(story: Story) -> None:
