@@ -277,15 +277,15 @@ class History:
 
     def way(self, robot: str, until: float, spacing: float = 0.1) -> FloatArray:
         """Return where a robot has been (n, 2) up to a time [s], in map."""
-        points: list[NDArray[np.float32]] = []
+        points: list[tuple[float, float]] = []
         for tick, names, poses in self._poses[:: 1 + len(self._poses) // MOST_POINTS]:
             if tick * CONTROL_PERIOD > until:
                 break
             if robot not in names:
                 continue
-            place = poses[names.index(robot), :2]
-            if not points or float(np.hypot(*(place - points[-1]))) >= spacing:
-                points.append(place)
+            x, y, _ = poses[names.index(robot)].tolist()
+            if not points or math.dist((x, y), points[-1]) >= spacing:
+                points.append((x, y))
         return np.array(points, np.float64).reshape(-1, 2)
 
     def throughput(self, window: float = 60.0, step: float = 5.0) -> tuple[FloatArray, FloatArray]:
