@@ -28,6 +28,7 @@ PROGRAMS = {
     "swarm_setup": {"swarm_setup": f"{MAIN}:setup"},
 }
 LAUNCH_FILE = "swarm.launch.py"
+SHOW = frozenset({"-s", "--show-args", "--show-arguments"})  # of ros2 launch
 CALL = "import sys; from {module} import {name}; sys.argv[0] = {label!r}; sys.exit({name}())"
 
 
@@ -95,4 +96,5 @@ def _launch(options: argparse.Namespace) -> None:
             f"this ros2 launches swarm_commander {LAUNCH_FILE} only; for other launch files install"
             " ROS 2's own launch"
         )
-    start("swarm_up", swarm_up_arguments(options.arguments))
+    words = options.arguments
+    start("swarm_up", ["--help"] if SHOW.intersection(words) else swarm_up_arguments(words))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from swarm_ros2 import cli
+from swarm_ros2 import cli, launcher
 
 
 def run(capsys: pytest.CaptureFixture[str], *words: str) -> str:
@@ -39,3 +39,13 @@ def test_options_of_the_doctor_are_passed_on() -> None:
     """They were refused as unknown."""
     for words in (["--swarm-size", "3"], ["--help"], []):
         assert cli._parser(["doctor", *words]).parse_args(["doctor", *words]).arguments == words
+
+
+def test_the_arguments_of_the_launch_file_are_shown(monkeypatch: pytest.MonkeyPatch) -> None:
+    started: list[tuple[str, list[str]]] = []
+    monkeypatch.setattr(launcher, "start", lambda *call: started.append(call))
+    launch = ("launch", "swarm_commander", "swarm.launch.py")
+    for words in (["--show-args"], ["-s"], ["swarm_size:=3", "viewer:=true"]):
+        assert cli.run([*launch, *words]) == 0
+    helped = ("swarm_up", ["--help"])
+    assert started == [helped, helped, ("swarm_up", ["--swarm-size", "3", "--viewer"])]
