@@ -17,6 +17,7 @@ from simulation_interfaces.srv import (
 )
 
 from swarm_common.middleware.ros_io import pose_from_msg, pose_msg, pose_stamped
+from swarm_common.middleware.simulation import resource_in
 from swarm_common.model.records import Pose
 from tests.graph.conftest import ROBOT, START_LIMIT, Process, parameters
 
@@ -46,7 +47,7 @@ def place_of(swarm, name):
 
 def spawn(swarm, pose=None, name="", model=ROBOT):
     request = SpawnEntity.Request(name=name)
-    request.uri = model
+    resource_in(request).uri = model
     request.initial_pose.header.frame_id = "spawn"
     if pose is not None:
         request.initial_pose = pose_stamped(pose, 0)

@@ -17,6 +17,7 @@ from simulation_interfaces.srv import (
 from visualization_msgs.msg import Marker, MarkerArray
 
 from swarm_common.middleware.ros_io import pose_from_msg, pose_msg
+from swarm_common.middleware.simulation import resource_in
 from swarm_common.model.records import Pose
 
 OK = Result.RESULT_OK
@@ -36,7 +37,7 @@ def swarm(start_swarm):
 
 def spawn(swarm, x, y, name="", text=POST):
     request = SpawnEntity.Request(name=name)
-    request.resource_string = text
+    resource_in(request).resource_string = text
     request.initial_pose.header.frame_id = "ground"
     request.initial_pose.pose = pose_msg(Pose(x, y, 0.0))
     return swarm.call(SpawnEntity, "/sim/spawn_entity", request)

@@ -20,6 +20,7 @@ from simulation_interfaces.srv import (
     StepSimulation,
 )
 
+from swarm_common.middleware.simulation import resource_in
 from tests.graph.conftest import ROBOT
 
 OK = Result.RESULT_OK
@@ -59,7 +60,8 @@ def entities(swarm, kind=GetEntities, **filters):
 
 def spawn(swarm, uri="", text="", name="", frame="", xyz=(3.0, 3.0, 0.2), w=1.0, **fields):
     request = SpawnEntity.Request(name=name, **fields)
-    request.uri, request.resource_string = uri, text
+    resource = resource_in(request)
+    resource.uri, resource.resource_string = uri, text
     request.initial_pose.header.frame_id = frame
     position = request.initial_pose.pose.position
     position.x, position.y, position.z = xyz
@@ -169,7 +171,7 @@ def test_the_world_goes_on_while_a_model_is_read(swarm, tmp_path):
     client = swarm.node.create_client(SpawnEntity, "/sim/spawn_entity")
     assert client.wait_for_service(20.0)
     request = SpawnEntity.Request()
-    request.uri = str(path)
+    resource_in(request).uri = str(path)
     future = client.call_async(request)
     before = swarm.sim_time()
     swarm.spin_until(lambda: future.done() or swarm.sim_time() > before + 2.0, 30.0)
