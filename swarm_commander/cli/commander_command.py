@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import difflib
+import math
 import time
 from typing import Annotated
 
@@ -12,6 +14,8 @@ from swarm_interfaces.msg import RobotStatus
 
 from swarm_commander.cli.command_node import command_node
 from swarm_commander.cli.console import Moment, StatusConsole
+from swarm_commander.cli.listing import mission_names
+from swarm_commander.cli.main import FLEET_COMMANDS
 from swarm_commander.mission.discovery import find_robots, read_home, read_sites, robot_on_mission
 from swarm_commander.mission.driver import RobotDriver, has_goal, sim_seconds
 from swarm_commander.mission.itinerary import Itinerary, Order, StopOutcome
@@ -22,6 +26,7 @@ from swarm_common.middleware.ros_io import tick_of
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
 
+CANCEL_LIMIT = 2.0  # [s] of wall time for cancelled goals to end
 READY_LIMIT = 20.0  # [s] of wall time for a robot to say where it is and to take goals
 CALM_PERIOD = 10.0  # [s] of simulated time between two lines of one robot among several
 
@@ -36,6 +41,7 @@ def command(
     mission: Annotated[
         str | None,
         typer.Option(
+            autocompletion=mission_names,
             help="Name or file of a mission.",
             show_default="loading_route, or the stations or places of this world, then home",
         ),
@@ -53,17 +59,24 @@ def command(
 
     Exit code: 0 all goals reached, 1 a goal missed, 2 bad input, 3 the swarm has ended.
     """
-    if bool(robots) == all_:
+    if robots and all_:
+        raise ConfigError(f"{' '.join(robots)} and --all exclude each other")
+    if not robots and not all_:
         raise ConfigError("name a robot, like Srobot3, or give --all")
     plan = None if mission is None else load_mission(mission)
     if goal is not None:
+        if not all(map(math.isfinite, goal)):
+            raise ConfigError(f"--goal is {' '.join(map(str, goal))}; expected finite numbers")
         plan = single_goal(Pose(*goal))
     with command_node("swarm_commander") as node:
         running = find_robots(node, robots or [], patience_for(domain_id()))
         names = running if all_ else list(dict.fromkeys(robots or []))
         for name in names:
             if name not in running:
-                raise ConfigError(f"no robot '{name}' is running; there are {', '.join(running)}")
+                close = difflib.get_close_matches(name, FLEET_COMMANDS, n=1)
+                hint = f"; did you mean the command {close[0]}?" if close else ""
+                there = ", ".join(running)
+                raise ConfigError(f"no robot '{name}' is running; there are {there}{hint}")
         raise typer.Exit(Commander(node, names, calm=len(names) > 1).drive(plan, seed))
 
 
@@ -177,8 +190,9 @@ class Commander:
         typer.echo("stopping: goals are cancelled")
         for driver in self._drivers.values():
             driver.abandon()
-        end = time.monotonic() + 0.5  # for the requests to leave
-        while time.monotonic() < end:
+        robots = [driver.robot for driver in self._drivers.values()]
+        end = time.monotonic() + CANCEL_LIMIT
+        while time.monotonic() < end and not all(robot.isTaskComplete() for robot in robots):
             rclpy.spin_once(self._node, timeout_sec=0.1)
 
 

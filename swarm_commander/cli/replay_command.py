@@ -27,7 +27,7 @@ replay_app = typer.Typer(rich_markup_mode=None)
 def replay(
     bag: Annotated[
         Path,
-        typer.Argument(metavar="[BAG]", help="File, or folder of a run.  [default: runs/latest]"),
+        typer.Argument(metavar="BAG", help="File, or folder of a run."),
     ] = Path("runs/latest"),
     info: Annotated[
         bool, typer.Option("--info", help="Only list the topics and messages.")

@@ -139,6 +139,7 @@ class RobotDriver:
         if not self.is_over:
             self.robot.cancelTask()
             self.release()
+            self.itinerary = None  # else the cancelled goal counts as failed, and is sent again
 
     def settle_late(self) -> None:
         """Go on without the status that should have come with the end."""

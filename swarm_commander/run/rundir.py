@@ -137,10 +137,11 @@ def _point_latest(run: Path) -> None:
 def write_env_sh(folder: RunFolder, environment: Mapping[str, str]) -> None:
     """Write `env.sh`, which another terminal sources to see this swarm."""
     programs = shlex.quote(str(Path(sys.prefix) / "bin"))
-    lines = [
+    lines = [  # what is not set here may be set there, for another swarm
         f"export {name}={shlex.quote(environment[name])}"
-        for name in ros_env.VARIABLES
         if name in environment
+        else f"unset {name}"
+        for name in ros_env.VARIABLES
     ]
     if other_ros.is_own_ros():  # which has but one middleware
         lines.append(f"unset {other_ros.RMW}")

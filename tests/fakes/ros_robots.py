@@ -62,7 +62,7 @@ class Robot:
             "navigate_to_pose",
             self._execute,
             goal_callback=lambda _: GoalResponse.ACCEPT,
-            cancel_callback=lambda _: CancelResponse.ACCEPT,
+            cancel_callback=self._cancel,
         )
 
     @property
@@ -110,6 +110,10 @@ class Robot:
 
     def _take_mission(self, message: Mission) -> None:
         self.mission_active = message.active
+
+    def _cancel(self, _: object) -> CancelResponse:
+        self.finish("aborted")
+        return CancelResponse.ACCEPT
 
     async def _execute(self, handle: object) -> NavigateToPose.Result:
         if self.goal is not None:

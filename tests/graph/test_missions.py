@@ -4,6 +4,7 @@ import itertools
 import json
 import math
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -224,6 +225,26 @@ def test_the_commander_drives_to_one_goal(robots: Robots) -> None:
     assert "Srobot1  (1.5, -2): reached" in result.stdout
 
 
+def test_ctrl_c_ends_a_mission(robots: Robots, operator: Node) -> None:
+    """The cancelled goal counted as failed, and was sent again: the robot drove on."""
+    robots("1")
+    process = start_commander("Srobot1")
+    assert process.stdout is not None
+    assert "sent" in process.stdout.readline()
+    process.send_signal(signal.SIGINT)
+    output, errors = process.communicate(timeout=20.0)
+    assert process.returncode == 130, output + errors
+    after = output.partition("stopping: goals are cancelled")[2]
+    assert after == "\n"
+    goals: list[float] = []
+    operator.create_subscription(
+        RobotStatus, "/Srobot1/status", lambda s: goals.append(s.goal.x), RELIABLE
+    )
+    while len(goals) < 2:
+        rclpy.spin_once(operator, timeout_sec=0.1)
+    assert math.isnan(goals[-1])
+
+
 def test_the_commander_notices_that_the_swarm_has_ended(robots: Robots, lock: DomainLock) -> None:
     robots("1", "--homes", "--mute", "Srobot1")
     process = start_commander("Srobot1")
@@ -359,6 +380,8 @@ def test_an_unknown_robot_lists_those_that_run(robots: Robots) -> None:
     assert result.stderr == (
         "swarm-commander: no robot 'Srobot7' is running; there are Srobot1, Srobot2\n"
     )
+    misspelt = commander("spwan", "crate")
+    assert "did you mean the command spawn?" in misspelt.stderr
 
 
 def test_without_a_swarm_the_commander_says_so_within_seconds() -> None:

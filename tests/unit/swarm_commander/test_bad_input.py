@@ -84,6 +84,9 @@ def test_a_swarm_that_runs_is_named_before_its_port(refusal: Refusal) -> None:
     [
         (("Srobot1", "--goal", "5", "5"), "--goal: X Y YAW in the map"),
         (("Srobot1", "-goal", "5", "5", "0"), "did you mean --goal?"),
+        (("Srobot1", "--goal", "nan", "1", "0"), "--goal is nan 1.0 0.0; expected finite numbers"),
+        (("Srobot1", "--all"), "Srobot1 and --all exclude each other"),
+        (("--goal", "1", "1", "0"), "name a robot, like Srobot3, or give --all"),
         (("spawn", "crate"), "for an object 'crate' give --box X Y Z"),
     ],
 )

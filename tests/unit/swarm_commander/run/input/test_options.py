@@ -139,6 +139,21 @@ def test_another_terminal_finds_the_environment(tmp_path: Path) -> None:
     assert path == f"{sys.prefix}/bin:/usr/bin:/bin"
 
 
+def test_the_environment_of_one_swarm_replaces_that_of_another(tmp_path: Path) -> None:
+    """After an env.sh with a domain, one without left the commands in the other domain."""
+    write_env_sh(create_run_folder(tmp_path / "other", NOW), {"ROS_DOMAIN_ID": "5"})
+    write_env_sh(create_run_folder(tmp_path / "mine", NOW), {})
+    script = ". ./other/env.sh; . ./mine/env.sh; printf ${ROS_DOMAIN_ID-none}"
+    done = subprocess.run(
+        ("sh", "-eu", "-c", script),
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout == "none"
+
+
 def moment(sim_time: float, state: str, place: int = 0) -> Moment:
     return Moment(sim_time, state, "", "loader_3" if place else "", place, 3.2, 14.0)
 
