@@ -199,7 +199,7 @@ def _heat_map(run: RunData, heat: maps.Heat | None, colors: str) -> Chart | None
         "colorbar": {
             "title": {"text": "robot-seconds per m²", "side": "right"},
             "tickvals": ticks.tolist(),
-            "ticktext": [f"{10.0**tick:.6g}" for tick in np.round(ticks, 1)],
+            "ticktext": [f"{float(f'{10.0**tick:.2g}'):g}" for tick in ticks],
             "thickness": 14,
         },
         "hovertemplate": "x %{x:.2f} y %{y:.2f} m<br>%{customdata:.1f} robot-seconds per m²"
@@ -251,6 +251,7 @@ def _bars(run: RunData, state: str, spans: Sequence[Span]) -> Chart:
         "y": [span.robot for span in spans],
         "base": packed(np.array([span.start for span in spans])),
         "x": packed(np.array([_length(span) for span in spans])),
+        "width": 0.88,  # else the fewer robots were in the state, the higher are its bars
         "customdata": packed(np.array([(span.start, span.end) for span in spans])),
         "text": [_about(run, span) for span in spans],
         "textposition": "none",
@@ -329,7 +330,6 @@ def flow(run: RunData) -> Chart | None:
     rates = throughput(run)
     if rates is None:
         return None
-    mean = 60.0 * float(rates.goals.sum()) / run.end
     widths = rates.ends - rates.starts
     bars = {
         "type": "bar",
@@ -348,7 +348,7 @@ def flow(run: RunData) -> Chart | None:
         "hovermode": "closest",
         "bargap": 0.04,
     }
-    return {"data": [bars, _level(run, mean, f"mean of the run ({mean:.3g})")], "layout": layout}
+    return {"data": [bars, _level(run, rates.mean, rates.mean_label)], "layout": layout}
 
 
 def states(run: RunData) -> Chart | None:

@@ -64,9 +64,7 @@ def throughput_over_time(run: RunData) -> Figure | None:
     axes = drawing.add_subplot()
     widths = np.maximum(flow.ends - flow.starts, 1e-3)
     axes.bar(flow.starts, flow.per_minute, widths, align="edge", color=SKY, linewidth=0.0)
-    mean = 60.0 * flow.goals.sum() / run.end
-    label = f"mean of the run ({mean:.3g})"
-    axes.axhline(mean, color=BLACK, linestyle="--", linewidth=1.0, label=label)
+    axes.axhline(flow.mean, color=BLACK, linestyle="--", linewidth=1.0, label=flow.mean_label)
     axes.set_xlim(0.0, max(run.end, 1.0))
     axes.set_xlabel("simulated time [s]")
     axes.set_ylabel("goals per minute")

@@ -48,6 +48,7 @@ class Throughput:
         ends: (k,) [s].
         goals: (k,) goals reached in each.
         per_minute: (k,) of each window's own width.
+        mean: Until the last goal was settled, as `throughput_per_minute` of report.json.
     """
 
     window: float
@@ -55,6 +56,12 @@ class Throughput:
     ends: FloatArray
     goals: FloatArray
     per_minute: FloatArray
+    mean: float
+
+    @property
+    def mean_label(self) -> str:
+        """The mean in words, for legends."""
+        return f"mean until the last goal ({self.mean:.3g})"
 
 
 def station_use(run: RunData) -> dict[str, StationUse]:
@@ -110,7 +117,7 @@ def _most_at_once(spans: Iterable[Span]) -> int:
 def throughput(run: RunData) -> Throughput | None:
     """Return goals reached per minute over the run; None if no goal was settled."""
     times = [event.time for event in run.goals if event.outcome == "reached"]
-    settled = times or [event.time for event in run.goals if event.outcome == "failed"]
+    settled = times + [event.time for event in run.goals if event.outcome == "failed"]
     if not settled or run.end <= 0.0:
         return None
     window = next((w for w in WINDOWS if run.end <= w * MOST_WINDOWS), WINDOWS[-1])
@@ -119,7 +126,9 @@ def throughput(run: RunData) -> Throughput | None:
     ends = np.minimum(starts + window, run.end)
     edges = np.append(starts, max(run.end, starts[-1] + 1e-3))
     goals = np.histogram(times, bins=edges)[0].astype(np.float64)
-    return Throughput(window, starts, ends, goals, 60.0 * goals / np.maximum(ends - starts, 1e-3))
+    per_minute = 60.0 * goals / np.maximum(ends - starts, 1e-3)
+    mean = 60.0 * len(times) / max(*settled, 1e-3)
+    return Throughput(window, starts, ends, goals, per_minute, mean)
 
 
 def state_times(run: RunData) -> list[dict[str, float]]:

@@ -25,7 +25,7 @@ report_app = typer.Typer(rich_markup_mode=None)
 def report(
     runs: Annotated[
         list[Path] | None,
-        typer.Argument(metavar="[RUN]...", help="Folders of runs.  [default: runs/latest]"),
+        typer.Argument(metavar="RUN", help="Folders of runs.  [default: runs/latest]"),
     ] = None,
     output: Annotated[
         Path, typer.Option("--output", "-o", help="Page that compares several runs.")

@@ -82,7 +82,8 @@ def memory_mb(processes: Iterable[psutil.Process]) -> list[tuple[float, float]]:
     for process in processes:
         with contextlib.suppress(psutil.Error):
             memory = process.memory_full_info()
-            sizes.append((memory.uss / MEGABYTE, memory.pss / MEGABYTE))
+            if memory.pss:  # one that has ended, and not been waited for, has none
+                sizes.append((memory.uss / MEGABYTE, memory.pss / MEGABYTE))
     return sizes
 
 
@@ -110,7 +111,9 @@ class UsageMeter:
     def memory_mb(self, group: str) -> float | None:
         """Return the memory of a group [MB], each shared page counted once; None if unknown."""
         sizes = self._memory_mb.get(group)
-        return sum(share for _, share in sizes) if sizes else None
+        if sizes:
+            return sum(share for _, share in sizes)
+        return self._groups.get(group, Usage()).memory_mb or None  # sampled while it lived
 
     def mark(self) -> None:
         """Count CPU time from here on: start-up is over."""

@@ -183,7 +183,8 @@ def summary_table(report: Mapping[str, Any], code: int) -> Table:
         "replans, recoveries": f"{report['replans']}, {report['recoveries']}",
         "late ticks": _with_unit(report["late_ticks"], ""),
         "CPU per robot and second": (
-            f"{cpu['total']} ms (world {cpu['world']}, navigators {cpu['navigators']})"
+            f"{cpu['total']} ms (world {cpu['world']}, navigators {cpu['navigators']},"
+            f" viewer and recorder {cpu['onlookers']})"
         ),
         "memory": (
             f"world {_with_unit(memory['world'], 'MB')},"

@@ -8,6 +8,7 @@ import pytest
 
 from swarm_common.files.journal import Journal
 from swarm_report.bottleneck import find_bottleneck, lost_words
+from swarm_report.charts import timeline
 from swarm_report.document import document_html
 from swarm_report.measures import (
     lost_time,
@@ -97,6 +98,15 @@ def test_throughput_has_a_rate_for_each_window(story: Story) -> None:
     assert flow is not None
     assert (flow.window, flow.starts[-1], flow.ends[-1]) == (10.0, 90.0, 100.0)
     assert flow.per_minute.tolist() == [12.0, 0, 0, 0, 0, 0, 0, 0, 0, 6.0]
+    assert flow.mean == pytest.approx(60.0 * 3 / 95.0)  # as in report.json, not of 100 s
+
+
+def test_bars_of_a_state_that_few_robots_were_in_are_as_high_as_others(story: Story) -> None:
+    """Left to itself, plotly draws them as high as the distance of their robots' rows."""
+    story.state(0, 60.0, "waiting")
+    chart = timeline(story.run())
+    assert chart is not None
+    assert {bars["width"] for bars in chart["data"]} == {0.88}
 
 
 def test_shares_of_states(story: Story) -> None:

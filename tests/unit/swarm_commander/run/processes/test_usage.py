@@ -6,9 +6,28 @@ import time
 import psutil
 import pytest
 
-from swarm_commander.run.processes.usage import Usage, memory_mb
+from swarm_commander.run.processes.usage import Usage, UsageMeter, memory_mb
 
 SIZE = 40_000_000  # [bytes]
+
+
+def test_the_memory_of_a_process_that_has_ended_is_what_it_was() -> None:
+    """A run that ended by itself said "world 0.0 MB": the world had ended, unwaited for."""
+    pid = os.fork()
+    if not pid:
+        time.sleep(60.0)
+        os._exit(0)
+    process, meter = psutil.Process(pid), UsageMeter()
+    meter.sample("world", [process])
+    os.kill(pid, 9)
+    os.waitid(os.P_PID, pid, os.WEXITED | os.WNOWAIT)
+    try:
+        meter.sample_memory("world", [process])
+        assert memory_mb([process]) == []
+        assert (meter.memory_mb("world") or 0.0) > 0.0
+        assert meter.private_mb("world") is None
+    finally:
+        os.waitpid(pid, 0)
 
 
 def test_a_page_that_several_processes_share_counts_once() -> None:
