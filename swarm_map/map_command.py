@@ -131,6 +131,13 @@ def new(
         typer.Option(help="x y [m] of a picture's lower left corner.  [default: centred]"),
     ] = None,
     wall_height: Annotated[float, typer.Option(help="Height of the walls in a picture [m].")] = 2.5,
+    drop: Annotated[
+        float,
+        typer.Option(
+            help="Leave out dark spots of a picture that are no longer and no wider [m]: "
+            "text and noise of a scan."
+        ),
+    ] = 0.0,
     cell: Annotated[float, typer.Option(help="Size of a cell of a .map grid [m].")] = 1.0,
     scenario: Annotated[
         Path | None,
@@ -145,7 +152,7 @@ def new(
     docs/creating.md describes the YAML. A .map is a grid of the Moving AI Lab's
     benchmarks; the mission own_place drives its .scen.
     """
-    scale = PlanScale(resolution=resolution, origin=origin, wall_height=wall_height)
+    scale = PlanScale(resolution=resolution, origin=origin, wall_height=wall_height, drop=drop)
     _check(plan.is_file(), f"there is no floor plan {plan}")
     kind = plan.suffix.lower()
     _check(scenario is None or kind == ".map", "--scen is for a .map grid")
@@ -161,7 +168,10 @@ def new(
         raise ConfigError(f"{folder} is not empty; give another --name, or --force to overwrite")
     if kind not in (".map", ".yaml", ".yml") and (folder / SITES_FILE).is_file():
         floor = with_known_stations(floor, folder / SITES_FILE)
-    scene = write_world(floor, folder, resolution)
+    try:
+        scene = write_world(floor, folder, resolution)
+    except ConfigError as error:  # a note may say why
+        raise ConfigError("; ".join((str(error), *filter(None, floor.notes)))) from error
     width, depth = size_of(scene)
     sites = scene.sites
     console.print(

@@ -20,7 +20,8 @@ MAX_PIXELS = 4_000_000
 MAX_BOXES = 20_000
 DARK = 100  # of 255; a pixel all of whose colours are below is a wall
 VIVID = 60  # of 255 by which a colour must stand out
-SMALL = 4  # pixels; smaller spots of colour are noise
+SMALL = 4  # pixels; smaller green spots are noise
+DOT = 3  # pixels; blue that is no longer and no wider is noise
 SPECK = 0.3  # [m]; a dark spot of less than the square of this is no wall, but text or noise ...
 SPECK_REACH = 2.0 * SPECK  # [m] ... if it also reaches no further than this
 RING = 2  # pixels around a green spot within which a wall touches it
@@ -38,17 +39,21 @@ class PlanScale:
         resolution: [m] per pixel.
         origin: x, y [m] of the lower left corner; None puts the picture's middle at (0, 0).
         wall_height: [m]
+        drop: [m]; dark spots that reach no further are left out.
     """
 
     resolution: float = 0.05
     origin: tuple[float, float] | None = None
     wall_height: float = 2.5
+    drop: float = 0.0
 
     def __post_init__(self) -> None:
         if not 0.001 <= self.resolution <= 1.0:
             raise ConfigError(f"--resolution is {self.resolution}; expected 0.001 to 1 m per pixel")
         if not 0.01 <= self.wall_height <= 100.0:
             raise ConfigError(f"--wall-height is {self.wall_height}; expected 0.01 to 100 m")
+        if not 0.0 <= self.drop <= 5.0:
+            raise ConfigError(f"--drop is {self.drop}; expected 0 to 5 m")
 
 
 def load_picture(path: Path, scale: PlanScale) -> FloorPlan:
@@ -64,12 +69,15 @@ def load_picture(path: Path, scale: PlanScale) -> FloorPlan:
         -height * scale.resolution / 2.0,
     )
     red, green, blue = np.moveaxis(pixels, 2, 0)
+    size = scale.resolution
     walls = pixels.max(axis=2) < DARK
     if not walls.any():
         raise ConfigError(
             f"{path}: no pixel is dark; walls are pixels whose colours are all below {DARK} of 255"
         )
-    size = scale.resolution
+    dropped = _drop(walls, scale.drop / size + 1e-6)
+    if not walls.any():
+        raise ConfigError(f"{path}: --drop {scale.drop:g} leaves no wall")
 
     def place(spot: Point) -> Point:
         return _round(left + spot[1] * size), _round(low + spot[0] * size)
@@ -101,6 +109,7 @@ def load_picture(path: Path, scale: PlanScale) -> FloorPlan:
             for index, (station, yaw) in enumerate(zip(stations, yaws, strict=True), 1)
         }
     spawn = (blue - np.maximum(red, green)) > VIVID
+    _drop(spawn, DOT)
     if spawn.any():
         rows, columns = np.nonzero(spawn)
         x_min, y_min = place((rows.min() + 0.5, columns.min() + 0.5))
@@ -110,12 +119,19 @@ def load_picture(path: Path, scale: PlanScale) -> FloorPlan:
     notes = []
     if not sites:
         notes.append(f"neither green nor blue in {path}: {RULE}")
+    if dropped:
+        x, y = place(max(dropped, key=lambda spot: max(spot.mask.shape)).middle)
+        notes.append(
+            f"left out as no longer and no wider than {scale.drop:g} m: {len(dropped)} dark spots, "
+            f"the largest at ({x:.1f}, {y:.1f})"
+        )
     specks = _specks(walls, size)
     if specks:
         x, y = place(max(specks, key=lambda speck: speck.pixels).middle)
         notes.append(
             f"specks smaller than {SPECK:g} x {SPECK:g} m that are obstacles now (text? noise?): "
-            f"{len(specks)}, the largest at ({x:.1f}, {y:.1f}); look at map.pgm"
+            f"{len(specks)}, the largest at ({x:.1f}, {y:.1f}); "
+            "look at map.pgm; --drop leaves out what is small"
         )
     return FloorPlan(path.stem, things, sites, tuple(notes))
 
@@ -189,6 +205,15 @@ def _spots(mask: Mask) -> list[_Spot]:
     """Return the spots of a colour, from top to bottom, then from left to right."""
     spots = [spot for spot in _connected(mask) if spot.pixels >= SMALL]
     return sorted(spots, key=lambda spot: (-round(spot.middle[0]), spot.middle[1]))
+
+
+def _drop(mask: Mask, most: float) -> list[_Spot]:
+    """Clear, and return, the parts of a mask that are at most so many pixels long and wide."""
+    found = [spot for spot in _connected(mask) if max(spot.mask.shape) <= most]
+    for spot in found:
+        rows, columns = spot.mask.shape
+        mask[spot.row : spot.row + rows, spot.column : spot.column + columns] &= ~spot.mask
+    return found
 
 
 def _specks(walls: Mask, size: float) -> list[_Spot]:

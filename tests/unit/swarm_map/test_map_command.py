@@ -130,6 +130,35 @@ def test_a_world_from_a_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert grid.cells[grid.cell_of(4.0, 4.0)] == 0
 
 
+def test_text_and_noise_of_a_scan_are_left_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pixels = np.full((80, 120, 3), 255, np.uint8)
+    pixels[:3], pixels[-3:], pixels[:, :3], pixels[:, -3:] = 0, 0, 0, 0
+    pixels[38:42, 60:] = 0
+    pixels[6:10, 57:63] = (0, 200, 0)
+    pixels[7, 62] = 0  # a speck on the edge of the station
+    pixels[60:67, 90:94] = 0  # a letter
+    pixels[20:60, 10:40] = (0, 0, 255)
+    pixels[70:72, 100] = (0, 0, 255)  # a dot that is no place to start
+    Image.fromarray(pixels).save(tmp_path / "hall.png")
+    words = ("new", tmp_path / "hall.png", "-o", tmp_path, "--resolution", 0.1, "--origin", 0, 0)
+    assert run(monkeypatch, *words) == 2
+    error = capsys.readouterr().err
+    assert "from an obstacle" in error  # why is in the same line
+    assert "specks smaller than" in error
+    assert run(monkeypatch, *words, "--drop", 9) == 2
+    assert "--drop is 9.0; expected 0 to 5 m" in capsys.readouterr().err
+    assert run(monkeypatch, *words, "--drop", 0.7) == 0
+    assert "2 dark spots" in " ".join(capsys.readouterr().out.split())
+    spawn = load_world(tmp_path / "hall").sites.spawn
+    assert spawn is not None
+    assert (spawn.x_min, spawn.x_max) == pytest.approx((1.05, 3.95))
+    grid = load_map(tmp_path / "hall" / "map.yaml")
+    assert grid.cells[grid.cell_of(9.2, 1.6)] == 0
+    assert grid.cells[grid.cell_of(9.0, 4.0)] == 100
+
+
 def test_rectangles_cover_a_mask_once() -> None:
     rng = np.random.default_rng(0)
     mask = rng.random((30, 40)) < 0.6
