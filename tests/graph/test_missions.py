@@ -230,7 +230,8 @@ def test_ctrl_c_ends_a_mission(robots: Robots, operator: Node) -> None:
     robots("1")
     process = start_commander("Srobot1")
     assert process.stdout is not None
-    assert "sent" in process.stdout.readline()
+    while "holding" not in process.stdout.readline():
+        assert process.poll() is None
     process.send_signal(signal.SIGINT)
     output, errors = process.communicate(timeout=20.0)
     assert process.returncode == 130, output + errors
