@@ -99,12 +99,12 @@ class Panel:
     def __init__(self, gui: Any, actions: Actions, *, is_live: bool) -> None:
         self._gui = gui
         self.hints: dict[str, str] = {}  # of buttons by their labels, which viser does not show
-        self._add_view(actions)
-        with gui.add_folder("Swarm") as swarm:
-            self.verdict = gui.add_html("")
-        self.message = gui.add_markdown("")
         if is_live:
             self._add_simulation(actions)
+        self._add_view(actions)
+        self.message = gui.add_markdown("")  # in sight, whatever is unfolded below
+        with gui.add_folder("Swarm") as swarm:
+            self.verdict = gui.add_html("")
         with gui.add_folder("Robot") as self._of_robot:
             self.robot = gui.add_dropdown("Robot", (NOBODY,))
             self.status = gui.add_html("")

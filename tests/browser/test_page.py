@@ -282,7 +282,7 @@ def test_measuring_pictures_films_and_links(browser: WebDriver, show: Show, tmp_
     wait_for(lambda: "loader_1, number 2 in the queue" in text_of(browser), "its station")
     camera = seen_from(show, browser, "Top")
     press(browser, "Measure")
-    wait_for(lambda: "Measure: click" in text_of(browser), "the ruler")
+    wait_for(lambda: is_above(browser, "Measure: click", "simulated time"), "the ruler")
     width, height = camera.width, camera.height
     places = np.array([[-2.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
     pixels, _ = camera.project(places)
