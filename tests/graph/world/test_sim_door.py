@@ -211,7 +211,7 @@ def test_a_burst_of_requests_is_answered(swarm):
     client = swarm.node.create_client(SpawnEntity, "/sim/spawn_entity")
     assert client.wait_for_service(20.0)
     request = SpawnEntity.Request()
-    request.resource_string = "<sdf"
+    resource_in(request).resource_string = "<sdf"
     futures = []
     for _ in range(40):
         futures.append(client.call_async(request))
