@@ -86,10 +86,12 @@ def main() -> int:
     """Record the runs that are asked for."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("folder", type=Path)
-    parser.add_argument("names", nargs="*", choices=[*RUNS, []], default=list(RUNS))
+    parser.add_argument("names", nargs="*", help=f"of {', '.join(RUNS)}; default: all")
     options = parser.parse_args()
+    if unknown := set(options.names) - set(RUNS):
+        parser.error(f"no run {', '.join(sorted(unknown))}; there are {', '.join(RUNS)}")
     options.folder.mkdir(parents=True, exist_ok=True)
-    for name in options.names:
+    for name in options.names or RUNS:
         print(f"{name}: exit code {record(name, options.folder)}")
     return 0
 
