@@ -55,7 +55,7 @@ replanning around the robots in sight, whose true circles it is given (LiDAR as 
 scenario has it). `orca`: optimal reciprocal collision avoidance with the neighbours' true radii
 from their beacons. Each cell: goals reached, contacts, makespan.
 """
-ENGINES = {"planar": "kinematic engine", "bullet": "rigid-body engine"}
+ENGINES = {"planar": "planar engine", "bullet": "rigid-body engine"}
 FLAWS = """
 ## Runs with a contact or a missed goal
 """

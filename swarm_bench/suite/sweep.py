@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
@@ -18,6 +20,7 @@ from swarm_bench.runs.ros_run import run_on_graph
 from swarm_bench.runs.stage import RunOptions, check
 from swarm_bench.suite import store
 from swarm_bench.suite.table import run_line
+from swarm_common.process.compile_watch import watched
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -77,14 +80,27 @@ def in_processes(options: Sequence[T], jobs: int, runner: Callable[[T], R]) -> I
         jobs: Processes.
         runner: Runs one.
     """
+    told = functools.partial(_run_and_tell, runner)
     if jobs == 1 or len(options) < 2:
         for item in options:
-            yield runner(item)
+            yield told(item)
         return
     # spawned, not forked: the threads of numba and pybullet do not survive a fork
     pool = ProcessPoolExecutor(min(jobs, len(options)), mp_context=get_context("spawn"))
     try:
-        for future in as_completed([pool.submit(runner, item) for item in options]):
+        for future in as_completed([pool.submit(told, item) for item in options]):
             yield future.result()
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _run_and_tell(runner: Callable[[T], R], item: T) -> R:
+    """Run one; a first compilation, which takes a minute or two, does not look like a hang."""
+    with watched(lambda *_: _say_compiling(), packages=()):
+        return runner(item)
+
+
+@functools.cache  # once per process
+def _say_compiling() -> None:
+    sys.stderr.write("compiling kernels, once: a minute or two\n")
+    sys.stderr.flush()
