@@ -56,12 +56,12 @@ def run(arguments: Sequence[str]) -> int:
     Returns:
         The exit code.
     """
-    ros_env.set_defaults()
-    options = _parser(arguments).parse_args(arguments)
-    if "run" not in options:
-        options.print_help()
-        return 0
     try:
+        ros_env.set_defaults()  # before rclpy is imported
+        options = _parser(arguments).parse_args(arguments)
+        if "run" not in options:
+            options.print_help()
+            return 0
         options.run(options)
     except SwarmError as error:
         print(error, file=sys.stderr)

@@ -22,15 +22,7 @@ def add_verbs(verbs: Any) -> None:
     verb.set_defaults(run=_call)
     verb = verbs.add_parser("find", help="Output a list of available services of a given type")
     verb.add_argument("service_type", help="Name of the ROS service type to filter for")
-    verb.add_argument(
-        "-c",
-        "--count-services",
-        action="store_true",
-        help="Only display the number of services discovered",
-    )
-    verb.add_argument(
-        "--include-hidden-services", action="store_true", help="Consider hidden services as well"
-    )
+    graph.add_list_options(verb, "service")
     verb.set_defaults(run=_find)
     verb = verbs.add_parser("info", help="Print information about a service")
     verb.add_argument("service_name", help="Name of the ROS service to get info")
@@ -39,15 +31,7 @@ def add_verbs(verbs: Any) -> None:
     verb.add_argument(
         "-t", "--show-types", action="store_true", help="Additionally show the service type"
     )
-    verb.add_argument(
-        "-c",
-        "--count-services",
-        action="store_true",
-        help="Only display the number of services discovered",
-    )
-    verb.add_argument(
-        "--include-hidden-services", action="store_true", help="Consider hidden services as well"
-    )
+    graph.add_list_options(verb, "service")
     verb.set_defaults(run=_list)
     verb = verbs.add_parser("type", help="Output a service's type")
     verb.add_argument("service_name", help="Name of the ROS service to get type")

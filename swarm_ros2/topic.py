@@ -20,15 +20,7 @@ def add_verbs(verbs: Any) -> None:
     topic_echo.add_verb(verbs)
     verb = verbs.add_parser("find", help="Output a list of available topics of a given type")
     verb.add_argument("topic_type", help="Name of the ROS topic type to filter for")
-    verb.add_argument(
-        "-c",
-        "--count-topics",
-        action="store_true",
-        help="Only display the number of topics discovered",
-    )
-    verb.add_argument(
-        "--include-hidden-topics", action="store_true", help="Consider hidden topics as well"
-    )
+    graph.add_list_options(verb, "topic")
     verb.set_defaults(run=_find)
     topic_hz.add_verbs(verbs)
     verb = verbs.add_parser("info", help="Print information about a topic")
@@ -48,15 +40,7 @@ def add_verbs(verbs: Any) -> None:
         action="store_true",
         help="Additionally show the topic type",
     )
-    verb.add_argument(
-        "-c",
-        "--count-topics",
-        action="store_true",
-        help="Only display the number of topics discovered",
-    )
-    verb.add_argument(
-        "--include-hidden-topics", action="store_true", help="Consider hidden topics as well"
-    )
+    graph.add_list_options(verb, "topic")
     verb.add_argument(
         "-v", "--verbose", action="store_true", help="List full details about each topic"
     )

@@ -148,11 +148,11 @@ def run_app(name: str, load: Callable[[], typer.Typer]) -> int:
 
     SIGINT and SIGTERM end it without a traceback and with 128 + their number, wherever it is.
     """
+    open_standard_streams()
     if sys.argv[1:] == ["--version"]:
         sys.stdout.write(f"{name} {metadata.version('swarm-workbench')}\n")
         return 0
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # quietly, while modules are imported
-    open_standard_streams()
     from swarm_common.middleware.other_ros import set_aside
 
     set_aside(name)

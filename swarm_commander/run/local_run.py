@@ -456,7 +456,7 @@ class LocalRun(ProcessRun):
         self._kill_stragglers(missing)
         settings = sorted(ros_env.FOREIGN & os.environ.keys())
         is_slow = waited > SLOW_START and len(missing) == len(self._plan.alive)
-        if is_slow and settings and not ros_env.is_profile_ours() and not self._has_hinted:
+        if is_slow and settings and not ros_env.bound_address() and not self._has_hinted:
             self._has_hinted = True
             self._progress.note(
                 f"no navigator is heard after {waited:.0f} s; {' and '.join(settings)} of this"

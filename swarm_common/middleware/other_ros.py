@@ -7,6 +7,7 @@ otherwise; packages of a ROS 2 for another Python hide ours and cannot be import
 
 from __future__ import annotations
 
+import importlib
 import importlib.util
 import os
 import re
@@ -30,12 +31,11 @@ def set_aside(name: str) -> None:
     """
     version = f"{sys.version_info.major}.{sys.version_info.minor}"
     unusable = unusable_packages(os.environ, version)
-    changes: dict[str, str | None] = {}
     if unusable:
-        sys.path[:] = [folder for folder in sys.path if folder not in unusable]
+        os.environ[PACKAGES] = without(os.environ[PACKAGES], unusable)
+        normal = {os.path.normpath(folder) for folder in unusable}
+        sys.path[:] = [folder for folder in sys.path if os.path.normpath(folder) not in normal]
         importlib.invalidate_caches()
-        changes[PACKAGES] = without(os.environ[PACKAGES], unusable)
-        changes[LIBRARIES] = own_first(os.environ.get(LIBRARIES, ""), Path(sys.prefix))
         more = f" and {len(unusable) - 1} more folders" if len(unusable) > 1 else ""
         _say(
             name,
@@ -43,18 +43,12 @@ def set_aside(name: str) -> None:
             f" this {version}; the ROS 2 of {sys.prefix} is",
         )
     if os.environ.get(RMW, OWN_RMW) != OWN_RMW and is_own_ros():
-        changes[RMW] = None
-        _say(
-            name,
-            f"not used: {RMW}={os.environ[RMW]}, as the ROS 2 of {sys.prefix} has {OWN_RMW} only",
-        )
-    is_reordered = (changes.get(LIBRARIES) or "") != os.environ.get(LIBRARIES, "")
-    for variable, value in changes.items():
-        if value:
-            os.environ[variable] = value
-        else:
-            os.environ.pop(variable, None)
-    if unusable and is_reordered:
+        chosen = os.environ.pop(RMW)
+        _say(name, f"not used: {RMW}={chosen}, as the ROS 2 of {sys.prefix} has {OWN_RMW} only")
+    libraries = os.environ.get(LIBRARIES, "")
+    ordered = own_first(libraries, Path(sys.prefix))
+    if unusable and ordered != libraries:
+        os.environ[LIBRARIES] = ordered
         os.execve(sys.executable, sys.orig_argv, os.environ)
 
 

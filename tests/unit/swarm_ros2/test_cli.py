@@ -21,6 +21,14 @@ def test_without_a_command_or_a_verb_there_is_help_as_from_ros2cli(
         cli.run(["topics"])
 
 
+def test_a_range_in_which_no_node_is_found_is_told_in_a_line(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF")
+    assert cli.run(["topic", "list"]) == 1
+    assert capsys.readouterr().err.startswith("ROS_AUTOMATIC_DISCOVERY_RANGE is 'OFF'")
+
+
 def test_comments_of_nested_types_are_shown_if_asked_for(
     capsys: pytest.CaptureFixture[str],
 ) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from swarm_common.middleware.other_ros import own_first, unusable_packages, without
+from swarm_common.middleware.other_ros import own_first, set_aside, unusable_packages, without
 
 COMMAND = "import sys; from {module} import {function}; sys.exit({function}())"
 COMMANDS = (
@@ -40,6 +40,18 @@ def test_packages_for_another_python_are_unusable(tmp_path, parts):
     folder = f"{sourced(tmp_path, *parts)}"
     assert unusable_packages({"PYTHONPATH": f"/somewhere:{folder}"}, "3.11") == [folder]
     assert unusable_packages({"PYTHONPATH": folder}, "3.10") == []
+
+
+def test_what_is_set_aside_is_not_imported_from(tmp_path, monkeypatch, capsys):
+    """Python leaves the slash at a folder's end out of sys.path."""
+    folder = str(sourced(tmp_path, "lib", "python2.7", "site-packages"))
+    monkeypatch.setenv("PYTHONPATH", f"{folder}/:{tmp_path}")
+    monkeypatch.setenv("LD_LIBRARY_PATH", "")
+    monkeypatch.setattr(sys, "path", [folder, "", *sys.path])
+    set_aside("swarm-up")
+    assert folder not in sys.path
+    assert os.environ["PYTHONPATH"] == str(tmp_path)
+    assert f"swarm-up: not used: {folder}/ on PYTHONPATH" in capsys.readouterr().err
 
 
 def test_other_folders_stay(tmp_path):
