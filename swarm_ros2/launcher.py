@@ -50,7 +50,7 @@ def start(program: str, arguments: Sequence[str]) -> NoReturn:
     target = next(own[program] for own in PROGRAMS.values() if program in own)
     module, _, name = target.partition(":")
     call = CALL.format(module=module, name=name, label=program.replace("_", "-"))
-    os.execv(sys.executable, [sys.executable, "-c", call, *arguments])
+    os.execv(sys.executable, [sys.executable, "-P", "-c", call, *arguments])
 
 
 def swarm_up_arguments(words: Sequence[str]) -> list[str]:

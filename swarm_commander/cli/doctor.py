@@ -15,6 +15,7 @@ from pathlib import Path
 
 import psutil
 
+from swarm_common.files.home import cache_base, can_be_written
 from swarm_common.middleware.dds_profile import foreign_setting
 from swarm_common.middleware.ros_env import (
     DISCOVERY_RANGE,
@@ -281,8 +282,7 @@ def _own_dds(environment: Mapping[str, str]) -> str:
 def _kernel_cache(environment: Mapping[str, str]) -> Path | None:
     """Return the folder of numba's compiled kernels, None without one."""
     own = Path(__file__).resolve().parents[2] / "swarm_nav" / "__pycache__"
-    for folder in (Path(environment.get("NUMBA_CACHE_DIR") or own), Path.home() / ".cache"):
-        place = next((p for p in (folder, *folder.parents) if p.exists()), None)
-        if place is not None and os.access(place, os.W_OK):
+    for folder in (Path(environment.get("NUMBA_CACHE_DIR") or own), cache_base() / "numba"):
+        if can_be_written(folder):
             return folder
     return None

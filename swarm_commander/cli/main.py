@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import io
 import os
 import signal
 import sys
@@ -97,14 +98,28 @@ def open_standard_streams() -> None:
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))
+    for stream in (sys.stdout, sys.stderr):  # what the terminal cannot show becomes a "?"
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
+
+
+def take_usual_signals() -> None:
+    """Undo what whoever started us has set of signals; a process inherits that.
+
+    Where SIGCHLD is ignored, every process seems to end with exit code 0.
+    """
+    signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+    signal.pthread_sigmask(signal.SIG_SETMASK, ())
 
 
 def check_surroundings() -> None:
-    """Refuse what no command can work in.
+    """Refuse what no command can work in; find places for what is kept between runs.
 
     Raises:
-        ConfigError: If the current folder was deleted, or numba must not compile.
+        ConfigError: If the current folder was deleted, numba must not compile, or nothing can be
+            written anywhere.
     """
+    from swarm_common.files import home
     from swarm_common.model.errors import ConfigError
 
     try:
@@ -115,6 +130,7 @@ def check_surroundings() -> None:
         ) from None
     if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
         raise ConfigError("NUMBA_DISABLE_JIT is set, and the kernels need the compiler: unset it")
+    home.set_defaults(os.environ)
 
 
 def prepare_ros() -> None:
@@ -149,6 +165,7 @@ def run_app(name: str, load: Callable[[], typer.Typer]) -> int:
     SIGINT and SIGTERM end it without a traceback and with 128 + their number, wherever it is.
     """
     open_standard_streams()
+    take_usual_signals()
     if sys.argv[1:] == ["--version"]:
         sys.stdout.write(f"{name} {metadata.version('swarm-workbench')}\n")
         return 0

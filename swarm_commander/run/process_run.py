@@ -283,7 +283,7 @@ class ProcessRun:
     def _start(self, name: str, config: dict[str, Any], *flags: str) -> None:
         path = self._configure(name, config)
         module = self._modules[name.split("_")[0]]
-        command = (sys.executable, "-m", module, str(path), *flags)
+        command = (sys.executable, "-P", "-m", module, str(path), *flags)
         self._supervisor.start(ProcessSpec(name, command, GRACE))
 
     def _configure(self, name: str, config: dict[str, Any]) -> Path:

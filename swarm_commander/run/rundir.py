@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import fcntl
 import os
 import shlex
@@ -52,6 +53,8 @@ class RunFolder:
                 f"another run writes to {self.path}; wait for its end, or choose another folder "
                 "with --run-dir"
             ) from None
+        except OSError:
+            pass  # this disk lends no locks (NFS: none on folders); the run goes on without
         self._lock = descriptor
 
     def release(self) -> None:
@@ -75,9 +78,11 @@ def create_run_folder(chosen: Path | None, now: datetime) -> RunFolder:
     Raises:
         ConfigError: If it cannot be written, or has something else in it than a run.
     """
-    folder = RunFolder(chosen or _free_name(RUNS / now.strftime("%Y-%m-%d_%H-%M-%S")))
+    folder = RunFolder(chosen or RUNS / now.strftime("%Y-%m-%d_%H-%M-%S"))
     _check_text(folder.path)
     try:
+        if chosen is None:
+            folder = RunFolder(_made(folder.path))
         _check_is_run(folder)
         folder.claim()
         for old in (folder.rviz, folder.foxglove, folder.recording, folder.plots):
@@ -119,19 +124,31 @@ def _check_is_run(folder: RunFolder) -> None:
         )
 
 
-def _free_name(path: Path) -> Path:
+def _made(path: Path) -> Path:
+    """Return a new folder of this name, or of one with a number where others are faster."""
     candidate, number = path, 1
-    while candidate.exists():
-        number += 1
-        candidate = path.with_name(f"{path.name}-{number}")
-    return candidate
+    while True:
+        try:
+            candidate.mkdir(parents=True)
+        except FileExistsError:
+            if not os.path.lexists(candidate):  # it is the folder above that is none
+                raise
+            number += 1
+            candidate = path.with_name(f"{path.name}-{number}")
+        else:
+            return candidate
 
 
 def _point_latest(run: Path) -> None:
+    """Let the link `latest` lead to a run; a disk without links has none."""
     link = run.parent / LATEST
     fresh = run.parent / f".{LATEST}-{os.getpid()}"
-    fresh.symlink_to(run.name)
-    fresh.replace(link)
+    with contextlib.suppress(OSError):
+        fresh.unlink(missing_ok=True)
+        fresh.symlink_to(run.name)
+        fresh.replace(link)
+    with contextlib.suppress(OSError):
+        fresh.unlink(missing_ok=True)
 
 
 def write_env_sh(folder: RunFolder, environment: Mapping[str, str]) -> None:

@@ -84,4 +84,4 @@ def remappings(name: str) -> tuple[str, ...]:
 
 def relay_command() -> list[str]:
     """Return the command that puts all robots' frames into one tree, for the merged window."""
-    return [sys.executable, "-m", "swarm_commander.viewers.frame_relay"]
+    return [sys.executable, "-P", "-m", "swarm_commander.viewers.frame_relay"]

@@ -1,14 +1,18 @@
-"""Where things are kept between runs if the user has no home folder, or one that is read-only."""
+"""Where things are kept between runs if the user's own folders cannot be written."""
 
 from __future__ import annotations
 
+import contextlib
 import os
 import stat
 import tempfile
 from collections.abc import MutableMapping
 from pathlib import Path
 
+from swarm_common.model.errors import ConfigError
+
 NAME = "swarm-workbench"
+PACKAGES = Path(__file__).resolve().parents[2]
 
 
 def home_folder() -> Path:
@@ -21,39 +25,63 @@ def home_folder() -> Path:
 
 def cache_base() -> Path:
     """Return the folder for caches: the user's, or a private one among the temporary files."""
-    own = os.environ.get("XDG_CACHE_HOME", "")
-    base = Path(own) if own else home_folder() / ".cache"
-    return base if can_be_written(base) else temporary_base()
+    base = _base("XDG_CACHE_HOME", ".cache")
+    return base if can_be_written(base / NAME) else temporary_base()
 
 
 def can_be_written(folder: Path) -> bool:
-    """Whether files can be put into a folder, or could if it was made in the one above it."""
-    place = folder if folder.is_dir() else folder.parent
-    return place.is_dir() and os.access(place, os.W_OK | os.X_OK)
+    """Whether files can be put into a folder, which may have to be made, and the one above it."""
+    for place in (folder, folder.parent, folder.parent.parent):
+        if os.path.lexists(place):  # unlike Path.exists no error if we may not look
+            return os.path.isdir(place) and os.access(place, os.W_OK | os.X_OK)
+    return False
 
 
 def temporary_base() -> Path:
-    """Return a folder that belongs to this user alone; the same at each call."""
-    path = Path(tempfile.gettempdir()) / f"{NAME}-{os.getuid()}"
-    path.mkdir(mode=0o700, exist_ok=True)
-    status = path.lstat()
-    is_ours = stat.S_ISDIR(status.st_mode) and status.st_uid == os.getuid()
-    if is_ours and not status.st_mode & 0o077:
-        return path
-    return Path(tempfile.mkdtemp(prefix=f"{NAME}-"))  # somebody else was there first
+    """Return a folder that belongs to this user alone; the same at each call.
+
+    Raises:
+        ConfigError: If nothing can be written where temporary files are kept.
+    """
+    try:
+        path = Path(tempfile.gettempdir()) / f"{NAME}-{os.getuid()}"
+        with contextlib.suppress(FileExistsError):
+            path.mkdir(mode=0o700)
+        status = path.lstat()
+        is_ours = stat.S_ISDIR(status.st_mode) and status.st_uid == os.getuid()
+        if is_ours and not status.st_mode & 0o077:
+            return path
+        return Path(tempfile.mkdtemp(prefix=f"{NAME}-"))  # somebody else was there first
+    except OSError as error:
+        raise ConfigError(
+            f"neither the home folder nor one for temporary files can be written"
+            f" ({error.strerror}): set TMPDIR to one that can"
+        ) from None
 
 
 def set_defaults(environment: MutableMapping[str, str]) -> None:
-    """Tell ROS, numba and matplotlib where to write if the user's home folder cannot be written.
+    """Tell ROS, numba and matplotlib where to write if the user's own folders cannot be written.
 
-    Without that rclpy does not start: it wants a folder for logs.
+    Without that rclpy does not start: it wants a folder for logs. Nor is a kernel compiled for
+    which numba finds no place.
     """
-    home = Path(environment.get("HOME") or os.devnull)
-    if home.is_dir() and os.access(home, os.W_OK | os.X_OK):
-        return
-    base = temporary_base()
-    if "ROS_HOME" not in environment:
-        environment.setdefault("ROS_LOG_DIR", str(base / "ros"))
-    if not os.access(Path(__file__).parent, os.W_OK):  # numba keeps kernels beside their sources
-        environment.setdefault("NUMBA_CACHE_DIR", str(base / "numba"))
-    environment.setdefault("MPLCONFIGDIR", str(base / "matplotlib"))
+    ros = environment.get("ROS_HOME") or Path(environment.get("HOME") or os.devnull) / ".ros"
+    cache, config = _base("XDG_CACHE_HOME", ".cache"), _base("XDG_CONFIG_HOME", ".config")
+    if not can_be_written(Path(environment.get("ROS_LOG_DIR") or Path(ros) / "log")):
+        environment["ROS_LOG_DIR"] = str(temporary_base() / "ros")
+    if not (can_be_written(cache / "numba") or _is_installation_ours()):
+        environment.setdefault("NUMBA_CACHE_DIR", str(temporary_base() / "numba"))
+    if not can_be_written(config / "matplotlib"):
+        environment.setdefault("MPLCONFIGDIR", str(temporary_base() / "matplotlib"))
+
+
+def _base(variable: str, usual: str) -> Path:
+    """Return a base folder of the XDG specification, which has relative ones ignored."""
+    own = Path(os.environ.get(variable, ""))
+    return own if own.is_absolute() else home_folder() / usual
+
+
+def _is_installation_ours() -> bool:
+    """Whether compiled kernels can be kept beside their sources."""
+    sources = PACKAGES.glob("swarm_*/**/__init__.py")
+    return all(can_be_written(path.parent / "__pycache__") for path in sources)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import math
 import re
 from collections.abc import Iterable
@@ -16,10 +17,19 @@ from swarm_common.model.errors import ConfigError, SwarmError, UnknownNameError
 LARGEST = 1e300  # of numbers
 SHORT, FEW = 20_000, 200  # characters, openings
 MAX_SHOWN = 200  # characters of a value in a message
+LONGEST = 4_000_000  # [bytes] of a file
+MOST_NODES = 2_000_000  # of a document in which each alias is replaced by what it stands for
 
 
 class UniqueKeys:
-    """For a loader of PyYAML: a key that occurs twice is an error."""
+    """For a loader of PyYAML: a key that occurs twice is an error, and so are too many aliases."""
+
+    def get_single_node(self) -> yaml.Node | None:
+        """Return the document, or raise if writing it out would never end."""
+        document: yaml.Node | None = super().get_single_node()  # type: ignore[misc]
+        if document is not None:
+            _count(document, {})
+        return document
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         """Return the mapping, or raise for a repeated key."""
@@ -52,6 +62,22 @@ for _loader in (UniqueKeyLoader, FastLoader):
     )
 
 
+def _count(node: yaml.Node, known: dict[int, int]) -> int:
+    """Return the number of nodes below a node, itself included; aliases count like copies."""
+    if id(node) not in known:
+        known[id(node)] = MOST_NODES  # found there again: it contains itself
+        children = node.value if isinstance(node, yaml.CollectionNode) else ()
+        if isinstance(node, yaml.MappingNode):
+            children = itertools.chain.from_iterable(children)
+        known[id(node)] = 1 + sum(_count(child, known) for child in children)
+    if known[id(node)] >= MOST_NODES:
+        raise yaml.MarkedYAMLError(
+            problem=f"aliases make more than {MOST_NODES} values of it",
+            problem_mark=node.start_mark,
+        )
+    return known[id(node)]
+
+
 def _is_shallow(text: str) -> bool:
     """Whether a text is too short, and has too few brackets, to nest deep."""
     openings = sum(text.count(opening) for opening in "[{-?")
@@ -79,9 +105,13 @@ def read_yaml(
         SwarmError: `error`, naming file and line, if the file cannot be read or parsed.
     """
     try:
-        text = path.read_text(encoding="utf-8")
+        with path.open("rb") as file:  # which may be a pipe
+            content = file.read(LONGEST + 1)
+        text = content.decode() if len(content) <= LONGEST else ""
     except (OSError, UnicodeDecodeError) as cause:
         raise error(f"cannot read {path}: {cause}") from cause
+    if not text and content:
+        raise error(f"{path} has more than {LONGEST // 1_000_000} MB; expected lines of YAML")
     try:
         data = _parse(text)
     except yaml.MarkedYAMLError as cause:

@@ -20,8 +20,10 @@ PROCESSES = 3  # participants beside navigators and hubs: world, its gallery, mi
 HUB_SIZE = 20  # robots that share a participant of world or mission in a large swarm
 TERMINALS = 5  # participants that are left to the user
 FEW_ROBOTS = 30  # up to here every participant may know everybody
+LOCALHOST_ONLY = "ROS_LOCALHOST_ONLY"  # of older ROS 2; 1 prevails over the range, in Jazzy, too
+SKIP_PROFILES = "SKIP_DEFAULT_XML_FILE"  # whether Fast DDS ignores a profile in the current folder
 # What another terminal needs to see the same graph in the same way.
-VARIABLES = ("ROS_DOMAIN_ID", DISCOVERY_RANGE, PROFILES, ENDPOINTS)
+VARIABLES = ("ROS_DOMAIN_ID", DISCOVERY_RANGE, LOCALHOST_ONLY, PROFILES, ENDPOINTS, SKIP_PROFILES)
 FOREIGN = frozenset({PROFILES, "FASTDDS_DEFAULT_PROFILES_FILE", "ROS_DISCOVERY_SERVER"})
 LOOPBACK = "127.0.0.1"
 RANGES = ("LOCALHOST", "SUBNET", "SYSTEM_DEFAULT")  # OFF: no node would find another
@@ -43,7 +45,8 @@ def set_defaults() -> None:
         ConfigError: If the range that the user chose is none, or lets no node find another.
     """
     home.set_defaults(os.environ)
-    chosen = os.environ.get(DISCOVERY_RANGE) or "LOCALHOST"
+    is_local = os.environ.get(LOCALHOST_ONLY) == "1"
+    chosen = "LOCALHOST" if is_local else os.environ.get(DISCOVERY_RANGE) or "LOCALHOST"
     if chosen not in RANGES:
         why = "with it no node finds another; " if chosen == "OFF" else ""
         raise ConfigError(
@@ -64,6 +67,8 @@ def use_profile(path: str) -> None:
     os.environ[PROFILES] = path
     os.environ[DISCOVERY_RANGE] = "SYSTEM_DEFAULT"  # leaves the choice to the profile
     os.environ[ENDPOINTS] = "1"
+    os.environ[SKIP_PROFILES] = "1"
+    os.environ.pop(LOCALHOST_ONLY, None)
 
 
 def is_profile_ours() -> bool:

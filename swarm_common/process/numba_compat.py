@@ -1,20 +1,22 @@
-"""The private part of numba that we use: its cache on disk survives an update of this project.
+"""The private part of numba that we use: its cache on disk is never in the way.
 
 The index of a module's compiled kernels holds the types of their arguments, pickled by name. numba
 unpickles it before it looks whether the module has changed since. So a NamedTuple that was renamed
 ended every process after an update, for ever; so did a file that was cut short. A cache that cannot
-be read counts as none: the kernel is compiled again, and the file is written anew.
+be read counts as none: the kernel is compiled again, and the file is written anew. One that cannot
+be written is not: a full disk, files of another user.
 
 Kernels take `njit` from here.
 """
 
 from __future__ import annotations
 
+import contextlib
 import pickle
 from typing import Any
 
 import numba
-from numba.core.caching import IndexDataCacheFile
+from numba.core.caching import Cache, IndexDataCacheFile
 
 from swarm_common.process.private_parts import require
 
@@ -26,6 +28,7 @@ UNREADABLE = (
 PARTS: tuple[tuple[Any, str], ...] = (
     (IndexDataCacheFile, "_load_index"),
     (IndexDataCacheFile, "_load_data"),
+    (Cache, "_guard_against_spurious_io_errors"),  # around whatever reads or writes files
 )
 
 require("numba", __name__, PARTS)
@@ -55,4 +58,5 @@ def _readable_data(cache: IndexDataCacheFile, name: str) -> Any:
 
 IndexDataCacheFile._load_index = _readable_index
 IndexDataCacheFile._load_data = _readable_data
+Cache._guard_against_spurious_io_errors = lambda _: contextlib.suppress(OSError)
 njit = numba.njit

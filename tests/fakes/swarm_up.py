@@ -27,7 +27,7 @@ class Up:
 
     def start(self, *flags: str, **moods: str) -> subprocess.Popen[str]:
         variables = {f"FAKE_{name.upper()}": mood for name, mood in moods.items()}
-        command = (sys.executable, "-m", "tests.fakes.plain.up", "--swarm-size", "3")
+        command = (sys.executable, "-P", "-m", "tests.fakes.plain.up", "--swarm-size", "3")
         process = subprocess.Popen(
             (*command, "--run-dir", str(self.run_dir), *flags),
             env=os.environ | variables | {"ROS_DOMAIN_ID": DOMAIN, "PYTHONPATH": str(ROOT)},

@@ -12,6 +12,8 @@ NUMBERS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 class SignalCounter:
     """In a `with` block: counts the signals that ask for the end, which then have no other effect.
 
+    SIGHUP asks for nothing where whoever started us ignores it: nohup.
+
     Attributes:
         count: So far.
     """
@@ -21,7 +23,9 @@ class SignalCounter:
         self._before: dict[int, Any] = {}
 
     def __enter__(self) -> SignalCounter:
-        self._before = {number: signal.signal(number, self._note) for number in NUMBERS}
+        is_nohup = signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+        wanted = [n for n in NUMBERS if n != signal.SIGHUP or not is_nohup]
+        self._before = {number: signal.signal(number, self._note) for number in wanted}
         return self
 
     def __exit__(

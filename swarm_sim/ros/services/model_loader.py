@@ -131,9 +131,9 @@ class ModelLoader:
         self._connection, other = socket.socketpair()
         self._connection.setblocking(False)
         with other:
-            number = str(other.fileno())
+            words = ("swarm_sim.world.model_reader", str(other.fileno()), str(os.getpid()))
             self._process = subprocess.Popen(
-                (sys.executable, "-m", "swarm_sim.world.model_reader", number, str(os.getpid())),
+                (sys.executable, "-P", "-m", *words),
                 stdin=subprocess.DEVNULL,
                 pass_fds=(other.fileno(),),
             )

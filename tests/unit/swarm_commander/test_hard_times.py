@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import signal
@@ -9,12 +10,14 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from datetime import datetime
 from pathlib import Path
 from typing import IO, cast
 
 import pytest
 from rich.console import Console
 
+from swarm_commander.run.processes.signals import SignalCounter
 from swarm_commander.run.processes.supervisor import describe_exit
 from swarm_commander.run.results.report import write_report
 from swarm_commander.run.results.run_statistics import RunStatistics
@@ -99,6 +102,13 @@ def test_a_console_on_a_full_disk_goes_on(disk: Path) -> None:
     assert not outlet.is_open
 
 
+def test_files_of_the_current_folder_are_no_modules(up: Up) -> None:
+    """The processes of a run imported `json.py` of the user's folder in place of Python's."""
+    (up.folder / "json.py").write_text("raise SystemExit('not this one')", encoding="utf-8")
+    code, output, errors = up.run(*MISSION, "--no-report")
+    assert code == 0, output + errors
+
+
 def test_two_runs_cannot_have_one_folder(up: Up) -> None:
     process = up.start()
     wait_for(lambda: len(up.left_running()) >= 4)
@@ -132,9 +142,52 @@ def test_a_folder_is_free_when_its_run_has_ended(tmp_path: Path) -> None:
     second.release()
 
 
-def test_a_folder_whose_name_is_no_text_is_refused(tmp_path: Path) -> None:
-    from datetime import datetime
+def test_runs_of_the_same_second_have_two_folders(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    now = datetime(2026, 1, 2, 3, 4)
+    monkeypatch.setattr(Path, "exists", lambda _: False)  # neither sees the other's in time
+    first, second = create_run_folder(None, now), create_run_folder(None, now)
+    assert second.path.name == f"{first.path.name}-2"
+    assert (tmp_path / "runs" / "latest").readlink() == Path(second.path.name)
 
+
+def test_a_disk_without_locks_and_links_has_runs(tmp_path, monkeypatch):
+    """NFS locks only files that are open for writing, exFAT has no links."""
+
+    def refuse(*_: object) -> None:
+        raise OSError(errno.EBADF, os.strerror(errno.EBADF))
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("fcntl.flock", refuse)
+    monkeypatch.setattr(Path, "symlink_to", refuse)
+    folder = create_run_folder(None, datetime(2026, 1, 2, 3, 4))
+    assert folder.logs.is_dir()
+    assert [path.name for path in (tmp_path / "runs").iterdir()] == [folder.path.name]
+
+
+@pytest.mark.parametrize("make", [Path.touch, lambda path: path.symlink_to("none")])
+def test_runs_that_is_no_folder_is_refused(tmp_path, monkeypatch, make):
+    monkeypatch.chdir(tmp_path)
+    make(tmp_path / "runs")
+    with pytest.raises(ConfigError, match="cannot write the run folder"):
+        create_run_folder(None, datetime(2026, 1, 2, 3, 4))
+
+
+def test_nohup_is_respected():
+    """The handler of the run took SIGHUP back that nohup had switched off."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with SignalCounter() as counter:
+            os.kill(os.getpid(), signal.SIGHUP)
+            assert counter.count == 0
+            signal.raise_signal(signal.SIGTERM)
+            assert counter.count == 1
+        assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGHUP, before)
+
+
+def test_a_folder_whose_name_is_no_text_is_refused(tmp_path: Path) -> None:
     path = Path(os.fsdecode(os.fsencode(tmp_path) + b"/run-\xff"))
     with pytest.raises(ConfigError, match="not UTF-8") as caught:
         create_run_folder(path, datetime(2026, 1, 2, 3, 4))

@@ -46,3 +46,38 @@ def test_without_a_compiler_nothing_starts(value, code):
     )  # fmt: skip
     assert done.returncode == code
     assert ("NUMBA_DISABLE_JIT is set" in done.stderr) is (code == 2)
+
+
+def test_letters_that_the_terminal_lacks_are_no_failure():
+    code = """
+from swarm_commander.cli.main import open_standard_streams
+open_standard_streams()
+print("h\\u00e4lle", "\\udcff")
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env=os.environ | {"PYTHONIOENCODING": "ascii", "PYTHONPATH": str(FOLDER)},
+        capture_output=True, text=True, check=False, timeout=60,
+    )  # fmt: skip
+    assert done.stdout == "h?lle ?\n", done.stderr
+
+
+def test_signals_that_the_parent_had_changed_are_usual_ones():
+    """Where SIGCHLD is ignored a world that crashed seemed to have ended with exit code 0."""
+    code = """
+import signal, subprocess, typer
+signal.signal(signal.SIGCHLD, signal.SIG_IGN)
+signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM})
+from swarm_commander.cli.main import run_app
+app = typer.Typer()
+@app.command()
+def look() -> None:
+    print(subprocess.run("false").returncode, len(signal.pthread_sigmask(signal.SIG_BLOCK, ())))
+run_app("look", lambda: app)
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env=os.environ | {"PYTHONPATH": str(FOLDER)},
+        capture_output=True, text=True, check=False, timeout=60,
+    )  # fmt: skip
+    assert done.stdout == "1 0\n", done.stderr

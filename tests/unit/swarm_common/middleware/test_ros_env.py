@@ -13,6 +13,7 @@ import pytest
 from swarm_common.middleware import dds_profile, ros_env
 from swarm_common.model.errors import ConfigError
 
+ROOT = Path(__file__).resolve().parents[4]
 LOCATORS = ".//{http://www.eprosima.com}initialPeersList//{http://www.eprosima.com}udpv4"
 PORTS = f"{LOCATORS}/{{http://www.eprosima.com}}port"
 
@@ -50,6 +51,39 @@ def test_the_users_choice_is_respected(
     assert os.environ[name] == value
     assert ros_env.PROFILES not in os.environ
     assert ros_env.ENDPOINTS not in os.environ  # nothing is known of the endpoints in his profile
+
+
+def test_older_ways_to_stay_on_this_host_mean_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With ROS_LOCALHOST_ONLY=1 shared memory came back, and processes listened to the network."""
+    monkeypatch.setenv(ros_env.LOCALHOST_ONLY, "1")
+    monkeypatch.setenv(ros_env.DISCOVERY_RANGE, "SUBNET")  # over which it prevails
+    ros_env.set_defaults()
+    assert ros_env.LOCALHOST_ONLY not in os.environ
+    assert os.environ[ros_env.DISCOVERY_RANGE] == "SYSTEM_DEFAULT"
+    assert Path(os.environ[ros_env.PROFILES]).name == "fastdds.xml"
+
+
+def test_a_profile_in_the_current_folder_is_ignored(tmp_path: Path) -> None:
+    """Fast DDS reads it beside ours and listened to the network; the run ended with a traceback."""
+    (tmp_path / "DEFAULT_FASTRTPS_PROFILES.xml").write_text(
+        """<dds xmlns="http://www.eprosima.com"><profiles>
+        <participant profile_name="other" is_default_profile="true"><rtps/></participant>
+        <data_writer profile_name="writer" is_default_profile="true">
+        <qos><reliability><kind>BEST_EFFORT</kind></reliability></qos></data_writer>
+        </profiles></dds>""",
+        encoding="utf-8",
+    )
+    code = (
+        "from swarm_common.middleware import ros_env; ros_env.set_defaults()\n"
+        "import psutil, rclpy; rclpy.init(); node = rclpy.create_node('alone')\n"
+        "print({each.laddr.ip for each in psutil.Process().net_connections('udp4')})"
+    )
+    done = subprocess.run(
+        (sys.executable, "-c", code),
+        env=os.environ | {"ROS_DOMAIN_ID": "228", "PYTHONPATH": str(ROOT)},
+        cwd=tmp_path, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.stdout == "{'127.0.0.1'}\n", done.stderr
 
 
 def test_robots_announce_themselves_to_those_they_need_and_to_newcomers(

@@ -50,6 +50,15 @@ def test_a_kernel_is_loaded_and_a_renamed_class_has_it_compiled_again(run) -> No
     assert run("Spot") == "4.0 1"
 
 
+def test_a_place_that_cannot_be_used_has_it_compiled(run, tmp_path: Path) -> None:
+    """Files of another user, or a full disk, ended the process."""
+    run("Place")
+    for path in (tmp_path / "__pycache__").glob("*.nbi"):
+        path.unlink()
+        path.mkdir()
+    assert run("Place") == "4.0 0"
+
+
 @pytest.mark.parametrize("suffix", ["nbi", "nbc"])
 def test_a_file_that_was_cut_short_is_written_anew(run, tmp_path: Path, suffix: str) -> None:
     run("Place")
