@@ -187,6 +187,7 @@ class Navigator:
         """
         self._s.load_map(grid)
         self._localiser.load_map(self._s.terrain)
+        self._gate.leave()
         self._gate.region = self._narrow_region()
 
     def reconfigure(self, config: NavConfig) -> None:

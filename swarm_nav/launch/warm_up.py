@@ -128,7 +128,7 @@ def _pass_gate(situation: Situation) -> None:
     gate.update(situation, has_turn=True, is_driving=True, priority=1)
     gate_kernels.enters(region, situation.planner.lattice.frame, situation.tube.points)
     gate._ahead(situation, 1)
-    gate._capacity(situation)
+    gate._area_around(situation)
 
 
 def _pass_door(situation: Situation) -> None:

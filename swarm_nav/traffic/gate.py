@@ -3,8 +3,9 @@
 Beyond a density the flow through a narrow region falls as more robots enter it (the fundamental
 diagram of traffic; perimeter control: Daganzo 2007, Keyvan-Ekbatani et al. 2012). A robot in the
 open whose path leads into such a region counts those that it hears inside, those admitted and those
-that ask with a higher priority; it enters while that is less than the region's share within radio
-range allows, and otherwise waits in the open. Each robot decides alone.
+that ask with a higher priority; it enters while that is less than the part of the region within
+radio range of where it asked has room for, and otherwise waits in the open, wherever a place is
+free. Each robot decides alone.
 
 The gate is subordinate to the priorities. A robot that ranks above all others that are inside,
 admitted or ask, enters however many they are: so the highest robot never waits here, nor does the
@@ -88,9 +89,7 @@ class Gate:
     asked_tick: int = 0
     is_admitted: bool = False
     first: int = 0
-    _cells: int = 0  # of the region in a disc (x, y, radius): robots that wait stand
-    _counted_disc: tuple[float, float, float] | None = None
-    _counted_region: NDArray[np.bool_] | None = None
+    _area: float = 0.0  # [m²] of the region within radio range of where it asked
     # points of a path, from one index to before another, that lie outside a region
     _outside: tuple[FloatArray | None, NDArray[np.bool_] | None, int, int] = (None, None, 0, 0)
 
@@ -124,6 +123,7 @@ class Gate:
         """
         config = situation.config.holding
         if self.region is None or config.gate_density <= 0.0:
+            self.leave()
             return
         frame = situation.planner.lattice.frame
         if not has_turn or is_inside(self.region, frame, situation.pose.x, situation.pose.y):
@@ -135,8 +135,9 @@ class Gate:
             if not is_driving or not self._leads_in(situation):
                 return
             self.asked_tick = situation.tick
+            self._area = self._area_around(situation)
         ahead, is_highest = self._ahead(situation, priority)
-        self.is_admitted = is_highest or ahead < self._capacity(situation)
+        self.is_admitted = is_highest or ahead < max(1.0, config.gate_density * self._area)
 
     def _leads_in(self, situation: Situation) -> bool:
         """Whether the way ahead leads into the region; each of its points is looked at once."""
@@ -174,15 +175,10 @@ class Gate:
         )
         return int(count), bool(is_highest)
 
-    def _capacity(self, situation: Situation) -> float:
-        """Return how many robots the part of the region within radio range has room for."""
+    def _area_around(self, situation: Situation) -> float:
+        """Return the area [m²] of the region within radio range."""
         assert self.region is not None
-        config = situation.config
         lattice = situation.planner.lattice
-        disc = (situation.pose.x, situation.pose.y, config.traffic.radio_range)
-        if self._counted_disc != disc or self._counted_region is not self.region:
-            self._cells = int(
-                gate_kernels.cells_within(self.region, lattice.frame, disc[:2], disc[2])
-            )
-            self._counted_disc, self._counted_region = disc, self.region
-        return max(1.0, config.holding.gate_density * self._cells * lattice.step**2)
+        centre, reach = (situation.pose.x, situation.pose.y), situation.config.traffic.radio_range
+        cells = gate_kernels.cells_within(self.region, lattice.frame, centre, reach)
+        return int(cells) * lattice.step**2

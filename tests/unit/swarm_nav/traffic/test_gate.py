@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -128,6 +130,35 @@ def test_who_is_blocked_before_the_mouth_takes_no_place() -> None:
         gate, s = gate_and_robot(*others)
         ask(gate, s)
         assert gate.is_admitted is is_admitted
+
+
+def test_who_waits_away_from_the_mouth_is_admitted_where_there_is_room() -> None:
+    """Room was counted where it waits: parked 6 m away it saw none, and the aisle stayed empty."""
+    gate, s = gate_and_robot(*crowd(9))
+    assert gate.region is not None
+    gate.region[:, 50:70] = True
+    ask(gate, s)
+    assert gate.is_closed
+    s.tick += 1
+    s.pose = Pose(0.5, 8.5, 0.0)
+    hear(s, *crowd(9)[:2], *(beacon(k, 8.0, 0.6 * k) for k in range(4, 14)))  # the others are out
+    ask(gate, s)
+    assert gate.is_admitted
+
+
+@pytest.mark.parametrize("change", ["density", "region"])
+def test_without_a_gate_nobody_waits_before_it(change: str) -> None:
+    """A robot that waited when the gate was switched off waited for ever."""
+    gate, s = gate_and_robot(*crowd(9))
+    ask(gate, s)
+    assert gate.is_closed
+    if change == "region":
+        gate.region = None  # as on a map without narrow regions
+    else:
+        open_gate = dataclasses.replace(s.config.holding, gate_density=0.0)
+        s.configure(dataclasses.replace(s.config, holding=open_gate))
+    ask(gate, s)
+    assert not gate.is_closed
 
 
 def test_a_corner_is_no_region() -> None:
