@@ -177,6 +177,7 @@ def run_app(name: str, load: Callable[[], typer.Typer]) -> int:
 
     from swarm_commander.run.results.report import BAD_INPUT, COMPONENT_FAILED
     from swarm_common.model.errors import SwarmEndedError, SwarmError
+    from swarm_common.process.last_resort import printable
 
     # Some versions of typer bring a click of their own, so the base is reached through typer.
     usage_error: type[Exception] = typer.BadParameter.__bases__[0]
@@ -221,7 +222,7 @@ def run_app(name: str, load: Callable[[], typer.Typer]) -> int:
         return COMPONENT_FAILED
     else:
         return code if isinstance(code, int) else 0
-    sys.stderr.write(f"{name}: {message}\n")
+    sys.stderr.write(f"{name}: {printable(message)}\n")
     return BAD_INPUT
 
 

@@ -88,19 +88,20 @@ class DomainLock:
         return self._socket.fileno()
 
     def take(self) -> Request | None:
-        """Return the next request; None if there is none, or its sender is another user."""
+        """Return the next request; None if there is none, or it was refused."""
         try:
             connection, _ = self._socket.accept()
         except OSError:
             return None
         connection.settimeout(SPEECH_LIMIT)
         with contextlib.suppress(OSError, ValueError):
-            if _user_of(connection) in (os.getuid(), 0):
-                line = connection.recv(LONGEST)
-                try:
-                    return Request(connection, decode(line, USER))
-                except UnknownMessageError as error:
-                    _answer(connection, f"swarm-up: {error}", is_done=False)
+            line = connection.recv(LONGEST)
+            try:
+                if _user_of(connection) not in (os.getuid(), 0):
+                    raise ConfigError("the swarm belongs to another user, who alone may do that")
+                return Request(connection, decode(line, USER))
+            except (ConfigError, UnknownMessageError) as error:
+                _answer(connection, f"swarm-up: {error}", is_done=False)
         connection.close()
         return None
 

@@ -53,8 +53,19 @@ class FastLoader(UniqueKeys, getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # 
     """The same in C, which is ten times faster but has no limit to how deep it nests."""
 
 
+def _integer(loader: Any, node: yaml.ScalarNode) -> int:
+    """Return a number that ROS can hold, or raise."""
+    value: int = loader.construct_yaml_int(node)
+    if not -(2**63) <= value < 2**63:
+        raise yaml.MarkedYAMLError(
+            problem="an integer of more than 64 bits", problem_mark=node.start_mark
+        )
+    return value
+
+
 # 1e-3 is a number in YAML 1.2, and to Nav2; PyYAML's rules are those of 1.1.
 for _loader in (UniqueKeyLoader, FastLoader):
+    _loader.add_constructor("tag:yaml.org,2002:int", _integer)
     _loader.add_implicit_resolver(
         "tag:yaml.org,2002:float",
         re.compile(r"^[-+]?(\d+(\.\d*)?|\.\d+)[eE][-+]?\d+$"),
@@ -108,18 +119,21 @@ def read_yaml(
         with path.open("rb") as file:  # which may be a pipe
             content = file.read(LONGEST + 1)
         text = content.decode() if len(content) <= LONGEST else ""
-    except (OSError, UnicodeDecodeError) as cause:
+    except OSError as cause:
         raise error(f"cannot read {path}: {cause}") from cause
+    except UnicodeDecodeError as cause:
+        at = content.count(b"\n", 0, cause.start) + 1
+        raise error(f"{path}, line {at}: it is not UTF-8; save it as UTF-8") from cause
     if not text and content:
         raise error(f"{path} has more than {LONGEST // 1_000_000} MB; expected lines of YAML")
     try:
         data = _parse(text)
     except yaml.MarkedYAMLError as cause:
         mark = cause.problem_mark
-        line = f", line {mark.line + 1}" if mark else ""
-        raise error(f"{path}{line}: malformed YAML: {cause.problem}") from cause
+        where = f"{path}, line {mark.line + 1}" if mark else str(path)
+        raise error(f"{where}: malformed YAML: {cause.problem}") from cause
     except (yaml.YAMLError, ValueError, TypeError, OverflowError, RecursionError) as cause:
-        what = "nested too deep" if isinstance(cause, RecursionError) else cause
+        what = "nested too deep" if isinstance(cause, RecursionError) else str(cause).split("\n")[0]
         raise error(f"{path}: malformed YAML: {what}") from cause
     if data is None and may_be_empty:
         return {}

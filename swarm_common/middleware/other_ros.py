@@ -1,8 +1,9 @@
-"""Keeps a sourced ROS 2 that this Python cannot use out of our processes.
+"""Keeps out of our processes what they cannot use: a sourced ROS 2, warnings that are errors.
 
 A shell that has sourced a ROS 2 exports its Python packages, its libraries and, often, another
 middleware. ROS 2 from pip has `rmw_fastrtps_cpp` only and ends every process that is told
-otherwise; packages of a ROS 2 for another Python hide ours and cannot be imported.
+otherwise; packages of a ROS 2 for another Python hide ours and cannot be imported. Libraries warn
+when they are imported; where `PYTHONWARNINGS` makes errors of that, a process of ours cannot start.
 """
 
 from __future__ import annotations
@@ -16,15 +17,15 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 RMW, OWN_RMW = "RMW_IMPLEMENTATION", "rmw_fastrtps_cpp"
-LIBRARIES, PACKAGES = "LD_LIBRARY_PATH", "PYTHONPATH"
+LIBRARIES, PACKAGES, WARNINGS = "LD_LIBRARY_PATH", "PYTHONPATH", "PYTHONWARNINGS"
 VERSIONED = re.compile(r"/python(?P<version>\d+\.\d+)/(?:site|dist)-packages/*$")
 
 
 def set_aside(name: str) -> None:
     """Go on without what cannot be used, and say so on stderr; before rclpy is imported.
 
-    Where the order of the libraries is to change, the process begins anew, because the loader
-    reads it only once.
+    Where the order of the libraries is to change, or what becomes of warnings, the process begins
+    anew, because they are read only once.
 
     Args:
         name: Of the command, for the message.
@@ -47,8 +48,13 @@ def set_aside(name: str) -> None:
         _say(name, f"not used: {RMW}={chosen}, as the ROS 2 of {sys.prefix} has {OWN_RMW} only")
     libraries = os.environ.get(LIBRARIES, "")
     ordered = own_first(libraries, Path(sys.prefix))
+    has_errors = "error" in os.environ.get(WARNINGS, "")
+    if has_errors:
+        chosen = os.environ.pop(WARNINGS)
+        _say(name, f"not used: {WARNINGS}={chosen}, as libraries of others warn")
     if unusable and ordered != libraries:
         os.environ[LIBRARIES] = ordered
+    if has_errors or (unusable and ordered != libraries):
         os.execve(sys.executable, sys.orig_argv, os.environ)
 
 

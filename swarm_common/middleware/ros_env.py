@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import socket
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -42,7 +43,8 @@ def set_defaults() -> None:
     segments stay behind when a process is killed.
 
     Raises:
-        ConfigError: If the range that the user chose is none, or lets no node find another.
+        ConfigError: If the range that the user chose is none, or lets no node find another; if
+            this host cannot be reached from itself.
     """
     home.set_defaults(os.environ)
     is_local = os.environ.get(LOCALHOST_ONLY) == "1"
@@ -60,6 +62,8 @@ def set_defaults() -> None:
         use_profile(str(_PROFILE))
     else:
         os.environ[DISCOVERY_RANGE] = "LOCALHOST"
+    if bound_address() == LOOPBACK:
+        _check_loopback()
 
 
 def use_profile(path: str) -> None:
@@ -69,6 +73,22 @@ def use_profile(path: str) -> None:
     os.environ[ENDPOINTS] = "1"
     os.environ[SKIP_PROFILES] = "1"
     os.environ.pop(LOCALHOST_ONLY, None)
+
+
+def _check_loopback() -> None:
+    """Refuse to start where the processes of this host cannot reach each other.
+
+    Raises:
+        ConfigError: If the loopback interface is down, as in a new network namespace.
+    """
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect((LOOPBACK, FIRST_PORT))  # sends nothing
+        except OSError as error:
+            raise ConfigError(
+                f"{LOOPBACK} cannot be reached ({error.strerror}), and with it no process the"
+                " others: sudo ip link set lo up"
+            ) from None
 
 
 def is_profile_ours() -> bool:

@@ -38,11 +38,13 @@ class FaultLog:
 
 def shown(message: str) -> str:
     """Return a message without control characters, and not longer than anybody reads."""
-    text = "".join(
-        letter if letter.isprintable() or letter == "\n" else "?"
-        for letter in message[: 2 * LONGEST_MESSAGE]
-    )
+    text = printable(message[: 2 * LONGEST_MESSAGE])
     if len(message) <= LONGEST_MESSAGE:
         return text
     half = LONGEST_MESSAGE // 2
     return f"{text[:half]} ... {shown(message[-half:])}"
+
+
+def printable(message: str) -> str:
+    """Return a message without control characters: it may quote an input of any letters."""
+    return "".join(letter if letter.isprintable() or letter == "\n" else "?" for letter in message)

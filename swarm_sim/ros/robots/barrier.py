@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+STALL = 5.0  # [s] of wall time between two looks; a longer gap means that this process slept
 NEWCOMER_LIMIT = 30.0  # [s] of wall time for a spawned robot's navigator to start
 
 
@@ -29,6 +30,7 @@ class Barrier:
         self._newcomers: set[int] = set()  # that have not answered yet
         self._silent_since: dict[int, float] = {}  # wall time, of robots whose host is silent
         self._opened_at = 0.0
+        self._looked_at = 0.0
         self._has_started = not expects
         self._expects = expects
         self._last_answers = 0
@@ -48,7 +50,7 @@ class Barrier:
     def open(self, now: float) -> None:
         """Begin a tick at wall time `now`."""
         self._answered = [False] * len(self._answered)
-        self._opened_at = now
+        self._opened_at = self._looked_at = now
 
     def add(self) -> None:
         """Take another robot; its first answer is waited for with patience."""
@@ -104,6 +106,7 @@ class Barrier:
     def is_complete(self, now: float) -> bool:
         """Whether the tick may be executed at wall time `now`."""
         missing = self.missing()
+        self._look(now)
         if not self._has_started:
             return not missing
         is_alone = 2 * len(missing) <= sum(self._expected)
@@ -114,6 +117,14 @@ class Barrier:
                 self._expected[robot] = False
                 self._new_late.append((robot, is_alone))
         return not self.missing()
+
+    def _look(self, now: float) -> None:
+        """Leave the time out in which this process slept: the robots may have, too."""
+        gap = now - self._looked_at
+        if gap > STALL:
+            self._opened_at += gap
+            self._silent_since = {robot: t + gap for robot, t in self._silent_since.items()}
+        self._looked_at = now
 
     def take_late(self) -> list[tuple[int, bool]]:
         """Return the robots that are not waited for any more since the last call.

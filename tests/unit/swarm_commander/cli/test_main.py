@@ -81,3 +81,26 @@ run_app("look", lambda: app)
         capture_output=True, text=True, check=False, timeout=60,
     )  # fmt: skip
     assert done.stdout == "1 0\n", done.stderr
+
+
+def test_warnings_of_libraries_end_no_command():
+    """A run ended with a traceback: a library imports a module that is deprecated."""
+    done = subprocess.run(
+        [*COMMAND, "--list"],
+        env=os.environ | {"PYTHONWARNINGS": "error", "PYTHONPATH": str(FOLDER)},
+        capture_output=True, text=True, check=False, timeout=60,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.startswith("swarm-up: not used: PYTHONWARNINGS=error")
+    assert done.stderr.count("\n") == 1
+
+
+def test_a_message_has_no_control_characters(tmp_path):
+    (tmp_path / "mine.yaml").write_text('"\\e[31mred": 1\n', encoding="utf-8")
+    done = subprocess.run(
+        [*COMMAND, "--params", "mine.yaml"],
+        env=os.environ | {"PYTHONPATH": str(FOLDER)},
+        cwd=tmp_path, capture_output=True, text=True, check=False, timeout=60,
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert "mine.yaml: ?[31mred" in done.stderr

@@ -50,3 +50,27 @@ def test_a_pipe_is_read_to_its_end(tmp_path):
     writer.start()
     assert read_yaml(pipe) == {"a": 1}
     writer.join()
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (f"a: {'9' * 400}", "line 1: malformed YAML: an integer of more than 64 bits"),
+        (f"a: 1\nb: -0x{'f' * 17}", "line 2: malformed YAML: an integer of more than 64 bits"),
+        ("a: 1\nb: gr\xfc\xdfe", "line 2: it is not UTF-8; save it as UTF-8"),
+        ("a: 1\nb: \0", "unacceptable character"),
+    ],
+    ids=["digits", "hexadecimal", "latin", "zero"],
+)
+def test_what_no_parameter_can_be_is_one_line_that_says_where(tmp_path, content, message):
+    path = tmp_path / "mine.yaml"
+    path.write_bytes(content.encode("latin-1"))
+    with pytest.raises(ConfigError, match=message) as caught:
+        read_yaml(path)
+    assert "\n" not in str(caught.value)
+
+
+def test_the_largest_integers_of_ros_are_read(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text(f"a: {2**63 - 1}\nb: {-(2**63)}\n", encoding="utf-8")
+    assert read_yaml(path) == {"a": 2**63 - 1, "b": -(2**63)}

@@ -63,6 +63,23 @@ def test_older_ways_to_stay_on_this_host_mean_the_same(monkeypatch: pytest.Monke
     assert Path(os.environ[ros_env.PROFILES]).name == "fastdds.xml"
 
 
+def test_a_loopback_interface_that_is_down_is_named(tmp_path: Path) -> None:
+    """As in a new network namespace: a swarm waited for its navigators for ten minutes."""
+    code = (
+        "from swarm_common.middleware import ros_env\n"
+        "try: ros_env.set_defaults()\n"
+        "except Exception as error: print(error)"
+    )
+    alone = ("unshare", "--map-root-user", "--net")
+    if subprocess.run((*alone, "true"), capture_output=True, check=False).returncode:
+        pytest.skip("no network namespace can be made here")
+    done = subprocess.run(
+        (*alone, sys.executable, "-c", code),
+        env=os.environ | {"PYTHONPATH": str(ROOT)}, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert "sudo ip link set lo up" in done.stdout, done.stderr
+
+
 def test_a_profile_in_the_current_folder_is_ignored(tmp_path: Path) -> None:
     """Fast DDS reads it beside ours and listened to the network; the run ended with a traceback."""
     (tmp_path / "DEFAULT_FASTRTPS_PROFILES.xml").write_text(
