@@ -14,12 +14,17 @@ from swarm_interfaces.msg import RobotStatus
 
 from swarm_commander.cli.command_node import command_node
 from swarm_commander.cli.console import Moment, StatusConsole
-from swarm_commander.cli.listing import mission_names
 from swarm_commander.cli.main import FLEET_COMMANDS
 from swarm_commander.mission.discovery import find_robots, read_home, read_sites, robot_on_mission
 from swarm_commander.mission.driver import RobotDriver, has_goal, sim_seconds
 from swarm_commander.mission.itinerary import Itinerary, Order, StopOutcome
-from swarm_commander.mission.mission import Mission, load_mission, single_goal, usual_mission
+from swarm_commander.mission.mission import (
+    Mission,
+    load_mission,
+    mission_names,
+    single_goal,
+    usual_mission,
+)
 from swarm_commander.mission.swarm_watch import SwarmWatch
 from swarm_commander.run.domain import domain_id, patience_for
 from swarm_common.middleware.ros_io import tick_of

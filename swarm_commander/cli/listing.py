@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 
+from swarm_commander.mission.mission import mission_names, mission_path
 from swarm_common.files.map_io import load_map
 from swarm_common.files.resources import resource_names, share_directory
 from swarm_common.files.sites_io import load_sites
 from swarm_common.files.yaml_io import read_yaml
-from swarm_common.robots.fleet import load_fleet
+from swarm_common.robots.fleet import fleet_names, load_fleet
 from swarm_common.robots.loading import load_robot, robot_names
 
 
@@ -31,27 +31,9 @@ def world_names() -> list[str]:
     return resource_names("world", "world.sdf")
 
 
-def mission_names() -> list[str]:
-    """Return the names of the missions."""
-    return _stems("missions")
-
-
-def fleet_names() -> list[str]:
-    """Return the names of the fleets."""
-    return _stems("fleets")
-
-
 def _section(kind: str, names: list[str], about: Callable[[str], str]) -> str:
     width = max(map(len, names))
     return "\n".join([f"--{kind}", *(f"  {name:<{width}}  {about(name)}" for name in names)])
-
-
-def _stems(kind: str) -> list[str]:
-    return sorted(path.stem for path in _params(kind).glob("*.yaml"))
-
-
-def _params(kind: str) -> Path:
-    return share_directory("params") / "params" / kind
 
 
 def _world(name: str) -> str:
@@ -64,7 +46,7 @@ def _world(name: str) -> str:
 
 
 def _mission(name: str) -> str:
-    return str(read_yaml(_params("missions") / f"{name}.yaml").get("description", ""))
+    return str(read_yaml(mission_path(name)).get("description", ""))
 
 
 def _robot(name: str) -> str:

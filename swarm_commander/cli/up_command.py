@@ -8,9 +8,10 @@ from typing import Annotated
 
 import typer
 
-from swarm_commander.cli.listing import fleet_names, listing, mission_names, world_names
+from swarm_commander.cli.listing import listing, world_names
 from swarm_commander.cli.session import bring_up
 from swarm_commander.hosts.host_options import Role, check_combination
+from swarm_commander.mission.mission import mission_names
 from swarm_commander.run.domain import DomainLock, domain_id
 from swarm_commander.run.input.options import (
     DEFAULT_ROBOT,
@@ -28,7 +29,7 @@ from swarm_common.files.bytecode import ensure_bytecode, own_packages
 from swarm_common.middleware.addresses import check_address, check_port, own_address
 from swarm_common.middleware.secret import given_secret
 from swarm_common.model.errors import ConfigError
-from swarm_common.robots.fleet import load_fleet
+from swarm_common.robots.fleet import fleet_names, load_fleet
 from swarm_common.robots.loading import robot_names as robot_models
 from swarm_common.robots.packages import add_package_paths
 from swarm_setup.build import ensure_interfaces, interface_packages

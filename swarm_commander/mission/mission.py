@@ -143,6 +143,11 @@ def usual_mission(sites: Sites, where: str) -> Mission:
     return Mission(name="tour", route=(out, Leg(home=True)))
 
 
+def mission_names() -> list[str]:
+    """Return the names of the missions that come with us, sorted."""
+    return sorted(path.stem for path in _folder().glob("*.yaml"))
+
+
 def mission_path(name_or_path: str) -> Path:
     """Return the file of a mission of `params/missions`, or the user's own.
 
@@ -152,11 +157,14 @@ def mission_path(name_or_path: str) -> Path:
     path = Path(name_or_path)
     if path.suffix in (".yaml", ".yml") or len(path.parts) > 1:
         return path
-    folder = share_directory() / "params" / "missions"
-    names = {path.stem for path in folder.glob("*.yaml")}
+    names = mission_names()
     if name_or_path not in names:
         raise UnknownNameError("mission", name_or_path, names_to_propose(name_or_path, names))
-    return folder / f"{name_or_path}.yaml"
+    return _folder() / f"{name_or_path}.yaml"
+
+
+def _folder() -> Path:
+    return share_directory("params") / "params" / "missions"
 
 
 def load_mission(name_or_path: str) -> Mission:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-
-from rclpy.node import Node
+from typing import TYPE_CHECKING
 
 from swarm_common.middleware import ros_env
 from swarm_common.model.errors import SwarmEndedError
+
+if TYPE_CHECKING:  # swarm-up looks whether there is a swarm, too, and needs no rclpy
+    from rclpy.node import Node
 
 SOCKETS = Path("/proc/net/unix")  # lists the sockets of this host, see proc_net_unix(5)
 PERIOD = 1.0  # [s] of wall time between two looks

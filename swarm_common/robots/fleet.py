@@ -93,15 +93,23 @@ def load_fleet(name_or_path: str | Path) -> Fleet:
     return Fleet(_dealt(crews) if order == "mixed" else tuple(m for crew in crews for m in crew))
 
 
+def fleet_names() -> list[str]:
+    """Return the names of the fleets that come with us, sorted."""
+    return sorted(path.stem for path in _folder().glob("*.yaml"))
+
+
 def _fleet_path(name_or_path: str | Path) -> Path:
     path = Path(name_or_path)
     if path.suffix in (".yaml", ".yml") or len(path.parts) > 1:
         return path
-    folder = share_directory("params") / "params" / "fleets"
-    names = [item.stem for item in folder.glob("*.yaml")]
+    names = fleet_names()
     if path.name not in names:
         raise UnknownNameError("fleet", path.name, names_to_propose(path.name, names))
-    return folder / f"{path.name}.yaml"
+    return _folder() / f"{path.name}.yaml"
+
+
+def _folder() -> Path:
+    return share_directory("params") / "params" / "fleets"
 
 
 def _dealt(crews: Sequence[Sequence[Member]]) -> tuple[Member, ...]:

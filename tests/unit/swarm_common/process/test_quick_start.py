@@ -22,6 +22,17 @@ assert distance_kernels.distance_cells(occupied)[4, 0] == 4.0
 assert "scipy.linalg" not in sys.modules
 import scipy.linalg.cython_blas
 """
+# Processes, and what is slow to import and of no use to them at their start.
+OTHERS = ("matplotlib", "PIL", "scipy.linalg", "scipy.ndimage", "yourdfpy", "trimesh", "viser")
+UNUSED = {
+    "swarm_commander.cli.up_command": ("rclpy", "numba", "scipy", "shapely", "pybullet"),
+    "swarm_sim.ros.node": ("rich", "typer"),
+    "swarm_nav.launch.fork_server_main": ("rich", "typer", "psutil", "shapely", "pybullet"),
+    "swarm_commander.cli.commander_command": ("numba", "shapely", "swarm_common.robots"),
+    "swarm_commander.mission.runner": ("rich", "typer", "numba", "scipy", "shapely", "pybullet"),
+}
+# rclpy's own end would wait for threads that the fork server keeps from being there.
+IMPORTED = "import os, sys, {}; print(*sys.modules, flush=True); os._exit(0)"
 
 
 def test_kernels_run_without_scipy_and_scipy_can_be_imported_after() -> None:
@@ -38,3 +49,10 @@ def test_the_collector_is_off_within_and_on_again_after_a_failure() -> None:
         fail()
     assert gc.isenabled()
     gc.unfreeze()
+
+
+@pytest.mark.parametrize("process", UNUSED)
+def test_a_process_starts_without_what_it_does_not_use(process: str) -> None:
+    command = [sys.executable, "-c", IMPORTED.format(process)]
+    modules = subprocess.run(command, check=True, timeout=300, capture_output=True, text=True)
+    assert not set(modules.stdout.split()) & {*OTHERS, *UNUSED[process]}
