@@ -23,29 +23,17 @@ MOST = 20_000  # things in a plan
 
 @dataclass(frozen=True, slots=True)
 class Thing:
-    """A body on the floor.
+    """A body on the floor."""
 
-    Attributes:
-        name: Of its model.
-        shape: Box or cylinder.
-        x: [m]
-        y: [m]
-        z: [m] of its underside.
-        yaw: [rad]
-        color: Of it.
-        mass: [kg]; None if it can never move.
-        friction: Against the floor, of things that can move.
-    """
-
-    name: str
+    name: str  # of its model
     shape: Box | Cylinder
-    x: float
-    y: float
-    z: float = 0.0
-    yaw: float = 0.0
+    x: float  # [m]
+    y: float  # [m]
+    z: float = 0.0  # [m] of its underside
+    yaw: float = 0.0  # [rad]
     color: Color = BOX_COLOR
-    mass: float | None = None
-    friction: float = 0.5
+    mass: float | None = None  # [kg]; None if it can never move
+    friction: float = 0.5  # against the floor, of things that can move
 
 
 @dataclass(frozen=True, slots=True)

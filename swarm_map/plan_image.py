@@ -33,19 +33,13 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanScale:
-    """How large a picture is.
+    """How large a picture is."""
 
-    Attributes:
-        resolution: [m] per pixel.
-        origin: x, y [m] of the lower left corner; None puts the picture's middle at (0, 0).
-        wall_height: [m]
-        drop: [m]; dark spots that reach no further are left out.
-    """
-
-    resolution: float = 0.05
+    resolution: float = 0.05  # [m] per pixel
+    # x, y [m] of the lower left corner; None puts the picture's middle at (0, 0)
     origin: tuple[float, float] | None = None
-    wall_height: float = 2.5
-    drop: float = 0.0
+    wall_height: float = 2.5  # [m]
+    drop: float = 0.0  # [m]; dark spots that reach no further are left out
 
     def __post_init__(self) -> None:
         if not 0.001 <= self.resolution <= 1.0:
@@ -171,21 +165,13 @@ def _grown(left: Mask, row: int, column: int) -> tuple[int, int]:
 
 @dataclass(frozen=True, slots=True)
 class _Spot:
-    """Connected pixels.
+    """Connected pixels."""
 
-    Attributes:
-        middle: Row and column.
-        pixels: Number of them.
-        row: Of the lowest left corner of `mask` in the picture.
-        column: Likewise.
-        mask: Which pixels of the rectangle around the spot belong to it.
-    """
-
-    middle: Point
-    pixels: int
-    row: int
-    column: int
-    mask: Mask
+    middle: Point  # row and column
+    pixels: int  # number of them
+    row: int  # of the lowest left corner of `mask` in the picture
+    column: int  # likewise
+    mask: Mask  # which pixels of the rectangle around the spot belong to it
 
 
 def _connected(mask: Mask) -> Iterator[_Spot]:

@@ -45,21 +45,15 @@ MOST_EXTRAPOLATION = 3  # [ticks] for which a neighbour is assumed to go on as i
 
 @dataclass(frozen=True, slots=True)
 class Others:
-    """The other robots heard, at the present tick; arrays have one row per robot.
+    """The other robots heard, at the present tick; arrays have one row per robot."""
 
-    Attributes:
-        places: (k, 2) [m] in map, moved on since the beacons were sent.
-        velocities: (k, 2) [m/s] of base_footprint in map.
-        yaws: (k,) [rad] in map.
-        turns: (k,) [rad/s]
-        radii: (k,) [m]
-    """
-
+    # (k, 2) [m] in map, moved on since the beacons were sent
     places: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
+    # (k, 2) [m/s] of base_footprint in map
     velocities: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
-    yaws: FloatArray = field(default_factory=lambda: np.zeros(0))
-    turns: FloatArray = field(default_factory=lambda: np.zeros(0))
-    radii: FloatArray = field(default_factory=lambda: np.zeros(0))
+    yaws: FloatArray = field(default_factory=lambda: np.zeros(0))  # (k,) [rad] in map
+    turns: FloatArray = field(default_factory=lambda: np.zeros(0))  # (k,) [rad/s]
+    radii: FloatArray = field(default_factory=lambda: np.zeros(0))  # (k,) [m]
 
 
 class Baseline(ABC):

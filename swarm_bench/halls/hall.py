@@ -27,26 +27,19 @@ Rectangle = tuple[float, float, float, float]
 
 @dataclass(slots=True)
 class Hall:
-    """A hall from (0, 0) to (width, height) and what happens in it; lists have one entry per robot.
-
-    Attributes:
-        boxes: Inner walls, racks, pillars (x_min, y_min, x_max, y_max).
-        stations: Where goals are.
-        goals: Of each robot, in order; none of a dead one.
-        mission: What kind of goals these are.
-        dead: Number of robots, the last ones, that never do anything.
-        walkers: People.
-    """
+    """A hall from (0, 0) to (width, height), and what happens in it; lists: an entry per robot."""
 
     width: float
     height: float
+    # inner walls, racks, pillars (x_min, y_min, x_max, y_max)
     boxes: list[Rectangle] = field(default_factory=list)
-    stations: list[Pose] = field(default_factory=list)
+    stations: list[Pose] = field(default_factory=list)  # where goals are
     homes: list[Pose] = field(default_factory=list)
+    # of each robot, in order; none of a dead one
     goals: list[list[Pose]] = field(default_factory=list)
-    mission: str = ""
-    dead: int = 0
-    walkers: tuple[WalkerSpec, ...] = ()
+    mission: str = ""  # what kind of goals these are
+    dead: int = 0  # number of robots, the last ones, that never do anything
+    walkers: tuple[WalkerSpec, ...] = ()  # people
 
     def scene(self) -> Scene:
         """Return the walls as a world, with the stations."""

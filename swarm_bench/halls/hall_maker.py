@@ -31,23 +31,14 @@ PASS_DEAD = 0.1  # [m] beyond both radii by which a dead robot can be passed
 
 @dataclass(frozen=True, slots=True)
 class HallRequest:
-    """What a hall is made for.
+    """What a hall is made for."""
 
-    Attributes:
-        robots: Number, dead ones included.
-        radius: [m] circumscribed, of the widest.
-        reach: [m] that the widest keeps from another one's centre.
-        mission: One of `MISSIONS`; empty to draw one.
-        dead: Number of dead robots.
-        people: Number of people who walk.
-    """
-
-    robots: int
-    radius: float
-    reach: float
-    mission: str = ""
-    dead: int = 0
-    people: int = 0
+    robots: int  # number, dead ones included
+    radius: float  # [m] circumscribed, of the widest
+    reach: float  # [m] that the widest keeps from another one's centre
+    mission: str = ""  # one of `MISSIONS`; empty to draw one
+    dead: int = 0  # number of dead robots
+    people: int = 0  # number of people who walk
 
 
 def make_hall(wish: HallRequest, seed: int) -> tuple[Hall, Grid]:

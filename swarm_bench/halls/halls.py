@@ -8,12 +8,13 @@ from typing import Any
 from swarm_bench.halls.hall import Hall
 from swarm_bench.halls.hall_maker import MISSIONS, HallRequest, make_hall
 from swarm_bench.runs.harness import Harness
-from swarm_bench.runs.methods import load_method
 from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.scenario import Scenario
 from swarm_bench.runs.stage import (
     RunOptions,
     Stage,
+    make_drivers,
+    make_world,
     nav_config,
     robot_named,
     room_for,
@@ -23,9 +24,7 @@ from swarm_commander.mission.leg import Stop
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose
-from swarm_common.robots.loading import load_robot_model
-from swarm_sim.sensing.radio import RadioConfig
-from swarm_sim.world.world import World, WorldConfig
+from swarm_sim.scene.actors import Actors
 
 SIZES = (5, 12, 20, 35, 50)
 NONE, DEAD, RADIO, PEOPLE, MIXED = TROUBLES = ("none", "dead", "radio", "people", "mixed")
@@ -123,27 +122,9 @@ def build_hall(options: RunOptions) -> Stage:
     hall, grid = hall_of(options)
     specs = [robot_named(model) for model in scenario.models(options.robots)]
     scene = hall.scene()
-    models = None
-    if scenario.with_lidar or options.engine != "planar":
-        models = {spec.model: load_robot_model(spec.model) for spec in set(specs)}
-    world = World(
-        scene, specs, hall.homes,
-        WorldConfig(
-            engine=options.engine,
-            with_lidar=scenario.with_lidar,
-            walkers=hall.walkers,
-            actuation_noise=scenario.noise,
-            realistic=options.realistic,
-            radio=RadioConfig(loss=scenario.loss, delay=scenario.delay),
-        ),
-        options.seed,
-        models=models,
-    )  # fmt: skip
-    method = load_method(options.method)
-    drivers = [
-        method(nav_config(options, spec), spec, grid, scene.sites, number, home)
-        for number, (spec, home) in enumerate(zip(specs, hall.homes, strict=True), 1)
-    ]
+    actors = Actors(hall.walkers, scene.vehicles)
+    world = make_world(options, scene, specs, hall.homes, actors)
+    drivers = make_drivers(options, scene.sites, specs, grid, hall.homes)
     names = {(pose.x, pose.y): name for name, pose in scene.sites.stations.items()}
     stops = [_stops(goals, names) for goals in hall.goals]
     itineraries = [Itinerary(route, 1) for route in stops]

@@ -3,27 +3,17 @@
 What a module imports of its folder stands above it:
 
     document           Parts of a document that a command writes, between two lines that mark them
-    invariant_kernels  The smallest gap between held tubes, for the check of the safety invariant in
-                       every tick
-    json_lines         A file of JSON lines, one per run, that a killed bench leaves readable and
-                       goes on with
-    methods            What drives a robot in the bench: our navigator, or a baseline with the same
-                       face
-    scenario           Scenarios: the rows of the traffic suite, as written in
-                       `params/scenarios/*.yaml`
-    invariant          The safety invariant: no two robots hold space nearer to each other than
-                       their radii
-    pose_error         How well the robots of a run know where they are: estimated poses against the
-                       true ones
+    invariant_kernels  The smallest gap between held tubes, in every tick
+    json_lines         A file of JSON lines, one per run, that a killed bench goes on with
+    methods            What drives a robot in the bench: our navigator, or a baseline
+    scenario           Scenarios: the rows of the traffic suite
+    invariant          No two robots hold space nearer to each other than their radii
+    pose_error         How well the robots of a run know where they are
     result             What a run was: counted by the harness, the same fields for every method
-    stage              Everything that a run needs, made from a scenario: world, map, drivers and
-                       missions
-    result_builder     From a run that is over to its result; the definitions are those of
-                       `report.json`
-    harness            One run without the ROS graph: the loop of world, brains and missions, tick
-                       by tick
-    ros_run            One run on the real ROS graph: `swarm-up` with a scenario's input, and its
-                       report read
+    stage              Everything that a run needs, made from a scenario
+    result_builder     From a run that is over to its result
+    harness            One run without the ROS graph, tick by tick
+    ros_run            One run on the real ROS graph, by `swarm-up`
 
 Imports nothing else of swarm_bench.
 """

@@ -36,17 +36,12 @@ Watcher = Callable[[World, Sequence[Driver], Sequence[Output | None]], None]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InjectedFaults:
-    """What is wrong with some robots, by index; for tests.
+    """What is wrong with some robots, by index; for tests."""
 
-    Attributes:
-        dead: Tick from which a robot does and says nothing; its goals are not asked for.
-        mute: Robots whose beacons nobody gets.
-        deaf: Robots that get no batch of neighbours.
-    """
-
+    # tick from which a robot does and says nothing; its goals are not asked for
     dead: Mapping[int, int] = field(default_factory=dict)
-    mute: Collection[int] = ()
-    deaf: Collection[int] = ()
+    mute: Collection[int] = ()  # robots whose beacons nobody gets
+    deaf: Collection[int] = ()  # robots that get no batch of neighbours
 
 
 class Harness:

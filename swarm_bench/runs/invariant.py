@@ -16,17 +16,11 @@ TOLERANCE = 1e-3  # [m] of the single-precision points in beacons
 
 @dataclass(frozen=True, slots=True)
 class Breach:
-    """Two tubes that came nearer than ever before in this run, and nearer than they may.
+    """Two tubes that came nearer than ever before in this run, and nearer than they may."""
 
-    Attributes:
-        tick: When.
-        robots: Ids.
-        slack: [m] gap less the sum of the radii, negative.
-    """
-
-    tick: int
-    robots: tuple[int, int]
-    slack: float
+    tick: int  # when
+    robots: tuple[int, int]  # ids
+    slack: float  # [m] gap less the sum of the radii, negative
 
 
 class Invariant:

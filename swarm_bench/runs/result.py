@@ -13,29 +13,17 @@ from swarm_bench.runs.json_lines import rounded
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotResult:
-    """One robot's share.
+    """One robot's share."""
 
-    Attributes:
-        goals_reached: Of its mission.
-        goals_failed: Given up, or never reached in time.
-        finish_time: [s] when its last goal was reached; None if one was missed.
-        hold_time: [s] in the holding pattern.
-        wait_time: [s] of standing on its way because of other robots.
-        goal_worst: [s] that its slowest goal took; None without one.
-        distance: [m] driven.
-        collisions: Contact episodes.
-        min_clearance: [m] from anything; None if nothing was near.
-    """
-
-    goals_reached: int
-    goals_failed: int
-    finish_time: float | None
-    hold_time: float
-    wait_time: float
-    goal_worst: float | None
-    distance: float
-    collisions: int
-    min_clearance: float | None
+    goals_reached: int  # of its mission
+    goals_failed: int  # given up, or never reached in time
+    finish_time: float | None  # [s] when its last goal was reached; None if one was missed
+    hold_time: float  # [s] in the holding pattern
+    wait_time: float  # [s] of standing on its way because of other robots
+    goal_worst: float | None  # [s] that its slowest goal took; None without one
+    distance: float  # [m] driven
+    collisions: int  # contact episodes
+    min_clearance: float | None  # [m] from anything; None if nothing was near
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

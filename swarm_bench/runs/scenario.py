@@ -26,46 +26,27 @@ class Target:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scenario:
-    """A world, what the robots do in it, and what makes it hard.
+    """A world, what the robots do in it, and what makes it hard."""
 
-    Attributes:
-        name: Of the file.
-        description: One line for tables.
-        world: Name or path.
-        mission: Name or path.
-        robots: Swarm sizes of the suite.
-        robot: Model of every robot where there is no fleet.
-        fleet: Models in turn: robot k is of model fleet[(k - 1) % len(fleet)].
-        loss: Share of the beacons that are lost.
-        delay: [s] that beacons are late, beyond the one tick that they always take.
-        with_lidar: Whether LiDARs run; without them only map and beacons are known.
-        actors: Name of a file beside the world's, with people who walk about; empty for the
-            world's own.
-        noise: Standard deviation of each speed of a robot, as a share of it, in each tick.
-        dead: Where robots stand, the last ones of the swarm, that never do or say anything.
-        seeds: Number of seeds of the suite by swarm size; `SUITE_SEEDS` where nothing is said.
-        time_limit: [s] of simulated time by swarm size, after which missing goals are missed.
-        stall_limit: [s] without any goal reached after which a run counts as deadlocked and ends.
-        targets: By swarm size.
-    """
-
-    name: str
-    description: str = ""
-    world: str = "slim_blockage"
-    mission: str = "loading_route"
-    robots: tuple[int, ...] = (20,)
-    robot: str = "turtlebot3_waffle"
-    fleet: tuple[str, ...] = ()
-    loss: float = 0.0
-    delay: float = 0.0
-    with_lidar: bool = False
-    actors: str = ""
-    noise: float = 0.02
-    dead: tuple[Pose, ...] = ()
+    name: str  # of the file
+    description: str = ""  # one line for tables
+    world: str = "slim_blockage"  # name or path
+    mission: str = "loading_route"  # name or path
+    robots: tuple[int, ...] = (20,)  # swarm sizes of the suite
+    robot: str = "turtlebot3_waffle"  # model of every robot where there is no fleet
+    fleet: tuple[str, ...] = ()  # models in turn: robot k is of fleet[(k - 1) % len(fleet)]
+    loss: float = 0.0  # share of the beacons that are lost
+    delay: float = 0.0  # [s] that beacons are late, beyond the one tick that they always take
+    with_lidar: bool = False  # whether LiDARs run; without them map and beacons are all
+    actors: str = ""  # file beside the world's, with people who walk about; empty for its own
+    noise: float = 0.02  # standard deviation of each speed in each tick, as a share of it
+    dead: tuple[Pose, ...] = ()  # where the last robots stand, which never do or say anything
+    # Number of seeds of the suite by swarm size; `SUITE_SEEDS` where nothing is said.
     seeds: Mapping[int, int] = field(default_factory=dict)
+    # [s] of simulated time by swarm size, after which missing goals are missed
     time_limit: Mapping[int, float] = field(default_factory=dict)
-    stall_limit: float = 600.0
-    targets: Mapping[int, Target] = field(default_factory=dict)
+    stall_limit: float = 600.0  # [s] without a goal reached after which a run is deadlocked
+    targets: Mapping[int, Target] = field(default_factory=dict)  # by swarm size
 
     def __post_init__(self) -> None:
         if not self.robots:

@@ -59,29 +59,17 @@ class RunOptions:
 
 @dataclass(slots=True)
 class Stage:
-    """A run that is ready to start; lists have one entry per robot.
-
-    Attributes:
-        world: The world core.
-        drivers: What decides for each robot.
-        itineraries: What each robot has to do.
-        homes_map: Where each starts.
-        dead: Indices of the robots that never do anything.
-        grid: The map.
-        sites: Of the world.
-        stops: The goals of each robot.
-        conditions: What the map has room for; None where nobody asks.
-    """
+    """A run that is ready to start; lists have one entry per robot."""
 
     world: World
-    drivers: list[Driver]
-    itineraries: list[Itinerary]
-    homes_map: list[Pose]
-    dead: frozenset[int]
-    grid: Grid
-    sites: Sites = field(default_factory=Sites)
-    stops: list[tuple[Stop, ...]] = field(default_factory=list)
-    conditions: Conditions | None = None
+    drivers: list[Driver]  # what decides for each robot
+    itineraries: list[Itinerary]  # what each robot has to do
+    homes_map: list[Pose]  # where each starts
+    dead: frozenset[int]  # indices of the robots that never do anything
+    grid: Grid  # the map
+    sites: Sites = field(default_factory=Sites)  # of the world
+    stops: list[tuple[Stop, ...]] = field(default_factory=list)  # the goals of each robot
+    conditions: Conditions | None = None  # what the map has room for; None where nobody asks
 
 
 def check(options: RunOptions) -> None:
@@ -122,32 +110,10 @@ def build(
     scene, mission, homes, specs = _cast(options)
     grid = _map_for(scenario.world, specs)
     dead = frozenset(range(count - len(scenario.dead), count))
-    method = load_method(options.method)
     actors = _actors(scenario.world, scenario.actors)
     if walkers:
         actors = Actors((*(actors.walkers if actors else ()), *walkers), scene.vehicles)
-    world = world_class(
-        scene,
-        specs,
-        homes,
-        WorldConfig(
-            engine=options.engine,
-            with_lidar=scenario.with_lidar,
-            walkers=actors.walkers if actors is not None else None,
-            vehicles=actors.vehicles if actors is not None else None,
-            actuation_noise=scenario.noise,
-            realistic=options.realistic,
-            radio=RadioConfig(loss=scenario.loss, delay=scenario.delay),
-        ),
-        options.seed,
-        models=_models(scenario, options),
-    )
-    configs = {spec: nav_config(options, spec) for spec in set(specs)}
-    drivers = [
-        method(configs[spec], spec, grid, scene.sites, number, home)
-        for number, (spec, home) in enumerate(zip(specs, homes, strict=True), 1)
-    ]
-    stops = [
+    routes = [
         ()
         if index in dead
         else tuple(
@@ -158,9 +124,50 @@ def build(
         )
         for index, home in enumerate(homes)
     ]  # fmt: skip
-    itineraries = [Itinerary(route, mission.retries) for route in stops]
-    found = room_for(options, specs, grid, homes, stops)
-    return Stage(world, drivers, itineraries, homes, dead, grid, scene.sites, stops, found)
+    itineraries = [Itinerary(route, mission.retries) for route in routes]
+    world = make_world(options, scene, specs, homes, actors, world_class)
+    drivers = make_drivers(options, scene.sites, specs, grid, homes)
+    found = room_for(options, specs, grid, homes, routes)
+    return Stage(world, drivers, itineraries, homes, dead, grid, scene.sites, routes, found)
+
+
+def make_world(
+    options: RunOptions,
+    scene: Scene,
+    specs: Sequence[RobotSpec],
+    homes: Sequence[Pose],
+    actors: Actors | None,
+    world_class: type[World] = World,
+) -> World:
+    """Return the world of a run; without actors there are those of the scene."""
+    scenario = options.scenario
+    config = WorldConfig(
+        engine=options.engine,
+        with_lidar=scenario.with_lidar,
+        walkers=actors.walkers if actors is not None else None,
+        vehicles=actors.vehicles if actors is not None else None,
+        actuation_noise=scenario.noise,
+        realistic=options.realistic,
+        radio=RadioConfig(loss=scenario.loss, delay=scenario.delay),
+    )
+    models = _models(scenario, options)
+    return world_class(scene, specs, homes, config, options.seed, models=models)
+
+
+def make_drivers(
+    options: RunOptions,
+    sites: Sites,
+    specs: Sequence[RobotSpec],
+    grid: Grid,
+    homes: Sequence[Pose],
+) -> list[Driver]:
+    """Return what decides for each robot of a run."""
+    method = load_method(options.method)
+    configs = {spec: nav_config(options, spec) for spec in set(specs)}
+    return [
+        method(configs[spec], spec, grid, sites, number, home)
+        for number, (spec, home) in enumerate(zip(specs, homes, strict=True), 1)
+    ]
 
 
 def room_for(

@@ -5,8 +5,7 @@ What a module imports of its folder stands above it:
     harness  One run of `swarm-bench scale` in one process, without the ROS graph
     plan     What `swarm-bench scale` runs: which hall, how many robots, for how long
     result   What one run of `swarm-bench scale` cost, and the file of JSON lines that keeps it
-    watch    Watches the processes of a run from outside: threads, memory, and other users of the
-             machine
+    watch    Watches the processes of a run from outside: threads, memory, other users
     graph    One run of `swarm-bench scale` on the ROS graph: `swarm-up`, watched from outside
     row      One table row for the runs of one system, workload and size, for terminal and Markdown
     plot     How cost grows with the swarm: CPU time, real-time factor, start-up and memory by size

@@ -36,15 +36,10 @@ REPOSITORY = Path(__file__).resolve().parents[2]
 
 @dataclass(frozen=True, slots=True)
 class Side:
-    """What is compared.
+    """What is compared."""
 
-    Attributes:
-        name: A file or a commit.
-        results: Of its runs.
-    """
-
-    name: str
-    results: Sequence[ScaleResult]
+    name: str  # a file or a commit
+    results: Sequence[ScaleResult]  # of its runs
 
 
 def compare(

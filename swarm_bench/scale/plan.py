@@ -21,17 +21,11 @@ DRIVES = ("planar", "bullet")
 
 @dataclass(frozen=True, slots=True)
 class Workload:
-    """A hall and what is done in it.
+    """A hall and what is done in it."""
 
-    Attributes:
-        world: Name.
-        mission: Name.
-        most: Robots for which there is work and room.
-    """
-
-    world: str
-    mission: str
-    most: int
+    world: str  # name
+    mission: str  # name
+    most: int  # robots for which there is work and room
 
 
 WORKLOADS: dict[str, Workload] = {
@@ -43,29 +37,17 @@ WORKLOADS: dict[str, Workload] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ScaleJob:
-    """One run.
+    """One run."""
 
-    Attributes:
-        system: `graph`, `harness`, or a peer's name.
-        workload: Of `WORKLOADS`.
-        robots: Swarm size.
-        repeat: Number of the run, from 0; all have the same seed.
-        seconds: [s] of simulated time after which the run ends.
-        goals: Per robot, after which it is done; 0 for as many as the mission has.
-        pack: Navigators per process.
-        engine: Physics.
-        code: Folder of the code to measure; None for this one.
-    """
-
-    system: str
-    workload: str
-    robots: int
-    repeat: int = 0
-    seconds: float = 120.0
-    goals: int = 0
-    pack: int = 1
-    engine: str = "bullet"
-    code: Path | None = None
+    system: str  # `graph`, `harness`, or a peer's name
+    workload: str  # of `WORKLOADS`
+    robots: int  # swarm size
+    repeat: int = 0  # number of the run, from 0; all have the same seed
+    seconds: float = 120.0  # [s] of simulated time after which the run ends
+    goals: int = 0  # per robot, after which it is done; 0 for as many as the mission has
+    pack: int = 1  # navigators per process
+    engine: str = "bullet"  # physics
+    code: Path | None = None  # folder of the code to measure; None for this one
 
     @property
     def key(self) -> tuple[Any, ...]:

@@ -17,50 +17,32 @@ SCHEMA = 1
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ScaleResult:
-    """One run; None where a system has no such thing, or it could not be measured.
+    """One run; None where a system has no such thing, or it could not be measured."""
 
-    Attributes:
-        system: `graph`, `harness`, or a peer's name.
-        workload: Hall and mission.
-        robots: Swarm size.
-        repeat: Number of the run.
-        setting: How it ran: seconds, goals, pack, engine.
-        start_up: [s] of wall time until every robot could decide.
-        sim_time: [s] at the end.
-        wall_time: [s] that these took, without the start-up.
-        cpu_ms: CPU time [ms] per robot and simulated second, of `world`, `navigators` and
-            `other`, and of `dds`: the threads of Fast DDS in all of these, counted there, too.
-        memory_mb: `total`: proportional share of all processes; `robot`: private memory of a
-            robot (of a process with its share of robots), `rss`: resident, shared pages counted
-            in each process.
-        late_ticks: Answers that came too late.
-        collisions: Contact episodes.
-        goals_reached: In time.
-        tick_us: [µs] of a robot's decisions in a tick: `median`, `p99`.
-        others: Share of the machine's processors that something else used meanwhile.
-        code: Commit.
-        machine: In one line.
-        trajectory_sha256: Of the true poses; empty for peers.
-    """
-
-    system: str
-    workload: str
-    robots: int
-    repeat: int
-    setting: Mapping[str, Any]
-    start_up: float | None
-    sim_time: float
-    wall_time: float
+    system: str  # `graph`, `harness`, or a peer's name
+    workload: str  # hall and mission
+    robots: int  # swarm size
+    repeat: int  # number of the run
+    setting: Mapping[str, Any]  # how it ran: seconds, goals, pack, engine
+    start_up: float | None  # [s] of wall time until every robot could decide
+    sim_time: float  # [s] at the end
+    wall_time: float  # [s] that these took, without the start-up
+    # CPU time [ms] per robot and simulated second, of `world`, `navigators` and `other`, and of
+    # `dds`: the threads of Fast DDS in all of these, counted there, too
     cpu_ms: Mapping[str, float | None]
+    # `total`: proportional share of all processes; `robot`: private memory of a robot (of a process
+    # with its share of robots), `rss`: resident, shared pages counted in each process
     memory_mb: Mapping[str, float | None]
-    late_ticks: int | None = None
-    collisions: int | None = None
-    goals_reached: int | None = None
+    late_ticks: int | None = None  # answers that came too late
+    collisions: int | None = None  # contact episodes
+    goals_reached: int | None = None  # in time
+    # [µs] of a robot's decisions in a tick: `median`, `p99`
     tick_us: Mapping[str, float | None] = field(default_factory=dict)
+    # share of the machine's processors that something else used meanwhile
     others: float | None = None
-    code: str = ""
-    machine: str = ""
-    trajectory_sha256: str = ""
+    code: str = ""  # commit
+    machine: str = ""  # in one line
+    trajectory_sha256: str = ""  # of the true poses; empty for peers
 
     @property
     def real_time_factor(self) -> float:

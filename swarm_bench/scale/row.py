@@ -17,13 +17,9 @@ NOISY = 0.1  # share of the processors that others had, from which figures are m
 
 @dataclass(frozen=True, slots=True)
 class ScaleRow:
-    """Repeats of one run; every figure is the median over them.
+    """Repeats of one run; every figure is the median over them."""
 
-    Attributes:
-        runs: At least one.
-    """
-
-    runs: tuple[ScaleResult, ...]
+    runs: tuple[ScaleResult, ...]  # at least one
 
     @property
     def first(self) -> ScaleResult:

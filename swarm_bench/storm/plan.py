@@ -37,19 +37,12 @@ class Failure(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """One failure of one robot.
+    """One failure of one robot."""
 
-    Attributes:
-        robot: Index.
-        failure: Which.
-        begin: Tick.
-        end: Tick at which the failure ends; `FOR_EVER` if it never does.
-    """
-
-    robot: int
-    failure: Failure
-    begin: int
-    end: int
+    robot: int  # index
+    failure: Failure  # which
+    begin: int  # tick
+    end: int  # tick at which the failure ends; `FOR_EVER` if it never does
 
     def is_on(self, tick: int) -> bool:
         """Whether it lasts at a tick."""
@@ -58,17 +51,11 @@ class Fault:
 
 @dataclass(frozen=True, slots=True)
 class Crate:
-    """A box that nobody knew of.
+    """A box that nobody knew of."""
 
-    Attributes:
-        tick: From which it is to be put down, once there is room.
-        side: [m]
-        yaw: [rad]
-    """
-
-    tick: int
-    side: float
-    yaw: float
+    tick: int  # from which it is to be put down, once there is room
+    side: float  # [m]
+    yaw: float  # [rad]
 
 
 @dataclass(frozen=True, slots=True)

@@ -58,45 +58,25 @@ ROWS = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StormResult:
-    """One storm.
+    """One storm."""
 
-    Attributes:
-        world: Name.
-        robots: Swarm size.
-        seed: Of everything.
-        faults: Number of failures by kind.
-        crates: That found room.
-        people: Who walked.
-        moving_contacts: Contact episodes in which a robot that lives moved when they began.
-        standing_contacts: All others: somebody walked into a robot that stood, or a dead one.
-        first_contact: Where and when the first of `moving_contacts` was; empty without.
-        goals_sent: Goals of the robots that live at the end.
-        goals_reached: Of these.
-        goals_barred: Of these: missed, and there was no way to them any more.
-        first_miss: Who missed which goal although there was a way; empty if nobody did.
-        min_clearance: [m] of any robot from anything.
-        sim_time: [s] at the end.
-        wall_time: [s] of the run.
-        trajectory_sha256: Of the true poses of all ticks.
-    """
-
-    world: str
-    robots: int
-    seed: int
-    faults: dict[str, int]
-    crates: int
-    people: int
-    moving_contacts: int
-    standing_contacts: int
-    first_contact: str
-    goals_sent: int
-    goals_reached: int
-    goals_barred: int
-    first_miss: str
-    min_clearance: float | None
-    sim_time: float
-    wall_time: float
-    trajectory_sha256: str
+    world: str  # name
+    robots: int  # swarm size
+    seed: int  # of everything
+    faults: dict[str, int]  # number of failures by kind
+    crates: int  # that found room
+    people: int  # who walked
+    moving_contacts: int  # contact episodes in which a robot that lives moved when they began
+    standing_contacts: int  # all others: somebody walked into a robot that stood, or a dead one
+    first_contact: str  # where and when the first of `moving_contacts` was; empty without
+    goals_sent: int  # goals of the robots that live at the end
+    goals_reached: int  # of these
+    goals_barred: int  # of these: missed, and there was no way to them any more
+    first_miss: str  # who missed which goal although there was a way; empty if nobody did
+    min_clearance: float | None  # [m] of any robot from anything
+    sim_time: float  # [s] at the end
+    wall_time: float  # [s] of the run
+    trajectory_sha256: str  # of the true poses of all ticks
 
     @property
     def is_flawless(self) -> bool:

@@ -3,14 +3,11 @@
 What a module imports of its folder stands above it:
 
     machine    The machine that something was measured on, in one line
-    store      Results on disk: a file of JSON lines, one per run, so that a killed sweep can
-               continue
+    store      Results on disk, so that a killed sweep can continue
     summary    Many runs of one scenario and size as one row
     table      Results for the terminal: a line per run, a table with a row per scenario and size
-    report     docs/traffic.md: the suite's tables as Markdown, written from results and nothing
-               else
-    sweep      Many runs, one after the other or in several processes, with their results kept on
-               disk
+    report     docs/traffic.md: the suite's tables as Markdown, from results
+    sweep      Many runs, one after the other or in several processes
     selection  From the words on the command line to a list of runs
     command    The command `swarm-bench`: its options
 

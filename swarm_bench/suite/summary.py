@@ -14,15 +14,10 @@ from swarm_bench.runs.stage import RunOptions
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """The runs of one scenario, method, engine, size and set of conditions.
+    """The runs of one scenario, method, engine, size and set of conditions."""
 
-    Attributes:
-        runs: At least one, in order of seeds.
-        scenario: As shipped; None for one of the user's.
-    """
-
-    runs: tuple[RunResult, ...]
-    scenario: Scenario | None
+    runs: tuple[RunResult, ...]  # at least one, in order of seeds
+    scenario: Scenario | None  # as shipped; None for one of the user's
 
     @property
     def first(self) -> RunResult:

@@ -29,19 +29,12 @@ Runner = Callable[[RunOptions], RunResult]
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
-    """What to run, and how.
+    """What to run, and how."""
 
-    Attributes:
-        options: The runs, in order.
-        jobs: Processes.
-        ros: Whether on the ROS graph.
-        runner: Runs one in the bench.
-    """
-
-    options: Sequence[RunOptions]
-    jobs: int = 1
-    ros: bool = False
-    runner: Runner = run
+    options: Sequence[RunOptions]  # the runs, in order
+    jobs: int = 1  # processes
+    ros: bool = False  # whether on the ROS graph
+    runner: Runner = run  # runs one in the bench
 
     def check(self) -> None:
         """Check each scenario and size before anything runs.

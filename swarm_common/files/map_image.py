@@ -22,14 +22,10 @@ MAX_PIXELS = 100_000_000
 
 @dataclass(frozen=True, slots=True)
 class MapImage:
-    """Pixels, the first row at the top.
+    """Pixels, the first row at the top."""
 
-    Attributes:
-        colors: uint16 (height, width, channels): grey, or red, green, blue.
-        alpha: uint16 (height, width), 65535 is opaque; None if the image has no transparency.
-    """
-
-    colors: NDArray[np.uint16]
+    colors: NDArray[np.uint16]  # uint16 (height, width, channels): grey, or red, green, blue
+    # uint16 (height, width), 65535 is opaque; None if the image has no transparency
     alpha: NDArray[np.uint16] | None = None
 
     def shade(self, with_alpha: bool = False) -> NDArray[np.float64]:

@@ -3,8 +3,8 @@
 A robot's tick would spend most of its middleware time on converting Python messages. These
 writers keep one encoded message and patch the numbers that change; the readers look only at what
 a navigator or the world needs. On the wire they are the ordinary ROS messages:
-`tests/graph/test_wire.py` compares them with the ROS serialiser. Strings may have any length, so
-messages of third parties are read, too.
+`tests/graph/middleware/test_cdr.py` compares them with the ROS serialiser. Strings may have any
+length, so messages of third parties are read, too.
 """
 
 from __future__ import annotations

@@ -32,15 +32,10 @@ ANNOUNCEMENT = 3  # [s]
 
 @dataclass(frozen=True, slots=True)
 class Peers:
-    """The participants that a participant announces itself to.
+    """The participants that a participant announces itself to."""
 
-    Attributes:
-        address: Of the host.
-        ids: Participant ids on it; None for all that are possible.
-    """
-
-    address: str
-    ids: tuple[int, ...] | None = None
+    address: str  # of the host
+    ids: tuple[int, ...] | None = None  # participant ids on it; None for all that are possible
 
 
 def profile(own_address: str, peers: Sequence[Peers], domain: int, lease: int = LEASE) -> str:

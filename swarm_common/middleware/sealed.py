@@ -28,17 +28,11 @@ class ForgedError(SwarmError):
 
 @dataclass(frozen=True, slots=True)
 class Letter:
-    """What a sealed message says.
+    """What a sealed message says."""
 
-    Attributes:
-        run: Of the swarm.
-        sender: Different for each process that ever speaks.
-        content: What it is about.
-    """
-
-    run: str
-    sender: str
-    content: Any
+    run: str  # of the swarm
+    sender: str  # different for each process that ever speaks
+    content: Any  # what it is about
 
 
 def tag(secret: str, *parts: bytes) -> bytes:

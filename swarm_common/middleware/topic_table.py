@@ -14,26 +14,17 @@ from dataclasses import dataclass, replace
 
 @dataclass(frozen=True, slots=True)
 class Topic:
-    """A topic as its publisher offers it.
+    """A topic as its publisher offers it."""
 
-    Attributes:
-        name: Relative to a robot's namespace unless it starts with a slash.
-        type: Like ``nav_msgs/msg/Path``.
-        is_reliable: Else best effort.
-        is_latched: Transient local: latecomers get the last message.
-        stamp_at: Offset [bytes] of sec and nanosec in a serialized message; None without a stamp.
-        many: Whether several nodes publish on it.
-        depth: Of the publisher's history.
-        is_event: Whether every message counts, so that a lower rate would lose something.
-    """
-
-    name: str
-    type: str
-    is_reliable: bool = True
-    is_latched: bool = False
+    name: str  # relative to a robot's namespace unless it starts with a slash
+    type: str  # like ``nav_msgs/msg/Path``
+    is_reliable: bool = True  # else best effort
+    is_latched: bool = False  # transient local: latecomers get the last message
+    # offset [bytes] of sec and nanosec in a serialized message; None without a stamp
     stamp_at: int | None = 4
-    many: bool = False
-    depth: int = 10
+    many: bool = False  # whether several nodes publish on it
+    depth: int = 10  # of the publisher's history
+    # whether every message counts, so that a lower rate would lose something
     is_event: bool = False
 
 

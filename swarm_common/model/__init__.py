@@ -3,19 +3,19 @@
 What a module imports of its folder stands above it:
 
     engines   The default physics engine: PyBullet is not available for all versions of Python
-    breaches  What must not happen in a run, with place and time: collisions and goals that are not
+    breaches   What must not happen in a run: collisions, and goals that are not reached
               reached
     errors    Errors that carry a message for the user: what was found, where, what to do
-    sensors  What is wrong with a robot's sensors: the section `sensors:` of robot.yaml, all zero if
+    sensors    What is wrong with a robot's sensors: the section `sensors:` of robot.yaml
              ideal
-    shapes   Collision shapes and where they sit: the vocabulary of world files and robot
+    shapes     Collision shapes and where they sit
              descriptions
     faults   A list of everything that is wrong with one thing, reported at once
     grid     Occupancy grid in Nav2's sense: the one central thing that robots share
     outline  Outlines of bodies seen from above, and what else follows from their shapes
-    palette  The colours of README, terminal, report and viewer, and what each state of a robot
+    palette    The colours of all pages and pictures, and what each state of a robot means
              means
-    records  Values that cross a topic, as plain dataclasses: what the brains and the world core
+    records    Values that cross a topic, as plain dataclasses
              exchange
     run_words  What terminal and report.html say of a run alike, from the fields of report.json
     beacon   The radio message: `Beacon` as a numpy record whose bytes are its CDR body

@@ -125,15 +125,10 @@ def words_of(beacons: BeaconArray) -> NDArray[np.uint32]:
 
 @value_type
 class Reception:
-    """The beacons that one robot hears at a tick: rows of an array that all robots share.
+    """The beacons that one robot hears at a tick: rows of an array that all robots share."""
 
-    Attributes:
-        words: (s, BEACON_WORDS) beacons as words.
-        rows: (k,) those heard, ascending by id.
-    """
-
-    words: NDArray[np.uint32]
-    rows: NDArray[np.int64]
+    words: NDArray[np.uint32]  # (s, BEACON_WORDS) beacons as words
+    rows: NDArray[np.int64]  # (k,) those heard, ascending by id
 
     @property
     def beacons(self) -> BeaconArray:

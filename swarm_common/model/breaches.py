@@ -12,21 +12,13 @@ SHOWN = 10  # breaches of a kind that the summary spells out
 
 @dataclass(frozen=True, slots=True)
 class Collision:
-    """A contact episode, from the judge of the world to the report.
+    """A contact episode, from the judge of the world to the report."""
 
-    Attributes:
-        robots: Names of the one or two robots in it.
-        obstacle: Name of the object that the robot touched; empty if two robots met.
-        x: [m] in map, where it began.
-        y: [m] in map, where it began.
-        sim_time: [s] when it began.
-    """
-
-    robots: tuple[str, ...]
-    obstacle: str
-    x: float
-    y: float
-    sim_time: float
+    robots: tuple[str, ...]  # names of the one or two robots in it
+    obstacle: str  # name of the object that the robot touched; empty if two robots met
+    x: float  # [m] in map, where it began
+    y: float  # [m] in map, where it began
+    sim_time: float  # [s] when it began
 
     @classmethod
     def from_json(cls, item: Mapping[str, Any]) -> Collision:
@@ -42,19 +34,12 @@ class Collision:
 
 @dataclass(frozen=True, slots=True)
 class MissedGoal:
-    """A goal that was given up.
+    """A goal that was given up."""
 
-    Attributes:
-        robot: Name of the robot.
-        goal: Name of the station or place.
-        sim_time: [s] when it was given up.
-        reason: Error code and message, as far as known.
-    """
-
-    robot: str
-    goal: str
-    sim_time: float
-    reason: str
+    robot: str  # its name
+    goal: str  # name of the station or place
+    sim_time: float  # [s] when it was given up
+    reason: str  # error code and message, as far as known
 
     def __str__(self) -> str:
         why = f": {self.reason}" if self.reason else ""
@@ -63,17 +48,11 @@ class MissedGoal:
 
 @dataclass(frozen=True, slots=True)
 class UnfinishedGoal:
-    """A goal that a robot had not reached yet when the run ended.
+    """A goal that a robot had not reached yet when the run ended."""
 
-    Attributes:
-        robot: Name of the robot.
-        goal: Name of the station or place; empty if no goal had been sent.
-        state: State of the robot, and what it waited for.
-    """
-
-    robot: str
-    goal: str
-    state: str
+    robot: str  # its name
+    goal: str  # name of the station or place; empty if no goal had been sent
+    state: str  # of the robot, and what it waited for
 
     def __str__(self) -> str:
         return f"{self.robot} did not get to {self.goal or 'its goal'}: {self.state or 'silent'}"

@@ -26,7 +26,6 @@ class Faults:
         self._found: dict[str, SwarmError] = {}
 
     def __bool__(self) -> bool:
-        """Whether something is wrong."""
         return bool(self._found)
 
     @contextmanager

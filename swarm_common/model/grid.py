@@ -19,20 +19,14 @@ class Grid:
     """Occupancy grid in the map frame; its axes are parallel to it unless `origin_yaw` says else.
 
     Conversions between places and cells need an upright grid.
-
-    Attributes:
-        cells: int8 (height, width): 0 free, 100 occupied, -1 unknown; row 0 is the lowest y.
-        resolution: [m] per cell.
-        origin_x: [m] x of the lower left corner of cell (0, 0).
-        origin_y: [m] y of the lower left corner of cell (0, 0).
-        origin_yaw: [rad] by which the grid is turned about that corner.
     """
 
+    # int8 (height, width): 0 free, 100 occupied, -1 unknown; row 0 is the lowest y
     cells: NDArray[np.int8]
-    resolution: float
-    origin_x: float
-    origin_y: float
-    origin_yaw: float = 0.0
+    resolution: float  # [m] per cell
+    origin_x: float  # [m] x of the lower left corner of cell (0, 0)
+    origin_y: float  # [m] y of the lower left corner of cell (0, 0)
+    origin_yaw: float = 0.0  # [rad] by which the grid is turned about that corner
 
     @property
     def height(self) -> int:

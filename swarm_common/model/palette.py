@@ -26,17 +26,11 @@ WHITE: RGB = (255, 255, 255)
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """How a state of a robot is shown.
+    """How a state of a robot is shown."""
 
-    Attributes:
-        color: Its colour everywhere.
-        letter: In the terminal, where there is no room for the word.
-        meaning: What it says of the robot, for a legend.
-    """
-
-    color: RGB
-    letter: str
-    meaning: str
+    color: RGB  # its colour everywhere
+    letter: str  # in the terminal, where there is no room for the word
+    meaning: str  # what it says of the robot, for a legend
 
 
 PAUSING, BY_HAND = "pausing", "driven by hand"

@@ -45,14 +45,10 @@ class Plane:
 
 @dataclass(frozen=True, slots=True)
 class Hull:
-    """Convex body: the hull of a mesh.
+    """Convex body: the hull of a mesh."""
 
-    Attributes:
-        vertices: Its corners in its frame.
-        faces: Triangles of indices into them, counter-clockwise seen from outside.
-    """
-
-    vertices: tuple[tuple[float, float, float], ...]
+    vertices: tuple[tuple[float, float, float], ...]  # its corners in its frame
+    # triangles of indices into them, counter-clockwise seen from outside
     faces: tuple[tuple[int, int, int], ...]
 
     def edges(self) -> list[tuple[int, int]]:
@@ -68,17 +64,11 @@ class Hull:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mesh:
-    """Triangles in the part's frame; need be neither convex nor closed.
+    """Triangles in the part's frame; need be neither convex nor closed."""
 
-    Attributes:
-        vertices: (n, 3) [m], scale applied.
-        faces: (m, 3) indices of vertices.
-        source: File that they come from, or what they stand for.
-    """
-
-    vertices: FloatArray
-    faces: NDArray[np.int64]
-    source: str = ""
+    vertices: FloatArray  # (n, 3) [m], scale applied
+    faces: NDArray[np.int64]  # (m, 3) indices of vertices
+    source: str = ""  # file that they come from, or what they stand for
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,16 +93,11 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class Visual:
-    """What a body looks like.
+    """What a body looks like."""
 
-    Attributes:
-        shape: Of it; a mesh is not loaded.
-        body_from_visual: Where it is.
-        color: None where the file says nothing, and for meshes that bring their own.
-    """
-
-    shape: Shape | MeshFile
-    body_from_visual: Transform
+    shape: Shape | MeshFile  # a mesh is not loaded
+    body_from_visual: Transform  # where it is
+    # None where the file says nothing, and for meshes that bring their own
     color: Color | None = None
 
 

@@ -3,20 +3,14 @@
 What a module imports of its folder stands above it:
 
     compile_watch  Tells how far numba has compiled, so that a first start does not look like a hang
-    last_resort    Faults of our own, or of a library, that must not end a process: said once each,
-                   with where
-    lifetime       What processes ask of the kernel: to end with their parent, not to interrupt each
-                   other
-    messages       Messages between swarm-up and the processes that it starts: every kind, with its
-                   fields
-    numba_compat   The private part of numba that we use: its cache on disk survives an update of
-                   this project
+    last_resort    Faults of our own, or of a library, that must not end a process
+    lifetime       What processes ask of the kernel: to end with their parent, to interrupt nobody
+    messages       Messages between swarm-up and the processes that it starts
+    numba_compat   The private part of numba that we use: its cache on disk
     pipes          Pipes between swarm-up and its processes; one message per line
-    private_parts  Parts of libraries that are private to them: a version that moved one is told in
-                   plain words
+    private_parts  Parts of libraries that are private to them: one that moved is told
     quick_start    What a process does before its work begins costs time that its user waits for
-    single_thread  Forking is safe only in a process of one thread; this keeps libraries from
-                   starting others
+    single_thread  Forking is safe only in a process of one thread; this keeps it so
 
 May import `model` of swarm_common.
 """

@@ -35,36 +35,22 @@ SAME_SCAN = 1e-4  # [m] and of a direction, between that frame and the LiDAR's p
 
 @dataclass(frozen=True, slots=True)
 class Described:
-    """A robot's data as far as its description has them.
+    """A robot's data as far as its description has them."""
 
-    Attributes:
-        urdf: The description with base_footprint as its root, on the ground between the wheels.
-        model: Its bodies; only the driven wheels move.
-        values: Of a `RobotSpec` by name, as far as they follow; `lidar` is a mapping.
-    """
-
-    urdf: str
-    model: RobotModel
-    values: dict[str, Any]
+    urdf: str  # the description with base_footprint as its root, on the ground between the wheels
+    model: RobotModel  # its bodies; only the driven wheels move
+    values: dict[str, Any]  # of a `RobotSpec` by name, as far as they follow; `lidar` is a mapping
 
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """What robot.yaml says, which wins over the description; None where it says nothing.
+    """What robot.yaml says, which wins over the description; None where it says nothing."""
 
-    Attributes:
-        drive: Of `DRIVES`.
-        wheels: Left and right joints.
-        wheel_radius: [m]
-        lidar: The section of that name.
-        inertia: Where inertias come from, one of `INERTIA`.
-    """
-
-    drive: str | None = None
-    wheels: tuple[Sequence[str], Sequence[str]] | None = None
-    wheel_radius: float | None = None
-    lidar: Mapping[str, Any] = field(default_factory=dict)
-    inertia: str = DESCRIBED
+    drive: str | None = None  # of `DRIVES`
+    wheels: tuple[Sequence[str], Sequence[str]] | None = None  # left and right joints
+    wheel_radius: float | None = None  # [m]
+    lidar: Mapping[str, Any] = field(default_factory=dict)  # the section of that name
+    inertia: str = DESCRIBED  # where inertias come from, one of `INERTIA`
 
 
 def describe(source: RobotSource, asked: Asked, faults: Faults) -> Described | None:

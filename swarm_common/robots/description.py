@@ -34,52 +34,31 @@ LEAST_INERTIA = 1e-9  # [kg m²] below which an inertia is taken for missing
 
 @dataclass(frozen=True, slots=True)
 class RigidGroup:
-    """Links that move as one.
+    """Links that move as one."""
 
-    Attributes:
-        name: Of its first link.
-        joint: Name of the joint that moves it; empty for the base.
-        kind: Type of that joint.
-        parent_from_group: At the joint's zero, in the frame of the group it hangs on.
-        parent: Index of that group; -1 for the base.
-        axis: Of the joint, in the group's frame.
-        speed_limit: [rad/s] of the joint; inf if none is given.
-        parts: Collision shapes in the group's frame.
-        links: Name of the link of each part.
-        mass: [kg]
-        center: [m] of mass, in the group's frame.
-        inertia: (3, 3) about the centre of mass.
-    """
-
-    name: str
-    joint: str
-    kind: str
-    parent_from_group: Transform
-    parent: int
-    axis: FloatArray
-    speed_limit: float
-    parts: tuple[Part, ...]
-    links: tuple[str, ...]
-    mass: float
-    center: FloatArray
-    inertia: FloatArray
+    name: str  # of its first link
+    joint: str  # name of the joint that moves it; empty for the base
+    kind: str  # type of that joint
+    parent_from_group: Transform  # at the joint's zero, in the frame of the group it hangs on
+    parent: int  # index of that group; -1 for the base
+    axis: FloatArray  # of the joint, in the group's frame
+    speed_limit: float  # [rad/s] of the joint; inf if none is given
+    parts: tuple[Part, ...]  # collision shapes in the group's frame
+    links: tuple[str, ...]  # name of the link of each part
+    mass: float  # [kg]
+    center: FloatArray  # [m] of mass, in the group's frame
+    inertia: FloatArray  # (3, 3) about the centre of mass
 
 
 @dataclass(frozen=True, slots=True)
 class RobotModel:
-    """A robot as its description says; group 0 is the base, in the frame of the root link.
+    """A robot as its description says; group 0 is the base, in the frame of the root link."""
 
-    Attributes:
-        name: Of the <robot>.
-        groups: Parents before children.
-        fixed: root_from_link of the links of the base.
-        notes: What was missing and how it was filled in.
-    """
-
-    name: str
-    groups: tuple[RigidGroup, ...]
+    name: str  # of the <robot>
+    groups: tuple[RigidGroup, ...]  # parents before children
+    # root_from_link of the links of the base
     fixed: dict[str, Transform] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  # what was missing and how it was filled in
 
     def root_from_groups(self) -> list[Transform]:
         """Return where each group is in the root link's frame, joints at zero."""

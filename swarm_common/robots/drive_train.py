@@ -30,25 +30,15 @@ OMNI = re.compile("mecanum|omni|roller", re.IGNORECASE)
 
 @dataclass(frozen=True, slots=True)
 class DriveTrain:
-    """The driven wheels; lengths in metres.
+    """The driven wheels; lengths in metres."""
 
-    Attributes:
-        drive: differential, skid or omni.
-        left: Joints of the left wheels from front to rear.
-        right: Of the right ones.
-        radius: Of the wheels.
-        separation: Between left and right ones.
-        wheel_base: Between the front and the rear ones.
-        center: On the ground between all of them, in the root link's frame.
-    """
-
-    drive: str
-    left: tuple[str, ...]
-    right: tuple[str, ...]
-    radius: float
-    separation: float
-    wheel_base: float
-    center: FloatArray
+    drive: str  # differential, skid or omni
+    left: tuple[str, ...]  # joints of the left wheels from front to rear
+    right: tuple[str, ...]  # of the right ones
+    radius: float  # of the wheels
+    separation: float  # between left and right ones
+    wheel_base: float  # between the front and the rear ones
+    center: FloatArray  # on the ground between all of them, in the root link's frame
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,21 +29,14 @@ def limits_of(spec: RobotSpec) -> dict[str, float]:
 
 @dataclass(frozen=True, slots=True)
 class Member:
-    """One robot of a fleet.
+    """One robot of a fleet."""
 
-    Attributes:
-        model: Name or path of its model.
-        spec: The model.
-        limits: Speeds and accelerations below those of the model, by name.
-        mission: Name or path of its own mission; None for that of the run.
-        start: Name of a spawn of the world, or an area or circle as in sites.yaml; None for the
-            run's.
-    """
-
-    model: str
+    model: str  # name or path of its model
     spec: RobotSpec
+    # speeds and accelerations below those of the model, by name
     limits: Mapping[str, float] = field(default_factory=dict)
-    mission: str | None = None
+    mission: str | None = None  # name or path of its own mission; None for that of the run
+    # name of a spawn of the world, or an area or circle as in sites.yaml; None for the run's
     start: str | Mapping[str, Any] | None = None
 
     @property

@@ -71,19 +71,12 @@ class DriveTags:
 
 @dataclass(frozen=True, slots=True)
 class RaySensor:
-    """A ray sensor.
+    """A ray sensor."""
 
-    Attributes:
-        link: That carries it.
-        pose: There: x y z roll pitch yaw.
-        values: Of a `LidarSpec`, by name.
-        layers: Of rays, one above the other.
-    """
-
-    link: str
-    pose: tuple[float, ...] = (0.0,) * 6
-    values: dict[str, float] = field(default_factory=dict)
-    layers: int = 1
+    link: str  # that carries it
+    pose: tuple[float, ...] = (0.0,) * 6  # there: x y z roll pitch yaw
+    values: dict[str, float] = field(default_factory=dict)  # of a `LidarSpec`, by name
+    layers: int = 1  # of rays, one above the other
 
 
 def read_drive(root: ET.Element, where: str) -> DriveTags | None:

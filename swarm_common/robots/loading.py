@@ -32,28 +32,17 @@ from swarm_common.robots.spec import (
 
 __all__ = [
     "ROBOT_FILE", "Robot", "description", "load_robot", "load_robot_model", "open_robot",
-    "robot_directory", "robot_names",
+    "robot_names",
 ]  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
 class Robot:
-    """All about a robot model.
+    """All about a robot model."""
 
-    Attributes:
-        spec: What world and navigator must agree on.
-        urdf: Its description.
-        model: Its bodies, in base_footprint.
-    """
-
-    spec: RobotSpec
-    urdf: str
-    model: RobotModel
-
-
-def robot_directory(name_or_path: str | Path) -> Path:
-    """Return the folder of a robot model's settings."""
-    return find_robot(name_or_path).settings.parent
+    spec: RobotSpec  # what world and navigator must agree on
+    urdf: str  # its description
+    model: RobotModel  # its bodies, in base_footprint
 
 
 def load_robot(name_or_path: str | Path) -> RobotSpec:

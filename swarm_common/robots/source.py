@@ -19,19 +19,12 @@ ENDINGS = (".urdf", ".xacro", ".xml")
 
 @dataclass(frozen=True, slots=True)
 class RobotSource:
-    """The files of a robot.
+    """The files of a robot."""
 
-    Attributes:
-        name: Of the model, unless its settings say otherwise.
-        settings: Its robot.yaml, which need not exist.
-        data: What is in there.
-        urdf: Its description, URDF or xacro; None if there is none.
-    """
-
-    name: str
-    settings: Path
-    data: dict[str, Any] = field(default_factory=dict)
-    urdf: Path | None = None
+    name: str  # of the model, unless its settings say otherwise
+    settings: Path  # its robot.yaml, which need not exist
+    data: dict[str, Any] = field(default_factory=dict)  # what is in there
+    urdf: Path | None = None  # its description, URDF or xacro; None if there is none
 
     @property
     def where(self) -> str:

@@ -34,7 +34,7 @@ class BehaviorEnd:
 
 
 class Behavior:
-    """One run of SPIN, BACKUP, DRIVE_ON_HEADING, WAIT or TELEOP."""
+    """One run of SPIN, BACKUP, DRIVE_ON_HEADING, WAIT or TELEOP; `end` is None while it runs."""
 
     def __init__(self, goal: Goal, situation: Situation) -> None:
         self.goal = goal
@@ -45,7 +45,7 @@ class Behavior:
         self._is_pathed = False
         self._driven = 0.0  # [m] before the last interruption
         self._traveled = 0.0  # [m] at the last step
-        self._end: BehaviorEnd | None = None
+        self.end: BehaviorEnd | None = None
         self._wish, self._wish_tick = Twist(), situation.tick
         self._room = 0.0  # [m] of the present way
         self._way = 0  # of a steered robot: 1 ahead, -1 back, 0 neither
@@ -65,7 +65,7 @@ class Behavior:
         Args:
             end: How.
         """
-        self._end = end
+        self.end = end
 
     def resume(self, situation: Situation) -> None:
         """Continue with the rest of the behaviour after the robot made way for another one.
@@ -92,22 +92,17 @@ class Behavior:
         kind = self.goal.kind
         if kind is GoalKind.WAIT:
             if elapsed >= self.goal.duration:
-                self._end = BehaviorEnd()
+                self.end = BehaviorEnd()
             return controller.stop(situation.twist)
         if self.goal.duration > 0.0 and elapsed > self.goal.duration:
             code = TIMEOUTS.get(kind, ErrorCode.DRIVE_TIMEOUT)
-            self._end = BehaviorEnd(code, f"not done after {self.goal.duration:.1f} s")
+            self.end = BehaviorEnd(code, f"not done after {self.goal.duration:.1f} s")
             return controller.stop(situation.twist)
         if kind is GoalKind.SPIN:
             return self._spin(situation, controller)
         if kind is GoalKind.TELEOP:
             return self._teleop(situation, controller)
         return self._drive(situation, controller)
-
-    @property
-    def end(self) -> BehaviorEnd | None:
-        """The result, None while running."""
-        return self._end
 
     def distance_traveled(self, situation: Situation) -> float:
         """Return the distance [m] from the start, without ways to make way.
@@ -120,7 +115,7 @@ class Behavior:
     def _spin(self, situation: Situation, controller: Controller) -> Twist:
         rest = self.goal.angle - self.angle_traveled
         if abs(rest) < SPIN_DONE:
-            self._end = BehaviorEnd()
+            self.end = BehaviorEnd()
             return controller.stop(situation.twist)
         step = max(-1.5, min(1.5, rest))
         return controller.turn_to(situation.pose.yaw + step, situation.pose, situation.twist)
@@ -175,13 +170,13 @@ class Behavior:
             floor = situation.body_radius + situation.config.costmap.footprint_padding
             if any(situation.terrain.clearance(x, y) < floor for x, y in path[1:].tolist()):
                 code = DRIVE_COLLISIONS.get(self.goal.kind, ErrorCode.DRIVE_COLLISION_AHEAD)
-                self._end = BehaviorEnd(code, "a wall is in the way")
+                self.end = BehaviorEnd(code, "a wall is in the way")
                 return controller.stop(situation.twist)
             tube.reset(situation.pose)
             tube.adopt(path)
             tube.is_reverse = is_reverse
         if self.distance_traveled(situation) >= self.goal.distance - DRIVE_DONE:
-            self._end = BehaviorEnd()
+            self.end = BehaviorEnd()
             tube.cut()
             return controller.stop(situation.twist)
         twist = controller.follow(tube, situation.pose, situation.twist)

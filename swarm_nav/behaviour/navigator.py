@@ -57,7 +57,6 @@ class Navigator:
         robot_id: int,
         initial_pose_map: Pose,
     ) -> None:
-        """Build the parts; the first plan comes with the first goal."""
         self.spec = spec
         self.sites = sites
         self.is_active = True

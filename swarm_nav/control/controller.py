@@ -122,12 +122,7 @@ class Controller:
         return self._follow(tube, pose, twist)
 
     def _follow(self, tube: Tube, pose: Pose, twist: Twist) -> Twist:
-        corner = tube.next_corner()
-        tube.advance(pose, min(corner, tube.stop))
-        if tube.near < corner and gap_to(tube, corner, pose) < ARRIVED and corner <= tube.stop:
-            tube.near = corner
-            corner = tube.next_corner()
-        end = min(corner, tube.stop)
+        corner = corner_ahead(tube, pose)
         ahead = _direction(tube, pose, corner)
         if ahead is None:
             return self._turn(0.0, pose, twist) if self._is_turning else Twist()
@@ -138,7 +133,7 @@ class Controller:
         if abs(error) > threshold:
             return self._turn(error, pose, twist)
         self._is_turning = False
-        return self._drive(tube, pose, twist, end, corner)
+        return self._drive(tube, pose, twist, min(corner, tube.stop), corner)
 
     def _turn(self, error: float, pose: Pose, twist: Twist) -> Twist:
         self._is_turning = True
@@ -155,9 +150,7 @@ class Controller:
         rest = length_to(tube, end, pose)
         acc = config.acc_lim_x
         v_limit = rate_that_stops(rest, twist.vx, acc)
-        # one point behind the robot, but not from before a bend
-        first = tube.near if tube.near in tube.corners else max(0, tube.near - 1)
-        window = tube.points[first : min(corner, tube.near + WINDOW) + 1]
+        first, window = scored_window(tube, corner)
         if len(window) < 2:
             return Twist()
         v, w, _ = dwa_kernels.choose_twist(
@@ -169,6 +162,25 @@ class Controller:
             self.arc,
         )
         return Twist(float(v), 0.0, float(w))
+
+
+def corner_ahead(tube: Tube, pose: Pose) -> int:
+    """Move the robot's index on along the tube; return the next corner, or the path's end."""
+    corner = tube.next_corner()
+    tube.advance(pose, min(corner, tube.stop))
+    if tube.near < corner <= tube.stop and gap_to(tube, corner, pose) < ARRIVED:
+        tube.near = corner
+        corner = tube.next_corner()
+    return corner
+
+
+def scored_window(tube: Tube, corner: int) -> tuple[int, FloatArray]:
+    """Return the points (n, 2) that rollouts are scored on, and the index of the first.
+
+    That is one behind the robot, but not from before a bend.
+    """
+    first = tube.near if tube.near in tube.corners else max(0, tube.near - 1)
+    return first, tube.points[first : min(corner, tube.near + WINDOW) + 1]
 
 
 def rate_that_stops(rest: float, rate: float, acceleration: float) -> float:

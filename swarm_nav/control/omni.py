@@ -13,14 +13,13 @@ import numpy as np
 from swarm_common.model.records import Pose, RobotSpec, Twist
 from swarm_nav.control import omni_kernels
 from swarm_nav.control.controller import (
-    ARRIVED,
     LOOKAHEAD,
     TUBE_TOLERANCE,
-    WINDOW,
     Controller,
-    gap_to,
+    corner_ahead,
     length_to,
     rate_that_stops,
+    scored_window,
 )
 from swarm_nav.control.line_tracking import StraightController
 from swarm_nav.control.tube import Tube
@@ -56,14 +55,9 @@ class OmniController(Controller):
     def follow(self, tube: Tube, pose: Pose, twist: Twist) -> Twist:
         """Return the twist that follows the tube, at most to its held end."""
         self._is_turning = False
-        corner = tube.next_corner()
-        tube.advance(pose, min(corner, tube.stop))
-        if tube.near < corner <= tube.stop and gap_to(tube, corner, pose) < ARRIVED:
-            tube.near = corner
-            corner = tube.next_corner()
+        corner = corner_ahead(tube, pose)
         end = min(corner, tube.stop)
-        first = tube.near if tube.near in tube.corners else max(0, tube.near - 1)
-        window = tube.points[first : min(corner, tube.near + WINDOW) + 1]
+        first, window = scored_window(tube, corner)
         if len(window) < 2:
             return self.stop(twist)
         config = self.config

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,19 +21,21 @@ from swarm_nav.perception.neighbor_table_kernels import (
     SOURCE,
     WANTED,
     WANTED_SIZE,
+    Columns,
 )
 
 INTENT = word_of("intent")
 INTENT_SIZE = word_of("intent_size")
 REACHED, UNCONFIRMED, ROBOT, OBSTACLE, RIGHT_OF_WAY = range(5)
 REASONABLE_REACH = 2.5  # [m] beyond which two claims cannot meet, radii excepted
+LONGEST_TUBE = 2.5  # [m] of path beyond which nothing of a tube lies
 PRIORITY_LENGTH = 0.8  # [m] of an entitled robot's path that lower ones keep free
 INTENT_SPACING = 0.1  # [m] between the points of an intent
 ROUNDING = 1e-6  # [m] by which two robots may compute one distance differently
 
 
 class Claims(NamedTuple):
-    """The neighbours' table with a row per robot, see `neighborhood_kernels`."""
+    """The neighbours' table with a row per robot, see `neighbor_table_kernels`."""
 
     ids: NDArray[np.uint32]
     acks: NDArray[np.int64]  # tick of the newest of our beacons that each has acknowledged
@@ -299,6 +301,51 @@ def extend(
         if k > confirmed:  # G1, or G3: not requested, or not acknowledged
             return k - 1, UNCONFIRMED, -1
     return last, REACHED, -1
+
+
+@njit(cache=True)
+def first_overlap(
+    points: NDArray[np.float64],
+    near: int,
+    stop: int,
+    radius: float,
+    slack: float,
+    columns: tuple[NDArray[Any], ...],
+) -> int:
+    """Return the index of the first held point ahead that is too near to a living robot's tube.
+
+    Too near is nearer than both radii minus the slack, and nearer than the robot's present place:
+    robots whose places overlap already may part.
+
+    Args:
+        points: Path (n, 2) [m] in map.
+        near: Index of the robot on it.
+        stop: Index of the last held point.
+        radius: [m] of this robot.
+        slack: [m] by which tubes may be nearer than both radii.
+        columns: `Columns` of the neighbours as a plain tuple.
+
+    Returns:
+        That index, stop + 1 if no point is too near.
+    """
+    others = Columns(*columns)
+    held, held_size = others.held, others.held_size
+    best = stop + 1
+    here = points[near]
+    for j in range(others.ids.shape[0]):
+        reach = radius + others.radius[j] - slack
+        if others.gone[j]:
+            continue
+        first = held[j, 0]
+        if math.hypot(first[0] - here[0], first[1] - here[1]) > 2.0 * LONGEST_TUBE + reach:
+            continue
+        before = gap_squared(held[j], held_size[j], here[0], here[1])
+        for k in range(near + 1, best):
+            gap = gap_squared(held[j], held_size[j], points[k, 0], points[k, 1])
+            if gap < reach * reach and gap < before - 1e-6:
+                best = k
+                break
+    return best
 
 
 @njit(cache=True)

@@ -41,7 +41,6 @@ class ControllerConfig:
     corner_angle: float = 0.7  # [rad] bend of the path that is turned on the spot
 
     def __post_init__(self) -> None:
-        """Refuse impossible values."""
         _positive("", self, "max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta", "sim_time")
         _positive("", self, "rotate_to_heading_angle", "corner_angle")
         _at_most("", self, "sim_time", 10.0)
@@ -71,7 +70,6 @@ class PlannerConfig:
     lane_width: float = 2.2  # [m] from a wall within which lanes exist
 
     def __post_init__(self) -> None:
-        """Refuse impossible values."""
         _positive("planner.", self, "resolution", "replan_period", "lane_width")
         _not_negative("planner.", self, "tolerance", "lane_weight")
 
@@ -92,7 +90,6 @@ class CostmapConfig:
     unknown_body_margin: float = 0.25  # [m] that a body may extend beyond what the LiDAR sees
 
     def __post_init__(self) -> None:
-        """Refuse impossible values."""
         _positive("costmap.", self, "inflation_radius", "cost_scaling_factor", "local_size")
         _positive("costmap.", self, "obstacle_max_range", "raytrace_max_range", "wall_clearance")
         _not_negative("costmap.", self, "scan_timeout")
@@ -110,7 +107,6 @@ class GoalCheckerConfig:
     yaw_goal_tolerance: float = 0.25  # [rad] of a reached heading
 
     def __post_init__(self) -> None:
-        """Refuse impossible values."""
         _positive("goal_checker.", self, "xy_goal_tolerance", "yaw_goal_tolerance")
 
 
@@ -123,7 +119,6 @@ class ProgressCheckerConfig:
     number_of_retries: int = 6  # recoveries before a goal is given up
 
     def __post_init__(self) -> None:
-        """Refuse impossible values."""
         _positive("progress_checker.", self, "required_movement_radius", "movement_time_allowance")
         if self.number_of_retries < 0:
             raise ConfigError(
@@ -142,7 +137,6 @@ class BehaviorConfig:
     wait_duration: float = 5.0  # [s] waited by a recovery
 
     def __post_init__(self) -> None:
-        """Refuse impossible values."""
         _positive("behavior.", self, "spin_dist", "backup_dist", "backup_speed", "wait_duration")
 
 
@@ -174,7 +168,6 @@ class TrafficConfig:
     patience: float = 600.0  # [s] without any progress before a goal is given up
 
     def __post_init__(self) -> None:
-        """Refuse impossible values."""
         _positive("traffic.", self, "safety_margin", "held_length", "wanted_length", "radio_range")
         _positive("traffic.", self, "release_time", "replan_blocked", "stuck_time")
         _positive("traffic.", self, "moving_patience")
@@ -202,7 +195,6 @@ class HoldingConfig:
     station_patience: float = 120.0  # [s] that something that stands may block a station
 
     def __post_init__(self) -> None:
-        """Refuse impossible values."""
         if self.mode not in ("circuit", "park", "auto"):
             raise UnknownNameError("holding.mode", self.mode, ("circuit", "park", "auto"))
         _positive("holding.", self, "request_distance", "hold_distance", "circuit_spacing")
@@ -229,7 +221,6 @@ class NavConfig:
     localisation: LocalisationConfig = field(default_factory=LocalisationConfig)
 
     def __post_init__(self) -> None:
-        """Refuse numbers beyond all limits."""
         limits.check(self)
 
 

@@ -35,35 +35,23 @@ class Outcome(enum.Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Goal:
-    """One request.
+    """One request."""
 
-    Attributes:
-        kind: Action.
-        goal_id: Chosen by the caller, echoed in events.
-        poses_map: Targets of NAVIGATE (1), THROUGH and WAYPOINTS (1 or more).
-        path_map: Points (n, 2) of FOLLOW_PATH.
-        angle: [rad] of SPIN, relative, signed.
-        distance: [m] of BACKUP and DRIVE_ON_HEADING, positive.
-        is_reverse: Whether DRIVE_ON_HEADING goes back; BACKUP always does.
-        speed: [m/s] of BACKUP and DRIVE_ON_HEADING, positive.
-        duration: [s] to wait (WAIT), or the time allowance of the other behaviours (0: none).
-        first_index: Pose that the first round of WAYPOINTS begins with; further rounds begin at 0.
-        loops: Additional rounds through WAYPOINTS.
-        start_tick: Tick at which the goal takes effect; the past means at once.
-    """
-
-    kind: GoalKind
-    goal_id: int = 0
-    poses_map: tuple[Pose, ...] = ()
+    kind: GoalKind  # action
+    goal_id: int = 0  # chosen by the caller, echoed in events
+    poses_map: tuple[Pose, ...] = ()  # targets of NAVIGATE (1), THROUGH and WAYPOINTS (1 or more)
+    # points (n, 2) of FOLLOW_PATH
     path_map: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
-    angle: float = 0.0
-    distance: float = 0.0
-    is_reverse: bool = False
-    speed: float = 0.0
+    angle: float = 0.0  # [rad] of SPIN, relative, signed
+    distance: float = 0.0  # [m] of BACKUP and DRIVE_ON_HEADING, positive
+    is_reverse: bool = False  # whether DRIVE_ON_HEADING goes back; BACKUP always does
+    speed: float = 0.0  # [m/s] of BACKUP and DRIVE_ON_HEADING, positive
+    # [s] to wait (WAIT), or the time allowance of the other behaviours (0: none)
     duration: float = 0.0
+    # pose that the first round of WAYPOINTS begins with; further rounds begin at 0
     first_index: int = 0
-    loops: int = 0
-    start_tick: int = 0
+    loops: int = 0  # additional rounds through WAYPOINTS
+    start_tick: int = 0  # tick at which the goal takes effect; the past means at once
 
 
 class ErrorCode(enum.IntEnum):
@@ -112,7 +100,6 @@ class PlanError(SwarmError):
     """
 
     def __init__(self, code: ErrorCode, message: str, *, is_final: bool = False) -> None:
-        """Keep the code beside the message."""
         self.code = code
         self.is_final = is_final
         super().__init__(message)

@@ -33,7 +33,6 @@ class Lifecycle:
     """State of the whole navigator: amcl, bt_navigator and all others change together."""
 
     def __init__(self) -> None:
-        """Begin unconfigured."""
         self.state = "unconfigured"
 
     @property

@@ -52,7 +52,6 @@ class LocalisationConfig:
     random_seed: int = 0  # together with the robot's id
 
     def __post_init__(self) -> None:
-        """Refuse impossible values."""
         if self.type not in TYPES:
             raise UnknownNameError("localisation.type", self.type, TYPES)
         not_negative(PREFIX, self, "alpha1", "alpha2", "alpha3", "alpha4", "alpha5", "yaw_drift")

@@ -23,33 +23,19 @@ Value = bool | int | float | str
 
 @dataclass(frozen=True, slots=True)
 class ParameterRow:
-    """One parameter.
+    """One parameter."""
 
-    Attributes:
-        name: Of the ROS parameter.
-        group: Field of NavConfig that it belongs to.
-        default: Its type is the parameter's.
-        unit: Like `m/s`; empty for counts, shares and names.
-        effect: In a few words.
-        low: Least value of a number.
-        high: Largest value of a number.
-        excludes_low: Whether `low` itself is refused.
-        excludes_high: Whether `high` itself is refused.
-        choices: Of a text.
-        is_fixed: Whether it is read once, at the start.
-    """
-
-    name: str
-    group: str
-    default: Value
-    unit: str
-    effect: str
-    low: float = 0.0
-    high: float = 0.0
-    excludes_low: bool = False
-    excludes_high: bool = False
-    choices: tuple[str, ...] = ()
-    is_fixed: bool = False
+    name: str  # of the ROS parameter
+    group: str  # field of NavConfig that it belongs to
+    default: Value  # its type is the parameter's
+    unit: str  # like `m/s`; empty for counts, shares and names
+    effect: str  # in a few words
+    low: float = 0.0  # least value of a number
+    high: float = 0.0  # largest value of a number
+    excludes_low: bool = False  # whether `low` itself is refused
+    excludes_high: bool = False  # whether `high` itself is refused
+    choices: tuple[str, ...] = ()  # of a text
+    is_fixed: bool = False  # whether it is read once, at the start
 
     @property
     def is_number(self) -> bool:

@@ -22,15 +22,10 @@ PROFILES = "fastdds"  # folder of the processes' profiles, beside the configurat
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """The robots of one process.
+    """The robots of one process."""
 
-    Attributes:
-        robots: What each is started with.
-        profile: For its DDS participant; None to leave that to the environment.
-    """
-
-    robots: tuple[NodeSettings, ...]
-    profile: Path | None = None
+    robots: tuple[NodeSettings, ...]  # what each is started with
+    profile: Path | None = None  # for its DDS participant; None to leave that to the environment
 
     @property
     def names(self) -> set[str]:

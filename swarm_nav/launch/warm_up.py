@@ -11,6 +11,7 @@ from swarm_common.model.grid import OCCUPIED, Grid
 from swarm_common.model.records import LidarSpec, Odometry, Pose, RobotSpec, Scan, Twist
 from swarm_common.model.sites import Sites
 from swarm_nav.behaviour.navigator import Navigator
+from swarm_nav.control import tube_kernels
 from swarm_nav.control.omni import OmniController
 from swarm_nav.control.tube import Tube
 from swarm_nav.core.config import ControllerConfig, NavConfig, TrafficConfig
@@ -20,17 +21,17 @@ from swarm_nav.perception.neighbor_table import NeighborTable
 from swarm_nav.perception.obstacle_kernels import Beam
 from swarm_nav.planning import path_cost_kernels
 from swarm_nav.planning.distance_kernels import Place
-from swarm_nav.traffic import gate_kernels, overlap_kernels, traffic_costs
+from swarm_nav.traffic import gate_kernels, traffic_costs
 from swarm_nav.traffic.gate import Gate
 from swarm_nav.traffic.holding import parking_path
 from swarm_nav.traffic.right_of_way import GAIN, SLACK, refuge_path, way_of
 from swarm_nav.traffic.single_lane_kernels import (
     barrier,
+    flood,
     half_width,
     label,
     leads_in,
     places,
-    spread,
 )
 from swarm_nav.traffic.single_lanes import SingleLanes
 from swarm_nav.traffic.situation import Situation
@@ -91,7 +92,7 @@ def _localise(robot: Navigator) -> None:
         robot.on_scan(Scan(tick, 0.0, math.tau / 360, 0.12, 3.5, np.full(360, 1.0, np.float32)))
     robot.particles()
     s = robot._s
-    overlap_kernels.first_overlap(s.tube.points, 0, 0, s.radius, 0.0, s.neighbors.columns())
+    tube_kernels.first_overlap(s.tube.points, 0, 0, s.radius, 0.0, s.neighbors.columns())
 
 
 def _fall_silent(robot: Navigator) -> None:
@@ -137,7 +138,7 @@ def _pass_door(situation: Situation) -> None:
     labels = np.zeros(shape, np.int16)
     floor = np.ones(shape, np.bool_)
     label(floor, labels)
-    spread(floor, labels)
+    flood(floor, labels, 0, 0)
     places(floor, 6.0, 1)
     narrows = SingleLanes()
     narrows.barrier(situation, situation.tube.stop)

@@ -22,7 +22,6 @@ from swarm_common.model.records import (
 )
 from swarm_nav.core.localisation_config import LocalisationConfig
 from swarm_nav.localisation import amcl_kernels
-from swarm_nav.localisation.correction import is_leap, nudged
 from swarm_nav.localisation.likelihood import field_for
 from swarm_nav.localisation.localiser import START_DEVIATION
 from swarm_nav.localisation.particle_filter import Estimate, ParticleFilter, Step
@@ -40,6 +39,8 @@ JUDGING_SHARE = 3  # one in so many beams must hit mapped walls to judge whether
 GROWTH = 0.005  # [m] of margin announced ahead, so that all know it before it is needed
 EXPECTED_FIT = 0.9  # of a scan at the right place
 MOST_FRESH = 0.5  # largest share of the particles that is redrawn
+STEP, TURN = 0.005, 0.01  # [m] and [rad] by which a tick may correct the pose
+LEAP, SPIN = 0.10, 0.25  # [m] and [rad] beyond which a correction waits for a standstill
 
 
 class AmclLocaliser:
@@ -298,3 +299,34 @@ class AmclLocaliser:
             self._hits,
         )
         return self._hits[:count]
+
+
+def is_leap(now: Pose, best: Pose) -> bool:
+    """Whether a correction is too large to drive on meanwhile.
+
+    Args:
+        now: The pose in use, in map.
+        best: The better one.
+    """
+    return best.distance(now) > LEAP or abs(wrap_angle(best.yaw - now.yaw)) > SPIN
+
+
+def nudged(now: Pose, best: Pose) -> Pose | None:
+    """Return a pose moved towards a better one by as much as one tick may correct.
+
+    Args:
+        now: The pose in use, in map.
+        best: The better one.
+
+    Returns:
+        The moved pose; None if the better one is within reach of this tick.
+    """
+    gap, turn = now.distance(best), wrap_angle(best.yaw - now.yaw)
+    if gap <= STEP and abs(turn) <= TURN:
+        return None
+    share = min(1.0, STEP / max(gap, STEP))
+    return Pose(
+        now.x + share * (best.x - now.x),
+        now.y + share * (best.y - now.y),
+        wrap_angle(now.yaw + min(TURN, max(-TURN, turn))),
+    )

@@ -22,19 +22,13 @@ DEPTH = 0.25  # of a cell, of a wall's face inside the outermost occupied cells
 
 @dataclass(frozen=True, slots=True)
 class LikelihoodField:
-    """Of one map.
+    """Of one map."""
 
-    Attributes:
-        log: Logarithm of the likelihood in each cell of the map and around it, 0 on a wall.
-        frame: Of its cells in map.
-        weights: With which it was made.
-        agreement: Logarithm from which a hit is said to be at a wall.
-    """
-
+    # logarithm of the likelihood in each cell of the map and around it, 0 on a wall
     log: NDArray[np.float32]
-    frame: Frame
-    weights: HitWeights
-    agreement: float
+    frame: Frame  # of its cells in map
+    weights: HitWeights  # with which it was made
+    agreement: float  # logarithm from which a hit is said to be at a wall
 
 
 def field_for(terrain: Terrain, config: LocalisationConfig, range_max: float) -> LikelihoodField:

@@ -1,8 +1,8 @@
-"""Where the robot is in the map. The seam for scan matching: anything with this interface."""
+"""Where the robot is in the map: dead reckoning, or Monte Carlo localisation (`amcl`)."""
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -11,96 +11,11 @@ from swarm_nav.core.localisation_config import AMCL, LocalisationConfig
 from swarm_nav.perception.neighbor_table import NeighborTable
 from swarm_nav.planning.terrain import Terrain
 
+if TYPE_CHECKING:
+    from swarm_nav.localisation.amcl import AmclLocaliser
+
 START_DEVIATION = (0.05, 0.05)  # [m] and [rad] of a pose that the operator gave
 DRIFT = (0.002, 0.001)  # [m] and [rad] by which odometry is off per metre driven
-
-
-class Localiser(Protocol):
-    """Estimates map → odom from odometry, scans and a starting pose."""
-
-    @property
-    def map_from_odom(self) -> Pose:
-        """The transform that the navigator broadcasts."""
-        ...
-
-    @property
-    def pose_map(self) -> Pose:
-        """Pose of base_footprint in map."""
-        ...
-
-    @property
-    def margin(self) -> float:
-        """Safety margin [m] that the error of the pose asks for, 0 to leave it as configured."""
-        ...
-
-    @property
-    def is_lost(self) -> bool:
-        """Whether the pose is not good enough to drive by."""
-        ...
-
-    @property
-    def wants_leap(self) -> bool:
-        """Whether `leap` would correct the pose by so much that the robot has to stand for it."""
-        ...
-
-    def leap(self) -> None:
-        """Correct the pose at once."""
-        ...
-
-    def initialise(self, pose_map: Pose, deviation: tuple[float, float] = START_DEVIATION) -> None:
-        """Take a pose in map for the present odometry, known to within `deviation` [m], [rad]."""
-        ...
-
-    def configure(self, config: LocalisationConfig) -> None:
-        """Take new parameters."""
-        ...
-
-    def load_map(self, terrain: Terrain) -> None:
-        """Take another map."""
-        ...
-
-    def on_odom(self, odom: Odometry) -> None:
-        """Take the newest odometry."""
-        ...
-
-    def on_scan(self, scan: Scan) -> None:
-        """Take the newest scan."""
-        ...
-
-    def particles(self) -> FloatArray:
-        """Return hypotheses (k, 3): x, y, yaw in map."""
-        ...
-
-    def variances(self) -> tuple[float, float, float]:
-        """Return the variances of x, y [m²] and yaw [rad²]."""
-        ...
-
-
-def make_localiser(
-    pose_map: Pose,
-    config: LocalisationConfig,
-    spec: RobotSpec,
-    terrain: Terrain,
-    neighbors: NeighborTable,
-    robot_id: int,
-) -> Localiser:
-    """Return the localiser that the parameters ask for.
-
-    Args:
-        pose_map: Where base_footprint is now.
-        config: `localisation.` parameters.
-        spec: LiDAR and drive of the robot.
-        terrain: Of the map.
-        neighbors: Neighbours, which explain LiDAR hits.
-        robot_id: For random numbers of its own.
-    """
-    if config.type == AMCL:
-        from swarm_nav.localisation.amcl import (
-            AmclLocaliser,  # its kernels are loaded only where they are needed
-        )
-
-        return AmclLocaliser(pose_map, config, spec, terrain, neighbors, robot_id)
-    return OdometryLocaliser(pose_map)
 
 
 class OdometryLocaliser:
@@ -166,3 +81,32 @@ class OdometryLocaliser:
             for start, rate in zip(self._deviation, DRIFT, strict=True)
         )
         return place, place, yaw
+
+
+Localiser: TypeAlias = "OdometryLocaliser | AmclLocaliser"  # a scan matcher would be a third
+
+
+def make_localiser(
+    pose_map: Pose,
+    config: LocalisationConfig,
+    spec: RobotSpec,
+    terrain: Terrain,
+    neighbors: NeighborTable,
+    robot_id: int,
+) -> Localiser:
+    """Return the localiser that the parameters ask for.
+
+    Args:
+        pose_map: Where base_footprint is now.
+        config: `localisation.` parameters.
+        spec: LiDAR and drive of the robot.
+        terrain: Of the map.
+        neighbors: Neighbours, which explain LiDAR hits.
+        robot_id: For random numbers of its own.
+    """
+    if config.type == AMCL:
+        # its kernels are loaded only where they are needed
+        from swarm_nav.localisation.amcl import AmclLocaliser
+
+        return AmclLocaliser(pose_map, config, spec, terrain, neighbors, robot_id)
+    return OdometryLocaliser(pose_map)

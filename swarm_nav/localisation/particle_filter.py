@@ -22,19 +22,12 @@ STILL = amcl_kernels.Noise(0.0, 0.0, 0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """Odometry since the last scan that was compared.
+    """Odometry since the last scan that was compared."""
 
-    Attributes:
-        motion: Of base_footprint, in its frame at that time.
-        driven: [m] of way.
-        turned: [rad] of all turns, in whichever direction.
-        age: [s] of motion.
-    """
-
-    motion: Pose
-    driven: float
-    turned: float
-    age: float
+    motion: Pose  # of base_footprint, in its frame at that time
+    driven: float  # [m] of way
+    turned: float  # [rad] of all turns, in whichever direction
+    age: float  # [s] of motion
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,6 @@
 """Bare numba kernels on robots that fell silent where they may have left the radio range.
 
-A row is a beacon's words, as in `neighborhood_kernels`; `facts` has what was learned since, row by
-row.
+A row is a beacon's words, as in `neighbor_table_kernels`; `facts` has what was learned since.
 """
 
 from __future__ import annotations

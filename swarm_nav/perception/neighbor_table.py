@@ -20,7 +20,6 @@ from swarm_common.model.beacon import (
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray
 from swarm_nav.core.config import TrafficConfig
 from swarm_nav.perception import neighbor_table_kernels as kernels
-from swarm_nav.perception import station_kernels
 from swarm_nav.perception.absence import NOTHING, Absence
 
 BODY_REACH = 0.12  # [m] beyond a neighbour's radius within which a beam does not help to localise
@@ -346,7 +345,7 @@ class NeighborTable:
         Returns:
             Their number, and the id of the first of them, 0 if there is none.
         """
-        count, first = station_kernels.earlier_requests(
+        count, first = kernels.earlier_requests(
             self._words, self._floats, self.gone, station, tick, self._own_id, same
         )
         return int(count), int(first)
@@ -359,7 +358,7 @@ class NeighborTable:
             same: [m] within which two stations are the same.
         """
         return int(
-            station_kernels.highest_waiting(
+            kernels.highest_waiting(
                 self._words, self._floats, self.gone, self.priorities, station, same
             )
         )

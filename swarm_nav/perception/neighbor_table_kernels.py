@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from swarm_common.model.beacon import FLAG_DEAF, FLAG_LEFT, word_of
 from swarm_common.model.records import FloatArray, Mask
 from swarm_common.process.numba_compat import njit
-from swarm_nav.core.priority import TOP_DEPTH
+from swarm_nav.core.priority import DEPTH_BITS, ID_MASK, TOP_DEPTH
 
 STANDOFF_TICKS = 200  # that a robot of equal priority is blocked before it pushes
 ID = word_of("id")
@@ -29,6 +29,8 @@ BLOCKED_BY = word_of("blocked_by")
 HELD_SIZE = word_of("held_size")
 WANTED_SIZE = word_of("wanted_size")
 FLAGS = word_of("flags")
+STATION = word_of("station")
+STATION_TICK = word_of("station_tick")
 HELD = word_of("held")
 WANTED = word_of("wanted")
 FOOTPRINT = word_of("footprint")
@@ -644,3 +646,102 @@ def highest_pusher(
         if best < 0 or priorities[row] > priorities[best]:
             best = row
     return best
+
+
+@njit(cache=True)
+def earlier_requests(
+    words: Words,
+    floats: Floats,
+    gone: Mask,
+    station: tuple[float, float],
+    tick: int,
+    own_id: int,
+    same: float,
+) -> tuple[int, int]:
+    """Count the robots that asked for a station before (tick, own_id), in lexicographic order.
+
+    Args:
+        words: (n, words) uint32, the neighbours' beacons.
+        floats: The same memory as float32.
+        gone: (n,) whether each is silent.
+        station: (x, y) [m] in map.
+        tick: Of the own request.
+        own_id: Of this robot.
+        same: [m] within which two stations are the same.
+
+    Returns:
+        The number of such robots, and the id of the first of them, 0 for none.
+    """
+    count = 0
+    first = 0
+    first_asked = np.int64(0)
+    for row in range(gone.shape[0]):
+        asked = np.int64(words[row, STATION_TICK])
+        if asked == 0 or gone[row] or asked > tick:
+            continue
+        if asked == tick and words[row, ID] >= own_id:
+            continue
+        dx = floats[row, STATION] - station[0]
+        dy = floats[row, STATION + 1] - station[1]
+        if math.hypot(dx, dy) < same:
+            count += 1
+            robot = np.int64(words[row, ID])
+            if count == 1 or asked < first_asked or (asked == first_asked and robot < first):
+                first, first_asked = robot, asked
+    return count, first
+
+
+@njit(cache=True)
+def highest_waiting(
+    words: Words,
+    floats: Floats,
+    gone: Mask,
+    priorities: Ints,
+    station: tuple[float, float],
+    same: float,
+) -> int:
+    """Return the highest priority of the robots that asked for a station, 0 if there are none.
+
+    Only priorities of their own count, told by the id in them: one that was inherited may come
+    from the very robot that asks, and would go round for ever.
+
+    Args:
+        words: (n, words) uint32, the neighbours' beacons.
+        floats: The same memory as float32.
+        gone: (n,) whether each is silent.
+        priorities: (n,) as published.
+        station: (x, y) [m] in map.
+        same: [m] within which two stations are the same.
+    """
+    highest = 0
+    for row in range(gone.shape[0]):
+        if words[row, STATION_TICK] == 0 or gone[row]:
+            continue
+        owner = ID_MASK - ((priorities[row] >> DEPTH_BITS) & ID_MASK)
+        if owner != np.int64(words[row, ID]) % (ID_MASK + 1):
+            continue
+        dx = floats[row, STATION] - station[0]
+        dy = floats[row, STATION + 1] - station[1]
+        if math.hypot(dx, dy) < same:
+            highest = max(highest, priorities[row])
+    return highest
+
+
+@njit(cache=True)
+def mean_trip(acks: Ints, tick: int, longest: int) -> float:
+    """Return the mean age [ticks] of the acknowledgements; 0 if none counts.
+
+    Args:
+        acks: (n,) tick of the newest own beacon that each neighbour has acknowledged. One of now
+            is none that was needed.
+        tick: Now.
+        longest: [ticks] age of the oldest that count.
+    """
+    total = 0
+    count = 0
+    for row in range(acks.shape[0]):
+        age = tick - acks[row]
+        if 0 < age <= longest:
+            total += age
+            count += 1
+    return total / count if count else 0.0

@@ -233,17 +233,3 @@ def stamp_rows(
     """
     for row in range(sizes.shape[0]):
         stamp_discs(grid, frame, points[row], sizes[row], radii[row], values[row])
-
-
-@njit(cache=True)
-def untouched(stamped: Floats, allowed: NDArray[np.uint8], out: NDArray[np.uint8]) -> None:
-    """Mark the allowed cells on which nothing is stamped.
-
-    Args:
-        stamped: (h, w); 0 where nothing is stamped.
-        allowed: (h, w); 0 where a cell is not allowed.
-        out: (h, w) receives 1 for allowed cells without a stamp, 0 for others.
-    """
-    for r in range(out.shape[0]):
-        for c in range(out.shape[1]):
-            out[r, c] = 1 if stamped[r, c] == 0.0 and allowed[r, c] != 0 else 0

@@ -13,7 +13,7 @@ from swarm_common.model.errors import ON_THIS_MAP
 from swarm_common.model.records import FloatArray, Pose
 from swarm_nav.core.config import CostmapConfig, PlannerConfig
 from swarm_nav.core.goals import ErrorCode, PlanError
-from swarm_nav.planning import distance_kernels, path_cost_kernels, path_kernels, search_kernels
+from swarm_nav.planning import path_cost_kernels, path_kernels, search_kernels
 from swarm_nav.planning.oblong import RUN_IN, Slots
 from swarm_nav.planning.terrain import NODE_MARGIN, Lattice, Terrain, sector_of, wall_clearance
 
@@ -56,8 +56,8 @@ class Planner:
         Returns:
             (h, w), 1 on such nodes, 0 elsewhere.
         """
-        places = np.empty(taken.shape, np.uint8)
-        distance_kernels.untouched(taken, self._anywhere if allowed is None else allowed, places)
+        allowed = self._anywhere if allowed is None else allowed
+        places: NDArray[np.uint8] = ((taken == 0.0) & (allowed != 0)).astype(np.uint8)
         return places
 
     def plan(

@@ -63,26 +63,19 @@ def sector_of(yaw: float) -> int:
 
 @dataclass(frozen=True, slots=True)
 class Lattice:
-    """Planning lattice; arrays are (height, width), cells of `step` from (origin_x, origin_y).
-
-    Attributes:
-        clearance: [m] to the nearest wall.
-        base: Cost factor of a metre, `search_kernels.WALL` where the robot does not fit.
-        lane: Extra cost factor of driving against `heading`.
-        heading: (height, width, 2) unit direction with the nearer wall on the right.
-        parking: 1 where a waiting robot stands out of the lanes.
-        slots: Where a long robot only drives straight through; None for others.
-    """
+    """Planning lattice; arrays are (height, width), cells of `step` from (origin_x, origin_y)."""
 
     step: float
     origin_x: float
     origin_y: float
-    clearance: FloatArray
+    clearance: FloatArray  # [m] to the nearest wall
+    # cost factor of a metre, `search_kernels.WALL` where the robot does not fit
     base: NDArray[np.float32]
-    lane: NDArray[np.float32]
+    lane: NDArray[np.float32]  # extra cost factor of driving against `heading`
+    # (height, width, 2) unit direction with the nearer wall on the right
     heading: NDArray[np.float32]
-    parking: NDArray[np.uint8]
-    slots: Slots | None = None
+    parking: NDArray[np.uint8]  # 1 where a waiting robot stands out of the lanes
+    slots: Slots | None = None  # where a long robot only drives straight through; None for others
 
     @property
     def frame(self) -> Frame:

@@ -23,16 +23,11 @@ PACK_SLICE = 0.01  # [s] while some navigators of the process wait for a tick an
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """One navigator of a process.
+    """One navigator of a process."""
 
-    Attributes:
-        name: Of the robot.
-        node: Its node.
-        executor: For all of this node that is not sensor data, so that a failure has one owner.
-    """
-
-    name: str
+    name: str  # of the robot
     node: NavigatorNode
+    # for all of this node that is not sensor data, so that a failure has one owner
     executor: Executor
 
 

@@ -25,8 +25,7 @@ from swarm_nav.core.config import NavConfig
 from swarm_nav.core.goals import GoalEnded, Output
 from swarm_nav.core.lifecycle import Lifecycle
 from swarm_nav.ros.answer import Answers
-from swarm_nav.ros.bare_node import create_node
-from swarm_nav.ros.clock import TickClock
+from swarm_nav.ros.bare_node import TickClock, create_node
 from swarm_nav.ros.inputs import TickInput, TickInputs
 from swarm_nav.ros.nav2.demand import OnDemand
 from swarm_nav.ros.nav2.lifecycle_services import LifecycleServices
@@ -53,7 +52,8 @@ class NavigatorNode:
     Attributes:
         node: For an executor.
         lifecycle: Nav2's, of the whole navigator.
-        tick: The control present tick.
+        tick: The present control tick.
+        map_bounds: Of the map at hand, once there is one.
         rejections: Of the doors of this navigator.
     """
 
@@ -132,26 +132,9 @@ class NavigatorNode:
         self._answers.announce()
         self._status = self.node.create_publisher(RobotStatus, "status", ros_io.RELIABLE)
         self._views = Views(self.node, brain, self._on_demand)
-        self._tasks = Tasks(
-            self.node,
-            brain,
-            self.to_map,
-            lambda: self._reach,
-            self.rejections,
-            lambda: self.lifecycle.is_active,
-            self._answers.send_withheld,
-            self._on_demand,
-        )
-        self._plans = Plans(
-            self.node,
-            brain,
-            self.to_map,
-            self.rejections,
-            lambda: self._reach,
-            lambda: self.lifecycle.is_active,
-            self._on_demand,
-        )
-        Services(self.node, self, brain, self._on_demand)
+        self._tasks = Tasks(self, brain, self._answers.send_withheld, self._on_demand)
+        self._plans = Plans(self, brain, self._on_demand)
+        Services(self, brain, self._on_demand)
         self._lifecycle_services = LifecycleServices(
             self.node, self.lifecycle, self.change_lifecycle, self._on_demand
         )
@@ -311,7 +294,7 @@ class NavigatorNode:
             message = ros_io.unpacked(data, PoseWithCovarianceStamped)
             stamped = PoseStamped(header=message.header, pose=message.pose.pose)
             pose_map = self.to_map(stamped)
-            if not self._reach.has(pose_map):
+            if not self.map_bounds.has(pose_map):
                 raise RejectedError(f"({pose_map.x:g}, {pose_map.y:g}) is not on the map")
         except ValueError as error:
             self.rejections.reject("initialpose", "a client", error)
@@ -329,7 +312,7 @@ class NavigatorNode:
     def to_map(self, stamped: PoseStamped) -> Pose:
         """Return a pose of one of the robot's frames in map, not far off it."""
         assert self._brain is not None
-        return self._reach.check(pose_in_map(self._brain, stamped))
+        return self.map_bounds.check(pose_in_map(self._brain, stamped))
 
     def take_map(self, grid: Grid) -> None:
         """Navigate on another map from now on."""
@@ -339,8 +322,8 @@ class NavigatorNode:
 
     def _measure(self, grid: Grid) -> None:
         """Learn how far anything can be away on a map."""
-        self._reach = MapBounds.of(grid)
-        self._odometry_reader = cdr.OdometryReader(self._reach.most_odometry)
+        self.map_bounds = MapBounds.of(grid)
+        self._odometry_reader = cdr.OdometryReader(self.map_bounds.most_odometry)
 
     def _reconfigure(self, config: NavConfig) -> None:
         self._config = config

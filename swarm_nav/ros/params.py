@@ -31,11 +31,11 @@ from swarm_nav.ros.settings import (
     FIXED_EFFECTS,
     LIMITED,
     ROBOT_PREFIX,
+    USE_SIM_TIME,
     NodeSettings,
     check_limits,
 )
 
-USE_SIM_TIME = "use_sim_time"
 SERVICES = (
     "describe_parameters",
     "get_parameter_types",

@@ -17,11 +17,12 @@ from swarm_common.robots.params import robot_from_parameters
 from swarm_nav.core.config import NavConfig, config_from_parameters, parameter_values
 
 NODE = "navigator"
+USE_SIM_TIME = "use_sim_time"
 SECTION = "ros__parameters"
 ROBOT_PREFIX = "robot."
 LIMITED = ("max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta", "max_vel_y", "acc_lim_y")
 FIXED: dict[str, Any] = {
-    "use_sim_time": True,
+    USE_SIM_TIME: True,
     "robot_id": 0,
     "initial_pose.x": 0.0,
     "initial_pose.y": 0.0,
@@ -34,7 +35,7 @@ FIXED: dict[str, Any] = {
     "with_lidar": True,
 }
 FIXED_EFFECTS = {
-    "use_sim_time": "time is that of /clock",
+    USE_SIM_TIME: "time is that of /clock",
     "robot_id": "3 for Srobot3",
     "initial_pose.x": "[m] in map, where odometry began",
     "initial_pose.y": "[m] in map, where odometry began",
@@ -50,19 +51,12 @@ FIXED_EFFECTS = {
 
 @dataclass(frozen=True, slots=True)
 class NodeSettings:
-    """What one navigator node is started with.
+    """What one navigator node is started with."""
 
-    Attributes:
-        name: Namespace, for example Srobot3.
-        config: Parameters of the brain, changeable while it runs.
-        spec: Robot model.
-        fixed: Parameters that are read once, by ROS name.
-    """
-
-    name: str
-    config: NavConfig
+    name: str  # namespace, for example Srobot3
+    config: NavConfig  # parameters of the brain, changeable while it runs
     spec: RobotSpec
-    fixed: Mapping[str, Any]
+    fixed: Mapping[str, Any]  # parameters that are read once, by ROS name
 
     @property
     def robot_id(self) -> int:

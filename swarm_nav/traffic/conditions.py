@@ -19,7 +19,7 @@ from swarm_common.model.records import RobotSpec
 from swarm_nav.core.config import NavConfig
 from swarm_nav.planning import search_kernels
 from swarm_nav.planning.terrain import Lattice, Terrain
-from swarm_nav.traffic import conditions_kernels, single_lane_kernels
+from swarm_nav.traffic import single_lane_kernels
 from swarm_nav.traffic.single_lanes import Mask, parts, rooms
 from swarm_nav.traffic.situation import terrain_of
 
@@ -29,17 +29,11 @@ MOST_NAMED = 6  # findings that are told one by one
 
 @dataclass(frozen=True, slots=True)
 class Conditions:
-    """What a map has room for.
+    """What a map has room for."""
 
-    Attributes:
-        robots: Number asked for.
-        places: Number of places where two robots can pass.
-        findings: Conditions that do not hold, a sentence each; empty if all hold.
-    """
-
-    robots: int
-    places: int
-    findings: tuple[str, ...]
+    robots: int  # number asked for
+    places: int  # number of places where two robots can pass
+    findings: tuple[str, ...]  # conditions that do not hold, a sentence each; empty if all hold
 
     @property
     def is_guaranteed(self) -> bool:
@@ -47,7 +41,6 @@ class Conditions:
         return not self.findings
 
     def __str__(self) -> str:
-        """Say it in a sentence or more, for people."""
         if self.is_guaranteed:
             asked = "the robot" if self.robots == 1 else f"all {self.robots} robots"
             return f"every goal is reachable for {asked} (standing room for {self.places})"
@@ -126,14 +119,14 @@ class _Floor:
 
     def _branches(self, lane: Mask) -> int:
         """Return the number of blind ends of a single lane, each with room for a robot."""
-        away = np.full(lane.shape, -1, np.int32)
         seeds = _grown(self._wide) & lane
         if not seeds.any():
             seeds.ravel()[int(np.flatnonzero(lane)[0])] = True
-        conditions_kernels.steps_from(lane, seeds, away)
+        away = np.where(seeds, 0, -1).astype(np.int32)  # steps from the nearest seed
+        single_lane_kernels.flood(lane, away, -1, 1)
         cells = np.flatnonzero(lane)
         order = cells[np.argsort(-away.ravel()[cells], kind="stable")]
-        return int(conditions_kernels.peaks(away.ravel(), order, lane.shape[1], int(self._gap)))
+        return int(single_lane_kernels.peaks(away.ravel(), order, lane.shape[1], int(self._gap)))
 
     def _places(self, part: Mask, most: int = 1_000_000) -> int:
         return int(single_lane_kernels.places(part, self._gap, most))

@@ -77,18 +77,12 @@ def _component(
 
 @dataclass(slots=True)
 class Gate:
-    """One robot's admission to the narrow region ahead of it.
-
-    Attributes:
-        asked_tick: Tick since which it waits or asks, 0 if it does not.
-        is_admitted: Whether it may enter, or is inside.
-        first: Id of the highest robot that it waits for, 0 for none.
-    """
+    """One robot's admission to the narrow region ahead of it."""
 
     region: NDArray[np.bool_] | None
-    asked_tick: int = 0
-    is_admitted: bool = False
-    first: int = 0
+    asked_tick: int = 0  # tick since which it waits or asks, 0 if it does not
+    is_admitted: bool = False  # whether it may enter, or is inside
+    first: int = 0  # id of the highest robot that it waits for, 0 for none
     _area: float = 0.0  # [m²] of the region within radio range of where it asked
     # points of a path, from one index to before another, that lie outside a region
     _outside: tuple[FloatArray | None, NDArray[np.bool_] | None, int, int] = (None, None, 0, 0)

@@ -56,7 +56,6 @@ class Approach:
     """
 
     def __init__(self, situation: Situation, station: tuple[float, float]) -> None:
-        """Measure the ways to the station."""
         self.lattice = situation.planner.lattice
         try:
             self.costs = situation.planner.cost_to_go(station, math.nan)
@@ -94,18 +93,12 @@ class Cover:
     """Since when something has been on a station; another try of the goal does not wait anew.
 
     A station out of the LiDAR's reach counts as free, unless a silent robot is known to be on it.
-
-    Attributes:
-        station: (x, y) in map.
-        since: Tick at which it last counted as free, or was first looked at.
-        seen: Tick at which something was on it.
-        looked: Tick at which it was looked at.
     """
 
-    station: tuple[float, float] = (math.inf, math.inf)
-    since: int = 0
-    seen: int = 0
-    looked: int = 0
+    station: tuple[float, float] = (math.inf, math.inf)  # (x, y) in map
+    since: int = 0  # tick at which it last counted as free, or was first looked at
+    seen: int = 0  # tick at which something was on it
+    looked: int = 0  # tick at which it was looked at
 
     def update(self, situation: Situation, station: tuple[float, float], is_covered: bool) -> None:
         """Take what is known in this tick.
@@ -140,28 +133,20 @@ class Cover:
 
 @dataclass(slots=True)
 class Lease:
-    """The station that the robot is on its way to.
+    """The station that the robot is on its way to."""
 
-    Attributes:
-        station: (x, y) in map, None without a goal.
-        tick: Tick of the request, 0 before it was made.
-        place: Number of earlier requests known.
-        first: Id of the robot that asked first, 0 if that is this one.
-        inherited: Priority of the highest robot that waits for this one to leave the station
-            (priority inheritance of a resource's holder: Sha, Rajkumar, Lehoczky 1990), 0 if none.
-        is_leaving: Whether the robot was there and keeps the lease until it is out of a dead end.
-    """
-
-    station: tuple[float, float] | None = None
-    tick: int = 0
-    place: int = 0
-    first: int = 0
+    station: tuple[float, float] | None = None  # (x, y) in map, None without a goal
+    tick: int = 0  # tick of the request, 0 before it was made
+    place: int = 0  # number of earlier requests known
+    first: int = 0  # id of the robot that asked first, 0 if that is this one
+    # priority of the highest robot that waits for this one to leave the station (priority
+    # inheritance of a resource's holder: Sha, Rajkumar, Lehoczky 1990), 0 if none
     inherited: int = 0
+    # whether the robot was there and keeps the lease until it is out of a dead end
     is_leaving: bool = False
     _next: tuple[float, float] | None = None
-    _left_tick: int = (
-        0  # tick since which the robot leaves without another target, 0 before that is known
-    )
+    # tick since which the robot leaves without another target, 0 before that is known
+    _left_tick: int = 0
     _approach: Approach | None = None
     _cover: Cover = field(default_factory=Cover)
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_nav.traffic.patience_kernels import mean_trip
+from swarm_nav.perception.neighbor_table_kernels import mean_trip
 
 USUAL_TRIP = 2.5  # ticks from a beacon to its acknowledgement over a radio that is not slow
 WEIGHT = 0.02  # of the newest tick in the mean
@@ -26,7 +26,6 @@ class Patience:
     """
 
     def __init__(self) -> None:
-        """Start with a radio that is not slow."""
         self.factor = 1
         self._trip = 0.0
 

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_nav.control import tube_kernels
-from swarm_nav.traffic import overlap_kernels
 from swarm_nav.traffic.single_lanes import SingleLanes
 from swarm_nav.traffic.situation import Situation
 
@@ -21,7 +20,6 @@ class ReservationManager:
     """Changes the tube by what the neighbours leave, the LiDAR sees and the robot uses."""
 
     def __init__(self, situation: Situation) -> None:
-        """Hold the place under the robot, which is not published yet."""
         self._s = situation
         self._single_lanes = SingleLanes()
         self._published_held: NDArray[np.float32] = np.zeros((1, 2), np.float32)
@@ -121,7 +119,7 @@ class ReservationManager:
     def _part(self) -> None:
         """Give up points that are too near to another tube since a radius has grown."""
         s, tube = self._s, self._s.tube
-        first = overlap_kernels.first_overlap(
+        first = tube_kernels.first_overlap(
             tube.points, tube.near, tube.stop, s.radius, GROWTH_SLACK, s.neighbors.columns()
         )
         if first <= tube.stop:

@@ -46,7 +46,6 @@ class RightOfWay:
     """
 
     def __init__(self) -> None:
-        """Start without a pusher."""
         self.inherited = 0
         self.is_stuck = False
         self._last_pushed_tick = 0

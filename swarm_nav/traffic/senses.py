@@ -16,7 +16,6 @@ class Senses:
     """
 
     def __init__(self, situation: Situation) -> None:
-        """Start before the first observation."""
         self._s = situation
         self.missing = ""
         self.is_deaf = False

@@ -1,8 +1,9 @@
-"""Bare numba kernels of single-lane passages."""
+"""Bare numba kernels of single-lane passages: where they are, whose turn it is, blind ends."""
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -107,19 +108,23 @@ def label(mask: Mask, labels: Labels) -> None:
 
 
 @njit(cache=True)
-def spread(mask: Mask, labels: Labels) -> None:
-    """Give each cell of a mask without a label that of the nearest labelled cell, by the way.
+def flood(mask: Mask, values: NDArray[np.signedinteger[Any]], unknown: int, step: int) -> None:
+    """Give each unknown cell of a mask the value of the nearest known one, by the way, plus steps.
+
+    Breadth-first, with eight neighbours.
 
     Args:
         mask: (height, width) cells that can be passed.
-        labels: (height, width), 0 without a label; changed.
+        values: (height, width); changed.
+        unknown: Their value where nothing is known.
+        step: What a value grows by with each cell.
     """
     height, width = mask.shape
     queue = np.empty((height * width, 2), np.int64)
     first = last = 0
     for i in range(height):
         for j in range(width):
-            if labels[i, j] > 0:
+            if values[i, j] != unknown:
                 queue[last, 0], queue[last, 1] = i, j
                 last += 1
     while first < last:
@@ -127,8 +132,8 @@ def spread(mask: Mask, labels: Labels) -> None:
         first += 1
         for r in range(max(0, i - 1), min(height, i + 2)):
             for c in range(max(0, j - 1), min(width, j + 2)):
-                if mask[r, c] and labels[r, c] == 0:
-                    labels[r, c] = labels[i, j]
+                if mask[r, c] and values[r, c] == unknown:
+                    values[r, c] = values[i, j] + step
                     queue[last, 0], queue[last, 1] = r, c
                     last += 1
 
@@ -278,3 +283,57 @@ def barrier(
         if (hx + ix) * dx + (hy + iy) * dy < 0.0:
             return entry - 1, j
     return wanted, -1
+
+
+@njit(cache=True)
+def root_of(parents: NDArray[np.int64], cell: int) -> int:
+    """Return the cell that stands for the set of a cell (union-find; halves the way to it).
+
+    Args:
+        parents: (n,) a cell of the same set nearer to the root, for the root itself; changed.
+        cell: Of the set.
+    """
+    while parents[cell] != cell:
+        parents[cell] = parents[parents[cell]]
+        cell = parents[cell]
+    return cell
+
+
+@njit(cache=True)
+def peaks(values: NDArray[np.int32], order: NDArray[np.int64], width: int, prominence: int) -> int:
+    """Count the peaks that rise by `prominence` or more above the saddle to a higher one, or 0.
+
+    Cells flow together from the highest to the lowest (union-find): where two sets meet, the one
+    with the lower peak ends, and counts if it is that high above the meeting point.
+
+    Args:
+        values: (h · width,) heights, row after row.
+        order: Cells (k,) from the highest to the lowest.
+        width: Cells of a row.
+        prominence: In the unit of the values.
+    """
+    parents = np.full(values.shape[0], -1, np.int64)
+    count = 0
+    for k in range(order.shape[0]):
+        cell = order[k]
+        parents[cell] = cell
+        for down in (-width, 0, width):
+            for aside in (-1, 0, 1):
+                beside = cell + down + aside
+                if not 0 <= beside < values.shape[0] or abs(beside % width - cell % width) > 1:
+                    continue
+                if parents[beside] < 0:
+                    continue
+                one, two = root_of(parents, cell), root_of(parents, beside)
+                if one == two:
+                    continue
+                if values[one] > values[two]:
+                    one, two = two, one
+                if values[one] - values[cell] >= prominence:
+                    count += 1
+                parents[one] = two
+    for k in range(order.shape[0]):
+        cell = order[k]
+        if parents[cell] == cell and values[cell] >= prominence:
+            count += 1
+    return count

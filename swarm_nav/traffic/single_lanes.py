@@ -75,7 +75,7 @@ def single_lanes(terrain: Terrain, radius: float) -> NDArray[np.int16] | None:
     labels = np.zeros(is_free.shape, np.int16)
     single_lane_kernels.label(is_single, labels)
     near = distance_kernels.distance_cells(is_single) * lattice.step <= MOUTH
-    single_lane_kernels.spread(is_free & near, labels)
+    single_lane_kernels.flood(is_free & near, labels, 0, 0)
     return labels
 
 
@@ -83,7 +83,6 @@ class SingleLanes:
     """Keeps one robot out of a single-lane passage while it is another robot's turn."""
 
     def __init__(self) -> None:
-        """Look at no map yet."""
         self._terrain: Terrain | None = None
         self._labels: NDArray[np.int16] | None = None
 

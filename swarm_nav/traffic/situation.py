@@ -50,65 +50,37 @@ def ticks_of(seconds: float) -> int:
 
 @dataclass(slots=True)
 class Situation:
-    """State of one robot that the parts of its navigator share; each field has one writer.
+    """State of one robot that the parts of its navigator share; each field has one writer."""
 
-    Attributes:
-        robot_id: From 1.
-        config: Parameters, by `configure`.
-        body_radius: [m] circumscribed radius.
-        oblong: Outline of a long robot, which plans with it; None for others.
-        stations: Places (x, y) in map that many robots go to, by `sites.yaml`.
-        terrain: The map as this robot sees it, by `load_map`.
-        planner: On this terrain.
-        neighbors: What is known of the neighbours.
-        obstacles: What the LiDAR sees beyond map and neighbours.
-        tube: Path, held and requested space.
-        radio: How slow the radio is.
-        counters: For the report; every part counts its own.
-        tick: Now; by the navigator, as pose and twist.
-        pose: In map.
-        twist: In base_footprint, vx along the course.
-        radius: [m] safety radius: the circumscribed one plus the margin, by `take_margin`.
-        own_priority: As in the last beacon without what was inherited from robots that push, by
-            `take_priorities`.
-        priority: As in the last beacon.
-        listening_since: Tick since which the radio is heard without a gap, by `Senses`.
-        yields_for: Id of the robot that is made way for, 0 for none, by `RightOfWay`.
-        blocked_ticks: Ticks for which the tube could not grow because of `blocked_by`; by
-            `ReservationManager`, as what follows.
-        blocked_by: Id of that robot, 0 for none.
-        blocked_why: What that robot does, for people.
-        is_unconfirmed: Whether the tube did not grow because a request is not acknowledged yet.
-        obstacle_ticks: Ticks for which it could not grow because of something else in the way.
-        has_grown: Whether it grew in the last tick.
-    """
-
-    robot_id: int
-    config: NavConfig
-    body_radius: float
-    terrain: Terrain
-    planner: Planner
-    neighbors: NeighborTable
-    obstacles: ObstacleLayer
-    tube: Tube
-    pose: Pose
-    radius: float
-    oblong: Oblong | None = None
-    stations: tuple[tuple[float, float], ...] = ()
-    radio: Patience = field(default_factory=Patience)
-    counters: Counters = field(default_factory=Counters)
-    tick: int = 0
-    twist: Twist = field(default_factory=Twist)
+    robot_id: int  # from 1
+    config: NavConfig  # parameters, by `configure`
+    body_radius: float  # [m] circumscribed radius
+    terrain: Terrain  # the map as this robot sees it, by `load_map`
+    planner: Planner  # on this terrain
+    neighbors: NeighborTable  # what is known of the neighbours
+    obstacles: ObstacleLayer  # what the LiDAR sees beyond map and neighbours
+    tube: Tube  # path, held and requested space
+    pose: Pose  # in map, by the navigator
+    radius: float  # [m] safety radius: `body_radius` plus the margin, by `take_margin`
+    oblong: Oblong | None = None  # outline of a long robot, which plans with it; None for others
+    stations: tuple[tuple[float, float], ...] = ()  # (x, y) in map that many robots go to
+    radio: Patience = field(default_factory=Patience)  # how slow the radio is
+    counters: Counters = field(default_factory=Counters)  # for the report; each part its own
+    tick: int = 0  # now, by the navigator
+    twist: Twist = field(default_factory=Twist)  # in base_footprint, vx along the course
+    # as in the last beacon without what was inherited from robots that push, by `take_priorities`
     own_priority: int = 0
-    priority: int = 0
-    listening_since: int = 0
-    yields_for: int = 0
+    priority: int = 0  # as in the last beacon
+    listening_since: int = 0  # tick since which the radio is heard without a gap, by `Senses`
+    yields_for: int = 0  # id of the robot that is made way for, 0 for none, by `RightOfWay`
+    # By `ReservationManager`: ticks for which the tube could not grow because of a robot, its id
+    # (0 for none), and what it does, for people.
     blocked_ticks: int = 0
     blocked_by: int = 0
     blocked_why: str = ""
-    is_unconfirmed: bool = False
-    obstacle_ticks: int = 0
-    has_grown: bool = False
+    is_unconfirmed: bool = False  # the tube did not grow because a request is not acknowledged yet
+    obstacle_ticks: int = 0  # for which it could not grow because of something else in the way
+    has_grown: bool = False  # in the last tick
 
     def load_map(self, grid: Grid) -> None:
         """Take another map; the path on the old one ends at the stop point.

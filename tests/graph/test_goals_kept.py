@@ -16,7 +16,7 @@ from swarm_common.middleware.rclpy_compat import SafeExecutor
 from swarm_common.middleware.ros_poll import drain
 from swarm_common.middleware.tick_action import RESULT_TIMEOUT, TickActionServer
 from swarm_common.model.records import CONTROL_PERIOD
-from swarm_nav.ros.clock import TickClock
+from swarm_nav.ros.bare_node import TickClock
 from tests.fakes.ros_domains import reserved_domain
 
 GOALS = 20

@@ -2,21 +2,16 @@
 
 What a module imports of its folder stands above it:
 
-    demand              Servers and topics that exist only once somebody looks for them, or that
-                        come after the start
-    map_bounds          How far from the map a place, a path or an odometry reading can be and
-                        still make sense
-    costmaps            A costmap on Nav2's topics: whole and in parts, as occupancy and with its
-                        raw costs
+    demand              Servers and topics that exist only once somebody looks for them
+    map_bounds          How far from the map a place, a path or an odometry reading can be
+    costmaps            A costmap on Nav2's topics: whole and in parts, as occupancy and raw
     goals               Nav2's action goals, feedback and results, to and from the brain's
-    lifecycle_services  Nav2's nodes as the graph shows them: names with lifecycle services, in one
-                        process and state
-    plans               Nav2's planning actions on the node: a leg at a time, so that no plan keeps
-                        a tick waiting
+    lifecycle_services  Nav2's nodes as the graph shows them: names with lifecycle services
+    served_node         What actions and services need of the navigator's node
+    plans               Nav2's planning actions: a leg at a time, so that no tick has to wait
     poses               Poses that arrive with a frame, in map
     services            Nav2's services on the node: lifecycle, costmaps, map
-    tasks               Nav2's navigation actions and goal_pose on the node: requests in, feedback
-                        and results out
+    tasks               Nav2's navigation actions and goal_pose
     views               What a navigator shows to viewers, sent only while they subscribe
 
 May import of swarm_nav: what `ros` may, but of `ros` itself nothing; and swarm_common.

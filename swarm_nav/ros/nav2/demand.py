@@ -54,19 +54,18 @@ class OnDemand:
             create: Called once, when it is wanted.
             is_rare: Whether it needs a client in a small swarm, too.
         """
-        self._add(Offer(self._full(services), create), is_rare=is_rare)
+        self._add(Offer(self._full(services), create), is_rare)
 
     def offer_topics(self, topics: Sequence[str], create: Callable[[], object]) -> None:
         """Offer publishers of topics, which come together; see `offer`."""
-        self._add(Offer(self._full(topics), create, are_topics=True), is_rare=False)
+        self._add(Offer(self._full(topics), create, are_topics=True), False)
 
     def _full(self, names: Sequence[str]) -> list[str]:
         name, space = self._node.get_name(), self._node.get_namespace()
         return [expand_topic_name(relative, name, space) for relative in names]
 
-    def _add(self, offer: Offer, *, is_rare: bool) -> None:
-        offers = self._soon if self._is_eager and not is_rare else self._offers
-        offers.append(offer)
+    def _add(self, offer: Offer, is_rare: bool) -> None:
+        (self._soon if self._is_eager and not is_rare else self._offers).append(offer)
 
     def offer_actions(
         self, names: Sequence[str], create: Callable[[], object], *, is_rare: bool = False

@@ -26,15 +26,10 @@ class OffMapError(RejectedError):
 
 @dataclass(frozen=True, slots=True)
 class MapBounds:
-    """A box around the map, and its size.
+    """A box around the map, and its size."""
 
-    Attributes:
-        low: (x, y) [m] of the map's lower left corner.
-        high: (x, y) [m] of its upper right corner.
-    """
-
-    low: tuple[float, float]
-    high: tuple[float, float]
+    low: tuple[float, float]  # (x, y) [m] of the map's lower left corner
+    high: tuple[float, float]  # (x, y) [m] of its upper right corner
 
     @classmethod
     def of(cls, grid: Grid) -> MapBounds:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import ComputePathThroughPoses, ComputePathToPose, SmoothPath
-from rclpy.node import Node
 
-from swarm_common.middleware.rejections import RejectedError, Rejections
+from swarm_common.middleware.rejections import RejectedError
 from swarm_common.middleware.ros_io import path_msg
 from swarm_common.middleware.tick_action import GoalHandle, TickActionServer
 from swarm_common.model.records import FloatArray, Pose
@@ -24,13 +23,13 @@ from swarm_nav.ros.nav2.demand import OnDemand
 from swarm_nav.ros.nav2.goals import (
     CLIENT,
     NOT_ACTIVE,
-    ToMap,
     check_count,
     duration_msg,
     path_goal,
     plan_error_code,
 )
-from swarm_nav.ros.nav2.map_bounds import MapBounds, OffMapError
+from swarm_nav.ros.nav2.map_bounds import OffMapError
+from swarm_nav.ros.nav2.served_node import ServedNode
 
 SMOOTHERS = "", "simple_smoother"  # ids that name the one there is
 MOST_LEGS = 1000  # of one plan
@@ -40,22 +39,15 @@ PORTION = 0.05  # [s] of wall time for plans between two ticks, and the current 
 
 @dataclass(slots=True)
 class Job:
-    """A plan that was asked for.
+    """A plan that was asked for."""
 
-    Attributes:
-        name: Of the action.
-        handle: Of the goal.
-        goals: Of the request.
-        stops: Poses in map that it goes through, the start first.
-        pieces: Path (n, 2) of each leg that is planned.
-    """
-
-    name: str
+    name: str  # of the action
     server: TickActionServer
-    handle: GoalHandle
-    goals: Sequence[PoseStamped]
-    stops: list[Pose]
+    handle: GoalHandle  # of the goal
+    goals: Sequence[PoseStamped]  # of the request
+    stops: list[Pose]  # poses in map that it goes through, the start first
     started: float
+    # path (n, 2) of each leg that is planned
     pieces: list[FloatArray] = field(default_factory=list)
 
     @property
@@ -67,33 +59,9 @@ class Job:
 class Plans:
     """The servers of both actions, and the plans that wait."""
 
-    def __init__(
-        self,
-        node: Node,
-        brain: Navigator,
-        to_map: ToMap,
-        rejections: Rejections,
-        reach: Callable[[], MapBounds],
-        is_open: Callable[[], bool],
-        on_demand: OnDemand,
-    ) -> None:
-        """Offer the servers.
-
-        Args:
-            node: To create them on.
-            brain: Plans.
-            to_map: Brings a pose of any known frame to map.
-            rejections: Counts what is refused.
-            reach: Returns that of the map at hand.
-            is_open: Whether goals are accepted now (lifecycle).
-            on_demand: Takes the servers.
-        """
-        self._node = node
+    def __init__(self, body: ServedNode, brain: Navigator, on_demand: OnDemand) -> None:
+        self._body = body
         self._brain = brain
-        self._to_map = to_map
-        self._rejections = rejections
-        self._reach = reach
-        self._is_open = is_open
         self._tick = 0
         self._waiting: deque[Job] = deque()
         for action, name in (
@@ -107,9 +75,9 @@ class Plans:
         def has_room(_: Any) -> bool:
             if len(self._waiting) >= MOST_WAITING:
                 error = RejectedError(f"{MOST_WAITING} plans wait already")
-                self._rejections.reject(name, CLIENT, error)
+                self._body.rejections.reject(name, CLIENT, error)
                 raise error
-            if not self._is_open():
+            if not self._body.lifecycle.is_active:
                 raise RejectedError(NOT_ACTIVE)
             return True
 
@@ -122,19 +90,19 @@ class Plans:
                     raise PlanError(ErrorCode.NO_VIAPOINTS_GIVEN, "no goals given")
                 check_count(goals, MOST_LEGS)
                 start = self._start(request)
-                job.stops = [start, *(self._to_map(goal) for goal in goals)]
+                job.stops = [start, *(self._body.to_map(goal) for goal in goals)]
             except (PlanError, ValueError) as error:
                 self._fail(job, error)
                 return
             self._waiting.append(job)
 
-        TickActionServer(self._node, action, name, has_room, begin, lambda _: None)
+        TickActionServer(self._body.node, action, name, has_room, begin, lambda _: None)
 
     def _start(self, request: Any) -> Pose:
         if not request.use_start:
             return self._brain.pose_map
         try:
-            return self._to_map(request.start)
+            return self._body.to_map(request.start)
         except OffMapError as error:
             error.code = ErrorCode.START_OUTSIDE_MAP
             raise
@@ -149,7 +117,7 @@ class Plans:
             except PlanError as error:
                 result.error_code, result.error_msg = int(error.code), str(error)
             except ValueError as error:
-                self._rejections.reject("smooth_path", CLIENT, error)
+                self._body.rejections.reject("smooth_path", CLIENT, error)
                 result.error_code, result.error_msg = int(ErrorCode.SMOOTH_BAD_PATH), str(error)
             result.smoothing_duration = duration_msg(time.perf_counter() - started)
             if result.was_completed and result.path.poses:
@@ -158,9 +126,9 @@ class Plans:
             server.finish(handle, result, succeeded=result.was_completed)
 
         def is_open(_: Any) -> bool:
-            return self._is_open()
+            return self._body.lifecycle.is_active
 
-        TickActionServer(self._node, SmoothPath, "smooth_path", is_open, begin, lambda _: None)
+        TickActionServer(self._body.node, SmoothPath, "smooth_path", is_open, begin, lambda _: None)
 
     def _smoothed(self, request: Any) -> FloatArray:
         if request.smoother_id not in SMOOTHERS:
@@ -168,7 +136,7 @@ class Plans:
                 ErrorCode.SMOOTH_BAD_ID,
                 f"there is no smoother '{request.smoother_id}'; expected {SMOOTHERS[1]}",
             )
-        goal = path_goal(0, request, self._to_map, self._reach())
+        goal = path_goal(0, request, self._body.to_map, self._body.map_bounds)
         if len(goal.path_map) < 2:
             raise PlanError(ErrorCode.SMOOTH_BAD_PATH, "the path has fewer than two poses")
         path = self._brain.smooth(goal.path_map)
@@ -198,7 +166,7 @@ class Plans:
 
     def _fail(self, job: Job, error: PlanError | ValueError) -> None:
         if isinstance(error, RejectedError):
-            self._rejections.reject(job.name, CLIENT, error)
+            self._body.rejections.reject(job.name, CLIENT, error)
         result = job.server.kind.Result()
         result.error_code, result.error_msg = plan_error_code(error, job.is_through), str(error)
         self._send(job, Outcome.ABORTED, result)

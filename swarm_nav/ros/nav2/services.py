@@ -6,10 +6,9 @@ import math
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 from urllib.parse import urlparse
 
-from geometry_msgs.msg import PoseStamped
 from nav2_msgs.srv import (
     ClearCostmapAroundPose,
     ClearCostmapAroundRobot,
@@ -19,53 +18,32 @@ from nav2_msgs.srv import (
     LoadMap,
     ManageLifecycleNodes,
 )
-from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from swarm_common.files.map_io import load_map
 from swarm_common.middleware import ros_io
-from swarm_common.middleware.rejections import Rejections
 from swarm_common.model.errors import MapError, MapImageError, SwarmError
-from swarm_common.model.grid import Grid
-from swarm_common.model.records import Pose
 from swarm_nav.behaviour.costmap import Costmap
 from swarm_nav.behaviour.navigator import Navigator
-from swarm_nav.core.lifecycle import Lifecycle
 from swarm_nav.ros.nav2.costmaps import costmap_msg
 from swarm_nav.ros.nav2.demand import OnDemand
+from swarm_nav.ros.nav2.served_node import ServedNode
 
 # By number in the request.
 COMMANDS = ("startup", "pause", "resume", "reset", "shutdown", "configure", "cleanup")
 
 
-class ServedNode(Protocol):
-    """What the services need of the node."""
-
-    lifecycle: Lifecycle
-    rejections: Rejections
-    tick: int
-
-    def change_lifecycle(self, command: str) -> bool:
-        """Carry out a command of the lifecycle manager."""
-
-    def to_map(self, stamped: PoseStamped) -> Pose:
-        """Return a pose of one of the robot's frames in map."""
-
-    def take_map(self, grid: Grid) -> None:
-        """Navigate on another map from now on."""
-
-
 class Services:
     """All services of one navigator beside its parameters'."""
 
-    def __init__(self, node: Node, body: ServedNode, brain: Navigator, on_demand: OnDemand) -> None:
+    def __init__(self, body: ServedNode, brain: Navigator, on_demand: OnDemand) -> None:
         self._body = body
         self._brain = brain
 
         def make(
             kind: Any, name: str, answer: Callable[[Any, Any], Any], *, is_rare: bool = False
         ) -> None:
-            create = partial(node.create_service, kind, name, answer)
+            create = partial(body.node.create_service, kind, name, answer)
             on_demand.offer([name], create, is_rare=is_rare)
 
         make(ManageLifecycleNodes, "lifecycle_manager_navigation/manage_nodes", self._manage)

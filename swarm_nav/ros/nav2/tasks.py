@@ -11,10 +11,9 @@ from typing import Any
 
 from geometry_msgs.msg import PoseStamped, Twist
 from nav2_msgs.action import DockRobot, FollowGPSWaypoints, UndockRobot
-from rclpy.node import Node
 from std_msgs.msg import Empty
 
-from swarm_common.middleware.rejections import RejectedError, Rejections
+from swarm_common.middleware.rejections import RejectedError
 from swarm_common.middleware.ros_io import RELIABLE, unpacked
 from swarm_common.middleware.tick_action import GoalHandle, TickActionServer
 from swarm_common.model.records import CONTROL_PERIOD
@@ -25,7 +24,6 @@ from swarm_nav.ros.nav2.goals import (
     ACTIONS,
     CLIENT,
     NOT_ACTIVE,
-    ToMap,
     feedback_msg,
     goal_from_request,
     pose_goal,
@@ -33,7 +31,7 @@ from swarm_nav.ros.nav2.goals import (
     start_tick,
     twist_from_msg,
 )
-from swarm_nav.ros.nav2.map_bounds import MapBounds
+from swarm_nav.ros.nav2.served_node import ServedNode
 
 FEEDBACK_TICKS = 5
 # Served in this order: driveOnHeading of nav2_simple_commander waits for the server of backup
@@ -70,33 +68,15 @@ class Tasks:
 
     def __init__(
         self,
-        node: Node,
+        body: ServedNode,
         brain: Navigator,
-        to_map: ToMap,
-        reach: Callable[[], MapBounds],
-        rejections: Rejections,
-        is_open: Callable[[], bool],
         on_goal: Callable[[], None],
         on_demand: OnDemand,
     ) -> None:
-        """Create the servers.
-
-        Args:
-            node: To create them on.
-            brain: Takes the goals.
-            to_map: Brings a pose of any known frame to map.
-            reach: Returns that of the map at hand.
-            rejections: Counts what is refused.
-            is_open: Whether goals are accepted now (lifecycle).
-            on_goal: Called after the brain has got a goal.
-            on_demand: Takes the servers that few clients ask for.
-        """
-        self._node = node
+        """Create the servers; `on_goal` is called after the brain has got a goal."""
+        self._body = body
+        self._node = body.node
         self._brain = brain
-        self._to_map = to_map
-        self._reach = reach
-        self._rejections = rejections
-        self._is_open = is_open
         self._on_goal = on_goal
         self._running: dict[int, Running] = {}
         self._last_id = 0
@@ -111,7 +91,8 @@ class Tasks:
         for name, (action, code, reason) in UNSUPPORTED.items():
             refuse = partial(self._refuse, action, name, code, reason)
             on_demand.offer_actions([name], refuse, is_rare=True)
-        node.create_subscription(PoseStamped, "goal_pose", self._take_goal_pose, RELIABLE, raw=True)
+        make = self._node.create_subscription
+        make(PoseStamped, "goal_pose", self._take_goal_pose, RELIABLE, raw=True)
 
     def _refuse(self, action: Any, name: str, code: int, reason: str) -> None:
         """Offer an action whose goals fail at once; without a server clients wait for ever."""
@@ -135,7 +116,7 @@ class Tasks:
             make(Empty, "preempt_teleop", self._end_teleop, RELIABLE)
 
         def is_sensible(request: Any) -> bool:
-            if not self._is_open():
+            if not self._body.lifecycle.is_active:
                 raise RejectedError(NOT_ACTIVE)
             self._parse(kind, request)
             return True
@@ -151,12 +132,12 @@ class Tasks:
 
     def _parse(self, kind: GoalKind, request: Any) -> Goal:
         try:
-            number, reach = self._last_id + 1, self._reach()
-            goal = goal_from_request(kind, number, request, self._to_map, reach)
+            body, number = self._body, self._last_id + 1
+            goal = goal_from_request(kind, number, request, body.to_map, body.map_bounds)
             # Also the first goal begins one tick later, whether it came before tick 0 or after it.
             return dataclasses.replace(goal, start_tick=start_tick(goal, self._tick))
         except ValueError as error:
-            self._rejections.reject(kind.value, CLIENT, error)
+            self._body.rejections.reject(kind.value, CLIENT, error)
             raise RejectedError(str(error)) from error
 
     def _start(self, goal: Goal) -> None:
@@ -168,12 +149,12 @@ class Tasks:
 
     def _take_goal_pose(self, data: bytes) -> None:
         try:
-            goal = pose_goal(self._last_id + 1, unpacked(data, PoseStamped), self._to_map)
+            goal = pose_goal(self._last_id + 1, unpacked(data, PoseStamped), self._body.to_map)
             goal = dataclasses.replace(goal, start_tick=self._tick + 1)
         except ValueError as error:
-            self._rejections.reject("goal_pose", CLIENT, error)
+            self._body.rejections.reject("goal_pose", CLIENT, error)
             return
-        if self._is_open():
+        if self._body.lifecycle.is_active:
             self._last_id = goal.goal_id
             self._start(goal)
 
@@ -181,7 +162,7 @@ class Tasks:
         try:
             twist = twist_from_msg(unpacked(data, Twist))
         except ValueError as error:
-            self._rejections.reject("cmd_vel_teleop", CLIENT, error)
+            self._body.rejections.reject("cmd_vel_teleop", CLIENT, error)
             return
         self._steered_at, self._steered_tick = time.monotonic(), self._tick
         self._brain.steer(twist)

@@ -9,7 +9,8 @@ import pytest
 
 from swarm_common.model.errors import ConfigError, SwarmError
 from swarm_common.robots.fleet import load_fleet, uniform_fleet
-from swarm_common.robots.loading import load_robot, robot_directory, robot_names
+from swarm_common.robots.loading import load_robot, robot_names
+from swarm_common.robots.source import find_robot
 
 BURGER, WAFFLE = "turtlebot3_burger", "turtlebot3_waffle"
 GROUPS = f"""groups:
@@ -55,7 +56,7 @@ def test_groups_follow_each_other_or_are_mixed(tmp_path: Path) -> None:
 def test_a_model_may_lie_beside_the_fleet(tmp_path: Path) -> None:
     own = tmp_path / "models" / "own"
     own.mkdir(parents=True)
-    (own / "robot.yaml").write_text((robot_directory(BURGER) / "robot.yaml").read_text())
+    (own / "robot.yaml").write_text(find_robot(BURGER).settings.read_text())
     (member,) = load_fleet(write(tmp_path, "groups:\n  - {model: models/own, count: 1}\n")).members
     assert member.spec == dataclasses.replace(load_robot(BURGER), model="own")
     assert Path(member.model).is_absolute()

@@ -14,8 +14,7 @@ from swarm_common.model.records import Odometry, Pose, Scan, Twist, wrap_angle
 from swarm_common.model.sites import Sites
 from swarm_nav.behaviour.navigator import Navigator
 from swarm_nav.core.localisation_config import LocalisationConfig
-from swarm_nav.localisation.amcl import GROWTH, LOOKING_SCANS, AmclLocaliser
-from swarm_nav.localisation.correction import STEP, TURN
+from swarm_nav.localisation.amcl import GROWTH, LOOKING_SCANS, STEP, TURN, AmclLocaliser
 from swarm_nav.localisation.localiser import START_DEVIATION, OdometryLocaliser, make_localiser
 from swarm_nav.traffic.situation import MARGIN_STEP
 from tests.fakes.navigation import beacon, config, hear, room, situation, waffle

@@ -85,10 +85,3 @@ def test_rows_of_points_are_stamped_with_a_radius_and_a_value_each() -> None:
         )
     kernels.stamp_rows(grid, FRAME, points, sizes, radii, values)
     assert np.allclose(grid, expected)
-
-
-def test_untouched_is_what_is_allowed_and_not_stamped() -> None:
-    stamped = np.array(((0.0, 1.0), (0.0, 0.0)), np.float32)
-    out = np.empty((2, 2), np.uint8)
-    kernels.untouched(stamped, np.array(((1, 1), (0, 2)), np.uint8), out)
-    assert out.tolist() == [[1, 0], [0, 1]]

@@ -53,6 +53,14 @@ def test_points_of_a_path_are_evenly_spaced() -> None:
     assert steps.max() < 1.25 * SPACING
 
 
+def test_robots_wait_where_it_is_allowed_and_nobody_needs_the_place() -> None:
+    planner = planner_for(ROOM)
+    taken, allowed = planner.no_extra(), np.zeros(planner.lattice.base.shape, np.uint8)
+    taken[2, 3:5], allowed[2, 4:6] = 1.0, 2
+    assert np.argwhere(planner.free_places(taken, allowed)).tolist() == [[2, 5]]
+    assert planner.free_places(taken).sum() == taken.size - 2
+
+
 def clearances(planner: Planner, path: np.ndarray) -> np.ndarray:
     return np.array([planner.terrain.clearance(x, y) for x, y in path])
 

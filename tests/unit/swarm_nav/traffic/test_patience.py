@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from swarm_nav.perception.neighbor_table_kernels import mean_trip
 from swarm_nav.traffic.patience import LONGEST_TRIP, MOST, USUAL_TRIP, Patience
-from swarm_nav.traffic.patience_kernels import mean_trip
 
 
 def after(trip: int, ticks: int = 600) -> Patience:

@@ -1,0 +1,33 @@
+"""What actions and services need of the navigator's node."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from geometry_msgs.msg import PoseStamped
+from rclpy.node import Node
+
+from swarm_common.middleware.rejections import Rejections
+from swarm_common.model.grid import Grid
+from swarm_common.model.records import Pose
+from swarm_nav.core.lifecycle import Lifecycle
+from swarm_nav.ros.nav2.map_bounds import MapBounds
+
+
+class ServedNode(Protocol):
+    """The face of `swarm_nav.ros.node.NavigatorNode` towards what it serves."""
+
+    node: Node
+    lifecycle: Lifecycle
+    rejections: Rejections
+    tick: int
+    map_bounds: MapBounds  # of the map at hand
+
+    def change_lifecycle(self, command: str) -> bool:
+        """Carry out a command of the lifecycle manager."""
+
+    def to_map(self, stamped: PoseStamped) -> Pose:
+        """Return a pose of one of the robot's frames in map."""
+
+    def take_map(self, grid: Grid) -> None:
+        """Navigate on another map from now on."""
