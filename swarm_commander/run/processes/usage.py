@@ -12,6 +12,7 @@ import psutil
 from swarm_common.files.journal import Journal
 
 MEGABYTE = 1e6
+MEMORY_SAMPLES = 5  # from one reading of known memory to the next: 5 to 10 ms, the process may wait
 
 
 @dataclass(slots=True)
@@ -25,6 +26,7 @@ class Usage:
     rss_mb: float = 0.0
     _share_by_pid: dict[int, float] = field(default_factory=dict)  # [MB], in order of reading
     _count: int = 0
+    _samples: int = 0  # since the start or its end
 
     @property
     def cpu(self) -> float:
@@ -38,7 +40,7 @@ class Usage:
         return self._count * statistics.mean(shares) if shares else 0.0
 
     def sample(self, processes: Iterable[psutil.Process]) -> None:
-        """Read the present values; of memory without shared pages those of one process a time."""
+        """Read the present values; of memory at most that of one process."""
         alive = list(processes)
         rss = 0
         for process in alive:
@@ -53,12 +55,19 @@ class Usage:
         self._sample_share({process.pid: process for process in alive})
 
     def _sample_share(self, alive: Mapping[int, psutil.Process]) -> None:
-        """Read the memory of the process whose memory was read longest ago: it is slow to read."""
+        """Read the memory of a process that is new, or now and then of the one read longest ago."""
         known = {pid: share for pid, share in self._share_by_pid.items() if pid in alive}
         self._share_by_pid, self._count = known, len(alive)
-        for pid in [*(pid for pid in alive if pid not in known), *known][:1]:
+        unread = [pid for pid in alive if pid not in known]
+        is_due = self._samples % MEMORY_SAMPLES == 0
+        self._samples += 1
+        for pid in (unread or (list(known) if is_due else []))[:1]:
             known.pop(pid, None)
             known.update((pid, share) for _, share in memory_mb([alive[pid]]))
+
+    def end_start(self) -> None:
+        """Read memory at the next sample: that of the start was another."""
+        self._samples = 0
 
 
 def process_tree(pid: int | None) -> list[psutil.Process]:
@@ -118,6 +127,8 @@ class UsageMeter:
     def mark(self) -> None:
         """Count CPU time from here on: start-up is over."""
         self._baseline = {name: usage.cpu for name, usage in self._groups.items()}
+        for usage in self._groups.values():
+            usage.end_start()
 
     @property
     def groups(self) -> dict[str, Usage]:

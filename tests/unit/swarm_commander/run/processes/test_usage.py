@@ -2,11 +2,13 @@
 
 import os
 import time
+from collections.abc import Iterable
 
 import psutil
 import pytest
 
-from swarm_commander.run.processes.usage import Usage, UsageMeter, memory_mb
+from swarm_commander.run.processes import usage as module
+from swarm_commander.run.processes.usage import MEMORY_SAMPLES, Usage, UsageMeter, memory_mb
 
 SIZE = 40_000_000  # [bytes]
 
@@ -54,3 +56,23 @@ def test_a_page_that_several_processes_share_counts_once() -> None:
             os.kill(pid, 9)
             os.waitpid(pid, 0)
     assert len(shared) == SIZE
+
+
+def test_memory_is_read_seldom_and_right_after_the_start(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Reading it at every sample took 1 % of a core."""
+    read: list[int] = []
+
+    def count(processes: Iterable[psutil.Process]) -> list[tuple[float, float]]:
+        read.extend(process.pid for process in processes)
+        return [(1.0, 2.0)]
+
+    monkeypatch.setattr(module, "memory_mb", count)
+    meter, own = UsageMeter(), psutil.Process()
+    for _ in range(2 * MEMORY_SAMPLES):
+        meter.sample("world", [own])
+    assert len(read) == 2
+    meter.sample("world", [own])
+    meter.mark()
+    meter.sample("world", [own])
+    assert len(read) == 4
+    assert meter.memory_mb("world") == 2.0
