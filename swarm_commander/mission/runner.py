@@ -9,6 +9,7 @@ import contextlib
 import json
 import os
 import signal
+import sys
 import time
 from pathlib import Path
 from typing import Any, assert_never
@@ -30,6 +31,7 @@ from swarm_common.model.breaches import MissedGoal
 from swarm_common.model.palette import BUSY_STATES
 from swarm_common.model.records import CONTROL_PERIOD, Pose
 from swarm_common.model.sites import Sites
+from swarm_common.process.lifetime import SleepWatch
 from swarm_common.process.messages import (
     MISSION,
     Alive,
@@ -59,6 +61,7 @@ LOST_TIME = 5.0  # [s] if the wall clock, too, has moved on by this much
 # [s] of wall time after which a silent robot's goals count as failed until it is heard again;
 # longer than swarm-up takes to notice a navigator that hangs and to start another.
 GIVE_UP_TIME = 60.0
+LEASE = 10.0  # [s] of sleep after which DDS forgets this process, and it the robots (fastdds.xml)
 LATE_STATUS = 2.0  # [s] of wall time to wait for the status of an end
 
 
@@ -314,9 +317,14 @@ def main() -> None:
         peers = {name: [port] for name, port in ports.items()}
         events.write(MeetingPorts("mission", peers))
     due = 0.0
+    watch = SleepWatch(LEASE)
     with contextlib.suppress(BrokenPipeError):
         while not stopping:
             executor.spin_once(timeout_sec=TURN_PERIOD)
+            if slept := watch.slept():  # links that one side has forgotten do not come back
+                sys.stderr.write(f"this process was stopped for {slept:.0f} s: it begins anew\n")
+                sys.stderr.flush()
+                os._exit(1)
             if time.monotonic() >= due:
                 due = time.monotonic() + TURN_PERIOD
                 for command in commands.read():

@@ -117,6 +117,7 @@ class LocalRun(ProcessRun):
         self._has_hinted = False
         self._is_released = False  # whether the fork server was told to start the navigators
         self._has_ticked = False
+        self._has_sent = False  # whether a mission process has, be it one that died since
         self._suspects: dict[str, float] = {}  # that may hang: until when they may be silent
         self._requests: dict[str, list[Request]] = {}  # answered when a robot is active again
         self._navigated = set(plan.alive)  # robots that have a navigator, or had one that died
@@ -241,7 +242,9 @@ class LocalRun(ProcessRun):
                     self._stop("mission done, stopping")
                 else:
                     self._progress.phase("mission done")
-            case MissionLoaded() | GoalSent() | GoalReached() | GoalWithdrawn():
+            case GoalSent():
+                self._has_sent = True
+            case MissionLoaded() | GoalReached() | GoalWithdrawn():
                 pass  # the statistics counts them
             case _:
                 assert_never(event)
@@ -489,7 +492,7 @@ class LocalRun(ProcessRun):
             return
         waited = time.monotonic() - self._started - self.active_after_wall
         limit = MISSION_LIMIT + MISSION_LIMIT_PER_ROBOT * len(self.statistics.robots)
-        if waited > limit and not self.statistics.sent and not self.statistics.is_done:
+        if waited > limit and not self._has_sent and not self.statistics.is_done:
             log = self._folder.log(RUNNER)
             self._fail(
                 f"the {RUNNER} process has sent no goal {waited:.0f} s after all robots were"

@@ -6,6 +6,8 @@ import contextlib
 import ctypes
 import os
 import signal
+import time
+from collections.abc import Callable
 
 PR_SET_PDEATHSIG = 1
 _LIBC = ctypes.CDLL(None, use_errno=True)
@@ -20,6 +22,28 @@ def die_with(parent: int) -> None:
     _LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != parent:  # it died before the kernel knew
         os._exit(1)
+
+
+class SleepWatch:
+    """Notices that this process was stopped: wall time passed, and it did not compute."""
+
+    BUSY = 0.05  # of a processor; who works for long does not sleep, nor do threads of DDS then
+
+    def __init__(
+        self,
+        limit: float,
+        clock: Callable[[], float] = time.monotonic,
+        computed: Callable[[], float] = time.process_time,
+    ) -> None:
+        """Begin awake; `limit` [s] is the shortest sleep that counts."""
+        self._limit, self._clock, self._computed = limit, clock, computed
+        self._at, self._used = clock(), computed()
+
+    def slept(self) -> float:
+        """Return how long [s] it was stopped since the last call, 0 if it was not."""
+        gap, used = self._clock() - self._at, self._computed() - self._used
+        self._at, self._used = self._at + gap, self._used + used
+        return gap if gap > self._limit and used < self.BUSY * gap else 0.0
 
 
 def interrupt_nobody() -> None:

@@ -60,6 +60,24 @@ def test_a_robot_that_comes_back_from_silence_gets_its_goals_again(start) -> Non
     assert report["goals"] == {"sent": 6, "reached": 6, "failed": 0, "pending": 0}
 
 
+@pytest.mark.long
+def test_a_run_that_was_stopped_as_a_whole_goes_on(start) -> None:
+    """As by `docker pause`: mission and robots had forgotten each other, robots were "lost"."""
+    swarm = start(*FEW, *TO_THE_END)
+    swarm.wait_until(lambda: swarm.sim_time() > 5.0)
+    processes = swarm.processes()
+    for number in (signal.SIGSTOP, signal.SIGCONT):
+        for process in processes:
+            process.send_signal(number)
+        time.sleep(STOPPED if number == signal.SIGSTOP else 0.0)
+    code = swarm.wait_for_end(300.0)
+    report = swarm.report()
+    check_is_true(code, report)
+    assert code == 0, swarm.output
+    assert report["goals"] == {"sent": 6, "reached": 6, "failed": 0, "pending": 0}
+    assert any("the mission process ended" in incident for incident in report["incidents"])
+
+
 def test_the_user_restarts_a_navigator(start) -> None:
     swarm = start(*FEW, *TO_THE_END)
     swarm.wait_until(lambda: swarm.sim_time() > 5.0)

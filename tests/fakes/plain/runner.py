@@ -19,12 +19,21 @@ while not (Path(sys.argv[1]).parent / "active").exists():
     time.sleep(0.02)
 time.sleep(0.3)  # what the navigators said has arrived by then
 mood = os.environ.get("FAKE_RUNNER", "")
+begun = Path(sys.argv[1]).parent / "begun"
+if mood == "dies" and not begun.exists():  # when it has sent a goal, and all were active for long
+    begun.touch()
+    say("mission", goals=len(config["robots"]))
+    say("sent", robot=config["robots"][0]["name"], goal="shipping")
+    time.sleep(4.0)
+    sys.exit(1)
+if mood == "dies":
+    time.sleep(1.0)
 if config["mission"] is not None and mood != "mute":
     say("mission", goals=len(config["robots"]))
     for robot in config["robots"]:
         say("sent", robot=robot["name"], goal="shipping")
         if mood == "slow":
-            (Path(sys.argv[1]).parent / "begun").touch()
+            begun.touch()
             break
         goal = {"robot": robot["name"], "goal": "shipping", "sim_time": 10.0}
         if mood == "miss":

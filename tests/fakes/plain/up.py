@@ -14,7 +14,7 @@ for name, module in (
     ("RECORDER", "recorder"),
 ):
     local_run.MODULES[getattr(local_run, name)] = f"tests.fakes.plain.{module}"  # type: ignore[index]
-if os.environ.get("FAKE_RUNNER") == "mute":
+if os.environ.get("FAKE_RUNNER") in ("mute", "dies"):
     local_run.MISSION_LIMIT = 1.0
 if silence := os.environ.get("FAKE_SILENCE"):
     local_run.WORLD_SILENCE = float(silence)

@@ -161,6 +161,14 @@ def test_the_user_may_stop_a_mission(up: Up) -> None:
     assert up.report()["goals"]["pending"] == 3
 
 
+def test_a_mission_that_dies_before_the_first_goal_is_reached_goes_on(up: Up) -> None:
+    """The next one had "sent no goal" for as long as all robots had been active."""
+    code, output, _ = up.run(*MISSION, "--no-report", runner="dies")
+    assert code == 0, output
+    assert up.report()["goals"]["reached"] == 3
+    assert "the mission process ended: exit code 1" in up.report()["incidents"][0]
+
+
 def test_a_mission_that_does_not_begin_makes_it_three(up: Up) -> None:
     code, output, _ = up.run(*MISSION, runner="mute")
     assert code == 3
