@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Annotated
+
 import typer
+
+Robots = Annotated[int, typer.Option(help="Swarm size.")]
+Output = Annotated[
+    Path | None, typer.Option("-o", "--output", help="Document in which to replace the part.")
+]
 
 benchmarks_app = typer.Typer(add_completion=False, rich_markup_mode=None, no_args_is_help=True)
 

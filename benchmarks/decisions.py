@@ -26,19 +26,12 @@ CLASS_WIDTH = 10  # neighbours
 
 @dataclass(frozen=True, slots=True)
 class DecisionRow:
-    """Decisions with about as many neighbours.
+    """Decisions with about as many neighbours."""
 
-    Attributes:
-        least: Neighbours heard, at least; at most `least` + `CLASS_WIDTH` - 1.
-        count: Number of decisions.
-        median: [ms] CPU time of a decision.
-        percentile_99: [ms] likewise.
-    """
-
-    least: int
-    count: int
-    median: float
-    percentile_99: float
+    least: int  # neighbours heard, at least; at most `least` + `CLASS_WIDTH` - 1
+    count: int  # number of decisions
+    median: float  # [ms] CPU time of a decision
+    percentile_99: float  # [ms] likewise
 
 
 class Stopwatch:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.markup import escape
 
-from benchmarks.app import benchmarks_app
+from benchmarks.app import Output, Robots, benchmarks_app
 from benchmarks.decisions import decision_markdown, measure_decisions
 from swarm_bench.runs.document import replace_part
 from swarm_bench.runs.scenario import check_size
@@ -21,13 +20,11 @@ from swarm_common.model.errors import ConfigError
 @benchmarks_app.command()
 def decisions(
     scenario: Annotated[str, typer.Option(help="Name or file.")] = "slim_blockage",
-    robots: Annotated[int, typer.Option(help="Swarm size.")] = 50,
+    robots: Robots = 50,
     ticks: Annotated[int, typer.Option(help="Number of ticks to measure.")] = 300,
     seed: Annotated[int, typer.Option(help="Seed of all random numbers.")] = 0,
     lidar: Annotated[bool, typer.Option(help="With scans and costmaps.")] = False,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Document in which to replace the part.")
-    ] = None,
+    output: Output = None,
 ) -> None:
     """Measure one robot's decision in CPU time, by the number of neighbours that it hears."""
     if ticks < 1:

@@ -28,17 +28,11 @@ MESSAGES_PER_TICK = 4.5  # odom, neighbors, half a scan, beacon, cmd_vel
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """A unit cost.
+    """A unit cost."""
 
-    Attributes:
-        name: What is measured.
-        cost: [µs] CPU time of one operation.
-        count: Operations per robot-second.
-    """
-
-    name: str
-    cost: float
-    count: float
+    name: str  # what is measured
+    cost: float  # [µs] CPU time of one operation
+    count: float  # operations per robot-second
 
     @property
     def total(self) -> float:

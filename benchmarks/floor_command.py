@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
-from benchmarks.app import benchmarks_app
+from benchmarks.app import Output, Robots, benchmarks_app
 from benchmarks.floor import floor_markdown, measure_floor
 from benchmarks.profile_parts import profile_harness, profile_markdown
 from swarm_bench.runs.document import replace_part
@@ -19,11 +19,6 @@ from swarm_bench.scale.row import rows_of
 from swarm_bench.suite.command import new_console
 from swarm_bench.suite.machine import machine_line
 from swarm_common.model.engines import usual_engine
-
-Output = Annotated[
-    Path | None, typer.Option("-o", "--output", help="Document in which to replace the part.")
-]
-Robots = Annotated[int, typer.Option(help="Swarm size.")]
 
 
 @benchmarks_app.command()

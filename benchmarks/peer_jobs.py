@@ -31,19 +31,12 @@ ROUND_ERROR = 0.01  # [m] by which its corners may differ in their distance from
 
 @dataclass(frozen=True, slots=True)
 class PeerSystem:
-    """A peer in one of its modes.
+    """A peer in one of its modes."""
 
-    Attributes:
-        module: In `benchmarks.peers`.
-        package: On PyPI.
-        behavior: Mode, for the module.
-        includes: What its figures pay for.
-    """
-
-    module: str
-    package: str
-    behavior: str
-    includes: str
+    module: str  # in `benchmarks.peers`
+    package: str  # on PyPI
+    behavior: str  # mode, for the module
+    includes: str  # what its figures pay for
 
 
 PEERS: dict[str, PeerSystem] = {

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from benchmarks.app import benchmarks_app
+from benchmarks.app import Output, benchmarks_app
 from benchmarks.peer_jobs import OURS_INCLUDES, PEERS, check_python, run_peer
 from swarm_bench.runs.document import replace_part
 from swarm_bench.runs.stage import RunOptions, build
@@ -34,9 +34,7 @@ def peers(
     repeats: Annotated[int, typer.Option(help="Runs of each size; tables have medians.")] = 3,
     seconds: Annotated[float, typer.Option(help="Simulated seconds of a run, at most.")] = 120.0,
     json_: JsonLines = None,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Document in which to replace the part.")
-    ] = None,
+    output: Output = None,
 ) -> None:
     """Measure other simulators and our harness: same hall, starts and goals.
 

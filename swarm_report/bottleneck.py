@@ -29,23 +29,14 @@ LEAST_LEAD = 1.5  # times the next one's seconds
 
 @dataclass(frozen=True, slots=True)
 class Bottleneck:
-    """The station or place to which most of the lost time is put down.
+    """The station or place to which most of the lost time is put down."""
 
-    Attributes:
-        station: Its name; empty for a place.
-        x: [m] of the station or place in map.
-        y: [m] likewise.
-        seconds: Holding for it and waiting near it, summed over the robots.
-        lost: All holding and waiting.
-        utilisation: Of the station; None for a place, or if unknown.
-    """
-
-    station: str
-    x: float
-    y: float
-    seconds: float
-    lost: LostTime
-    utilisation: float | None = None
+    station: str  # its name; empty for a place
+    x: float  # [m] of the station or place in map
+    y: float  # [m] likewise
+    seconds: float  # holding for it and waiting near it, summed over the robots
+    lost: LostTime  # all holding and waiting
+    utilisation: float | None = None  # of the station; None for a place, or if unknown
 
     @property
     def words(self) -> str:

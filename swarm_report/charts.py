@@ -21,7 +21,7 @@ from swarm_common.model.grid import FREE, OCCUPIED, Grid
 from swarm_report import maps
 from swarm_report.curves import BIN, NEAR_MISS
 from swarm_report.measures import AT_STATION, shares_over_time, station_use, throughput
-from swarm_report.run import GoalEvent, RunData, Span
+from swarm_report.run import GoalEvent, RunData, Span, mission_goals
 from swarm_report.style import (
     BLUE,
     CYCLE,
@@ -301,8 +301,7 @@ def goals(run: RunData) -> Chart | None:
                     "hovertemplate": "%{y} after %{x:.1f} s<br>%{text}",
                 }
             )
-    counts = run.report.get("goals", {})
-    total = sum(counts.get(key, 0) for key in ("reached", "failed", "pending"))
+    total = mission_goals(run.report)
     if total:
         data.append(_level(run, total, f"mission ({total})"))
     layout = {

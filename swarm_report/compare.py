@@ -20,7 +20,7 @@ from swarm_report.document import number, save
 from swarm_report.inputs import SEED, differences
 from swarm_report.judgement import judge
 from swarm_report.page import Plot, escape, page_html, plots_html, table_html
-from swarm_report.run import RunData
+from swarm_report.run import RunData, mission_goals
 from swarm_report.style import BLACK, CYCLE, LINE_STYLES, figure
 from swarm_report.tables import Table
 
@@ -46,19 +46,12 @@ class Comparison:
 
 @dataclass(frozen=True, slots=True)
 class Merit:
-    """A figure of a run that is compared.
+    """A figure of a run that is compared."""
 
-    Attributes:
-        name: For people.
-        path: Keys within the report.
-        unit: Of the value.
-        better: 1 if more is better, -1 if less is, 0 if neither.
-    """
-
-    name: str
-    path: tuple[str, ...]
-    unit: str = ""
-    better: int = -1
+    name: str  # for people
+    path: tuple[str, ...]  # keys within the report
+    unit: str = ""  # of the value
+    better: int = -1  # 1 if more is better, -1 if less is, 0 if neither
 
     def read(self, run: RunData) -> float | None:
         """Return its value; None if it was not measured."""
@@ -230,8 +223,7 @@ def _look(index: int) -> dict[str, Any]:
 def _goal_shares(run: RunData) -> tuple[FloatArray, FloatArray]:
     """Return times [s] and the share [%] of the mission's goals that were reached by then."""
     times = [event.time for event in run.goals if event.outcome == "reached"]
-    counts = run.report.get("goals", {})
-    total = sum(counts.get(key, 0) for key in ("reached", "failed", "pending"))
+    total = mission_goals(run.report)
     share = 100.0 * np.append(np.arange(len(times) + 1), len(times)) / max(total, len(times), 1)
     return np.array([0.0, *times, run.end]), share
 

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from swarm_report.measures import shares_over_time, throughput
-from swarm_report.run import RunData, UsageSeries
+from swarm_report.run import RunData, UsageSeries, mission_goals
 from swarm_report.style import (
     BLACK,
     BLUE,
@@ -42,8 +42,7 @@ def goals_over_time(run: RunData) -> Figure | None:
             label = f"{word} ({len(times)})"
             at = [0.0, *times, run.end]
             axes.step(at, count, style, where="post", color=color, label=label, linewidth=1.6)
-    goals = run.report.get("goals", {})
-    total = sum(goals.get(key, 0) for key in ("reached", "failed", "pending"))
+    total = mission_goals(run.report)
     if total:
         axes.axhline(total, color=BLACK, linestyle=":", linewidth=1.0, label=f"mission ({total})")
     axes.set_xlim(0.0, max(run.end, 1.0))

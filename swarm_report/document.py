@@ -26,7 +26,7 @@ from swarm_report.page import (
     table_html,
     verdict_html,
 )
-from swarm_report.run import RunData
+from swarm_report.run import RunData, mission_goals
 from swarm_report.tables import Table, percent
 
 PAGE, PLOTS = "report.html", "plots"
@@ -36,21 +36,14 @@ PIXELS_DPI = 130  # of the pixel images within an SVG
 
 @dataclass(frozen=True, slots=True)
 class Drawing:
-    """How a plot of the page comes about.
+    """How a plot of the page comes about."""
 
-    Attributes:
-        draw: The still picture; None if the run has no data for it.
-        chart: The same for plotly.js.
-        table: The figures behind it.
-        caption: What it shows.
-        is_wide: Whether it takes the whole width.
-    """
-
+    # the still picture; None if the run has no data for it
     draw: Callable[[RunData], Figure | None]
-    chart: Callable[[RunData], charts.Chart | None]
-    table: Callable[[RunData], Table | None]
-    caption: str
-    is_wide: bool = False
+    chart: Callable[[RunData], charts.Chart | None]  # the same for plotly.js
+    table: Callable[[RunData], Table | None]  # the figures behind it
+    caption: str  # what it shows
+    is_wide: bool = False  # whether it takes the whole width
 
 
 DRAWINGS: dict[str, Drawing] = {
@@ -222,7 +215,7 @@ def merits(report: Mapping[str, Any]) -> dict[str, str]:
         return {}
     goals, crashes, cpu = report["goals"], report["collisions"], report["cpu_ms_per_robot_second"]
     duration = report.get("goal_duration") or {}
-    total = sum(goals.get(key, 0) for key in ("reached", "failed", "pending"))
+    total = mission_goals(report)
     return {
         "goals reached of sent": f"{goals['reached']} / {goals['sent']}",
         "of the mission's goals reached": percent(goals["reached"] / total if total else None),

@@ -109,15 +109,10 @@ def _draw_crashes(axes: Axes, run: RunData) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Heat:
-    """Robot-seconds per square metre on a grid of the map.
+    """Robot-seconds per square metre on a grid of the map."""
 
-    Attributes:
-        values: (width, height) of cells, x first.
-        extent: left, right, bottom, top [m].
-    """
-
-    values: FloatArray
-    extent: tuple[float, float, float, float]
+    values: FloatArray  # (width, height) of cells, x first
+    extent: tuple[float, float, float, float]  # left, right, bottom, top [m]
 
     @property
     def steps(self) -> tuple[float, float]:

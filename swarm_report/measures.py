@@ -20,43 +20,27 @@ SHARE_WINDOWS = 120  # over which the shares of states are taken
 
 @dataclass(frozen=True, slots=True)
 class StationUse:
-    """How a station was used.
+    """How a station was used."""
 
-    Attributes:
-        utilisation: Share of the time with a robot within `AT_STATION`, by ground truth; None
-            without a time series.
-        goals: Goals reached there.
-        queue: Robots that queued or held for it, on average over the run.
-        longest_queue: Most robots that did so at a time.
-        queue_time: [s] that robots queued or held for it, summed over the robots.
-    """
-
+    # share of the time with a robot within `AT_STATION`, by ground truth; None without a time
+    # series
     utilisation: float | None
-    goals: int
-    queue: float
-    longest_queue: int
-    queue_time: float
+    goals: int  # goals reached there
+    queue: float  # robots that queued or held for it, on average over the run
+    longest_queue: int  # most robots that did so at a time
+    queue_time: float  # [s] that robots queued or held for it, summed over the robots
 
 
 @dataclass(frozen=True, slots=True)
 class Throughput:
-    """Goals reached per minute in windows of equal width; the last one may be shorter.
+    """Goals reached per minute in windows of equal width; the last one may be shorter."""
 
-    Attributes:
-        window: [s] width.
-        starts: (k,) [s].
-        ends: (k,) [s].
-        goals: (k,) goals reached in each.
-        per_minute: (k,) of each window's own width.
-        mean: Until the last goal was settled, as `throughput_per_minute` of report.json.
-    """
-
-    window: float
-    starts: FloatArray
-    ends: FloatArray
-    goals: FloatArray
-    per_minute: FloatArray
-    mean: float
+    window: float  # [s] width
+    starts: FloatArray  # (k,) [s]
+    ends: FloatArray  # (k,) [s]
+    goals: FloatArray  # (k,) goals reached in each
+    per_minute: FloatArray  # (k,) of each window's own width
+    mean: float  # until the last goal was settled, as `throughput_per_minute` of report.json
 
     @property
     def mean_label(self) -> str:
@@ -141,14 +125,10 @@ def state_times(run: RunData) -> list[dict[str, float]]:
 
 @dataclass(frozen=True, slots=True)
 class SharesOverTime:
-    """How many of the robots were in which state.
+    """How many of the robots were in which state."""
 
-    Attributes:
-        times: (k,) [s] middles of windows of equal width.
-        by_state: State to (k,) share of the robots' known time; in the order of first appearance.
-    """
-
-    times: FloatArray
+    times: FloatArray  # (k,) [s] middles of windows of equal width
+    # state to (k,) share of the robots' known time; in the order of first appearance
     by_state: dict[str, FloatArray]
 
 
@@ -184,14 +164,10 @@ class LostTime:
 
     It is less than the time in the states `holding` and `waiting` where a robot waits for an
     obstacle, and more where one waits for another robot for less than a second.
-
-    Attributes:
-        seconds: Of all robots.
-        share: Of the robots' time.
     """
 
-    seconds: float
-    share: float
+    seconds: float  # of all robots
+    share: float  # of the robots' time
 
 
 def lost_time(run: RunData) -> LostTime | None:

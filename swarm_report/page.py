@@ -21,23 +21,15 @@ POLICY = (
 
 @dataclass(frozen=True, slots=True)
 class Plot:
-    """A figure of the page.
+    """A figure of the page."""
 
-    Attributes:
-        name: Unique within the page.
-        caption: What it shows.
-        svg: The still drawing, for paper and for browsers without scripts.
-        is_wide: Whether it takes the whole width.
-        chart: The same for plotly.js; None if there is only the still drawing.
-        table: The figures behind it.
-    """
-
-    name: str
-    caption: str
-    svg: bytes
-    is_wide: bool = False
+    name: str  # unique within the page
+    caption: str  # what it shows
+    svg: bytes  # the still drawing, for paper and for browsers without scripts
+    is_wide: bool = False  # whether it takes the whole width
+    # the same for plotly.js; None if there is only the still drawing
     chart: Mapping[str, Any] | None = None
-    table: Table | None = None
+    table: Table | None = None  # the figures behind it
 
 
 def escape(value: object) -> str:

@@ -28,21 +28,13 @@ Line = dict[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Series:
-    """Samples of the truth, once a second of simulated time.
+    """Samples of the truth, once a second of simulated time."""
 
-    Attributes:
-        times: (T,) [s].
-        poses: (T, n, 3) x, y [m], yaw [rad] in map.
-        to_robot: (T, n) [m] smallest distance to another robot since the sample before.
-        to_world: (T, n) [m] likewise to an obstacle.
-        near: [m] beyond which distances were not measured; they are shown as this.
-    """
-
-    times: FloatArray
-    poses: FloatArray
-    to_robot: FloatArray
-    to_world: FloatArray
-    near: float
+    times: FloatArray  # (T,) [s]
+    poses: FloatArray  # (T, n, 3) x, y [m], yaw [rad] in map
+    to_robot: FloatArray  # (T, n) [m] smallest distance to another robot since the sample before
+    to_world: FloatArray  # (T, n) [m] likewise to an obstacle
+    near: float  # [m] beyond which distances were not measured; they are shown as this
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,21 +71,14 @@ class GoalEvent:
 
 @dataclass(frozen=True, slots=True)
 class UsageSeries:
-    """CPU and speed over the wall clock.
+    """CPU and speed over the wall clock."""
 
-    Attributes:
-        wall: (k,) [s] since the start of the command.
-        sim: (k,) [s] of simulated time.
-        factor: (k,) real-time factor.
-        cores: By group of processes, (k,) CPU seconds per second since the sample before.
-        memory_mb: By group, (k,), each shared page counted once; empty for a run before that was
-            noted.
-    """
-
-    wall: FloatArray
-    sim: FloatArray
-    factor: FloatArray
+    wall: FloatArray  # (k,) [s] since the start of the command
+    sim: FloatArray  # (k,) [s] of simulated time
+    factor: FloatArray  # (k,) real-time factor
+    # by group of processes, (k,) CPU seconds per second since the sample before
     cores: dict[str, FloatArray]
+    # by group, (k,), each shared page counted once; empty for a run before that was noted
     memory_mb: dict[str, FloatArray]
 
 
@@ -270,6 +255,12 @@ def read_json(path: Path) -> dict[str, Any]:
     except (OSError, ValueError):
         return {}
     return content if isinstance(content, dict) else {}
+
+
+def mission_goals(report: Mapping[str, Any]) -> int:
+    """Return the number of goals of a report's mission, whatever became of them."""
+    goals = report.get("goals", {})
+    return sum(goals.get(key, 0) for key in ("reached", "failed", "pending"))
 
 
 def _column(lines: list[Line], key: str, group: str) -> FloatArray:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +12,7 @@ from swarm_common.model.run_words import makespan
 from swarm_report.document import number
 from swarm_report.judgement import judge
 from swarm_report.page import escape, page_html
-from swarm_report.run import RunData
+from swarm_report.run import RunData, mission_goals, read_json
 from swarm_report.tables import percent
 
 HEAD = (
@@ -116,10 +115,7 @@ class RunList:
 
 
 def _read(folder: Path) -> Entry:
-    try:
-        report = json.loads((folder / "report.json").read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        report = {}
+    report = read_json(folder / "report.json")
     if not report:
         return Entry(folder, "open", (folder.name, "No verdict", *_facts(_config(folder)), *"––––"))
     try:
@@ -134,21 +130,18 @@ def _read(folder: Path) -> Entry:
 
 
 def _config(folder: Path) -> dict[str, Any]:
+    content = read_json(folder / "config" / "world.json")
     try:
-        content = json.loads((folder / "config" / "world.json").read_text(encoding="utf-8"))
-        return {
-            "swarm_size": len(content["robots"]),
-            "world": content["world"],
-            "seed": content["seed"],
-        }
-    except (OSError, ValueError, KeyError, TypeError):
+        found = {key: content[key] for key in ("world", "seed")}
+        return found | {"swarm_size": len(content["robots"])}
+    except (KeyError, TypeError):
         return {}
 
 
 def _facts(report: Mapping[str, Any]) -> list[str]:
     """Return robots, world, mission, seed and the goals reached."""
     world, goals = Path(str(report.get("world") or "–")), report.get("goals", {})
-    total = sum(goals.get(key, 0) for key in ("reached", "failed", "pending"))
+    total = mission_goals(report)
     share = f" ({percent(goals['reached'] / total)})" if total else ""
     return [
         number(report.get("swarm_size")),

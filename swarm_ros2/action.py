@@ -18,6 +18,7 @@ from rclpy.node import Node, NodeNameNonExistentError
 
 from swarm_common.model.errors import SwarmError
 from swarm_ros2 import graph, interfaces, text
+from swarm_ros2.verbs import add_flag, add_verb
 
 STATUS_NAMES = {
     GoalStatus.STATUS_ACCEPTED: "ACCEPTED",
@@ -31,39 +32,22 @@ STATUS_NAMES = {
 
 def add_verbs(verbs: Any) -> None:
     """Add the verbs of `ros2 action`."""
-    verb = verbs.add_parser("info", help="Print information about an action")
+    verb = add_verb(verbs, "info", "Print information about an action", _info)
     verb.add_argument("action_name", help="Name of the ROS action to get info (e.g. '/fibonacci')")
-    verb.add_argument(
-        "-t", "--show-types", action="store_true", help="Additionally show the action type"
-    )
-    verb.add_argument(
-        "-c", "--count", action="store_true", help="Only show the number of clients and servers"
-    )
-    verb.set_defaults(run=_info)
-    verb = verbs.add_parser("list", help="Output a list of action names")
-    verb.add_argument(
-        "-t", "--show-types", action="store_true", help="Additionally show the action type"
-    )
-    verb.add_argument(
-        "-c",
-        "--count-actions",
-        action="store_true",
-        help="Only display the number of actions discovered",
-    )
-    verb.set_defaults(run=_list)
-    verb = verbs.add_parser("type", help="Print a action's type")
+    add_flag(verb, "-t", "--show-types", help="Additionally show the action type")
+    add_flag(verb, "-c", "--count", help="Only show the number of clients and servers")
+    verb = add_verb(verbs, "list", "Output a list of action names", _list)
+    add_flag(verb, "-t", "--show-types", help="Additionally show the action type")
+    add_flag(verb, "-c", "--count-actions", help="Only display the number of actions discovered")
+    verb = add_verb(verbs, "type", "Print a action's type", _type)
     verb.add_argument("action_name", help="Name of the ROS action to get info (e.g. '/fibonacci')")
-    verb.set_defaults(run=_type)
-    verb = verbs.add_parser("send_goal", help="Send an action goal")
+    verb = add_verb(verbs, "send_goal", "Send an action goal", _send_goal)
     verb.add_argument("action_name", help="Name of the ROS action (e.g. '/fibonacci')")
     verb.add_argument(
         "action_type", help="Type of the ROS action (e.g. 'nav2_msgs/action/NavigateToPose')"
     )
     text.add_values(verb, "goal", "Goal request values", "{order: 10}")
-    verb.add_argument(
-        "-f", "--feedback", action="store_true", help="Echo feedback messages for the goal"
-    )
-    verb.set_defaults(run=_send_goal)
+    add_flag(verb, "-f", "--feedback", help="Echo feedback messages for the goal")
 
 
 def _list(options: argparse.Namespace) -> None:

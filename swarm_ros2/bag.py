@@ -9,6 +9,7 @@ from typing import Any
 
 from swarm_recording.bag import Bag
 from swarm_ros2 import launcher
+from swarm_ros2.verbs import add_flag, add_verb
 
 NANOSECONDS = 1_000_000_000
 TITLE = 19  # letters of the column with the titles
@@ -17,21 +18,18 @@ UNITS = ("B", "KiB", "MiB", "GiB")
 
 def add_verbs(verbs: Any) -> None:
     """Add the verbs of `ros2 bag`."""
-    verb = verbs.add_parser("info", help="Print information about a bag to the screen")
+    verb = add_verb(verbs, "info", "Print information about a bag to the screen", _info)
     verb.add_argument("bag_path", type=Path, help="Bag to open")
-    verb.add_argument("-t", "--topic-name", action="store_true", help="Only the topics' names")
-    verb.set_defaults(run=_info)
-    verb = verbs.add_parser("play", help="Play back ROS data from a bag")
+    add_flag(verb, "-t", "--topic-name", help="Only the topics' names")
+    verb = add_verb(verbs, "play", "Play back ROS data from a bag", _play)
     verb.add_argument("bag_path", help="Bag to open")
     verb.add_argument("-r", "--rate", type=float, default=1.0, help="Rate at which to play back")
-    verb.add_argument("-l", "--loop", action="store_true", help="Play in a loop")
+    add_flag(verb, "-l", "--loop", help="Play in a loop")
     verb.add_argument("--start-offset", type=float, default=0.0, help="Begin this late, in seconds")
-    verb.set_defaults(run=_play)
-    verb = verbs.add_parser("record", help="Record ROS data of a running swarm to a bag")
+    verb = add_verb(verbs, "record", "Record ROS data of a running swarm to a bag", _record)
     verb.add_argument("topics", nargs="*", help="Topics to be recorded")
-    verb.add_argument("-a", "--all", action="store_true", help="Record all topics")
+    add_flag(verb, "-a", "--all", help="Record all topics")
     verb.add_argument("-o", "--output", default="", help="Folder of the bag")
-    verb.set_defaults(run=_record)
 
 
 def _info(options: argparse.Namespace) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import os
 import signal
 import time
@@ -215,24 +214,6 @@ def _advice(node: Node, full: str) -> str:
         return f": {full}; there are {', '.join(own)}"
     listed = ", ".join(sorted(robots, key=lambda name: (len(name), name)))
     return f": {full}; there are {listed}" if robots else f": {full}; no node is running"
-
-
-def add_list_options(verb: argparse.ArgumentParser, kind: str) -> None:
-    """Add what the verbs that list or find topics or services have in common.
-
-    Args:
-        verb: Its parser.
-        kind: topic or service.
-    """
-    verb.add_argument(
-        "-c",
-        f"--count-{kind}s",
-        action="store_true",
-        help=f"Only display the number of {kind}s discovered",
-    )
-    verb.add_argument(
-        f"--include-hidden-{kind}s", action="store_true", help=f"Consider hidden {kind}s as well"
-    )
 
 
 def print_names(rows: NamesAndTypes, *, types: bool, count: bool) -> None:

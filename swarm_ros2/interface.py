@@ -14,6 +14,7 @@ from ament_index_python.packages import PackageNotFoundError
 
 from swarm_common.model.errors import SwarmError
 from swarm_ros2 import interfaces, text
+from swarm_ros2.verbs import add_flag, add_verb
 
 INDEX = "rosidl_interfaces"
 KINDS = {"msg": "Messages", "srv": "Services", "action": "Actions"}
@@ -32,28 +33,25 @@ def add_verbs(verbs: Any) -> None:
         ("package", "Output a list of available interface types within one package", _package),
         ("packages", "Output a list of packages that provide interfaces", _packages),
     ):
-        verb = verbs.add_parser(name, help=text_)
+        verb = add_verb(verbs, name, text_, run)
         for kind, title in KINDS.items():
-            verb.add_argument(
+            add_flag(
+                verb,
                 f"-{kind[0]}",
                 f"--only-{kind}s",
-                action="store_true",
                 dest=kind,
                 help=f"Print out only the {title.lower()}",
             )
-        verb.set_defaults(run=run)
         if name == "package":
             verb.add_argument("package_name", help="Name of the ROS package (e.g. 'std_msgs')")
-    verb = verbs.add_parser("proto", help="Output an interface prototype")
+    verb = add_verb(verbs, "proto", "Output an interface prototype", _proto)
     verb.add_argument("type", help="An interface (e.g. 'std_msgs/msg/String')")
-    verb.add_argument("--no-quotes", action="store_true", help="Output has no outer quotes")
-    verb.set_defaults(run=_proto)
-    verb = verbs.add_parser("show", help="Output the interface definition")
+    add_flag(verb, "--no-quotes", help="Output has no outer quotes")
+    verb = add_verb(verbs, "show", "Output the interface definition", _show)
     verb.add_argument("type", help="Show an interface definition (e.g. 'std_msgs/msg/String')")
     group = verb.add_mutually_exclusive_group()
-    group.add_argument("--no-comments", action="store_true", help="Show no comments")
-    group.add_argument("--all-comments", action="store_true", help="Also those of nested types")
-    verb.set_defaults(run=_show)
+    add_flag(group, "--no-comments", help="Show no comments")
+    add_flag(group, "--all-comments", help="Also those of nested types")
 
 
 def _list(options: argparse.Namespace) -> None:

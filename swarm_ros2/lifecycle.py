@@ -12,27 +12,22 @@ from rclpy.node import Node
 from swarm_common.model.errors import SwarmError
 from swarm_ros2 import graph
 from swarm_ros2.param import call
+from swarm_ros2.verbs import add_flag, add_verb
 
 
 def add_verbs(verbs: Any) -> None:
     """Add the verbs of `ros2 lifecycle`."""
-    verb = verbs.add_parser("get", help="Get lifecycle state for one or more nodes")
+    verb = add_verb(verbs, "get", "Get lifecycle state for one or more nodes", _get)
     verb.add_argument("node_name", nargs="?", help="Name of the ROS node, of all if there is none")
-    verb.set_defaults(run=_get)
-    verb = verbs.add_parser("list", help="Output a list of available transitions")
+    verb = add_verb(verbs, "list", "Output a list of available transitions", _list)
     verb.add_argument("node_name", help="Name of the ROS node")
-    verb.add_argument("-a", "--all", action="store_true", help="Display all existing transitions")
-    verb.set_defaults(run=_list)
-    verb = verbs.add_parser("nodes", help="Output a list of nodes with lifecycle")
-    verb.add_argument("-a", "--all", action="store_true", help="Display all nodes even hidden ones")
-    verb.add_argument(
-        "-c", "--count-nodes", action="store_true", help="Only display the number of nodes"
-    )
-    verb.set_defaults(run=_nodes)
-    verb = verbs.add_parser("set", help="Trigger lifecycle state transition")
+    add_flag(verb, "-a", "--all", help="Display all existing transitions")
+    verb = add_verb(verbs, "nodes", "Output a list of nodes with lifecycle", _nodes)
+    add_flag(verb, "-a", "--all", help="Display all nodes even hidden ones")
+    add_flag(verb, "-c", "--count-nodes", help="Only display the number of nodes")
+    verb = add_verb(verbs, "set", "Trigger lifecycle state transition", _set)
     verb.add_argument("node_name", help="Name of the ROS node")
     verb.add_argument("transition", help="The lifecycle transition")
-    verb.set_defaults(run=_set)
 
 
 def _names(node: Node, *, hidden: bool = False) -> list[str]:

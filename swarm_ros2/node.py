@@ -14,27 +14,17 @@ from rclpy.node import Node, NodeNameNonExistentError
 
 from swarm_common.model.errors import SwarmError
 from swarm_ros2 import graph
+from swarm_ros2.verbs import add_flag, add_verb
 
 
 def add_verbs(verbs: Any) -> None:
     """Add the verbs of `ros2 node`."""
-    verb = verbs.add_parser("info", help="Output information about a node")
+    verb = add_verb(verbs, "info", "Output information about a node", _info)
     verb.add_argument("node_name", help="Node name to request information")
-    verb.add_argument(
-        "--include-hidden",
-        action="store_true",
-        help="Display hidden topics, services, and actions as well",
-    )
-    verb.set_defaults(run=_info)
-    verb = verbs.add_parser("list", help="Output a list of available nodes")
-    verb.add_argument("-a", "--all", action="store_true", help="Display all nodes even hidden ones")
-    verb.add_argument(
-        "-c",
-        "--count-nodes",
-        action="store_true",
-        help="Only display the number of nodes discovered",
-    )
-    verb.set_defaults(run=_list)
+    add_flag(verb, "--include-hidden", help="Display hidden topics, services, and actions as well")
+    verb = add_verb(verbs, "list", "Output a list of available nodes", _list)
+    add_flag(verb, "-a", "--all", help="Display all nodes even hidden ones")
+    add_flag(verb, "-c", "--count-nodes", help="Only display the number of nodes discovered")
 
 
 def _list(options: argparse.Namespace) -> None:

@@ -16,6 +16,7 @@ from rclpy.parameter import get_parameter_value, parameter_value_to_python
 
 from swarm_common.model.errors import SwarmError, UnknownNameError
 from swarm_ros2 import graph
+from swarm_ros2.verbs import add_flag, add_verb
 
 LABELS = {
     ParameterType.PARAMETER_BOOL: "Boolean value is:",
@@ -38,34 +39,29 @@ ASK_PERIOD = 2.0  # [s] after which it is asked again
 
 def add_verbs(verbs: Any) -> None:
     """Add the verbs of `ros2 param`."""
-    verb = verbs.add_parser("delete", help="Delete parameter")
+    verb = add_verb(verbs, "delete", "Delete parameter", _delete)
     verb.add_argument("node_name", help="Name of the ROS node")
     verb.add_argument("parameter_name", help="Name of the parameter")
-    verb.set_defaults(run=_delete)
-    verb = verbs.add_parser(
-        "describe", help="Show descriptive information about declared parameters"
+    verb = add_verb(
+        verbs, "describe", "Show descriptive information about declared parameters", _describe
     )
     verb.add_argument("node_name", help="Name of the ROS node")
     verb.add_argument("parameter_names", nargs="+", help="Names of the parameters")
-    verb.set_defaults(run=_describe)
-    verb = verbs.add_parser("load", help="Load parameter file for a node")
+    verb = add_verb(verbs, "load", "Load parameter file for a node", _load)
     verb.add_argument("node_name", help="Name of the ROS node")
     verb.add_argument("parameter_file", type=Path, help="Parameter file")
-    verb.add_argument(
+    add_flag(
+        verb,
         "--no-use-wildcard",
-        action="store_true",
         help="Do not load parameters in the '/**' namespace into the node",
     )
-    verb.set_defaults(run=_load)
-    verb = verbs.add_parser("dump", help="Show all parameters of a node in a YAML file format")
+    verb = add_verb(verbs, "dump", "Show all parameters of a node in a YAML file format", _dump)
     verb.add_argument("node_name", help="Name of the ROS node")
-    verb.set_defaults(run=_dump)
-    verb = verbs.add_parser("get", help="Get parameter")
+    verb = add_verb(verbs, "get", "Get parameter", _get)
     verb.add_argument("node_name", help="Name of the ROS node")
     verb.add_argument("parameter_name", help="Name of the parameter")
-    verb.add_argument("--hide-type", action="store_true", help="Hide the type information")
-    verb.set_defaults(run=_get)
-    verb = verbs.add_parser("list", help="Output a list of available parameters")
+    add_flag(verb, "--hide-type", help="Hide the type information")
+    verb = add_verb(verbs, "list", "Output a list of available parameters", _list)
     verb.add_argument("node_name", nargs="?", help="Name of the ROS node")
     verb.add_argument(
         "--param-prefixes",
@@ -73,15 +69,11 @@ def add_verbs(verbs: Any) -> None:
         default=[],
         help="Only list parameters with the provided prefixes",
     )
-    verb.add_argument(
-        "--param-type", action="store_true", help="Print parameter types with parameter names"
-    )
-    verb.set_defaults(run=_list)
-    verb = verbs.add_parser("set", help="Set parameter")
+    add_flag(verb, "--param-type", help="Print parameter types with parameter names")
+    verb = add_verb(verbs, "set", "Set parameter", _set)
     verb.add_argument("node_name", help="Name of the ROS node")
     verb.add_argument("parameter_name", help="Name of the parameter")
     verb.add_argument("value", help="Value of the parameter")
-    verb.set_defaults(run=_set)
 
 
 def call(node: Node, owner: str, kind: Any, service: str, request: Any) -> Any:

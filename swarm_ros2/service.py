@@ -8,34 +8,28 @@ from typing import Any
 
 from swarm_common.model.errors import SwarmError
 from swarm_ros2 import graph, interfaces, text
+from swarm_ros2.verbs import add_flag, add_list_options, add_verb
 
 
 def add_verbs(verbs: Any) -> None:
     """Add the verbs of `ros2 service`."""
-    verb = verbs.add_parser("call", help="Call a service")
+    verb = add_verb(verbs, "call", "Call a service", _call)
     verb.add_argument("service_name", help="Name of the ROS service to call to (e.g. '/add')")
     verb.add_argument("service_type", help="Type of the ROS service (e.g. 'std_srvs/srv/Empty')")
     text.add_values(verb, "values", "Values to fill the service request with", "{a: 1, b: 2}")
     verb.add_argument(
         "-r", "--rate", metavar="N", type=float, help="Repeat the call at a specific rate in Hz"
     )
-    verb.set_defaults(run=_call)
-    verb = verbs.add_parser("find", help="Output a list of available services of a given type")
+    verb = add_verb(verbs, "find", "Output a list of available services of a given type", _find)
     verb.add_argument("service_type", help="Name of the ROS service type to filter for")
-    graph.add_list_options(verb, "service")
-    verb.set_defaults(run=_find)
-    verb = verbs.add_parser("info", help="Print information about a service")
+    add_list_options(verb, "service")
+    verb = add_verb(verbs, "info", "Print information about a service", _info)
     verb.add_argument("service_name", help="Name of the ROS service to get info")
-    verb.set_defaults(run=_info)
-    verb = verbs.add_parser("list", help="Output a list of available services")
-    verb.add_argument(
-        "-t", "--show-types", action="store_true", help="Additionally show the service type"
-    )
-    graph.add_list_options(verb, "service")
-    verb.set_defaults(run=_list)
-    verb = verbs.add_parser("type", help="Output a service's type")
+    verb = add_verb(verbs, "list", "Output a list of available services", _list)
+    add_flag(verb, "-t", "--show-types", help="Additionally show the service type")
+    add_list_options(verb, "service")
+    verb = add_verb(verbs, "type", "Output a service's type", _type)
     verb.add_argument("service_name", help="Name of the ROS service to get type")
-    verb.set_defaults(run=_type)
 
 
 def _list(options: argparse.Namespace) -> None:

@@ -9,6 +9,7 @@ from rclpy.node import Node
 
 from swarm_common.model.errors import SwarmError
 from swarm_ros2 import graph, topic_echo, topic_hz, topic_pub
+from swarm_ros2.verbs import add_flag, add_list_options, add_verb
 
 
 def add_verbs(verbs: Any) -> None:
@@ -17,38 +18,27 @@ def add_verbs(verbs: Any) -> None:
     Args:
         verbs: The sub-parsers that argparse made for the command.
     """
-    topic_echo.add_verb(verbs)
-    verb = verbs.add_parser("find", help="Output a list of available topics of a given type")
+    topic_echo.add_verbs(verbs)
+    verb = add_verb(verbs, "find", "Output a list of available topics of a given type", _find)
     verb.add_argument("topic_type", help="Name of the ROS topic type to filter for")
-    graph.add_list_options(verb, "topic")
-    verb.set_defaults(run=_find)
+    add_list_options(verb, "topic")
     topic_hz.add_verbs(verbs)
-    verb = verbs.add_parser("info", help="Print information about a topic")
+    verb = add_verb(verbs, "info", "Print information about a topic", _info)
     verb.add_argument("topic_name", help="Name of the ROS topic to get info (e.g. '/chatter')")
-    verb.add_argument(
+    add_flag(
+        verb,
         "--verbose",
         "-v",
-        action="store_true",
         help="Prints detailed information like the node name, node namespace, topic type, topic"
         " type hash, GUID, and QoS Profile of the publishers and subscribers to this topic",
     )
-    verb.set_defaults(run=_info)
-    verb = verbs.add_parser("list", help="Output a list of available topics")
-    verb.add_argument(
-        "-t",
-        "--show-types",
-        action="store_true",
-        help="Additionally show the topic type",
-    )
-    graph.add_list_options(verb, "topic")
-    verb.add_argument(
-        "-v", "--verbose", action="store_true", help="List full details about each topic"
-    )
-    verb.set_defaults(run=_list)
-    topic_pub.add_verb(verbs)
-    verb = verbs.add_parser("type", help="Print a topic's type")
+    verb = add_verb(verbs, "list", "Output a list of available topics", _list)
+    add_flag(verb, "-t", "--show-types", help="Additionally show the topic type")
+    add_list_options(verb, "topic")
+    add_flag(verb, "-v", "--verbose", help="List full details about each topic")
+    topic_pub.add_verbs(verbs)
+    verb = add_verb(verbs, "type", "Print a topic's type", _type)
     verb.add_argument("topic_name", help="Name of the ROS topic to get type (e.g. '/chatter')")
-    verb.set_defaults(run=_type)
 
 
 def _list(options: argparse.Namespace) -> None:

@@ -10,25 +10,21 @@ from typing import Any
 
 from swarm_common.model.errors import SwarmError
 from swarm_ros2 import graph, interfaces, quality, text
+from swarm_ros2.verbs import add_flag, add_verb
 
 LONGEST = 128  # elements of arrays and strings that are printed
 
 
-def add_verb(verbs: Any) -> None:
+def add_verbs(verbs: Any) -> None:
     """Add `echo` to the verbs of `ros2 topic`."""
-    verb = verbs.add_parser("echo", help="Output messages from a topic")
+    verb = add_verb(verbs, "echo", "Output messages from a topic", _echo)
     verb.add_argument("topic_name", help="Name of the ROS topic to listen to (e.g. '/chatter')")
     verb.add_argument(
         "message_type", nargs="?", help="Type of the ROS message (e.g. 'std_msgs/msg/String')"
     )
     quality.add_arguments(verb, preset="sensor_data")
     verb.add_argument("--field", help="Echo a selected field of a message, e.g. pose.pose.position")
-    verb.add_argument(
-        "--full-length",
-        "-f",
-        action="store_true",
-        help="Output all elements for arrays, bytes, and strings",
-    )
+    add_flag(verb, "--full-length", "-f", help="Output all elements for arrays, bytes, and strings")
     verb.add_argument(
         "--truncate-length",
         "-l",
@@ -37,13 +33,12 @@ def add_verb(verbs: Any) -> None:
         metavar="N",
         help=f"The length to truncate arrays, bytes, and strings to (default: {LONGEST})",
     )
-    verb.add_argument("--no-arr", action="store_true", help="Don't print array fields of messages")
-    verb.add_argument("--no-str", action="store_true", help="Don't print string fields of messages")
-    verb.add_argument("--flow-style", action="store_true", help="Print collections in one line")
-    verb.add_argument("--csv", action="store_true", help="Output fields separated by commas")
-    verb.add_argument("--once", action="store_true", help="Print the first message and then exit")
+    add_flag(verb, "--no-arr", help="Don't print array fields of messages")
+    add_flag(verb, "--no-str", help="Don't print string fields of messages")
+    add_flag(verb, "--flow-style", help="Print collections in one line")
+    add_flag(verb, "--csv", help="Output fields separated by commas")
+    add_flag(verb, "--once", help="Print the first message and then exit")
     verb.add_argument("--timeout", metavar="N", type=float, help="Give up after N seconds")
-    verb.set_defaults(run=_echo)
 
 
 def _echo(options: argparse.Namespace) -> None:

@@ -15,6 +15,7 @@ from rclpy.serialization import deserialize_message
 from swarm_common.model.errors import SwarmError
 from swarm_ros2 import graph, interfaces, quality
 from swarm_ros2.rate import WINDOW, BandwidthMeter, DelayMeter, RateMeter
+from swarm_ros2.verbs import add_flag
 
 NANOSECONDS = 1e9
 BANDWIDTH_WINDOW = 100  # messages
@@ -42,9 +43,7 @@ def add_verbs(verbs: Any) -> None:
             help=f"Window size, in number of messages, for calculating it (default: {window})",
         )
         if name == "hz":
-            verb.add_argument(
-                "--wall-time", action="store_true", help="Wall time is always used here"
-            )
+            add_flag(verb, "--wall-time", help="Wall time is always used here")
         quality.add_arguments(verb, preset="sensor_data")
         verb.set_defaults(run=_measure, measure=name)
 

@@ -11,11 +11,12 @@ from rclpy.node import Node
 
 from swarm_common.model.errors import SwarmError
 from swarm_ros2 import graph, interfaces, quality, text
+from swarm_ros2.verbs import add_flag, add_verb
 
 
-def add_verb(verbs: Any) -> None:
+def add_verbs(verbs: Any) -> None:
     """Add `pub` to the verbs of `ros2 topic`."""
-    verb = verbs.add_parser("pub", help="Publish a message to a topic")
+    verb = add_verb(verbs, "pub", "Publish a message to a topic", _publish)
     verb.add_argument("topic_name", help="Name of the ROS topic to publish to (e.g. '/chatter')")
     verb.add_argument("message_type", help="Type of the ROS message (e.g. 'std_msgs/String')")
     text.add_values(verb, "values", "Values to fill the message with", "data: Hello World")
@@ -37,7 +38,7 @@ def add_verb(verbs: Any) -> None:
         help="Only print every N-th published message (default: 1)",
     )
     group = verb.add_mutually_exclusive_group()
-    group.add_argument("-1", "--once", action="store_true", help="Publish one message and exit")
+    add_flag(group, "-1", "--once", help="Publish one message and exit")
     group.add_argument(
         "-t", "--times", type=int, default=0, help="Publish this number of times and then exit"
     )
@@ -68,7 +69,6 @@ def add_verb(verbs: Any) -> None:
         help="Keep publishing node alive for N seconds after the last msg (default: 0.1)",
     )
     quality.add_arguments(verb, preset="default")
-    verb.set_defaults(run=_publish)
 
 
 def _publish(options: argparse.Namespace) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import rclpy
 import typer
@@ -15,8 +15,10 @@ from swarm_commander.run.input.options import LOOPBACK, VIEWER_PORT
 from swarm_common.middleware.addresses import check_address
 from swarm_view.live import open_node, serve_live
 from swarm_view.server.server import Server
-from swarm_view.state.feed import Recording
 from swarm_view.viewer import Viewer, run_until_signal
+
+if TYPE_CHECKING:
+    from swarm_recording.bag_feed import BagFeed  # mcap is slow to import
 
 view_app = typer.Typer(rich_markup_mode=None)
 
@@ -45,7 +47,7 @@ def view(
     _leave()
 
 
-def show_recording(feed: Recording, port: int) -> None:
+def show_recording(feed: BagFeed, port: int) -> None:
     """Show a recording in the browser, until a signal asks for the end.
 
     Raises:

@@ -7,7 +7,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,11 +21,14 @@ from swarm_view.scene.scenery import Scenery
 from swarm_view.server.machine import CpuMeter
 from swarm_view.server.server import Server
 from swarm_view.state import topics
-from swarm_view.state.feed import Feed, Recording
+from swarm_view.state.feed import Feed
 from swarm_view.state.history import History
 from swarm_view.state.link import Viewpoint
 from swarm_view.state.operator_link import OperatorLink
 from swarm_view.state.swarm import Swarm, history_of
+
+if TYPE_CHECKING:
+    from swarm_recording.bag_feed import BagFeed  # mcap is slow to import
 
 FAREWELL_PAUSE = 0.3  # [s] of wall time for the last words to reach the pages
 FRAME_PERIOD = 0.04  # [s] of wall time: 25 frames per second
@@ -45,7 +48,7 @@ class Viewer:
         server: Server,
         feed: Feed,
         link: OperatorLink | None,
-        recording: Recording | None = None,
+        recording: BagFeed | None = None,
         hear: Hear | None = None,
     ) -> None:
         """Attach to a server.

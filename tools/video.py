@@ -130,22 +130,14 @@ def latest(said: Sequence[tuple[float, Any]], at: float) -> tuple[float, Any] | 
 
 @dataclass(frozen=True, slots=True)
 class Shot:
-    """A part of the video.
+    """A part of the video."""
 
-    Attributes:
-        run: Folder of the recording.
-        title: Above the words.
-        words: What is to be seen.
-        length: [s] of video.
-        span: Simulated time [s] at its begin and end.
-        views: What is in the picture, at equal distances in time; between them it glides.
-    """
-
-    run: str
-    title: str
-    words: str
-    length: float
-    span: tuple[float, float]
+    run: str  # folder of the recording
+    title: str  # above the words
+    words: str  # what is to be seen
+    length: float  # [s] of video
+    span: tuple[float, float]  # simulated time [s] at its begin and end
+    # what is in the picture, at equal distances in time; between them it glides
     views: tuple[Box, ...]
 
 

@@ -2,26 +2,19 @@
 
 What a module imports of its folder stands above it:
 
-    teleop_keys        Keys of `swarm-teleop`: what the pressed one means, and that it must be kept
-                       pressed
+    teleop_keys        Keys of `swarm-teleop`, which count while they are pressed
     teleop_command     The command `swarm-teleop`: drives a robot of a running swarm by hand
-    setup_command      The command `swarm-setup`: installs the ROS 2 interface packages that are
-                       missing
+    setup_command      The command `swarm-setup`: installs missing ROS 2 interface packages
     command_node       The node of a command that works with a running swarm
-    listing            What `swarm-up --list` shows: the worlds, missions, robots and fleets that
-                       come with us
-    doctor             Is this machine fit for a swarm of some size? What would be in the way, and
-                       what to change
+    listing            What `swarm-up --list` shows: worlds, missions, robots and fleets
+    doctor             Is this machine fit for a swarm of some size? If not, what to change
     console            What `swarm-commander` prints about a robot on its way
     replay_command     The command `swarm-replay`: a recorded run in the viewer, or on the ROS graph
-    session            A session of `swarm-up`: a checked plan from the run's folder to the report
-                       and the exit code
+    session            A session of `swarm-up`: from a checked plan to report and exit code
     thing_request      The request with which `swarm-commander spawn` adds an object to the world
-    commander_command  The command `swarm-commander`: drives robots of a running swarm from another
-                       terminal
+    commander_command  The command `swarm-commander`: drives robots of a running swarm
     doctor_command     The command `swarm-doctor`: looks at the machine before a large run
-    fleet_command      `swarm-commander spawn | remove | move | list | reset | restart | record |
-                       frames`
+    fleet_command      `swarm-commander spawn`, `remove`, `move`, `list` and the like
     up_command         The command `swarm-up`: its options
     main               Entry points of the commands `swarm-up`, `swarm-commander` and `swarm-report`
 

@@ -9,25 +9,15 @@ PERIOD = 2.0  # [s] of simulated time between two lines that say the same
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """A robot's status in its operator's words.
+    """A robot's status in its operator's words."""
 
-    Attributes:
-        sim_time: [s].
-        state: As in RobotStatus.
-        detail: Why.
-        station: Held or wanted.
-        place: In the order of request; 0 for none.
-        distance: [m] still to go.
-        time_left: [s] estimated until arrival.
-    """
-
-    sim_time: float
-    state: str
-    detail: str
-    station: str
-    place: int
-    distance: float
-    time_left: float
+    sim_time: float  # [s]
+    state: str  # as in RobotStatus
+    detail: str  # why
+    station: str  # held or wanted
+    place: int  # in the order of request; 0 for none
+    distance: float  # [m] still to go
+    time_left: float  # [s] estimated until arrival
 
 
 class StatusConsole:

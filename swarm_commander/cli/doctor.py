@@ -60,43 +60,26 @@ class Finding:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Facts:
-    """The measured properties of the machine.
-
-    Attributes:
-        load: Processes that wanted to run in the last minute, on average.
-        memory: [MiB] that are available.
-        files: Limit of open files per process.
-        threads: How many more threads the user may have.
-        receive_buffer: [bytes] that a UDP socket may ask for.
-        ephemeral: First port that the kernel gives to anybody.
-        ports: UDP ports in use on this host.
-        rmw: RMW_IMPLEMENTATION, empty if not set.
-        foreign_interfaces: Interface packages of somebody else, which are used, and where they are.
-        wrong_interfaces: What is wrong with them; empty for nothing.
-        stale_interfaces: Interface packages that have to be built first.
-        has_compiler: Whether a C++ compiler was found.
-        cache: Folder in which compiled kernels are kept; None if it is not writable.
-        shm: [MiB] free in /dev/shm, 0 without it.
-        own_dds: Setting of the user's that replaces our DDS profile, which uses no /dev/shm;
-            empty without one.
-    """
+    """The measured properties of the machine."""
 
     cpus: int
-    load: float
-    memory: float
-    files: int
-    threads: int
-    receive_buffer: int
-    ephemeral: int
-    ports: frozenset[int]
-    rmw: str
-    stale_interfaces: tuple[str, ...]
-    has_compiler: bool
-    cache: Path | None
-    shm: float = 0.0
+    load: float  # processes that wanted to run in the last minute, on average
+    memory: float  # [MiB] that are available
+    files: int  # limit of open files per process
+    threads: int  # how many more threads the user may have
+    receive_buffer: int  # [bytes] that a UDP socket may ask for
+    ephemeral: int  # first port that the kernel gives to anybody
+    ports: frozenset[int]  # UDP ports in use on this host
+    rmw: str  # RMW_IMPLEMENTATION, empty if not set
+    stale_interfaces: tuple[str, ...]  # interface packages that have to be built first
+    has_compiler: bool  # whether a C++ compiler was found
+    cache: Path | None  # folder in which compiled kernels are kept; None if it is not writable
+    shm: float = 0.0  # [MiB] free in /dev/shm, 0 without it
+    # setting of the user's that replaces our DDS profile, which uses no /dev/shm; empty without one
     own_dds: str = ""
+    # interface packages of somebody else, which are used, and where they are
     foreign_interfaces: tuple[str, ...] = ()
-    wrong_interfaces: str = ""
+    wrong_interfaces: str = ""  # what is wrong with them; empty for nothing
 
 
 def look(environment: Mapping[str, str] = os.environ) -> Facts:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -34,8 +35,13 @@ from swarm_common.robots.loading import robot_names as robot_models
 from swarm_common.robots.packages import add_package_paths
 from swarm_setup.build import ensure_interfaces, interface_packages
 
-SWARM, MISSION, SIMULATION = "Robots and world", "Mission and end", "Simulation"
-VIEW, OUTPUT, HOSTS = "Windows", "Recording and report", "Several hosts"
+# Options by their panel of the help text.
+_swarm = partial(typer.Option, rich_help_panel="Robots and world")
+_mission = partial(typer.Option, rich_help_panel="Mission and end")
+_simulation = partial(typer.Option, rich_help_panel="Simulation")
+_windows = partial(typer.Option, rich_help_panel="Windows")
+_output = partial(typer.Option, rich_help_panel="Recording and report")
+_hosts = partial(typer.Option, rich_help_panel="Several hosts")
 EXAMPLES = """Examples:
 
 swarm-up --viewer
@@ -69,235 +75,126 @@ def up(
             callback=_list,
         ),
     ] = False,
-    swarm_size: Annotated[
-        int | None, typer.Option(show_default="5", rich_help_panel=SWARM, help="Number of robots.")
-    ] = None,
+    swarm_size: Annotated[int | None, _swarm(show_default="5", help="Number of robots.")] = None,
     world: Annotated[
-        str,
-        typer.Option(
-            autocompletion=world_names, rich_help_panel=SWARM, help="Name or path of a world."
-        ),
+        str, _swarm(autocompletion=world_names, help="Name or path of a world.")
     ] = "slim_blockage",
     robot: Annotated[
         str | None,
-        typer.Option(
-            autocompletion=robot_models,
-            show_default=DEFAULT_ROBOT,
-            rich_help_panel=SWARM,
-            help="Robot model.",
-        ),
+        _swarm(autocompletion=robot_models, show_default=DEFAULT_ROBOT, help="Robot model."),
     ] = None,
     fleet: Annotated[
         str | None,
-        typer.Option(
-            autocompletion=fleet_names,
-            rich_help_panel=SWARM,
-            help="Name or file of a fleet of several robot models.",
-        ),
+        _swarm(autocompletion=fleet_names, help="Name or file of a fleet of several robot models."),
     ] = None,
     package_path: Annotated[
         list[Path] | None,
-        typer.Option(
-            "--package-path",
-            rich_help_panel=SWARM,
-            help="Folder in which a robot's ROS packages are.",
-        ),
+        _swarm("--package-path", help="Folder in which a robot's ROS packages are."),
     ] = None,
     map_: Annotated[
-        Path | None,
-        typer.Option(
-            "--map", rich_help_panel=SWARM, help="Nav2 map (.yaml) to use instead of the world's."
-        ),
+        Path | None, _swarm("--map", help="Nav2 map (.yaml) to use instead of the world's.")
     ] = None,
     skip_missing: Annotated[
         bool,
-        typer.Option(
-            "--skip-missing",
-            rich_help_panel=SWARM,
-            help="Leave out models and meshes of the world that are not found.",
+        _swarm(
+            "--skip-missing", help="Leave out models and meshes of the world that are not found."
         ),
     ] = False,
     skip_broken: Annotated[
-        bool,
-        typer.Option(
-            "--skip-broken",
-            rich_help_panel=SWARM,
-            help="Leave out models of the world that are unusable.",
-        ),
+        bool, _swarm("--skip-broken", help="Leave out models of the world that are unusable.")
     ] = False,
     params: Annotated[
-        Path | None,
-        typer.Option(rich_help_panel=SWARM, help="ROS 2 parameter file for navigators and world."),
+        Path | None, _swarm(help="ROS 2 parameter file for navigators and world.")
     ] = None,
     mission: Annotated[
-        str | None,
-        typer.Option(
-            autocompletion=mission_names, rich_help_panel=MISSION, help="Name or file of a mission."
-        ),
+        str | None, _mission(autocompletion=mission_names, help="Name or file of a mission.")
     ] = None,
-    laps: Annotated[
-        int,
-        typer.Option(
-            rich_help_panel=MISSION, help="Number of times that each robot drives the mission."
-        ),
-    ] = 1,
+    laps: Annotated[int, _mission(help="Number of times that each robot drives the mission.")] = 1,
     goals_per_robot: Annotated[
-        int | None,
-        typer.Option(
-            rich_help_panel=MISSION, help="End each robot's mission after this many goals."
-        ),
+        int | None, _mission(help="End each robot's mission after this many goals.")
     ] = None,
     seed: Annotated[
-        int,
-        typer.Option(
-            rich_help_panel=SIMULATION,
-            help="Seed of all random numbers; the same seed repeats the run.",
-        ),
+        int, _simulation(help="Seed of all random numbers; the same seed repeats the run.")
     ] = 0,
     realistic: Annotated[
-        bool,
-        typer.Option(
-            "--realistic/--ideal",
-            rich_help_panel=SIMULATION,
-            help="Noisy sensors and localisation by AMCL.",
-        ),
+        bool, _simulation("--realistic/--ideal", help="Noisy sensors and localisation by AMCL.")
     ] = False,
     drive: Annotated[
         str | None,
-        typer.Option(
+        _simulation(
             show_default="wheels",
-            rich_help_panel=SIMULATION,
             help="wheels: rigid bodies; planar: kinematic, for large swarms.",
         ),
     ] = None,
     speed: Annotated[
         str | None,
-        typer.Option(
+        _simulation(
             show_default="1.0 with viewer or without mission",
-            rich_help_panel=SIMULATION,
             help="Multiple of real time, or max.",
         ),
     ] = None,
     free_run: Annotated[
-        bool,
-        typer.Option(
-            "--free-run", rich_help_panel=SIMULATION, help="No lockstep; runs no longer repeat."
-        ),
+        bool, _simulation("--free-run", help="No lockstep; runs no longer repeat.")
     ] = False,
-    pack: Annotated[
-        int, typer.Option(rich_help_panel=SIMULATION, help="Navigators per process.")
-    ] = 1,
+    pack: Annotated[int, _simulation(help="Navigators per process.")] = 1,
     until_done: Annotated[
-        bool,
-        typer.Option(
-            "--until-done", rich_help_panel=MISSION, help="Stop when the mission is done."
-        ),
+        bool, _mission("--until-done", help="Stop when the mission is done.")
     ] = False,
     duration: Annotated[
-        float | None,
-        typer.Option(rich_help_panel=MISSION, help="Stop after this many simulated seconds."),
+        float | None, _mission(help="Stop after this many simulated seconds.")
     ] = None,
-    headless: Annotated[
-        bool, typer.Option("--headless", rich_help_panel=VIEW, help="Open no window.")
-    ] = False,
-    viewer: Annotated[
-        bool, typer.Option(rich_help_panel=VIEW, help="3D view in the browser.")
-    ] = False,
-    port: Annotated[
-        int, typer.Option(rich_help_panel=VIEW, help="TCP port of the viewer.")
-    ] = VIEWER_PORT,
-    viewer_host: Annotated[
-        str, typer.Option(rich_help_panel=VIEW, help="Address that the viewer listens on.")
-    ] = LOOPBACK,
+    headless: Annotated[bool, _windows("--headless", help="Open no window.")] = False,
+    viewer: Annotated[bool, _windows(help="3D view in the browser.")] = False,
+    port: Annotated[int, _windows(help="TCP port of the viewer.")] = VIEWER_PORT,
+    viewer_host: Annotated[str, _windows(help="Address that the viewer listens on.")] = LOOPBACK,
     rviz: Annotated[
         str | None,
-        typer.Option(
-            rich_help_panel=VIEW,
+        _windows(
             help="Open RViz: for the swarm, or for Srobot3,Srobot4, or for all robots; merged:"
             " the swarm with its models.",
             metavar="[NAMES]",
         ),
     ] = None,
-    autostart: Annotated[
-        bool, typer.Option(rich_help_panel=SIMULATION, help="Activate the navigators at the start.")
-    ] = True,
+    autostart: Annotated[bool, _simulation(help="Activate the navigators at the start.")] = True,
     record: Annotated[
-        bool,
-        typer.Option(
-            "--record", rich_help_panel=OUTPUT, help="Record the topics to recording/ (MCAP)."
-        ),
+        bool, _output("--record", help="Record the topics to recording/ (MCAP).")
     ] = False,
     record_topics: Annotated[
         str,
-        typer.Option(
-            rich_help_panel=OUTPUT,
-            help="Topics to record, like scan,*costmap,/Srobot1/*; or all.",
-            show_default=False,
+        _output(
+            help="Topics to record, like scan,*costmap,/Srobot1/*; or all.", show_default=False
         ),
     ] = "",
     record_rate: Annotated[
         float | None,
-        typer.Option(
-            show_default="all",
-            rich_help_panel=OUTPUT,
-            help="Most messages of a topic per simulated second.",
-        ),
+        _output(show_default="all", help="Most messages of a topic per simulated second."),
     ] = None,
     page: Annotated[
-        bool,
-        typer.Option(
-            "--report/--no-report", rich_help_panel=OUTPUT, help="Draw report.html at the end."
-        ),
+        bool, _output("--report/--no-report", help="Draw report.html at the end.")
     ] = True,
     run_dir: Annotated[
-        Path | None,
-        typer.Option(
-            show_default="a new one in runs/", rich_help_panel=OUTPUT, help="Folder of this run."
-        ),
+        Path | None, _output(show_default="a new one in runs/", help="Folder of this run.")
     ] = None,
     restart: Annotated[
         bool,
-        typer.Option(
-            "--restart/--no-restart",
-            rich_help_panel=SIMULATION,
-            help="Restart processes that died or hang.",
-        ),
+        _simulation("--restart/--no-restart", help="Restart processes that died or hang."),
     ] = True,
-    over_limit: Annotated[
-        bool,
-        typer.Option("--over-limit", rich_help_panel=SWARM, help="Allow more than 100 robots."),
-    ] = False,
+    over_limit: Annotated[bool, _swarm("--over-limit", help="Allow more than 100 robots.")] = False,
     role: Annotated[
         Role | None,
-        typer.Option(
-            show_default="the whole swarm",
-            rich_help_panel=HOSTS,
-            help="On several hosts: the part of this host.",
-        ),
+        _hosts(show_default="the whole swarm", help="On several hosts: the part of this host."),
     ] = None,
     robots: Annotated[
         str | None,
-        typer.Option(
-            rich_help_panel=HOSTS,
-            help="With --role robots: numbers of the robots, like 1-50.",
-            show_default=False,
-        ),
+        _hosts(help="With --role robots: numbers of the robots, like 1-50.", show_default=False),
     ] = None,
     connect: Annotated[
         str | None,
-        typer.Option(
-            rich_help_panel=HOSTS,
-            help="With --role robots: address of the world's host.",
-            show_default=False,
-        ),
+        _hosts(help="With --role robots: address of the world's host.", show_default=False),
     ] = None,
     bind: Annotated[
         str | None,
-        typer.Option(
-            show_default="the route to --connect",
-            rich_help_panel=HOSTS,
-            help="Address or interface to use.",
-        ),
+        _hosts(show_default="the route to --connect", help="Address or interface to use."),
     ] = None,
 ) -> None:
     """Start a swarm of robots: world, navigators and, if wanted, their mission.
@@ -349,7 +246,7 @@ def up(
         duration=duration,
         autostart=autostart,
         page=page,
-        rviz=_windows(rviz, headless, swarm_size_of(swarm_size, crew)),
+        rviz=_rviz_windows(rviz, headless, swarm_size_of(swarm_size, crew)),
         viewer=viewer,
         viewer_host=viewer_host,
         port=port,
@@ -390,7 +287,7 @@ def _address_to_bind(bind: str | None) -> str:
     return own_address(bind)
 
 
-def _windows(text: str | None, headless: bool, swarm_size: int) -> tuple[str, ...]:
+def _rviz_windows(text: str | None, headless: bool, swarm_size: int) -> tuple[str, ...]:
     """Return which windows of RViz to open."""
     if text is None:
         return ()

@@ -16,13 +16,6 @@ class HostDoor:
     """Takes reports that were made with the secret, for this run, and not heard before."""
 
     def __init__(self, secret: str, run: str, rejections: Rejections) -> None:
-        """Set what messages are checked against.
-
-        Args:
-            secret: Of the hosts.
-            run: Name of the run.
-            rejections: Counts rejected messages.
-        """
         self._run = run
         self._opener = Opener(secret, HOSTS)
         self._reject = rejections.reject

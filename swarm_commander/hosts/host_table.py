@@ -43,29 +43,17 @@ class Standing(Enum):
 
 @dataclass(frozen=True, slots=True)
 class HostReport:
-    """The report of a robots' host about itself, twice a second.
+    """The report of a robots' host about itself, twice a second."""
 
-    Attributes:
-        host: Name of this start of swarm-up, different for each.
-        label: Name and address of the host, for people.
-        robots: That it wants to serve.
-        active: Those whose navigators are active.
-        died: Return code of each navigator that died.
-        is_leaving: Whether its user stopped it.
-        cpu: [s] used by its navigators.
-        rss_mb: Their resident memory [MB].
-        deaf_for: [s] for which it has not heard the world's host.
-    """
-
-    host: str
-    label: str
-    robots: tuple[str, ...]
-    active: tuple[str, ...] = ()
-    died: Mapping[str, int] = field(default_factory=dict)
-    is_leaving: bool = False
-    cpu: float = 0.0
-    rss_mb: float = 0.0
-    deaf_for: float = 0.0
+    host: str  # name of this start of swarm-up, different for each
+    label: str  # name and address of the host, for people
+    robots: tuple[str, ...]  # that it wants to serve
+    active: tuple[str, ...] = ()  # those whose navigators are active
+    died: Mapping[str, int] = field(default_factory=dict)  # return code of each navigator that died
+    is_leaving: bool = False  # whether its user stopped it
+    cpu: float = 0.0  # [s] used by its navigators
+    rss_mb: float = 0.0  # their resident memory [MB]
+    deaf_for: float = 0.0  # [s] for which it has not heard the world's host
 
 
 def parse_report(data: Mapping[str, Any], sender: str) -> HostReport:

@@ -24,31 +24,19 @@ STATED = frozenset({"world", "seed", "robot", "swarm_size"})
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotsPlan:
-    """The checked input of a robots' host.
+    """The checked input of a robots' host."""
 
-    Attributes:
-        robots: Names of those that it is to serve.
-        pack: Navigators per process.
-        own_address: Address to bind to.
-        world_address: Of the world's host.
-        domain: ROS domain.
-        stated: Options of the user about the run, to be compared; see `RunDescription.facts`.
-        label: Name and address of this host, for people.
-        secret: That this host shares with the world's.
-        run_dir: --run-dir.
-        restart: Whether navigators that died are restarted.
-    """
-
-    robots: tuple[str, ...]
-    pack: int
-    own_address: str
-    world_address: str
-    domain: int
-    label: str
-    secret: str = field(repr=False)
+    robots: tuple[str, ...]  # names of those that it is to serve
+    pack: int  # navigators per process
+    own_address: str  # address to bind to
+    world_address: str  # of the world's host
+    domain: int  # ROS domain
+    label: str  # name and address of this host, for people
+    secret: str = field(repr=False)  # that this host shares with the world's
+    # options of the user about the run, to be compared; see `RunDescription.facts`
     stated: Mapping[str, Any] = field(default_factory=dict)
-    run_dir: Path | None = None
-    restart: bool = True
+    run_dir: Path | None = None  # --run-dir
+    restart: bool = True  # whether navigators that died are restarted
 
     @property
     def processes(self) -> int:

@@ -23,25 +23,18 @@ SITES = "sites"  # the one parameter that is a path on the world's host
 
 @dataclass(frozen=True, slots=True)
 class RunDescription:
-    """Of a run on several hosts.
+    """Of a run on several hosts."""
 
-    Attributes:
-        run: Name of the run, different for each.
-        edition: Of the software on the world's host.
-        facts: What a robots' host may state as well: world, seed, robot, swarm_size.
-        robots: Every robot that needs a navigator, and the parameters that are its own.
-        common: Parameters that all share.
-        sites: Text of the sites file; empty without one.
-        peers: In a large swarm, the ports of the world's host that each robot announces itself
-            to, see `participants`; else empty.
-    """
-
-    run: str
-    edition: str
+    run: str  # name of the run, different for each
+    edition: str  # of the software on the world's host
+    # what a robots' host may state as well: world, seed, robot, swarm_size
     facts: Mapping[str, Any]
+    # every robot that needs a navigator, and the parameters that are its own
     robots: Mapping[str, Flat]
-    common: Flat
-    sites: str = ""
+    common: Flat  # parameters that all share
+    sites: str = ""  # text of the sites file; empty without one
+    # in a large swarm, the ports of the world's host that each robot announces itself to, see
+    # `participants`; else empty
     peers: Mapping[str, Sequence[int]] = field(default_factory=dict)
 
     def to_text(self) -> str:

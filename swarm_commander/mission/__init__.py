@@ -5,27 +5,19 @@ What a module imports of its folder stands above it:
     robot_watch  Whether a robot that a program has sent somewhere is still there to answer
     swarm_watch  Whether a swarm has a ROS domain, and whether the one that had it has ended
     patience     How long a command waits for a swarm that it does not see yet
-    delivery     A goal on its way to an action server and back, over services that may lose a
-                 message
-    state_log    What the robots did and when, for the report: a line whenever the state of one
-                 changes
-    discovery    Finds the running robots and asks for their parameters over ROS, as any other
-                 terminal would
+    delivery     A goal on its way to a server, over services that may lose a message
+    state_log    What the robots did and when, a line for each change of state
+    discovery    Finds the running robots, and asks for their parameters over ROS
     exchange     Goals of robots that change places or roam: drawn for the whole swarm from one seed
-    goal_client  An action client that knows its goals' ids: service clients, and feedback on
-                 request
+    goal_client  An action client that knows its goals' ids
     status_door  The door of the operator's side: which statuses are their robots', and of now
     leg          One part of a mission's route, and the goals that it means for a robot
     task         One action goal on its way, from the request to the result
-    client       `RobotCommander`: one robot of a swarm driven from Python, in the manner of
-                 BasicNavigator
-    itinerary    One robot's way through the stops of its mission: what to send next, decided
-                 without ROS
-    mission      Missions: the route of a robot, as written in `params/missions/*.yaml`, without any
-                 ROS
+    client       `RobotCommander`: one robot of a swarm driven from Python
+    itinerary    One robot's way through its stops: what to send next, without ROS
+    mission      Missions as written in `params/missions/*.yaml`, without ROS
     driver       Takes one robot through its itinerary: goals out, results and status in
-    runner       Mission process of `swarm-up`: drives all robots through their missions, or only
-                 watches them
+    runner       Mission process of `swarm-up`: drives all robots, or only watches
 
 May import swarm_common only.
 """

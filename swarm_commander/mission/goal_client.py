@@ -22,14 +22,6 @@ class GoalClient:
     """Sends goals to one action and asks for their results."""
 
     def __init__(self, node: Node, kind: Any, name: str, *, with_feedback: bool) -> None:
-        """Create the clients.
-
-        Args:
-            node: To create them on.
-            kind: Action type.
-            name: Of the action, absolute.
-            with_feedback: Whether to receive feedback.
-        """
         self._kind = kind
         make = node.create_client
         self._send = make(kind.Impl.SendGoalService, f"{name}/_action/send_goal")

@@ -61,38 +61,23 @@ TRANSITIONS: dict[ItineraryState, dict[ItineraryEvent, ItineraryState]] = {
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """A goal to send.
+    """A goal to send."""
 
-    Attributes:
-        stop: Where to.
-        start_tick: Tick at which to set off; 0 for at once.
-        number: Of the stop within the mission, from 1.
-        attempt: 1 for the first try.
-    """
-
-    stop: Stop
-    start_tick: int
-    number: int
-    attempt: int
+    stop: Stop  # where to
+    start_tick: int  # tick at which to set off; 0 for at once
+    number: int  # of the stop within the mission, from 1
+    attempt: int  # 1 for the first try
 
 
 @dataclass(frozen=True, slots=True)
 class StopOutcome:
-    """A stop that is settled.
+    """A stop that is settled."""
 
-    Attributes:
-        stop: Where to.
-        reached: Whether the robot got there.
-        tick: At which it was settled.
-        start_tick: At which the robot was first free to set off for it.
-        reason: Why it was missed; empty if it was reached.
-    """
-
-    stop: Stop
-    reached: bool
-    tick: int
-    start_tick: int = 0
-    reason: str = ""
+    stop: Stop  # where to
+    reached: bool  # whether the robot got there
+    tick: int  # at which it was settled
+    start_tick: int = 0  # at which the robot was first free to set off for it
+    reason: str = ""  # why it was missed; empty if it was reached
 
     @property
     def duration(self) -> float:

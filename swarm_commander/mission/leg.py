@@ -19,32 +19,20 @@ KINDS = "exactly one of 'stations', 'pose', 'home', 'own_place', 'swap' and 'roa
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Leg:
-    """A part of the route: stations by name, one pose of its own, home, or where others are.
-
-    Attributes:
-        stations: Names.
-        take: Only this many of the stations, from the first in order; None for all.
-        order: Of the stations.
-        pose_map: A pose.
-        home: Where the robot started.
-        own_place: The place of the world that has the robot's number.
-        swap: Where another robot started: `opposite` is half the swarm further on, `other_area`
-            a random one of another spawn area.
-        roam: Number of random places of the world, no two robots to the same one at a time.
-        distance: [m] at least between one place and the next, of `roam`.
-        pause: [s] after arriving at each.
-    """
+    """A part of the route: stations by name, one pose of its own, home, or where others are."""
 
     stations: tuple[str, ...] = ()
-    take: int | None = None
-    order: str = "as_written"
+    take: int | None = None  # only this many of the stations, from the first in order; None for all
+    order: str = "as_written"  # of the stations
     pose_map: Pose | None = None
-    home: bool = False
-    own_place: bool = False
+    home: bool = False  # where the robot started
+    own_place: bool = False  # the place of the world that has the robot's number
+    # where another robot started: `opposite` is half the swarm further on, `other_area` a random
+    # one of another spawn area
     swap: str = ""
-    roam: int = 0
-    distance: float = 0.0
-    pause: float = 0.0
+    roam: int = 0  # number of random places of the world, no two robots to the same one at a time
+    distance: float = 0.0  # [m] at least between one place and the next, of `roam`
+    pause: float = 0.0  # [s] after arriving at each
 
     def __post_init__(self) -> None:
         pose = self.pose_map is not None
@@ -71,42 +59,25 @@ class Leg:
 
 @dataclass(frozen=True, slots=True)
 class Stop:
-    """One goal of one robot.
+    """One goal of one robot."""
 
-    Attributes:
-        name: For the operator.
-        pose_map: Where.
-        pause_ticks: Stay after arriving.
-        delay_ticks: Stay before setting off for it.
-    """
-
-    name: str
-    pose_map: Pose
-    pause_ticks: int
-    delay_ticks: int = 0
+    name: str  # for the operator
+    pose_map: Pose  # where
+    pause_ticks: int  # stay after arriving
+    delay_ticks: int = 0  # stay before setting off for it
 
 
 @dataclass(frozen=True, slots=True)
 class Draw:
-    """What one leg means for one robot in one lap.
+    """What one leg means for one robot in one lap."""
 
-    Attributes:
-        sites: Of the world.
-        home_map: Where the robot started.
-        homes_map: Where all robots started; may be empty if no leg needs them.
-        robot_id: 3 for Srobot3.
-        spawn: Name of the spawn that they started from.
-        seed: Of the run.
-        key: Of lap and leg, so that each has draws of its own.
-    """
-
-    sites: Sites
-    home_map: Pose
-    homes_map: tuple[Pose, ...]
-    robot_id: int
-    spawn: str
-    seed: int
-    key: str
+    sites: Sites  # of the world
+    home_map: Pose  # where the robot started
+    homes_map: tuple[Pose, ...]  # where all robots started; may be empty if no leg needs them
+    robot_id: int  # 3 for Srobot3
+    spawn: str  # name of the spawn that they started from
+    seed: int  # of the run
+    key: str  # of lap and leg, so that each has draws of its own
 
     def stops(self, leg: Leg) -> list[Stop]:
         """Return the goals of the leg in order."""

@@ -20,21 +20,14 @@ USUAL = "loading_route"  # mission of a robot that got none
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Mission:
-    """A route and how often a goal is tried again.
+    """A route and how often a goal is tried again."""
 
-    Attributes:
-        name: Of the file.
-        route: In order.
-        retries: Times that a goal is tried again.
-        spawn: Name of the world's spawn that the robots start from; empty for the default one.
-        start_spread: [s] within which the robots set off, each after a random delay.
-    """
-
-    name: str
-    route: tuple[Leg, ...]
-    retries: int = 3
+    name: str  # of the file
+    route: tuple[Leg, ...]  # in order
+    retries: int = 3  # times that a goal is tried again
+    # name of the world's spawn that the robots start from; empty for the default one
     spawn: str = ""
-    start_spread: float = 0.0
+    start_spread: float = 0.0  # [s] within which the robots set off, each after a random delay
 
     def __post_init__(self) -> None:
         if not self.route:

@@ -3,12 +3,9 @@
 What a module imports of its folder stands above it:
 
     foxglove     Foxglove layouts of a run: for one robot, and for the swarm
-    rviz_config  What an RViz window shows: one robot; the whole swarm; the whole swarm with its
-                 models
-    frame_relay  All robots' frames in one tree, on `/tf` and `/tf_static`, for one RViz of the
-                 whole swarm
-    window       Becomes a program with a window: `python -m swarm_commander.viewers.window
-                 CONFIG.json`
+    rviz_config  What an RViz window shows: one robot, or the swarm, with models or without
+    frame_relay  All robots' frames in one tree, for one RViz of the whole swarm
+    window       Becomes a program with a window
     rviz         RViz for a run: its configuration files, and the commands that open them
 
 May import swarm_common only.

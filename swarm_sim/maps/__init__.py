@@ -4,17 +4,11 @@ What a module imports of its folder stands above it:
 
     raster          Drawing of a section onto an occupancy grid
     draw_map        The map of a world: what a LiDAR sees of it, and what robots can touch
-                    beside that
-    map_difference  Where a map disagrees with the world that it should show: counted, named and
-                    drawn
-    spawn           Where robots start: on a lattice away from walls, stations and circuits, or
-                    on a circle
-    world_check     Checks that map, LiDARs and physics engine show a world as its file
-                    describes it
-    check           Checks at the start: does the map show this world, and is there room at the
-                    stations?
-    passages        Can every robot get to every station? If not: which passage is too narrow,
-                    and how narrow
+    map_difference  Where a map disagrees with its world: counted, named and drawn
+    spawn           Where robots start: on a lattice away from walls, or on a circle
+    world_check     Do map, LiDARs and physics engine show a world as its file has it?
+    check           Does the map show this world, and is there room at the stations?
+    passages        Can every robot get to every station? If not: the passage in the way
 
 May import of swarm_sim: `physics`, `sdf`, `scene`; and swarm_common.
 """

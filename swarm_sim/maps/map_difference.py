@@ -30,23 +30,14 @@ COLORS = {  # of Okabe and Ito, told apart by the colour-blind, too
 
 @dataclass(frozen=True, slots=True)
 class MapDifference:
-    """A map compared with a world on the map's cells.
+    """A map compared with a world on the map's cells."""
 
-    Attributes:
-        grid: The map, upright.
-        truth: Where the world has obstacles.
-        drawn: Where the map has them.
-        missing: Obstacles of the world where the map is free all around.
-        invented: Obstacles of the map with none of the world's near them.
-        outside: Remark on obstacles of the world off the map; empty if there are none.
-    """
-
-    grid: Grid
-    truth: Mask
-    drawn: Mask
-    missing: Mask
-    invented: Mask
-    outside: str
+    grid: Grid  # the map, upright
+    truth: Mask  # where the world has obstacles
+    drawn: Mask  # where the map has them
+    missing: Mask  # obstacles of the world where the map is free all around
+    invented: Mask  # obstacles of the map with none of the world's near them
+    outside: str  # remark on obstacles of the world off the map; empty if there are none
 
     @property
     def total(self) -> int:

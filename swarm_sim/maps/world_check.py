@@ -43,21 +43,13 @@ CODE = (
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """Where something that is made of a body is not as the body's triangles are.
+    """Where something that is made of a body is not as the body's triangles are."""
 
-    Attributes:
-        body: Its name.
-        what: "the map", "the LiDAR" or "the physics engine", and whether it lacks or invents it.
-        x: [m] where most.
-        y: [m] where most.
-        count: Points that differ by more than a cell.
-    """
-
-    body: str
-    what: str
-    x: float
-    y: float
-    count: int
+    body: str  # its name
+    what: str  # "the map", "the LiDAR" or "the physics engine", and whether it lacks or invents it
+    x: float  # [m] where most
+    y: float  # [m] where most
+    count: int  # points that differ by more than a cell
 
     def __str__(self) -> str:
         """Return it as a line of a message."""

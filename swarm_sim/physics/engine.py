@@ -16,23 +16,14 @@ NEAR_MISS = 0.03  # [m] closer than this without contact is a near miss
 
 @dataclass(frozen=True, slots=True)
 class Touch:
-    """A contact seen during a control period.
+    """A contact seen during a control period."""
 
-    Attributes:
-        robot: Index of the robot.
-        other: Index of the other robot, larger than `robot`; -1 for an obstacle.
-        obstacle: Name of the obstacle, empty if `other` is a robot.
-        x: [m] where.
-        y: [m] where.
-        step: Physics step within the period.
-    """
-
-    robot: int
-    other: int
-    obstacle: str
-    x: float
-    y: float
-    step: int
+    robot: int  # index of the robot
+    other: int  # index of the other robot, larger than `robot`; -1 for an obstacle
+    obstacle: str  # name of the obstacle, empty if `other` is a robot
+    x: float  # [m] where
+    y: float  # [m] where
+    step: int  # physics step within the period
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,13 +29,6 @@ class Objects:
     def __init__(
         self, loose: Sequence[Body], vehicles: Vehicles, heights: tuple[float, float]
     ) -> None:
-        """Take over where everything starts.
-
-        Args:
-            loose: Bodies that can be pushed.
-            vehicles: Vehicles on scripted paths.
-            heights: Between which a body is an obstacle to robots.
-        """
         self.loose = tuple(loose)
         self.vehicles = vehicles
         self.heights = heights

@@ -45,39 +45,22 @@ CURE = "let the inertias follow from the shapes, in robot.yaml: inertia: shapes"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trial:
-    """What a robot did when it was told to go ahead, then to turn, then to drive a curve.
+    """What a robot did when it was told to go ahead, then to turn, then to drive a curve."""
 
-    Attributes:
-        way: [m] that it was to go ahead.
-        turn: [rad] that it was to turn then.
-        ahead: [m] that it went.
-        aside: [m] that it went to the left meanwhile.
-        swerve: [rad] that it turned meanwhile.
-        turned: [rad] when it was to turn.
-        strayed: [m] that it moved meanwhile.
-        curve: [rad] that it was to turn in the curve.
-        curved: [rad] that it turned there.
-        rolled: [m] that its wheels report for the way ahead.
-        tilt: [rad] at most.
-        left: Share of its weight that the left driven wheels carry, on average.
-        right: Of the right ones.
-        deepest: Link that reaches further below the wheels than a spring takes up, and by how
-            much [m].
-    """
-
-    way: float
-    turn: float
-    ahead: float
-    aside: float
-    swerve: float
-    turned: float
-    strayed: float
-    curve: float
-    curved: float
-    rolled: float
-    tilt: float
-    left: float
-    right: float
+    way: float  # [m] that it was to go ahead
+    turn: float  # [rad] that it was to turn then
+    ahead: float  # [m] that it went
+    aside: float  # [m] that it went to the left meanwhile
+    swerve: float  # [rad] that it turned meanwhile
+    turned: float  # [rad] when it was to turn
+    strayed: float  # [m] that it moved meanwhile
+    curve: float  # [rad] that it was to turn in the curve
+    curved: float  # [rad] that it turned there
+    rolled: float  # [m] that its wheels report for the way ahead
+    tilt: float  # [rad] at most
+    left: float  # share of its weight that the left driven wheels carry, on average
+    right: float  # of the right ones
+    # link that reaches further below the wheels than a spring takes up, and by how much [m]
     deepest: tuple[str, float] | None
 
     @property

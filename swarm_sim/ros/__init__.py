@@ -11,8 +11,7 @@ What a module imports of its folder stands above it:
     trace       Light time series of the truth for the report: where everybody was, once a second
     report      What the world says of a run: twice a second while it goes on, and at its end
     world_node  The world as a node: what happens between two ticks, and in one
-    node        The world's process: `python -m swarm_sim.ros.node CONFIG.json [--event-fd N]
-                [--control-fd M]`
+    node        The world's process
 
 May import of swarm_sim: `world`, `sensing`, `maps`, `physics`, `sdf`, `scene`; and swarm_common.
 """

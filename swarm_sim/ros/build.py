@@ -30,23 +30,14 @@ PICTURE = "map_difference.png"
 
 @dataclass(frozen=True, slots=True)
 class WorldSetup:
-    """A world that is ready to run.
+    """A world that is ready to run."""
 
-    Attributes:
-        scene: What the world file says.
-        world: Physics, sensors and radio.
-        grid: The map that the robots get.
-        specs: Model of each robot.
-        urdfs: Description of each robot.
-        poses_map: Where each robot starts.
-    """
-
-    scene: Scene
-    world: ChangingWorld
-    grid: Grid
-    specs: tuple[RobotSpec, ...]
-    urdfs: tuple[str, ...]
-    poses_map: tuple[Pose, ...]
+    scene: Scene  # what the world file says
+    world: ChangingWorld  # physics, sensors and radio
+    grid: Grid  # the map that the robots get
+    specs: tuple[RobotSpec, ...]  # model of each robot
+    urdfs: tuple[str, ...]  # description of each robot
+    poses_map: tuple[Pose, ...]  # where each robot starts
 
 
 def build(settings: Settings) -> WorldSetup:

@@ -20,18 +20,13 @@ MAX_SPEED = "max"
 
 @dataclass(frozen=True, slots=True)
 class RobotEntry:
-    """One robot of the swarm.
+    """One robot of the swarm."""
 
-    Attributes:
-        name: Namespace.
-        model: Name or path of its model.
-        broken_at: Where it stands in the map without a navigator; None for one that works.
-        start: Where its group starts: name of a spawn, or one of its own; empty for the default.
-    """
-
-    name: str
-    model: str
+    name: str  # namespace
+    model: str  # name or path of its model
+    # where it stands in the map without a navigator; None for one that works
     broken_at: Pose | None = None
+    # where its group starts: name of a spawn, or one of its own; empty for the default
     start: str | Spawn = ""
 
 

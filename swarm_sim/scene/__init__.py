@@ -2,24 +2,18 @@
 
 What a module imports of its folder stands above it:
 
-    actors           The people and vehicles that move in a world beside the robots
-                     (`actors.yaml`)
+    actors           People and vehicles that move beside the robots (`actors.yaml`)
     mesh_kernels     Numba kernels on the cut through a mesh: which points are inside
     polygon_kernels  Numba kernels on convex polygons: overlap and distance
     polygon_pieces   Polygons with holes as convex pieces
     randomness       Random numbers that depend on what they are for and on nothing else
-    scene            A world's geometry after reading: bodies made of primitive shapes, and its
-                     named places
-    mesh_section     What LiDAR, map and robots meet of a triangle mesh: its part between two
-                     heights, as polygons
+    scene            A world's geometry after reading, and its named places
+    mesh_section     The part of a mesh between two heights, as polygons
     overlaps         Models that lie inside others: a mistake of the world's author
-    raw_triangles    The triangles of bodies as their files have them: the truth that all else
-                     is compared with
+    raw_triangles    The triangles of bodies as their files have them
     robot_model      A robot's bodies as bodies of the scene
-    section          Flat views of a scene: bodies between two heights as convex polygons and
-                     discs
-    floor            The floor that robots stand on: a slab of a world, where there is one, put
-                     at height 0
+    section          Bodies between two heights as convex polygons and discs
+    floor            The floor that robots stand on, put at height 0
 
 May import swarm_common only.
 """

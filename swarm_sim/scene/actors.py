@@ -19,15 +19,11 @@ MAX_PLACE = 10_000.0  # [m] from the origin
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WalkerSpec:
-    """A person who walks in a loop, yields to nobody, and does not step into a standing robot.
+    """A person who walks in a loop, yields to nobody, and does not step into a standing robot."""
 
-    Attributes:
-        name: As collisions name it.
-        path: Points in map; from the last one the walker goes to the first. Two points are
-            walked to and fro.
-    """
-
-    name: str
+    name: str  # as collisions name it
+    # points in map; from the last one the walker goes to the first. Two points are walked to and
+    # fro
     path: tuple[tuple[float, float], ...]
     speed: float = 0.8  # [m/s]
     radius: float = 0.25  # [m] of the cylinder that stands for the body
@@ -50,15 +46,11 @@ class WalkerSpec:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VehicleSpec:
-    """A forklift or the like: a box that drives round a loop, backwards after a sharp corner.
+    """A forklift or the like: a box that drives round a loop, backwards after a sharp corner."""
 
-    Attributes:
-        name: As collisions name it.
-        path: Points in map of its middle; from the last one it drives to the first. Two points
-            are driven to and fro. It turns on the spot at points, by a right angle at most.
-    """
-
-    name: str
+    name: str  # as collisions name it
+    # points in map of its middle; from the last one it drives to the first. Two points are driven
+    # to and fro. It turns on the spot at points, by a right angle at most
     path: tuple[tuple[float, float], ...]
     length: float = 2.2  # [m]
     width: float = 1.1  # [m]

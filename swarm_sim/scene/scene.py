@@ -31,50 +31,31 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True)
 class Body:
-    """One link of the world file.
+    """One link of the world file."""
 
-    Attributes:
-        name: ``model::link``, as Gazebo names it.
-        world_from_body: Where it is at the start.
-        parts: Its collision shapes.
-        is_static: Whether it can never move.
-        mass: [kg]; of no account for static bodies.
-        friction: Coulomb's coefficient against a surface of 1.
-        visuals: For viewers.
-    """
-
-    name: str
-    world_from_body: Transform
-    parts: tuple[Part, ...]
-    is_static: bool = True
-    mass: float = 1.0
-    friction: float = 1.0
-    visuals: tuple[Visual, ...] = ()
+    name: str  # ``model::link``, as Gazebo names it
+    world_from_body: Transform  # where it is at the start
+    parts: tuple[Part, ...]  # its collision shapes
+    is_static: bool = True  # whether it can never move
+    mass: float = 1.0  # [kg]; of no account for static bodies
+    friction: float = 1.0  # Coulomb's coefficient against a surface of 1
+    visuals: tuple[Visual, ...] = ()  # for viewers
 
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """What `worlds/<name>` describes.
+    """What `worlds/<name>` describes."""
 
-    Attributes:
-        name: Name of the folder or file, also that of the map.
-        file: The world file.
-        bodies: In file order.
-        sites: From `sites.yaml` beside the world file; empty if there is none.
-        walkers: From `actors.yaml` beside it, and the actors of the world file.
-        vehicles: Likewise.
-        decor: Bodies that are only to be seen.
-        notes: What of the world file is ignored, for the user.
-    """
-
-    name: str
-    file: Path
-    bodies: tuple[Body, ...]
+    name: str  # name of the folder or file, also that of the map
+    file: Path  # the world file
+    bodies: tuple[Body, ...]  # in file order
+    # from `sites.yaml` beside the world file; empty if there is none
     sites: Sites = field(default_factory=Sites)
+    # from `actors.yaml` beside it, and the actors of the world file
     walkers: tuple[WalkerSpec, ...] = ()
-    vehicles: tuple[VehicleSpec, ...] = ()
-    decor: tuple[Body, ...] = ()
-    notes: tuple[str, ...] = ()
+    vehicles: tuple[VehicleSpec, ...] = ()  # likewise
+    decor: tuple[Body, ...] = ()  # bodies that are only to be seen
+    notes: tuple[str, ...] = ()  # what of the world file is ignored, for the user
 
     @property
     def directory(self) -> Path:

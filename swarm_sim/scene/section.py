@@ -22,17 +22,11 @@ UPRIGHT = 1.0 - 1e-9
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """Obstacles in the plane.
+    """Obstacles in the plane."""
 
-    Attributes:
-        polygons: Convex, counter-clockwise, each (k, 2) [m].
-        discs: (m, 3): x, y, radius [m].
-        names: Name of the body of each polygon, then of each disc.
-    """
-
-    polygons: tuple[FloatArray, ...]
-    discs: FloatArray
-    names: tuple[str, ...]
+    polygons: tuple[FloatArray, ...]  # convex, counter-clockwise, each (k, 2) [m]
+    discs: FloatArray  # (m, 3): x, y, radius [m]
+    names: tuple[str, ...]  # name of the body of each polygon, then of each disc
 
     def segments(self) -> FloatArray:
         """Return the polygons' edges (n, 4): x0, y0, x1, y1."""

@@ -25,17 +25,11 @@ MAX_SCALE = 1e4  # of a mesh
 
 @dataclass(frozen=True, slots=True)
 class BodyPlace:
-    """Where a model is while its bodies are made.
+    """Where a model is while its bodies are made."""
 
-    Attributes:
-        world_from_model: Its pose.
-        name: Full name, as Gazebo puts it.
-        is_static: Whether it or one around it is static.
-    """
-
-    world_from_model: Transform
-    name: str
-    is_static: bool
+    world_from_model: Transform  # its pose
+    name: str  # full name, as Gazebo puts it
+    is_static: bool  # whether it or one around it is static
 
 
 def bodies_of(models: list[Model], scope: Scope, state: WorldState, source: Source) -> list[Body]:

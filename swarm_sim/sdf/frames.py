@@ -16,18 +16,14 @@ SEPARATOR = "::"
 
 @dataclass(slots=True)
 class Scope:
-    """The frames inside one model, or inside the world.
+    """The frames inside one model, or inside the world."""
 
-    Attributes:
-        where: Name of it, for messages.
-        frames: Pose of each frame, and the frame that this pose refers to.
-        inner: Scopes of the models inside; they stand at the frames of the same names.
-        merged: Scopes whose names count as names of this one, and where they stand.
-    """
-
-    where: str
+    where: str  # name of it, for messages
+    # pose of each frame, and the frame that this pose refers to
     frames: dict[str, tuple[Transform, str]] = field(default_factory=dict)
+    # scopes of the models inside; they stand at the frames of the same names
     inner: dict[str, Scope] = field(default_factory=dict)
+    # scopes whose names count as names of this one, and where they stand
     merged: list[str] = field(default_factory=list)
     _known: dict[str, Transform] = field(default_factory=dict)
     _open: list[str] = field(default_factory=list)

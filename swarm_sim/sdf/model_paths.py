@@ -25,17 +25,12 @@ FUEL_URI = re.compile(r"/([^/]+)/models/([^/]+)(?:/(?:tip|\d+))?(?:/files/(.*))?
 
 @dataclass(frozen=True, slots=True)
 class ModelPaths:
-    """Searches for files in the folders that Gazebo would look into.
+    """Searches for files in the folders that Gazebo would look into."""
 
-    Attributes:
-        beside: Folder of the world file.
-        environ: Variables with further folders.
-        home: Folder of the user.
-    """
-
-    beside: Path
+    beside: Path  # folder of the world file
+    # variables with further folders
     environ: Mapping[str, str] = field(default_factory=lambda: os.environ)
-    home: Path = field(default_factory=home_folder)
+    home: Path = field(default_factory=home_folder)  # folder of the user
 
     def find(self, uri: str, here: Path) -> Path | None:
         """Return the file or folder that a URI means; None if it is nowhere.

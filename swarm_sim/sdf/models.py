@@ -21,29 +21,18 @@ GROUND_MODEL = """<model name="ground_plane"><static>true</static><link name="li
 
 @dataclass(slots=True)
 class Model:
-    """A model with all that it includes.
+    """A model with all that it includes."""
 
-    Attributes:
-        name: In its parent.
-        element: `<model>`.
-        here: Folder of the file that the element is in.
-        is_static: Whether it says so itself.
-        is_merged: Whether its names count as its parent's.
-        scope: Its frames.
-        children: Models inside.
-        outer_pose: Pose and its reference frame, if the including element gives one.
-        placement: Frame of it that stands at its pose.
-    """
-
-    name: str
-    element: ET.Element
-    here: Path
-    is_static: bool
-    scope: Scope
-    is_merged: bool = False
-    children: list[Model] = field(default_factory=list)
+    name: str  # in its parent
+    element: ET.Element  # `<model>`
+    here: Path  # folder of the file that the element is in
+    is_static: bool  # whether it says so itself
+    scope: Scope  # its frames
+    is_merged: bool = False  # whether its names count as its parent's
+    children: list[Model] = field(default_factory=list)  # models inside
+    # pose and its reference frame, if the including element gives one
     outer_pose: tuple[Transform, str] | None = None
-    placement: str = ""
+    placement: str = ""  # frame of it that stands at its pose
 
 
 def models_in(

@@ -33,17 +33,11 @@ SITES_FILE = "sites.yaml"
 
 @dataclass(frozen=True, slots=True)
 class WorldFile:
-    """What is in an SDF file.
+    """What is in an SDF file."""
 
-    Attributes:
-        bodies: All links of all models, in file order.
-        actors: Actors with a script.
-        notes: Elements that are ignored.
-    """
-
-    bodies: tuple[Body, ...]
-    actors: Actors
-    notes: tuple[str, ...]
+    bodies: tuple[Body, ...]  # all links of all models, in file order
+    actors: Actors  # actors with a script
+    notes: tuple[str, ...]  # elements that are ignored
 
 
 def world_names() -> list[str]:

@@ -34,29 +34,18 @@ BARE_AMPERSAND = re.compile(rb"&(?!#\d+;|#x[0-9a-fA-F]+;|[A-Za-z_:][\w:.-]*;)")
 
 @dataclass(slots=True)
 class Source:
-    """What is found out while a world file and the files that it includes are read.
+    """What is found out while a world file and the files that it includes are read."""
 
-    Attributes:
-        path: The world file.
-        paths: Where further files are searched.
-        skip_missing: Whether what is missing is left out instead of refused.
-        skip_broken: Whether models that are unusable are.
-        ignored: Number of elements left out, by tag.
-        remarks: Other notes.
-        missing: What refers to a file that is nowhere, by URI.
-        searched: Where these were searched.
-        broken: Why models are unusable, by name.
-    """
-
-    path: Path
-    paths: ModelPaths
-    skip_missing: bool = False
-    skip_broken: bool = False
-    ignored: Counter[str] = field(default_factory=Counter)
-    remarks: list[str] = field(default_factory=list)
+    path: Path  # the world file
+    paths: ModelPaths  # where further files are searched
+    skip_missing: bool = False  # whether what is missing is left out instead of refused
+    skip_broken: bool = False  # whether models that are unusable are
+    ignored: Counter[str] = field(default_factory=Counter)  # number of elements left out, by tag
+    remarks: list[str] = field(default_factory=list)  # other notes
+    # what refers to a file that is nowhere, by URI
     missing: dict[str, str] = field(default_factory=dict)
-    searched: list[str] = field(default_factory=list)
-    broken: dict[str, str] = field(default_factory=dict)
+    searched: list[str] = field(default_factory=list)  # where these were searched
+    broken: dict[str, str] = field(default_factory=dict)  # why models are unusable, by name
 
     def find(self, uri: str, here: Path, user: str) -> Path | None:
         """Return the file of a URI; if it is nowhere, remember that and return None."""

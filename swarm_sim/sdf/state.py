@@ -15,18 +15,12 @@ from swarm_sim.sdf.values import floats_of, transform_of
 
 @dataclass(slots=True)
 class WorldState:
-    """Poses in the world, by full names.
+    """Poses in the world, by full names."""
 
-    Attributes:
-        models: `world_from_model`.
-        links: `world_from_link`.
-        deleted: Models that were taken out.
-        inserted: Elements with models that were put in.
-    """
-
-    models: dict[str, Transform] = field(default_factory=dict)
-    links: dict[str, Transform] = field(default_factory=dict)
-    deleted: set[str] = field(default_factory=set)
+    models: dict[str, Transform] = field(default_factory=dict)  # `world_from_model`
+    links: dict[str, Transform] = field(default_factory=dict)  # `world_from_link`
+    deleted: set[str] = field(default_factory=set)  # models that were taken out
+    # elements with models that were put in
     inserted: list[ET.Element] = field(default_factory=list)
 
 

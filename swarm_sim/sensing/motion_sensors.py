@@ -27,19 +27,12 @@ STATE = (
 
 @dataclass(frozen=True, slots=True)
 class Imu:
-    """What an IMU reports at a tick, in the robot's axes.
+    """What an IMU reports at a tick, in the robot's axes."""
 
-    Attributes:
-        tick: Of the reading.
-        yaw: [rad] integrated since the start.
-        yaw_rate: [rad/s]
-        acceleration: x, y, z [m/s²], gravity included.
-    """
-
-    tick: int
-    yaw: float
-    yaw_rate: float
-    acceleration: tuple[float, float, float]
+    tick: int  # of the reading
+    yaw: float  # [rad] integrated since the start
+    yaw_rate: float  # [rad/s]
+    acceleration: tuple[float, float, float]  # x, y, z [m/s²], gravity included
 
 
 class MotionSensors:

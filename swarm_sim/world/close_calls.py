@@ -16,23 +16,14 @@ Key = tuple[int, int, str]  # robot, other robot or -1, obstacle
 
 @dataclass(frozen=True, slots=True)
 class NearMiss:
-    """An episode closer than `engine.NEAR_MISS` without contact.
+    """An episode closer than `engine.NEAR_MISS` without contact."""
 
-    Attributes:
-        robots: Names of the one or two robots in it.
-        obstacle: Name of the obstacle; empty if two robots met.
-        x: [m] of the robot, or halfway between the two, where they were closest.
-        y: [m]
-        sim_time: [s] when it began.
-        distance: [m] smallest.
-    """
-
-    robots: tuple[str, ...]
-    obstacle: str
-    x: float
-    y: float
-    sim_time: float
-    distance: float
+    robots: tuple[str, ...]  # names of the one or two robots in it
+    obstacle: str  # name of the obstacle; empty if two robots met
+    x: float  # [m] of the robot, or halfway between the two, where they were closest
+    y: float  # [m]
+    sim_time: float  # [s] when it began
+    distance: float  # [m] smallest
 
 
 @dataclass(slots=True)

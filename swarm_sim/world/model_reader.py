@@ -45,19 +45,12 @@ FARTHEST = 100.0  # [m] of a shape from its model's frame, and its size
 
 @dataclass(frozen=True, slots=True)
 class ModelRequest:
-    """The part of a spawn request that describes the model.
+    """The part of a spawn request that describes the model."""
 
-    Attributes:
-        uri: Name of a robot model, path or URI.
-        text: The description itself, if there is no uri.
-        name: Name of the new robot or object; may be empty.
-        beside: Folder of the world file, where models are searched, too.
-    """
-
-    uri: str
-    text: str
-    name: str
-    beside: Path
+    uri: str  # name of a robot model, path or URI
+    text: str  # the description itself, if there is no uri
+    name: str  # name of the new robot or object; may be empty
+    beside: Path  # folder of the world file, where models are searched, too
 
 
 def read_model(request: ModelRequest) -> Model:

@@ -9,11 +9,12 @@ import numpy as np
 import shapely
 
 from swarm_common.model.errors import WorldError
-from swarm_common.model.shapes import FloatArray, Transform, transform_from_xyz_rpy
+from swarm_common.model.shapes import Transform, transform_from_xyz_rpy
 from swarm_sim.scene.overlaps import points_of
 from swarm_sim.scene.scene import Body, Sphere
 from swarm_sim.scene.section import section_between
 from swarm_sim.world.changing_world import ChangingWorld
+from swarm_sim.world.robot_placement import claim_gap
 
 GAP = 0.05  # [m] between a thing and a robot's circle, or the space that it holds
 DEPTH = 0.01  # [m] by which a thing may reach into something else, or the ground
@@ -71,16 +72,10 @@ def _check_robot(world: ChangingWorld, robot: int, what: str, outline: Any) -> N
     name = world.names[robot]
     if shapely.Point(x, y).distance(outline) < world.specs[robot].circumscribed_radius + GAP:
         raise WorldError(f"{name} stands where '{what}' is to be")
-    beacon = world.last_beacons[robot]
-    if beacon is None:
-        return
-    reach = float(beacon["radius"]) + GAP
-    for part, size in (("held", "held_size"), ("wanted", "wanted_size")):
-        points = np.asarray(beacon[part][: int(beacon[size])], np.float64)
-        if len(points) and _line(points).distance(outline) < reach:
-            raise WorldError(
-                f"{name} is about to drive where '{what}' is to be; wait, or take another place"
-            )
+    if claim_gap(world, robot, outline) < GAP:
+        raise WorldError(
+            f"{name} is about to drive where '{what}' is to be; wait, or take another place"
+        )
 
 
 def height_range(body: Body) -> tuple[float, float]:
@@ -101,10 +96,6 @@ def outline_of(body: Body, heights: tuple[float, float]) -> Any:
     """Return the part of a body between two heights, from above, as a shapely geometry."""
     polygons = section_between([body], *heights).outlines()
     return shapely.union_all([shapely.Polygon(polygon) for polygon in polygons])
-
-
-def _line(points: FloatArray) -> Any:
-    return shapely.LineString(points) if len(points) > 1 else shapely.Point(points[0])
 
 
 def upright(x: float, y: float, z: float, yaw: float) -> Transform:

@@ -68,15 +68,10 @@ def _check(value: Any, path: str, name: str, reason: Reason) -> None:
 
 @dataclass(frozen=True, slots=True)
 class PlacementArea:
-    """Where something can be put at all: on the map and close to it.
+    """Where something can be put at all: on the map and close to it."""
 
-    Attributes:
-        low: (x, y) [m] in the map frame.
-        high: (x, y) [m] in the map frame.
-    """
-
-    low: tuple[float, float]
-    high: tuple[float, float]
+    low: tuple[float, float]  # (x, y) [m] in the map frame
+    high: tuple[float, float]  # (x, y) [m] in the map frame
 
     @classmethod
     def of(cls, grid: Grid) -> PlacementArea:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
+import shapely
 
 from swarm_common.model.errors import WorldError
 from swarm_common.model.records import FloatArray, Pose, RobotSpec
@@ -69,24 +71,26 @@ def _check_robot(world: ChangingWorld, other: int, spec: RobotSpec, pose: Pose, 
     gap = math.hypot(x - pose.x, y - pose.y)
     if gap < world.specs[other].circumscribed_radius + radius + GAP:
         raise WorldError(f"{name} stands {where}, {gap:.2f} m from there")
-    beacon = world.last_beacons[other]
+    if claim_gap(world, other, shapely.Point(pose.x, pose.y)) < radius + MARGIN:
+        raise WorldError(f"{name} is about to drive {where}; wait, or take another place")
+
+
+def claim_gap(world: ChangingWorld, robot: int, outline: Any) -> float:
+    """Return the distance [m] of a geometry from the space that a robot holds or has requested.
+
+    That space is as in its last beacon; inf without one.
+    """
+    beacon = world.last_beacons[robot]
     if beacon is None:
-        return
-    reach = float(beacon["radius"]) + radius + MARGIN
-    for part, size in (("held", "held_size"), ("wanted", "wanted_size")):
-        points = np.asarray(beacon[part][: int(beacon[size])], np.float64)
-        if len(points) and line_distance(points, pose.x, pose.y) < reach:
-            raise WorldError(f"{name} is about to drive {where}; wait, or take another place")
-
-
-def line_distance(points: FloatArray, x: float, y: float) -> float:
-    """Return the distance [m] of (x, y) to a line through points (n, 2), n at least 1."""
-    starts = points[:-1] if len(points) > 1 else points
-    edges = np.diff(points, axis=0) if len(points) > 1 else np.zeros((1, 2))
-    to_point = np.array([x, y]) - starts
-    lengths = np.maximum((edges**2).sum(axis=1), 1e-12)
-    along = np.clip((to_point * edges).sum(axis=1) / lengths, 0.0, 1.0)
-    return float(np.hypot(*(to_point - along[:, None] * edges).T).min())
+        return math.inf
+    gaps = [
+        (shapely.LineString(points) if len(points) > 1 else shapely.Point(points[0])).distance(
+            outline
+        )
+        for part in ("held", "wanted")
+        if len(points := beacon[part][: int(beacon[f"{part}_size"])].astype(np.float64))
+    ]
+    return min(gaps, default=math.inf) - float(beacon["radius"])
 
 
 def check_height(world: ChangingWorld, spec: RobotSpec) -> None:

@@ -27,23 +27,14 @@ MOST_EVER = 1000  # robots of a run, those that are gone included: each keeps it
 
 @dataclass(frozen=True, slots=True)
 class Arrival:
-    """A robot that has come.
+    """A robot that has come."""
 
-    Attributes:
-        index: In the world.
-        name: Namespace.
-        number: In its name and in its beacons.
-        model: Name or path, as it was asked for.
-        robot: All about the model.
-        pose_map: Where it stands.
-    """
-
-    index: int
-    name: str
-    number: int
-    model: str
-    robot: Robot
-    pose_map: Pose
+    index: int  # in the world
+    name: str  # namespace
+    number: int  # in its name and in its beacons
+    model: str  # name or path, as it was asked for
+    robot: Robot  # all about the model
+    pose_map: Pose  # where it stands
 
 
 class RobotRegistry:

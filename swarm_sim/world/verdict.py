@@ -28,29 +28,17 @@ class RobotVerdict:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """Ground truth about a run so far.
+    """Ground truth about a run so far."""
 
-    Attributes:
-        sim_time: [s].
-        robot_robot: Number of contact episodes between two robots.
-        robot_world: Number of contact episodes of a robot and an obstacle.
-        min_clearance: [m] smallest distance of any robot from anything; inf if all were far.
-        collisions: The episodes in order of time.
-        near_misses: Number of episodes closer than `engine.NEAR_MISS` without contact.
-        close_calls: These episodes in order of time.
-        robots: By name.
-        trajectory_sha256: Of the true poses (float64) of all ticks, in order of robots.
-    """
-
-    sim_time: float
-    robot_robot: int
-    robot_world: int
-    min_clearance: float
-    collisions: tuple[Collision, ...]
-    near_misses: int = 0
-    close_calls: tuple[NearMiss, ...] = ()
-    robots: dict[str, RobotVerdict] = field(default_factory=dict)
-    trajectory_sha256: str = ""
+    sim_time: float  # [s]
+    robot_robot: int  # number of contact episodes between two robots
+    robot_world: int  # number of contact episodes of a robot and an obstacle
+    min_clearance: float  # [m] smallest distance of any robot from anything; inf if all were far
+    collisions: tuple[Collision, ...]  # the episodes in order of time
+    near_misses: int = 0  # number of episodes closer than `engine.NEAR_MISS` without contact
+    close_calls: tuple[NearMiss, ...] = ()  # these episodes in order of time
+    robots: dict[str, RobotVerdict] = field(default_factory=dict)  # by name
+    trajectory_sha256: str = ""  # of the true poses (float64) of all ticks, in order of robots
 
     def as_json(self) -> dict[str, Any]:
         """Return a dictionary for json.dump; a clearance of inf becomes None."""

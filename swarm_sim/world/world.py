@@ -81,17 +81,11 @@ class WorldConfig:
 
 @value_type
 class Observation:
-    """What one robot senses at a tick.
+    """What one robot senses at a tick."""
 
-    Attributes:
-        odom: Every tick.
-        scan: When a revolution of its LiDAR ends at this tick, else None.
-        reception: Beacons heard, ordered by id.
-    """
-
-    odom: Odometry
-    scan: Scan | None
-    reception: Reception
+    odom: Odometry  # every tick
+    scan: Scan | None  # when a revolution of its LiDAR ends at this tick, else None
+    reception: Reception  # beacons heard, ordered by id
 
     @property
     def neighbors(self) -> BeaconArray:

@@ -3,29 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
 
 from swarm_commander.cli.teleop_keys import HOLD, LEAST, MOST
 from swarm_common.model.records import Twist
+from swarm_view.state.operator_link import OperatorLink, Tell
 
 PERIOD = 0.05  # [s] of wall time between two wishes
-Tell = Callable[[str], None]
-
-
-class Steering(Protocol):
-    """What a robot is driven with."""
-
-    def begin_drive(self, robot: str, tell: Tell, on_end: Callable[[], None]) -> None:
-        """Ask a robot to be driven; `on_end` is called when it is not any more."""
-
-    def full_speed(self, robot: str) -> Twist | None:
-        """Return a robot's full speed; None before it is known."""
-
-    def wish(self, robot: str, twist: Twist) -> None:
-        """Say how a robot is to drive."""
-
-    def end_drive(self, robot: str) -> None:
-        """Give a robot back to its mission."""
 
 
 class Driving:
@@ -36,10 +19,10 @@ class Driving:
         share: Of its full speed.
     """
 
-    def __init__(self, wheel: Steering) -> None:
+    def __init__(self, link: OperatorLink) -> None:
         self.robot = ""
         self.share = 0.5
-        self._wheel = wheel
+        self._link = link
         self._way = (0.0, 0.0)
         self._until = self._due = 0.0
 
@@ -54,13 +37,13 @@ class Driving:
                 self.robot = ""
                 on_end()
 
-        self._wheel.begin_drive(robot, tell, ended)
+        self._link.begin_drive(robot, tell, ended)
 
     def end(self) -> None:
         """Give the robot back."""
         if self.robot:
             robot, self.robot = self.robot, ""
-            self._wheel.end_drive(robot)
+            self._link.end_drive(robot)
 
     def steer(self, ahead: float, turn: float, now: float) -> None:
         """Take what the page's keys say, each -1 to 1; it counts for a moment only."""
@@ -76,10 +59,10 @@ class Driving:
         if not self.robot or now < self._due:
             return
         self._due = now + PERIOD
-        full = self._wheel.full_speed(self.robot)
+        full = self._link.full_speed(self.robot)
         if full is None:
             return
         ahead, turn = self._way if now < self._until else (0.0, 0.0)
-        self._wheel.wish(
+        self._link.wish(
             self.robot, Twist(self.share * full.vx * ahead, 0.0, self.share * full.wz * turn)
         )

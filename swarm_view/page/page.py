@@ -17,7 +17,15 @@ from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose
 from swarm_view.page.charts import Charts
 from swarm_view.page.driving import Driving
 from swarm_view.page.inbox import Inbox, numbers
-from swarm_view.page.panel import FILM, MOST_PLANS, STOP_FILM, Panel, assign
+from swarm_view.page.panel import (
+    FILM,
+    MOST_PLANS,
+    NOBODY,
+    SPEEDS,
+    STOP_FILM,
+    Panel,
+    assign,
+)
 from swarm_view.page.panel_text import (
     history_html,
     is_driving,
@@ -59,7 +67,7 @@ TIME_ORDERS = ("seek", "step", "mark", "play", "live")
 
 
 class Page:
-    """A browser's view. All methods but those named `on_` run on the main thread.
+    """A browser's view; runs on the main thread, but for what viser calls.
 
     Attributes:
         robot: Which one it looks at; empty for none.
@@ -99,12 +107,12 @@ class Page:
         self._overlay = Overlay(client.scene, swarm)
         self._sight = Sight(client, fleet)
         self._hand = Hand(client, self._use, post)
-        self._panel = Panel(client.gui, self, is_live=link is not None)
+        self._panel = Panel(client.gui, is_live=link is not None)
         self._panel.raise_robot(is_chosen=bool(place.robot))
         self._sight.take(View.FOLLOW if place.robot else View.HALL)
         self._opened_with: Viewpoint | None = place
         self._ruler = Ruler(client.scene)
-        self._driving = None if link is None else Driving(link)
+        self._driving: Driving | None = None
         self._client = client
         self._is_filming = False
         client.scene.on_click()(self._on_click)
@@ -115,83 +123,83 @@ class Page:
         self._plans_due = 0.0
         self._was_there = False
         self._noticed = ""
+        self._connect()
 
-    # Actions of the panel, on viser's threads
+    # What the panel's widgets do
 
-    def on_select(self, robot: str) -> None:
-        """Look at another robot."""
-        self._post(lambda: self.select(robot))
+    def _connect(self) -> None:
+        """Let the widgets act."""
+        panel, click, change = self._panel, self._when_clicked, self._when_changed
+        change(panel.robot, lambda robot: self.select("" if robot == NOBODY else robot))
+        click(panel.view, lambda: self.look(View(panel.view.value)))
+        change(panel.whole_walls, lambda whole: self._sight.show_walls(whole=whole))
+        change(panel.dark, lambda dark: self._sight.set_dark(dark=dark))
+        click(panel.measure, lambda: self._take_tool(Tool.MEASURE))
+        panel.picture.on_click(lambda _: self._save_picture())  # on viser's thread: it waits
+        click(panel.film, self._film)
+        click(panel.link, self._copy_link)
+        if self._link is not None:
+            self._connect_orders(self._link)
 
-    def on_tool(self, tool: Tool) -> None:
-        """Take another tool in hand."""
-        self._post(lambda: self._take_tool(tool))
+    def _connect_orders(self, link: OperatorLink) -> None:
+        """Let the widgets act that give orders to the swarm."""
+        panel, say, give = self._panel, self._say, self._give_order
+        click, change = self._when_clicked, self._when_changed
+        driving = self._driving = Driving(link)
+        click(panel.pause, lambda: give(lambda: link.set_paused(not link.is_paused, say)))
+        click(panel.step, lambda: give(lambda: link.step(1, say)))
+        change(panel.speed, lambda name: give(lambda: link.set_speed(SPEEDS[name], say)))
+        click(panel.spawn, lambda: give(lambda: link.spawn(panel.model.value, None, say)))
+        click(panel.place, lambda: self._take_tool(Tool.SPAWN))
+        click(panel.tool, lambda: self._take_tool(Tool(panel.tool.value)))
+        click(panel.cancel, lambda: give(lambda: link.cancel(self.robot, say), needs_robot=True))
+        click(panel.remove, lambda: give(lambda: self._ask_to_remove(link), needs_robot=True))
+        click(
+            panel.drive,
+            lambda: give(lambda: self._drive(driving), needs_robot=not driving.robot),
+        )
+        change(panel.share, driving.set_share)
 
-    def on_cancel(self) -> None:
-        """Cancel the robot's goal."""
-        self._command(lambda link: link.cancel(self.robot, self._say), needs_robot=True)
+    def _when_clicked(self, button: Any, do: Callable[[], None]) -> None:
+        """Do something on the main thread when a button is clicked."""
+        button.on_click(lambda _: self._post(do))
 
-    def on_view(self, view: View) -> None:
-        """Look from somewhere else."""
-        self._post(lambda: self.look(view))
+    def _when_changed(self, widget: Any, do: Callable[[Any], None]) -> None:
+        """Do something with a value that the reader has changed, not with one that we changed."""
 
-    def on_walls(self, *, whole: bool) -> None:
-        """Show walls whole or cut."""
-        self._post(lambda: self._sight.show_walls(whole=whole))
+        def on_update(event: Any) -> None:
+            value = event.target.value
+            if event.client is not None:
+                self._post(lambda: do(value))
 
-    def on_dark(self, *, dark: bool) -> None:
-        """Be dark or light."""
-        self._post(lambda: self._sight.set_dark(dark=dark))
+        widget.on_update(on_update)
 
-    def on_pause(self) -> None:
-        """Pause or resume."""
-        self._command(lambda link: link.set_paused(not link.is_paused, self._say))
+    def _give_order(self, order: Callable[[], None], *, needs_robot: bool = False) -> None:
+        """Give an order to the swarm, unless the page shows the past."""
+        if needs_robot and not self.robot:
+            self._say(SELECT_FIRST)
+        elif self._past.time is not None:
+            self._say(LEAVE_PAST)
+        else:
+            order()
 
-    def on_step(self) -> None:
-        """Do one step."""
-        self._command(lambda link: link.step(1, self._say))
+    def _ask_to_remove(self, link: OperatorLink) -> None:
+        robot = self.robot
+        self._panel.confirm(
+            f"Take {robot} out of the world? Its goal counts as missed.",
+            f"Remove {robot}",
+            lambda: self._post(lambda: link.remove(robot, self._say)),
+        )
 
-    def on_speed(self, speed: float) -> None:
-        """Change the speed."""
-        self._command(lambda link: link.set_speed(speed, self._say))
-
-    def on_spawn(self) -> None:
-        """Add a robot at a free place."""
-        self._command(lambda link: link.spawn(self._panel.model.value, None, self._say))
-
-    def on_remove(self) -> None:
-        """Take the robot out, if that is meant."""
-
-        def ask(link: OperatorLink) -> None:
-            robot = self.robot
-            self._panel.confirm(
-                f"Take {robot} out of the world? Its goal counts as missed.",
-                f"Remove {robot}",
-                lambda: self._post(lambda: link.remove(robot, self._say)),
-            )
-
-        self._command(ask, needs_robot=True)
-
-    def on_drive(self) -> None:
+    def _drive(self, driving: Driving) -> None:
         """Drive the robot by hand, or no more."""
+        if driving.robot:
+            driving.end()
+        else:
+            driving.begin(self.robot, self._say, self._show_driving)
+        self._show_driving()
 
-        def drive(_: OperatorLink) -> None:
-            driving = self._driving
-            if driving is None:
-                return
-            if driving.robot:
-                driving.end()
-            else:
-                driving.begin(self.robot, self._say, self._show_driving)
-            self._show_driving()
-
-        self._command(drive, needs_robot=self._driving is not None and not self._driving.robot)
-
-    def on_share(self, share: float) -> None:
-        """Drive with a share of the full speed."""
-        if self._driving is not None:
-            self._driving.set_share(share)
-
-    def on_picture(self) -> None:
+    def _save_picture(self) -> None:
         """Save a picture; waits for the page."""
         client, camera = self._client, self._sight.camera
         if camera is None:
@@ -207,7 +215,7 @@ class Page:
         client.send_file_download(name, content.getvalue(), save_immediately=True)
         self._post(lambda: self._say(f"Saved {name}."))
 
-    def on_film(self) -> None:
+    def _film(self) -> None:
         """Begin to film, or stop and save it."""
         self._is_filming = not self._is_filming
         self._panel.film.label = STOP_FILM if self._is_filming else FILM
@@ -215,11 +223,8 @@ class Page:
         script = "startFilm()" if self._is_filming else f"stopFilm({name})"
         run_script(self._client, f"window.swarm.{script}")
 
-    def on_link(self) -> None:
-        """Copy a link to camera, robot and time."""
-        self._post(self._copy_link)
-
     def _copy_link(self) -> None:
+        """Copy a link to camera, robot and time."""
         camera, time = self._sight.camera, self.shown_time
         is_past = self._playback is not None or self._past.time is not None
         view = None if camera is None else np.array([camera.position, camera.target])
@@ -235,17 +240,6 @@ class Page:
         """Release the robot that is driven; the page is gone."""
         if self._driving is not None:
             self._driving.end()
-
-    def _command(self, do: Callable[[OperatorLink], None], *, needs_robot: bool = False) -> None:
-        def run() -> None:
-            if needs_robot and not self.robot:
-                self._say(SELECT_FIRST)
-            elif self._past.time is not None:
-                self._say(LEAVE_PAST)
-            elif self._link is not None:
-                do(self._link)
-
-        self._post(run)
 
     def _say(self, text: str) -> None:
         assign(self._panel.message, text)
@@ -429,7 +423,7 @@ class Page:
         elif kind == "filmed" and isinstance(value, int | float):
             self._post(lambda: self._say(f"Saved a film of {value / 1e6:.1f} MB."))
         elif kind == "select" and value in self._swarm.names:
-            self.on_select(value)
+            self._post(lambda: self.select(value))
         elif kind == "copied" and isinstance(value, str):
             self._post(lambda: self._say(f"Copied: `{value}`"))
         elif kind in TIME_ORDERS and isinstance(value, int | float) and abs(value) < 1e7:

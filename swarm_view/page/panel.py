@@ -1,10 +1,10 @@
-"""The panel of one page: its displays and buttons. Widgets only, no decisions."""
+"""The panel of one page: its displays and buttons. Widgets only; `Page` says what they do."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
 from swarm_common.robots.source import robot_names
 from swarm_view.page.tool import BUTTONS, ORDERS, Tool
@@ -41,67 +41,15 @@ SPEEDS = {
 }
 
 
-class Actions(Protocol):
-    """What the panel's owner does when something is clicked; called on viser's threads."""
-
-    def on_select(self, robot: str) -> None:
-        """Another robot was chosen; empty for none."""
-
-    def on_tool(self, tool: Tool) -> None:
-        """Another tool was chosen."""
-
-    def on_cancel(self) -> None:
-        """Cancel the robot's goal."""
-
-    def on_view(self, view: View) -> None:
-        """Another view was chosen."""
-
-    def on_walls(self, *, whole: bool) -> None:
-        """Walls are to be shown whole, or cut."""
-
-    def on_dark(self, *, dark: bool) -> None:
-        """The page is to be dark, or light."""
-
-    def on_pause(self) -> None:
-        """Pause or resume."""
-
-    def on_step(self) -> None:
-        """Do one step."""
-
-    def on_speed(self, speed: float) -> None:
-        """Another speed was chosen; 0 for no limit."""
-
-    def on_spawn(self) -> None:
-        """Add a robot at a free place."""
-
-    def on_remove(self) -> None:
-        """Take the robot out, if that is meant."""
-
-    def on_drive(self) -> None:
-        """Drive the robot by hand, or no more."""
-
-    def on_share(self, share: float) -> None:
-        """Drive with a share of its full speed."""
-
-    def on_picture(self) -> None:
-        """Save a picture."""
-
-    def on_film(self) -> None:
-        """Begin to film, or stop."""
-
-    def on_link(self) -> None:
-        """Copy a link."""
-
-
 class Panel:
-    """The widgets."""
+    """The widgets; those that give orders to the swarm are there on live pages only."""
 
-    def __init__(self, gui: Any, actions: Actions, *, is_live: bool) -> None:
+    def __init__(self, gui: Any, *, is_live: bool) -> None:
         self._gui = gui
         self.hints: dict[str, str] = {}  # of buttons by their labels, which viser does not show
         if is_live:
-            self._add_simulation(actions)
-        self._add_view(actions)
+            self._add_simulation()
+        self._add_view()
         self.message = gui.add_markdown("")  # in sight, whatever is unfolded below
         with gui.add_folder("Swarm") as swarm:
             self.verdict = gui.add_html("")
@@ -109,9 +57,9 @@ class Panel:
             self.robot = gui.add_dropdown("Robot", (NOBODY,))
             self.status = gui.add_html("")
             if is_live:
-                self._add_orders(actions)
+                self._add_orders()
         if is_live:
-            self._add_spawning(actions)
+            self._add_spawning()
         with gui.add_folder("History of the robot", expand_by_default=False):
             self.history = gui.add_html("")
         with gui.add_folder("Topics of the robot", expand_by_default=False):
@@ -130,29 +78,25 @@ class Panel:
             self.claims = gui.add_checkbox("Committed motion", False)
         with gui.add_folder("Stations", expand_by_default=False):
             self.stations = gui.add_html("")
-        self._add_takeaway(actions)
+        self._add_takeaway()
         if is_live:
-            self._add_danger(actions)
+            self._add_danger()
         self._places = swarm.order - 0.5, self._of_robot.order
-        self.robot.on_update(_if_typed(lambda: actions.on_select(self._chosen())))
 
     def _button(self, label: str, hint: str, color: Any = None) -> Any:
         """Add a button with a hint."""
         self.hints[label] = hint
         return self._gui.add_button(label, color=color)
 
-    def _chosen(self) -> str:
-        return "" if self.robot.value == NOBODY else str(self.robot.value)
-
     def raise_robot(self, *, is_chosen: bool) -> None:
         """Show what a chosen robot does above what all do."""
         above, below = self._places
         self._of_robot.order = above if is_chosen else below
 
-    def _add_view(self, actions: Actions) -> None:
+    def _add_view(self) -> None:
         gui = self._gui
         with gui.add_folder("View"):
-            view = gui.add_button_group(
+            self.view = gui.add_button_group(
                 "Camera", [view.value for view in View],
                 hint="Top and hall show all of it; the other two go with the robot",
             )  # fmt: skip
@@ -160,56 +104,37 @@ class Panel:
                 "Whole walls", False, hint="Else they are cut at 0.5 m, so that robots are seen"
             )
             self.dark = gui.add_checkbox("Dark", False)
-        view.on_click(lambda _: actions.on_view(View(view.value)))
-        self.whole_walls.on_update(
-            _if_typed(lambda: actions.on_walls(whole=self.whole_walls.value))
-        )
-        self.dark.on_update(_if_typed(lambda: actions.on_dark(dark=self.dark.value)))
 
-    def _add_simulation(self, actions: Actions) -> None:
+    def _add_simulation(self) -> None:
         gui = self._gui
         with gui.add_folder("Simulation"):
             self.pause = gui.add_button("Pause")
             self.step = gui.add_button("Step 0.1 s", disabled=True)
             self.speed = gui.add_dropdown("Speed", tuple(SPEEDS), initial_value="1 x")
-        self.pause.on_click(lambda _: actions.on_pause())
-        self.step.on_click(lambda _: actions.on_step())
-        self.speed.on_update(_if_typed(lambda: actions.on_speed(SPEEDS[self.speed.value])))
 
-    def _add_orders(self, actions: Actions) -> None:
+    def _add_orders(self) -> None:
         gui = self._gui
         tools = [tool.value for tool in (Tool.SELECT, *ORDERS)]
-        tool = gui.add_button_group(
+        self.tool = gui.add_button_group(
             "Tool", tools, hint="Goal and initial pose: click the floor, or drag for a heading"
         )
-        cancel = gui.add_button("Cancel goal")
-        tool.on_click(lambda _: actions.on_tool(Tool(tool.value)))
-        cancel.on_click(lambda _: actions.on_cancel())
+        self.cancel = gui.add_button("Cancel goal")
         self.drive = self._button("Drive by hand", "With the keys W A S D or the arrows")
         self.pad = gui.add_html(PAD, visible=False)
         self.share = gui.add_slider(
             "Speed of driving", min=0.1, max=1.0, step=0.05, initial_value=0.5, visible=False
         )
-        self.drive.on_click(lambda _: actions.on_drive())
-        self.share.on_update(_if_typed(lambda: actions.on_share(self.share.value)))
 
-    def _add_takeaway(self, actions: Actions) -> None:
-        gui = self._gui
-        with gui.add_folder("Measure and take away"):
-            measure = self._button("Measure", "Click two places on the floor, or drag")
-            picture = self._button("Save picture", "Of the scene, as PNG")
+    def _add_takeaway(self) -> None:
+        with self._gui.add_folder("Measure and take away"):
+            self.measure = self._button("Measure", "Click two places on the floor, or drag")
+            self.picture = self._button("Save picture", "Of the scene, as PNG")
             self.film = self._button(FILM, "Of the scene, as WebM")
-            link = self._button("Copy link", "To this camera, robot and time")
-        measure.on_click(lambda _: actions.on_tool(Tool.MEASURE))
-        picture.on_click(lambda _: actions.on_picture())
-        self.film.on_click(lambda _: actions.on_film())
-        link.on_click(lambda _: actions.on_link())
+            self.link = self._button("Copy link", "To this camera, robot and time")
 
-    def _add_danger(self, actions: Actions) -> None:
-        gui = self._gui
-        with gui.add_folder("What cannot be undone", expand_by_default=False):
-            remove = self._button("Remove robot", "Takes it out of the world", color="red")
-        remove.on_click(lambda _: actions.on_remove())
+    def _add_danger(self) -> None:
+        with self._gui.add_folder("What cannot be undone", expand_by_default=False):
+            self.remove = self._button("Remove robot", "Takes it out of the world", color="red")
 
     def confirm(self, question: str, answer: str, do: Callable[[], None]) -> None:
         """Ask before something is done that cannot be undone."""
@@ -231,15 +156,13 @@ class Panel:
         self.drive.label = f"Give {robot} back" if robot else "Drive by hand"
         self.pad.visible = self.share.visible = bool(robot)
 
-    def _add_spawning(self, actions: Actions) -> None:
+    def _add_spawning(self) -> None:
         gui, models = self._gui, robot_names()
         with gui.add_folder("New robots", expand_by_default=False):
             first = FIRST_MODEL if FIRST_MODEL in models else models[0]
             self.model = gui.add_dropdown("Model", models, initial_value=first)
-            spawn = self._button("Spawn at a free place", "Of the world's start area")
-            place = self._button(BUTTONS[Tool.SPAWN], "Click the floor, or drag")
-        spawn.on_click(lambda _: actions.on_spawn())
-        place.on_click(lambda _: actions.on_tool(Tool.SPAWN))
+            self.spawn = self._button("Spawn at a free place", "Of the world's start area")
+            self.place = self._button(BUTTONS[Tool.SPAWN], "Click the floor, or drag")
 
     def offer(self, robots: Sequence[str], chosen: str) -> None:
         """Offer these robots for selection."""
@@ -269,13 +192,3 @@ def assign(widget: Any, content: str) -> None:
     """Change what an HTML or Markdown widget says, if it has changed."""
     if widget.content != content:
         widget.content = content
-
-
-def _if_typed(do: Callable[[], None]) -> Callable[[Any], None]:
-    """Return a callback that ignores what we changed ourselves."""
-
-    def on_update(event: Any) -> None:
-        if event.client is not None:
-            do()
-
-    return on_update

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from swarm_common.model.records import CONTROL_PERIOD
-from swarm_view.state.feed import Recording
+
+if TYPE_CHECKING:
+    from swarm_recording.bag_feed import BagFeed  # mcap is slow to import
 
 SPEEDS = {"0.25 x": 0.25, "0.5 x": 0.5, "1 x": 1.0, "2 x": 2.0, "5 x": 5.0, "20 x": 20.0}
 
@@ -18,7 +20,7 @@ class Playback:
     def __init__(
         self,
         gui: Any,
-        recording: Recording,
+        recording: BagFeed,
         on_jump: Callable[[], None],
         post: Callable[[Callable[[], None]], None],
     ) -> None:

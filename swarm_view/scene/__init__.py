@@ -7,22 +7,17 @@ What a module imports of its folder stands above it:
     shapes        Points and meshes for viser, from arrays in the plane
     views         Cameras: how points are projected, and the presets that show a whole hall
     viser_compat  The private parts of viser that we use, all in one place; written for viser 1.1
-    wheels        Wheels that roll: which joints are wheels, and how far each turns on a way of its
-                  robot
+    wheels        Wheels that roll: which joints, and how far each turns
     labels        Which labels are shown, and where, so that none covers another one
     ruler         A distance on the floor of one page, from one place to another
-    scenery       The fixed scene, drawn once: floor map, bodies, stations, circuits; and the
-                  walkers
+    scenery       The fixed scene, drawn once; and the walkers
     visuals       What the links of a URDF show: meshes in their colours, and spokes on plain wheels
     overlay       What one page shows of all robots: names and states, trails, committed motion
     robot_mesh    What a robot looks like: the visuals of its URDF as GLB, also without its wheels
-    bodies        All robots of one model: those nearby as they look, the others in the colour of
-                  their state
+    bodies        All robots of one model: in detail nearby, else in one colour
     robot_layers  What one page shows of its robot: scan, plans, claims, costmaps, goal
-    fleet         All robots in the scene: batches per model, and a mark in the colour of the state
-                  below each
-    sight         How one page looks at the scene: its camera, walls, size of the marks, light or
-                  dark
+    fleet         All robots: batches per model, and a mark below each
+    sight         How one page looks at the scene: camera, walls, light or dark
 
 May import of swarm_view: `state`.
 """

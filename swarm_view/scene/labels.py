@@ -28,34 +28,21 @@ ANCHORS = (
 
 @dataclass(frozen=True, slots=True)
 class LabelWish:
-    """A label that is to be shown.
+    """A label that is to be shown."""
 
-    Attributes:
-        name: Unique.
-        texts: What it says, the longest first; the last one is short.
-        place: (3,) in map.
-        gap: [m] that it keeps from there.
-    """
-
-    name: str
-    texts: tuple[str, ...]
-    place: FloatArray
-    gap: float = 0.0
+    name: str  # unique
+    texts: tuple[str, ...]  # what it says, the longest first; the last one is short
+    place: FloatArray  # (3,) in map
+    gap: float = 0.0  # [m] that it keeps from there
 
 
 @dataclass(frozen=True, slots=True)
 class PlacedLabel:
-    """A label as it is shown.
+    """A label as it is shown."""
 
-    Attributes:
-        text: What it says.
-        anchor: viser's name of the side at its place.
-        place: (3,) in map.
-    """
-
-    text: str
-    anchor: str
-    place: FloatArray
+    text: str  # what it says
+    anchor: str  # viser's name of the side at its place
+    place: FloatArray  # (3,) in map
 
 
 def arrange(

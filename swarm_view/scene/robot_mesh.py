@@ -25,42 +25,25 @@ DIRECTIONS = np.array([way for way in itertools.product((-1.0, 0.0, 1.0), repeat
 
 @dataclass(frozen=True, slots=True)
 class Wheel:
-    """What rolls, to draw.
+    """What rolls, to draw."""
 
-    Attributes:
-        glb: Binary glTF in the wheel's own frame.
-        root_from_wheel: (4, 4), the joint at zero.
-        axis: (3,) about which it turns, in its own frame.
-        turns: (3,) by how much on a way of its robot; see `Axle.turns`.
-    """
-
-    glb: bytes
-    root_from_wheel: FloatArray
-    axis: FloatArray
-    turns: FloatArray
+    glb: bytes  # binary glTF in the wheel's own frame
+    root_from_wheel: FloatArray  # (4, 4), the joint at zero
+    axis: FloatArray  # (3,) about which it turns, in its own frame
+    turns: FloatArray  # (3,) by how much on a way of its robot; see `Axle.turns`
 
 
 @dataclass(frozen=True, slots=True)
 class RobotMesh:
-    """A model to draw.
+    """A model to draw."""
 
-    Attributes:
-        glb: Binary glTF in the frame of the root link, joints at zero.
-        radius: [m] of a circle around the root link that holds all of it.
-        height: [m] of its highest point.
-        links: root_from_link (4, 4) by link.
-        body: The same as `glb` without the wheels.
-        wheels: What rolls.
-        shape: Vertices (n, 3) and faces (m, 3) of all of it, simpler, to be drawn in one colour.
-    """
-
-    glb: bytes
-    radius: float
-    height: float
-    links: dict[str, FloatArray]
-    body: bytes
-    wheels: tuple[Wheel, ...]
-    shape: Mesh
+    glb: bytes  # binary glTF in the frame of the root link, joints at zero
+    radius: float  # [m] of a circle around the root link that holds all of it
+    height: float  # [m] of its highest point
+    links: dict[str, FloatArray]  # root_from_link (4, 4) by link
+    body: bytes  # the same as `glb` without the wheels
+    wheels: tuple[Wheel, ...]  # what rolls
+    shape: Mesh  # vertices (n, 3) and faces (m, 3) of all of it, simpler, to be drawn in one colour
 
 
 def robot_mesh(urdf: str) -> RobotMesh:

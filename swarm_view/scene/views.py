@@ -34,21 +34,13 @@ class View(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Camera:
-    """A perspective view.
+    """A perspective view."""
 
-    Attributes:
-        position: (3,) in map.
-        target: (3,) in map, in the middle of the picture.
-        fov: [rad] from the lower to the upper edge.
-        width: Of the picture [px].
-        height: Of the picture [px].
-    """
-
-    position: FloatArray
-    target: FloatArray
-    fov: float
-    width: float
-    height: float
+    position: FloatArray  # (3,) in map
+    target: FloatArray  # (3,) in map, in the middle of the picture
+    fov: float  # [rad] from the lower to the upper edge
+    width: float  # of the picture [px]
+    height: float  # of the picture [px]
 
     @property
     def focal_length(self) -> float:

@@ -19,19 +19,12 @@ SAME = 1e-3  # [m] and of a cosine, between two axes that are one
 
 @dataclass(frozen=True, slots=True)
 class Axle:
-    """A joint that turns without end about a level axis.
+    """A joint that turns without end about a level axis."""
 
-    Attributes:
-        links: What turns with it; the first is the one that it moves.
-        root_from_wheel: (4, 4) of the first link, the joint at zero.
-        axis: (3,) of unit length, in the first link's frame.
-        is_mecanum: Whether its wheel has rollers at 45 degrees.
-    """
-
-    links: tuple[str, ...]
-    root_from_wheel: FloatArray
-    axis: FloatArray
-    is_mecanum: bool = False
+    links: tuple[str, ...]  # what turns with it; the first is the one that it moves
+    root_from_wheel: FloatArray  # (4, 4) of the first link, the joint at zero
+    axis: FloatArray  # (3,) of unit length, in the first link's frame
+    is_mecanum: bool = False  # whether its wheel has rollers at 45 degrees
 
     def turns(self, ground: float, center: FloatArray) -> FloatArray:
         """Return by how much it turns as its robot moves without slipping.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection
 from typing import Protocol
 
 
@@ -23,39 +23,3 @@ class Feed(Protocol):
 
     def close(self) -> None:
         """Release all resources."""
-
-
-class Recording(Feed, Protocol):
-    """A feed that can be played."""
-
-    @property
-    def span(self) -> tuple[float, float]:
-        """First and last time [s]."""
-
-    @property
-    def now(self) -> float:
-        """Time [s] in the recording."""
-
-    @property
-    def is_playing(self) -> bool:
-        """Whether time goes on."""
-
-    @property
-    def speed(self) -> float:
-        """Times real time."""
-
-    @speed.setter
-    def speed(self, speed: float) -> None:
-        """Change it."""
-
-    def play(self) -> None:
-        """Go on."""
-
-    def pause(self) -> None:
-        """Stand still."""
-
-    def seek(self, time: float) -> None:
-        """Go to a time [s]; the state at that time is delivered next."""
-
-    def scan(self, topics: Collection[str]) -> Iterator[tuple[str, bytes]]:
-        """Yield (topic, CDR bytes) of all messages of topics, oldest first, on any thread."""

@@ -42,21 +42,13 @@ FIRST = 5.0  # [s] from the first message in which that of each robot arrives
 
 @dataclass(slots=True)
 class Mark:
-    """Something that happened.
+    """Something that happened."""
 
-    Attributes:
-        time: [s] when it began.
-        kind: Of what it is.
-        text: What happened, for people.
-        robot: Whose it is; empty for none.
-        end: [s] of a wait; the same as `time` of all else.
-    """
-
-    time: float
-    kind: Kind
-    text: str
-    robot: str = ""
-    end: float = 0.0
+    time: float  # [s] when it began
+    kind: Kind  # of what it is
+    text: str  # what happened, for people
+    robot: str = ""  # whose it is; empty for none
+    end: float = 0.0  # [s] of a wait; the same as `time` of all else
 
 
 @dataclass(slots=True)

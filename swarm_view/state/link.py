@@ -14,19 +14,13 @@ PARAMETERS = ("robot", "camera", "time", "dark")
 
 @dataclass(frozen=True, slots=True)
 class Viewpoint:
-    """What a page opens with.
+    """What a page opens with."""
 
-    Attributes:
-        robot: That it looks at; empty for none.
-        camera: Position and target (2, 3) in map; None for a preset.
-        time: [s] of simulated time; None for the present, or where a recording is.
-        is_dark: Whether it is dark.
-    """
-
-    robot: str = ""
-    camera: FloatArray | None = None
+    robot: str = ""  # that it looks at; empty for none
+    camera: FloatArray | None = None  # position and target (2, 3) in map; None for a preset
+    # [s] of simulated time; None for the present, or where a recording is
     time: float | None = None
-    is_dark: bool = False
+    is_dark: bool = False  # whether it is dark
 
     def pairs(self) -> list[tuple[str, str]]:
         """Return names and values for an address."""

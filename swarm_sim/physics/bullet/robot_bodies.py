@@ -45,39 +45,24 @@ STRENGTH = (0.8, 0.7)  # of acc_lim_x and acc_lim_theta that the motors of a hea
 
 @dataclass(frozen=True, slots=True)
 class RobotBody:
-    """A robot in the engine.
+    """A robot in the engine."""
 
-    Attributes:
-        body: pybullet's id.
-        wheels: Joint indices: the left ones from front to rear, then the right ones.
-        joint_names: Of the wheels, in the same order.
-        signs: Of each joint's turning when the wheel rolls forwards.
-        base_from_center: Centre of mass of the body in base_footprint.
-        mass: [kg] with wheels.
-        inertia: [kg m²] about the upright axis through the centre of mass, with wheels.
-        torque: [N m] stall torque of each wheel's motor.
-    """
-
-    body: int
-    wheels: tuple[int, ...]
-    joint_names: tuple[str, ...]
-    signs: FloatArray
-    base_from_center: FloatArray
-    mass: float
-    inertia: float
-    torque: float
+    body: int  # pybullet's id
+    wheels: tuple[int, ...]  # joint indices: the left ones from front to rear, then the right ones
+    joint_names: tuple[str, ...]  # of the wheels, in the same order
+    signs: FloatArray  # of each joint's turning when the wheel rolls forwards
+    base_from_center: FloatArray  # centre of mass of the body in base_footprint
+    mass: float  # [kg] with wheels
+    inertia: float  # [kg m²] about the upright axis through the centre of mass, with wheels
+    torque: float  # [N m] stall torque of each wheel's motor
 
 
 @dataclass(frozen=True, slots=True)
 class Stance:
-    """A robot's tilt and wheel loads.
+    """A robot's tilt and wheel loads."""
 
-    Attributes:
-        tilt: [rad] of its upright axis.
-        wheel_loads: [N] that each driven wheel carries, in the order of `RobotBody.wheels`.
-    """
-
-    tilt: float
+    tilt: float  # [rad] of its upright axis
+    # [N] that each driven wheel carries, in the order of `RobotBody.wheels`
     wheel_loads: FloatArray
 
 

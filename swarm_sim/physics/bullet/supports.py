@@ -32,19 +32,12 @@ PROP_RADIUS = 0.01  # [m] of a ball that stands for a caster
 
 @dataclass(frozen=True, slots=True)
 class Supports:
-    """What carries a robot; lengths in metres, in base_footprint.
+    """What carries a robot; lengths in metres, in base_footprint."""
 
-    Attributes:
-        level: Height of the plane on which the driven wheels stand.
-        wheels: (n, 3) centres of the balls that stand for the driven wheels.
-        balls: Centre and radius of each caster, or of what stands for it.
-        hull: Shapes of the base that do not carry it.
-    """
-
-    level: float
-    wheels: FloatArray
-    balls: list[Ball]
-    hull: list[tuple[Any, Transform]]
+    level: float  # height of the plane on which the driven wheels stand
+    wheels: FloatArray  # (n, 3) centres of the balls that stand for the driven wheels
+    balls: list[Ball]  # centre and radius of each caster, or of what stands for it
+    hull: list[tuple[Any, Transform]]  # shapes of the base that do not carry it
 
 
 def find_supports(base: RigidGroup, wheels: Sequence[RigidGroup], spec: RobotSpec) -> Supports:

@@ -27,12 +27,6 @@ class Foreigners:
     """
 
     def __init__(self, rejections: Rejections, events: EventWriter) -> None:
-        """Know nobody.
-
-        Args:
-            rejections: Counts what is ignored.
-            events: For swarm-up.
-        """
         self.rejections = rejections
         self._events = events
         self._known: set[tuple[str, str]] = set()

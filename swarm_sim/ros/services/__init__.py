@@ -3,17 +3,13 @@
 What a module imports of its folder stands above it:
 
     model_loader  Reads models in a process beside the world, which goes on meanwhile
-    name_pattern  Filters on names: POSIX extended regular expressions, matched in linear time by
-                  RE2
+    name_pattern  Filters on names: POSIX extended regular expressions
     places        Places and twists of robots and things as messages, and back
     request_door  How a request to `/sim` ends: whatever goes wrong with it becomes its answer
     run_state     Whether the world runs: playing, paused, or paused with steps to do
-    control       Pause, step and speed of the world: simulation_interfaces' services and a
-                  parameter
-    entities      simulation_interfaces' services that change who and what is there: spawn, delete,
-                  move, reset
-    inquiries     simulation_interfaces' questions, which are answered at once, and what is not
-                  supported
+    control       Pause, step and speed of the world
+    entities      Requests that change who and what is there: spawn, delete, move, reset
+    inquiries     Questions, which are answered at once, and what is not supported
 
 May import of swarm_sim: what `ros` may, but of `ros` itself nothing; and swarm_common.
 """
