@@ -33,10 +33,16 @@ GRAPH_RUNS = {  # by name: what `swarm-up` is given
         *("--goals-per-robot", "1"),
     ),
     "slim_blockage, mixed fleet": (
-        *("--world", "slim_blockage", "--fleet", "mixed", "--swarm-size", "5"),
+        *("--world", "slim_blockage", "--mission", "loading_route", "--fleet", "fleet.yaml"),
         *("--goals-per-robot", "2"),
     ),
 }
+FLEET = """
+order: mixed
+groups:
+  - {model: turtlebot3_burger, count: 3}
+  - {model: turtlebot3_waffle, count: 2}
+"""
 Hashes = dict[str, str]
 
 
@@ -92,6 +98,7 @@ def bench_hashes(
 def graph_hashes(tree: Path, folder: Path) -> Hashes:
     """Return the hashes of runs on the ROS graph; what is in the folder is not repeated."""
     found: Hashes = {}
+    (folder / "fleet.yaml").write_text(FLEET, encoding="utf-8")
     for number, (name, flags) in enumerate(GRAPH_RUNS.items()):
         run_dir = folder / f"graph-{number}"
         report = run_dir / "report.json"
@@ -99,6 +106,8 @@ def graph_hashes(tree: Path, folder: Path) -> Hashes:
             common = ("--until-done", "--headless", "--speed", "max", "--no-report")
             words = [*command(tree, "swarm-up"), *flags, *common, "--run-dir", str(run_dir)]
             run(tree, words, folder)
+        if not report.is_file():
+            raise SystemExit(f"error: no report of '{name}' in {run_dir}; see above")
         found[f"graph: {name}"] = json.loads(report.read_text("utf-8"))["trajectory_sha256"]
     return found
 
