@@ -24,6 +24,8 @@ from pathlib import Path
 
 import yaml
 
+from swarm_bench.suite.selection import parse_seeds
+
 ROOT = Path(__file__).resolve().parents[1]
 FOLDER = Path(tempfile.gettempdir()) / "swarm-same-trajectories"
 GRAPH_RUNS = {  # by name: what `swarm-up` is given
@@ -82,6 +84,7 @@ def bench_hashes(
     """
     kind = "realistic" if realistic else "ideal"
     found: Hashes = {}
+    wanted = parse_seeds(seeds) or ()  # those of earlier calls are in the folder, too
     for name, robots in chosen.items():
         lines = folder / f"{name}-{kind}.jsonl"
         flags = ("--scenario", name, "--robots", str(robots), "--seeds", seeds, f"--{kind}")
@@ -89,7 +92,7 @@ def bench_hashes(
         run(tree, words, folder)
         for line in lines.read_text(encoding="utf-8").splitlines():
             result = json.loads(line)
-            if result["robots"] == robots:
+            if result["robots"] == robots and result["seed"] in wanted:
                 key = f"{name} {robots}, {kind}, seed {result['seed']}"
                 found[key] = result["trajectory_sha256"]
     return found
