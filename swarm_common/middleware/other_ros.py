@@ -48,13 +48,14 @@ def set_aside(name: str) -> None:
         _say(name, f"not used: {RMW}={chosen}, as the ROS 2 of {sys.prefix} has {OWN_RMW} only")
     libraries = os.environ.get(LIBRARIES, "")
     ordered = own_first(libraries, Path(sys.prefix))
+    is_reordered = bool(unusable) and ordered != libraries
     has_errors = "error" in os.environ.get(WARNINGS, "")
     if has_errors:
         chosen = os.environ.pop(WARNINGS)
         _say(name, f"not used: {WARNINGS}={chosen}, as libraries of others warn")
-    if unusable and ordered != libraries:
+    if is_reordered:
         os.environ[LIBRARIES] = ordered
-    if has_errors or (unusable and ordered != libraries):
+    if has_errors or is_reordered:
         os.execve(sys.executable, sys.orig_argv, os.environ)
 
 
