@@ -12,7 +12,9 @@ from swarm_common.model.beacon import (
     HELD_POINTS,
     INTENT_POINTS,
     MODE_DONE,
+    MOST_ID,
     NO_ROBOT,
+    SIGHTINGS,
     WANTED_POINTS,
     word_of,
 )
@@ -22,7 +24,7 @@ from swarm_common.process.numba_compat import njit
 SOUND, BAD_ID, BAD_STAMP, BAD_SIZE, BAD_NUMBER, BAD_ORDER = range(6)
 FAULTS = (
     "",
-    "has an id that is not its sender's",
+    "has an id that is not its sender's, or that no robot has",
     "has a stamp that is not its tick's, or is not of now",
     "has a size beyond its capacity, or an unknown mode",
     "has a number that is not finite or is out of range",
@@ -37,6 +39,7 @@ RADIUS, POSE = word_of("radius"), word_of("pose")  # with the twist behind it
 FLAGS, MODE, SIZES = word_of("flags"), word_of("mode"), word_of("held_size")
 HELD, WANTED, INTENT = word_of("held"), word_of("wanted"), word_of("intent")
 FOOTPRINT, TARGET = word_of("footprint"), word_of("target")
+SIGHTED_ID, SIGHTED_TICK, SIGHTED_AT = map(word_of, ("sighted_id", "sighted_tick", "sighted_at"))
 
 
 @njit(cache=True)
@@ -69,7 +72,7 @@ def fault(words: NDArray[np.uint32], now: int) -> int:
         now: Tick.
     """
     tick = np.int64(words[TICK])
-    if words[ID] == NO_ROBOT:
+    if words[ID] == NO_ROBOT or words[ID] > MOST_ID:
         return BAD_ID
     stamp = tick * TICK_NANOSECONDS
     if tick > now or tick > MOST_SECONDS * 10 or words[SEC] != stamp // 1_000_000_000:
@@ -90,6 +93,13 @@ def fault(words: NDArray[np.uint32], now: int) -> int:
     for k in range(TARGET, TARGET + 4):  # target and station; NaN for none
         if np.uint32(0x7F800000) >= words[k] & np.uint32(0x7FFFFFFF) > MOST_COORDINATE:
             return BAD_NUMBER
+    for k in range(SIGHTINGS):
+        if words[SIGHTED_ID + k] > MOST_ID:
+            return BAD_ID
+        if words[SIGHTED_TICK + k] > now:
+            return BAD_STAMP
+    if not within(words, SIGHTED_AT, 2 * SIGHTINGS, MOST_COORDINATE):
+        return BAD_NUMBER
     if within(words, HELD, FOOTPRINT - HELD, MOST_COORDINATE) and within(
         words, FOOTPRINT, 2 * FOOTPRINT_POINTS, MOST_RADIUS
     ):

@@ -23,7 +23,9 @@ WANTED_POINTS = 8  # capacity of the requested continuation
 INTENT_POINTS = 31  # capacity of the announced path
 FOOTPRINT_POINTS = 8
 HEARD_ENTRIES = 48  # robots whose beacons can be acknowledged at a time
+SIGHTINGS = 2  # robots of which a beacon tells where they were last
 NO_ROBOT = 0  # ids start at 1
+MOST_ID = 0xFFFF  # an acknowledgement has 16 bits for it
 
 MODE_DRIVE, MODE_HOLD, MODE_YIELD, MODE_PAUSE, MODE_DONE = range(5)
 FLAG_STUCK = 1
@@ -60,6 +62,9 @@ BEACON_DTYPE = np.dtype(
         ("intent", "<f4", (INTENT_POINTS, 2)),
         ("footprint", "<f4", (FOOTPRINT_POINTS, 2)),
         ("heard", "<u4", (HEARD_ENTRIES,)),
+        ("sighted_id", "<u4", (SIGHTINGS,)),
+        ("sighted_tick", "<u4", (SIGHTINGS,)),
+        ("sighted_at", "<f4", (SIGHTINGS, 2)),
     ]
 )
 BEACON_SIZE = BEACON_DTYPE.itemsize

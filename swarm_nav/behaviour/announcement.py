@@ -45,7 +45,8 @@ MODES = {
     State.RECOVERING: MODE_DRIVE,
     State.BEHAVING: MODE_PAUSE,
 }
-HEARD = slice(word_of("heard"), None)
+HEARD = slice(word_of("heard"), word_of("sighted_id"))
+SIGHTED = slice(word_of("sighted_id"), None)
 CLAIMS = slice(word_of("held"), word_of("footprint"))
 NOWHERE = (math.nan, math.nan)
 WAITING_TICKS = 10  # ticks of being blocked after which `status` says waiting
@@ -115,6 +116,7 @@ def compose_beacon(
     pack_head(words, head)
     words[CLAIMS] = s.tube.published
     words[HEARD] = s.neighbors.heard(s.tick)
+    words[SIGHTED] = s.neighbors.sighted(s.tick)
     return record_of(words)
 
 

@@ -11,37 +11,56 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.model.beacon import BEACON_WORDS, Reception
+from swarm_common.model.beacon import BEACON_WORDS, SIGHTINGS, Reception
 from swarm_nav.perception import absence_kernels as kernels
 from swarm_nav.perception.absence_kernels import (
     FATE,
     LEFT,
+    MOVED,
     NEVER,
     PARTED,
     SILENT,
     UNKNOWN,
     Absentees,
-    Hearing,
+    Sightings,
     Spot,
 )
 from swarm_nav.perception.neighbor_table_kernels import ID
 
-WITNESS_TICKS = 8  # between two checks of the robots that the others hear
+JUDGED_EVERY = 8  # ticks
+INITIAL_IDS = 128
 
 Words = NDArray[np.uint32]
 NOBODY: Words = np.zeros((0, BEACON_WORDS), np.uint32)
-NOTHING = Reception(NOBODY, np.zeros(0, np.int64))
 
 
 class Absence:
-    """The last beacons of robots that may have left, and the facts learned about them since."""
+    """The last beacons of robots that may have left, and where all robots were seen last.
+
+    Every robot tells the others where it knows each robot to have been last, and when. So what one
+    of them knows of a robot that is out of hearing reaches all that it meets.
+    """
 
     def __init__(self, own_id: int) -> None:
+        """Start without knowing anybody.
+
+        Args:
+            own_id: Of this robot.
+        """
         self._own_id = own_id
-        self._take(NOBODY, np.zeros((0, 5), np.int64))
+        self._told: Words = np.zeros(4 * SIGHTINGS, np.uint32)
+        self._known = _sightings(INITIAL_IDS)
+        self._take(NOBODY, np.zeros((0, 3), np.int64))
 
     def __len__(self) -> int:
         return len(self._words)
+
+    def _grow(self, ids: int) -> None:
+        """Have room for sightings of ids below `ids`."""
+        known = _sightings(ids)
+        known.ticks[: len(self._known.ticks)] = self._known.ticks
+        known.places[: len(self._known.places)] = self._known.places
+        self._known = known
 
     def _take(self, words: Words, facts: NDArray[np.int64]) -> None:
         self._words, self._facts = words, facts
@@ -57,7 +76,7 @@ class Absence:
             words: (n, BEACON_WORDS).
             has_parted: (n,) whether each was driving out of range.
         """
-        facts = np.full((len(words), 5), NEVER, np.int64)
+        facts = np.full((len(words), 3), NEVER, np.int64)
         facts[:, FATE], facts[:, PARTED] = UNKNOWN, has_parted
         known = self._places_of(words[:, ID]) < 0  # a robot that was taken back is still here
         self._take(np.vstack((self._words, words[known])), np.vstack((self._facts, facts[known])))
@@ -68,42 +87,52 @@ class Absence:
         places[is_known] = self._places[ids[is_known]]
         return places
 
+    def tell(self, tick: int) -> Words:
+        """Return the sightings for a beacon, its words from `sighted_id` on.
+
+        Args:
+            tick: Of the beacon. The next call overwrites what is returned.
+        """
+        kernels.tell(self._known, self._own_id, tick, self._told)
+        return self._told
+
     def listen(
-        self,
-        receptions: Iterable[Reception],
-        position: tuple[float, float],
-        limits: tuple[float, float, int],
-        tick: int,
+        self, receptions: Iterable[Reception], position: tuple[float, float], edge: float, tick: int
     ) -> tuple[Words, list[int]]:
         """Take the beacons of a tick; return the robots that seem dead, and those that have left.
 
         Args:
             receptions: Batches of this tick.
             position: Own (x, y) [m] in map.
-            limits: (edge [m], range [m], lost_ticks), see `NeighborTable`.
+            edge: [m] within which a robot that lives is heard.
             tick: Now.
 
         Returns:
-            Beacons (k, words) of robots found silent where they were; ids of robots that have left.
+            Beacons (k, words) of robots found silent where they were; ids of robots that have left
+            the place where they were thought to be.
         """
-        is_witnessed = (tick + self._own_id) % WITNESS_TICKS == 0
         changes = 0
-        before = self._facts[:, FATE].copy()
+        absent = Absentees(self._words, self._floats, self._facts, self._places)
         for heard in receptions:
-            changes += kernels.listen(
-                Absentees(self._words, self._floats, self._facts, self._places),
-                heard.words,
-                heard.rows,
-                Spot(*position),
-                Hearing(*limits),
-                tick,
-                is_witnessed,
-            )
+            needed = kernels.note(self._known, heard.words, heard.rows)
+            if needed > len(self._known.ticks):
+                self._grow(2 * needed)
+                kernels.note(self._known, heard.words, heard.rows)
+            if len(absent.words):
+                changes += kernels.listen(absent, heard.words, heard.rows)
+        before = self._facts[:, FATE].copy()
+        if len(absent.words) and (tick + self._own_id) % JUDGED_EVERY == 0:
+            changes += kernels.judge(absent, self._known, Spot(*position), edge, tick)
         if not changes:
             return NOBODY, []
         fates = self._facts[:, FATE]
         silent = self._words[(fates == SILENT) & (before != SILENT)]
-        left = self._words[fates == LEFT, ID].tolist()
+        left = self._words[(fates == LEFT) | (fates == MOVED), ID].tolist()
+        fates[fates == MOVED] = UNKNOWN
         stays = (fates == UNKNOWN) | (fates == SILENT)
         self._take(self._words[stays], self._facts[stays])
         return silent, left
+
+
+def _sightings(ids: int) -> Sightings:
+    return Sightings(np.full(ids, NEVER, np.int64), np.zeros((ids, 2), np.float32))

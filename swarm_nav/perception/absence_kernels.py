@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from swarm_common.model.beacon import NO_ROBOT, SIGHTINGS, word_of
 from swarm_common.process.numba_compat import njit
 from swarm_nav.perception.neighbor_table_kernels import (
-    HEARD,
     HELD,
     HELD_SIZE,
     ID,
@@ -23,12 +23,14 @@ from swarm_nav.perception.neighbor_table_kernels import (
     WANTED_SIZE,
 )
 
-SINCE, FIRST, LAST, FATE, PARTED = range(5)  # columns of the facts
+SIGHTED_ID, SIGHTED_TICK, SIGHTED_AT = map(word_of, ("sighted_id", "sighted_tick", "sighted_at"))
+SINCE, FATE, PARTED = range(3)  # columns of the facts
 NEVER = -(1 << 40)  # a tick before all others
-UNKNOWN, HEARD_AGAIN, LEFT, SILENT = range(4)  # fates
+UNKNOWN, HEARD_AGAIN, LEFT, SILENT, MOVED = range(5)  # fates
 DECIDE_TICKS = 40  # within hearing of a place after which its silence counts as a death
-PARTED_TICKS = 600  # the same for one that drove out of range: then it counts as left after all
-MOTION = 0.2  # [m] that a witness may have driven since it heard the robot
+PARTED_TICKS = 600  # the same for one that did not stay there: then it counts as left after all
+ELSEWHERE = 0.2  # [m] from all that a robot claimed, at which it claims something else
+OWN_SHIFT = 13  # robots that tell the same sightings begin with different ones
 
 
 Words = NDArray[np.uint32]
@@ -39,16 +41,15 @@ class Absentees(NamedTuple):
 
     words: Words  # (m, words) last beacons
     floats: NDArray[np.float32]  # the same memory
-    facts: NDArray[np.int64]  # (m, 5) what was learned since
+    facts: NDArray[np.int64]  # (m, 3) what was learned since
     places: NDArray[np.int64]  # row of each id, -1 for others
 
 
-class Hearing(NamedTuple):
-    """What the radio promises."""
+class Sightings(NamedTuple):
+    """Where each robot was last, as far as this one knows from anybody; a row per id."""
 
-    edge: float  # [m] within which a robot that lives is heard
-    range: float  # [m] of the radio
-    lost_ticks: int  # without a beacon after which a robot is silent
+    ticks: NDArray[np.int64]  # of the beacon that said so, NEVER for none
+    places: NDArray[np.float32]  # (ids, 2) [m] in map
 
 
 class Spot(NamedTuple):
@@ -80,81 +81,128 @@ def nearest_and_farthest(
 
 
 @njit(cache=True)
-def listen(
-    absent: Absentees,
-    batch: Words,
-    rows: NDArray[np.int64],
-    own: Spot,
-    hearing: Hearing,
-    tick: int,
-    is_witnessed: bool,
-) -> int:
-    """Take the beacons of a tick; return the number of absent robots whose fate changes.
+def note(known: Sightings, batch: Words, rows: NDArray[np.int64]) -> int:
+    """Take the places of the robots that are heard, and those that they tell of others.
 
-    A robot that hears an absent robot while one of the two cannot be at the place that the absent
-    one held is a witness that it has left: the witness is out of range of that place, or we are
-    well in its range and hear nothing. An absent robot that no robot hears while we are near is
-    silent: dead, unless it lives alone elsewhere.
+    Args:
+        known: Updated with what is newer.
+        batch: (n, words) beacons.
+        rows: Those of them that were heard.
+
+    Returns:
+        The number of rows that `known` has to have; if it has fewer, nothing is lost by a second
+        call.
+    """
+    ticks, places = known
+    floats = batch.view(np.float32)
+    most = 0
+    for k in rows:
+        for place in range(-1, SIGHTINGS):
+            robot, tick, at = batch[k, ID], batch[k, TICK], POSE
+            if place >= 0:
+                robot, tick = batch[k, SIGHTED_ID + place], batch[k, SIGHTED_TICK + place]
+                at = SIGHTED_AT + 2 * place
+            most = max(most, np.int64(robot) + 1)
+            is_known = robot != NO_ROBOT and robot < ticks.shape[0]
+            if is_known and np.int64(tick) > ticks[robot]:
+                ticks[robot] = tick
+                places[robot, 0], places[robot, 1] = floats[k, at], floats[k, at + 1]
+    return most
+
+
+@njit(cache=True)
+def tell(known: Sightings, own_id: int, tick: int, out: Words) -> None:
+    """Write the sightings that are due in a beacon: all of other robots, in turn.
+
+    Args:
+        known: Sightings.
+        own_id: Of this robot.
+        tick: Of the beacon; it decides whose turn it is.
+        out: (4 * SIGHTINGS,) words of the beacon from `sighted_id` on; written.
+    """
+    ticks, places = known
+    out[:] = 0
+    count = 0
+    for robot in range(ticks.shape[0]):
+        if ticks[robot] != NEVER and robot != own_id:
+            count += 1
+    if not count:
+        return
+    floats = out.view(np.float32)
+    first = (tick * SIGHTINGS + own_id * OWN_SHIFT) % count
+    turn = -1
+    for robot in range(ticks.shape[0]):
+        if ticks[robot] == NEVER or robot == own_id:
+            continue
+        turn += 1
+        k = (turn - first) % count
+        if k < SIGHTINGS:
+            out[k], out[SIGHTINGS + k] = robot, ticks[robot]
+            floats[2 * SIGHTINGS + 2 * k] = places[robot, 0]
+            floats[2 * SIGHTINGS + 2 * k + 1] = places[robot, 1]
+
+
+@njit(cache=True)
+def listen(absent: Absentees, batch: Words, rows: NDArray[np.int64]) -> int:
+    """Return how many absent robots are heard again, and note it.
 
     Args:
         absent: Robots that fell silent; their facts are updated.
         batch: (n, words) beacons.
         rows: Those of them that were heard.
-        own: Where this robot is.
-        hearing: What the radio promises.
-        tick: Now.
-        is_witnessed: Whether to use what the others hear, which costs more.
     """
-    words, floats, facts, places = absent
-    count = words.shape[0]
-    sent = batch.view(np.float32)
-    lost_ticks = hearing.lost_ticks
     found = 0
     for k in rows:
         robot = batch[k, ID]
-        if robot >= places.shape[0] or places[robot] < 0:
+        if robot >= absent.places.shape[0] or absent.places[robot] < 0:
             continue
-        if batch[k, TICK] > words[places[robot], TICK]:
-            facts[places[robot], FATE] = HEARD_AGAIN
+        m = absent.places[robot]
+        if batch[k, TICK] > absent.words[m, TICK]:
+            absent.facts[m, FATE] = HEARD_AGAIN
             found += 1
-    if not is_witnessed:
-        return found
-    for m in range(count):
-        if nearest_and_farthest(words[m], floats[m], own.x, own.y)[1] > hearing.edge - 0.01:
+    return found
+
+
+@njit(cache=True)
+def judge(absent: Absentees, known: Sightings, own: Spot, edge: float, tick: int) -> int:
+    """Decide what became of absent robots; return how many changed.
+
+    An absent robot is where anybody saw it last. If that is not where this robot believes it to be,
+    it has moved, and nothing is known of what it claimed there but its place. Silent is one that
+    this robot does not hear while it is near for long: dead, unless it went on and nobody saw it,
+    which is likely if it was driving out of range.
+
+    Args:
+        absent: Robots that fell silent; changed.
+        known: Sightings of all robots.
+        own: Where this robot is.
+        edge: [m] within which a robot that lives is heard.
+        tick: Now.
+    """
+    words, floats, facts, _ = absent
+    found = 0
+    for m in range(words.shape[0]):
+        if facts[m, FATE] == HEARD_AGAIN:
+            continue
+        robot = words[m, ID]
+        if robot < known.ticks.shape[0] and known.ticks[robot] > np.int64(words[m, TICK]):
+            x, y = known.places[robot, 0], known.places[robot, 1]
+            if nearest_and_farthest(words[m], floats[m], x, y)[0] > ELSEWHERE:
+                words[m, TICK] = known.ticks[robot]
+                words[m, HELD_SIZE], words[m, WANTED_SIZE] = 1, 0
+                for at in (POSE, HELD):
+                    floats[m, at], floats[m, at + 1] = x, y
+                facts[m, SINCE], facts[m, PARTED], facts[m, FATE] = NEVER, 1, MOVED
+                found += 1
+                continue
+        if nearest_and_farthest(words[m], floats[m], own.x, own.y)[1] > edge - 0.01:
             facts[m, SINCE] = NEVER
         elif facts[m, SINCE] == NEVER:
             facts[m, SINCE] = tick
-    for k in rows:
-        if tick - np.int64(batch[k, TICK]) > lost_ticks:
-            continue
-        for word in range(HEARD, batch.shape[1]):
-            robot = batch[k, word] >> np.uint32(16)
-            if robot >= places.shape[0] or places[robot] < 0:
-                continue
-            m = places[robot]
-            age = (tick - np.int64(batch[k, word])) & 0xFFFF
-            shown = tick - age
-            if age > lost_ticks or shown <= facts[m, LAST]:
-                continue
-            is_near = facts[m, SINCE] != NEVER and shown > facts[m, SINCE]
-            if not is_near:
-                gap = nearest_and_farthest(words[m], floats[m], sent[k, POSE], sent[k, POSE + 1])[0]
-                if gap <= hearing.range + MOTION:
-                    continue
-            if shown - facts[m, LAST] > DECIDE_TICKS:
-                facts[m, FIRST] = shown
-            facts[m, LAST] = shown
-            if shown - facts[m, FIRST] > lost_ticks and facts[m, FATE] != HEARD_AGAIN:
-                facts[m, FATE] = LEFT
-                found += 1
-    for m in range(count):
-        near_ticks = tick - max(facts[m, SINCE], facts[m, LAST])
-        if facts[m, SINCE] == NEVER:
-            continue
-        if facts[m, FATE] == UNKNOWN and near_ticks >= DECIDE_TICKS:
+        elif facts[m, FATE] == UNKNOWN and tick - facts[m, SINCE] >= DECIDE_TICKS:
             facts[m, FATE] = SILENT
             found += 1
-        elif facts[m, FATE] == SILENT and facts[m, PARTED] and near_ticks >= PARTED_TICKS:
+        elif facts[m, PARTED] and tick - facts[m, SINCE] >= PARTED_TICKS:
             facts[m, FATE] = LEFT
             found += 1
     return found

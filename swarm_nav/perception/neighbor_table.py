@@ -19,8 +19,9 @@ from swarm_common.model.beacon import (
 )
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray
 from swarm_nav.core.config import TrafficConfig
+from swarm_nav.perception import absence_kernels
 from swarm_nav.perception import neighbor_table_kernels as kernels
-from swarm_nav.perception.absence import NOTHING, Absence
+from swarm_nav.perception.absence import Absence
 
 BODY_REACH = 0.12  # [m] beyond a neighbour's radius within which a beam does not help to localise
 TRAVEL_PER_TICK = 0.03  # [m] that a neighbour may have moved since its beacon
@@ -31,8 +32,7 @@ TUBE_LENGTH = 1.6  # [m] that the points of a beacon can be off its pose
 UNHEARD_PATIENCE = 40  # ticks without an acknowledgement after which a robot stands
 ACQUAINTING = 4  # ticks in which robots that come into range have heard each other
 MAX_SPEED = 0.52  # [m/s] at which two robots can part
-PARTING = 0.4  # [m] from the range's edge, from which the next eight beacons are out of range,
-PARTING_PER_BEACON = 1e-3  # [m] if robots drive apart
+PARKED = 0.2  # [m] that the space of a robot that stands is long, at most
 PASSED_EVERY = 8  # ticks between two checks for robots on the place of a silent one
 INITIAL_ROWS = 32
 CLAIM_COLUMNS = kernels.Columns._fields[4:]  # those of beacons
@@ -82,7 +82,7 @@ class NeighborTable:
         self._has_dead = False  # whether anybody has been silent for more than `dead_ticks`
         self._inbox: list[tuple[Reception, tuple[float, float]]] = []
         self._words: NDArray[np.uint32] = np.zeros((0, BEACON_WORDS), np.uint32)
-        self._notes: NDArray[np.float64] = np.zeros((0, 3))
+        self._notes: NDArray[np.float64] = np.zeros((0, 2))
         self._links: NDArray[np.int64] = np.zeros((0, 4), np.int64)
         self._air = self._words  # of the last merge
         self._heard: NDArray[np.uint32] = np.zeros(HEARD_ENTRIES, np.uint32)
@@ -103,7 +103,7 @@ class NeighborTable:
         self.hearing_reach = config.radio_range - parting * ACQUAINTING
         unheard = (UNHEARD_PATIENCE, self.hearing_reach, HEARD_ENTRIES)
         self._limits = (config.lost_ticks, edge, config.dead_ticks, unheard)
-        self._hearing = (edge, config.radio_range, config.lost_ticks)
+        self._hearing = (edge, config.radio_range)
 
     def receive(self, beacons: BeaconArray, x: float, y: float) -> None:
         """Take beacons for the next `refresh`.
@@ -136,12 +136,12 @@ class NeighborTable:
         inbox, self._inbox = self._inbox, []
         if self._has_dead and tick % PASSED_EVERY == 0:
             self.passed_by()
-        if len(self._absence):
+        if self._remembers_absent:
             self._ask_for_absent([reception for reception, _ in inbox], tick)
         most = self._count + sum([len(reception.rows) for reception, _ in inbox])
         if most > len(self._words):
             self._allocate(2 * most)
-        rest = (self._columns, tick, self._limits, self._heard, (*self._left, self._left_count))
+        rest = (self._columns, tick, self._limits, self._heard, (self._left, self._left_count))
         found = (self._count, 0, False, False)
         for reception, (x, y) in inbox:
             heard = (reception.words, reception.rows)
@@ -159,15 +159,13 @@ class NeighborTable:
             self._show(count)
         if self._left_count[0]:
             if self._remembers_absent:
-                words, notes = self._left
-                count = self._left_count[0]
-                self._absence.add(words[:count], self._have_parted(notes[:count]))
+                words = self._left[: self._left_count[0]]
+                self._absence.add(words, self._have_parted(words))
             self._left_count[0] = 0
 
     def _ask_for_absent(self, receptions: list[Reception], tick: int) -> None:
         """Take back robots that seem not to have left, with the next batch, until they have."""
-        heard = receptions or [NOTHING]
-        silent, left = self._absence.listen(heard, self._position, self._hearing, tick)
+        silent, left = self._absence.listen(receptions, self._position, self._hearing[0], tick)
         if len(silent):
             self._inbox.append((Reception(silent, np.arange(len(silent))), self._position))
         for robot in left:
@@ -175,12 +173,14 @@ class NeighborTable:
             if row is not None and self.gone[row]:
                 self._words[row, [kernels.HELD_SIZE, kernels.WANTED_SIZE]] = 0
 
-    def _have_parted(self, notes: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return a mask (n,) of robots that were driving out of range in their last beacon."""
-        parted: NDArray[np.bool_] = (notes[:, 0] > self._hearing[1] - PARTING) & (
-            notes[:, 2] > PARTING_PER_BEACON
-        )
-        return parted
+    def _have_parted(self, words: NDArray[np.uint32]) -> NDArray[np.bool_]:
+        """Return a mask (n,) of robots whose own space leads out of range in their last beacon."""
+        floats = words.view(np.float32)
+        spans = [
+            absence_kernels.nearest_and_farthest(words[k], floats[k], *self._position)
+            for k in range(len(words))
+        ]
+        return np.array([far - near > PARKED and far > self._hearing[1] for near, far in spans])
 
     @property
     def stuck(self) -> NDArray[np.bool_]:
@@ -296,6 +296,14 @@ class NeighborTable:
             kernels.acknowledge(self._words, self._notes, self._count, tick, self._heard)
         return self._heard
 
+    def sighted(self, tick: int) -> NDArray[np.uint32]:
+        """Return where robots were last, for a beacon: its words from `sighted_id` on.
+
+        Args:
+            tick: Of the beacon. The next call overwrites what is returned.
+        """
+        return self._absence.tell(tick)
+
     def radius(self, row: int) -> float:
         """Return the safety radius [m] of a robot.
 
@@ -382,7 +390,7 @@ class NeighborTable:
         """Make the table `rows` long."""
         words = np.zeros((rows, BEACON_WORDS), np.uint32)
         words[: self._count] = self._words[: self._count]
-        notes = np.zeros((rows, 3))
+        notes = np.zeros((rows, 2))
         notes[: self._count] = self._notes[: self._count]
         links = np.zeros((rows, 4), np.int64)
         links[: self._count] = self._links[: self._count]
@@ -400,7 +408,7 @@ class NeighborTable:
             np.zeros(rows, np.int64),
         )
         self._bodies = np.zeros((rows, 2)), np.zeros(rows)
-        self._left = np.zeros((rows, BEACON_WORDS), np.uint32), np.zeros((rows, 3))
+        self._left = np.zeros((rows, BEACON_WORDS), np.uint32)
         places = rows * (HELD_POINTS + WANTED_POINTS)
         self._masks = np.empty((places, 2)), np.empty(places), np.empty(places, np.bool_)
         # views of the whole table, see `columns`

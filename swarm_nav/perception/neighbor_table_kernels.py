@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.model.beacon import FLAG_DEAF, FLAG_LEFT, word_of
+from swarm_common.model.beacon import FLAG_DEAF, FLAG_LEFT, HEARD_ENTRIES, word_of
 from swarm_common.model.records import FloatArray, Mask
 from swarm_common.process.numba_compat import njit
 from swarm_nav.core.priority import DEPTH_BITS, ID_MASK, TOP_DEPTH
@@ -35,6 +35,7 @@ HELD = word_of("held")
 WANTED = word_of("wanted")
 FOOTPRINT = word_of("footprint")
 HEARD = word_of("heard")
+LAST_HEARD = HEARD + HEARD_ENTRIES - 1
 AT_ONCE = HELD + 2  # words that are copied of every beacon: all up to the first point
 SOURCE, PLACE, HEARD_OURS, SEEN_THROUGH = range(4)  # columns of the links
 OWN, NOW, BEFORE = range(3)  # where points are: in the table, or heard in this merge or the last
@@ -88,8 +89,8 @@ def merge(
     Args:
         words: (rows, words) the table, changed.
         floats: The same memory as float32.
-        notes: (rows, 3): distance [m] of the pose to (x, y) when heard, tick since which the robot
-            is heard, and by how much [m] the distance had grown since it was heard before.
+        notes: (rows, 2): distance [m] of the pose to (x, y) when heard, and the tick since which
+            the robot is heard.
         links: (rows, 4): where the points are, at which row there, the acknowledgement of our
             beacon, and which of the points the last scan saw through, as bits.
         count: Rows in use.
@@ -119,7 +120,6 @@ def merge(
             for j in range(count, row, -1):
                 move_row(words, notes, links, j - 1, j)
             count += 1
-            notes[row, 0] = np.inf
             notes[row, 1] = batch[k, TICK]
             links[row, SEEN_THROUGH] = links[row, HEARD_OURS] = 0
         elif batch[k, TICK] < words[row, TICK]:
@@ -131,9 +131,7 @@ def merge(
         links[row, SOURCE] = NOW
         links[row, PLACE] = k
         links[row, HEARD_OURS] = heard_entry(batch, k, own_id, links[row, HEARD_OURS], lost_ticks)
-        gap = math.hypot(floats[row, POSE] - x, floats[row, POSE + 1] - y)
-        notes[row, 2] = gap - notes[row, 0]
-        notes[row, 0] = gap
+        notes[row, 0] = math.hypot(floats[row, POSE] - x, floats[row, POSE + 1] - y)
         row += 1
     for row in range(count):
         if links[row, SOURCE] == BEFORE:
@@ -147,7 +145,7 @@ def move_row(words: Words, notes: FloatArray, links: Ints, row: int, to: int) ->
 
     Args:
         words: (rows, words).
-        notes: (rows, 3).
+        notes: (rows, 2).
         links: (rows, 4).
         row: That is copied.
         to: That is written.
@@ -172,12 +170,11 @@ def heard_entry(batch: Words, k: int, own_id: int, known: int, lost_ticks: int) 
         known: What the sender's beacon before this one said, 0 for nothing.
         lost_ticks: For which the sender remembers us.
     """
-    last = batch.shape[1] - 1
-    for word in range(HEARD, last + 1):
+    for word in range(HEARD, LAST_HEARD + 1):
         if batch[k, word] >> np.uint32(16) == own_id:
             return np.int64(batch[k, word])
     age = (np.int64(batch[k, TICK]) - known) & 0xFFFF
-    return known if batch[k, last] != 0 and age <= lost_ticks else 0
+    return known if batch[k, LAST_HEARD] != 0 and age <= lost_ticks else 0
 
 
 @njit(cache=True)
@@ -222,7 +219,7 @@ def take_in(
     tick: int,
     limits: tuple[int, float, int, tuple[int, float, int]],
     out: Words,
-    left: tuple[Words, FloatArray, Ints],
+    left: tuple[Words, Ints],
 ) -> tuple[int, int, bool, bool]:
     """Do `merge` and `refresh` in one call, as they are done together in almost every tick.
 
@@ -255,7 +252,7 @@ def refresh(
     tick: int,
     limits: tuple[int, float, int, tuple[int, float, int]],
     out: Words,
-    left: tuple[Words, FloatArray, Ints],
+    left: tuple[Words, Ints],
 ) -> tuple[int, int, bool, bool]:
     """Remove the rows of robots that may have left, and compute the columns of the others.
 
@@ -264,7 +261,7 @@ def refresh(
 
     Args:
         words: (rows, words) the table, changed.
-        notes: (rows, 3), see `merge`.
+        notes: (rows, 2), see `merge`.
         links: (rows, 4), see `merge`.
         count: Rows in use.
         air: (k, words) beacons as they were heard.
@@ -273,8 +270,8 @@ def refresh(
         tick: Now.
         limits: (lost_ticks, edge [m], dead_ticks, those of `deaf_neighbor`).
         out: Acknowledgements, written by `acknowledge`.
-        left: (words, notes, (1,) number of rows): rows that were taken out are added, except for
-            those of robots of which no place is left.
+        left: (words, (1,) number of rows): rows that were taken out are added, except for those
+            of robots of which no place is left.
 
     Returns:
         Number of rows, id as of `deaf_neighbor`, whether any robot says that we block it, and
@@ -293,9 +290,8 @@ def refresh(
             if notes[row, 0] > edge:
                 if links[row, SOURCE] != OWN:
                     copy_points(words, links, row, air)
-                left[0][left[2][0]] = words[row]
-                left[1][left[2][0]] = notes[row]
-                left[2][0] += 1
+                left[0][left[1][0]] = words[row]
+                left[1][0] += 1
                 continue
         has_dead |= age > dead_ticks
         if kept < row:
@@ -324,7 +320,7 @@ def acknowledge(words: Words, notes: FloatArray, count: int, tick: int, out: Wor
 
     Args:
         words: (rows, words) the table.
-        notes: (rows, 3), see `merge`.
+        notes: (rows, 2), see `merge`.
         count: Rows in use.
         tick: Now; it decides whose turn it is.
         out: (entries,) id and tick in one word, 0 for none; written.
@@ -355,7 +351,7 @@ def deaf_neighbor(
     Args:
         ids: (n,).
         acks: (n,) tick of the newest of our beacons that each has acknowledged.
-        notes: (rows, 3), see `merge`.
+        notes: (rows, 2), see `merge`.
         tick: Now.
         limits: (patience [ticks] without an acknowledgement, reach [m] within which it is needed,
             entries of a beacon for acknowledgements).

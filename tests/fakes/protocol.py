@@ -17,7 +17,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from swarm_common.model.beacon import BEACON_DTYPE, FLAG_ACTIVE, FLAG_DEAF, NO_ROBOT, BeaconArray
+from swarm_common.model.beacon import (
+    BEACON_DTYPE,
+    FLAG_ACTIVE,
+    FLAG_DEAF,
+    NO_ROBOT,
+    BeaconArray,
+    word_of,
+    words_of,
+)
 from swarm_common.model.records import Pose, RobotSpec, Twist
 from swarm_nav.control.tube import padded
 from swarm_nav.core.config import NavConfig
@@ -173,6 +181,7 @@ class Actor:
         beacon["pose"] = (s.pose.x, s.pose.y, 0.0)
         beacon["flags"] = FLAG_ACTIVE | (FLAG_DEAF if self.senses.is_deaf else 0)
         beacon["heard"] = s.neighbors.heard(s.tick)
+        words_of(beacon.reshape(1))[0, word_of("sighted_id") :] = s.neighbors.sighted(s.tick)
         if s.priority != self._next_priority:
             s.tube.forget_requests()
         s.priority = self._next_priority

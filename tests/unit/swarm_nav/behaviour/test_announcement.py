@@ -211,7 +211,7 @@ def test_a_beacon_that_is_too_short_is_refused() -> None:
 
 def test_a_beacon_has_no_padding() -> None:
     assert BEACON_DTYPE.itemsize == sum(BEACON_DTYPE[name].itemsize for name in BEACON_DTYPE.names)
-    assert math.isclose(BEACON_SIZE / 1024, 0.76, abs_tol=0.1)
+    assert math.isclose(BEACON_SIZE / 1024, 0.88, abs_tol=0.02)
 
 
 def test_a_beacon_is_packed_in_the_order_of_its_members() -> None:

@@ -12,7 +12,10 @@ from swarm_common.model.beacon import (
     FLAG_LEFT,
     FLAG_STUCK,
     HEARD_ENTRIES,
+    SIGHTINGS,
     reception_of,
+    word_of,
+    words_of,
 )
 from swarm_nav.core.config import TrafficConfig
 from swarm_nav.core.priority import base_priority
@@ -21,6 +24,7 @@ from swarm_nav.perception.neighbor_table_kernels import UNHEARD
 from tests.fakes.navigation import beacon
 
 LOST_TICKS = TrafficConfig().lost_ticks
+SIGHTED = word_of("sighted_id")
 
 
 def heard(neighbors: NeighborTable, tick: int, *records: np.void) -> None:
@@ -67,10 +71,10 @@ def listen(here: NeighborTable, ticks: range, x: float, *records: np.void) -> No
         assert all(len(here.tubes(row)) for row in range(len(here.ids)))  # each is somewhere
 
 
-def acquainted(robot: int, x: float, other: int, tick: int) -> np.void:
-    """Return the beacon of a robot that has heard another one's of a tick."""
+def telling(robot: int, x: float, other: int, tick: int, at: tuple[float, float]) -> np.void:
+    """Return the beacon of a robot that knows where another one was at a tick."""
     record = beacon(robot, x, 0.0)
-    record["heard"][5] = other << 16 | tick
+    record["sighted_id"][1], record["sighted_tick"][1], record["sighted_at"][1] = other, tick, at
     return record
 
 
@@ -88,33 +92,94 @@ def test_who_fell_silent_near_the_edge_and_is_near_is_gone(last_heard: float) ->
     assert here.gone.tolist() == [False]
 
 
-def test_who_is_heard_by_others_where_we_should_hear_it_has_left() -> None:
+def test_who_was_seen_elsewhere_later_has_left() -> None:
+    """A station counted as occupied for 1,034 s by a robot that had driven away unheard."""
     here = neighbors()
     heard(here, 10, beacon(2, 5.5, 0.0))
     here.refresh(27)
-    listen(here, range(28, 90), 2.5, acquainted(3, 4.0, 2, 26))
+    listen(here, range(28, 90), 2.5, beacon(3, 4.0, 0.0))
+    assert here.gone.tolist() == [True, False]
+    listen(here, range(90, 110), 2.5, telling(3, 4.0, 2, 40, (9.0, 3.0)))
     assert here.ids.tolist() == [3]
-    listen(here, range(90, 200), 2.5)
+    listen(here, range(110, 800), 2.5, beacon(3, 4.0, 0.0))
     assert here.ids.tolist() == [3]
 
 
-def test_who_is_heard_by_others_out_of_range_of_its_place_has_left() -> None:
+def test_who_was_seen_elsewhere_is_waited_for_there() -> None:
     here = neighbors()
     heard(here, 10, beacon(2, 5.5, 0.0))
     here.refresh(27)
-    listen(here, range(28, 60), -5.0, acquainted(3, -1.0, 2, 26))
-    listen(here, range(60, 200), 2.5, beacon(3, 2.5, 1.0))
-    assert here.ids.tolist() == [3]
+    listen(here, range(28, 60), -5.0, telling(3, -1.0, 2, 40, (2.0, 3.0)))
+    listen(here, range(60, 120), 2.5)
+    row = here.row(2)
+    assert row is not None
+    assert here.gone[row]
+    assert here.tubes(row).tolist() == [[2.0, 3.0]]
+    listen(here, range(120, 60 + 620), 2.5)
+    assert 2 not in here.ids  # it went on from there
 
 
-def test_that_others_remember_a_robot_does_not_show_that_it_lives() -> None:
+@pytest.mark.parametrize(
+    ("tick", "at"),
+    [(9, (9.0, 3.0)), (10, (9.0, 3.0)), (40, (5.5, 0.1))],
+    ids=["before", "at the same time", "at its place"],
+)
+def test_what_others_remember_of_a_robot_does_not_show_that_it_left(
+    tick: int, at: tuple[float, float]
+) -> None:
     here = neighbors()
     heard(here, 10, beacon(2, 5.5, 0.0))
     here.refresh(27)
-    for tick in range(28, 120):
-        listen(here, range(tick, tick + 1), 2.5, acquainted(3, 4.0, 2, 12))
+    listen(here, range(28, 900), 2.5, telling(3, 4.0, 2, tick, at))
     assert here.ids.tolist() == [2, 3]
     assert here.gone.tolist() == [True, False]
+    assert here.tubes(0).tolist() == [[5.5, 0.0]]
+
+
+def test_who_stood_where_it_was_last_heard_stays_there() -> None:
+    """It counted as left after a minute if the listener had driven away from it."""
+    here = neighbors()
+    for tick in range(10, 20):
+        here.receive(np.array([beacon(2, 5.7, 0.0, tick=tick)]), -0.03 * (tick - 10), 0.0)
+        here.refresh(tick + 1)
+    listen(here, range(20, 1500), 2.5)
+    assert here.gone.tolist() == [True]
+
+
+def test_who_drove_out_of_range_has_left_if_it_is_not_heard_near_there_for_a_minute() -> None:
+    here = neighbors()
+    heard(here, 10, beacon(2, 5.5, 0.0, held=[(5.5, 0.0), (5.9, 0.0)], wanted=[(6.1, 0.0)]))
+    here.refresh(27)
+    listen(here, range(28, 600), 2.5)
+    assert here.gone.tolist() == [True]
+    listen(here, range(600, 660), 2.5)
+    assert here.ids.tolist() == []
+
+
+def test_what_is_known_of_robots_is_passed_on() -> None:
+    """Robot 4 never met those that robot 1 met, and is told of each within a round."""
+    first, second = neighbors(), NeighborTable(4, TrafficConfig())
+    met = [beacon(robot, 1.0, float(robot)) for robot in (200, 2, 90)]
+    heard(first, 10, *met)
+    first.refresh(11)
+    told = set()
+    for tick in range(300, 304):
+        record = beacon(1, 0.0, 0.0, tick=tick)
+        words = words_of(np.array([record]))
+        words[0, SIGHTED:] = first.sighted(tick)
+        second.receive(words.view(BEACON_DTYPE)[:, 0], 3.0, 0.0)
+        second.refresh(tick)
+        shown = words.view(BEACON_DTYPE)[0, 0]
+        told |= {
+            (int(robot), int(when), *map(float, at))
+            for robot, when, at in zip(
+                shown["sighted_id"], shown["sighted_tick"], shown["sighted_at"], strict=True
+            )
+        }
+    assert told == {(200, 10, 1.0, 200.0), (2, 10, 1.0, 2.0), (90, 10, 1.0, 90.0)}
+    again = {int(robot) for tick in range(4) for robot in second.sighted(tick)[:SIGHTINGS]}
+    assert again == {1, 2, 90, 200}
+    assert not neighbors().sighted(7).any()
 
 
 def test_who_was_taken_out_of_the_world_is_not_waited_for() -> None:
