@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from swarm_common.model.records import Twist
+from swarm_common.model.records import CONTROL_PERIOD, Twist
 from swarm_nav.behaviour.goal_manager import GoalManager
 from swarm_nav.behaviour.goal_progress import GoalProgress
 from swarm_nav.behaviour.route import Route
@@ -116,16 +116,25 @@ class BehaviorExecutor:
             self._state_machine.switch(Event.STATION_TAKEN)
             return None
         if is_barred:
-            who = "something that does not move"
-            if self._lease.is_covered(s):
-                who = "a robot that no longer answers or is inactive"
-            message = f"{who} stands on the station"
+            message = self._who_is_on_the_station()
             self._goal_manager.fail_target(task, ErrorCode.GOAL_OCCUPIED, message)
             return None
         self._route.update(task)
         if self._goal_manager.task is task:
             self._check_progress(task, is_person_near)
         return None
+
+    def _who_is_on_the_station(self) -> str:
+        """Say what is known of what bars the station, and no more."""
+        s = self._s
+        row = self._lease.covering(s)
+        if row is None:
+            return "something that does not move stands on the station"
+        robot = f"Srobot{s.neighbors.ids[row]}"
+        if not s.neighbors.gone[row]:
+            return f"{robot} stands on the station and its navigator is inactive"
+        silence = s.neighbors.ages[row] * CONTROL_PERIOD
+        return f"{robot} has not been heard for {silence:.0f} s and may still be on the station"
 
     def _settle(self, task: GoalProgress) -> Twist:
         """Stop within the tolerance and turn to the goal's heading."""

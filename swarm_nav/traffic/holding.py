@@ -302,19 +302,27 @@ class Lease:
         return len(gaps) > 0 and float(np.hypot(*gaps.T).min()) < limit
 
     def is_covered(self, situation: Situation) -> bool:
-        """Whether a robot that will not move by itself is on the station.
+        """Whether a robot that will not move by itself is on the station, or may be.
+
+        Args:
+            situation: Of the robot.
+        """
+        return self.covering(situation) is not None
+
+    def covering(self, situation: Situation) -> int | None:
+        """Return the row of a neighbour that will not move by itself and may be on the station.
 
         Args:
             situation: Of the robot.
         """
         if self.station is None or self.tick == 0 or self.is_leaving:
-            return False
+            return None
         neighbors = situation.neighbors
         for row in np.flatnonzero(neighbors.immovable):
             gaps = neighbors.tubes(int(row)) - self.station
             if float(np.hypot(*gaps.T).min()) < situation.reach(int(row)) - STATION_OVERLAP:
-                return True
-        return False
+                return int(row)
+        return None
 
 
 class HoldingPattern:

@@ -46,7 +46,7 @@ def test_all_who_wait_for_a_station_under_a_dead_robot_end_with_goal_occupied() 
     queue(swarm, 5 * (PATIENCE + DRIVE))
     ends = [swarm.ended(k)[0] for k in range(VICTIM)]
     assert {(e.outcome, e.error_code) for e in ends} == {(Outcome.ABORTED, ErrorCode.GOAL_OCCUPIED)}
-    assert all("no longer answers" in e.message for e in ends)
+    assert all(f"Srobot{VICTIM + 1} has not been heard for" in e.message for e in ends)
     waits = [(e.tick - begun) * CONTROL_PERIOD for e in ends]
     assert min(waits) >= PATIENCE
     assert max(waits) <= PATIENCE + DRIVE

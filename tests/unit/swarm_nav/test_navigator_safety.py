@@ -138,7 +138,7 @@ def test_a_dead_robot_on_the_station_ends_the_goal_after_the_patience() -> None:
     one.run_until(lambda: bool(one.ended(0)), 900, dead=[1])
     end = one.ended(0)[0]
     assert (end.outcome, end.error_code) == (Outcome.ABORTED, ErrorCode.GOAL_OCCUPIED)
-    assert "no longer answers" in end.message
+    assert "Srobot2 has not been heard for" in end.message
     assert one.distance(0, EAST) > 0.5
 
 
