@@ -20,6 +20,9 @@ ARRAYS = (
     "intent",
     "footprint",
     "heard",
+    "sighted_id",
+    "sighted_tick",
+    "sighted_at",
 )
 
 
