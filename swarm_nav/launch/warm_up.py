@@ -17,6 +17,7 @@ from swarm_nav.control.tube import Tube
 from swarm_nav.core.config import ControllerConfig, NavConfig, TrafficConfig
 from swarm_nav.core.goals import Goal, GoalKind
 from swarm_nav.core.localisation_config import AMCL, LocalisationConfig
+from swarm_nav.perception.absence import JUDGED_EVERY
 from swarm_nav.perception.neighbor_table import NeighborTable
 from swarm_nav.perception.obstacle_kernels import Beam
 from swarm_nav.planning import path_cost_kernels
@@ -100,7 +101,7 @@ def _fall_silent(robot: Navigator) -> None:
     beacon = robot.tick(TICKS).beacon
     neighbors = NeighborTable(9, TrafficConfig())
     neighbors.receive(np.array([beacon]), 0.0, 9.0)
-    for tick in (TICKS, TICKS + 40, TICKS + 200, TICKS + 201):
+    for tick in (TICKS, *range(TICKS + 40, TICKS + 40 + JUDGED_EVERY), TICKS + 200, TICKS + 201):
         neighbors.refresh(tick)
         neighbors.receive(np.zeros(0, beacon.dtype), 2.0, 2.0)
     neighbors.receive(np.array([beacon]), 2.0, 2.0)
