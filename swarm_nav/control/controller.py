@@ -32,6 +32,11 @@ class Controller:
     """Turns a tube into a twist, tick by tick."""
 
     def __init__(self, config: ControllerConfig) -> None:
+        """Start as a robot that is not turning.
+
+        Args:
+            config: Limits of the drive, samples and critics.
+        """
         self.configure(config)
         self._is_turning = False
 
@@ -165,7 +170,15 @@ class Controller:
 
 
 def corner_ahead(tube: Tube, pose: Pose) -> int:
-    """Move the robot's index on along the tube; return the next corner, or the path's end."""
+    """Move the robot's index on along the tube; return the next corner, or the path's end.
+
+    Args:
+        tube: The path; its index of the robot is moved.
+        pose: Of the robot, in map.
+
+    Returns:
+        Index of the corner. One that is held and that the robot stands on counts as passed.
+    """
     corner = tube.next_corner()
     tube.advance(pose, min(corner, tube.stop))
     if tube.near < corner <= tube.stop and gap_to(tube, corner, pose) < ARRIVED:
@@ -175,9 +188,16 @@ def corner_ahead(tube: Tube, pose: Pose) -> int:
 
 
 def scored_window(tube: Tube, corner: int) -> tuple[int, FloatArray]:
-    """Return the points (n, 2) that rollouts are scored on, and the index of the first.
+    """Return the points that rollouts are scored on.
 
-    That is one behind the robot, but not from before a bend.
+    They begin one behind the robot, but not before a bend.
+
+    Args:
+        tube: The path, with the robot's index on it.
+        corner: Index of the last point that may be scored on, see `corner_ahead`.
+
+    Returns:
+        The index of the first of the points, and the points (n, 2) [m] in map.
     """
     first = tube.near if tube.near in tube.corners else max(0, tube.near - 1)
     return first, tube.points[first : min(corner, tube.near + WINDOW) + 1]

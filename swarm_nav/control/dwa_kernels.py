@@ -403,6 +403,19 @@ def choose_twist(
 
     For calls from Python, once per tick and robot: numba's dispatcher takes 0.1 µs for a plain
     tuple and 0.7 to 1 µs for a `NamedTuple`.
+
+    Args:
+        pose: (x, y, yaw) [m], [rad] in map.
+        twist: `Velocity`, the present one.
+        path: (n, 2) [m] in map from the robot on, n > 1.
+        inside: `Inside`.
+        limits: `Limits`.
+        samples: `Samples`.
+        scales: `Scales`.
+        arc: Receives the poses (steps, 3) of the best rollout.
+
+    Returns:
+        (v [m/s], w [rad/s], cost).
     """
     return best_twist(
         Place(*pose),

@@ -29,7 +29,12 @@ TURN_SAMPLES = 5  # of the turning rate at most: the course does not depend on i
 
 
 def make_controller(spec: RobotSpec, config: ControllerConfig) -> Controller:
-    """Return the controller for a robot's drive and shape."""
+    """Return the controller for a robot's drive and shape.
+
+    Args:
+        spec: Of the robot.
+        config: Limits of the drive, samples and critics.
+    """
     if spec.is_omni:
         return OmniController(config)
     return StraightController(config) if spec.is_oblong else Controller(config)
@@ -39,21 +44,46 @@ class OmniController(Controller):
     """Turns a tube into a twist with a speed sideways."""
 
     def __init__(self, config: ControllerConfig) -> None:
+        """Start as a robot that stands.
+
+        Args:
+            config: Limits of the drive, samples and critics.
+        """
         super().__init__(config)
         self._velocity = (0.0, 0.0, 0.0)
 
     def course(self, twist: Twist) -> Twist:
-        """Take in the measured twist; return the speed along the course in place of vx, vy."""
+        """Take in the measured twist; return the speed along the course in place of vx, vy.
+
+        Args:
+            twist: In base_footprint.
+        """
         self._velocity = (twist.vx, twist.vy, twist.wz)
         return Twist(math.hypot(twist.vx, twist.vy), 0.0, twist.wz)
 
     def choose_direction(self, tube: Tube, pose: Pose, twist: Twist, may_back: bool) -> bool:
-        """Never drive backwards: the robot need not turn to make way."""
+        """Never drive backwards: the robot need not turn to make way.
+
+        Args:
+            tube: Whose `is_reverse` is cleared.
+            pose: Not used.
+            twist: Not used.
+            may_back: Not used.
+
+        Returns:
+            True: nothing has to be waited for.
+        """
         tube.is_reverse = False
         return True
 
     def follow(self, tube: Tube, pose: Pose, twist: Twist) -> Twist:
-        """Return the twist that follows the tube, at most to its held end."""
+        """Return the twist that follows the tube, at most to its held end.
+
+        Args:
+            tube: Path and held part; its index of the robot is advanced.
+            pose: Of the robot, in map.
+            twist: As `course` returned it.
+        """
         self._is_turning = False
         corner = corner_ahead(tube, pose)
         end = min(corner, tube.stop)

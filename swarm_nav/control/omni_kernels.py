@@ -259,7 +259,21 @@ def choose_velocity(
     scales: tuple[float, float, float, float, float],
     arc: Floats,
 ) -> tuple[float, float, float]:
-    """Return `best_velocity` of plain tuples; see `dwa_kernels.choose_twist`."""
+    """Return `best_velocity` of plain tuples; see `dwa_kernels.choose_twist`.
+
+    Args:
+        pose: (x, y, yaw) [m], [rad] in map.
+        velocity: `PlanarVelocity`, the present one.
+        path: (n, 2) [m] in map from the robot on, n > 1.
+        inside: `InsideTowards`.
+        limits: `PlanarLimits`.
+        samples: `PlanarSamples`.
+        scales: `PlanarScales`.
+        arc: Receives the poses (steps, 3) of the best rollout.
+
+    Returns:
+        (vx [m/s], vy [m/s], w [rad/s]).
+    """
     return best_velocity(
         Place(*pose),
         PlanarVelocity(*velocity),

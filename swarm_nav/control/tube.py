@@ -29,6 +29,14 @@ class Tube:
     def __init__(
         self, pose: Pose, confirmations: int, held_length: float, wanted_length: float
     ) -> None:
+        """Hold the place of the robot, without a path.
+
+        Args:
+            pose: Of the robot, in map.
+            confirmations: Beacons in which space is requested before it is taken.
+            held_length: [m] of path held ahead.
+            wanted_length: [m] requested beyond that.
+        """
         self.configure(confirmations, held_length, wanted_length)
         self.corner_angle = 0.5
         self.slots: Slots | None = None  # of a long robot

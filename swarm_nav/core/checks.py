@@ -8,7 +8,16 @@ from swarm_common.model.errors import ConfigError
 
 
 def positive(owner: str, config: object, *names: str) -> None:
-    """Refuse values that are not finite and positive; `owner` is the prefix of the names."""
+    """Refuse values that are not finite and positive.
+
+    Args:
+        owner: Prefix of the names in messages, like `planner.`; empty for none.
+        config: Whose attributes are checked.
+        *names: Of the attributes; they hold numbers.
+
+    Raises:
+        ConfigError: Naming the first parameter that is refused.
+    """
     for name in names:
         value = getattr(config, name)
         if not (math.isfinite(value) and value > 0):
@@ -16,7 +25,16 @@ def positive(owner: str, config: object, *names: str) -> None:
 
 
 def not_negative(owner: str, config: object, *names: str) -> None:
-    """Refuse values that are not finite or are negative."""
+    """Refuse values that are not finite or are negative.
+
+    Args:
+        owner: Prefix of the names in messages, like `planner.`; empty for none.
+        config: Whose attributes are checked.
+        *names: Of the attributes; they hold numbers.
+
+    Raises:
+        ConfigError: Naming the first parameter that is refused.
+    """
     for name in names:
         value = getattr(config, name)
         if not (math.isfinite(value) and value >= 0):
@@ -24,7 +42,17 @@ def not_negative(owner: str, config: object, *names: str) -> None:
 
 
 def at_most(owner: str, config: object, name: str, limit: float) -> None:
-    """Refuse values above a limit."""
+    """Refuse values above a limit.
+
+    Args:
+        owner: Prefix of the name in messages, like `planner.`; empty for none.
+        config: Whose attribute is checked.
+        name: Of the attribute; it holds a number.
+        limit: Largest value that is allowed.
+
+    Raises:
+        ConfigError: Naming the parameter and the limit.
+    """
     value = getattr(config, name)
     if value > limit:
         raise ConfigError(f"{owner}{name} is {value}; it must be at most {limit}")

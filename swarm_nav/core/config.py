@@ -225,7 +225,15 @@ class NavConfig:
 
 
 def parameter_values(config: NavConfig) -> dict[str, Any]:
-    """Return the flat ROS parameters {name: value} of a configuration."""
+    """Return the flat ROS parameters {name: value} of a configuration.
+
+    Args:
+        config: All parameters of a navigator.
+
+    Returns:
+        Values by name, in the order of the classes. The groups are prefixes (`traffic.patience`),
+        but for those of `controller`, which have none, as in Nav2.
+    """
     values: dict[str, Any] = {}
     for group in dataclasses.fields(config):
         prefix = "" if group.name == "controller" else f"{group.name}."
@@ -238,6 +246,11 @@ def config_from_parameters(
     values: Mapping[str, Any], base: NavConfig | None = None, where: str = "the parameters"
 ) -> NavConfig:
     """Return `base` with the given flat ROS parameters replaced.
+
+    Args:
+        values: By flat name, as `parameter_values` has them; whole numbers do for floats.
+        base: Has the values of the other parameters. None: the defaults.
+        where: Where the values come from, for messages.
 
     Raises:
         ConfigError: If a name is unknown, a type is wrong or a value impossible.

@@ -100,6 +100,13 @@ class PlanError(SwarmError):
     """
 
     def __init__(self, code: ErrorCode, message: str, *, is_final: bool = False) -> None:
+        """Say why there is no plan.
+
+        Args:
+            code: Nav2 error code, for the result of the action.
+            message: The reason in words.
+            is_final: Whether the map alone decided it, so that no recovery helps.
+        """
         self.code = code
         self.is_final = is_final
         super().__init__(message)

@@ -41,7 +41,14 @@ class Lifecycle:
         return self.state == "active"
 
     def apply(self, command: str) -> bool:
-        """Carry out a command; False if the state does not know it."""
+        """Carry out a command if the present state knows it; otherwise nothing changes.
+
+        Args:
+            command: Name of a transition in `TRANSITIONS`, like `startup` or `pause`.
+
+        Returns:
+            False if the state does not know the command.
+        """
         target = TRANSITIONS[self.state].get(command)
         if target is None:
             return False

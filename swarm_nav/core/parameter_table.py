@@ -71,7 +71,14 @@ def parameter_table() -> dict[str, ParameterRow]:
 
 
 def field_comments(config_class: type) -> dict[str, str]:
-    """Return the comment at the end of each field's line in the source of a class."""
+    """Return the comment at the end of each field's line in the source of a class.
+
+    Args:
+        config_class: Dataclass at the top level of a module, with one field per line.
+
+    Returns:
+        Comments by name of the field; fields without one are missing.
+    """
     source = inspect.getsource(sys.modules[config_class.__module__])
     _, _, rest = source.partition(f"\nclass {config_class.__name__}:\n")
     body = re.split(r"^(?=\S)", rest, maxsplit=1, flags=re.MULTILINE)[0]
@@ -80,7 +87,14 @@ def field_comments(config_class: type) -> dict[str, str]:
 
 
 def unit_and_effect(comment: str) -> tuple[str, str]:
-    """Return what a comment like `[m/s] largest speed` says: unit and effect."""
+    """Return what a comment like `[m/s] largest speed` says: unit and effect.
+
+    Args:
+        comment: Behind a field, without the `#`.
+
+    Returns:
+        (unit, effect); the unit is empty if the comment does not begin with one in brackets.
+    """
     match = re.match(r"\[([^\]]*)\]\s*(.*)", comment)
     return (match[1], match[2]) if match else ("", comment)
 

@@ -14,7 +14,14 @@ SENIORITY = (1 << (TICK_BITS + ID_BITS + DEPTH_BITS)) - 1  # mask of all but the
 
 
 def base_priority(rank: int, last_goal_tick: int, robot_id: int) -> int:
-    """Return the 50-bit priority: class, seniority, id, and depth for inheritance."""
+    """Return the 50-bit priority: class, seniority, id, and depth for inheritance.
+
+    Args:
+        rank: `CLASS_DONE`, `CLASS_HOLDING` or `CLASS_DRIVING`.
+        last_goal_tick: Tick at which the robot reached its last target; the earlier, the higher it
+            ranks.
+        robot_id: From 1; of otherwise equal robots the smaller id ranks higher.
+    """
     seniority = (1 << TICK_BITS) - 1 - last_goal_tick
     value = (rank << TICK_BITS) | seniority
     value = (value << ID_BITS) | (ID_MASK - robot_id % (1 << ID_BITS))
@@ -26,6 +33,9 @@ def above(priority: int) -> int:
 
     Waiting robots are parked, below all driving ones; the robot that keeps them waiting must rank
     above both.
+
+    Args:
+        priority: Of a robot that waits, of any class.
     """
     driving = CLASS_DRIVING << (TICK_BITS + ID_BITS + DEPTH_BITS)
     return driving | (priority & SENIORITY) | TOP_DEPTH

@@ -79,13 +79,21 @@ class AmclLocaliser:
         self._begin(pose_map, START_DEVIATION)
 
     def configure(self, config: LocalisationConfig) -> None:
-        """Take new parameters, effective from the next scan."""
+        """Take new parameters, effective from the next scan.
+
+        Args:
+            config: `localisation.` parameters.
+        """
         self._config = config
         self._filter.configure(config)
         self._hits = np.empty((min(config.max_beams, self._lidar.rays), 2))
 
     def load_map(self, terrain: Terrain) -> None:
-        """Take another map; the pose stays."""
+        """Take another map; the pose stays.
+
+        Args:
+            terrain: Of that map, in the same map frame.
+        """
         self._terrain = terrain
 
     @property
@@ -131,7 +139,12 @@ class AmclLocaliser:
         return math.sqrt(max(x, y))
 
     def initialise(self, pose_map: Pose, deviation: tuple[float, float] = START_DEVIATION) -> None:
-        """Take a pose in map for the present odometry, known to within `deviation` [m], [rad]."""
+        """Take a pose for the present odometry, and draw the particles around it.
+
+        Args:
+            pose_map: Where base_footprint is now.
+            deviation: Standard deviations of x and y [m], and of yaw [rad].
+        """
         self._map_from_odom = self._target = pose_map.compose(self._odom.inverse())
         self._begin(pose_map, deviation)
 
@@ -153,7 +166,11 @@ class AmclLocaliser:
         return x + place, y + place, yaw
 
     def on_odom(self, odom: Odometry) -> None:
-        """Take the newest odometry, and correct the pose by a little."""
+        """Take the newest odometry, and correct the pose by a little.
+
+        Args:
+            odom: Pose in odom, and twist. The first one ties odom to the pose of the start.
+        """
         before, self._pose_odom = self._pose_odom, odom.pose_odom
         if before is None:
             self._map_from_odom = self._target = self._start.compose(odom.pose_odom.inverse())
@@ -176,7 +193,11 @@ class AmclLocaliser:
         self._last_odom = drift.inverse().compose(self._last_odom)
 
     def on_scan(self, scan: Scan) -> None:
-        """Compare the newest scan with the map, if it is time to."""
+        """Compare the newest scan with the map, if it is time to.
+
+        Args:
+            scan: Ranges of one revolution.
+        """
         is_vague = self._deviation > self._config.lost_deviation
         self._vague_scans = self._vague_scans + 1 if is_vague else 0
         if self._pose_odom is None or not self._is_due:

@@ -26,7 +26,11 @@ class OdometryLocaliser:
     wants_leap = False
 
     def __init__(self, pose_map: Pose) -> None:
-        """Start at a known pose; the odometry frame is tied to it by the first message."""
+        """Start at a known pose; the odometry frame is tied to it by the first message.
+
+        Args:
+            pose_map: Where base_footprint is now.
+        """
         self._pending: Pose | None = pose_map
         self._pose_odom = Pose(0.0, 0.0, 0.0)
         self._map_from_odom = pose_map
@@ -47,19 +51,36 @@ class OdometryLocaliser:
         """Nothing is found out here."""
 
     def configure(self, config: LocalisationConfig) -> None:
-        """There are no parameters."""
+        """There are no parameters.
+
+        Args:
+            config: Not used.
+        """
 
     def load_map(self, terrain: Terrain) -> None:
-        """Maps do not enter dead reckoning."""
+        """Maps do not enter dead reckoning.
+
+        Args:
+            terrain: Not used.
+        """
 
     def initialise(self, pose_map: Pose, deviation: tuple[float, float] = START_DEVIATION) -> None:
-        """Take a pose in map for the present odometry."""
+        """Take a pose for the present odometry.
+
+        Args:
+            pose_map: Where base_footprint is now.
+            deviation: Standard deviations of x and y [m], and of yaw [rad].
+        """
         self._deviation = deviation
         self._map_from_odom = pose_map.compose(self._pose_odom.inverse())
         self._driven = 0.0
 
     def on_odom(self, odom: Odometry) -> None:
-        """Take the newest odometry."""
+        """Take the newest odometry.
+
+        Args:
+            odom: Pose in odom, and twist.
+        """
         self._driven += self._pose_odom.distance(odom.pose_odom)
         self._pose_odom = odom.pose_odom
         if self._pending is not None:
@@ -67,7 +88,11 @@ class OdometryLocaliser:
             self._pending = None
 
     def on_scan(self, scan: Scan) -> None:
-        """Scans do not enter dead reckoning."""
+        """Scans do not enter dead reckoning.
+
+        Args:
+            scan: Not used.
+        """
 
     def particles(self) -> FloatArray:
         """Return the one hypothesis."""

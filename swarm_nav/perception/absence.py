@@ -45,7 +45,7 @@ class Absence:
         """Start without knowing anybody.
 
         Args:
-            own_id: Of this robot.
+            own_id: Of this robot; robots check and tell in turn by it.
         """
         self._own_id = own_id
         self._told: Words = np.zeros(4 * SIGHTINGS, np.uint32)

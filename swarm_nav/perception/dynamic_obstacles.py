@@ -37,7 +37,11 @@ class DynamicObstacles:
     """Age and motion of marks; row k of each array is about mark k."""
 
     def __init__(self, cell: float) -> None:
-        """Start without marks; `cell` [m] is the lattice that they lie on."""
+        """Start without marks.
+
+        Args:
+            cell: [m] edge of the cells that marks are rounded to.
+        """
         self._cell = cell
         self._past: collections.deque[tuple[NDArray[np.float32], Place]] = collections.deque(
             maxlen=PAST_SCANS

@@ -46,7 +46,11 @@ class Oblong:
 
     @classmethod
     def of(cls, spec: RobotSpec) -> Oblong | None:
-        """Return the outline of a long robot, None for a robot that is planned with its circle."""
+        """Return the outline of a long robot, None for a robot that is planned with its circle.
+
+        Args:
+            spec: Of the robot.
+        """
         if not spec.is_oblong:
             return None
         return cls(spec.footprint, spec.circumscribed_radius, spec.half_width)
@@ -67,7 +71,12 @@ class Oblong:
         return cover(self.corners, LEAST_GAP)
 
     def slack(self, field: Field, pose_map: Pose) -> float:
-        """Return how much more than `LEAST_GAP` [m] a pose keeps from the walls."""
+        """Return how much more than `LEAST_GAP` [m] a pose keeps from the walls; below 0: too near.
+
+        Args:
+            field: Distances to the mapped walls.
+            pose_map: Of base_footprint.
+        """
         return float(kernels.slack(field, self.least, pose_map.x, pose_map.y, pose_map.yaw))
 
     def admitted(
@@ -167,7 +176,14 @@ class Slots:
         self.room: NDArray[np.bool_] = clearance >= room
 
     def is_slot(self, points: FloatArray) -> NDArray[np.bool_]:
-        """Return which points (n, 2) lie in a slot's cell."""
+        """Return which points lie in a slot's cell.
+
+        Args:
+            points: (n, 2) [m] in map.
+
+        Returns:
+            (n,); False outside the lattice.
+        """
         columns = np.floor((points[:, 0] - self._frame.origin_x) / self._frame.step).astype(
             np.int64
         )
@@ -179,9 +195,16 @@ class Slots:
         return result
 
     def pieces(self, course: FloatArray) -> list[tuple[FloatArray, bool]]:
-        """Cut a course of nodes (n, 2) into pieces through slots (True) and between (False).
+        """Cut a course of nodes into pieces through slots and between them.
 
         A piece through slots reaches from the last node before to the first one behind them.
+
+        Args:
+            course: (n, 2) [m] in map, n > 1.
+
+        Returns:
+            The pieces in order, each with whether it leads through slots. Each begins with the
+            point that the one before ends with.
         """
         inner = self.is_slot(course)
         straight = inner[:-1] | inner[1:]
@@ -189,7 +212,16 @@ class Slots:
         return [(course[a : b + 1], bool(straight[a])) for a, b in itertools.pairwise(cuts)]
 
     def corners(self, points: FloatArray, angle: float) -> NDArray[np.int64]:
-        """Return the indices where a path is turned on the spot: bends, and bends at mouths."""
+        """Return the indices where a path is turned on the spot: bends, and bends at mouths.
+
+        Args:
+            points: (n, 2) [m] in map.
+            angle: [rad] beyond which a bend is turned on the spot anywhere; at mouths it is
+                `MOUTH_BEND`.
+
+        Returns:
+            (k,) indices of points, in rising order.
+        """
         inner = self.is_slot(points)
         mouths = np.flatnonzero(inner[1:] != inner[:-1]) + 1
         sharp = path_kernels.corners(points, MOUTH_BEND)

@@ -26,6 +26,13 @@ class Planner:
     """Plans on one terrain; `extra` is the lattice of costs that other robots add."""
 
     def __init__(self, terrain: Terrain, planner: PlannerConfig, costmap: CostmapConfig) -> None:
+        """Plan with the walls of a terrain and the given parameters.
+
+        Args:
+            terrain: Of the map, for this size of robot.
+            planner: `planner.` parameters.
+            costmap: `costmap.` parameters, of which the clearance from walls counts.
+        """
         self.terrain = terrain
         self._config = planner
         self._wall_clearance = wall_clearance(costmap, terrain.radius)

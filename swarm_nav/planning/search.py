@@ -23,7 +23,15 @@ class SearchSpace:
         step: float,
         slots: Slots | None = None,
     ) -> None:
-        """Find the open moves and allocate; the arguments are those of `terrain.Lattice`."""
+        """Find the open moves and allocate; the arguments are those of `terrain.Lattice`.
+
+        Args:
+            base: (h, w) cost factor of a metre, `search_kernels.WALL` where the robot does not fit.
+            lane: (h, w) extra cost factor of driving against `heading`.
+            heading: (h, w, 2) unit vectors.
+            step: [m] edge of a cell.
+            slots: Where a long robot only drives straight through. None for other robots.
+        """
         moves = np.empty(base.shape, np.uint16)
         if slots is None:
             kernels.open_moves(base, moves)
