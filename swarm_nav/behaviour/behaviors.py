@@ -37,6 +37,12 @@ class Behavior:
     """One run of SPIN, BACKUP, DRIVE_ON_HEADING, WAIT or TELEOP; `end` is None while it runs."""
 
     def __init__(self, goal: Goal, situation: Situation) -> None:
+        """Start at the present pose and tick.
+
+        Args:
+            goal: Of kind SPIN, BACKUP, DRIVE_ON_HEADING, WAIT or TELEOP.
+            situation: Of the robot.
+        """
         self.goal = goal
         self._start_tick = situation.tick
         self._start: Pose = situation.pose

@@ -40,8 +40,13 @@ class Window:
 def changed_window(before: Costmap, now: Costmap) -> Window | None:
     """Return the smallest rectangle that holds every changed cell.
 
-    None where nothing has changed, and where the costmaps cannot be compared: another size,
-    resolution or origin.
+    Args:
+        before: The earlier costmap.
+        now: The later one.
+
+    Returns:
+        The rectangle. None where nothing has changed, and where the costmaps cannot be compared:
+        another size, resolution or origin.
     """
     geometry = (before.resolution, before.origin_x, before.origin_y, before.cells.shape)
     if geometry != (now.resolution, now.origin_x, now.origin_y, now.cells.shape):

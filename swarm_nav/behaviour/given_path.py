@@ -19,6 +19,11 @@ class GivenPath:
     """Points in map with the index of the robot on them; never goes back to an earlier one."""
 
     def __init__(self, points: FloatArray) -> None:
+        """Start at the first point.
+
+        Args:
+            points: (n, 2) [m] in map, n > 0.
+        """
         self.points = np.ascontiguousarray(points, np.float64)
         self.index = 0
         steps = np.hypot(*np.diff(self.points, axis=0).T) if len(self.points) > 1 else np.zeros(0)

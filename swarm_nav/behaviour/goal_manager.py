@@ -35,6 +35,15 @@ class GoalManager:
         right: RightOfWay,
         departure: Departure,
     ) -> None:
+        """Start without a goal.
+
+        Args:
+            situation: Of the robot.
+            state_machine: Its state, which is switched as goals begin and end.
+            lease: Its turn at stations; it is aimed at the present target.
+            right: Tells whether it makes way; then its path outlives the goal.
+            departure: Takes it out of a narrow region after its last goal.
+        """
         self._departure = departure
         self._s = situation
         self._state_machine = state_machine

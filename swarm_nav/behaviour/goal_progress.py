@@ -27,6 +27,12 @@ class GoalProgress:
     """
 
     def __init__(self, goal: Goal, situation: Situation) -> None:
+        """Start at the first target of the goal, at the present tick.
+
+        Args:
+            goal: Of a kind that navigates, with a pose or a path at least.
+            situation: Of the robot.
+        """
         self.goal = goal
         self.start_tick = situation.tick
         self.index = goal.first_index

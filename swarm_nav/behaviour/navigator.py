@@ -57,6 +57,19 @@ class Navigator:
         robot_id: int,
         initial_pose_map: Pose,
     ) -> None:
+        """Build all parts of an active robot without a goal.
+
+        Args:
+            config: All parameters.
+            spec: Of the robot.
+            grid: The map, upright.
+            sites: Stations and circuits of the world, in the same map frame.
+            robot_id: From 1.
+            initial_pose_map: Of base_footprint, at the first odometry.
+
+        Raises:
+            MapError: If the map has too many cells when it is divided into finer ones.
+        """
         self.spec = spec
         self.sites = sites
         self.is_active = True
@@ -183,6 +196,9 @@ class Navigator:
 
         Args:
             grid: Occupancy, in the same map frame.
+
+        Raises:
+            MapError: If the map has too many cells when it is divided into finer ones.
         """
         self._s.load_map(grid)
         self._localiser.load_map(self._s.terrain)

@@ -33,6 +33,12 @@ class Route:
     """
 
     def __init__(self, situation: Situation, goal_manager: GoalManager) -> None:
+        """Start without a plan.
+
+        Args:
+            situation: Of the robot; plans go to its tube.
+            goal_manager: Is told of targets that have no way.
+        """
         self._s = situation
         self._goal_manager = goal_manager
         self.last_plan_tick = -1000

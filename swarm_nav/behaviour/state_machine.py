@@ -19,6 +19,12 @@ class StateMachine:
     """
 
     def __init__(self, situation: Situation, holding: HoldingPattern) -> None:
+        """Start idle.
+
+        Args:
+            situation: Of the robot.
+            holding: Entered and left with the state `HOLDING`.
+        """
         self._s = situation
         self._holding = holding
         self.state = State.IDLE

@@ -38,6 +38,11 @@ class ForkServer:
     """Forks, watches and ends the navigators' processes."""
 
     def __init__(self, events: EventWriter) -> None:
+        """Start without children and without a parent that is listened to.
+
+        Args:
+            events: For swarm-up.
+        """
         self._events = events
         self._children: dict[int, set[str]] = {}  # names of the robots of each
         self._starts: dict[str, str] = {}  # parameter files of robots that are to get one
@@ -51,11 +56,25 @@ class ForkServer:
         self._is_stopping = True
 
     def listen(self, control_fd: int) -> None:
-        """Take commands from a pipe."""
+        """Take commands from a pipe in `watch`.
+
+        Args:
+            control_fd: Descriptor to read from; it becomes non-blocking.
+        """
         self._commands = MessageReader(control_fd, FORK_SERVER)
 
     def wait_for_go(self, control_fd: int) -> bool:
-        """Return True once the pipe says go, False if it ends before or `stop` was called."""
+        """Wait until the pipe says go; `watch` takes further commands from it.
+
+        Args:
+            control_fd: Descriptor to read from; it becomes non-blocking.
+
+        Returns:
+            False if the pipe ended before, or `stop` was called.
+
+        Raises:
+            UnknownMessageError: If a line is not a known command.
+        """
         self._commands = MessageReader(control_fd, FORK_SERVER)
         while not self._is_stopping:
             is_readable = select.select([control_fd], [], [], WAIT_SLICE)[0]
@@ -69,7 +88,13 @@ class ForkServer:
         return False
 
     def fork(self, group: Group, log_dir: Path | None) -> None:
-        """Start one process for a group of robots; its output goes to a file in `log_dir`."""
+        """Start one process for a group of robots; the child does not return.
+
+        Args:
+            group: Robots of the process.
+            log_dir: Folder of the file that gets its output, named after the first robot. None: the
+                output goes where that of the fork server goes.
+        """
         parent = os.getpid()
         self._leaving -= group.names
         if (threads := thread_count()) > 1:
@@ -104,6 +129,9 @@ class ForkServer:
 
         Args:
             grouping: Knows how to start those that come.
+
+        Raises:
+            UnknownMessageError: If a line from the parent is not a known command.
         """
         while (self._children or self._commands) and not self._is_stopping:
             self._reap()

@@ -41,7 +41,14 @@ def _prepare(events: EventWriter) -> None:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run all navigators until told to stop; returns the exit code."""
+    """Run all navigators until told to stop.
+
+    Args:
+        arguments: Of the command line; None for this process's own.
+
+    Returns:
+        The exit code: 0, or 2 for an unusable configuration.
+    """
     options = child_options("Navigators of a swarm", arguments)
     ros_env.set_defaults()
     events = EventWriter(options.event_fd)

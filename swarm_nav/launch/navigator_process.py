@@ -26,6 +26,13 @@ def run_navigators(group: Sequence[NodeSettings], events: EventWriter) -> None:
 
     One that fails leaves the graph and is reported; the others go on. The failure of the last
     one is that of the process.
+
+    Args:
+        group: Settings of the robots of the process.
+        events: For swarm-up.
+
+    Raises:
+        Exception: Whatever the last navigator fails with.
     """
     is_stopped = False
 

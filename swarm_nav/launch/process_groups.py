@@ -53,6 +53,9 @@ class Grouping:
     def __init__(self, path: str | Path) -> None:
         """Read the file and all parameter files.
 
+        Args:
+            path: The JSON file; profiles are written to the folder `PROFILES` beside it.
+
         Raises:
             SwarmError: If the configuration or a robot's parameters are unusable.
         """
@@ -86,6 +89,10 @@ class Grouping:
     def newcomer(self, name: str, params: str) -> Group:
         """Return the group of a robot that comes, or comes back, while the swarm runs.
 
+        Args:
+            name: Of the robot, like Srobot3.
+            params: Path of its parameter file.
+
         Raises:
             SwarmError: If its parameters are unusable.
         """
@@ -100,6 +107,9 @@ class Grouping:
 
         Returns:
             What the map has room for; None without a map.
+
+        Raises:
+            SwarmError: If the map is unusable.
         """
         if self._map is None or not Path(self._map).is_file():
             return None

@@ -23,12 +23,16 @@ MANY_PROCESSES = 10  # from here on, ways to all stations cost less than each pr
 def prepare(robots: Sequence[NodeSettings], grid: Grid, processes: int) -> Conditions:
     """Work out what robots on a map have in common; robots of one model have all of it.
 
-    Returns what the map has room for, where any robot may be told to go to any station.
-
     Args:
         robots: All that will be started.
         grid: The map that they will most likely get from the world.
         processes: Among which they are divided.
+
+    Returns:
+        What the map has room for, where any robot may be told to go to any station.
+
+    Raises:
+        MapError: If the map has too many cells when it is divided into finer ones.
     """
     seen = set()
     for robot in robots:

@@ -99,7 +99,7 @@ class Absence:
     def listen(
         self, receptions: Iterable[Reception], position: tuple[float, float], edge: float, tick: int
     ) -> tuple[Words, list[int]]:
-        """Take the beacons of a tick; return the robots that seem dead, and those that have left.
+        """Take the beacons of a tick, and find out what became of robots that are not heard.
 
         Args:
             receptions: Batches of this tick.

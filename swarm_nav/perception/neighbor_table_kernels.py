@@ -234,6 +234,9 @@ def take_in(
         limits: See `refresh`.
         out: See `refresh`.
         left: See `refresh`.
+
+    Returns:
+        As of `refresh`.
     """
     words, floats, notes, links = table
     count = merge(words, floats, notes, links, count, heard, before, own)

@@ -282,6 +282,9 @@ def terrain_for(
         costmap: Clearances.
         radius: [m] circumscribed radius of the robot.
         oblong: Outline of a long robot, else None.
+
+    Raises:
+        MapError: If the finer map would have too many cells.
     """
     grid = grid.refined()
     origin = (grid.origin_x, grid.origin_y, grid.height, grid.width)

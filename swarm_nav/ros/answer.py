@@ -75,12 +75,21 @@ class Answers:
             self._send()
 
     def take_mission(self, message: Mission) -> None:
-        """Record whether more goals will come."""
+        """Record whether more goals will come, and send what was withheld if none will.
+
+        Args:
+            message: Of the operator.
+        """
         if self._answer_barrier.on_mission(message.active, time.monotonic()):
             self.send_withheld()
 
     def look(self, tick: int, now: float) -> None:
-        """Notice a mission that has been silent for too long; `now` is wall time."""
+        """Send what was withheld for a mission that has been silent for too long.
+
+        Args:
+            tick: In hand, for the log.
+            now: [s] of wall time.
+        """
         if self._answer_barrier.has_expired(now):
             self._node.get_logger().warning(
                 f"tick {tick}: the mission sends no goal; going on without it"

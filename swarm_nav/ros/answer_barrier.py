@@ -16,7 +16,11 @@ class AnswerBarrier:
     """Follows the operator's Mission messages and the goals."""
 
     def __init__(self, waits_for_mission: bool) -> None:
-        """Begin; with `waits_for_mission` a mission counts as active from the start."""
+        """Start without an answer that is withheld.
+
+        Args:
+            waits_for_mission: Whether a mission counts as active from the start.
+        """
         self._is_active = waits_for_mission
         self._since: float | None = None
         self._limit = LIMIT
@@ -38,7 +42,12 @@ class AnswerBarrier:
         return self._is_active and not has_goal and (is_first or has_ended)
 
     def hold(self, now: float, is_first: bool) -> None:
-        """Begin to withhold, at wall time `now`, the first answer or a later one."""
+        """Begin to withhold an answer.
+
+        Args:
+            now: [s] of wall time.
+            is_first: Whether this is the navigator's first answer.
+        """
         self._since = now
         self._limit = START_LIMIT if is_first and not self._is_announced else LIMIT
 
@@ -47,7 +56,15 @@ class AnswerBarrier:
         self._since = None
 
     def on_mission(self, is_active: bool, now: float) -> bool:
-        """Take a Mission message; return whether a withheld answer must be sent now."""
+        """Take a Mission message.
+
+        Args:
+            is_active: Whether the operator has more goals to come.
+            now: [s] of wall time.
+
+        Returns:
+            Whether a withheld answer must be sent now.
+        """
         if self.is_holding and not self._is_announced:  # its first goal is about to come
             self._since, self._limit = now, LIMIT
         self._is_announced = True
@@ -55,7 +72,11 @@ class AnswerBarrier:
         return self.is_holding and not is_active
 
     def has_expired(self, now: float) -> bool:
-        """Whether the operator has been silent for too long; then it counts as gone."""
+        """Whether the operator has been silent for too long; then it counts as gone.
+
+        Args:
+            now: [s] of wall time.
+        """
         if self._since is None or now - self._since < self._limit:
             return False
         self._is_active = False

@@ -16,7 +16,12 @@ REMAPPING = ("--ros-args", "-r", "/parameter_events:=parameter_events")
 
 
 def create_node(settings: NodeSettings, context: Context) -> Node:
-    """Return the node `/SrobotK/navigator`, with only what every robot needs."""
+    """Return the node `/SrobotK/navigator`, with only what every robot needs.
+
+    Args:
+        settings: Name of the robot, which is the namespace.
+        context: An initialised rclpy context.
+    """
     return Node(
         NODE,
         namespace=settings.name,
@@ -37,10 +42,19 @@ class TickClock:
     """
 
     def __init__(self, node: Node) -> None:
+        """Switch the node to simulated time, without a subscription to /clock.
+
+        Args:
+            node: The navigator's.
+        """
         self._source = time_source_without_topic(node)
         node.set_parameters([Parameter(USE_SIM_TIME, value=True)])
 
     def set(self, tick: int) -> None:
-        """It is this tick now."""
+        """Set the clock of the node to a tick.
+
+        Args:
+            tick: Now.
+        """
         if self._source.ros_time_is_active:
             self._source.clock_callback(Clock(clock=time_msg(tick)))

@@ -24,13 +24,21 @@ class TickInputs:
     """The three topics of a tick arrive in any order; a tick is complete when all are there."""
 
     def __init__(self, scan_rate: float) -> None:
-        """Take the LiDAR's rate [Hz]; 0 for a world without LiDAR."""
+        """Start before the first tick.
+
+        Args:
+            scan_rate: Of the LiDAR [Hz]; 0 for a world without LiDAR.
+        """
         self._scan_every = max(1, round(1.0 / (CONTROL_PERIOD * scan_rate))) if scan_rate else 0
         self._open: dict[int, TickInput] = {}
         self.last_tick = -1  # newest tick that was complete
 
     def is_repeat(self, tick: int) -> bool:
-        """Whether a message belongs to the newest complete tick, that is, asks for it again."""
+        """Whether a message belongs to the newest complete tick, that is, asks for it again.
+
+        Args:
+            tick: Of the message.
+        """
         return tick == self.last_tick
 
     @property
@@ -47,15 +55,37 @@ class TickInputs:
         return "scan" if self._lacks_scan(newest) else "odom"
 
     def add_odom(self, odom: Odometry) -> TickInput | None:
-        """Take an odometry; return its tick if that is complete now."""
+        """Take an odometry; ticks that are over are ignored.
+
+        Args:
+            odom: Pose in odom, and twist.
+
+        Returns:
+            The inputs of its tick, if that is complete now; else None.
+        """
         return self._set(odom.tick, "odom", odom)
 
     def add_scan(self, scan: Scan) -> TickInput | None:
-        """Take a scan; return its tick if that is complete now."""
+        """Take a scan; ticks that are over are ignored.
+
+        Args:
+            scan: Ranges of one revolution.
+
+        Returns:
+            The inputs of its tick, if that is complete now; else None.
+        """
         return self._set(scan.tick, "scan", scan)
 
     def add_neighbors(self, tick: int, beacons: BeaconArray) -> TickInput | None:
-        """Take the radio's batch; return its tick if that is complete now."""
+        """Take the radio's batch; ticks that are over are ignored.
+
+        Args:
+            tick: Of the batch.
+            beacons: (n,) by ascending id; n may be 0.
+
+        Returns:
+            The inputs of that tick, if it is complete now; else None.
+        """
         return self._set(tick, "neighbors", beacons)
 
     def _set(self, tick: int, name: str, value: object) -> TickInput | None:

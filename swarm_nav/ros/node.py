@@ -271,7 +271,11 @@ class NavigatorNode:
         self._views.publish(self.tick)
 
     def look_around(self, now: float) -> None:
-        """Look for clients, and for a mission that is silent for too long; `now` is wall time."""
+        """Look for clients, for plans that wait, and for a mission that is silent for too long.
+
+        Args:
+            now: [s] of wall time.
+        """
         # The first tick was answered by all before there is a second one.
         self._on_demand.look(now, has_begun=self.tick > 0)
         self._answers.look(self.tick, now)
@@ -310,12 +314,27 @@ class NavigatorNode:
         self._views.publish_pose(self.tick)
 
     def to_map(self, stamped: PoseStamped) -> Pose:
-        """Return a pose of one of the robot's frames in map, not far off it."""
+        """Return a pose of one of the robot's frames in map, not far off it; there has to be a map.
+
+        Args:
+            stamped: In map, odom, base_footprint or base_link; no frame stands for map.
+
+        Raises:
+            ValueError: If the frame is unknown, a number makes no sense, or the pose is far off the
+                map.
+        """
         assert self._brain is not None
         return self.map_bounds.check(pose_in_map(self._brain, stamped))
 
     def take_map(self, grid: Grid) -> None:
-        """Navigate on another map from now on."""
+        """Navigate on another map from now on; before the first one this does nothing.
+
+        Args:
+            grid: Upright, in the same map frame.
+
+        Raises:
+            MapError: If the map has too many cells when it is divided into finer ones.
+        """
         if self._brain is not None:
             self._brain.load_map(grid)
             self._measure(grid)
@@ -331,7 +350,14 @@ class NavigatorNode:
             self._brain.reconfigure(config)
 
     def change_lifecycle(self, command: str) -> bool:
-        """Carry out a command of the lifecycle manager; False if it makes no sense now."""
+        """Carry out a command of the lifecycle manager.
+
+        Args:
+            command: Name of a transition in `core.lifecycle`, like `startup` or `pause`.
+
+        Returns:
+            False if it makes no sense now, as any does before there is a map.
+        """
         brain = self._brain
         if brain is None or not self.lifecycle.apply(command):
             return False

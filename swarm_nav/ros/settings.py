@@ -81,7 +81,12 @@ def _sites_in(path: str) -> Sites:
 
 
 def flatten(tree: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Return nested parameters under their dotted names."""
+    """Return nested parameters under their dotted names.
+
+    Args:
+        tree: Parameters as YAML nests them.
+        prefix: Of all names, with the dot at its end.
+    """
     flat: dict[str, Any] = {}
     for key, value in tree.items():
         if isinstance(value, Mapping):
@@ -92,10 +97,15 @@ def flatten(tree: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
 
 
 def read_node_settings(name: str, path: str | Path) -> NodeSettings:
-    """Return the settings of navigator `name` in a ROS 2 parameter file.
+    """Return the settings of a robot's navigator in a ROS 2 parameter file.
+
+    Args:
+        name: Of the robot, like Srobot3; sections of other robots are ignored, `/**` is for all.
+        path: Of the YAML file.
 
     Raises:
-        SwarmError: If a parameter is unknown, of the wrong type or impossible.
+        SwarmError: If the file cannot be read, or a parameter is missing, unknown, of the wrong
+            type or impossible.
     """
     sections = read_yaml(Path(path))
     values: dict[str, Any] = {}
@@ -106,7 +116,17 @@ def read_node_settings(name: str, path: str | Path) -> NodeSettings:
 
 
 def parse_node_settings(name: str, values: Mapping[str, Any], where: str) -> NodeSettings:
-    """Return the settings in flat parameters."""
+    """Return the settings in flat parameters.
+
+    Args:
+        name: Of the robot, like Srobot3.
+        values: By flat name: those of `FIXED`, of the brain, and of the robot model with its
+            prefix.
+        where: Where the values come from, for messages.
+
+    Raises:
+        SwarmError: If a parameter is missing, unknown, of the wrong type or impossible.
+    """
     robot = {key: value for key, value in values.items() if key.startswith(ROBOT_PREFIX)}
     own = {key: value for key, value in values.items() if key in FIXED}
     rest = {key: value for key, value in values.items() if key not in robot and key not in own}
@@ -133,6 +153,10 @@ def parse_node_settings(name: str, values: Mapping[str, Any], where: str) -> Nod
 
 def check_limits(config: NavConfig, spec: RobotSpec) -> None:
     """Refuse a controller that asks for more than the robot can do.
+
+    Args:
+        config: All parameters of the navigator.
+        spec: Of the robot.
 
     Raises:
         ConfigError: Naming the limit.

@@ -19,10 +19,20 @@ class StatusWriter:
     """Encodes swarm_interfaces/RobotStatus of one robot."""
 
     def __init__(self, robot: str) -> None:
+        """Take what all messages have in common.
+
+        Args:
+            robot: Its name, like Srobot3.
+        """
         self._robot = encode_string(robot)
 
     def encode(self, tick: int, status: Status) -> bytes:
-        """Return the message of one tick."""
+        """Return the message of one tick in CDR, as it goes over the wire.
+
+        Args:
+            tick: Of the stamp.
+            status: Without a goal, the goal's pose becomes NaN.
+        """
         data = bytearray(LITTLE_ENDIAN + STAMP.pack(*stamp_from_tick(tick)) + self._robot)
         for text in (status.state, status.detail):
             data += bytes(aligned(len(data), 4) - len(data)) + encode_string(text)

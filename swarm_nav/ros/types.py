@@ -44,7 +44,11 @@ def load_type_supports() -> None:
 
 
 def interface_types(modules: Iterable[ModuleType]) -> list[Any]:
-    """Return the message, service and action types among the names in modules, each once."""
+    """Return the message, service and action types among the names in modules, each once.
+
+    Args:
+        modules: That import what they use by name.
+    """
     return list(
         {
             value: None

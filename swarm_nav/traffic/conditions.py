@@ -59,6 +59,9 @@ def conditions(
         robots: Body and parameters of each.
         grid: The map.
         goals: Of each robot: all places (x, y) [m] in map where it may be told to go.
+
+    Raises:
+        MapError: If the map has too many cells when it is divided into finer ones.
     """
     spec, config = max(robots, key=lambda robot: robot[0].circumscribed_radius)
     radius = spec.circumscribed_radius + config.traffic.safety_margin

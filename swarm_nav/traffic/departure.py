@@ -24,7 +24,12 @@ class Departure:
     """
 
     def __init__(self, gate: Gate, lease: Lease) -> None:
-        """Watch the region of a gate; the lease is not in use without a goal."""
+        """Start as a robot that has not asked to leave.
+
+        Args:
+            gate: Has the region that is left.
+            lease: Inherits the priority of the waiting robots; it has no station without a goal.
+        """
         self._gate = gate
         self._lease = lease
         self._idle_since = -1

@@ -42,9 +42,16 @@ is_inside = gate_kernels.is_inside.py_func  # for one point cheaper than the cal
 def narrow_region(
     terrain: Terrain, stations: tuple[tuple[float, float], ...]
 ) -> NDArray[np.bool_] | None:
-    """Return the lattice cells of narrow regions with stations; None if there are none.
+    """Return the lattice cells of narrow regions with stations; the last few results are kept.
 
     A cell is narrow if it is farther than `HALL_DISTANCE` from all places with such clearance.
+
+    Args:
+        terrain: Map for one size of robot.
+        stations: (x, y) [m] in map.
+
+    Returns:
+        (h, w); None if there is no such region, and on a map without an open place to wait in.
     """
     lattice = terrain.lattice
     is_hall = lattice.clearance >= HALL_DISTANCE
@@ -148,7 +155,12 @@ class Gate:
         return False
 
     def recheck(self, situation: Situation, way: FloatArray) -> None:
-        """Ask no more if the way (n, 2) to the goal does not lead through the region any longer."""
+        """Ask no more if the way to the goal does not lead through the region any longer.
+
+        Args:
+            situation: Of the robot.
+            way: (n, 2) [m] in map, from the robot to its goal.
+        """
         frame = situation.planner.lattice.frame
         if self.region is not None and not gate_kernels.enters(self.region, frame, way):
             self.leave()

@@ -56,6 +56,12 @@ class Approach:
     """
 
     def __init__(self, situation: Situation, station: tuple[float, float]) -> None:
+        """Look at the floor around a station; one without a way to it has no dead end.
+
+        Args:
+            situation: Of the robot.
+            station: (x, y) [m] in map.
+        """
         self.lattice = situation.planner.lattice
         try:
             self.costs = situation.planner.cost_to_go(station, math.nan)
@@ -333,7 +339,13 @@ class HoldingPattern:
         circuits: dict[str, tuple[tuple[float, float], ...]],
         stations: list[tuple[float, float]],
     ) -> None:
-        """Keep the world's circuits (closed polylines) and stations, in map."""
+        """Start outside of any pattern.
+
+        Args:
+            circuits: Closed polylines (x, y) [m] in map by name, in driving order, without the
+                first point again at the end. Those of fewer than three points are left out.
+            stations: (x, y) [m] in map, which parked robots keep free.
+        """
         self._circuits = [_closed(points) for points in circuits.values() if len(points) >= 3]
         self._stations = stations
         self._next_search_tick = 0

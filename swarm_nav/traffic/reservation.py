@@ -20,6 +20,11 @@ class ReservationManager:
     """Changes the tube by what the neighbours leave, the LiDAR sees and the robot uses."""
 
     def __init__(self, situation: Situation) -> None:
+        """Start with the robot's own place.
+
+        Args:
+            situation: Of the robot; its tube is what changes.
+        """
         self._s = situation
         self._single_lanes = SingleLanes()
         self._published_held: NDArray[np.float32] = np.zeros((1, 2), np.float32)

@@ -16,6 +16,11 @@ class Senses:
     """
 
     def __init__(self, situation: Situation) -> None:
+        """Start before the first scan and the first batch of the radio.
+
+        Args:
+            situation: Of the robot.
+        """
         self._s = situation
         self.missing = ""
         self.is_deaf = False

@@ -49,7 +49,14 @@ def rooms(terrain: Terrain, radius: float) -> Mask:
 
 
 def parts(mask: Mask) -> Iterator[Mask]:
-    """Yield the parts of a mask that hang together, one by one."""
+    """Yield the parts of a mask that hang together, one by one.
+
+    Args:
+        mask: (h, w); cells hang together across edges and corners.
+
+    Yields:
+        (h, w), one part each, in the order of their first cells.
+    """
     labels = np.zeros(mask.shape, np.int16)
     single_lane_kernels.label(mask, labels)
     for number in range(1, int(labels.max(initial=0)) + 1):

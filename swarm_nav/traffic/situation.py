@@ -87,6 +87,9 @@ class Situation:
 
         Args:
             grid: Occupancy, in the same map frame.
+
+        Raises:
+            MapError: If the map has too many cells when it is divided into finer ones.
         """
         config = self.config
         self.terrain = terrain_for(
@@ -226,6 +229,9 @@ def terrain_of(config: NavConfig, spec: RobotSpec, grid: Grid) -> Terrain:
         config: Parameters.
         spec: Of the robot.
         grid: Map.
+
+    Raises:
+        MapError: If the map has too many cells when it is divided into finer ones.
     """
     body = spec.circumscribed_radius
     return terrain_for(grid, config.planner, config.costmap, body, Oblong.of(spec))
@@ -248,6 +254,9 @@ def begin(
         robot_id: From 1.
         pose_map: Of base_footprint in map.
         stations: Places (x, y) in map that many robots go to.
+
+    Raises:
+        MapError: If the map has too many cells when it is divided into finer ones.
     """
     body = spec.circumscribed_radius
     terrain = terrain_of(config, spec, grid)

@@ -17,13 +17,7 @@ MAPS = {
     if (rows := set(ROW.findall(ast.get_docstring(ast.parse(path.read_text("utf-8"))) or "")))
 }
 # Packages and modules whose public functions describe all of their parameters.
-DESCRIBED = (
-    "swarm_nav/control",
-    "swarm_nav/core",
-    "swarm_nav/localisation",
-    "swarm_nav/perception",
-    "swarm_nav/planning",
-)
+DESCRIBED = ("swarm_nav",)
 ARGS = re.compile(r"^Args:\n((?: {4}.*\n?|\n)+)", re.MULTILINE)
 ENTRY = re.compile(r"^ {4}\*{0,2}(\w+): \S", re.MULTILINE)
 Function = ast.FunctionDef | ast.AsyncFunctionDef

@@ -36,7 +36,12 @@ class OnDemand:
     """Creates what is offered when its first client appears, or soon after the start."""
 
     def __init__(self, node: Node, is_eager: bool) -> None:
-        """Take the node to look from; an eager one needs no clients, only a little time."""
+        """Start without offers.
+
+        Args:
+            node: To look for clients from.
+            is_eager: Whether all but rare offers come without a client, soon after the start.
+        """
         self._node = node
         self._is_eager = is_eager
         self._soon: deque[Offer] = deque()  # come in any case
@@ -57,7 +62,12 @@ class OnDemand:
         self._add(Offer(self._full(services), create), is_rare)
 
     def offer_topics(self, topics: Sequence[str], create: Callable[[], object]) -> None:
-        """Offer publishers of topics, which come together; see `offer`."""
+        """Offer publishers of topics, which come together; see `offer`.
+
+        Args:
+            topics: Names, relative to the node's namespace, of which a subscriber asks for them.
+            create: Called once, when they are wanted.
+        """
         self._add(Offer(self._full(topics), create, are_topics=True), False)
 
     def _full(self, names: Sequence[str]) -> list[str]:
@@ -70,14 +80,20 @@ class OnDemand:
     def offer_actions(
         self, names: Sequence[str], create: Callable[[], object], *, is_rare: bool = False
     ) -> None:
-        """Offer action servers, which come together; see `offer`."""
+        """Offer action servers, which come together; see `offer`.
+
+        Args:
+            names: Of the actions, relative to the node's namespace.
+            create: Called once, when they are wanted.
+            is_rare: Whether they need a client in a small swarm, too.
+        """
         self.offer([f"{name}/_action/send_goal" for name in names], create, is_rare=is_rare)
 
     def look(self, now: float, *, has_begun: bool) -> None:
         """Create the next offer that needs no client, or what has got one.
 
         Args:
-            now: Wall time.
+            now: [s] of wall time.
             has_begun: Whether all robots of the swarm are there.
         """
         if self._started is None:

@@ -59,12 +59,20 @@ class UnknownFrameError(RejectedError):
 
 
 def seconds(duration: Duration) -> float:
-    """Return a duration in seconds."""
+    """Return a duration in seconds.
+
+    Args:
+        duration: Of either sign.
+    """
     return float(duration.sec) + 1e-9 * float(duration.nanosec)
 
 
 def duration_msg(value: float) -> Duration:
-    """Return a duration; a negative or infinite one becomes zero."""
+    """Return a duration; a negative or infinite one becomes zero.
+
+    Args:
+        value: [s]
+    """
     if not math.isfinite(value) or value <= 0.0:
         return Duration()
     sec = math.floor(value)
@@ -121,6 +129,9 @@ def goal_from_request(
 def twist_from_msg(message: Any) -> Twist:
     """Return the twist that an operator commands.
 
+    Args:
+        message: geometry_msgs/Twist in base_footprint; only its planar part counts.
+
     Raises:
         RejectedError: If it is not a speed that a robot can have.
     """
@@ -132,6 +143,10 @@ def twist_from_msg(message: Any) -> Twist:
 def check_count(poses: Sequence[Any], most: int) -> None:
     """Refuse more poses than make sense.
 
+    Args:
+        poses: Of a request.
+        most: Number that is taken at most.
+
     Raises:
         RejectedError: Saying how many there are.
     """
@@ -140,12 +155,25 @@ def check_count(poses: Sequence[Any], most: int) -> None:
 
 
 def pose_goal(goal_id: int, pose: PoseStamped, to_map: ToMap) -> Goal:
-    """Return the goal of navigate_to_pose; its stamp, of whichever clock, delays nothing."""
+    """Return the goal of navigate_to_pose; its stamp, of whichever clock, delays nothing.
+
+    Args:
+        goal_id: For the goal.
+        pose: Of base_footprint, in any frame that `to_map` knows.
+        to_map: Brings a pose of a known frame to map; refuses one more than 1000 m off it.
+
+    Raises:
+        ValueError: If `to_map` refuses the pose; the message says why.
+    """
     return Goal(kind=GoalKind.NAVIGATE, goal_id=goal_id, poses_map=(to_map(pose),))
 
 
 def start_tick(goal: Goal, now: int) -> int:
     """Return the tick at which a goal begins: the one after `now`, or the one that it asks for.
+
+    Args:
+        goal: Its `start_tick` is 0 if it is to begin at once.
+        now: The present tick.
 
     Raises:
         RejectedError: If that is more than a day ahead.
@@ -156,7 +184,17 @@ def start_tick(goal: Goal, now: int) -> int:
 
 
 def path_goal(goal_id: int, request: Any, to_map: ToMap, reach: MapBounds) -> Goal:
-    """Return the goal of a request with a path; see `goal_from_request`."""
+    """Return the goal of a request with a path; see `goal_from_request`.
+
+    Args:
+        goal_id: For the goal.
+        request: Goal message with a `path`; poses without a frame get that of the path.
+        to_map: Brings a pose of a known frame to map; refuses one more than 1000 m off it.
+        reach: Of the map at hand; it limits the length of the path.
+
+    Raises:
+        ValueError: If the path makes no sense; the message says why.
+    """
     check_count(request.path.poses, MOST_POINTS)
     for stamped in request.path.poses:
         stamped.header.frame_id = stamped.header.frame_id or request.path.header.frame_id
@@ -204,7 +242,12 @@ def _at_most(value: float, most: float, name: str) -> float:
 
 
 def plan_error_code(error: PlanError | ValueError, is_through: bool) -> int:
-    """Return the code of ComputePathToPose or ComputePathThroughPoses for what went wrong."""
+    """Return the code of ComputePathToPose or ComputePathThroughPoses for what went wrong.
+
+    Args:
+        error: From the planner, or from the checks of the request.
+        is_through: Whether the action is ComputePathThroughPoses, whose codes are others.
+    """
     if isinstance(error, UnknownFrameError):
         code = ErrorCode.PLAN_TF_ERROR
     else:
@@ -214,7 +257,14 @@ def plan_error_code(error: PlanError | ValueError, is_through: bool) -> int:
 
 
 def feedback_msg(goal: Goal, feedback: Feedback, started_tick: int, tick: int) -> Any:
-    """Return the feedback message of the action that a goal belongs to."""
+    """Return the feedback message of the action that a goal belongs to.
+
+    Args:
+        goal: Current goal of the brain.
+        feedback: Of the brain.
+        started_tick: Tick at which the goal was accepted.
+        tick: Now.
+    """
     kind = goal.kind
     message = ACTIONS[kind].Feedback()
     if kind in (GoalKind.NAVIGATE, GoalKind.THROUGH):
@@ -243,7 +293,13 @@ def feedback_msg(goal: Goal, feedback: Feedback, started_tick: int, tick: int) -
 
 
 def result_msg(goal: Goal, ended: GoalEnded, started_tick: int) -> Any:
-    """Return the result message of the action that a goal belongs to."""
+    """Return the result message of the action that a goal belongs to.
+
+    Args:
+        goal: That has ended.
+        ended: How.
+        started_tick: Tick at which the goal was accepted.
+    """
     kind = goal.kind
     result = ACTIONS[kind].Result()
     result.error_code = int(ended.error_code)

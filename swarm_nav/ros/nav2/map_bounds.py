@@ -33,7 +33,11 @@ class MapBounds:
 
     @classmethod
     def of(cls, grid: Grid) -> MapBounds:
-        """Return the bounds of an upright map."""
+        """Return the bounds of an upright map.
+
+        Args:
+            grid: The map; its axes are those of the map frame.
+        """
         high = (
             grid.origin_x + grid.width * grid.resolution,
             grid.origin_y + grid.height * grid.resolution,
@@ -56,14 +60,21 @@ class MapBounds:
         return MOST_TIMES * self.diagonal
 
     def has(self, pose: Pose) -> bool:
-        """Whether a pose lies on the map."""
+        """Whether a pose lies on the map.
+
+        Args:
+            pose: In map.
+        """
         return self._is_within(pose, 0.0)
 
     def check(self, pose: Pose) -> Pose:
         """Return a pose unless it is absurdly far from the map.
 
+        Args:
+            pose: In map.
+
         Raises:
-            OffMapError: If it is.
+            OffMapError: If it is more than `AROUND` off the map.
         """
         if not self._is_within(pose, AROUND):
             raise OffMapError(

@@ -19,8 +19,13 @@ LEAST_DEVIATION, MOST_DEVIATION = 0.01, 2.0  # [m] and [rad] that a client's cov
 def pose_in_map(brain: Navigator, stamped: PoseStamped) -> Pose:
     """Return a pose of one of the robot's frames in map.
 
+    Args:
+        brain: Knows where odom and the robot are in map.
+        stamped: In map, odom, base_footprint or base_link; no frame stands for map.
+
     Raises:
         UnknownFrameError: If it is in another frame.
+        ValueError: If a number is not finite or the quaternion is not of unit length.
     """
     pose = pose_from_msg(stamped.pose)
     frame = stamped.header.frame_id.lstrip("/")
@@ -34,13 +39,25 @@ def pose_in_map(brain: Navigator, stamped: PoseStamped) -> Pose:
 
 
 def is_placeholder(stamped: PoseStamped) -> bool:
-    """Whether BasicNavigator sent this because its user has never called setInitialPose."""
+    """Whether BasicNavigator sent this because its user has never called setInitialPose.
+
+    Args:
+        stamped: Of `initialpose`; `pose_in_map` has taken it already.
+    """
     stamp, pose = stamped.header.stamp, pose_from_msg(stamped.pose)
     return not (stamp.sec or stamp.nanosec) and pose == Pose(0.0, 0.0, 0.0)
 
 
 def deviation_in(covariance: Sequence[float]) -> tuple[float, float]:
-    """Return the standard deviations [m], [rad] in a 6 x 6 covariance; usual ones for zeros."""
+    """Return the standard deviations in a covariance, limited to what makes sense.
+
+    Args:
+        covariance: (36,) of geometry_msgs/PoseWithCovariance, by rows.
+
+    Returns:
+        Of x and y [m], the larger one, and of yaw [rad]; `START_DEVIATION` in place of zeros and of
+        what is no variance.
+    """
     variances = (max(covariance[0], covariance[7]), covariance[35])
     place, yaw = (
         min(MOST_DEVIATION, max(LEAST_DEVIATION, math.sqrt(value)))

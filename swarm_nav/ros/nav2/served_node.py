@@ -24,10 +24,32 @@ class ServedNode(Protocol):
     map_bounds: MapBounds  # of the map at hand
 
     def change_lifecycle(self, command: str) -> bool:
-        """Carry out a command of the lifecycle manager."""
+        """Carry out a command of the lifecycle manager.
+
+        Args:
+            command: Name of a transition in `core.lifecycle`, like `startup` or `pause`.
+
+        Returns:
+            False if it makes no sense now.
+        """
 
     def to_map(self, stamped: PoseStamped) -> Pose:
-        """Return a pose of one of the robot's frames in map."""
+        """Return a pose of one of the robot's frames in map.
+
+        Args:
+            stamped: In map, odom, base_footprint or base_link; no frame stands for map.
+
+        Raises:
+            ValueError: If the frame is unknown, a number makes no sense, or the pose is far off the
+                map.
+        """
 
     def take_map(self, grid: Grid) -> None:
-        """Navigate on another map from now on."""
+        """Navigate on another map from now on.
+
+        Args:
+            grid: Upright, in the same map frame.
+
+        Raises:
+            MapError: If the map has too many cells when it is divided into finer ones.
+        """

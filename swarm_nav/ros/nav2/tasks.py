@@ -73,7 +73,14 @@ class Tasks:
         on_goal: Callable[[], None],
         on_demand: OnDemand,
     ) -> None:
-        """Create the servers; `on_goal` is called after the brain has got a goal."""
+        """Create the server of navigate_to_pose, and offer the others.
+
+        Args:
+            body: The navigator's node.
+            brain: Carries the goals out.
+            on_goal: Called after the brain has got a goal.
+            on_demand: Takes the servers.
+        """
         self._body = body
         self._node = body.node
         self._brain = brain
@@ -101,6 +108,12 @@ class Tasks:
             result.success = False
 
         def end(server: TickActionServer, handle: GoalHandle) -> None:
+            """End a goal at once.
+
+            Args:
+                server: Of the action.
+                handle: Of the goal that was accepted.
+            """
             server.finish(handle, result, succeeded=False)
 
         TickActionServer(self._node, action, name, lambda _: True, end, lambda _: None)
@@ -116,12 +129,26 @@ class Tasks:
             make(Empty, "preempt_teleop", self._end_teleop, RELIABLE)
 
         def is_sensible(request: Any) -> bool:
+            """Return True; a request that makes no sense raises.
+
+            Args:
+                request: Goal message of the action.
+
+            Raises:
+                RejectedError: If it does not, or the navigator is not active.
+            """
             if not self._body.lifecycle.is_active:
                 raise RejectedError(NOT_ACTIVE)
             self._parse(kind, request)
             return True
 
         def begin(server: TickActionServer, handle: GoalHandle) -> None:
+            """Give the goal to the brain.
+
+            Args:
+                server: Of the action.
+                handle: Of the goal that was accepted.
+            """
             goal = self._parse(kind, handle.request)
             self._last_id = goal.goal_id
             self._steered_at, self._steered_tick = time.monotonic(), self._tick
@@ -176,7 +203,12 @@ class Tasks:
                 self._brain.cancel_goal()
 
     def report(self, tick: int, ended: Sequence[GoalEnded]) -> None:
-        """Send the results of the goals that ended at this tick, and feedback from time to time."""
+        """Send the results of the goals that ended at this tick, and feedback from time to time.
+
+        Args:
+            tick: Now.
+            ended: Goals of any origin; those that no action asked for have no client to tell.
+        """
         self._tick = tick
         for event in ended:
             running = self._running.pop(event.goal_id, None)

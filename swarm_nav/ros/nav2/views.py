@@ -27,6 +27,13 @@ class Views:
     """The publishers for RViz and its like, on one node."""
 
     def __init__(self, node: Node, brain: Navigator, on_demand: OnDemand) -> None:
+        """Create the publishers, but for what few listen to.
+
+        Args:
+            node: The navigator's.
+            brain: Whose plans, costmaps and poses are shown.
+            on_demand: Takes the topics that few listen to.
+        """
         self._brain = brain
         make = node.create_publisher
         self._plan = make(Path, "plan", ros_io.LATEST)
@@ -47,7 +54,11 @@ class Views:
         self._footprint_base = np.array(brain.spec.footprint)
 
     def publish(self, tick: int) -> None:
-        """Publish what is wanted and due at this tick."""
+        """Publish what is wanted and due at this tick.
+
+        Args:
+            tick: Now.
+        """
         if tick % LOOK_TICKS == 0:
             self._look_for_subscribers()
         if tick % POSE_TICKS == 0:
@@ -71,7 +82,11 @@ class Views:
             self._publish_particles(tick)
 
     def publish_pose(self, tick: int) -> None:
-        """Publish the estimated pose; the last one stays for late subscribers."""
+        """Publish the estimated pose; the last one stays for late subscribers.
+
+        Args:
+            tick: Of the stamp.
+        """
         brain = self._brain
         self._amcl_pose.publish(self._pose_writer.encode(tick, brain.pose_map, brain.variances()))
 
