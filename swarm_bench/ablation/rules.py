@@ -143,7 +143,14 @@ def _like(usual: float, value: float) -> float:
 
 
 def run_job(job: AblationJob) -> tuple[str, RunResult]:
-    """Run a job; return the variant's name and the result."""
+    """Run a job; constants of modules that it changes are as before afterwards.
+
+    Args:
+        job: What is changed, and in which run.
+
+    Returns:
+        The variant's name and the result.
+    """
     known = parameter_values(NavConfig())
     parameters = {name: value for name, value in job.variant.values.items() if name in known}
     constants = {name: value for name, value in job.variant.values.items() if name not in known}
@@ -239,7 +246,13 @@ def _percent(log: float) -> str:
 def jobs_of(
     chosen: Sequence[Variant], rows: Sequence[RunOptions], halls: Sequence[RunOptions]
 ) -> list[AblationJob]:
-    """Return the runs, variant by variant."""
+    """Return the runs, variant by variant.
+
+    Args:
+        chosen: What is changed, one after the other.
+        rows: Runs of the suite.
+        halls: Runs in random halls.
+    """
     kinds = [(options, False) for options in rows] + [(options, True) for options in halls]
     return [
         AblationJob(variant, options, is_hall)

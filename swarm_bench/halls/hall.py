@@ -55,7 +55,12 @@ class Hall:
 
 
 def draw_walls(rng: np.random.Generator, robots: int) -> Hall:
-    """Return a hall with rooms, racks, alcoves and pillars."""
+    """Return a hall with rooms, racks, alcoves and pillars, without stations and robots.
+
+    Args:
+        rng: Random numbers; equal states give equal halls.
+        robots: Number for which there is to be floor.
+    """
     least = max(SIDES[0], math.sqrt(robots * FLOOR * 1.6))
     width, height = np.round(rng.uniform(least, SIDES[1] if robots > 12 else 20.0, 2), 1).tolist()
     hall = Hall(width, height)

@@ -44,6 +44,10 @@ class HallRequest:
 def make_hall(wish: HallRequest, seed: int) -> tuple[Hall, Grid]:
     """Return the hall of a seed and its map.
 
+    Args:
+        wish: What the hall is made for.
+        seed: Of walls, stations, homes, goals and people.
+
     Raises:
         ConfigError: If no hall for so many robots comes up.
     """
@@ -63,6 +67,14 @@ class Furnisher:
     """Puts stations, robots, goals and people where there is room for them."""
 
     def __init__(self, hall: Hall, grid: Grid, wish: HallRequest, rng: np.random.Generator) -> None:
+        """Find the floor on which the widest robot can be.
+
+        Args:
+            hall: Its walls; the rest is written by `furnish`.
+            grid: Map of its walls.
+            wish: What the hall is made for.
+            rng: Random numbers; equal states give equal halls.
+        """
         self._hall = hall
         self._wish = wish
         self._rng = rng

@@ -92,12 +92,26 @@ def _scenario(seed: int, size: int, mission: str, trouble: str) -> Scenario:
 
 
 def run_hall(options: RunOptions) -> RunResult:
-    """Run one of `hall_runs`."""
+    """Run one of `hall_runs`, and return its result.
+
+    Args:
+        options: Of the run.
+
+    Raises:
+        ConfigError: If no hall for so many robots comes up.
+    """
     return Harness(options, stage=build_hall(options)).run()
 
 
 def hall_of(options: RunOptions) -> tuple[Hall, Grid]:
-    """Return the hall of a run and its map."""
+    """Return the hall of a run and its map.
+
+    Args:
+        options: One of `hall_runs`.
+
+    Raises:
+        ConfigError: If no hall for so many robots comes up.
+    """
     scenario, count = options.scenario, options.robots
     widest = max(
         (robot_named(m) for m in scenario.models(count)), key=lambda s: s.circumscribed_radius
@@ -117,7 +131,14 @@ def hall_of(options: RunOptions) -> tuple[Hall, Grid]:
 
 
 def build_hall(options: RunOptions) -> Stage:
-    """Return the stage of one of `hall_runs`."""
+    """Return the stage of one of `hall_runs`.
+
+    Args:
+        options: Of the run.
+
+    Raises:
+        ConfigError: If no hall for so many robots comes up.
+    """
     scenario = options.scenario
     hall, grid = hall_of(options)
     specs = [robot_named(model) for model in scenario.models(options.robots)]

@@ -45,7 +45,11 @@ class Fault:
     end: int  # tick at which the failure ends; `FOR_EVER` if it never does
 
     def is_on(self, tick: int) -> bool:
-        """Whether it lasts at a tick."""
+        """Whether it lasts at a tick.
+
+        Args:
+            tick: From 0, at the start of the run.
+        """
         return self.begin <= tick < self.end
 
 
@@ -77,7 +81,17 @@ class StormPlan:
 
 
 def draw_plan(seed: int, robots: int, floor: Floor, homes_map: Sequence[Pose]) -> StormPlan:
-    """Return what happens in a storm; equal arguments give equal storms."""
+    """Return what happens in a storm; equal arguments give equal storms.
+
+    Args:
+        seed: Of the storm.
+        robots: Swarm size.
+        floor: Free ground, on which people walk.
+        homes_map: Where robots start; people begin their ways where there is room for that.
+
+    Raises:
+        ValueError: If the map has no place with room for a person.
+    """
     rng = np.random.default_rng((seed, 12))
     faults = draw_faults(rng, robots)
     crates = tuple(
@@ -97,7 +111,12 @@ def draw_plan(seed: int, robots: int, floor: Floor, homes_map: Sequence[Pose]) -
 
 
 def draw_faults(rng: np.random.Generator, robots: int) -> tuple[Fault, ...]:
-    """Return the failures of a storm; a robot has one at a time."""
+    """Return the failures of a storm; a robot has one at a time.
+
+    Args:
+        rng: Random numbers; equal states give equal failures.
+        robots: Swarm size.
+    """
     faults: list[Fault] = []
     free_from = [0] * robots
     lost = 0

@@ -19,7 +19,11 @@ class Floor:
     """The map's free ground."""
 
     def __init__(self, grid: Grid) -> None:
-        """Measure how far each cell is from what is not free."""
+        """Measure how far each cell is from the walls; unknown cells are neither walls nor free.
+
+        Args:
+            grid: The map, upright.
+        """
         self._grid = grid
         self._distance = distance_kernels.distance_cells(grid.cells >= OCCUPIED) * grid.resolution
         rows, columns = np.nonzero(grid.cells == 0)
@@ -29,7 +33,14 @@ class Floor:
         self._y = (np.arange(grid.height) + 0.5) * grid.resolution + grid.origin_y
 
     def clearance(self, points: FloatArray) -> FloatArray:
-        """Return the distances (n,) [m] of points (n, 2) from walls; 0 outside the map."""
+        """Return the distances of points from walls.
+
+        Args:
+            points: (n, 2) [m] in map.
+
+        Returns:
+            (n,) [m]; 0 outside the map.
+        """
         cells = self._cells(points)
         inside = ((cells >= 0) & (cells < self._distance.shape)).all(axis=1)
         found = np.zeros(len(points))
@@ -42,7 +53,15 @@ class Floor:
         return np.floor(offsets[:, ::-1]).astype(np.int64)
 
     def draw(self, rng: np.random.Generator, clearance: float) -> tuple[float, float]:
-        """Return a free place at least `clearance` [m] from walls, each cell alike."""
+        """Return a free place (x, y) [m] in map, each cell alike.
+
+        Args:
+            rng: Random numbers.
+            clearance: [m] from walls at least.
+
+        Raises:
+            ValueError: If 10,000 cells are drawn in vain.
+        """
         for _ in range(10_000):
             x, y = self._centres[int(rng.integers(len(self._centres)))].tolist()
             if self.clearance(np.array([[x, y]]))[0] >= clearance:
@@ -67,7 +86,13 @@ class Floor:
     def connected(
         self, labels: NDArray[np.int16], start: tuple[float, float], end: tuple[float, float]
     ) -> bool:
-        """Whether one can get from near `start` to `end` within one of the `components`."""
+        """Whether one can get from near a place to another one within one of the `components`.
+
+        Args:
+            labels: (h, w) as `components` returns them.
+            start: (x, y) [m] in map; up to six cells beside it count as well.
+            end: (x, y) [m] in map.
+        """
         (row, column), (goal_row, goal_column) = self._cells(np.array((start, end))).tolist()
         goal = labels[goal_row, goal_column]
         near = labels[max(0, row - 6) : row + 7, max(0, column - 6) : column + 7]

@@ -123,7 +123,12 @@ class Storm(Harness):
     """
 
     def __init__(self, options: StormOptions, plan: StormPlan | None = None) -> None:
-        """Build world and robots; `plan` in place of the one of the seed."""
+        """Build world and robots.
+
+        Args:
+            options: World and seed.
+            plan: What happens; None to draw it from the seed.
+        """
         run_options = options.run_options
         grid, homes_map = ground_of(run_options)
         self.floor = Floor(grid)
@@ -302,5 +307,9 @@ class Storm(Harness):
 
 
 def run_storm(options: StormOptions) -> StormResult:
-    """Run one storm."""
+    """Run one storm, and return what came of it.
+
+    Args:
+        options: World and seed.
+    """
     return Storm(options).storm()

@@ -14,7 +14,11 @@ DIGITS = 10  # of the digest that are shown
 
 
 def edition(packages: Sequence[str] = DECIDING) -> str:
-    """Return the version and a digest of the code that hosts must have in common."""
+    """Return the version and a digest of the code that hosts must have in common.
+
+    Args:
+        packages: Names of the packages whose code that is.
+    """
     root = Path(__file__).resolve().parents[2]
     digest = hashlib.sha256()
     for package in packages:

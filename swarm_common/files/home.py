@@ -24,13 +24,21 @@ def home_folder() -> Path:
 
 
 def cache_base() -> Path:
-    """Return the folder for caches: the user's, or a private one among the temporary files."""
+    """Return the folder for caches: the user's, or a private one among the temporary files.
+
+    Raises:
+        ConfigError: If nothing can be written where temporary files are kept, either.
+    """
     base = _base("XDG_CACHE_HOME", ".cache")
     return base if can_be_written(base / NAME) else temporary_base()
 
 
 def can_be_written(folder: Path) -> bool:
-    """Whether files can be put into a folder, which may have to be made, and the one above it."""
+    """Whether files can be put into a folder, which may have to be made, and the one above it.
+
+    Args:
+        folder: Need not exist; nothing is made.
+    """
     for place in (folder, folder.parent, folder.parent.parent):
         if os.path.lexists(place):  # unlike Path.exists no error if we may not look
             return os.path.isdir(place) and os.access(place, os.W_OK | os.X_OK)
@@ -64,6 +72,12 @@ def set_defaults(environment: MutableMapping[str, str]) -> None:
 
     Without that rclpy does not start: it wants a folder for logs. Nor is a kernel compiled for
     which numba finds no place.
+
+    Args:
+        environment: Of this process, changed before ROS, numba and matplotlib are loaded.
+
+    Raises:
+        ConfigError: If nothing can be written where temporary files are kept, either.
     """
     ros = environment.get("ROS_HOME") or Path(environment.get("HOME") or os.devnull) / ".ros"
     cache, config = _base("XDG_CACHE_HOME", ".cache"), _base("XDG_CONFIG_HOME", ".config")

@@ -19,6 +19,9 @@ class Journal:
     def __init__(self, path: str | Path) -> None:
         """Begin an empty file.
 
+        Args:
+            path: Of the file; what was in it is lost.
+
         Raises:
             OSError: If it cannot be written.
         """
@@ -26,7 +29,14 @@ class Journal:
         self._descriptor: int | None = os.open(path, flags, 0o644)
 
     def write(self, **values: Any) -> None:
-        """Append a line; numbers that are not finite must not be in it."""
+        """Append a line.
+
+        Args:
+            **values: Keys and values of its object.
+
+        Raises:
+            ValueError: If a number is not finite.
+        """
         if self._descriptor is None:
             return
         line = json.dumps(values, separators=(",", ":"), allow_nan=False) + "\n"
@@ -44,7 +54,11 @@ class Journal:
 
 
 def read_journal(path: Path) -> list[dict[str, Any]]:
-    """Return the lines of a journal; none if there is no file, without those that are cut off."""
+    """Return the lines of a journal; none if there is no file, without those that are cut off.
+
+    Args:
+        path: Of the file.
+    """
     try:
         text = path.read_text(encoding="utf-8", errors="replace")
     except OSError:

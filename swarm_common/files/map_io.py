@@ -28,12 +28,19 @@ GREY_FREE, GREY_UNKNOWN, GREY_OCCUPIED = 254, 205, 0
 
 
 def map_path(name: str) -> Path:
-    """Return where the map that ships with a world is, whether it exists or not."""
+    """Return where the map that ships with a world is, whether it exists or not.
+
+    Args:
+        name: Of the world.
+    """
     return share_directory() / "maps" / f"{name}.yaml"
 
 
 def map_of_world(world: Path) -> Path | None:
     """Return the map that belongs to a world file: ours, or `map.yaml` beside a `world.sdf`.
+
+    Args:
+        world: SDF file of the world.
 
     Returns:
         None if there is no map; it is drawn from the world then.
@@ -52,6 +59,9 @@ def load_map(path: str | Path) -> Grid:
     """Return the map that a Nav2 map file describes; keys that Nav2 ignores are ignored.
 
     A rotated origin is kept as it is; `Grid.upright` turns such a map.
+
+    Args:
+        path: Of the YAML file.
 
     Raises:
         MapImageError: If its image is missing or unusable.
@@ -76,7 +86,15 @@ def load_map(path: str | Path) -> Grid:
 
 
 def save_map(grid: Grid, path: str | Path) -> None:
-    """Write a grid as `<path>` and a PGM of the same name beside it."""
+    """Write a grid as a YAML file and a PGM of the same name beside it.
+
+    Args:
+        grid: Of free, occupied and unknown cells; values between free and occupied become free.
+        path: Of the YAML file.
+
+    Raises:
+        OSError: If a file cannot be written.
+    """
     path = Path(path)
     grey = np.full(grid.cells.shape, GREY_FREE, np.uint8)
     grey[grid.cells == OCCUPIED] = GREY_OCCUPIED

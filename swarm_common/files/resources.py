@@ -67,12 +67,22 @@ def find_resource(kind: str, name_or_path: str | Path, file_name: str) -> Path:
 
 
 def names_to_propose(name: str, shipped: Iterable[str]) -> list[str]:
-    """Return the YAML file of that name in the current folder; without one, what ships with us."""
+    """Return the YAML file of that name in the current folder; without one, what ships with us.
+
+    Args:
+        name: As given, of a file that was not found.
+        shipped: Names of those that ship with us.
+    """
     own = [f"./{name}{suffix}" for suffix in (".yaml", ".yml") if Path(f"{name}{suffix}").is_file()]
     return own or sorted(shipped)
 
 
 def resource_names(kind: str, file_name: str) -> list[str]:
-    """Return the names of all shipped folders of a kind, sorted."""
+    """Return the names of all shipped folders of a kind, sorted.
+
+    Args:
+        kind: ``robot`` or ``world``.
+        file_name: File that such a folder has.
+    """
     home = share_directory() / f"{kind}s"
     return sorted(path.parent.name for path in home.glob(f"*/{file_name}"))

@@ -32,7 +32,15 @@ class UniqueKeys:
         return document
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        """Return the mapping, or raise for a repeated key."""
+        """Return the mapping of a node.
+
+        Args:
+            node: Of the document.
+            deep: Whether to construct what is in it at once, as for PyYAML's own.
+
+        Raises:
+            yaml.MarkedYAMLError: If a key occurs twice.
+        """
         seen: set[str] = set()
         for key_node, _ in node.value:
             if key_node.value in seen and key_node.tag != "tag:yaml.org,2002:merge":
@@ -150,7 +158,16 @@ def _shown(value: object) -> str:
 
 
 def check_keys(data: dict[str, Any], known: Iterable[str], where: str) -> None:
-    """Raise UnknownNameError for the first key that is not among the known ones."""
+    """Refuse keys that are not known.
+
+    Args:
+        data: Mapping that was read.
+        known: Keys that it may have.
+        where: File and place in it, for messages.
+
+    Raises:
+        UnknownNameError: For the first key that is not among the known ones.
+    """
     names = list(known)
     for key in data:
         if key not in names:
@@ -158,7 +175,16 @@ def check_keys(data: dict[str, Any], known: Iterable[str], where: str) -> None:
 
 
 def number(value: object, what: str, error: type[SwarmError] = ConfigError) -> float:
-    """Return a finite number; otherwise raise an error that says what was expected."""
+    """Return a finite number; true and false are none.
+
+    Args:
+        value: As read from the file.
+        what: File and key, for messages.
+        error: Class of the exception to raise.
+
+    Raises:
+        SwarmError: `error`, saying what was expected.
+    """
     if isinstance(value, bool) or not isinstance(value, int | float) or abs(value) > LARGEST:
         raise error(f"{what} is {_shown(value)}; expected a number")
     if not math.isfinite(value):
@@ -167,7 +193,16 @@ def number(value: object, what: str, error: type[SwarmError] = ConfigError) -> f
 
 
 def yaw_number(value: object, what: str, error: type[SwarmError] = ConfigError) -> float:
-    """Return an angle of at most a turn to either side, or raise: it may be one in degrees."""
+    """Return an angle [rad] of at most a turn to either side: a larger one may be in degrees.
+
+    Args:
+        value: As read from the file.
+        what: File and key, for messages.
+        error: Class of the exception to raise.
+
+    Raises:
+        SwarmError: `error`, saying what was expected.
+    """
     angle = number(value, what, error)
     if abs(angle) > math.tau + 1e-6:
         raise error(f"{what}: yaw is {angle:g}; expected -2 pi to 2 pi, in radians")
@@ -177,7 +212,16 @@ def yaw_number(value: object, what: str, error: type[SwarmError] = ConfigError) 
 def pose_numbers(
     value: object, what: str, error: type[SwarmError] = ConfigError
 ) -> tuple[float, float, float]:
-    """Return x, y [m] and yaw [rad], or raise."""
+    """Return x, y [m] and yaw [rad].
+
+    Args:
+        value: As read from the file.
+        what: File and key, for messages.
+        error: Class of the exception to raise.
+
+    Raises:
+        SwarmError: `error`, saying what was expected.
+    """
     x, y, angle = numbers(value, 3, f"{what} [x, y, yaw]", error)
     return x, y, yaw_number(angle, what, error)
 
@@ -185,7 +229,17 @@ def pose_numbers(
 def numbers(
     value: object, count: int, what: str, error: type[SwarmError] = ConfigError
 ) -> tuple[float, ...]:
-    """Return a tuple of `count` finite numbers, or raise."""
+    """Return a tuple of finite numbers.
+
+    Args:
+        value: As read from the file.
+        count: How many there must be.
+        what: File and key, for messages.
+        error: Class of the exception to raise.
+
+    Raises:
+        SwarmError: `error`, saying what was expected.
+    """
     if not isinstance(value, list) or len(value) != count:
         raise error(f"{what} is {value!r}; expected a list of {count} numbers")
     return tuple(number(item, what, error) for item in value)

@@ -88,13 +88,26 @@ _HEAD = _head_struct()
 
 
 def pack_head(words: NDArray[np.uint32], head: Sequence[float]) -> None:
-    """Fill in the members before `held`, in their order, vectors one number after the other."""
+    """Fill in the members before `held`, in their order, vectors one number after the other.
+
+    Args:
+        words: (BEACON_WORDS,) of one beacon, written.
+        head: The numbers, of the kind that each member has: whole ones for integers.
+    """
     _HEAD.pack_into(words.data, 0, *head)
 
 
 @functools.lru_cache(maxsize=16)
 def blank_beacon(footprint: tuple[tuple[float, float], ...]) -> NDArray[np.uint32]:
-    """Return the words of a beacon with nothing but a footprint, to be copied."""
+    """Return the words of a beacon with nothing but a footprint, to be copied.
+
+    Args:
+        footprint: Corners (x, y) [m] in base_footprint; those beyond `FOOTPRINT_POINTS` are left
+            out.
+
+    Returns:
+        (BEACON_WORDS,), the same array at each call with that footprint.
+    """
     words = np.zeros(BEACON_WORDS, np.uint32)
     count = min(len(footprint), FOOTPRINT_POINTS)
     record_of(words)["footprint"][:count] = footprint[:count]
@@ -102,26 +115,44 @@ def blank_beacon(footprint: tuple[tuple[float, float], ...]) -> NDArray[np.uint3
 
 
 def record_of(words: NDArray[np.uint32]) -> np.void:
-    """Return the beacon whose memory are `words` (BEACON_WORDS,)."""
+    """Return the beacon that lies in some words, without a copy.
+
+    Args:
+        words: (BEACON_WORDS,), contiguous; what is written to the record is written there.
+    """
     record: np.void = np.ndarray((1,), BEACON_DTYPE, words.data)[0]
     return record
 
 
 def empty_beacons(count: int) -> BeaconArray:
-    """Return `count` zeroed beacons."""
+    """Return zeroed beacons.
+
+    Args:
+        count: Number of beacons.
+    """
     return np.zeros(count, BEACON_DTYPE)
 
 
 def word_of(member: str) -> int:
-    """Return the index of a member's first 4-byte word, for kernels that read beacons as words."""
+    """Return the index of a member's first 4-byte word, for kernels that read beacons as words.
+
+    Args:
+        member: Name in `BEACON_DTYPE`.
+    """
     assert BEACON_DTYPE.fields is not None
     return int(BEACON_DTYPE.fields[member][1]) // 4
 
 
 def words_of(beacons: BeaconArray) -> NDArray[np.uint32]:
-    """Return beacons as words (n, BEACON_WORDS), writable and aligned; a view if they are.
+    """Return beacons as words, writable and aligned; a view if the beacons are.
 
     numpy copies records member by member; words it copies at once.
+
+    Args:
+        beacons: (n,).
+
+    Returns:
+        (n, BEACON_WORDS).
     """
     words = np.ndarray((len(beacons), BEACON_WORDS), np.uint32, np.ascontiguousarray(beacons))
     is_fit = words.flags.writeable and words.flags.aligned
@@ -142,20 +173,31 @@ class Reception:
 
 
 def reception_of(beacons: BeaconArray) -> Reception:
-    """Return the reception of all of some beacons (n,), of which it may be a view."""
+    """Return the reception of all of some beacons, of which it may be a view.
+
+    Args:
+        beacons: (n,) by ascending id.
+    """
     return Reception(words_of(beacons), np.arange(len(beacons)))
 
 
 def serialize_beacon(beacon: np.void) -> bytes:
-    """Return the CDR message of one beacon, ready for `publisher.publish`."""
+    """Return the CDR message of one beacon, ready for `publisher.publish`.
+
+    Args:
+        beacon: Of `BEACON_DTYPE`.
+    """
     return ENCAPSULATION + beacon.tobytes()
 
 
 def deserialize_beacon(data: bytes) -> np.void:
     """Return the beacon in a CDR message.
 
+    Args:
+        data: Message in little-endian CDR; its first 4 bytes, the encapsulation, are not looked at.
+
     Raises:
-        ValueError: If the message does not have a beacon's size.
+        ValueError: If the message is shorter than a beacon.
     """
     if len(data) < 4 + BEACON_SIZE:
         raise ValueError(f"beacon message of {len(data)} bytes; expected {4 + BEACON_SIZE}")
@@ -164,6 +206,12 @@ def deserialize_beacon(data: bytes) -> np.void:
 
 
 def serialize_neighbors(sec: int, nanosec: int, beacons: BeaconArray) -> bytes:
-    """Return the CDR message of a NeighborArray."""
+    """Return the CDR message of a NeighborArray.
+
+    Args:
+        sec: [s] of the stamp.
+        nanosec: [ns] of the stamp beyond that.
+        beacons: (n,) by ascending id.
+    """
     head = np.array([sec, nanosec, len(beacons)], "<u4")
     return ENCAPSULATION + head.tobytes() + beacons.tobytes()

@@ -22,7 +22,11 @@ class Collision:
 
     @classmethod
     def from_json(cls, item: Mapping[str, Any]) -> Collision:
-        """Return the episode in an item of a report or of a verdict."""
+        """Return the episode in an item of a report or of a verdict.
+
+        Args:
+            item: With the fields of this class.
+        """
         place = (float(item["x"]), float(item["y"]))
         return cls(tuple(item["robots"]), item["obstacle"], *place, float(item["sim_time"]))
 
@@ -63,7 +67,13 @@ def breaches_json(
     missed: Sequence[MissedGoal],
     unfinished: Sequence[UnfinishedGoal],
 ) -> dict[str, Any]:
-    """Return the `breaches` of a report."""
+    """Return the `breaches` of a report.
+
+    Args:
+        collisions: In the order in which they began.
+        missed: Goals that were given up.
+        unfinished: Goals that were under way at the end of the run, or never sent.
+    """
     return {
         "collisions": [asdict(item) | {"robots": list(item.robots)} for item in collisions],
         "missed_goals": [asdict(item) for item in missed],
@@ -94,7 +104,11 @@ def breach_lines(
 
 
 def broken_lines(report: Mapping[str, Any]) -> list[str]:
-    """Return in words which robots of a run were broken from its start; nothing if none was."""
+    """Return in words which robots of a run were broken from its start; nothing if none was.
+
+    Args:
+        report: Fields of report.json.
+    """
     names = report.get("broken") or []
     if not names:
         return []
@@ -103,7 +117,12 @@ def broken_lines(report: Mapping[str, Any]) -> list[str]:
 
 
 def shortened(lines: Sequence[str], kind: str) -> list[str]:
-    """Return the first lines, and how many more of their kind there are."""
+    """Return the first `SHOWN` lines, and one that says how many more of their kind there are.
+
+    Args:
+        lines: All of them.
+        kind: What they are, in the plural.
+    """
     if len(lines) <= SHOWN:
         return list(lines)
     return [*lines[:SHOWN], f"and {len(lines) - SHOWN} more {kind}; all are in the report"]

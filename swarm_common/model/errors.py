@@ -27,6 +27,11 @@ class NoSwarmError(ConfigError):
     """No swarm runs where one was looked for."""
 
     def __init__(self, domain: int) -> None:
+        """Compose the message, which says how to start a swarm or reach one.
+
+        Args:
+            domain: ROS domain id in which one was looked for.
+        """
         super().__init__(
             f"no swarm is running in ROS domain {domain} on this machine;"
             " start one with swarm-up, or source the env.sh in its run folder"
@@ -64,7 +69,12 @@ class MissingPackageError(RobotModelError):
     """
 
     def __init__(self, packages: Iterable[str], searched: str) -> None:
-        """Compose the message; `searched` are the places."""
+        """Compose the message, which says how to name the packages' folders.
+
+        Args:
+            packages: Their names; one that occurs twice counts once.
+            searched: The places that were searched, in words.
+        """
         self.packages = tuple(dict.fromkeys(packages))
         self.searched = searched
         names = " and ".join(f"'{name}'" for name in self.packages)
@@ -90,6 +100,14 @@ class UnknownNameError(ConfigError):
     """
 
     def __init__(self, kind: str, name: str, known: Iterable[str], where: str = "") -> None:
+        """Compose the message, which proposes names like the given one, or lists all.
+
+        Args:
+            kind: What the name stands for, for example ``world``.
+            name: The name as given.
+            known: All valid names, in any order.
+            where: File that the name is in; empty if it is in none.
+        """
         self.kind = kind
         self.name = name
         self.known = sorted(known)

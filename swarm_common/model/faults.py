@@ -37,12 +37,20 @@ class Faults:
             self.add(error)
 
     def add(self, error: SwarmError) -> None:
-        """Note an error; one that tells of several counts as these."""
+        """Note an error, each message once; one that tells of several counts as these.
+
+        Args:
+            error: What was raised, or might have been.
+        """
         for single in error.faults or (error,):
             self._found.setdefault(str(single), single)
 
     def tell(self, messages: Iterable[str]) -> None:
-        """Note messages as errors."""
+        """Note messages as errors.
+
+        Args:
+            messages: Each becomes an error of the class that this was made with.
+        """
         for message in messages:
             self.add(self._error(message))
 

@@ -39,21 +39,36 @@ class Grid:
         return int(self.cells.shape[1])
 
     def cell_of(self, x: float, y: float) -> tuple[int, int]:
-        """Return (row, column) of a point; may lie outside the grid."""
+        """Return (row, column) of a point; may lie outside the grid.
+
+        Args:
+            x: [m] in map.
+            y: [m] in map.
+        """
         return (
             int(np.floor((y - self.origin_y) / self.resolution)),
             int(np.floor((x - self.origin_x) / self.resolution)),
         )
 
     def center_of(self, row: int, column: int) -> tuple[float, float]:
-        """Return (x, y) of a cell's centre."""
+        """Return (x, y) [m] in map of a cell's centre.
+
+        Args:
+            row: From the lowest y on; may lie outside the grid.
+            column: From the lowest x on; may lie outside the grid.
+        """
         return (
             self.origin_x + (column + 0.5) * self.resolution,
             self.origin_y + (row + 0.5) * self.resolution,
         )
 
     def contains(self, x: float, y: float) -> bool:
-        """Whether the point lies on the grid."""
+        """Whether the point lies on the grid.
+
+        Args:
+            x: [m] in map.
+            y: [m] in map.
+        """
         row, column = (y - self.origin_y) / self.resolution, (x - self.origin_x) / self.resolution
         return bool(0.0 <= row < self.height and 0.0 <= column < self.width)
 

@@ -17,7 +17,14 @@ Polygon = tuple[tuple[float, float], ...]
 
 
 def corners(shape: Shape) -> FloatArray:
-    """Return points (n, 3) in the shape's frame whose hull, seen from above, holds the shape."""
+    """Return points in a shape's frame whose hull, seen from above, holds the shape.
+
+    Args:
+        shape: Of any kind; planes and meshes have no such points.
+
+    Returns:
+        (n, 3) [m].
+    """
     if isinstance(shape, Box):
         unit = [[i, j, k] for i in (-0.5, 0.5) for j in (-0.5, 0.5) for k in (-0.5, 0.5)]
         return np.asarray(np.array(unit) * np.array(shape.size), np.float64)
@@ -42,7 +49,14 @@ def _circle(radius: float) -> FloatArray:
 
 
 def placed_corners(parts: Sequence[Part]) -> FloatArray:
-    """Return the corners (n, 3) of parts in their body's frame."""
+    """Return the corners of parts in their body's frame, see `corners`.
+
+    Args:
+        parts: Of one body.
+
+    Returns:
+        (n, 3) [m].
+    """
     blocks = [np.zeros((0, 3))]
     for part in parts:
         turn = np.eye(3) if isinstance(part.shape, Sphere) else part.body_from_part[:3, :3]
@@ -51,13 +65,24 @@ def placed_corners(parts: Sequence[Part]) -> FloatArray:
 
 
 def bounds(parts: Sequence[Part]) -> tuple[FloatArray, FloatArray]:
-    """Return the lowest and the highest x, y, z of parts, of which there is at least one."""
+    """Return the lowest and the highest x, y, z [m] of parts.
+
+    Args:
+        parts: Of one body; at least one of them has corners, see `corners`.
+
+    Returns:
+        (3,) and (3,), in the body's frame.
+    """
     points = placed_corners(parts)
     return points.min(axis=0), points.max(axis=0)
 
 
 def volume(shape: Shape) -> float:
-    """Return a shape's volume [m³]; of a hull, half that of the box around it."""
+    """Return a shape's volume [m³]; of a hull, half that of the box around it.
+
+    Args:
+        shape: Of any kind; planes and meshes count as nothing.
+    """
     if isinstance(shape, Box):
         return math.prod(shape.size)
     if isinstance(shape, Cylinder):
@@ -69,10 +94,17 @@ def volume(shape: Shape) -> float:
 
 
 def outline_around(points: FloatArray, most: int) -> Polygon:
-    """Return a convex polygon of at most `most` corners around points (n, 2), counter-clockwise.
+    """Return a convex polygon around points, counter-clockwise.
 
     Sides of the convex hull are left out one after the other, always the one whose neighbours meet
     nearest behind it.
+
+    Args:
+        points: (n, 2) [m].
+        most: Number of corners that the polygon may have, at least 3.
+
+    Returns:
+        Corners (x, y) [m], rounded to 0.1 mm.
 
     Raises:
         ValueError: If the points span no area.

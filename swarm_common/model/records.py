@@ -31,6 +31,9 @@ def value_type(cls: type[T]) -> type[T]:
     """Make a dataclass that is frozen for mypy only, for values that are created in every tick.
 
     Freezing at run time would make their creation three times as expensive.
+
+    Args:
+        cls: A class with annotated fields; decorate it with this in place of `dataclass`.
     """
     made = dataclass(slots=True, unsafe_hash=True)(cls)
     if sys.version_info >= (3, 13):
@@ -47,12 +50,21 @@ def _equal_as_tuples(self: Any, other: Any) -> Any:
 
 
 def tick_from_stamp(sec: int, nanosec: int) -> int:
-    """Return the control tick nearest to a ROS time stamp."""
+    """Return the control tick nearest to a ROS time stamp.
+
+    Args:
+        sec: [s]
+        nanosec: [ns] beyond that.
+    """
     return round((sec * 1_000_000_000 + nanosec) / TICK_NANOSECONDS)
 
 
 def stamp_from_tick(tick: int) -> tuple[int, int]:
-    """Return (sec, nanosec) of a control tick."""
+    """Return (sec [s], nanosec [ns]) of a control tick.
+
+    Args:
+        tick: From 0, at simulated time 0.
+    """
     return divmod(tick * TICK_NANOSECONDS, 1_000_000_000)
 
 
@@ -65,7 +77,11 @@ class Pose:
     yaw: float
 
     def compose(self, other: Pose) -> Pose:
-        """Return self ∘ other: `a_from_b.compose(b_from_c)` is a_from_c."""
+        """Return self ∘ other: `a_from_b.compose(b_from_c)` is a_from_c.
+
+        Args:
+            other: In the frame whose pose this one is.
+        """
         cos, sin = math.cos(self.yaw), math.sin(self.yaw)
         return Pose(
             self.x + cos * other.x - sin * other.y,
@@ -81,12 +97,20 @@ class Pose:
         )
 
     def distance(self, other: Pose) -> float:
-        """Return the Euclidean distance between the two positions."""
+        """Return the Euclidean distance [m] between the two positions.
+
+        Args:
+            other: In the same frame.
+        """
         return math.hypot(self.x - other.x, self.y - other.y)
 
 
 def wrap_angle(angle: float) -> float:
-    """Return the angle in (-π, π]."""
+    """Return the angle in (-π, π].
+
+    Args:
+        angle: [rad]
+    """
     return -((-angle + math.pi) % (2.0 * math.pi) - math.pi)
 
 
@@ -126,6 +150,12 @@ class Scan:
         """Return the scan as an upright LiDAR at the same place would have taken it.
 
         The rays of one that hangs upside down turn clockwise, seen from above.
+
+        Args:
+            lidar: That took the scan.
+
+        Returns:
+            The scan itself if the LiDAR stands upright.
         """
         if not lidar.upside_down:
             return self

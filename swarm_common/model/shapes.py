@@ -102,7 +102,16 @@ class Visual:
 
 
 def transform_from_xyz_rpy(x: float, y: float, z: float, r: float, p: float, w: float) -> Transform:
-    """Return the transform of an SDF or URDF pose: fixed-axis roll, pitch, yaw."""
+    """Return the transform (4, 4) of an SDF or URDF pose: fixed-axis roll, pitch, yaw.
+
+    Args:
+        x: [m]
+        y: [m]
+        z: [m]
+        r: [rad] roll, about the x axis, first.
+        p: [rad] pitch, about the y axis.
+        w: [rad] yaw, about the z axis, last.
+    """
     cr, sr, cp, sp, cw, sw = np.cos(r), np.sin(r), np.cos(p), np.sin(p), np.cos(w), np.sin(w)
     return np.array(
         [
@@ -115,7 +124,11 @@ def transform_from_xyz_rpy(x: float, y: float, z: float, r: float, p: float, w: 
 
 
 def quaternion_of(rotation: FloatArray) -> tuple[float, float, float, float]:
-    """Return the unit quaternion x, y, z, w of a rotation matrix (3, 3)."""
+    """Return the unit quaternion x, y, z, w of a rotation.
+
+    Args:
+        rotation: (3, 3) orthogonal, of determinant 1.
+    """
     m = rotation
     w = math.sqrt(max(0.0, 1.0 + m[0, 0] + m[1, 1] + m[2, 2])) / 2.0
     x = math.sqrt(max(0.0, 1.0 + m[0, 0] - m[1, 1] - m[2, 2])) / 2.0

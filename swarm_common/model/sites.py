@@ -60,6 +60,9 @@ class Sites:
     def spawn_named(self, name: str) -> Spawn | None:
         """Return a start by name; the default one for an empty name.
 
+        Args:
+            name: Key of `spawns`; empty for `spawn`.
+
         Raises:
             UnknownNameError: If there is none of that name.
         """
@@ -71,5 +74,9 @@ class Sites:
 
 
 def area_count(spawn: Spawn | None) -> int:
-    """Return the number of areas that robots are dealt to in turn."""
+    """Return the number of areas that robots are dealt to in turn.
+
+    Args:
+        spawn: Where robots start; None lets the world choose free places.
+    """
     return len(spawn.areas) if isinstance(spawn, SpawnAreas) else 1

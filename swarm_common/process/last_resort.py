@@ -19,12 +19,23 @@ class FaultLog:
     """
 
     def __init__(self, what: str) -> None:
-        """Begin without any; `what` went wrong when one is noted."""
+        """Start without any.
+
+        Args:
+            what: Is dropped by a fault, like `message`; for the log.
+        """
         self._what = what
         self.counts: Counter[str] = Counter()
 
     def note(self, error: Exception) -> str:
-        """Count a fault; return the message for the client that caused it."""
+        """Count a fault, and print the traceback of the first of its kind.
+
+        Args:
+            error: As it was caught, with its traceback.
+
+        Returns:
+            A message for the client that caused it.
+        """
         frame = traceback.extract_tb(error.__traceback__)[-1]
         key = f"{type(error).__name__} in {frame.name}, line {frame.lineno}"
         self.counts[key] += 1
@@ -37,7 +48,11 @@ class FaultLog:
 
 
 def shown(message: str) -> str:
-    """Return a message without control characters, and not longer than anybody reads."""
+    """Return a message without control characters, and not longer than anybody reads.
+
+    Args:
+        message: Of any length; of a long one the middle is left out.
+    """
     text = printable(message[: 2 * LONGEST_MESSAGE])
     if len(message) <= LONGEST_MESSAGE:
         return text
@@ -46,5 +61,9 @@ def shown(message: str) -> str:
 
 
 def printable(message: str) -> str:
-    """Return a message without control characters: it may quote an input of any letters."""
+    """Return a message without control characters: it may quote an input of any letters.
+
+    Args:
+        message: Its line ends stay.
+    """
     return "".join(letter if letter.isprintable() or letter == "\n" else "?" for letter in message)

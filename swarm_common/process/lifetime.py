@@ -35,7 +35,13 @@ class SleepWatch:
         clock: Callable[[], float] = time.monotonic,
         computed: Callable[[], float] = time.process_time,
     ) -> None:
-        """Begin awake; `limit` [s] is the shortest sleep that counts."""
+        """Start awake.
+
+        Args:
+            limit: [s] of the shortest sleep that counts.
+            clock: Wall clock [s].
+            computed: CPU time of this process [s].
+        """
         self._limit, self._clock, self._computed = limit, clock, computed
         self._at, self._used = clock(), computed()
 

@@ -23,12 +23,20 @@ class UnknownMessageError(SwarmError):
 
 
 def encode(message: EventBase | CommandBase) -> bytes:
-    """Return a message as a line, with its end."""
+    """Return a message as a line, with its end.
+
+    Args:
+        message: Its numbers may be numpy's.
+    """
     return msgspec.json.encode(message, enc_hook=_plain) + b"\n"
 
 
 def decode(line: bytes, decoder: msgspec.json.Decoder[Kind]) -> Kind:
     """Return the message in a line.
+
+    Args:
+        line: One JSON object.
+        decoder: Of the kinds that are expected, like `FORK_SERVER`.
 
     Raises:
         UnknownMessageError: If its kind is not one of the decoder's, or its fields are others.

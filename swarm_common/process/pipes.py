@@ -17,7 +17,12 @@ class MessageReader(Generic[Kind]):
     """Reader of messages that never waits."""
 
     def __init__(self, descriptor: int, decoder: msgspec.json.Decoder[Kind]) -> None:
-        """Switch the descriptor to non-blocking; `decoder` knows the kinds of messages."""
+        """Switch the descriptor to non-blocking.
+
+        Args:
+            descriptor: Of the pipe, to read from.
+            decoder: Of the kinds that are expected, like `FORK_SERVER`.
+        """
         os.set_blocking(descriptor, False)
         self._descriptor = descriptor
         self._decoder = decoder
@@ -40,10 +45,19 @@ class EventWriter:
     """Writer of events; without a descriptor it writes nothing."""
 
     def __init__(self, descriptor: int | None) -> None:
+        """Start to write.
+
+        Args:
+            descriptor: Of the pipe; None for none.
+        """
         self._descriptor = descriptor
 
     def write(self, event: Event) -> None:
-        """Write one event; nobody left to read it is not an error."""
+        """Write one event; nobody left to read it is not an error.
+
+        Args:
+            event: Of any kind in `messages`.
+        """
         if self._descriptor is None:
             return
         data = encode(event)

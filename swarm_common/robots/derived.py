@@ -110,7 +110,13 @@ def _describe(source: RobotSource, asked: Asked, faults: Faults) -> Described | 
 
 
 def place_meshes(root: ET.Element, finder: PackageFinder, directory: Path) -> None:
-    """Let every mesh that is found be named by its file: viewers need not know the packages."""
+    """Let every mesh that is found be named by its file: viewers need not know the packages.
+
+    Args:
+        root: Of the URDF, changed.
+        finder: Of the packages of meshes.
+        directory: From which relative paths of meshes start.
+    """
     for mesh in root.iter("mesh"):
         try:
             path = finder.resolve(mesh.get("filename", ""), directory)
@@ -145,6 +151,14 @@ def with_scan_frame(urdf: str, model: RobotModel, lidar: LidarSpec) -> str:
     """Return a description in which the link base_scan is where the LiDAR is.
 
     That is the frame of the scans. Viewers read from the description where it is.
+
+    Args:
+        urdf: With base_footprint as its root.
+        model: Of that description.
+        lidar: Its place in base_footprint.
+
+    Returns:
+        The URDF; the text itself if the link is there already.
     """
     roll = math.pi if lidar.upside_down else 0.0
     place = transform_from_xyz_rpy(lidar.x, lidar.y, lidar.z, roll, 0.0, lidar.yaw)

@@ -149,7 +149,11 @@ def _refuse_car(wheels: Sequence[_Wheel], where: str) -> None:
 
 
 def car_message(reason: str) -> str:
-    """Return why a robot that steers like a car is refused."""
+    """Return why a robot that steers like a car is refused.
+
+    Args:
+        reason: What shows it.
+    """
     return (
         f"it steers like a car ({reason}), and cannot turn on the spot; the navigator needs robots "
         "that can, to make room for each other. If it can, tell what drives it in robot.yaml: "
@@ -172,7 +176,11 @@ def _without_wheels(model: RobotModel) -> DriveTrain:
 
 
 def radius_of(group: RigidGroup) -> float | None:
-    """Return the radius [m] of a turning group about its axis, None without a collision shape."""
+    """Return the radius [m] of a turning group about its axis, None without a collision shape.
+
+    Args:
+        group: On a turning joint.
+    """
     for part in group.parts:
         if isinstance(part.shape, Cylinder | Sphere):
             return part.shape.radius

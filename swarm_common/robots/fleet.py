@@ -23,7 +23,15 @@ MOST = 1000  # robots in a group
 
 
 def limits_of(spec: RobotSpec) -> dict[str, float]:
-    """Return the limits of a robot model by name, which are the defaults of its controller's."""
+    """Return the limits of a robot model by name, which are the defaults of its controller's.
+
+    Args:
+        spec: Of the model.
+
+    Returns:
+        [m/s], [rad/s], [m/s²] and [rad/s²] by the names of `LIMITS`; with those of `SIDEWAYS` for
+        an omnidirectional drive.
+    """
     return {name: getattr(spec, name) for name in LIMITS + (SIDEWAYS if spec.is_omni else ())}
 
 
@@ -61,7 +69,16 @@ class Fleet:
 
 
 def uniform_fleet(model: str, count: int) -> Fleet:
-    """Return a fleet of one model, by name or path."""
+    """Return a fleet of one model.
+
+    Args:
+        model: Name of a folder in `robots/`, or a path to a folder, URDF, xacro or `robot.yaml`.
+        count: Number of robots.
+
+    Raises:
+        UnknownNameError: If there is no such model, or robot.yaml has an unknown key.
+        RobotModelError: If a value is missing or impossible; all that is wrong is told at once.
+    """
     if Path(model).exists() and model not in robot_names():
         model = str(Path(model).absolute())
     return Fleet((Member(model, load_robot(model)),) * count)
@@ -69,6 +86,9 @@ def uniform_fleet(model: str, count: int) -> Fleet:
 
 def load_fleet(name_or_path: str | Path) -> Fleet:
     """Return a fleet of `params/fleets` by name, or one from the user's own file.
+
+    Args:
+        name_or_path: A path has folders in it, or ends in `.yaml` or `.yml`; else it is a name.
 
     Raises:
         SwarmError: If the file, a key, a model, a count or a limit in it is unusable.

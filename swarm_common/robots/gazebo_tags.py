@@ -80,7 +80,15 @@ class RaySensor:
 
 
 def read_drive(root: ET.Element, where: str) -> DriveTags | None:
-    """Return what the first drive plugin says, None if there is none."""
+    """Return what the first drive plugin says, None if there is none.
+
+    Args:
+        root: Of the URDF.
+        where: Its file, for messages.
+
+    Raises:
+        RobotModelError: If a parameter of the plugin is not a number.
+    """
     for plugin in root.findall("gazebo//plugin"):
         name = f"{plugin.get('filename', '')} {plugin.get('name', '')}".lower()
         drive = next((drive for key, drive in PLUGINS if key in name), None)
@@ -101,7 +109,12 @@ def read_drive(root: ET.Element, where: str) -> DriveTags | None:
 
 
 def read_car(root: ET.Element) -> str | None:
-    """Return what says that the robot steers like a car: a plugin or a controller; None if none."""
+    """Return what says that the robot steers like a car: a plugin or a controller; None if none.
+
+    Args:
+        root: Of the URDF; parameter files of ros2_control that it names are read, if they are
+            there.
+    """
     for plugin in root.findall("gazebo//plugin"):
         name = f"{plugin.get('filename', '')} {plugin.get('name', '')}"
         if CAR.search(name):
@@ -116,7 +129,15 @@ def read_car(root: ET.Element) -> str | None:
 
 
 def read_ray_sensors(root: ET.Element, where: str) -> list[RaySensor]:
-    """Return all ray sensors on links, in the order of the file."""
+    """Return all ray sensors on links, in the order of the file.
+
+    Args:
+        root: Of the URDF.
+        where: Its file, for messages.
+
+    Raises:
+        RobotModelError: If a number of a sensor is none, or its pose is not six of them.
+    """
     sensors = []
     for gazebo in root.findall("gazebo"):
         for sensor in gazebo.iter("sensor"):

@@ -62,7 +62,16 @@ def load_robot(name_or_path: str | Path) -> RobotSpec:
 
 
 def open_robot(name_or_path: str | Path) -> Robot:
-    """Return all about a robot; see `load_robot`."""
+    """Return all about a robot.
+
+    Args:
+        name_or_path: Name of a folder in `robots/`, or a path to a folder, URDF, xacro or
+            `robot.yaml`.
+
+    Raises:
+        UnknownNameError: If there is no such model, or robot.yaml has an unknown key.
+        RobotModelError: If a value is missing or impossible, or the description unusable.
+    """
     source = find_robot(name_or_path)
     faults = Faults(source.where, RobotModelError)
     spec, described = _specified(source, faults)
@@ -78,12 +87,30 @@ def open_robot(name_or_path: str | Path) -> Robot:
 
 
 def description(name_or_path: str | Path) -> str:
-    """Return a robot's description as URDF text."""
+    """Return a robot's description as URDF text.
+
+    Args:
+        name_or_path: Name of a folder in `robots/`, or a path to a folder, URDF, xacro or
+            `robot.yaml`.
+
+    Raises:
+        UnknownNameError: If there is no such model, or robot.yaml has an unknown key.
+        RobotModelError: If a value is missing or impossible, or the description unusable.
+    """
     return open_robot(name_or_path).urdf
 
 
 def load_robot_model(name_or_path: str | Path) -> RobotModel:
-    """Return the bodies of a robot."""
+    """Return the bodies of a robot.
+
+    Args:
+        name_or_path: Name of a folder in `robots/`, or a path to a folder, URDF, xacro or
+            `robot.yaml`.
+
+    Raises:
+        UnknownNameError: If there is no such model, or robot.yaml has an unknown key.
+        RobotModelError: If a value is missing or impossible, or the description unusable.
+    """
     return open_robot(name_or_path).model
 
 

@@ -18,6 +18,9 @@ NAME = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
 def add_package_paths(paths: Sequence[Path]) -> None:
     """Put folders before those of ROS_PACKAGE_PATH, for this process and its children.
 
+    Args:
+        paths: Packages, or folders that hold some; the first is searched first.
+
     Raises:
         ConfigError: If one is not a folder.
     """
@@ -38,12 +41,20 @@ class PackageFinder:
     """
 
     def __init__(self, paths: Sequence[Path] = (), near: Path | None = None) -> None:
-        """Search in `paths`, and above the file `near`."""
+        """Remember where to look; nothing is read yet.
+
+        Args:
+            paths: Packages, or folders that hold some; the first is searched first.
+            near: File whose folders are searched upwards. None: none are.
+        """
         self._paths = [path.absolute() for path in paths]
         self._above = list(near.absolute().parents[:ANCESTORS]) if near is not None else []
 
     def share(self, package: str) -> Path:
         """Return a package's folder.
+
+        Args:
+            package: Its name.
 
         Raises:
             MissingPackageError: If it is nowhere; the message lists the places.

@@ -14,7 +14,11 @@ WORLDS_OWN = ("wheels_left", "wheels_right", "sensors")  # of no use to a naviga
 
 
 def robot_parameters(spec: RobotSpec) -> dict[str, Any]:
-    """Return `{name: value}` without the prefix `robot.`; the footprint as text, as in Nav2."""
+    """Return `{name: value}` without the prefix `robot.`; the footprint as text, as in Nav2.
+
+    Args:
+        spec: Of the robot; what only the world needs of it is left out.
+    """
     values = dataclasses.asdict(spec)
     lidar = values.pop("lidar")
     for name in WORLDS_OWN:
@@ -26,6 +30,9 @@ def robot_parameters(spec: RobotSpec) -> dict[str, Any]:
 
 def robot_from_parameters(values: Mapping[str, Any]) -> RobotSpec:
     """Return the robot model in parameters written by `robot_parameters`.
+
+    Args:
+        values: By name, without the prefix `robot.`.
 
     Raises:
         RobotModelError: If a parameter is missing or unknown, or the footprint is not a polygon.

@@ -76,14 +76,30 @@ def _sideways(values: Mapping[str, Any], drive: str, where: str) -> dict[str, An
 
 
 def parse_drive(value: object, where: str) -> str:
-    """Return a drive, or raise RobotModelError."""
+    """Return a drive.
+
+    Args:
+        value: As read from robot.yaml.
+        where: Its file, for messages.
+
+    Raises:
+        RobotModelError: If it is none of `DRIVES`.
+    """
     if value not in DRIVES:
         raise RobotModelError(f"{where}: drive is {value!r}; expected one of {DRIVES}")
     return str(value)
 
 
 def parse_inertia(value: object, where: str) -> str:
-    """Return where inertias come from, or raise RobotModelError."""
+    """Return where inertias come from.
+
+    Args:
+        value: As read from robot.yaml.
+        where: Its file, for messages.
+
+    Raises:
+        RobotModelError: If it is none of `INERTIA`.
+    """
     if value not in INERTIA:
         raise RobotModelError(f"{where}: inertia is {value!r}; expected one of {INERTIA}")
     return str(value)
@@ -96,7 +112,16 @@ def _name(value: object, what: str) -> str:
 
 
 def parse_wheels(value: object, where: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the left and the right driven joints, or raise RobotModelError."""
+    """Return the left and the right driven joints.
+
+    Args:
+        value: As read from robot.yaml.
+        where: Its file, for messages.
+
+    Raises:
+        UnknownNameError: If there are other keys than `left` and `right`.
+        RobotModelError: If a side is not a list of names.
+    """
     what = f"{where}: wheels"
     if not isinstance(value, dict):
         raise RobotModelError(f"{what} is {value!r}; expected left: [joint], right: [joint]")
@@ -109,7 +134,15 @@ def parse_wheels(value: object, where: str) -> tuple[tuple[str, ...], tuple[str,
 
 
 def positive(value: object, what: str) -> float:
-    """Return a positive number of sensible size, or raise RobotModelError."""
+    """Return a positive number of sensible size.
+
+    Args:
+        value: As read from robot.yaml, or derived.
+        what: File and key, for messages.
+
+    Raises:
+        RobotModelError: If it is no number, or not from `SMALLEST` to `LARGEST`.
+    """
     result = number(value, what, RobotModelError)
     if not SMALLEST <= result <= LARGEST:
         raise RobotModelError(

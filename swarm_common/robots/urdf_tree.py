@@ -27,6 +27,10 @@ JOINTS = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 def read_tree(text: str, where: str) -> ET.Element:
     """Return the checked tree of a URDF text; placeholders of namespaces are taken out.
 
+    Args:
+        text: The URDF.
+        where: Its file, for messages.
+
     Raises:
         RobotModelError: If the text is malformed; the message names `where` and every element
             that is wrong.
@@ -52,13 +56,21 @@ def read_tree(text: str, where: str) -> ET.Element:
 
 
 def root_link(root: ET.Element) -> str:
-    """Return the name of the link without a parent, of a checked tree."""
+    """Return the name of the link without a parent.
+
+    Args:
+        root: Of the URDF, as `read_tree` returns it.
+    """
     children = {child_of(joint) for joint in root.findall("joint")}
     return next(n for link in root.findall("link") if (n := link.get("name", "")) not in children)
 
 
 def child_of(joint: ET.Element) -> str:
-    """Return the name of a joint's child link, empty if there is none."""
+    """Return the name of a joint's child link, empty if there is none.
+
+    Args:
+        joint: Element of the URDF.
+    """
     return _end(joint, "child")
 
 

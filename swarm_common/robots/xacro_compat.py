@@ -54,7 +54,11 @@ def open_files() -> list[str]:
 
 @contextlib.contextmanager
 def packages_from(find: Callable[[str], str]) -> Iterator[None]:
-    """Let `$(find package)` ask a function of ours."""
+    """Within it, `$(find package)` asks a function of ours.
+
+    Args:
+        find: Returns the folder of a package by its name; what it raises ends the expansion.
+    """
     before: Any = substitution_args._eval_find
     substitution_args._eval_find = substitution_args._eval_dict["find"] = find
     try:

@@ -70,9 +70,15 @@ def expand(path: Path, arguments: Mapping[str, str], finder: PackageFinder) -> s
 def unresolved(
     path: Path, arguments: Mapping[str, str], finder: PackageFinder
 ) -> tuple[list[str], list[str]]:
-    """Return the packages that a xacro file and its includes name, and that are missing.
+    """Look for all that a xacro file lacks; xacro itself stops at the first.
 
-    Also the names of arguments that are used without a value. xacro itself stops at the first.
+    Args:
+        path: Of the file; the files that it includes are searched, too.
+        arguments: Values of `xacro:arg`s by name.
+        finder: Of the packages in `$(find package)`.
+
+    Returns:
+        Names of packages that are missing, and of arguments that are used without a value.
     """
     packages: dict[str, None] = {}
     used: dict[str, None] = {}

@@ -17,7 +17,16 @@ MAPS = {
     if (rows := set(ROW.findall(ast.get_docstring(ast.parse(path.read_text("utf-8"))) or "")))
 }
 # Packages and modules whose public functions describe all of their parameters.
-DESCRIBED = ("swarm_nav",)
+DESCRIBED = (
+    "swarm_bench/ablation",
+    "swarm_bench/halls",
+    "swarm_bench/storm",
+    "swarm_common/files",
+    "swarm_common/model",
+    "swarm_common/process",
+    "swarm_common/robots",
+    "swarm_nav",
+)
 ARGS = re.compile(r"^Args:\n((?: {4}.*\n?|\n)+)", re.MULTILINE)
 ENTRY = re.compile(r"^ {4}\*{0,2}(\w+): \S", re.MULTILINE)
 Function = ast.FunctionDef | ast.AsyncFunctionDef
