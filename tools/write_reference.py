@@ -251,7 +251,7 @@ def python_page() -> str:
         "The [tutorial](../tutorials/python.md) has an example of each.\n",
     ]
     for item in (RobotCommander, Task, TaskResult, run, load_scenario, RunOptions, RunResult):
-        signature = "" if isinstance(item, type) else f"{_signature(item)}\n"
+        signature = "" if isinstance(item, type) else f"{_signature(item, item.__name__)}\n"
         head = f"{item.__module__}.{item.__name__}"
         parts.append(f"\n## {head}\n\n{signature}{_docstring(item)}\n")
         if not isinstance(item, type):
@@ -259,22 +259,31 @@ def python_page() -> str:
         if issubclass(item, enum.Enum):
             parts.append("\n" + "".join(f"- `{member.name}`\n" for member in item))
         for name, member in vars(item).items():
-            if inspect.isfunction(member) and not name.startswith("_"):
-                parts.append(f"\n### {name}\n\n{_signature(member)}\n{_docstring(member)}\n")
+            if not inspect.isfunction(member):
+                continue
+            shown = item.__name__ if name == "__init__" and member.__doc__ else name
+            if not shown.startswith("_"):
+                text = f"{_signature(member, shown)}\n{_docstring(member)}"
+                parts.append(f"\n### {shown}\n\n{text}\n")
     return "".join(parts)
 
 
-def _signature(function: Any) -> str:
+def _signature(function: Any, name: str) -> str:
     text = re.sub(r"(: |-> )'([^']+)'", r"\1\2", str(inspect.signature(function)))
-    return f"`{function.__name__}{re.sub(r'^[(]self(, )?', '(', text)}`\n"
+    text = re.sub(r"^[(]self(, )?", "(", text)
+    return f"`{name}{text if name == function.__name__ else text.removesuffix(' -> None')}`\n"
 
 
 def _docstring(item: Any) -> str:
-    """Return a docstring as Markdown: its sections are lists."""
-    lines = []
+    """Return a docstring as Markdown: its sections are lists, but what it returns is a line."""
+    lines: list[str] = []
     for line in (inspect.getdoc(item) or "").splitlines():
-        if re.fullmatch(r"(Args|Attributes|Returns|Raises):", line):
+        if re.fullmatch(r"(Args|Attributes|Raises):", line):
             lines.append(f"**{line}**\n")
+        elif line == "Returns:":
+            lines.append("**Returns:**")
+        elif lines and lines[-1] == "**Returns:**":
+            lines[-1] += f" {_cell_free(line.strip())}"
         elif match := re.match(r"    (\w+): (.*)", line):
             lines.append(f"- `{match[1]}`: {_cell_free(match[2])}")
         else:

@@ -212,7 +212,17 @@ _BLANK = empty_beacons(1).tobytes()
 
 
 def run(options: RunOptions) -> RunResult:
-    """Run a scenario once."""
+    """Run a scenario once.
+
+    Args:
+        options: What to run.
+
+    Returns:
+        Figures of the run, whether its goals were reached or not.
+
+    Raises:
+        SwarmError: If a file or a value is unusable.
+    """
     return Harness(options).run()
 
 

@@ -105,6 +105,9 @@ def scenario_names() -> list[str]:
 def load_scenario(name_or_path: str) -> Scenario:
     """Return a scenario of `params/scenarios` by name, or one from the user's own file.
 
+    Args:
+        name_or_path: Name of a scenario, or a path that ends in `.yaml` or has a folder.
+
     Raises:
         ConfigError: If there is no such scenario or something in it is wrong.
     """

@@ -84,7 +84,7 @@ class RobotCommander:
 
         Args:
             node: Node that all traffic goes through; spinning it is the caller's work.
-            namespace: Of the robot.
+            namespace: Of the robot, like `Srobot3`.
             on_status: Called with every status.
             with_feedback: Whether tasks receive feedback; for many robots it costs more than
                 all the rest of a client.
@@ -115,37 +115,83 @@ class RobotCommander:
     def goToPose(self, pose: PoseStamped, behavior_tree: str = "") -> Task:
         """Drive to a pose; one in an obstacle is moved by up to `planner.tolerance`, 0.5 m.
 
-        `ros_io.start_text(tick)` as behavior_tree is when to set off.
+        Args:
+            pose: In the frame `map`, `odom` or `base_footprint`; an empty frame means `map`.
+            behavior_tree: `ros_io.start_text(tick)` is when to set off; empty is at once.
+
+        Returns:
+            The task under way; a pose that makes no sense fails as refused, nothing is raised.
         """
         goal = NavigateToPose.Goal(pose=pose, behavior_tree=behavior_tree)
         return self.send("navigate_to_pose", NavigateToPose, goal)
 
     def goThroughPoses(self, poses: Sequence[PoseStamped], behavior_tree: str = "") -> Task:
-        """Drive through poses without stopping, to the last."""
+        """Drive through poses without stopping, to the last.
+
+        Args:
+            poses: At most 1000, each in a frame of `goToPose`.
+            behavior_tree: As of `goToPose`.
+
+        Returns:
+            The task under way.
+        """
         goal = NavigateThroughPoses.Goal(poses=list(poses), behavior_tree=behavior_tree)
         return self.send("navigate_through_poses", NavigateThroughPoses, goal)
 
     def followWaypoints(self, poses: Sequence[PoseStamped]) -> Task:
-        """Drive to poses one after the other."""
+        """Drive to poses one after the other.
+
+        Args:
+            poses: At most 1000, each in a frame of `goToPose`.
+
+        Returns:
+            The task under way; its result lists the waypoints that were missed.
+        """
         goal = FollowWaypoints.Goal(poses=list(poses))
         return self.send("follow_waypoints", FollowWaypoints, goal)
 
     def followPath(self, path: Path, controller_id: str = "", goal_checker_id: str = "") -> Task:
-        """Drive along a given path."""
+        """Drive along a given path.
+
+        Args:
+            path: 1 to 20,000 poses; those without a frame of their own are in that of the path.
+            controller_id: Of Nav2's interface; has no effect.
+            goal_checker_id: Of Nav2's interface; has no effect.
+
+        Returns:
+            The task under way.
+        """
         goal = FollowPath.Goal(
             path=path, controller_id=controller_id, goal_checker_id=goal_checker_id
         )
         return self.send("follow_path", FollowPath, goal)
 
     def spin(self, spin_dist: float = 1.57, time_allowance: float = 10) -> Task:
-        """Turn on the spot by an angle [rad]."""
+        """Turn on the spot by an angle [rad].
+
+        Args:
+            spin_dist: [rad], counter-clockwise if positive; more than a full turn is possible.
+            time_allowance: [s] of simulated time after which it fails; 0 for no limit.
+
+        Returns:
+            The task under way.
+        """
         goal = Spin.Goal(target_yaw=float(spin_dist), time_allowance=_duration(time_allowance))
         return self.send("spin", Spin, goal)
 
     def backup(
         self, backup_dist: float = 0.15, backup_speed: float = 0.025, time_allowance: float = 10
     ) -> Task:
-        """Drive backwards by a distance [m]."""
+        """Drive backwards by a distance [m].
+
+        Args:
+            backup_dist: [m]; its sign does not count.
+            backup_speed: [m/s], at most; not 0. Its sign does not count.
+            time_allowance: [s] of simulated time after which it fails; 0 for no limit.
+
+        Returns:
+            The task under way; it fails at once if a wall of the map is in the way.
+        """
         goal = BackUp.Goal(
             target=Point(x=float(backup_dist)),
             speed=float(backup_speed),
@@ -156,7 +202,16 @@ class RobotCommander:
     def driveOnHeading(
         self, dist: float = 0.15, speed: float = 0.025, time_allowance: float = 10
     ) -> Task:
-        """Drive straight on by a distance [m]."""
+        """Drive straight on by a distance [m].
+
+        Args:
+            dist: [m]; backwards if negative.
+            speed: [m/s], at most; not 0, and of the sign of `dist`.
+            time_allowance: [s] of simulated time after which it fails; 0 for no limit.
+
+        Returns:
+            The task under way; it fails at once if a wall of the map is in the way.
+        """
         goal = DriveOnHeading.Goal(
             target=Point(x=float(dist)),
             speed=float(speed),
@@ -165,7 +220,14 @@ class RobotCommander:
         return self.send("drive_on_heading", DriveOnHeading, goal)
 
     def wait(self, time: float) -> Task:
-        """Stand still for a time [s] of the simulation."""
+        """Stand still for a time [s] of the simulation.
+
+        Args:
+            time: [s] of simulated time.
+
+        Returns:
+            The task under way.
+        """
         return self.send("wait", Wait, Wait.Goal(time=_duration(time)))
 
     def send(
@@ -178,10 +240,13 @@ class RobotCommander:
         """Send any goal to any action of the robot.
 
         Args:
-            action: Name within the namespace.
-            action_type: Its type.
-            goal: Goal message.
-            on_end: Called when it has ended.
+            action: Name within the namespace, like `navigate_to_pose`.
+            action_type: Class of the action, like `nav2_msgs.action.NavigateToPose`.
+            goal: Message of the type `action_type.Goal`.
+            on_end: Called with the task when it has ended.
+
+        Returns:
+            The task under way; `task` from now on.
         """
         self.task = Task(self._client(action, action_type), goal, on_end)
         return self.task
@@ -227,7 +292,13 @@ class RobotCommander:
     # The rest
 
     def setInitialPose(self, initial_pose: PoseStamped) -> None:
-        """Tell the robot where it is."""
+        """Tell the robot where it is.
+
+        Args:
+            initial_pose: In the frame `map`, `odom` or `base_footprint`. One off the map is
+                ignored, and so is (0, 0, 0) without a stamp, which a BasicNavigator sends whose
+                user has set none.
+        """
         message = PoseWithCovarianceStamped(header=initial_pose.header)
         message.pose.pose = initial_pose.pose
         self._initial_pose.publish(message)
@@ -237,7 +308,12 @@ class RobotCommander:
         return bool(self._client("navigate_to_pose", NavigateToPose).server_is_ready())
 
     def offers(self, action: str, action_type: type) -> bool:
-        """Whether goals of an action would arrive; never waits. The first call asks for it."""
+        """Whether goals of an action would arrive; never waits. The first call asks for it.
+
+        Args:
+            action: Name within the namespace, like `navigate_to_pose`.
+            action_type: Class of the action, like `nav2_msgs.action.NavigateToPose`.
+        """
         return self._client(action, action_type).server_is_ready()
 
     def waitUntilNav2Active(self, timeout: float = 60.0) -> None:
@@ -279,9 +355,15 @@ class RobotCommander:
     def getPath(
         self, start: PoseStamped | None, goal: PoseStamped, timeout: float = 10.0
     ) -> Path | None:
-        """Return the plan between two poses, from where the robot is if `start` is None.
+        """Return the plan between two poses; waits, spinning the node.
 
-        Waits, spinning the node. None if there is no path.
+        Args:
+            start: In a frame of `goToPose`; None for where the robot is.
+            goal: In a frame of `goToPose`.
+            timeout: [s] of wall time for the answer.
+
+        Returns:
+            The path in the frame `map`; None if there is none, or no answer in time.
         """
         request = ComputePathToPose.Goal(goal=goal, use_start=start is not None)
         if start is not None:

@@ -90,7 +90,11 @@ class Delivery:
     """
 
     def __init__(self, now: float) -> None:
-        """Begin with a goal that is sent at wall time `now`."""
+        """Begin with a goal that is sent now.
+
+        Args:
+            now: Wall time [s], of any monotonic clock.
+        """
         self.phase = Phase.SENT
         self.question = 0
         self._since = now
@@ -104,6 +108,9 @@ class Delivery:
             event: What it is.
             now: Wall time [s].
             question: For UNKNOWN, the number of the request that it answers.
+
+        Raises:
+            ValueError: If the event cannot happen in this phase, see `TRANSITIONS`.
         """
         if event is DeliveryEvent.UNKNOWN and question != self.question:
             return Action.NOTHING

@@ -54,12 +54,20 @@ def find_robots(node: Node, wanted: Sequence[str], patience: SwarmPatience) -> l
 
 
 def in_order(robots: Iterable[str]) -> list[str]:
-    """Return the names of robots in order of their numbers."""
+    """Return the names of robots in order of their numbers.
+
+    Args:
+        robots: Names like `Srobot3`.
+    """
     return sorted(robots, key=lambda name: (len(name), name))
 
 
 def robots_in_graph(node: Node) -> set[str]:
-    """Return the names of the robots that are seen now."""
+    """Return the names of the robots that are seen now.
+
+    Args:
+        node: Node whose view of the ROS graph counts; it is not spun.
+    """
     return {
         name.split("/")[1]
         for name, types in node.get_topic_names_and_types()
@@ -73,8 +81,12 @@ def robots_in_graph(node: Node) -> set[str]:
 def read_sites(node: Node, robot: str) -> tuple[Sites, str]:
     """Return the sites that a robot was started with, and their file for messages.
 
+    Args:
+        node: Node that asks; it is spun here.
+        robot: Name of the robot, like `Srobot3`.
+
     Raises:
-        ConfigError: If the navigator does not answer.
+        ConfigError: If the navigator does not answer, or the file is unusable.
     """
     values = read_parameters(node, robot, ["sites"])
     path = values[0].string_value if values else ""
@@ -83,6 +95,10 @@ def read_sites(node: Node, robot: str) -> tuple[Sites, str]:
 
 def read_home(node: Node, robot: str) -> Pose | None:
     """Return where a robot was started [map frame]; None if its navigator does not know.
+
+    Args:
+        node: Node that asks; it is spun here.
+        robot: Name of the robot, like `Srobot3`.
 
     Raises:
         ConfigError: If the navigator does not answer.
@@ -99,6 +115,13 @@ def robot_on_mission(node: Node, robots: Sequence[str]) -> str | None:
     A process that drives a robot keeps its topic `mission` until it ends, so that latecomers learn
     the state; the latest message counts. Before the answer is "none", such a process gets the time
     to be discovered: it may be later than the robot itself.
+
+    Args:
+        node: Node that asks; it is spun here.
+        robots: Names of the robots to ask about.
+
+    Returns:
+        Name of the robot; None if none of them is on a mission.
     """
     said: dict[str, list[bool]] = {robot: [] for robot in robots}
     topics = {robot: f"/{robot}/mission" for robot in robots}
@@ -128,6 +151,14 @@ def robot_on_mission(node: Node, robots: Sequence[str]) -> str | None:
 
 def read_parameters(node: Node, robot: str, names: list[str]) -> list[ParameterValue]:
     """Return parameters of a navigator; empty if one of them is not declared.
+
+    Args:
+        node: Node that asks; it is spun here.
+        robot: Name of the robot, like `Srobot3`.
+        names: Of the parameters, like `initial_pose.x`.
+
+    Returns:
+        One value per name, in their order.
 
     Raises:
         ConfigError: If the navigator does not answer.

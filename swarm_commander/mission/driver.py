@@ -35,16 +35,35 @@ class Listener(Protocol):
     """Receives the progress of a mission."""
 
     def on_sent(self, driver: RobotDriver, order: Order) -> None:
-        """A goal was sent."""
+        """A goal was sent.
+
+        Args:
+            driver: Of the robot.
+            order: The goal, with the number of the try.
+        """
 
     def on_settled(self, driver: RobotDriver, outcome: StopOutcome) -> None:
-        """A stop is settled."""
+        """A stop is settled.
+
+        Args:
+            driver: Of the robot.
+            outcome: The stop, reached or missed for good.
+        """
 
     def on_over(self, driver: RobotDriver) -> bool:
-        """The mission is over; return whether the robot is to be released from lockstep."""
+        """The mission is over; return whether the robot is to be released from lockstep.
+
+        Args:
+            driver: Of the robot.
+        """
 
     def on_status(self, driver: RobotDriver, status: RobotStatus) -> None:
-        """A status message of the robot arrived."""
+        """A status message of the robot arrived.
+
+        Args:
+            driver: Of the robot.
+            status: As received, with its own stamp.
+        """
 
 
 class RobotDriver:
@@ -72,7 +91,16 @@ class RobotDriver:
         announces: bool = True,
         door: StatusDoor | None = None,
     ) -> None:
-        """Attach to a robot; `announces` says whether it is told that more goals follow."""
+        """Attach to a robot.
+
+        Args:
+            node: Node that all traffic goes through; spinning it is the caller's work.
+            name: Namespace of the robot, like `Srobot3`.
+            itinerary: Its mission; None to watch it only.
+            listener: Told of the progress, from the callbacks of `node`.
+            announces: Whether the robot is told that more goals follow, so that it waits for them.
+            door: Of the statuses of all robots of the caller; this robot's alone if there is none.
+        """
         self.robot = RobotCommander(
             node, name, self._take_status, with_feedback=False, door=door, watches_swarm=False
         )
@@ -103,7 +131,11 @@ class RobotDriver:
         return self._ended is not None
 
     def start(self, tick: int = 0) -> None:
-        """Send the first goal; `tick` is now for a mission that goes on after a break."""
+        """Send the first goal, unless the mission has begun or there is none.
+
+        Args:
+            tick: Current tick, for a mission that goes on after a break; 0 for a new one.
+        """
         if self.itinerary is not None and self.itinerary.state is ItineraryState.READY:
             self._announce(is_active=True)
             self._follow(self.itinerary.start(tick))
@@ -232,12 +264,20 @@ class RobotDriver:
 
 
 def sim_seconds(tick: int) -> float:
-    """Return the simulated time of a tick [s]."""
+    """Return the simulated time of a tick [s].
+
+    Args:
+        tick: Number of control periods of 0.1 s since the start.
+    """
     return round(tick * CONTROL_PERIOD, 3)
 
 
 def has_goal(status: RobotStatus) -> bool:
-    """Whether the robot has any goal."""
+    """Whether the robot has any goal.
+
+    Args:
+        status: Of the robot; the goal in it is NaN where there is none.
+    """
     return not math.isnan(status.goal.x)
 
 

@@ -16,7 +16,14 @@ TRIES = 50  # draws of a place before a robot takes the farthest free one
 
 
 def opposite(count: int) -> list[int]:
-    """Return the robot whose place each robot takes if all cross to the far side of a ring."""
+    """Return the robot whose place each robot takes if all cross to the far side of a ring.
+
+    Args:
+        count: Number of robots.
+
+    Returns:
+        Index of the partner of each robot, from 0.
+    """
     return [(index + count // 2) % count for index in range(count)]
 
 
@@ -30,6 +37,9 @@ def other_groups(count: int, groups: int, seed: str) -> list[int]:
         count: Number of robots.
         groups: Number of groups.
         seed: Of the draw.
+
+    Returns:
+        Index of the partner of each robot, from 0.
     """
     rng = random.Random(seed)
     partners = list(range(count))

@@ -22,6 +22,14 @@ class GoalClient:
     """Sends goals to one action and asks for their results."""
 
     def __init__(self, node: Node, kind: Any, name: str, *, with_feedback: bool) -> None:
+        """Create the clients of the action's services.
+
+        Args:
+            node: Node that all traffic goes through; spinning it is the caller's work.
+            kind: Class of the action, like `nav2_msgs.action.NavigateToPose`.
+            name: Of the action, with the namespace: `/Srobot3/navigate_to_pose`.
+            with_feedback: Whether to subscribe to the action's feedback.
+        """
         self._kind = kind
         make = node.create_client
         self._send = make(kind.Impl.SendGoalService, f"{name}/_action/send_goal")
@@ -39,26 +47,49 @@ class GoalClient:
         return all(service.service_is_ready() for service in services)
 
     def send_goal(self, goal_id: UUID, goal: Any) -> Future:
-        """Send a goal; the future's response has `accepted`."""
+        """Send a goal; the future's response has `accepted`.
+
+        Args:
+            goal_id: Chosen by the client, before the goal is sent.
+            goal: Message of the type `kind.Goal`.
+        """
         request = self._kind.Impl.SendGoalService.Request(goal_id=goal_id, goal=goal)
         return self._send.call_async(request)
 
     def request_result(self, goal_id: UUID) -> Future:
-        """Ask for a goal's result; the future's response has `status` and `result`."""
+        """Ask for a goal's result; the future's response has `status` and `result`.
+
+        Args:
+            goal_id: Chosen by the client, before the goal is sent.
+        """
         return self._result.call_async(self._kind.Impl.GetResultService.Request(goal_id=goal_id))
 
     def request_cancel(self, goal_id: UUID) -> Future:
-        """Ask for a goal's end."""
+        """Ask for a goal's end.
+
+        Args:
+            goal_id: Chosen by the client, before the goal is sent.
+        """
         request = CancelGoal.Request()
         request.goal_info.goal_id = goal_id
         return self._cancel.call_async(request)
 
     def listen(self, goal_id: UUID, take: Callable[[Any], None]) -> None:
-        """Call `take` with each feedback on a goal."""
+        """Call `take` with each feedback on a goal.
+
+        Args:
+            goal_id: Chosen by the client, before the goal is sent.
+            take: Called with the feedback message, from the callbacks of the node. Needs
+                `with_feedback`.
+        """
         self._listeners[bytes(goal_id.uuid)] = take
 
     def forget(self, goal_id: UUID) -> None:
-        """Stop the callbacks of a goal."""
+        """Stop the callbacks of a goal.
+
+        Args:
+            goal_id: Chosen by the client, before the goal is sent.
+        """
         self._listeners.pop(bytes(goal_id.uuid), None)
 
     def _pass_on(self, message: Any) -> None:

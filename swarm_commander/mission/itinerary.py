@@ -126,10 +126,16 @@ class Itinerary:
         return self.state in (ItineraryState.DONE, ItineraryState.LOST)
 
     def start(self, tick: int = 0) -> Order | None:
-        """Begin; return the first goal, or None if there is none at all.
+        """Begin.
 
         Args:
             tick: Now, for a mission that goes on after a break; its first delays are over.
+
+        Returns:
+            The first goal; None if there is none at all.
+
+        Raises:
+            ValueError: If the mission has begun already.
         """
         self._enter(ItineraryEvent.START)
         return self._advance(tick)
@@ -137,13 +143,20 @@ class Itinerary:
     def on_end(
         self, reached: bool, tick: int, reason: str = "", *, is_final: bool = False
     ) -> Order | None:
-        """Settle the goal under way, at the tick in which it ended; return the next one.
+        """Settle the goal under way.
 
         Args:
             reached: Whether the robot got there.
             tick: At which the goal ended.
             reason: Why it did not.
             is_final: Whether another try would fail, too.
+
+        Returns:
+            The next goal, which may be the same for another try; None if nothing more is to be
+            sent.
+
+        Raises:
+            ValueError: If no goal is under way.
         """
         if (
             self._enter(ItineraryEvent.REACHED if reached else ItineraryEvent.FAILED)
@@ -164,21 +177,50 @@ class Itinerary:
         self._enter(ItineraryEvent.TAKEN_OVER)
 
     def on_free_again(self, tick: int) -> Order | None:
-        """The other's goal has ended: send ours once more; this is not a failed try."""
+        """The other's goal has ended: send ours once more; this is not a failed try.
+
+        Args:
+            tick: Current tick.
+
+        Returns:
+            The goal to send; None for a robot that is lost.
+
+        Raises:
+            ValueError: If no other client had the robot.
+        """
         if self._enter(ItineraryEvent.FREE_AGAIN) is ItineraryState.LOST:
             return None
         return self._order(tick + RETRY_TICKS)
 
     def on_forgotten(self, tick: int) -> Order | None:
-        """The robot does not know its goal any more: send it once more; no try has failed."""
+        """The robot does not know its goal any more: send it once more; no try has failed.
+
+        Args:
+            tick: Current tick.
+
+        Returns:
+            The goal to send; None for a robot that is lost.
+
+        Raises:
+            ValueError: If no goal is under way.
+        """
         if self._enter(ItineraryEvent.FORGOTTEN) is ItineraryState.LOST:
             return None
         return self._order(max(tick, self._first_tick))
 
     def on_found(self, tick: int) -> tuple[int, Order]:
-        """The lost robot is back: return the number of goals that it gets back, and the first.
+        """The lost robot is back: its remaining goals are open again.
 
         Only for a robot whose goals `on_lost` returned.
+
+        Args:
+            tick: Current tick.
+
+        Returns:
+            Number of stops that were missed by the loss and are open again, and the goal to send.
+
+        Raises:
+            ValueError: If the robot was not lost.
         """
         self._enter(ItineraryEvent.FOUND)
         kept = [outcome for outcome in self.outcomes if outcome.reason != LOST_REASON]
@@ -187,7 +229,14 @@ class Itinerary:
         return count, self._order(max(tick, self._first_tick))
 
     def on_lost(self, tick: int) -> list[StopOutcome]:
-        """The robot is gone: return its remaining stops, which count as failed."""
+        """The robot is gone: return its remaining stops, which count as failed.
+
+        Args:
+            tick: Current tick.
+
+        Returns:
+            Outcomes of the stops that were open, all missed; none if the mission was over.
+        """
         if self._enter(ItineraryEvent.LOST) is ItineraryState.DONE:
             return []
         rest = [

@@ -80,7 +80,14 @@ class Draw:
     key: str  # of lap and leg, so that each has draws of its own
 
     def stops(self, leg: Leg) -> list[Stop]:
-        """Return the goals of the leg in order."""
+        """Return the goals of the leg in order.
+
+        Args:
+            leg: Part of the mission's route.
+
+        Raises:
+            ConfigError: If the world has too few places for the leg.
+        """
         pause_ticks = round(leg.pause / CONTROL_PERIOD)
         return [Stop(name, pose_map, pause_ticks) for name, pose_map in self._goals(leg)]
 

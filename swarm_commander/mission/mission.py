@@ -50,6 +50,10 @@ class Mission:
     def check_stations(self, sites: Sites, where: str) -> None:
         """Check that the world has every station, place and spawn of the route.
 
+        Args:
+            sites: Of the world.
+            where: Source of the sites, for the message.
+
         Raises:
             UnknownNameError: For the first that it lacks.
             ConfigError: If it has no places for robots that are to roam.
@@ -108,7 +112,11 @@ class Mission:
 
 
 def single_goal(pose_map: Pose) -> Mission:
-    """Return the mission of one goal."""
+    """Return the mission of one goal.
+
+    Args:
+        pose_map: Where to, in the frame `map`.
+    """
     return Mission(name="goal", route=(Leg(pose_map=pose_map),))
 
 
@@ -144,8 +152,11 @@ def mission_names() -> list[str]:
 def mission_path(name_or_path: str) -> Path:
     """Return the file of a mission of `params/missions`, or the user's own.
 
+    Args:
+        name_or_path: Name of a mission, or a path that ends in `.yaml` or has a folder.
+
     Raises:
-        UnknownNameError: If it is neither.
+        UnknownNameError: If it is a name and no such mission exists; a path is not checked.
     """
     path = Path(name_or_path)
     if path.suffix in (".yaml", ".yml") or len(path.parts) > 1:
@@ -162,6 +173,9 @@ def _folder() -> Path:
 
 def load_mission(name_or_path: str) -> Mission:
     """Return a mission of `params/missions` by name, or one from the user's own file.
+
+    Args:
+        name_or_path: Name of a mission, or a path that ends in `.yaml` or has a folder.
 
     Raises:
         ConfigError: If there is no such mission or something in it is wrong.

@@ -22,7 +22,12 @@ class RobotWatch:
     """
 
     def __init__(self, node: Node, name: str) -> None:
-        """Begin to watch the robot `name` in the domain of `node`."""
+        """Begin to watch a robot.
+
+        Args:
+            node: Node in the ROS domain of the robot; it is not spun.
+            name: Namespace of the robot, like `Srobot3`.
+        """
         self._node, self._name = node, name
         self._swarm = SwarmWatch(node)
         self._has_swarm = partial(has_swarm, node.context.get_domain_id())
@@ -61,7 +66,12 @@ class RobotWatch:
 
 
 def others(node: Node, name: str) -> str:
-    """Return that there are other robots, but not this one; empty if that is not so."""
+    """Return a line on which robots there are instead of this one; empty if it or none is there.
+
+    Args:
+        node: Node whose view of the ROS graph counts; it is not spun.
+        name: Namespace of the robot, like `Srobot3`.
+    """
     robots = robots_in_graph(node)
     if not robots or name in robots:
         return ""

@@ -69,7 +69,14 @@ class Runner:
     """All robots of a run."""
 
     def __init__(self, hubs: Hubs, config: dict[str, Any], events: EventWriter) -> None:
-        """Attach to the robots of `config`, see `RunPlan.runner_config`."""
+        """Attach to the robots.
+
+        Args:
+            hubs: Nodes that the robots are spread over.
+            config: As `RunPlan.runner_config` writes it, with `resumed_at` and `settled` in place
+                of another mission process that died.
+            events: To swarm-up.
+        """
         self._hubs = hubs
         self._events = events
         self._stands_still_at_end = bool(config["stand_still_at_end"])
@@ -114,7 +121,11 @@ class Runner:
         self._rejections.tell(time.monotonic())
 
     def take_command(self, command: MissionCommand) -> None:
-        """Obey swarm-up."""
+        """Obey swarm-up.
+
+        Args:
+            command: Decoded already; its `robot` may be new to us.
+        """
         name = command.robot
         match command:
             case WatchRobot():
@@ -148,7 +159,12 @@ class Runner:
     # What the drivers say
 
     def on_sent(self, driver: RobotDriver, order: Order) -> None:
-        """Count a goal when it is sent first."""
+        """Count a goal when it is sent first.
+
+        Args:
+            driver: Of the robot.
+            order: The goal; a second try of it is not counted again.
+        """
         if order.number > self._sent.get(driver.name, 0):
             self._sent[driver.name] = order.number
             self._events.write(GoalSent(driver.name, order.stop.name))
@@ -157,7 +173,12 @@ class Runner:
                 self._state_log.goal(driver.name, order.stop.name, "sent", at)
 
     def on_settled(self, driver: RobotDriver, outcome: StopOutcome) -> None:
-        """Pass a settled stop on."""
+        """Pass a settled stop on.
+
+        Args:
+            driver: Of the robot.
+            outcome: The stop, reached or missed for good.
+        """
         if driver.name in self._removed:
             self._events.write(GoalWithdrawn(driver.name))
             return
@@ -171,7 +192,14 @@ class Runner:
             self._state_log.goal(driver.name, name, word, at, duration)
 
     def on_over(self, driver: RobotDriver) -> bool:
-        """Say so when all are done; keep the last from answering so that time stands still."""
+        """Say so when all are done; keep the last from answering so that time stands still.
+
+        Args:
+            driver: Of the robot.
+
+        Returns:
+            Whether the robot is to be released from lockstep.
+        """
         if self._is_done or not all(d.is_over for d in self._drivers.values()):
             return True
         self._is_done = True
@@ -180,7 +208,12 @@ class Runner:
         return not self._stands_still_at_end
 
     def on_status(self, driver: RobotDriver, status: RobotStatus) -> None:
-        """Remember to pass it on."""
+        """Remember to pass it on.
+
+        Args:
+            driver: Of the robot.
+            status: As received.
+        """
         if self._state_log is not None:
             self._state_log.note(driver.name, status)
         self._fresh.add(driver.name)
@@ -247,7 +280,12 @@ class Runner:
 
 
 def status_event(robot: str, status: RobotStatus) -> StatusReported:
-    """Return what swarm-up wants to know of a robot's status."""
+    """Return what swarm-up wants to know of a robot's status.
+
+    Args:
+        robot: Name of the robot, like `Srobot3`.
+        status: As received.
+    """
     is_under_way = has_goal(status) and status.state not in BUSY_STATES
     return StatusReported(
         robot=robot,
@@ -268,7 +306,18 @@ def status_event(robot: str, status: RobotStatus) -> StatusReported:
 
 
 def itineraries(config: dict[str, Any]) -> list[Itinerary | None]:
-    """Return each robot's mission; None for all if there is none."""
+    """Return each robot's mission; None for all if there is none.
+
+    Args:
+        config: As `RunPlan.runner_config` writes it; `settled` has the number of stops that each
+            robot has done.
+
+    Returns:
+        One per robot, in the order of `config["robots"]`.
+
+    Raises:
+        ConfigError: If a mission or the sites are unusable.
+    """
     if config["mission"] is None:
         return [None for _ in config["robots"]]
     names = {robot["mission"] for robot in config["robots"]}

@@ -14,12 +14,22 @@ class StateLog:
     """Writes changes of state with their stamps, goals sent and goals settled."""
 
     def __init__(self, journal: Journal) -> None:
+        """Begin to write.
+
+        Args:
+            journal: Open file, a JSON object per line.
+        """
         self._journal = journal
         self._latest: dict[str, tuple[object, ...]] = {}
         self._waited: dict[str, float] = {}
 
     def note(self, robot: str, status: RobotStatus) -> None:
-        """Write a change of the status, or that the robot had to wait; otherwise write nothing."""
+        """Write a change of the status, or that the robot had to wait; otherwise write nothing.
+
+        Args:
+            robot: Name of the robot, like `Srobot3`.
+            status: As received; the stamp in it is the time that is written.
+        """
         at = round(status.stamp.sec + 1e-9 * status.stamp.nanosec, 3)
         waited = float(status.wait_time)
         if waited < self._waited.setdefault(robot, 0.0):  # its navigator was started again
@@ -49,5 +59,13 @@ class StateLog:
         )
 
     def goal(self, robot: str, goal: str, outcome: str, t: float, duration: float = 0.0) -> None:
-        """Note that a goal was `sent`, `reached` or `failed` at a time [s]."""
+        """Note what became of a goal.
+
+        Args:
+            robot: Name of the robot, like `Srobot3`.
+            goal: Name of the stop.
+            outcome: `sent`, `reached` or `failed`.
+            t: Simulated time [s].
+            duration: [s] that the stop took, with all tries; 0 when it is sent.
+        """
         self._journal.write(t=t, robot=robot, goal=goal, outcome=outcome, duration=duration)

@@ -23,12 +23,22 @@ class StatusDoor:
     """
 
     def __init__(self, rejections: Rejections) -> None:
-        """Begin without robots; `rejections` counts rejected statuses."""
+        """Begin without robots.
+
+        Args:
+            rejections: Counts the statuses that are not admitted.
+        """
         self._rejections = rejections
         self._heard: dict[str, tuple[int, float]] = {}  # tick and wall time of the latest
 
     def admits(self, name: str, status: RobotStatus, now: float | None = None) -> bool:
-        """Whether a status on the topic of a robot is to be believed; `now` is wall time."""
+        """Whether a status on the topic of a robot is to be believed; one that is not is counted.
+
+        Args:
+            name: Of the robot, from the topic.
+            status: As received.
+            now: Wall time [s]; by default that of the clock.
+        """
         now = time.monotonic() if now is None else now
         try:
             self._heard[name] = self._tick(name, status, now), now

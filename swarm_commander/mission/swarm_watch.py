@@ -18,7 +18,14 @@ GONE_TIME = 5.0  # [s] of wall time without a world after which a swarm on other
 
 
 def domain_address(domain: int) -> str:
-    """Return the abstract socket that the process which owns a domain's swarm listens on."""
+    """Return the abstract socket that the process which owns a domain's swarm listens on.
+
+    Args:
+        domain: ROS domain.
+
+    Returns:
+        Its name with the leading NUL of Linux, see unix(7).
+    """
     return f"\0swarm-up-domain-{domain}"
 
 
@@ -27,6 +34,9 @@ def has_swarm(domain: int) -> bool | None:
 
     If the graph is limited to this host, a process here holds the domain of a swarm. A swarm on
     another host cannot be seen.
+
+    Args:
+        domain: ROS domain.
     """
     if ros_env.bound_address() != ros_env.LOOPBACK:
         return None
@@ -44,7 +54,11 @@ class SwarmWatch:
     """
 
     def __init__(self, node: Node) -> None:
-        """Begin to watch the domain of `node`."""
+        """Begin to watch, with a first look.
+
+        Args:
+            node: Node in the ROS domain of the swarm; it is not spun.
+        """
         self.has_ended = False
         self._node = node
         self._was_there = False

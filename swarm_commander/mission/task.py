@@ -50,6 +50,13 @@ class Task:
     def __init__(
         self, client: GoalClient, goal: Any, on_end: Callable[[Task], None] | None = None
     ) -> None:
+        """Send a goal.
+
+        Args:
+            client: Of the action.
+            goal: Message of the action's goal type.
+            on_end: Called with the task when it has ended.
+        """
         self.feedback: Any = None
         self.result: Any = None
         self.outcome = TaskResult.UNKNOWN
@@ -77,7 +84,11 @@ class Task:
             self._client.request_cancel(self._goal_id)
 
     def look(self, is_busy: bool) -> None:
-        """Ask again for an overdue answer; `is_busy` says whether the robot has a goal."""
+        """Ask again for an overdue answer.
+
+        Args:
+            is_busy: Whether the robot has a goal; a busy one may take its time for the result.
+        """
         self._do(self._delivery.look(time.monotonic(), is_busy))
 
     def ask(self) -> None:
@@ -86,7 +97,11 @@ class Task:
             self._do(self._delivery.hear(DeliveryEvent.OVERDUE, time.monotonic()))
 
     def give_up(self, reason: str) -> None:
-        """End as failed without an answer: nobody is there to give one."""
+        """End as failed without an answer: nobody is there to give one.
+
+        Args:
+            reason: For people.
+        """
         if not self.is_complete:
             known = self._delivery.phase
             self._delivery.phase = Phase.ENDED
@@ -142,12 +157,21 @@ class Task:
 
 
 def refused(why: str) -> str:
-    """Return that the robot refused a goal, and why if it says so."""
+    """Return that the robot refused a goal, and why if it says so.
+
+    Args:
+        why: In the robot's words; empty if it gave no reason.
+    """
     return f"{REFUSED}: {why}" if why else REFUSED
 
 
 def why_not(result: Any, outcome: TaskResult) -> str:
-    """Return why a goal did not succeed, by its result message and outcome, for people."""
+    """Return why a goal did not succeed, for people.
+
+    Args:
+        result: Result message; its `error_code` and `error_msg` are used if it has them.
+        outcome: Its name stands in where there is no message.
+    """
     code = getattr(result, "error_code", 0)
     message = getattr(result, "error_msg", "") or outcome.name.lower()
     return f"error {code}: {message}" if code else message
