@@ -24,20 +24,33 @@ class CommandBuffer:
     """Holds the last command of each robot, within its limits, until it is too old."""
 
     def __init__(self, specs: Sequence[RobotSpec]) -> None:
+        """Begin with robots that stand still.
+
+        Args:
+            specs: One per robot.
+        """
         self._limits = np.array([[s.max_vel_x, s.max_vel_theta, s.max_vel_y] for s in specs])
         self._targets = np.zeros((len(specs), 3))
         self._ages = np.zeros(len(specs), np.int64)
         self._max_age = round(COMMAND_TIMEOUT / CONTROL_PERIOD)
 
     def add(self, spec: RobotSpec) -> None:
-        """Add a robot, which stands still."""
+        """Add a robot, which stands still.
+
+        Args:
+            spec: Its model.
+        """
         limits = [spec.max_vel_x, spec.max_vel_theta, spec.max_vel_y]
         self._limits = np.vstack([self._limits, limits])
         self._targets = np.vstack([self._targets, _STOP])
         self._ages = np.append(self._ages, 0)
 
     def stop(self, robot: int) -> None:
-        """Forget the last command of a robot."""
+        """Forget the last command of a robot.
+
+        Args:
+            robot: Index of the robot.
+        """
         self._targets[robot] = _STOP
 
     def update(self, commands: Sequence[Twist | None]) -> FloatArray:
@@ -62,7 +75,11 @@ class Wheels:
     """How fast a robot's driven wheels turn when it moves, and how it moves when they turn."""
 
     def __init__(self, spec: RobotSpec) -> None:
-        """Lay out the wheels: the left ones from front to rear, then the right ones."""
+        """Lay out the wheels: the left ones from front to rear, then the right ones.
+
+        Args:
+            spec: Names, radius and places of the wheels; a drive may have none.
+        """
         self.names = (*spec.wheels_left, *spec.wheels_right)
         self._radius = spec.wheel_radius
         half = spec.wheel_separation / 2.0
@@ -76,26 +93,52 @@ class Wheels:
         self._levers = list(zip(self._arms.tolist(), self._slides.tolist(), strict=True))
 
     def rates(self, vx: float, wz: float, vy: float) -> FloatArray:
-        """Return the turning rates [rad/s] of the wheels at a motion [m/s, rad/s, m/s].
+        """Return the turning rates [rad/s] of the wheels at a motion of base_footprint.
 
         With distances in place of speeds, the angles are returned.
+
+        Args:
+            vx: [m/s] forwards.
+            wz: [rad/s] counter-clockwise.
+            vy: [m/s] to the left; drives that cannot move sideways ignore it.
+
+        Returns:
+            (w,) in the order of `names`.
         """
         rates: FloatArray = (vx + self._arms * wz + self._slides * vy) / self._radius
         return rates
 
     def plain_rates(self, vx: float, wz: float, vy: float) -> list[float]:
-        """Return the same as `rates`, to the bit, in less time for plain numbers."""
+        """Return the same as `rates`, to the bit, in less time for plain numbers.
+
+        Args:
+            vx: [m/s] forwards.
+            wz: [rad/s] counter-clockwise.
+            vy: [m/s] to the left; drives that cannot move sideways ignore it.
+        """
         return [(vx + arm * wz + slide * vy) / self._radius for arm, slide in self._levers]
 
     def travel(self, angles: FloatArray) -> tuple[float, float]:
-        """Return the way [m] forwards and to the left that wheels turned by `angles` report."""
+        """Return the way [m] forwards and to the left that wheels turned by `angles` report.
+
+        Args:
+            angles: (w,) [rad] in the order of `names`, positive forwards.
+        """
         count = len(angles)
         forwards = angles.sum() / count * self._radius
         return float(forwards), float((self._slides * angles).sum() / count * self._radius)
 
 
 def travelled(before: FloatArray, after: FloatArray) -> FloatArray:
-    """Return the way (2,) [m] forwards and to the left between two poses (3,), along an arc."""
+    """Return the way (2,) [m] forwards and to the left between two poses (3,), along an arc.
+
+    Args:
+        before: x, y, yaw [m, rad].
+        after: Likewise, less than half a turn later.
+
+    Returns:
+        In the frame of the robot halfway between the two.
+    """
     turned = after[2] - before[2]
     turned -= 2.0 * np.pi * np.round(turned / (2.0 * np.pi))
     middle = before[2] + 0.5 * turned
@@ -108,6 +151,11 @@ class Odometer:
     """Odometry as a TurtleBot3 does it: distance from the wheels, heading from the gyro."""
 
     def __init__(self, count: int) -> None:
+        """Begin at the origin of every robot's odom frame.
+
+        Args:
+            count: Number of robots.
+        """
         self._poses = np.zeros((count, 3))
         self._travels = np.zeros((count, 2))
         self._yaws = np.zeros(count)
@@ -119,7 +167,11 @@ class Odometer:
         self._yaws = np.append(self._yaws, 0.0)
 
     def restart(self, robot: int) -> None:
-        """Begin again at the origin; the readings of wheels and gyro begin at 0, too."""
+        """Begin again at the origin; the readings of wheels and gyro begin at 0, too.
+
+        Args:
+            robot: Index of the robot.
+        """
         self._poses[robot] = 0.0
         self._travels[robot] = 0.0
         self._yaws[robot] = 0.0
@@ -142,7 +194,12 @@ class Odometer:
         self._yaws[:] = yaws
 
     def readings(self, tick: int, twists: FloatArray) -> list[Odometry]:
-        """Return the odometry of all robots; `twists` is (n, 3): vx, wz, vy."""
+        """Return the odometry of all robots.
+
+        Args:
+            tick: Current tick, for the stamps.
+            twists: (n, 3) vx [m/s], wz [rad/s], vy [m/s], as the sensors report them.
+        """
         return [
             Odometry(tick, Pose(x, y, wrap_angle(yaw)), Twist(vx, vy, wz))
             for (x, y, yaw), (vx, wz, vy) in zip(self._poses.tolist(), twists.tolist(), strict=True)

@@ -55,11 +55,27 @@ class Engine(Protocol):
         ...
 
     def advance(self, targets: FloatArray) -> list[Touch]:
-        """Run one control period towards target speeds (n, 3); return the contacts in it."""
+        """Run one control period towards target speeds.
+
+        Args:
+            targets: Forward, turning and leftward speed [m/s, rad/s, m/s] of base_footprint, one
+                row per robot, within the limits of its model.
+
+        Returns:
+            The contacts in it; one that lasts is returned again in every period.
+        """
         ...
 
     def joint_state(self, robot: int) -> tuple[list[str], list[float], list[float]]:
-        """Return names, positions and velocities of a robot's joints."""
+        """Return the state of a robot's wheel joints.
+
+        Args:
+            robot: Index of the robot.
+
+        Returns:
+            Names, the left ones from front to rear, then the right ones; angles [rad]; speeds
+            [rad/s].
+        """
         ...
 
     def add(self, spec: RobotSpec, model: RobotModel | None, pose: FloatArray) -> None:
@@ -68,28 +84,50 @@ class Engine(Protocol):
         Args:
             spec: Its model.
             model: Its bodies; None for an engine that needs none.
-            pose: x, y, yaw in the map frame.
+            pose: x, y, yaw [m, rad] in the map frame.
         """
         ...
 
     def place(self, robot: int, pose: FloatArray) -> None:
-        """Put a robot elsewhere, where it stands; wheels and gyro do not notice."""
+        """Put a robot elsewhere, where it stands; wheels and gyro do not notice.
+
+        Args:
+            robot: Index of the robot.
+            pose: x, y, yaw [m, rad] in the map frame.
+        """
         ...
 
     def restart(self, robot: int) -> None:
-        """Let what a robot's wheels and gyro report begin at 0 again."""
+        """Let what a robot's wheels and gyro report begin at 0 again.
+
+        Args:
+            robot: Index of the robot.
+        """
         ...
 
     def place_object(self, index: int, place: Transform) -> None:
-        """Put something that can be pushed elsewhere."""
+        """Put something that can be pushed elsewhere.
+
+        Args:
+            index: Of the thing among `Objects.loose`.
+            place: World from body (4, 4).
+        """
         ...
 
     def add_object(self, body: Body) -> None:
-        """Take another thing, behind all that can be pushed; a static one stays where it is."""
+        """Take another thing, behind all that can be pushed; a static one stays where it is.
+
+        Args:
+            body: Where it is to be; whether there is room is not checked.
+        """
         ...
 
     def remove_object(self, index: int) -> None:
-        """Take a thing out; those behind it move up."""
+        """Take a thing out; those behind it move up.
+
+        Args:
+            index: Of the thing among `Objects.loose`.
+        """
         ...
 
     def close(self) -> None:

@@ -29,6 +29,13 @@ class Objects:
     def __init__(
         self, loose: Sequence[Body], vehicles: Vehicles, heights: tuple[float, float]
     ) -> None:
+        """Put all where their bodies say.
+
+        Args:
+            loose: Bodies that can be pushed.
+            vehicles: On their paths already.
+            heights: [m] lower and upper end of what robots can touch.
+        """
         self.loose = tuple(loose)
         self.vehicles = vehicles
         self.heights = heights
@@ -52,21 +59,38 @@ class Objects:
         return reaches
 
     def add(self, body: Body) -> None:
-        """Take another body behind the loose ones."""
+        """Take another body behind the loose ones.
+
+        Args:
+            body: May be static, if it came at run time.
+        """
         self.loose = (*self.loose, body)
         self._places.append(body.world_from_body)
 
     def remove(self, index: int) -> None:
-        """Take a loose body out; those behind it move up."""
+        """Take a loose body out; those behind it move up.
+
+        Args:
+            index: Of the body among `loose`.
+        """
         self.loose = (*self.loose[:index], *self.loose[index + 1 :])
         del self._places[index]
 
     def place(self, index: int, world_from_body: Transform) -> None:
-        """Note where a loose body is now."""
+        """Note where a loose body is now.
+
+        Args:
+            index: Of the body among `loose`.
+            world_from_body: (4, 4).
+        """
         self._places[index] = world_from_body
 
     def place_of(self, index: int) -> Transform:
-        """Return where a loose body is now."""
+        """Return where a loose body is now.
+
+        Args:
+            index: Of the body among `loose`.
+        """
         return self._places[index]
 
     def bodies(self) -> list[Body]:
@@ -89,7 +113,11 @@ class Objects:
         return packed
 
     def section(self, height: float) -> Section:
-        """Return what a plane at a height cuts."""
+        """Return what a plane at a height cuts.
+
+        Args:
+            height: [m] above the ground.
+        """
         return section_between(self.bodies(), height, height)
 
 

@@ -72,7 +72,16 @@ class PlanarEngine:
         self._measure()
 
     def advance(self, targets: FloatArray) -> list[Touch]:
-        """Run one control period towards target speeds (n, 3); return the contacts in it."""
+        """Run one control period towards target speeds.
+
+        Args:
+            targets: Forward, turning and leftward speed [m/s, rad/s, m/s] of base_footprint, one
+                row per robot.
+
+        Returns:
+            The contacts in it, in order of their steps; one that lasts is returned again in every
+            period.
+        """
         self._robot_touches[:] = -1
         self._wall_touches[:] = -1
         self._walker_touches[:] = -1
@@ -97,7 +106,13 @@ class PlanarEngine:
         return self._touches() if touched else []
 
     def add(self, spec: RobotSpec, model: RobotModel | None, pose: FloatArray) -> None:
-        """Take another robot, which stands at a pose; bodies are not needed here."""
+        """Take another robot, which stands at a pose (3,).
+
+        Args:
+            spec: Its model.
+            model: Of no account here.
+            pose: x, y, yaw [m, rad] in the map frame.
+        """
         count = len(self._state) + 1
         self._wheels.append(Wheels(spec))
         hull = pad_polygon(np.array(spec.footprint), MAX_CORNERS)
@@ -116,34 +131,63 @@ class PlanarEngine:
         self._measure()
 
     def place(self, robot: int, pose: FloatArray) -> None:
-        """Put a robot elsewhere, where it stands."""
+        """Put a robot elsewhere, where it stands; wheels and gyro do not notice.
+
+        Args:
+            robot: Index of the robot.
+            pose: x, y, yaw [m, rad] in the map frame.
+        """
         self._state[robot] = [*pose, 0.0, 0.0, 0.0]
         self._measure()
 
     def restart(self, robot: int) -> None:
-        """Restart the readings of a robot's wheels and gyro at 0."""
+        """Restart the readings of a robot's wheels and gyro at 0.
+
+        Args:
+            robot: Index of the robot.
+        """
         self.travels[robot], self.yaws_gyro[robot] = 0.0, 0.0
 
     def place_object(self, index: int, place: Transform) -> None:
-        """Put something elsewhere."""
+        """Put something elsewhere.
+
+        Args:
+            index: Of the thing among `Objects.loose`.
+            place: World from body (4, 4).
+        """
         self._objects.place(index, place)
         self._move_objects()
         self._measure()
 
     def add_object(self, body: Body) -> None:
-        """Take another thing, behind all that can be pushed."""
+        """Take another thing, behind all that can be pushed.
+
+        Args:
+            body: Where it is to be; it stays there.
+        """
         self._objects.add(body)
         self._look_around()
         self._measure()
 
     def remove_object(self, index: int) -> None:
-        """Take a thing out; those behind it move up."""
+        """Take a thing out; those behind it move up.
+
+        Args:
+            index: Of the thing among `Objects.loose`.
+        """
         self._objects.remove(index)
         self._look_around()
         self._measure()
 
     def joint_state(self, robot: int) -> tuple[list[str], list[float], list[float]]:
-        """Return names, positions and velocities of the wheels, as rolling would turn them."""
+        """Return the state of the wheel joints, as rolling without slip would turn them.
+
+        Args:
+            robot: Index of the robot.
+
+        Returns:
+            Names, angles [rad] and speeds [rad/s], in the order of `Wheels.names`.
+        """
         wheels = self._wheels[robot]
         travel, slide = self.travels[robot].tolist()
         positions = wheels.rates(travel, float(self.yaws_gyro[robot]), slide)
@@ -222,12 +266,24 @@ class PlanarEngine:
 
 
 def pad_polygon(polygon: FloatArray, corners: int) -> FloatArray:
-    """Return a polygon with its last corner repeated up to a number of corners."""
+    """Return a polygon with its last corner repeated up to a number of corners.
+
+    Args:
+        polygon: (k, 2) with at most `corners` corners.
+        corners: Of the result.
+    """
     return np.vstack([polygon, np.repeat(polygon[-1:], corners - len(polygon), axis=0)])
 
 
 def pack_polygons(polygons: Sequence[FloatArray]) -> FloatArray:
-    """Return polygons as one array (m, k, 2)."""
+    """Return polygons as one array (m, k, 2).
+
+    Args:
+        polygons: (k, 2) each, with different numbers of corners; may be none.
+
+    Returns:
+        k is the largest number of corners; polygons with fewer repeat their last one.
+    """
     corners = max([len(polygon) for polygon in polygons], default=3)
     if not polygons:
         return np.zeros((0, corners, 2))
@@ -235,13 +291,22 @@ def pack_polygons(polygons: Sequence[FloatArray]) -> FloatArray:
 
 
 def pack_like(polygons: FloatArray, corners: int) -> FloatArray:
-    """Return packed polygons (m, k, 2) with more corners, the last ones repeated."""
+    """Return packed polygons (m, k, 2) with more corners, the last ones repeated.
+
+    Args:
+        polygons: Packed, with at most `corners` corners.
+        corners: Of each polygon of the result.
+    """
     missing = corners - polygons.shape[1]
     return np.concatenate([polygons, np.repeat(polygons[:, -1:], missing, axis=1)], axis=1)
 
 
 def bounds_of(polygons: FloatArray) -> FloatArray:
-    """Return the bounding boxes (m, 4) of packed polygons: x_min, y_min, x_max, y_max."""
+    """Return the bounding boxes (m, 4) of packed polygons: x_min, y_min, x_max, y_max.
+
+    Args:
+        polygons: (m, k, 2).
+    """
     if not len(polygons):
         return np.zeros((0, 4))
     return np.hstack([polygons.min(axis=1), polygons.max(axis=1)])

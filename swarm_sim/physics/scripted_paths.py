@@ -72,7 +72,11 @@ class ScriptedPaths(ABC, Generic[Spec]):
         return len(self.specs)
 
     def add_robot(self, spec: RobotSpec) -> None:
-        """Look out for another robot, too."""
+        """Look out for another robot, too.
+
+        Args:
+            spec: Its model.
+        """
         self._radii = np.append(self._radii, spec.circumscribed_radius)
         self._touches = np.full((len(self._radii), len(self.specs)), -1, np.int64)
 
@@ -86,7 +90,7 @@ class ScriptedPaths(ABC, Generic[Spec]):
         """Go on for one physics step; return whether somebody ran into a robot.
 
         Args:
-            poses: True poses (n, 3) of the robots.
+            poses: True x, y, yaw (n, 3) of the robots in the map frame.
             speeds: Forward speeds (n,) [m/s].
             hulls: Footprints (n, k, 2) in base_footprint.
             period: [s] of the step.

@@ -115,7 +115,17 @@ def check_trial(spec: RobotSpec, model: RobotModel, period: float) -> Trial:
 
 
 def drive(spec: RobotSpec, model: RobotModel, period: float) -> Trial:
-    """Drive a robot that is alone on the ground; return what it did."""
+    """Drive a robot that is alone on the ground; return what it did.
+
+    Args:
+        spec: The model.
+        model: Its bodies.
+        period: [s] of a physics step.
+
+    Raises:
+        ConfigError: If pybullet is not installed.
+        RobotModelError: If the model lacks one of the wheels that the specification names.
+    """
     check_engine(BULLET, "a trial of a robot model")
     from swarm_sim.physics.bullet.bullet_engine import BulletEngine
 

@@ -31,7 +31,17 @@ class Walkers(ScriptedPaths[WalkerSpec]):
         poses_map: Sequence[Pose],
         seed: int,
     ) -> None:
-        """Place the walkers on their paths, away from the robots; see `ScriptedPaths`."""
+        """Place the walkers on their paths, away from the robots.
+
+        Args:
+            specs: One for each walker.
+            robots: Models of the robots.
+            poses_map: Where these start.
+            seed: Of starts that are not given, and of pauses.
+
+        Raises:
+            ConfigError: If a walker has no free place on its path.
+        """
         super().__init__(specs, robots, poses_map, seed, WORDS, SEARCH_STEP)
         self.names = [spec.name for spec in specs]
         self.speeds = np.array([spec.speed for spec in specs])

@@ -18,13 +18,23 @@ class Drift:
     """
 
     def __init__(self, errors: SensorErrors, spec: RobotSpec) -> None:
+        """Begin with odometry that is right.
+
+        Args:
+            errors: The error model of the robot's sensors.
+            spec: Its model; the distance of its wheels counts.
+        """
         self._odometry, self._imu = errors.odometry, errors.imu
         self._width = spec.wheel_separation
         self._way = self._turn = self._time = 0.0
         self.of_twist: Variances = (LEAST, LEAST, LEAST)
 
     def add(self, twist: Twist) -> None:
-        """Take in the twist of a control period."""
+        """Take in the twist of a control period.
+
+        Args:
+            twist: As the odometry reports it, in base_footprint.
+        """
         speed = abs(twist.vx) + abs(twist.vy)
         self._way += speed * CONTROL_PERIOD
         self._turn += twist.wz * CONTROL_PERIOD

@@ -81,24 +81,51 @@ class LidarGroup:
         return self.spec, self._errors
 
     def remember(self, earlier: LidarGroup, poses: FloatArray) -> None:
-        """Take over where the robots were; those new to the other group stood at `poses`."""
+        """Take over where the robots were.
+
+        Args:
+            earlier: The group with the same LiDAR before a robot came or went.
+            poses: x, y, yaw (n, 3) of all robots in the map frame; those new to `earlier` stood
+                there.
+        """
         for tick, known in earlier._past:
             self._past.append((tick, np.vstack([known, poses[len(known) :]])))
 
     def forget(self, robot: int, pose: FloatArray) -> None:
-        """Take a robot to have stood at a pose, to which it has been put."""
+        """Take a robot to have stood where it has been put.
+
+        Args:
+            robot: Index of the robot.
+            pose: x, y, yaw (3,) in the map frame.
+        """
         for _, known in self._past:
             known[robot] = pose
 
     def note(self, poses: FloatArray, tick: int) -> None:
-        """Remember where the robots were, for rays that are older than their scan."""
+        """Remember where the robots were, for rays that are older than their scan.
+
+        Args:
+            poses: True x, y, yaw (n, 3) of all robots in the map frame.
+            tick: Current tick; a second call in one tick does nothing.
+        """
         if self._errors.ray_time and (not self._past or self._past[-1][0] < tick):
             self._past.append((tick, poses.copy()))
 
     def scan(
         self, poses: FloatArray, seed: int, tick: int, walkers: FloatArray = NO_DISCS
     ) -> NDArray[np.float32]:
-        """Return the measured ranges (members, rays) at true poses (n, 3) among walkers (m, 3)."""
+        """Return the measured ranges of all members.
+
+        Args:
+            poses: True x, y, yaw (n, 3) of all robots in the map frame.
+            seed: Of the noise.
+            tick: Current tick, at which the revolution ends.
+            walkers: x, y, radius (m, 3) [m] of the walkers in the map frame.
+
+        Returns:
+            float32 (members, rays) [m]; inf where nothing is hit, -inf below `range_min` (REP 117),
+            NaN where a ray is lost.
+        """
         spec, errors = self.spec, self._errors
         if errors.ray_time and self._past:
             self._sweep(poses, walkers)
@@ -138,7 +165,15 @@ class LidarGroup:
         self._true_ranges[:] = swept
 
     def cast(self, poses: FloatArray, walkers: FloatArray = NO_DISCS) -> FloatArray:
-        """Return the true ranges (members, rays); the array is reused by the next call."""
+        """Return the true ranges of all members.
+
+        Args:
+            poses: True x, y, yaw (n, 3) of all robots in the map frame.
+            walkers: x, y, radius (m, 3) [m] of the walkers in the map frame.
+
+        Returns:
+            (members, rays) [m], inf beyond `range_max`; the array is reused by the next call.
+        """
         self._cast(poses, walkers, self._true_ranges, self.spec.angle_min)
         return self._true_ranges
 
@@ -228,19 +263,34 @@ class Lidars:
             self._groups.append(LidarGroup(lidar, members, world, robots, walkers, lidar_errors))
 
     def remember(self, earlier: Lidars, poses: FloatArray) -> None:
-        """Take over what earlier LiDARs remember; robots new to them stood at `poses`."""
+        """Take over where the robots were.
+
+        Args:
+            earlier: The LiDARs before a robot came or went.
+            poses: x, y, yaw (n, 3) of all robots in the map frame; those new to `earlier` stood
+                there.
+        """
         known = {group.kind: group for group in earlier._groups}
         for group in self._groups:
             if group.kind in known:
                 group.remember(known[group.kind], poses)
 
     def forget(self, robot: int, pose: FloatArray) -> None:
-        """Take a robot to have stood at a pose (3,), to which it has been put."""
+        """Take a robot to have stood where it has been put.
+
+        Args:
+            robot: Index of the robot.
+            pose: x, y, yaw (3,) in the map frame.
+        """
         for group in self._groups:
             group.forget(robot, pose)
 
     def watch(self, objects: Objects) -> None:
-        """Let the LiDARs see objects, wherever these are."""
+        """Let the LiDARs see objects, wherever these are.
+
+        Args:
+            objects: Asked for their places at every scan; may be empty.
+        """
         for group in self._groups:
             if len(objects) or group.objects is not None:  # the last one may have gone
                 group.objects = objects
@@ -249,7 +299,7 @@ class Lidars:
         """Return the scans that are due at a tick, by index of the robot.
 
         Args:
-            tick: Control tick.
+            tick: Current tick; a LiDAR's scans are due at the multiples of its period.
             poses: True poses (n, 3) of the robots.
             walkers: Discs (m, 3) of the walkers.
         """
@@ -268,13 +318,23 @@ class Lidars:
 
 
 def compose(poses: FloatArray, offset: FloatArray) -> FloatArray:
-    """Return poses (n, 3) moved by an offset (3,) in each one's own frame."""
+    """Return poses (n, 3) moved by an offset (3,) in each one's own frame.
+
+    Args:
+        poses: x, y, yaw (n, 3).
+        offset: x, y, yaw (3,), the same for all.
+    """
     points = moved(poses, np.broadcast_to(offset[:2], (len(poses), 2)))
     return np.column_stack([points, poses[:, 2] + offset[2]])
 
 
 def moved(poses: FloatArray, points: FloatArray) -> FloatArray:
-    """Return points (n, 2), each given in the frame of its pose (n, 3), in the poses' frame."""
+    """Return points (n, 2), each given in the frame of its pose (n, 3), in the poses' frame.
+
+    Args:
+        poses: x, y, yaw (n, 3).
+        points: (n, 2), one for each pose.
+    """
     cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
     return np.column_stack(
         [

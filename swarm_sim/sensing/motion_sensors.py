@@ -98,20 +98,28 @@ class MotionSensors:
         return longer
 
     def restart(self, robot: int) -> None:
-        """Restart the readings of a robot's wheels and gyro at 0."""
+        """Restart the readings of a robot's wheels and gyro at 0.
+
+        Args:
+            robot: Index of the robot.
+        """
         for name in STATE:
             getattr(self, name)[robot] = 0.0
 
     def update(
         self, tick: int, travels: FloatArray, yaws: FloatArray, twists: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Take in a control period; return what wheels and heading sensor report since the start.
+        """Take in a control period.
 
         Args:
             tick: In which the period begins.
             travels: (n, 2) [m] forwards and to the left, as perfect wheels report it.
             yaws: (n,) [rad] turned, not wrapped.
             twists: (n, 3) true vx, wz, vy at the end of the period.
+
+        Returns:
+            Way (n, 2) [m] forwards and to the left, and heading (n,) [rad], not wrapped. Both
+            arrays are reused by the next call.
         """
         self._accelerate(twists)
         if not self._has_errors:
@@ -136,7 +144,14 @@ class MotionSensors:
         return self._travels, self._yaws
 
     def twists(self, true: FloatArray) -> FloatArray:
-        """Return the twists (n, 3), vx, wz, vy, that odometry reports at true ones."""
+        """Return the twists that odometry reports.
+
+        Args:
+            true: (n, 3) vx [m/s], wz [rad/s], vy [m/s] of base_footprint.
+
+        Returns:
+            (n, 3) likewise; `true` itself without errors.
+        """
         if not self._has_errors:
             return true
         sides = true[:, :1] + np.array([-1.0, 1.0]) * (self._widths / 2.0 * true[:, 1])[:, None]
@@ -148,7 +163,12 @@ class MotionSensors:
         )
 
     def imu(self, robot: int, tick: int) -> Imu:
-        """Return the reading of one robot's IMU."""
+        """Return the reading of one robot's IMU.
+
+        Args:
+            robot: Index of the robot.
+            tick: Current tick, which the noise depends on.
+        """
         noises = self._draw(ACCEL_WORD, tick, robot, np.arange(3))
         noise = self._accel_noises[robot] / np.sqrt(CONTROL_PERIOD) * noises
         x, y, z = (

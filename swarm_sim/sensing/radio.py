@@ -77,13 +77,21 @@ class Radio:
 
         The radio tells every robot, regardless of range and losses, because a robot that only
         fell silent would stay an obstacle to the others for ever.
+
+        Args:
+            robot_id: That of its beacons: 3 for Srobot3.
+            tick: Current tick, from which the others are told.
         """
         for wave in self._under_way:
             wave.drop(robot_id)
         self._farewells[robot_id] = tick + FAREWELL_TICKS
 
     def welcome(self, robot_id: int) -> None:
-        """Say nothing more of a robot that is there again."""
+        """Say nothing more of a robot that is there again.
+
+        Args:
+            robot_id: That of its beacons: 3 for Srobot3.
+        """
         self._farewells.pop(robot_id, None)
 
     def send(self, tick: int, beacons: Sequence[np.void | None], positions: FloatArray) -> None:
@@ -120,11 +128,19 @@ class Radio:
         return beacons.view(np.uint32).reshape(-1, BEACON_WORDS)
 
     def reception(self, receiver: int) -> Reception:
-        """Return the beacons that reach a robot at the present tick, ordered by id."""
+        """Return the beacons that reach a robot at the present tick, ordered by id.
+
+        Args:
+            receiver: Index of the robot.
+        """
         return self._under_way[0].reception(receiver)
 
     def heard(self, receiver: int) -> BeaconArray:
-        """Return the same, copied."""
+        """Return the same, copied.
+
+        Args:
+            receiver: Index of the robot.
+        """
         return self.reception(receiver).beacons
 
 
@@ -132,7 +148,13 @@ class _Wave:
     """The beacons sent at one tick, and their receivers."""
 
     def __init__(self, sent: NDArray[np.uint32], heard: NDArray[np.bool_], count: int) -> None:
-        """Keep beacons (s, words), a mask (n, s) of their receivers, and the number of messages."""
+        """Keep what was sent.
+
+        Args:
+            sent: Beacons (s, words), ordered by id.
+            heard: (n, s) whether robot n hears beacon s.
+            count: Number of true entries of `heard`.
+        """
         self._sent = sent
         self._heard = heard
         self._count = count
@@ -145,11 +167,19 @@ class _Wave:
         self._starts = []
 
     def drop(self, robot_id: int) -> None:
-        """Let nobody hear a robot."""
+        """Let nobody hear a robot.
+
+        Args:
+            robot_id: That of its beacons: 3 for Srobot3.
+        """
         self._take(self._sent[:, ID] != robot_id)
 
     def add_for_all(self, beacons: NDArray[np.uint32]) -> None:
-        """Let everybody hear further beacons, too."""
+        """Let everybody hear further beacons, too.
+
+        Args:
+            beacons: (k, words) in any order.
+        """
         self._sent = np.vstack([self._sent, beacons])
         everybody = np.ones((len(self._heard), len(beacons)), np.bool_)
         self._heard = np.hstack([self._heard, everybody])
@@ -162,7 +192,11 @@ class _Wave:
         self._starts = []
 
     def reception(self, receiver: int) -> Reception:
-        """Return the beacons that one robot hears; the first call makes the lists of all robots."""
+        """Return the beacons that one robot hears; the first call makes the lists of all robots.
+
+        Args:
+            receiver: Index of the robot.
+        """
         if not self._starts:
             starts = np.empty(len(self._heard) + 1, np.int64)
             self._rows = np.empty(self._count, np.int64)

@@ -40,7 +40,17 @@ class ChangingWorld(World):
         names: Sequence[str] | None = None,
         models: Mapping[str, RobotModel] | None = None,
     ) -> None:
-        """Place the robots and begin at tick 0; see `World`."""
+        """Place the robots and begin at tick 0; see `World`.
+
+        Args:
+            scene: Where they are.
+            specs: Model of each robot.
+            poses: Start pose of each robot in the map frame.
+            config: How to simulate; None for the defaults.
+            seed: Of everything random.
+            names: Of the robots, for verdicts; default Srobot1, Srobot2 ...
+            models: Descriptions by `RobotSpec.model`; default those in `robots/`.
+        """
         super().__init__(scene, specs, poses, config, seed, names, models)
         self.scene = scene
         self.absent: set[int] = set()
@@ -59,7 +69,16 @@ class ChangingWorld(World):
     def step(
         self, commands: Sequence[Twist | None], beacons: Sequence[np.void | None]
     ) -> list[Collision]:
-        """Advance one tick; see `World.step`."""
+        """Advance one tick; see `World.step`.
+
+        Args:
+            commands: One per robot, present or not; None if it sent none. Those of absent robots do
+                not count.
+            beacons: Likewise.
+
+        Returns:
+            The collisions that began in it.
+        """
         if self.absent:
             commands = [Twist() if i in self.absent else c for i, c in enumerate(commands)]
             beacons = [None if i in self.absent else b for i, b in enumerate(beacons)]
@@ -100,7 +119,12 @@ class ChangingWorld(World):
         return len(self.specs) - 1
 
     def remove(self, robot: int, robot_id: int) -> None:
-        """Take a robot out; `robot_id` is the one in its beacons."""
+        """Take a robot out; its row stays.
+
+        Args:
+            robot: Index of the robot.
+            robot_id: That of its beacons: 3 for Srobot3.
+        """
         self.absent.add(robot)
         self.place(robot, Pose(PARKED + PARKING_PITCH * robot, PARKED, 0.0))
         self._radio.forget(robot_id, self.tick)
@@ -108,7 +132,13 @@ class ChangingWorld(World):
         self._renew_lidars()
 
     def readmit(self, robot: int, robot_id: int, pose: Pose) -> None:
-        """Return a removed robot to the world; its odometry begins again at 0."""
+        """Return a removed robot to the world; its odometry begins again at 0.
+
+        Args:
+            robot: Index of the robot.
+            robot_id: That of its beacons: 3 for Srobot3.
+            pose: In the map frame; whether there is room is not checked here.
+        """
         self.absent.discard(robot)
         self._engine.restart(robot)
         self._motion_sensors.restart(robot)
@@ -118,7 +148,12 @@ class ChangingWorld(World):
         self._renew_lidars()
 
     def place(self, robot: int, pose: Pose) -> None:
-        """Put a robot elsewhere, where it stands; its odometry does not notice."""
+        """Put a robot elsewhere, where it stands; its odometry does not notice.
+
+        Args:
+            robot: Index of the robot.
+            pose: In the map frame; whether there is room is not checked here.
+        """
         place = _array(pose)
         self._engine.place(robot, place)
         self._commands.stop(robot)
@@ -127,11 +162,19 @@ class ChangingWorld(World):
             self._lidars.forget(robot, place)
 
     def mute(self, robot_id: int) -> None:
-        """Tell all that a robot no longer holds the space at its former place."""
+        """Tell all that a robot no longer holds the space at its former place.
+
+        Args:
+            robot_id: That of its beacons: 3 for Srobot3.
+        """
         self._radio.forget(robot_id, self.tick)
 
     def unmute(self, robot_id: int) -> None:
-        """Let a robot that was muted be heard again."""
+        """Let a robot that was muted be heard again.
+
+        Args:
+            robot_id: That of its beacons: 3 for Srobot3.
+        """
         self._radio.welcome(robot_id)
 
     @property
@@ -140,24 +183,46 @@ class ChangingWorld(World):
         return self._objects.loose
 
     def place_of(self, index: int) -> Transform:
-        """Return where something loose is now."""
+        """Return where something loose is now.
+
+        Args:
+            index: Among `loose`.
+
+        Returns:
+            World from body (4, 4).
+        """
         return self._objects.place_of(index)
 
     def place_object(self, index: int, place: Transform) -> None:
-        """Put something loose elsewhere."""
+        """Put something loose elsewhere.
+
+        Args:
+            index: Among `loose`.
+            place: World from body (4, 4); whether there is room is not checked here.
+        """
         self._engine.place_object(index, place)
 
     def add_object(self, body: Body) -> int:
         """Take another thing, which can be pushed unless it is static; return its index.
 
         Whether there is room is not checked here.
+
+        Args:
+            body: Where it is to be.
+
+        Raises:
+            WorldError: If the physics engine refuses one of its meshes.
         """
         self._engine.add_object(body)
         self._watch_objects()
         return len(self.loose) - 1
 
     def remove_object(self, index: int) -> None:
-        """Take something loose out; those behind it move up."""
+        """Take something loose out; those behind it move up.
+
+        Args:
+            index: Among `loose`.
+        """
         self._engine.remove_object(index)
         self._watch_objects()
 

@@ -38,17 +38,31 @@ class CloseCalls:
     """Collects near misses tick by tick."""
 
     def __init__(self, names: Sequence[str]) -> None:
+        """Begin without episodes.
+
+        Args:
+            names: Of the robots, in the order of their indices.
+        """
         self._names = list(names)
         self._open: dict[Key, _Episode] = {}
         self._last_touch: dict[Key, float] = {}
         self._over: list[tuple[Key, _Episode]] = []
 
     def add(self, name: str) -> None:
-        """Take another robot."""
+        """Take another robot.
+
+        Args:
+            name: Its name.
+        """
         self._names.append(name)
 
     def touch(self, key: Key, time: float) -> None:
-        """Note a contact: the episode is a collision, and no near miss."""
+        """Note a contact: the episode is a collision, and no near miss.
+
+        Args:
+            key: Who touched what.
+            time: [s] simulated.
+        """
         self._last_touch[key] = time
         self._open.pop(key, None)
 

@@ -56,6 +56,9 @@ class ModelRequest:
 def read_model(request: ModelRequest) -> Model:
     """Return an object or a robot from its description, if its size is acceptable.
 
+    Args:
+        request: From any client; nothing in it is trusted.
+
     Raises:
         RefusedError: With the reason, whatever is wrong with the description.
     """
@@ -85,6 +88,9 @@ def read_model(request: ModelRequest) -> Model:
 
 def read_robot(name_or_path: str) -> Robot:
     """Return a robot model.
+
+    Args:
+        name_or_path: Name of a model of `robots/`, or a path to a description or its folder.
 
     Raises:
         RefusedError: If there is none of that name, or it is unusable.
@@ -163,7 +169,11 @@ def _extent(part: Part) -> tuple[float, int]:
 
 
 def serve(connection: socket.socket) -> None:
-    """Answer requests until the world closes the connection."""
+    """Answer requests until the world closes the connection.
+
+    Args:
+        connection: Stream socket; requests and answers are pickled, each after its length.
+    """
     while (request := _receive(connection)) is not None:
         answer: Model | RefusedError
         try:

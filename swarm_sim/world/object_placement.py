@@ -56,6 +56,10 @@ def check_object_place(world: ChangingWorld, body: Body, index: int | None = Non
 def check_apart(body: Body, others: Iterable[Body]) -> None:
     """Refuse an object that intersects another one; touching it, or standing on it, is allowed.
 
+    Args:
+        body: Where it is to be.
+        others: Where they are; their outlines between the body's heights count.
+
     Raises:
         WorldError: Naming the other.
     """
@@ -79,7 +83,11 @@ def _check_robot(world: ChangingWorld, robot: int, what: str, outline: Any) -> N
 
 
 def height_range(body: Body) -> tuple[float, float]:
-    """Return the lowest and the highest z [m] of a body in the world."""
+    """Return the lowest and the highest z [m] of a body in the world.
+
+    Args:
+        body: With at least one shape.
+    """
     lows, highs = [], []
     for part in body.parts:
         if isinstance(part.shape, Sphere):
@@ -93,11 +101,26 @@ def height_range(body: Body) -> tuple[float, float]:
 
 
 def outline_of(body: Body, heights: tuple[float, float]) -> Any:
-    """Return the part of a body between two heights, from above, as a shapely geometry."""
+    """Return the part of a body between two heights, from above, as a shapely geometry.
+
+    Args:
+        body: In the world.
+        heights: [m] lower and upper end.
+
+    Returns:
+        In the map frame; empty if nothing lies between the heights.
+    """
     polygons = section_between([body], *heights).outlines()
     return shapely.union_all([shapely.Polygon(polygon) for polygon in polygons])
 
 
 def upright(x: float, y: float, z: float, yaw: float) -> Transform:
-    """Return the transform of something that stands upright."""
+    """Return the transform of something that stands upright.
+
+    Args:
+        x: [m]
+        y: [m]
+        z: [m]
+        yaw: [rad]
+    """
     return transform_from_xyz_rpy(x, y, z, 0.0, 0.0, yaw)

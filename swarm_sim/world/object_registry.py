@@ -24,6 +24,11 @@ class ObjectRegistry:
     """Lets things come and go; call what changes the world only between two ticks."""
 
     def __init__(self, world: ChangingWorld) -> None:
+        """Begin with the things that are there.
+
+        Args:
+            world: To change.
+        """
         self._world = world
         self._spawned: set[str] = set()
 
@@ -44,6 +49,12 @@ class ObjectRegistry:
 
     def place_of(self, name: str) -> Transform:
         """Return where a thing is.
+
+        Args:
+            name: Of the thing.
+
+        Returns:
+            World from body (4, 4).
 
         Raises:
             RefusedError: If there is none of that name.
@@ -88,6 +99,9 @@ class ObjectRegistry:
     def remove(self, name: str) -> None:
         """Take a thing out.
 
+        Args:
+            name: Of the thing.
+
         Raises:
             RefusedError: If there is no such thing.
         """
@@ -96,6 +110,10 @@ class ObjectRegistry:
 
     def move(self, name: str, place: Transform) -> None:
         """Put a thing elsewhere.
+
+        Args:
+            name: Of the thing.
+            place: World from body (4, 4).
 
         Raises:
             RefusedError: If there is no such thing, or something is there.
@@ -167,5 +185,9 @@ class ObjectRegistry:
 
 
 def is_name(name: str) -> bool:
-    """Whether a thing may be called so."""
+    """Whether a thing may be called so.
+
+    Args:
+        name: From a client.
+    """
     return 1 <= len(name) <= LONGEST_NAME and name.isprintable() and name.strip() != ""

@@ -75,7 +75,11 @@ class PlacementArea:
 
     @classmethod
     def of(cls, grid: Grid) -> PlacementArea:
-        """Return that of a map, which is upright."""
+        """Return that of a map, which is upright.
+
+        Args:
+            grid: The map.
+        """
         x, y, size = grid.origin_x, grid.origin_y, grid.resolution
         return cls(
             (x - MARGIN, y - MARGIN),

@@ -78,7 +78,15 @@ def _check_robot(world: ChangingWorld, other: int, spec: RobotSpec, pose: Pose, 
 def claim_gap(world: ChangingWorld, robot: int, outline: Any) -> float:
     """Return the distance [m] of a geometry from the space that a robot holds or has requested.
 
-    That space is as in its last beacon; inf without one.
+    That space is as in its last beacon.
+
+    Args:
+        world: With the beacons of its robots.
+        robot: Index of the robot.
+        outline: A shapely geometry in the map frame.
+
+    Returns:
+        Negative where they overlap; inf without a beacon.
     """
     beacon = world.last_beacons[robot]
     if beacon is None:
@@ -95,6 +103,10 @@ def claim_gap(world: ChangingWorld, robot: int, outline: Any) -> float:
 
 def check_height(world: ChangingWorld, spec: RobotSpec) -> None:
     """Refuse a robot that reaches up to something that none of the first ones did.
+
+    Args:
+        world: With the heights that its outlines were made for.
+        spec: The robot's model.
 
     Raises:
         WorldError: Naming it.

@@ -67,6 +67,9 @@ class RobotRegistry:
     def robot(self, name: str) -> int:
         """Return the index of a robot that is there.
 
+        Args:
+            name: Of the robot, like `Srobot3`.
+
         Raises:
             RefusedError: If there is none of that name.
         """
@@ -127,6 +130,9 @@ class RobotRegistry:
     def remove(self, name: str) -> int:
         """Take a robot out; return its index.
 
+        Args:
+            name: Of the robot, like `Srobot3`.
+
         Raises:
             RefusedError: If there is no such robot.
         """
@@ -136,6 +142,10 @@ class RobotRegistry:
 
     def move(self, name: str, pose: Pose) -> int:
         """Put a robot elsewhere; return its index.
+
+        Args:
+            name: Of the robot, like `Srobot3`.
+            pose: In the map frame.
 
         Raises:
             RefusedError: If there is no such robot, or no room.
@@ -160,7 +170,11 @@ class RobotRegistry:
         return homes
 
     def settle(self, robot: int) -> None:
-        """Let a robot be heard again that knows where it was put."""
+        """Let a robot be heard again that knows where it was put.
+
+        Args:
+            robot: Index of the robot.
+        """
         self._world.unmute(number_of(self._world.names[robot]))
 
     @property
@@ -260,6 +274,10 @@ class RobotRegistry:
 
 
 def number_of(name: str) -> int:
-    """Return 3 for Srobot3, 0 for a name without a number."""
+    """Return 3 for Srobot3, 0 for a name without a number.
+
+    Args:
+        name: Of the robot, like `Srobot3`.
+    """
     digits = name[len(name.rstrip("0123456789")) :]
     return int(digits or 0)

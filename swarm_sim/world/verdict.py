@@ -53,7 +53,13 @@ class Judge:
     """Collects what a verdict needs, tick by tick."""
 
     def __init__(self, names: Sequence[str], poses: FloatArray, clearances: FloatArray) -> None:
-        """Begin with the state at tick 0: poses (n, 3) and clearances (n, 2)."""
+        """Begin with the state at tick 0.
+
+        Args:
+            names: Of the robots.
+            poses: True x, y, yaw (n, 3) in the map frame.
+            clearances: (n, 2) [m] to the nearest robot, obstacle; inf where all is far.
+        """
         self._names = list(names)
         self._collisions: list[Collision] = []
         self._last_touch: dict[tuple[int, int, str], float] = {}
@@ -66,7 +72,12 @@ class Judge:
         self._note(poses, clearances)
 
     def add(self, name: str, pose: FloatArray) -> None:
-        """Take another robot, which stands at a pose (3,)."""
+        """Take another robot, which stands at a pose (3,).
+
+        Args:
+            name: Its name.
+            pose: x, y, yaw [m, rad] in the map frame.
+        """
         self._names.append(name)
         self._close_calls.add(name)
         self._distances = np.append(self._distances, 0.0)
@@ -75,7 +86,12 @@ class Judge:
         self._positions = np.vstack([self._positions, pose[:2]])
 
     def place(self, robot: int, pose: FloatArray) -> None:
-        """Take note that a robot has been put elsewhere; that is no way driven."""
+        """Take note that a robot has been put elsewhere; that is no way driven.
+
+        Args:
+            robot: Index of the robot.
+            pose: x, y, yaw [m, rad] in the map frame.
+        """
         self._positions[robot] = pose[:2]
 
     @property
@@ -98,8 +114,8 @@ class Judge:
             start: [s] simulated time at which it began.
             physics_period: [s] of the steps that touches count in.
             touches: Contacts in it, in order of steps; one pair may occur several times.
-            poses: True poses (n, 3) at its end.
-            clearances: (n, 2) at its end.
+            poses: True x, y, yaw (n, 3) in the map frame at its end.
+            clearances: (n, 2) [m] to the nearest robot, obstacle, at its end.
             approaches: Very close pairs at its end.
         """
         for touch in touches:
@@ -128,7 +144,11 @@ class Judge:
         self._hash.update(np.ascontiguousarray(poses, np.float64).tobytes())
 
     def verdict(self, sim_time: float) -> Verdict:
-        """Return the verdict so far."""
+        """Return the verdict so far.
+
+        Args:
+            sim_time: [s] for the verdict to carry.
+        """
         close_calls = self._close_calls.near_misses()
         shares = Counter(name for call in close_calls for name in call.robots)
         between_robots = sum(len(collision.robots) == 2 for collision in self._collisions)

@@ -112,10 +112,15 @@ class World:
             scene: Where they are.
             specs: Model of each robot.
             poses: Start pose of each robot in the map frame.
-            config: How to simulate.
+            config: How to simulate; None for the defaults.
             seed: Of everything random.
             names: Of the robots, for verdicts; default Srobot1, Srobot2 ...
             models: Descriptions by `RobotSpec.model`; default those in `robots/`.
+
+        Raises:
+            RobotModelError: If a model does not drive; the message names cause and cure.
+            WorldError: If something loose is deep inside something else, or a mesh cannot be used.
+            ConfigError: If a walker or a vehicle has no free place on its path.
         """
         if len(specs) != len(poses):
             raise ValueError(f"{len(specs)} robot models but {len(poses)} poses")
@@ -150,6 +155,10 @@ class World:
     def check_model(self, spec: RobotSpec, model: RobotModel) -> None:
         """Check that a robot model drives in this world's physics engine, whatever it looks like.
 
+        Args:
+            spec: The model.
+            model: Its bodies.
+
         Raises:
             RobotModelError: If it does not; the message names cause and cure.
         """
@@ -159,7 +168,14 @@ class World:
             check_trial(spec, model, self._config.physics_period)
 
     def errors_of(self, spec: RobotSpec) -> SensorErrors:
-        """Return how the sensors of a robot model err in this world."""
+        """Return how the sensors of a robot model err in this world.
+
+        Args:
+            spec: The robot's model.
+
+        Raises:
+            ConfigError: If `sensors` of the world's configuration is wrong.
+        """
         config = self._config
         own = spec.sensors if config.realistic else IDEAL
         return sensor_errors(config.sensors, "sensors", own)
@@ -260,7 +276,11 @@ class World:
         ]
 
     def imu(self, robot: int) -> Imu:
-        """Return what a robot's IMU reads at the present tick."""
+        """Return what a robot's IMU reads at the present tick.
+
+        Args:
+            robot: Index of the robot.
+        """
         return self._motion_sensors.imu(robot, self._tick)
 
     @property
@@ -287,7 +307,11 @@ class World:
         return self._objects.bodies()
 
     def joint_states(self, robot: int) -> tuple[list[str], list[float], list[float]]:
-        """Return names, positions [rad] and velocities [rad/s] of a robot's joints."""
+        """Return names, positions [rad] and velocities [rad/s] of a robot's joints.
+
+        Args:
+            robot: Index of the robot.
+        """
         return self._engine.joint_state(robot)
 
     def close(self) -> None:

@@ -49,6 +49,10 @@ class BulletEngine:
             physics_period: [s] of a step.
             walkers: People who move among the robots.
             objects: Bodies that can be pushed, and vehicles.
+
+        Raises:
+            RobotModelError: If a model lacks one of its wheels.
+            WorldError: If something loose is deep inside something else, or a mesh cannot be used.
         """
         count = len(specs)
         self._steps = round(CONTROL_PERIOD / physics_period)
@@ -92,7 +96,15 @@ class BulletEngine:
         return self._contacts.approaches
 
     def advance(self, targets: FloatArray) -> list[Touch]:
-        """Run one control period towards target speeds (n, 3); return the contacts in it."""
+        """Run one control period towards target speeds.
+
+        Args:
+            targets: Forward, turning and leftward speed [m/s, rad/s, m/s] of base_footprint, one
+                row per robot.
+
+        Returns:
+            The contacts in it; one that lasts is returned again in every period.
+        """
         touches: list[Touch] = []
         suspects = self._contacts.suspects()
         self._put_to_rest(targets)
@@ -115,7 +127,16 @@ class BulletEngine:
         return touches
 
     def add(self, spec: RobotSpec, model: RobotModel | None, pose: FloatArray) -> None:
-        """Take another robot, which stands at a pose."""
+        """Take another robot, which stands at a pose (3,).
+
+        Args:
+            spec: Its model.
+            model: Its bodies; never None here.
+            pose: x, y, yaw [m, rad] in the map frame.
+
+        Raises:
+            RobotModelError: If the model lacks one of the wheels that the specification names.
+        """
         assert model is not None
         body = add_robot(self._client, model, spec, Pose(*pose.tolist()))
         index = len(self._robots)
@@ -140,7 +161,12 @@ class BulletEngine:
         self._measure()
 
     def place(self, robot: int, pose: FloatArray) -> None:
-        """Put a robot elsewhere, where it stands."""
+        """Put a robot elsewhere, where it stands; wheels and gyro do not notice.
+
+        Args:
+            robot: Index of the robot.
+            pose: x, y, yaw [m, rad] in the map frame.
+        """
         set_asleep(self._client, self._robots[robot], False)
         put(self._client, self._robots[robot], pose)
         self._rest_ticks[robot] = 0
@@ -150,23 +176,43 @@ class BulletEngine:
         self._measure()
 
     def restart(self, robot: int) -> None:
-        """Restart the readings of a robot's wheels and gyro at 0."""
+        """Restart the readings of a robot's wheels and gyro at 0.
+
+        Args:
+            robot: Index of the robot.
+        """
         self.travels[robot], self.yaws_gyro[robot] = 0.0, 0.0
 
     def place_object(self, index: int, place: Transform) -> None:
-        """Put something that can be pushed elsewhere."""
+        """Put something that can be pushed elsewhere.
+
+        Args:
+            index: Of the thing among `Objects.loose`.
+            place: World from body (4, 4).
+        """
         self._around.bodies.put(index, place)
         self._contacts.move_objects(self._around.objects.outlines())
         self._measure()
 
     def add_object(self, body: Body) -> None:
-        """Take another thing, behind all that can be pushed."""
+        """Take another thing, behind all that can be pushed.
+
+        Args:
+            body: Where it is to be; a static one stays there.
+
+        Raises:
+            WorldError: If the engine refuses one of its meshes.
+        """
         self._around.add(body)
         self._surround()
         self._measure()
 
     def remove_object(self, index: int) -> None:
-        """Take a thing out; those behind it move up."""
+        """Take a thing out; those behind it move up.
+
+        Args:
+            index: Of the thing among `Objects.loose`.
+        """
         self._around.remove(index)
         self._surround()
         self._measure()
@@ -182,12 +228,23 @@ class BulletEngine:
         self._contacts.measure(self.poses, self._around.walkers.discs)
 
     def joint_state(self, robot: int) -> tuple[list[str], list[float], list[float]]:
-        """Return names, positions and velocities of a robot's wheel joints."""
+        """Return the state of a robot's wheel joints.
+
+        Args:
+            robot: Index of the robot.
+
+        Returns:
+            Names, angles [rad] and speeds [rad/s], in the order of `RobotBody.wheels`.
+        """
         positions, velocities = self._joints[robot].tolist()
         return list(self._robots[robot].joint_names), positions, velocities
 
     def stance(self, robot: int) -> Stance:
-        """Return how a robot stands at the end of the last physics step."""
+        """Return how a robot stands at the end of the last physics step.
+
+        Args:
+            robot: Index of the robot.
+        """
         return stance(self._client, self._robots[robot], self._ground)
 
     def close(self) -> None:

@@ -20,7 +20,12 @@ TYPES = {
 
 
 def compound(client: int, shapes: Sequence[tuple[Any, Transform]]) -> int:
-    """Return the id of one collision shape made of several; planes are left out."""
+    """Return the id of one collision shape made of several; planes are left out.
+
+    Args:
+        client: pybullet's id of the simulation.
+        shapes: Each with the transform (4, 4) that brings it into the frame of the whole.
+    """
     solid = [(shape, transform) for shape, transform in shapes if type(shape) in TYPES]
     places = [position_quaternion(transform) for _, transform in solid]
     with tempfile.TemporaryDirectory() as folder:
@@ -55,5 +60,9 @@ def _mesh_file(shape: Any, folder: Path, index: int) -> str:
 
 
 def position_quaternion(transform: Transform) -> tuple[list[float], list[float]]:
-    """Return position and unit quaternion x, y, z, w of a transform."""
+    """Return position and unit quaternion x, y, z, w of a transform.
+
+    Args:
+        transform: (4, 4), rigid.
+    """
     return transform[:3, 3].tolist(), list(quaternion_of(transform[:3, :3]))

@@ -39,9 +39,9 @@ class Contacts:
         """Prepare the arrays of the robots; `surround` has to follow.
 
         Args:
-            client: Of the engine.
+            client: pybullet's id of the simulation.
             specs: One per robot.
-            robots: Body of each robot.
+            robots: pybullet's id of each robot's body.
         """
         self._client = client
         self._robots = list(robots)
@@ -61,7 +61,7 @@ class Contacts:
         """Take over the bodies that are not robots; `measure` has to follow.
 
         Args:
-            obstacles: Body and name of each outline, then of each walker.
+            obstacles: pybullet's id and name of each outline's body, then of each walker's.
             outlines: Packed polygons (m, c, 2) of fixed bodies, then of objects.
             object_reaches: [m] that each object may move in a control period.
             walker_speeds: [m/s] of each walker.
@@ -83,7 +83,12 @@ class Contacts:
         self.clearances: FloatArray = np.full((count, 2), np.inf)
 
     def add(self, spec: RobotSpec, body: int) -> None:
-        """Look at another robot, too; `measure` has to follow."""
+        """Look at another robot, too; `measure` has to follow.
+
+        Args:
+            spec: Its model.
+            body: pybullet's id of its body.
+        """
         self._robots.append(body)
         hull = pad_polygon(np.array(spec.footprint), MAX_CORNERS)
         self.hulls = np.concatenate([self.hulls, hull[None]])
@@ -92,7 +97,11 @@ class Contacts:
         self._make_room(len(self._robots))
 
     def move_objects(self, outlines: FloatArray) -> None:
-        """Take over where the objects' outlines (k, c, 2) are."""
+        """Take over where the objects' outlines (k, c, 2) are.
+
+        Args:
+            outlines: Convex polygons [m] in the map frame, as many as there were in `surround`.
+        """
         self._walls[self._first_object :] = pack_like(outlines, self._walls.shape[1])
         self._bounds[self._first_object :] = bounds_of(outlines)
 
@@ -100,8 +109,8 @@ class Contacts:
         """Find near pairs, and the clearance of each robot.
 
         Args:
-            poses: (n, 3) of the robots.
-            walkers: Discs (d, 3).
+            poses: x, y, yaw (n, 3) of the robots in the map frame.
+            walkers: x, y, radius (d, 3) [m] in the map frame.
         """
         counts = near_pairs(
             poses,
@@ -158,7 +167,16 @@ class Contacts:
         return {(robot, self._tile_owners[tile]) for robot, tile in near}
 
     def touch(self, suspect: Suspect, step: int) -> Touch | None:
-        """Return the contact of a pair after a physics step, None if there is none."""
+        """Return the contact of a pair after a physics step, None if there is none.
+
+        Args:
+            suspect: Of `suspects`, from the start of the control period.
+            step: Number of the physics step within the period, for the result.
+
+        Returns:
+            The first contact point of the pair, None if there is none. What touches no higher than
+            `GROUND_GAP` is a floor, and no contact.
+        """
         robot, other, obstacle = suspect
         body = self._robots[other] if obstacle is None else obstacle[0]
         points = pybullet.getContactPoints(

@@ -31,7 +31,7 @@ def add_body(
     """Add a body that nothing pushes; return its id.
 
     Args:
-        client: The engine.
+        client: pybullet's id of the simulation.
         shape: Id of its collision shape.
         groups: Its own collision group, and the groups that it meets.
         place: World from body (4, 4).
@@ -49,7 +49,11 @@ def add_body(
 
 
 def add_ground(client: int) -> int:
-    """Add the ground plane; return its id."""
+    """Add the ground plane; return its id.
+
+    Args:
+        client: pybullet's id of the simulation.
+    """
     shape = pybullet.createCollisionShape(
         pybullet.GEOM_PLANE, planeNormal=[0, 0, 1], physicsClientId=client
     )
@@ -57,19 +61,35 @@ def add_ground(client: int) -> int:
 
 
 def add_obstacle(client: int, body: Body) -> int:
-    """Add a body of the scene, which stays where it is; return its id."""
+    """Add a body of the scene, which stays where it is; return its id.
+
+    Args:
+        client: pybullet's id of the simulation.
+        body: Without meshes and planes, see `pieces_of`.
+    """
     shape = compound(client, [(p.shape, p.body_from_part) for p in body.parts])
     return add_body(client, shape, SOLID, body.world_from_body)
 
 
 def let_robots_pass(client: int, bodies: Sequence[int]) -> None:
-    """Let bodies meet only what can be pushed."""
+    """Let bodies meet only what can be pushed.
+
+    Args:
+        client: pybullet's id of the simulation.
+        bodies: pybullet's ids of what robots drive on, or under.
+    """
     for body in bodies:
         pybullet.setCollisionFilterGroupMask(body, -1, OBSTACLE, LOOSE, physicsClientId=client)
 
 
 def add_walker(client: int, radius: float, height: float) -> int:
-    """Add an upright cylinder that robots can touch and that is moved by hand; return its id."""
+    """Add an upright cylinder that robots can touch and that is moved by hand; return its id.
+
+    Args:
+        client: pybullet's id of the simulation.
+        radius: [m]
+        height: [m]
+    """
     shape = pybullet.createCollisionShape(
         pybullet.GEOM_CYLINDER, radius=radius, height=height, physicsClientId=client
     )
@@ -80,6 +100,11 @@ def solid_bodies(bodies: Sequence[Body], low: float, high: float) -> list[Body]:
     """Return the bodies of which something lies between two heights.
 
     Of meshes each triangle counts, whatever their section shows.
+
+    Args:
+        bodies: Of the scene.
+        low: [m] height of the lower end.
+        high: [m] height of the upper end.
     """
     return [
         body
@@ -89,6 +114,15 @@ def solid_bodies(bodies: Sequence[Body], low: float, high: float) -> list[Body]:
 
 
 def mesh_tiles(body: Body, low: float, high: float) -> FloatArray:
-    """Return the tiles of triangles of a body's meshes between two heights; see `tiles_between`."""
+    """Return the squares that the triangles of a body's meshes cover between two heights.
+
+    Args:
+        body: Its parts that are no meshes do not count.
+        low: [m] height of the lower end.
+        high: [m] height of the upper end.
+
+    Returns:
+        Bounds (k, 4) [m] in the map frame: x_min, y_min, x_max, y_max; see `tiles_between`.
+    """
     meshes = tuple(part for part in body.parts if isinstance(part.shape, Mesh))
     return tiles_between(triangles_of([replace(body, parts=meshes)]), low, high)

@@ -38,7 +38,14 @@ ROLLING = 0.002  # [m] coefficient of rolling friction, so that what rolls comes
 
 
 def pieces_of(body: Body) -> Iterator[Body]:
-    """Return a body without its planes, concave meshes as bodies of their own."""
+    """Yield a body without its planes, concave meshes as bodies of their own.
+
+    Args:
+        body: Of the scene.
+
+    Yields:
+        Bodies that `add_piece` takes; those of meshes have a single part.
+    """
     plain = tuple(part for part in body.parts if not isinstance(part.shape, Mesh | Plane))
     if plain:
         yield replace(body, parts=plain)
@@ -48,7 +55,15 @@ def pieces_of(body: Body) -> Iterator[Body]:
 
 
 def add_piece(client: int, piece: Body) -> list[int]:
-    """Add what `pieces_of` returns, which stays where it is; return its ids."""
+    """Add what `pieces_of` returns, which stays where it is; return its ids.
+
+    Args:
+        client: pybullet's id of the simulation.
+        piece: One of the bodies of `pieces_of`.
+
+    Raises:
+        WorldError: If the engine refuses the mesh.
+    """
     shape = piece.parts[0].shape
     if not isinstance(shape, Mesh):
         return [add_obstacle(client, piece)]
@@ -117,6 +132,12 @@ class BulletObjects:
     """The bodies of `Objects`: loose ones follow physics, vehicles their script."""
 
     def __init__(self, client: int, objects: Objects) -> None:
+        """Add the bodies of all objects.
+
+        Args:
+            client: pybullet's id of the simulation.
+            objects: What is added; it is told of every place that `read` finds.
+        """
         self._client = client
         self._objects = objects
         self._has_floor = False
@@ -136,7 +157,11 @@ class BulletObjects:
         return self._loose + self._vehicles
 
     def add(self, body: Body) -> None:
-        """Take another body behind the loose ones; a static one stays where it is."""
+        """Take another body behind the loose ones; a static one stays where it is.
+
+        Args:
+            body: At its place in the world.
+        """
         if not body.is_static and not self._has_floor:
             _add_floor(self._client)
             self._has_floor = True
@@ -146,7 +171,11 @@ class BulletObjects:
         self._loose.append(make(self._client, body))
 
     def remove(self, index: int) -> None:
-        """Take a loose body out; those that stood on it fall."""
+        """Take a loose body out; those that stood on it fall.
+
+        Args:
+            index: Of the body among `Objects.loose`.
+        """
         pybullet.removeBody(self._loose.pop(index), physicsClientId=self._client)
         del self._centers[index]
         self._wake()
@@ -157,7 +186,7 @@ class BulletObjects:
         Bodies move without gathering speed, so that nothing is thrown about.
 
         Args:
-            others: Ids and names of the fixed bodies.
+            others: pybullet's ids and names of the fixed bodies.
 
         Raises:
             WorldError: Naming both, the place and the depth.
@@ -196,7 +225,12 @@ class BulletObjects:
         return deepest
 
     def put(self, index: int, place: Transform) -> None:
-        """Put a loose body elsewhere, where it comes to rest."""
+        """Put a loose body elsewhere, where it comes to rest.
+
+        Args:
+            index: Of the body among `Objects.loose`.
+            place: World from body (4, 4).
+        """
         body, center = self._loose[index], self._centers[index]
         position, quaternion = position_quaternion(place)
         position = (place[:3, 3] + place[:3, :3] @ center).tolist()

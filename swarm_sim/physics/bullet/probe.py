@@ -17,6 +17,13 @@ def feel(body: Body, rays: FloatArray) -> NDArray[np.bool_]:
     """Return which rays (n, 2, 3) meet a body, cast from either end.
 
     The engine does not report a convex shape that a ray starts in, but does from the other end.
+
+    Args:
+        body: In the world; its planes do not count.
+        rays: Both ends of each [m], in the map frame.
+
+    Returns:
+        Hits (n,), bool.
     """
     client = pybullet.connect(pybullet.DIRECT)
     try:

@@ -69,6 +69,12 @@ class Stance:
 def add_robot(client: int, model: RobotModel, spec: RobotSpec, pose: Pose) -> RobotBody:
     """Add a robot on its driven wheels, its base_footprint at a pose on the ground.
 
+    Args:
+        client: pybullet's id of the simulation.
+        model: Its bodies.
+        spec: Limits, wheels and footprint.
+        pose: In the map frame.
+
     Raises:
         RobotModelError: If the model lacks one of the wheels that the specification names.
     """
@@ -118,9 +124,9 @@ def push(client: int, robot: RobotBody, speeds: FloatArray, period: float) -> No
     """Apply what a skid-steer or omnidirectional drive does to the ground in one step.
 
     Args:
-        client: Of the engine.
+        client: pybullet's id of the simulation.
         robot: Which one.
-        speeds: vx, wz, vy of base_footprint that the drive aims at.
+        speeds: vx [m/s], wz [rad/s], vy [m/s] (3,) of base_footprint that the drive aims at.
         period: [s] of the step.
     """
     position, (qx, qy, qz, qw) = pybullet.getBasePositionAndOrientation(robot.body, client)
@@ -143,7 +149,13 @@ def push(client: int, robot: RobotBody, speeds: FloatArray, period: float) -> No
 
 
 def stance(client: int, robot: RobotBody, ground: int) -> Stance:
-    """Return a robot's tilt and wheel loads on a ground body, at the end of the last step."""
+    """Return a robot's tilt and wheel loads on a ground body, at the end of the last step.
+
+    Args:
+        client: pybullet's id of the simulation.
+        robot: Which one.
+        ground: pybullet's id of the body that carries it.
+    """
     loads = np.zeros(pybullet.getNumJoints(robot.body, client))
     for point in pybullet.getContactPoints(robot.body, ground, physicsClientId=client) or ():
         if point[CONTACT_LINK] >= 0:
@@ -155,7 +167,13 @@ def stance(client: int, robot: RobotBody, ground: int) -> Stance:
 
 
 def put(client: int, robot: RobotBody, pose: FloatArray) -> None:
-    """Put a robot upright at a pose (3,), where it stands; its wheels keep their angles."""
+    """Put a robot upright at a pose (3,), where it stands; its wheels keep their angles.
+
+    Args:
+        client: pybullet's id of the simulation.
+        robot: Which one.
+        pose: x, y, yaw [m, rad] in the map frame.
+    """
     (_, _, height), _ = pybullet.getBasePositionAndOrientation(robot.body, client)
     x, y, yaw = pose.tolist()
     cos, sin = math.cos(yaw), math.sin(yaw)
@@ -174,6 +192,11 @@ def set_asleep(client: int, robot: RobotBody, is_asleep: bool) -> None:
 
     A sleeping robot costs next to nothing; one that is run into wakes up by itself. A robot that
     is awake never falls asleep by itself: it might be creeping.
+
+    Args:
+        client: pybullet's id of the simulation.
+        robot: Which one.
+        is_asleep: Whether to leave it out.
     """
     states = (
         (pybullet.ACTIVATION_STATE_ENABLE_SLEEPING, pybullet.ACTIVATION_STATE_SLEEP)
@@ -186,6 +209,10 @@ def set_asleep(client: int, robot: RobotBody, is_asleep: bool) -> None:
 
 def base_and_wheels(model: RobotModel, spec: RobotSpec) -> tuple[RigidGroup, list[RigidGroup]]:
     """Return the body of a robot, and its driven wheels in the order of the specification.
+
+    Args:
+        model: Its bodies; the first one is that of the robot.
+        spec: Names the joints of the driven wheels.
 
     Raises:
         RobotModelError: If the model lacks one of the wheels.

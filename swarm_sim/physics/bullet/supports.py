@@ -54,7 +54,12 @@ def find_supports(base: RigidGroup, wheels: Sequence[RigidGroup], spec: RobotSpe
 
 
 def depths(base: RigidGroup, level: float) -> list[tuple[str, float]]:
-    """Return the links that reach below the wheels' plane, and by how much [m], deepest first."""
+    """Return the links that reach below the wheels' plane, and by how much [m], deepest first.
+
+    Args:
+        base: Body of the robot.
+        level: [m] height of the wheels' plane in base_footprint, see `Supports`.
+    """
     found: dict[str, float] = {}
     for part, link in zip(base.parts, base.links, strict=True):
         low = _lowest(part)
@@ -63,7 +68,15 @@ def depths(base: RigidGroup, level: float) -> list[tuple[str, float]]:
 
 
 def heights(wheels: Sequence[RigidGroup], radius: float) -> FloatArray:
-    """Return by how much [m] the tyre of each driven wheel ends above the lowest one."""
+    """Return by how much [m] the tyre of each driven wheel ends above the lowest one.
+
+    Args:
+        wheels: The driven ones.
+        radius: [m] of a wheel whose shape does not tell it.
+
+    Returns:
+        (n,) in the order of `wheels`.
+    """
     ends = [w.parent_from_group[2, 3] - (radius_of(w) or radius) for w in wheels]
     return np.array(ends) - min(ends, default=0.0)
 

@@ -42,7 +42,7 @@ class Surroundings:
         """Add all bodies; call `release` before the robots come.
 
         Args:
-            client: Of the engine.
+            client: pybullet's id of the simulation.
             period: [s] of a step.
             bodies: Of the scene.
             objects: What can be pushed, and vehicles.
@@ -96,7 +96,11 @@ class Surroundings:
         return self.objects.reaches if len(self.objects) else NO_REACHES
 
     def add(self, body: Body) -> None:
-        """Take another object, behind all that can be pushed."""
+        """Take another object, behind all that can be pushed.
+
+        Args:
+            body: At its place in the world.
+        """
         if not body.is_static and not self._has_loose:
             self._has_loose = True
             self._configure()
@@ -105,7 +109,11 @@ class Surroundings:
         self.bodies.add(body)
 
     def remove(self, index: int) -> None:
-        """Take an object out; those behind it move up."""
+        """Take an object out; those behind it move up.
+
+        Args:
+            index: Of the thing among `Objects.loose`.
+        """
         self.bodies.remove(index)
         self.objects.remove(index)
 
