@@ -26,6 +26,13 @@ def check_map(
 ) -> None:
     """Compare a map with the world's geometry; see `map_difference.compare`.
 
+    Args:
+        scene: The world.
+        grid: The map.
+        height: [m] above ground of the plane that the map shows.
+        reach: Heights between which robots can touch something; None for a map of only what the
+            LiDAR sees.
+
     Raises:
         MapError: If more than `MAX_SHARE` of the occupied cells disagree; the message says how
             many, where, and by which shift the map would fit.
@@ -46,6 +53,10 @@ def _world(scene: Scene) -> str:
 def check_sites(scene: Scene, spec: RobotSpec) -> None:
     """Check that a robot fits at every station and corner of a circuit.
 
+    Args:
+        scene: World with its sites.
+        spec: Model of the robot.
+
     Raises:
         ConfigError: If an obstacle is nearer than the robot's circumscribed radius.
     """
@@ -64,6 +75,10 @@ def check_sites(scene: Scene, spec: RobotSpec) -> None:
 def check_walkers(scene: Scene, specs: Sequence[WalkerSpec]) -> None:
     """Check that walkers do not walk through obstacles.
 
+    Args:
+        scene: Its bodies count where they are at the start.
+        specs: The walkers.
+
     Raises:
         ConfigError: Naming the walker and the place where it would.
     """
@@ -74,6 +89,10 @@ def check_walkers(scene: Scene, specs: Sequence[WalkerSpec]) -> None:
 
 def check_vehicles(scene: Scene, specs: Sequence[VehicleSpec]) -> None:
     """Check that vehicles have room along their path, and to turn at its points.
+
+    Args:
+        scene: Its bodies count where they are at the start.
+        specs: The vehicles.
 
     Raises:
         ConfigError: Naming the vehicle and the place where it would hit something.

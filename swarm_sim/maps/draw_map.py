@@ -36,6 +36,9 @@ def draw_world(
         starts: Where robots start; around those beyond the obstacles there is open ground.
         reach: Heights of the robots' bodies, for what the LiDAR does not see: it is on the map,
             too. None for a map of only what the LiDAR sees.
+
+    Raises:
+        MapError: If it is too large; the message names a station that lies far from all obstacles.
     """
     section = section_between(scene.fixed, height, height)
     if reach is not None:
@@ -47,6 +50,12 @@ def draw_section(
     scene: Scene, section: Section, resolution: float, covered: FloatArray = NOWHERE
 ) -> Grid:
     """Return the map of a section through a world; what robots cannot reach is unknown.
+
+    Args:
+        scene: World with its sites: what robots reach from these is known.
+        section: What is drawn.
+        resolution: [m] per cell.
+        covered: Points (k, 2) that the map covers, too.
 
     Raises:
         MapError: If it is too large; the message names a station that lies far from all obstacles.
@@ -70,7 +79,11 @@ def draw_section(
 
 
 def reach_of(specs: Iterable[RobotSpec]) -> Reach:
-    """Return the heights between which robots can touch something."""
+    """Return the heights between which robots can touch something.
+
+    Args:
+        specs: Of all robots; the tallest one counts.
+    """
     return GROUND_GAP, max([spec.height for spec in specs], default=SCAN_HEIGHT)
 
 
@@ -107,12 +120,20 @@ def _open_ground(section: Section, starts: Sequence[Pose]) -> FloatArray:
 
 
 def accessible_points(scene: Scene) -> FloatArray:
-    """Return the points (n, 2) that robots must be able to reach: stations and circuits."""
+    """Return the points (n, 2) that robots must be able to reach: stations and circuits.
+
+    Args:
+        scene: World with its sites.
+    """
     return np.array([*site_points(scene).values()], dtype=np.float64).reshape(-1, 2)
 
 
 def site_points(scene: Scene) -> dict[str, tuple[float, float]]:
-    """Return by what they are called the stations and the corners of circuits."""
+    """Return by what they are called the stations and the corners of circuits.
+
+    Args:
+        scene: World with its sites.
+    """
     points = {f"station '{name}'": (pose.x, pose.y) for name, pose in scene.sites.stations.items()}
     for name, circuit in scene.sites.circuits.items():
         points |= {f"corner {i} of circuit '{name}'": xy for i, xy in enumerate(circuit, 1)}

@@ -55,7 +55,11 @@ class MapDifference:
         return self.wrong / max(1, self.total)
 
     def agrees(self, max_share: float = MAX_SHARE) -> bool:
-        """Return whether the map shows the world well enough."""
+        """Return whether the map shows the world well enough.
+
+        Args:
+            max_share: Of the occupied cells, that may disagree.
+        """
         return self.outside == "" and (self.total == 0 or self.wrong <= max_share * self.total)
 
     def describe(self) -> str:
@@ -70,6 +74,9 @@ class MapDifference:
 
     def save_picture(self, path: Path) -> None:
         """Draw the comparison as a PNG.
+
+        Args:
+            path: Of the file to write, whatever its ending.
 
         Raises:
             MapError: If the file cannot be written.
@@ -194,7 +201,12 @@ def _hint(truth: Mask, drawn: Mask, grid: Grid) -> str:
 
 
 def grown(mask: Mask, reach: int) -> Mask:
-    """Return a mask grown by `reach` cells in the eight directions."""
+    """Return a mask grown by `reach` cells in the eight directions.
+
+    Args:
+        mask: (height, width).
+        reach: Cells.
+    """
     from scipy.ndimage import maximum_filter  # slow to import
 
     grown: Mask = maximum_filter(mask, 2 * reach + 1, mode="constant")

@@ -60,7 +60,11 @@ def check_ways(scene: Scene, specs: Sequence[RobotSpec], poses: Sequence[Pose]) 
 
 
 def needed_width(spec: RobotSpec) -> float:
-    """Return the width [m] that a passage needs: long robots pass it straight."""
+    """Return the width [m] that a passage needs: long robots pass it straight.
+
+    Args:
+        spec: Model of the robot.
+    """
     half = spec.half_width if spec.is_oblong else spec.circumscribed_radius
     return 2.0 * (half + ROOM)
 
@@ -85,6 +89,12 @@ class Ways:
     """Distances to the nearest obstacle between ground and a robot's height, on a grid."""
 
     def __init__(self, scene: Scene, height: float) -> None:
+        """Lay out the grid.
+
+        Args:
+            scene: World with its sites, from which the grid is known.
+            height: [m] of the robot.
+        """
         from scipy.ndimage import distance_transform_edt  # slow to import
 
         self._labels: dict[float, NDArray[np.int32]] = {}  # of the last room asked for
@@ -98,13 +108,24 @@ class Ways:
         )
 
     def cut_off(self, starts: Sequence[Pose], target: Pose, room: float) -> list[Pose]:
-        """Return the starts without a way to the target that keeps `room` [m] from walls."""
+        """Return the starts from which no way leads to the target.
+
+        Args:
+            starts: In the map frame.
+            target: In the map frame; within `NEAR` of it is there.
+            room: [m] between the robot's centre and any wall.
+        """
         labels = self._parts(room)
         there = self._labels_near(labels, target)
         return [start for start in starts if not there & self._labels_near(labels, start)]
 
     def narrowest(self, start: Pose, target: Pose) -> Passage | None:
-        """Return the narrowest place of the widest way between two poses, None without any way."""
+        """Return the narrowest place of the widest way between two poses, None without any way.
+
+        Args:
+            start: In the map frame.
+            target: In the map frame.
+        """
         low, high = 0.5 * RESOLUTION, float(self._clear.max())
         if self.cut_off([start], target, low):
             return None

@@ -39,6 +39,9 @@ def draw_grid(
         resolution: [m] per cell.
         margin: [m] of map around the obstacles, seeds and covered points.
         covered: More points (k, 2) that the map covers.
+
+    Raises:
+        MapError: If it would have more than `MAX_CELLS` cells.
     """
     x_min, y_min, x_max, y_max = section.bounds()
     points = np.vstack((seeds, covered))
@@ -84,7 +87,15 @@ def connected(cells: NDArray[np.int8], seeds: NDArray[np.int64]) -> NDArray[np.b
 def draw_on(
     shape: tuple[int, int], resolution: float, origin_x: float, origin_y: float, section: Section
 ) -> Grid:
-    """Return a grid of a given shape and place on which a section is occupied, all else free."""
+    """Return a grid of a given shape and place on which a section is occupied, all else free.
+
+    Args:
+        shape: Rows and columns.
+        resolution: [m] per cell.
+        origin_x: [m] of the lower left corner.
+        origin_y: [m] of the lower left corner.
+        section: Obstacles; those beyond the grid do not count.
+    """
     grid = Grid(np.full(shape, FREE, np.int8), resolution, origin_x, origin_y)
     outlines = section.outlines()
     for outline in outlines:

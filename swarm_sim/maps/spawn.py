@@ -202,7 +202,15 @@ def _points(area: SpawnArea, pitch: float) -> FloatArray:
 
 
 def wall_distance(points: FloatArray, section: Section) -> FloatArray:
-    """Return the distance of each point (n, 2) to the nearest obstacle; 0 inside one."""
+    """Return the distance of each point (n, 2) to the nearest obstacle; 0 inside one.
+
+    Args:
+        points: [m] in the map frame.
+        section: Obstacles.
+
+    Returns:
+        (n,) [m]; inf where there is no obstacle at all.
+    """
     nearest = np.full(len(points), np.inf)
     outlines = pack_polygons(section.outlines())
     nearest_outline(np.ascontiguousarray(points), outlines, bounds_of(outlines), nearest)

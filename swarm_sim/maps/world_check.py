@@ -107,7 +107,20 @@ def checked(
 def differences(
     scene: Scene, scan_heights: Sequence[float], reach: Reach, *, with_physics: bool
 ) -> Iterator[Difference]:
-    """Return what differs; arguments as of `checked`."""
+    """Compare what is made of each fixed body with its triangles.
+
+    Args:
+        scene: The world.
+        scan_heights: [m] of the LiDARs above ground.
+        reach: Heights between which robots can touch something.
+        with_physics: Whether the bodies of the physics engine are looked at, too.
+
+    Yields:
+        What differs, body by body.
+
+    Raises:
+        ConfigError: If the physics engine is asked for and not installed.
+    """
     for body in scene.fixed:
         triangles = triangles_of([body])
         for height in scan_heights:
@@ -124,7 +137,12 @@ def differences(
 
 
 def picture(scene: Scene, reach: Reach) -> MapDifference:
-    """Return the map of a world compared with the triangles, on the map's cells."""
+    """Return the map of a world compared with the triangles, on the map's cells.
+
+    Args:
+        scene: The world; its fixed bodies count.
+        reach: Heights between which robots can touch something.
+    """
     section = section_between(scene.fixed, *reach)
     points = _few(points_along(triangles_between(triangles_of(scene.fixed), *reach), STEP))
     grid = draw_grid(section, points[:: max(1, len(points) // MOST_POINTS)])

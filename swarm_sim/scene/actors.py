@@ -92,6 +92,9 @@ class Actors:
 def load_actors(path: str | Path) -> Actors:
     """Return the actors in a file with lists `walkers:` and `forklifts:`.
 
+    Args:
+        path: Of the YAML file; poses in it are in the map frame.
+
     Raises:
         ConfigError: If the file is malformed; the message names file and key.
     """
@@ -107,6 +110,10 @@ def load_actors(path: str | Path) -> Actors:
 def parse_walkers(value: object, where: str) -> tuple[WalkerSpec, ...]:
     """Return the walkers in a YAML list; each item needs `path`, all else has a default.
 
+    Args:
+        value: As read from YAML.
+        where: What the value is in a file, for the message.
+
     Raises:
         ConfigError: If an item is unusable; the message begins with `where`.
     """
@@ -114,7 +121,15 @@ def parse_walkers(value: object, where: str) -> tuple[WalkerSpec, ...]:
 
 
 def check_names(specs: Sequence[WalkerSpec | VehicleSpec], where: str) -> None:
-    """Refuse a name that occurs twice."""
+    """Refuse a name that occurs twice.
+
+    Args:
+        specs: Of walkers and vehicles, whose names share one space.
+        where: Their file, for the message.
+
+    Raises:
+        ConfigError: Naming it.
+    """
     names = [spec.name for spec in specs]
     for name in names:
         if names.count(name) > 1:

@@ -22,6 +22,12 @@ def convex_pieces(polygon: Any) -> list[FloatArray]:
 
     The triangles of a triangulation are joined as long as they stay convex (after Hertel and
     Mehlhorn).
+
+    Args:
+        polygon: A shapely polygon [m], valid.
+
+    Returns:
+        Each with at most `MAX_CORNERS` corners; dents of a few millimetres are filled.
     """
     if _is_convex(polygon):
         return _rings(shapely.convex_hull(polygon))

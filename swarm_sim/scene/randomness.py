@@ -13,7 +13,15 @@ GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 
 
 def hash_words(*coordinates: int | NDArray[np.int64]) -> NDArray[np.uint64]:
-    """Return one word per broadcast combination of the coordinates (SplitMix64, chained)."""
+    """Return one word per broadcast combination of the coordinates (SplitMix64, chained).
+
+    Args:
+        *coordinates: What the number is for: seed, tick, indices; integers, or arrays that
+            broadcast.
+
+    Returns:
+        uint64 of the broadcast shape; a single number for plain integers.
+    """
     shape = np.broadcast_shapes(*(np.shape(part) for part in coordinates))
     words = np.zeros(shape, np.uint64)
     with np.errstate(over="ignore"):
@@ -23,12 +31,20 @@ def hash_words(*coordinates: int | NDArray[np.int64]) -> NDArray[np.uint64]:
 
 
 def uniform(words: NDArray[np.uint64]) -> NDArray[np.float64]:
-    """Return numbers in [0, 1) made of words."""
+    """Return numbers in [0, 1) made of words.
+
+    Args:
+        words: Of `hash_words`; 53 bits of each count.
+    """
     return (words >> np.uint64(11)).astype(np.float64) * 2.0**-53
 
 
 def normal(words: NDArray[np.uint64]) -> NDArray[np.float64]:
-    """Return standard normal numbers made of words (Box and Muller)."""
+    """Return standard normal numbers made of words (Box and Muller).
+
+    Args:
+        words: Of `hash_words`; one number comes of each.
+    """
     first = ((words >> np.uint64(32)).astype(np.float64) + 1.0) * 2.0**-32
     second = (words & np.uint64(0xFFFFFFFF)).astype(np.float64) * 2.0**-32
     result: NDArray[np.float64] = np.sqrt(-2.0 * np.log(first)) * np.cos(2.0 * np.pi * second)

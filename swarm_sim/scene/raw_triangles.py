@@ -26,13 +26,22 @@ NONE: FloatArray = np.zeros((0, 3, 3))
 
 
 def triangles_of(bodies: Iterable[Body]) -> FloatArray:
-    """Return the triangles (n, 3, 3) of bodies in the world; planes have none."""
+    """Return the triangles (n, 3, 3) of bodies in the world; planes have none.
+
+    Args:
+        bodies: At their places.
+    """
     corners = [triangles_of_part(part, body) for body in bodies for part in body.parts]
     return np.concatenate([NONE, *corners])
 
 
 def triangles_of_part(part: Part, body: Body) -> FloatArray:
-    """Return the triangles (n, 3, 3) of a part in the world."""
+    """Return the triangles (n, 3, 3) of a part in the world.
+
+    Args:
+        part: Of the body.
+        body: At its place.
+    """
     world_from_part = body.world_from_body @ part.body_from_part
     turned = _triangles(part.shape) @ world_from_part[:3, :3].T
     triangles: FloatArray = turned + world_from_part[:3, 3]
@@ -40,7 +49,16 @@ def triangles_of_part(part: Part, body: Body) -> FloatArray:
 
 
 def tiles_between(triangles: FloatArray, low: float, high: float) -> FloatArray:
-    """Return the bounds (k, 4), x_min, y_min, x_max, y_max, of the parts in a slab, in squares."""
+    """Return bounds of the triangles that reach into a slab, those of each square of `TILE` joined.
+
+    Args:
+        triangles: (m, 3, 3) [m] corners in the world.
+        low: [m] height of the lower end.
+        high: [m] height of the upper end.
+
+    Returns:
+        (k, 4) [m]: x_min, y_min, x_max, y_max.
+    """
     heights = triangles[:, :, 2]
     near = triangles[(heights.max(axis=1) >= low) & (heights.min(axis=1) <= high)]
     if not len(near):
@@ -57,7 +75,12 @@ def tiles_between(triangles: FloatArray, low: float, high: float) -> FloatArray:
 
 
 def cuts(triangles: FloatArray, level: float) -> FloatArray:
-    """Return the segments (n, 2, 2) in which a horizontal plane cuts triangles (m, 3, 3)."""
+    """Return the segments (n, 2, 2) in which a horizontal plane cuts triangles (m, 3, 3).
+
+    Args:
+        triangles: (m, 3, 3) [m] corners in the world.
+        level: [m] height of the plane.
+    """
     above = triangles[:, :, 2] > level
     crossing = triangles[above.any(axis=1) & ~above.all(axis=1)]
     # The corner that is alone on its side of the plane is in both edges that are cut.
@@ -78,6 +101,11 @@ def triangles_between(triangles: FloatArray, low: float, high: float) -> FloatAr
     """Return the outline (k, 2, 2), from above, of the parts of triangles between two heights.
 
     It consists of the clipped edges and of the cuts at both heights.
+
+    Args:
+        triangles: (m, 3, 3) [m] corners in the world.
+        low: [m] height of the lower end.
+        high: [m] height of the upper end.
     """
     heights = triangles[:, :, 2]
     near = triangles[(heights.max(axis=1) >= low) & (heights.min(axis=1) <= high)]
@@ -98,7 +126,12 @@ def triangles_between(triangles: FloatArray, low: float, high: float) -> FloatAr
 
 
 def points_along(segments: FloatArray, step: float) -> FloatArray:
-    """Return points (k, 2) at most `step` apart on segments (n, 2, 2), their ends among them."""
+    """Return points (k, 2) at most `step` apart on segments (n, 2, 2), their ends among them.
+
+    Args:
+        segments: In any frame.
+        step: [m]
+    """
     if not len(segments):
         return np.zeros((0, 2))
     along = segments[:, 1] - segments[:, 0]

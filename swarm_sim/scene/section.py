@@ -34,7 +34,11 @@ class Section:
         return np.vstack(edges) if edges else np.zeros((0, 4))
 
     def outlines(self, rim_points: int = RIM_POINTS) -> tuple[FloatArray, ...]:
-        """Return polygons and, as polygons drawn around them, discs."""
+        """Return polygons and, as polygons drawn around them, discs.
+
+        Args:
+            rim_points: Corners of the polygon that is drawn around a disc.
+        """
         return self.polygons + tuple(_around_disc(disc, rim_points) for disc in self.discs)
 
     def bounds(self) -> tuple[float, float, float, float]:
@@ -48,7 +52,11 @@ class Section:
 
 
 def joined(*sections: Section) -> Section:
-    """Return what any of several sections has."""
+    """Return what any of several sections has.
+
+    Args:
+        *sections: In the same frame.
+    """
     polygons = [(p, n) for s in sections for p, n in zip(s.polygons, s.names, strict=False)]
     discs = [n for s in sections for n in s.names[len(s.polygons) :]]
     return Section(
@@ -59,12 +67,26 @@ def joined(*sections: Section) -> Section:
 
 
 def section_at(scene: Scene, height: float) -> Section:
-    """Return what a horizontal plane at this height cuts."""
+    """Return what a horizontal plane at this height cuts.
+
+    Args:
+        scene: Its movable bodies count where they are at the start.
+        height: [m] above the ground.
+    """
     return section_between(scene.bodies, height, height)
 
 
 def section_between(bodies: Iterable[Body], low: float, high: float) -> Section:
-    """Return the bodies between two heights, seen from above, without planes (the ground)."""
+    """Return the bodies between two heights, seen from above, without planes (the ground).
+
+    Args:
+        bodies: At their places; the section is in their frame.
+        low: [m] height of the lower end.
+        high: [m] height of the upper end; may equal `low` for the cut of a plane.
+
+    Returns:
+        Polygons are convex; upright cylinders and spheres are discs.
+    """
     polygons: list[FloatArray] = []
     discs: list[tuple[float, float, float]] = []
     polygon_names: list[str] = []
@@ -147,7 +169,14 @@ def _hull_between(
 
 
 def convex_hull(points: FloatArray) -> FloatArray:
-    """Return the corners of the convex hull, counter-clockwise (Andrew's monotone chain)."""
+    """Return the corners of the convex hull, counter-clockwise (Andrew's monotone chain).
+
+    Args:
+        points: (n, 2), in any order.
+
+    Returns:
+        (k, 2), rounded to 1e-9; fewer than 3 corners if all points lie on a line.
+    """
     ordered = sorted({(round(float(x), 9), round(float(y), 9)) for x, y in points})
     if len(ordered) < 3:
         return np.array(ordered).reshape(-1, 2)

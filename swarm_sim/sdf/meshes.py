@@ -58,6 +58,9 @@ def load_mesh(path: Path, scale: tuple[float, ...], submesh: str = "") -> Mesh:
 def hull_of(mesh: Mesh) -> Hull:
     """Return the convex hull of a mesh.
 
+    Args:
+        mesh: With at least four vertices that are not in one plane.
+
     Raises:
         WorldError: If the mesh is flat.
     """

@@ -45,7 +45,15 @@ class ModelPaths:
         return None
 
     def candidates(self, uri: str, here: Path) -> Iterator[Path]:
-        """Return where a URI is searched, in order."""
+        """Yield where a URI is searched, in order.
+
+        Args:
+            uri: ``model://``, ``package://``, ``file://``, of Gazebo Fuel, or a path.
+            here: Folder of the file that the URI is in.
+
+        Yields:
+            Paths, whether something is there or not.
+        """
         scheme, _, rest = uri.strip().rpartition("://")
         if scheme == "model":
             yield from (folder / _name(rest) for folder in self._model_folders(here))

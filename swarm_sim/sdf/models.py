@@ -214,7 +214,14 @@ def _without_model(root: ET.Element, uri: str, file: Path, source: Source) -> No
 
 
 def model_file(path: Path) -> Path:
-    """Return the SDF file of a model's folder: the newest that we read."""
+    """Return the SDF file of a model's folder: the newest that we read.
+
+    Args:
+        path: Of the folder; a file is returned as it is.
+
+    Raises:
+        WorldError: If the folder names no SDF file that is there.
+    """
     if path.is_file():
         return path.resolve()
     config = path / "model.config"

@@ -48,7 +48,13 @@ class Source:
     broken: dict[str, str] = field(default_factory=dict)  # why models are unusable, by name
 
     def find(self, uri: str, here: Path, user: str) -> Path | None:
-        """Return the file of a URI; if it is nowhere, remember that and return None."""
+        """Return the file of a URI; if it is nowhere, remember that and return None.
+
+        Args:
+            uri: ``model://``, ``package://``, ``file://``, of Gazebo Fuel, or a path.
+            here: Folder of the file that the URI is in.
+            user: What needs the file, for the message.
+        """
         found = self.paths.find(uri, here)
         if found is None:
             self.missing.setdefault(uri, user)
@@ -60,18 +66,31 @@ class Source:
         return found
 
     def ignore(self, parent: ET.Element) -> None:
-        """Count the children of an element that are left out."""
+        """Count the children of an element that are left out.
+
+        Args:
+            parent: World, model, link or joint.
+        """
         for child in parent:
             if child.tag in IGNORED:
                 self.ignored[child.tag] += 1
 
     def remark(self, text: str) -> None:
-        """Add a note, once."""
+        """Add a note, once.
+
+        Args:
+            text: For the user.
+        """
         if text not in self.remarks:
             self.remarks.append(text)
 
     def break_off(self, model: str, cause: WorldError) -> None:
-        """Note that a model is unusable; `check` refuses it, or leaves it out."""
+        """Note that a model is unusable; `check` refuses it, or leaves it out.
+
+        Args:
+            model: Its full name.
+            cause: What is wrong with it.
+        """
         self.broken.setdefault(model, str(cause))
 
     def check(self) -> None:
@@ -128,6 +147,10 @@ class Source:
 def parse_sdf(path: Path, source: Source) -> ET.Element:
     """Return the outermost element of an SDF file.
 
+    Args:
+        path: Of the file.
+        source: Takes a note if the version is newer than we know.
+
     Raises:
         WorldError: If it is not XML, not SDF, or of a version that we do not read.
     """
@@ -145,6 +168,9 @@ def parse_sdf(path: Path, source: Source) -> ET.Element:
 def parse_xml(path: Path) -> ET.Element:
     """Return the outermost element of an XML file; a bare & is one, as for Gazebo.
 
+    Args:
+        path: Of the file.
+
     Raises:
         ParseError, OSError, ValueError, LookupError: If it cannot be read.
     """
@@ -161,6 +187,11 @@ def parse_xml(path: Path) -> ET.Element:
 def check_sdf(root: ET.Element, path: Path, source: Source) -> None:
     """Check the outermost element of an SDF file.
 
+    Args:
+        root: The outermost element.
+        path: Of the file, for the message.
+        source: Takes a note if the version is newer than we know.
+
     Raises:
         WorldError: If it is not SDF, or of a version that we do not read.
     """
@@ -174,6 +205,10 @@ def check_sdf(root: ET.Element, path: Path, source: Source) -> None:
 
 def version_of(root: ET.Element, path: Path) -> tuple[int, int]:
     """Return the version that an `<sdf>` element states.
+
+    Args:
+        root: `<sdf>`, in a world file or a model.config.
+        path: Of the file, for the message.
 
     Raises:
         WorldError: If it states none or one that we do not read.

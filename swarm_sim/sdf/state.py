@@ -27,6 +27,10 @@ class WorldState:
 def state_of(world: ET.Element, source: Source) -> WorldState:
     """Return what the `<state>` elements of a world say; the last one counts.
 
+    Args:
+        world: `<world>`, or `<sdf>` without one.
+        source: Takes notes of what is ignored.
+
     Raises:
         WorldError: If a pose is malformed.
     """

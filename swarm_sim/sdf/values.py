@@ -17,12 +17,23 @@ TRUE_WORDS = ("true", "1")
 
 
 def text_of(element: ET.Element, tag: str, default: str = "") -> str:
-    """Return the text of a child, or the default."""
+    """Return the text of a child, or the default.
+
+    Args:
+        element: The parent.
+        tag: Of the child; a path like `submesh/name` is possible.
+        default: Where there is no child, or no text in it.
+    """
     return (element.findtext(tag) or default).strip()
 
 
 def flag_of(element: ET.Element, tag: str) -> bool:
-    """Return whether a child says true."""
+    """Return whether a child says true.
+
+    Args:
+        element: The parent.
+        tag: Of the child; one that is missing says false.
+    """
     return text_of(element, tag).lower() in TRUE_WORDS
 
 
@@ -52,6 +63,12 @@ def floats_of(element: ET.Element | None, count: int, default: str, where: str) 
 def sizes_of(element: ET.Element, tag: str, count: int, where: str) -> list[float]:
     """Return the lengths [m] in a child, which must be there.
 
+    Args:
+        element: The parent.
+        tag: Of the child.
+        count: Of lengths.
+        where: What the element belongs to, for the message.
+
     Raises:
         WorldError: If it is missing, or a length is not positive or of an absurd scale.
     """
@@ -70,12 +87,30 @@ def sizes_of(element: ET.Element, tag: str, count: int, where: str) -> list[floa
 
 
 def pose_of(element: ET.Element, where: str) -> Transform:
-    """Return the `<pose>` of an element; the identity if it has none."""
+    """Return the `<pose>` of an element; the identity if it has none.
+
+    Args:
+        element: The parent of the `<pose>`.
+        where: What the element belongs to, for the message.
+
+    Returns:
+        (4, 4), in the frame that the pose refers to.
+
+    Raises:
+        WorldError: If it is malformed, or farther away than `MAX_PLACE`.
+    """
     return transform_of(element.find("pose"), where)
 
 
 def transform_of(pose: ET.Element | None, where: str) -> Transform:
     """Return a `<pose>`: x, y, z and roll, pitch, yaw, or a quaternion.
+
+    Args:
+        pose: None for the identity, as is one without text.
+        where: What the element belongs to, for the message.
+
+    Returns:
+        (4, 4) [m].
 
     Raises:
         WorldError: If it is malformed, or farther away than `MAX_PLACE`.
@@ -101,7 +136,15 @@ def transform_of(pose: ET.Element | None, where: str) -> Transform:
 
 
 def color_of(element: ET.Element | None, where: str) -> Color | None:
-    """Return red, green, blue and opacity from 0 to 1; None without an element."""
+    """Return red, green, blue and opacity from 0 to 1; None without an element.
+
+    Args:
+        element: With 3 or 4 numbers, which are clipped to 0 to 1.
+        where: What the element belongs to, for the message.
+
+    Raises:
+        WorldError: If it has other than 3 or 4 numbers.
+    """
     if element is None:
         return None
     words = (element.text or "").split()
