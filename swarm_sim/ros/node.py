@@ -26,7 +26,14 @@ from swarm_sim.ros.world_node import WorldNode
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the world until it is told to stop; returns the exit code."""
+    """Run the world until it is told to stop.
+
+    Args:
+        arguments: Of the command line; None for those of the process.
+
+    Returns:
+        The exit code: 0, or 2 if the settings are refused.
+    """
     options = child_options("World of a swarm", arguments)
     events = EventWriter(options.event_fd)
     try:

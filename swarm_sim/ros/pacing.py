@@ -11,20 +11,36 @@ class Throttle:
     """When the next tick is due."""
 
     def __init__(self, speed: float | None) -> None:
-        """Take the speed in times real time; None does not throttle."""
+        """Begin without a tick that is due.
+
+        Args:
+            speed: Times real time; None does not throttle.
+        """
         self._due = 0.0
         self.set_speed(speed)
 
     def set_speed(self, speed: float | None) -> None:
-        """Change the speed."""
+        """Change the speed.
+
+        Args:
+            speed: Times real time; None does not throttle.
+        """
         self._period = None if speed is None else CONTROL_PERIOD / speed
 
     def start(self, now: float) -> None:
-        """Begin to count at wall time `now`."""
+        """Begin to count.
+
+        Args:
+            now: Wall time [s].
+        """
         self._due = now
 
     def wait_after_tick(self, now: float) -> float:
-        """Return how long [s] to wait before the next tick, at the end of one."""
+        """Return how long [s] to wait before the next tick, at the end of one.
+
+        Args:
+            now: Wall time [s].
+        """
         if self._period is None:
             return 0.0
         self._due = max(self._due + self._period, now - MAX_LAG)
@@ -35,11 +51,20 @@ class Rate:
     """True at most once per period of wall time."""
 
     def __init__(self, period: float) -> None:
+        """Begin; the first question is answered with True.
+
+        Args:
+            period: [s] of wall time.
+        """
         self._period = period
         self._last = float("-inf")
 
     def is_due(self, now: float) -> bool:
-        """Whether it is time; a True starts the next period."""
+        """Whether it is time; a True starts the next period.
+
+        Args:
+            now: Wall time [s].
+        """
         if now - self._last < self._period - 1e-6:
             return False
         self._last = now
@@ -54,11 +79,21 @@ class SpeedMeter:
         self.factor = 0.0
 
     def start(self, now: float, sim_time: float) -> None:
-        """Begin to measure."""
+        """Begin to measure.
+
+        Args:
+            now: Wall time [s].
+            sim_time: Simulated time [s].
+        """
         self._wall, self._sim = now, sim_time
 
     def update(self, now: float, sim_time: float) -> None:
-        """Measure since the last call."""
+        """Measure since the last call.
+
+        Args:
+            now: Wall time [s].
+            sim_time: Simulated time [s].
+        """
         if now > self._wall:
             self.factor = (sim_time - self._sim) / (now - self._wall)
         self.start(now, sim_time)

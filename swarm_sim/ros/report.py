@@ -31,6 +31,14 @@ class Reporter:
     """The topic /sim/verdict, and events for swarm-up."""
 
     def __init__(self, node: Node, world: World, barrier: Barrier, events: EventWriter) -> None:
+        """Create the topic.
+
+        Args:
+            node: Of the world.
+            world: Asked for its verdict.
+            barrier: Knows who answers, and how often nobody did.
+            events: To swarm-up.
+        """
         self._world = world
         self._barrier = barrier
         self._events = events
@@ -39,12 +47,22 @@ class Reporter:
         self._verdict = node.create_publisher(VerdictMsg, "/sim/verdict", ros_io.RELIABLE)
 
     def start(self, now: float) -> None:
-        """Time runs from now on (wall time)."""
+        """Begin to count the time of the run.
+
+        Args:
+            now: Wall time [s].
+        """
         self._started = now
         self._meter.start(now, self._world.sim_time)
 
     def report(self, tick: int, robots: int, *, is_paused: bool) -> None:
-        """Say how things are, `robots` being how many there are."""
+        """Say how things are.
+
+        Args:
+            tick: Current tick.
+            robots: How many there are.
+            is_paused: Whether time stands still on request.
+        """
         self._meter.update(time.monotonic(), self._world.sim_time)
         verdict = self._world.verdict
         message = VerdictMsg(stamp=ros_io.time_msg(tick))
@@ -69,11 +87,19 @@ class Reporter:
         )
 
     def collision(self, collision: Collision) -> None:
-        """Tell of a collision."""
+        """Tell of a collision.
+
+        Args:
+            collision: That has just begun.
+        """
         self._events.write(CollisionBegan(collision))
 
     def final(self, path: str | None) -> dict[str, Any]:
-        """Return the verdict of the run, and write it if `path` says where."""
+        """Return the verdict of the run, and write it if `path` says where.
+
+        Args:
+            path: Of the file to write; None for none. A disk that is full is no error.
+        """
         wall_time = time.monotonic() - self._started
         usage = resource.getrusage(resource.RUSAGE_SELF)
         data = self._world.verdict.as_json() | {

@@ -74,6 +74,10 @@ class Settings:
 def parse_settings(data: Mapping[str, Any], where: str) -> Settings:
     """Return the settings in a JSON object.
 
+    Args:
+        data: Keys are the names of the fields of `Settings`.
+        where: Source of the data, for the message.
+
     Raises:
         ConfigError: If a key is unknown or a value impossible.
     """
@@ -101,7 +105,14 @@ def _parse_robot(
 
 
 def read_settings(path: str | Path) -> Settings:
-    """Return the settings in a JSON file."""
+    """Return the settings in a JSON file.
+
+    Args:
+        path: Of the file.
+
+    Raises:
+        ConfigError: If it cannot be read, a key is unknown or a value impossible.
+    """
     try:
         data = json.loads(Path(path).read_text(encoding="utf-8"))
     except (OSError, ValueError) as cause:

@@ -29,7 +29,12 @@ class Trace:
     """
 
     def __init__(self, journal: Journal, names: Sequence[str]) -> None:
-        """Begin; `names` may grow while the run goes on."""
+        """Begin; the names of the robots are written first.
+
+        Args:
+            journal: Open file, a JSON object per line.
+            names: Of the robots; the list may grow while the run goes on.
+        """
         self._journal = journal
         self._names = names
         self._clearances = np.full((0, 2), NEAR)
@@ -78,6 +83,10 @@ def _whole(values: FloatArray) -> NDArray[np.int64]:
 
 def begin_trace(folder: Path, stage: WorldSetup) -> Trace:
     """Write the map that the robots get into a folder, and begin the time series beside it.
+
+    Args:
+        folder: Which is there.
+        stage: World at its start.
 
     Raises:
         ConfigError: If the folder cannot be written.

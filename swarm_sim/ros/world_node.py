@@ -79,6 +79,9 @@ class WorldNode:
             settings: What to do with it.
             events: For swarm-up.
             is_large: What `participants.prepare` returned.
+
+        Raises:
+            ConfigError: If `trace_dir` cannot be written.
         """
         self._world = stage.world
         self._settings = settings
@@ -135,7 +138,11 @@ class WorldNode:
         self._is_stopped = True
 
     def listen(self, control_fd: int) -> None:
-        """Take commands from a pipe."""
+        """Take commands from a pipe.
+
+        Args:
+            control_fd: File descriptor of the end to read from.
+        """
         self._control = MessageReader(control_fd, WORLD)
 
     def run(self) -> None:
@@ -162,7 +169,11 @@ class WorldNode:
         self._moves.settle(lambda: self._is_stopped)
 
     def on_arrival(self, arrival: Arrival) -> None:
-        """Let a robot that has come take part."""
+        """Let a robot that has come take part.
+
+        Args:
+            arrival: With its index, model and place.
+        """
         robot, spec = arrival.index, arrival.robot.spec
         if self._links.add(robot, arrival.name, spec, arrival.robot.urdf):
             self._barrier.add()
@@ -181,7 +192,11 @@ class WorldNode:
         )
 
     def on_removal(self, robot: int) -> None:
-        """Let a robot that was taken out no longer take part."""
+        """Let a robot that was taken out no longer take part.
+
+        Args:
+            robot: Index of the robot.
+        """
         self._moves.forget(robot)
         name = self._links.remove(robot)
         self._barrier.lose(robot)
@@ -189,7 +204,12 @@ class WorldNode:
         self._events.write(RobotRemoved(name, self._world.sim_time))
 
     def on_move(self, robot: int, pose_map: Pose) -> None:
-        """Tell a robot that it was put elsewhere; it stands until its beacon says so, too."""
+        """Tell a robot that it was put elsewhere; it stands until its beacon says so, too.
+
+        Args:
+            robot: Index of the robot.
+            pose_map: Where it is now.
+        """
         speaks = self._world.last_beacons[robot] is not None  # a foreign navigator does not
         patience = LIMIT if self._barrier.expects(robot) else 0.0
         self._moves.tell(

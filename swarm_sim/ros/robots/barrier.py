@@ -48,7 +48,11 @@ class Barrier:
         return sum(self._expected) if self._expects else self._last_answers
 
     def open(self, now: float) -> None:
-        """Begin a tick at wall time `now`."""
+        """Begin a tick.
+
+        Args:
+            now: Wall time [s].
+        """
         self._answered = [False] * len(self._answered)
         self._opened_at = self._looked_at = now
 
@@ -60,37 +64,66 @@ class Barrier:
         self.welcome(len(self._expected) - 1)
 
     def welcome(self, robot: int) -> None:
-        """Wait for a robot whose navigator is about to start."""
+        """Wait for a robot whose navigator is about to start.
+
+        Args:
+            robot: Index of the robot.
+        """
         self._expected[robot] = self._expects
         self._is_dead[robot] = False
         self._newcomers.add(robot)
 
     def answer(self, robot: int) -> None:
-        """Note a robot's whole answer to the present tick; lockstep waits for it from now on."""
+        """Note a robot's whole answer to the present tick; lockstep waits for it from now on.
+
+        Args:
+            robot: Index of the robot.
+        """
         self._answered[robot] = True
         self._newcomers.discard(robot)
         self._expected[robot] = self._expects
         self._is_dead[robot] = False
 
     def lose(self, robot: int) -> None:
-        """Wait no longer for a robot whose process is gone."""
+        """Wait no longer for a robot whose process is gone.
+
+        Args:
+            robot: Index of the robot.
+        """
         self._expected[robot] = False
         self._is_dead[robot] = True
 
     def hear(self, robot: int) -> None:
-        """Wait again for a late robot that keeps up, although its answers come too late."""
+        """Wait again for a late robot that keeps up, although its answers come too late.
+
+        Args:
+            robot: Index of the robot.
+        """
         self._expected[robot] = self._expects and not self._is_dead[robot]
 
     def note_silence(self, robot: int, since: float) -> None:
-        """Let the limit of a robot run from a wall time on, not anew from each tick."""
+        """Let the limit of a robot run from a wall time on, not anew from each tick.
+
+        Args:
+            robot: Index of the robot.
+            since: Wall time [s] at which its host was heard last.
+        """
         self._silent_since[robot] = since
 
     def end_silence(self, robot: int) -> None:
-        """Let a robot have the whole limit for each tick again."""
+        """Let a robot have the whole limit for each tick again.
+
+        Args:
+            robot: Index of the robot.
+        """
         self._silent_since.pop(robot, None)
 
     def expects(self, robot: int) -> bool:
-        """Whether a robot is waited for."""
+        """Whether a robot is waited for.
+
+        Args:
+            robot: Index of the robot.
+        """
         return self._expected[robot]
 
     def missing(self) -> Sequence[int]:
@@ -104,7 +137,11 @@ class Barrier:
         ]
 
     def is_complete(self, now: float) -> bool:
-        """Whether the tick may be executed at wall time `now`."""
+        """Whether the tick may be executed; robots whose limit has passed are late from now on.
+
+        Args:
+            now: Wall time [s].
+        """
         missing = self.missing()
         self._look(now)
         if not self._has_started:

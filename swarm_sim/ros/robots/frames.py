@@ -31,7 +31,11 @@ class Joint:
 
 
 def read_joints(urdf: str) -> list[Joint]:
-    """Return the joints of a URDF text that `robot_model` has accepted."""
+    """Return the joints of a URDF text that `robot_model` has accepted.
+
+    Args:
+        urdf: The text.
+    """
     return [_joint(element) for element in ET.fromstring(urdf).findall("joint")]
 
 
@@ -59,7 +63,11 @@ def _numbers(text: str | None, default: str) -> FloatArray:
 
 
 def from_rpy(rpy: Sequence[float] | FloatArray) -> Quaternion:
-    """Return the quaternion of URDF's roll, pitch, yaw."""
+    """Return the quaternion of URDF's roll, pitch, yaw.
+
+    Args:
+        rpy: [rad]
+    """
     (sr, cr), (sp, cp), (sy, cy) = ((math.sin(0.5 * a), math.cos(0.5 * a)) for a in rpy)
     return (
         sr * cp * cy - cr * sp * sy,
@@ -70,7 +78,12 @@ def from_rpy(rpy: Sequence[float] | FloatArray) -> Quaternion:
 
 
 def product(a: Quaternion, b: Quaternion) -> Quaternion:
-    """Return the quaternion a ∘ b."""
+    """Return the quaternion a ∘ b.
+
+    Args:
+        a: Applied last.
+        b: Applied first.
+    """
     ax, ay, az, aw = a
     bx, by, bz, bw = b
     return (
@@ -82,7 +95,11 @@ def product(a: Quaternion, b: Quaternion) -> Quaternion:
 
 
 def fixed_transforms(joints: Sequence[Joint]) -> list[TransformStamped]:
-    """Return what belongs on tf_static."""
+    """Return what belongs on tf_static.
+
+    Args:
+        joints: Of `read_joints`.
+    """
     return [
         transform_msg(joint.parent, joint.child, joint.xyz, joint.quaternion, 0)
         for joint in joints
@@ -93,7 +110,13 @@ def fixed_transforms(joints: Sequence[Joint]) -> list[TransformStamped]:
 def moving_transforms(
     joints: Sequence[Joint], positions: Mapping[str, float], tick: int
 ) -> list[TransformStamped]:
-    """Return the transforms of the joints that move; unknown positions count as zero."""
+    """Return the transforms of the joints that move; unknown positions count as zero.
+
+    Args:
+        joints: Of `read_joints`.
+        positions: [rad] or [m] by name of the joint.
+        tick: Current tick.
+    """
     return [
         _moved(joint, positions.get(joint.name, 0.0), tick)
         for joint in joints
@@ -111,7 +134,12 @@ def _moved(joint: Joint, position: float, tick: int) -> TransformStamped:
 
 
 def rotated(quaternion: Quaternion, vector: FloatArray) -> FloatArray:
-    """Return the vector turned by a unit quaternion."""
+    """Return the vector turned by a unit quaternion.
+
+    Args:
+        quaternion: Of length 1.
+        vector: (3,).
+    """
     axis, w = np.array(quaternion[:3]), quaternion[3]
     cross = 2.0 * np.cross(axis, vector)
     return vector + w * cross + np.cross(axis, cross)

@@ -18,6 +18,11 @@ class Hosts:
     """Knows which robots are on which host, and sends each host its batch."""
 
     def __init__(self, node: Node) -> None:
+        """Begin with all robots on this host.
+
+        Args:
+            node: Of the world.
+        """
         self._node = node
         self._batches: dict[str, tuple[Any, BatchWriter]] = {}  # publisher and writer, by host
         self._place_of: dict[int, tuple[str, int]] = {}  # host and robot's number, by index
@@ -36,11 +41,20 @@ class Hosts:
         self._place_of |= {robot: (host, number) for robot, number in robots.items()}
 
     def has(self, robot: int) -> bool:
-        """Whether a robot is on another host."""
+        """Whether a robot is on another host.
+
+        Args:
+            robot: Index of the robot.
+        """
         return robot in self._place_of
 
     def publish(self, tick: int, receptions: Mapping[int, Reception]) -> None:
-        """Send what robots on other hosts hear, by their index, at a tick."""
+        """Send to other hosts what their robots hear.
+
+        Args:
+            tick: Current tick.
+            receptions: By index of the robot; only of robots on other hosts.
+        """
         by_host: dict[str, dict[int, Reception]] = {}
         for robot, reception in receptions.items():
             host, number = self._place_of[robot]

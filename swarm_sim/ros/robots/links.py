@@ -184,13 +184,21 @@ class RobotLink:
                 node.destroy_publisher(publisher)
 
     def open(self, tick: int) -> None:
-        """Forget the last answer: `tick` is in hand now."""
+        """Begin a tick: forget the last answer.
+
+        Args:
+            tick: Current tick.
+        """
         self._tick = tick
         self.command = self._other = None
         self.beacon = None
 
     def publish(self, observation: Observation) -> None:
-        """Publish what the robot senses at the present tick; may be repeated."""
+        """Publish what the robot senses at the present tick; may be repeated.
+
+        Args:
+            observation: Of the robot, at that tick.
+        """
         if self.is_gone:
             return
         odom, scan = observation.odom, observation.scan
@@ -253,7 +261,13 @@ class RobotLink:
     def publish_for_viewers(
         self, pose_odom: Pose, joints: tuple[list[str], list[float], list[float]] | None
     ) -> None:
-        """Publish tf and joint_states; `joints` holds names, positions and velocities."""
+        """Publish tf and joint_states, as far as somebody wants them.
+
+        Args:
+            pose_odom: Of base_footprint in the robot's odom frame.
+            joints: Names, positions [rad] and velocities [rad/s] of the wheels; None if they are
+                not known.
+        """
         tick = self._tick
         names, positions, velocities = joints or ([], [], [])
         if self.wants_tf:
@@ -267,7 +281,11 @@ class RobotLink:
             self._joint_states.publish(message)
 
     def publish_imu(self, imu: Imu) -> None:
-        """Publish what the IMU reads; a variance of 0 stands for unknown."""
+        """Publish what the IMU reads; a variance of 0 stands for unknown.
+
+        Args:
+            imu: Reading of the present tick.
+        """
         message = ImuMsg(header=ros_io.header(imu.tick, IMU_FRAME))
         half = 0.5 * imu.yaw
         message.orientation.z, message.orientation.w = math.sin(half), math.cos(half)
@@ -277,7 +295,12 @@ class RobotLink:
         self._imu.publish(message)
 
     def publish_truth(self, pose_map: Pose, twist: Twist) -> None:
-        """Publish the true pose for the operator."""
+        """Publish the true pose for the operator.
+
+        Args:
+            pose_map: Of base_footprint.
+            twist: In base_footprint.
+        """
         self._truth.publish(self._truth_writer.encode(self._tick, pose_map, twist))
 
     def fresh_command(self) -> Twist | None:

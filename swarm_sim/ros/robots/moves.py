@@ -35,7 +35,7 @@ class Relocation:
             node: Of the world.
             name: Of the robot.
             pose_map: Where it is now.
-            tick: Control present tick.
+            tick: Current tick.
             deadline: Wall time until which it is worth waiting.
         """
         self.deadline = deadline
@@ -91,6 +91,11 @@ class Moves:
     """All robots that were put elsewhere and may not know it yet."""
 
     def __init__(self, node: Node) -> None:
+        """Begin with nobody to tell.
+
+        Args:
+            node: Of the world.
+        """
         self._node = node
         self._relocations: dict[int, Relocation] = {}
         self._unsure: dict[int, Pose] = {}  # whose beacons have not said yet that they know
@@ -104,7 +109,7 @@ class Moves:
             robot: Its index.
             name: Its namespace.
             pose_map: Where it is now.
-            tick: Control present tick.
+            tick: Current tick.
             patience: [s] of wall time for which it is worth waiting.
             speaks: Whether it sends beacons.
         """
@@ -115,13 +120,21 @@ class Moves:
             self._unsure[robot] = pose_map
 
     def forget(self, robot: int) -> None:
-        """Tell a robot no more."""
+        """Tell a robot no more.
+
+        Args:
+            robot: Index of the robot.
+        """
         self._unsure.pop(robot, None)
         if robot in self._relocations:
             self._relocations.pop(robot).destroy()
 
     def settle(self, is_stopped: Callable[[], bool]) -> None:
-        """Wait until all know, or it is not worth waiting, or `is_stopped`."""
+        """Wait until all know, or it is not worth waiting any more.
+
+        Args:
+            is_stopped: Whether the world is to end; asked again and again.
+        """
         while self._relocations and not is_stopped():
             now = time.monotonic()
             for robot, relocation in list(self._relocations.items()):
@@ -133,6 +146,10 @@ class Moves:
 
     def hold(self, commands: list[Twist | None], beacons: list[np.void | None]) -> list[int]:
         """Let robots stand, and nobody hear them, that think that they are elsewhere.
+
+        Args:
+            commands: One per robot; those of robots that do not know are replaced by a stop.
+            beacons: Likewise, by None.
 
         Returns:
             Those that know better since this tick.
@@ -149,6 +166,11 @@ class Moves:
 
 
 def is_near(pose: Pose, other: Pose) -> bool:
-    """Whether a pose may be taken for another."""
+    """Whether a pose may be taken for another.
+
+    Args:
+        pose: In the map frame.
+        other: In the map frame.
+    """
     turn = abs(wrap_angle(pose.yaw - other.yaw))
     return pose.distance(other) < SAME_PLACE and turn < SAME_TURN

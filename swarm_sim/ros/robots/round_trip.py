@@ -38,17 +38,29 @@ class RoundTrip:
         self.is_hurried = False
 
     def send(self, now: float) -> None:
-        """Something was sent for the first time, at wall time `now`."""
+        """Note that something was sent for the first time.
+
+        Args:
+            now: Wall time [s].
+        """
         self._first_at = self._sent_at = now
         self.is_hurried = False
 
     def hurry(self, now: float) -> None:
-        """It was sent again before its time, as most others have answered; once at most."""
+        """Note that it was sent again before its time, as most others have answered; once at most.
+
+        Args:
+            now: Wall time [s].
+        """
         self._sent_at = now
         self.is_hurried = True
 
     def repeat(self, now: float) -> None:
-        """It was sent again."""
+        """Note that it was sent again; the limit doubles.
+
+        Args:
+            now: Wall time [s].
+        """
         self._sent_at = now
         self.limit = min(2.0 * self.limit, self._longest)
 
@@ -58,7 +70,11 @@ class RoundTrip:
         return self._sent_at + self.limit
 
     def answer(self, now: float) -> None:
-        """The answer came."""
+        """Note that the answer came.
+
+        Args:
+            now: Wall time [s].
+        """
         time = now - self._first_at
         is_repeated = self._sent_at > self._first_at
         if is_repeated and now - self._sent_at > FASTEST * (self._smooth or 0.0):

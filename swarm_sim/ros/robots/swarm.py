@@ -76,6 +76,12 @@ class Links:
     def add(self, robot: int, name: str, spec: RobotSpec, urdf: str) -> bool:
         """Create the topics of a robot, a new one or in place of one that is gone.
 
+        Args:
+            robot: Index of the robot.
+            name: Its namespace.
+            spec: Its model.
+            urdf: Its description.
+
         Returns:
             Whether it is a new one.
         """
@@ -105,19 +111,36 @@ class Links:
         return True
 
     def remove(self, robot: int) -> str:
-        """Withdraw the topics of a robot; return its name."""
+        """Withdraw the topics of a robot; return its name.
+
+        Args:
+            robot: Index of the robot.
+        """
         self._links[robot].destroy()
         return self._links[robot].name
 
     def move_out(self, host: str, names: Sequence[str], run: str, secret: str) -> None:
-        """Take note that the navigators of some robots are on another host; see `Hosts.assign`."""
+        """Take note that the navigators of some robots are on another host.
+
+        Args:
+            host: Name of the start of its swarm-up.
+            names: Of the robots; unknown ones are ignored.
+            run: Of the swarm.
+            secret: That seals the batches.
+        """
         robots = {self.names.index(name): number_of(name) for name in names if name in self.names}
         self._hosts.assign(host, robots, run, secret)
         for robot in robots:
             self._links[robot].move_out()
 
     def open(self, tick: int, observations: Sequence[Observation], now: float) -> None:
-        """Begin a tick at wall time `now`: forget the last answers, publish what robots sense."""
+        """Begin a tick: forget the last answers, publish what robots sense.
+
+        Args:
+            tick: Current tick.
+            observations: One per robot, gone ones included.
+            now: Wall time [s].
+        """
         self._opened_at = self._answer_at = now
         for link in self._links:
             link.open(tick)
@@ -223,7 +246,12 @@ class Links:
         return commands, [link.beacon for link in self._links]
 
     def publish_for_viewers(self, observations: Sequence[Observation], world: World) -> None:
-        """Publish what somebody looks at."""
+        """Publish what somebody looks at.
+
+        Args:
+            observations: One per robot, of the present tick.
+            world: Asked for what is wanted only.
+        """
         for robot, link in enumerate(self._links):
             if link.wants_tf or link.wants_joints:
                 pose_odom = observations[robot].odom.pose_odom

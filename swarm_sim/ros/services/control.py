@@ -167,5 +167,9 @@ def _fill(result: Result, is_done: bool, reason: str) -> None:
 
 
 def is_speed(value: float) -> bool:
-    """Whether a speed can be kept to; 0 stands for no limit."""
+    """Whether a speed can be kept to; 0 stands for no limit.
+
+    Args:
+        value: In times real time.
+    """
     return value == 0.0 or SLOWEST <= value <= FASTEST

@@ -60,13 +60,26 @@ class Host(Protocol):
     """Is told of changes of the world."""
 
     def on_arrival(self, arrival: Arrival) -> None:
-        """A robot has come."""
+        """A robot has come.
+
+        Args:
+            arrival: With its index, model and place.
+        """
 
     def on_removal(self, robot: int) -> None:
-        """A robot has been taken out."""
+        """A robot has been taken out.
+
+        Args:
+            robot: Index of the robot.
+        """
 
     def on_move(self, robot: int, pose_map: Pose) -> None:
-        """A robot has been put elsewhere."""
+        """A robot has been put elsewhere.
+
+        Args:
+            robot: Index of the robot.
+            pose_map: Where it is now.
+        """
 
     def on_things(self) -> None:
         """Things have come, gone or been put elsewhere."""

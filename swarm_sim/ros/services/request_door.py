@@ -23,11 +23,25 @@ class Door:
     """Lets requests in that `check_request` admits, and fills in their results."""
 
     def __init__(self, rejections: Rejections) -> None:
+        """Begin.
+
+        Args:
+            rejections: Counts what is not let in.
+        """
         self._rejections = rejections
         self._faults = FaultLog("request")
 
     def attempt(self, response: Any, codes: Codes, do: Callable[[], None]) -> bool:
-        """Do what is asked; whatever goes wrong becomes the answer. Return whether it was done."""
+        """Do what is asked; whatever goes wrong becomes the answer.
+
+        Args:
+            response: Its field `result` is filled in.
+            codes: Result codes of this service by reason; OPERATION_FAILED for all others.
+            do: What is asked; may raise anything.
+
+        Returns:
+            Whether it was done.
+        """
         try:
             do()
         except RefusedError as error:
@@ -43,7 +57,15 @@ class Door:
         return True
 
     def admit(self, request: Any, handle: Callable[[Any], None]) -> None:
-        """Go on with a request that passes the door."""
+        """Go on with a request that passes the door.
+
+        Args:
+            request: A ROS message.
+            handle: Called with the request if it passes.
+
+        Raises:
+            RefusedError: If it does not pass, or `handle` refuses it.
+        """
         try:
             check_request(request)
         except RefusedError as error:

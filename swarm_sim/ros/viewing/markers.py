@@ -28,7 +28,16 @@ WALL_HEIGHT = 1.5  # [m] from which a body counts as a wall
 
 
 def body_markers(body: Body, space: str, first: int) -> Iterator[Marker]:
-    """Return what a body looks like; one that does not say so looks like what it collides with."""
+    """Yield the markers of a body; one without visuals looks like what it collides with.
+
+    Args:
+        body: At its place in the world.
+        space: Namespace of the markers.
+        first: Id of the first marker; the others follow.
+
+    Yields:
+        Markers in the map frame, with the name of the body as their text.
+    """
     shapes: list[tuple[Shape | MeshFile, Transform, Color | None]] = [
         (item.shape, item.body_from_visual, item.color) for item in body.visuals
     ] or [(part.shape, part.body_from_part, None) for part in body.parts]
@@ -43,7 +52,13 @@ def body_markers(body: Body, space: str, first: int) -> Iterator[Marker]:
 def shape_marker(
     shape: Shape | MeshFile, map_from_shape: Transform, rgba: Color | None = None
 ) -> Marker | None:
-    """Return the marker of a shape; None for the ground."""
+    """Return the marker of a shape; None for the ground.
+
+    Args:
+        shape: A plane is the ground.
+        map_from_shape: (4, 4).
+        rgba: From 0 to 1; None for the usual colour, or that of the mesh file.
+    """
     if isinstance(shape, Box):
         kind, size = Marker.CUBE, shape.size
     elif isinstance(shape, Cylinder):
@@ -70,7 +85,15 @@ def shape_marker(
 
 
 def marker_of(space: str, number: int, kind: int, rgba: Sequence[float], tick: int) -> Marker:
-    """Return a marker in the map frame that has no place and size yet."""
+    """Return a marker in the map frame that has no place and size yet.
+
+    Args:
+        space: Namespace of the marker.
+        number: Its id there.
+        kind: One of the constants of Marker.
+        rgba: From 0 to 1.
+        tick: For its stamp.
+    """
     marker = Marker(header=ros_io.header(tick, "map"), ns=space, id=number, type=kind)
     marker.action = Marker.ADD
     marker.color = ColorRGBA(**dict(zip("rgba", map(float, rgba), strict=True)))
@@ -78,7 +101,14 @@ def marker_of(space: str, number: int, kind: int, rgba: Sequence[float], tick: i
 
 
 def set_scale(marker: Marker, x: float, y: float, z: float) -> None:
-    """Set a marker's size [m]."""
+    """Set a marker's size [m].
+
+    Args:
+        marker: To change.
+        x: [m]
+        y: [m]
+        z: [m]
+    """
     marker.scale.x, marker.scale.y, marker.scale.z = float(x), float(y), float(z)
 
 

@@ -26,6 +26,13 @@ class ScenePublisher:
     """The topics `/sim/scene`, `/sim/tf` and `/sim/movers`."""
 
     def __init__(self, node: Node, scene: Scene, world: World) -> None:
+        """Create the topics, and publish what never moves.
+
+        Args:
+            node: Of the world.
+            scene: What never moves.
+            world: Asked for what moves.
+        """
         self._world = world
         self.renew(world.names)
         make = node.create_publisher
@@ -37,13 +44,21 @@ class ScenePublisher:
         self._tf_readers = self._mover_readers = 0
 
     def renew(self, present: Sequence[str]) -> None:
-        """Show these robots from now on."""
+        """Show these robots from now on.
+
+        Args:
+            present: Names of the robots that are there.
+        """
         self._rows = [self._world.names.index(name) for name in present]
         self._writer = TransformsWriter("map", [f"{name}/{BASE}" for name in present])
         self._is_stale = True
 
     def look_for_viewers(self, tick: int) -> None:
-        """See who listens; they get what is new to them, also while the world is paused."""
+        """See who listens; they get what is new to them, also while the world is paused.
+
+        Args:
+            tick: Current tick.
+        """
         before = self._tf_readers, self._mover_readers
         self._tf_readers = self._tf.get_subscription_count()
         self._mover_readers = self._movers.get_subscription_count()
@@ -53,7 +68,11 @@ class ScenePublisher:
             self.publish(tick)
 
     def publish(self, tick: int) -> None:
-        """Publish the poses of all robots to whoever has subscribed."""
+        """Publish the poses of all robots to whoever has subscribed.
+
+        Args:
+            tick: Current tick.
+        """
         if self._tf_readers:
             self._tf.publish(self._writer.encode(tick, self._world.poses[self._rows]))
         if self._mover_readers:
@@ -63,7 +82,11 @@ class ScenePublisher:
 
 
 def scene_markers(scene: Scene) -> list[Marker]:
-    """Return the markers of all that never moves: bodies, stations, circuits."""
+    """Return the markers of all that never moves: bodies, stations, circuits.
+
+    Args:
+        scene: With its stations and circuits.
+    """
     markers: list[Marker] = []
     for body in (*scene.fixed, *scene.decor):
         markers += body_markers(body, "body", len(markers))
