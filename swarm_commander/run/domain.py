@@ -30,6 +30,9 @@ HIGHEST_DOMAIN = 232  # the ports of a higher one would not fit below 65536
 def domain_id(environment: Mapping[str, str] = os.environ) -> int:
     """Return the ROS domain that the environment asks for.
 
+    Args:
+        environment: ROS_DOMAIN_ID counts; 0 where it is not set.
+
     Raises:
         ConfigError: If ROS_DOMAIN_ID is not a domain.
     """
@@ -42,6 +45,9 @@ def domain_id(environment: Mapping[str, str] = os.environ) -> int:
 def check_swarm(domain: int) -> None:
     """Raise an error if there can be no swarm in the domain.
 
+    Args:
+        domain: ROS domain.
+
     Raises:
         NoSwarmError: If there is none.
     """
@@ -50,7 +56,11 @@ def check_swarm(domain: int) -> None:
 
 
 def patience_for(domain: int) -> SwarmPatience:
-    """Return how long to wait for a domain's swarm; what it waits for is printed to stderr."""
+    """Return how long to wait for a domain's swarm; what it waits for is printed to stderr.
+
+    Args:
+        domain: ROS domain.
+    """
     return SwarmPatience(domain, functools.partial(has_swarm, domain), _tell)
 
 
@@ -67,6 +77,9 @@ class DomainLock:
 
     def __init__(self, domain: int) -> None:
         """Claim the domain.
+
+        Args:
+            domain: ROS domain.
 
         Raises:
             ConfigError: If another swarm has it.
@@ -118,11 +131,22 @@ class Request:
     """
 
     def __init__(self, connection: socket.socket, command: RestartNavigator) -> None:
+        """Keep the connection until the answer.
+
+        Args:
+            connection: To the process that asks.
+            command: What is to be done.
+        """
         self.command = command
         self._connection = connection
 
     def answer(self, message: str, *, is_done: bool) -> None:
-        """Answer in words; the client may be gone."""
+        """Answer and close the connection; the client may be gone.
+
+        Args:
+            message: For the user.
+            is_done: Whether what was asked for is done; otherwise the message says why not.
+        """
         _answer(self._connection, message, is_done=is_done)
         self._connection.close()
 

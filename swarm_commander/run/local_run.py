@@ -110,6 +110,15 @@ class LocalRun(ProcessRun):
         statistics: RunStatistics,
         modules: Mapping[str, str] = MODULES,
     ) -> None:
+        """Prepare a run; `run` starts the processes.
+
+        Args:
+            plan: The checked input.
+            folder: Of the run, claimed.
+            progress: Shows the user what goes on.
+            statistics: Is told every event.
+            modules: Python module of each process by its name; tests put others there.
+        """
         super().__init__(folder, progress, statistics, modules, restarts=plan.options.restart)
         self._plan = plan
         self._awaits_activity = plan.options.autostart

@@ -87,6 +87,15 @@ class ProcessRun:
         *,
         restarts: bool = True,
     ) -> None:
+        """Prepare a run; `run` starts the processes.
+
+        Args:
+            folder: Of the run, claimed.
+            progress: Shows the user what goes on.
+            statistics: Is told every event.
+            modules: Python module of each process by its name.
+            restarts: Whether processes that die are restarted.
+        """
         self.statistics = statistics
         self.usage = UsageMeter()
         self.failures: list[str] = []
@@ -120,7 +129,7 @@ class ProcessRun:
         """Start everything, follow it to its end, stop everything.
 
         Raises:
-            RefusedError: If a process refuses its input.
+            RunRefusedError: If a process refuses its input.
         """
         with self._signals:
             try:
@@ -138,7 +147,11 @@ class ProcessRun:
         return self._restarts.total
 
     def serve(self, lock: DomainLock) -> None:
-        """Accept requests of the user's other processes until the run ends."""
+        """Accept requests of the user's other processes until the run ends.
+
+        Args:
+            lock: Of the run's domain; requests arrive there.
+        """
 
         def take() -> None:
             if (request := lock.take()) is not None:
@@ -147,7 +160,11 @@ class ProcessRun:
         self._selector.register(lock, selectors.EVENT_READ, take)
 
     def complete(self, report: dict[str, Any]) -> None:
-        """Add what only this kind of run knows to its report."""
+        """Add what only this kind of run knows to its report.
+
+        Args:
+            report: Changed in place.
+        """
 
     def _guard(self, do: Callable[[], None]) -> None:
         """Do something that writes files; a full disk ends the run, with its report."""

@@ -23,6 +23,11 @@ class RunFolder:
     """Paths within one run's folder."""
 
     def __init__(self, path: Path) -> None:
+        """Name the paths; nothing is created.
+
+        Args:
+            path: Of the folder.
+        """
         self.path = path.absolute()
         self.params = self.path / "params"
         self.logs = self.path / "logs"
@@ -64,7 +69,11 @@ class RunFolder:
             os.close(descriptor)
 
     def log(self, name: str) -> Path:
-        """Return the log file of a process."""
+        """Return the log file of a process.
+
+        Args:
+            name: Of the process.
+        """
         return self.logs / f"{name}.log"
 
 
@@ -152,7 +161,12 @@ def _point_latest(run: Path) -> None:
 
 
 def write_env_sh(folder: RunFolder, environment: Mapping[str, str]) -> None:
-    """Write `env.sh`, which another terminal sources to see this swarm."""
+    """Write `env.sh`, which another terminal sources to see this swarm.
+
+    Args:
+        folder: Of the run.
+        environment: Of the swarm; variables of `ros_env.VARIABLES` that it lacks are unset there.
+    """
     programs = shlex.quote(str(Path(sys.prefix) / "bin"))
     lines = [  # what is not set here may be set there, for another swarm
         f"export {name}={shlex.quote(environment[name])}"
@@ -168,7 +182,14 @@ def write_env_sh(folder: RunFolder, environment: Mapping[str, str]) -> None:
 
 
 def last_line(log: Path) -> str:
-    """Return the last line that is not empty of a log file."""
+    """Return the last line that is not empty of a log file.
+
+    Args:
+        log: Of a process.
+
+    Raises:
+        ConfigError: If it cannot be read.
+    """
     try:
         lines = log.read_text(encoding="utf-8", errors="replace").split("\n")
     except OSError as error:

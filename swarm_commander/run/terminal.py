@@ -19,11 +19,23 @@ class Outlet(io.TextIOBase):
     """
 
     def __init__(self, stream: TextIO) -> None:
+        """Begin open.
+
+        Args:
+            stream: Like `sys.stdout`.
+        """
         self._stream = stream
         self.is_open = True
 
     def write(self, text: str) -> int:
-        """Write a text, or drop it."""
+        """Write a text, or drop it.
+
+        Args:
+            text: To write.
+
+        Returns:
+            Number of characters, also of a text that is dropped.
+        """
         if self.is_open:
             try:
                 self._stream.write(text)
@@ -67,7 +79,11 @@ def console() -> Console:
 
 
 def complain(message: str) -> None:
-    """Say something on stderr, if anybody listens."""
+    """Say something on stderr, if anybody listens.
+
+    Args:
+        message: One line, without its end.
+    """
     outlet = Outlet(sys.stderr)
     outlet.write(f"swarm-up: {message}\n")
     outlet.flush()

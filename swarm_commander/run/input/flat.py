@@ -11,7 +11,12 @@ Flat = dict[str, Any]  # dotted parameter name -> value
 
 
 def flatten(tree: Mapping[str, Any], prefix: str = "") -> Flat:
-    """Return nested parameters under their dotted names."""
+    """Return nested parameters under their dotted names.
+
+    Args:
+        tree: Mappings in mappings; a list is a value.
+        prefix: Before each name, with its dot.
+    """
     flat: Flat = {}
     for key, value in tree.items():
         if isinstance(value, Mapping):
@@ -22,7 +27,11 @@ def flatten(tree: Mapping[str, Any], prefix: str = "") -> Flat:
 
 
 def nest(flat: Mapping[str, Any]) -> dict[str, Any]:
-    """Return dotted parameters as the nested mapping of a parameter file."""
+    """Return dotted parameters as the nested mapping of a parameter file.
+
+    Args:
+        flat: By dotted name.
+    """
     tree: dict[str, Any] = {}
     for name, value in flat.items():
         *groups, key = name.split(".")
@@ -35,6 +44,12 @@ def nest(flat: Mapping[str, Any]) -> dict[str, Any]:
 
 def typed(name: str, value: Any, known: Mapping[str, Any], where: str) -> Any:
     """Return a parameter's value, an integer as float where the default is one.
+
+    Args:
+        name: Dotted.
+        value: As the user's file has it.
+        known: Default of each parameter by dotted name; gives the type too.
+        where: Section of the file, for the message.
 
     Raises:
         ConfigError: If the name is unknown or the type is not that of the default.

@@ -130,7 +130,11 @@ class UpOptions:
 
 
 def robot_names(swarm_size: int) -> list[str]:
-    """Return the namespaces of a swarm's robots in order."""
+    """Return the namespaces of a swarm's robots in order.
+
+    Args:
+        swarm_size: Number of robots.
+    """
     return [f"Srobot{number}" for number in range(1, swarm_size + 1)]
 
 
@@ -160,6 +164,10 @@ def parse_speed(text: str | None, in_real_time: bool) -> float | None:
 def swarm_size_of(given: int | None, fleet: Fleet | None) -> int:
     """Return the swarm size: as typed, that of the fleet, or the default.
 
+    Args:
+        given: As typed; None if it was not.
+        fleet: None without --fleet.
+
     Raises:
         ConfigError: If the fleet has another number of robots.
     """
@@ -174,7 +182,15 @@ def swarm_size_of(given: int | None, fleet: Fleet | None) -> int:
 
 
 def robot_of(given: str | None, fleet: Fleet | None) -> str:
-    """Return the robot model: as typed, what the fleet consists of, or the default."""
+    """Return the robot model: as typed, what the fleet consists of, or the default.
+
+    Args:
+        given: As typed; None if it was not.
+        fleet: None without --fleet.
+
+    Raises:
+        ConfigError: If both a model and a fleet are given.
+    """
     if fleet is None:
         return DEFAULT_ROBOT if given is None else given
     if given is not None:

@@ -35,11 +35,22 @@ class Overrides:
     """
 
     def __init__(self, sections: Mapping[str, Flat], world: WorldParams | None = None) -> None:
+        """Keep the sections of a file that has been checked.
+
+        Args:
+            sections: Parameters by dotted name, per pattern of node names, in the order of the
+                file.
+            world: None for the defaults.
+        """
         self.world = world or WorldParams()
         self._sections = dict(sections)
 
     def for_robot(self, robot: str) -> Flat:
-        """Return the parameters that the file sets for a robot; later sections win."""
+        """Return the parameters that the file sets for a robot; later sections win.
+
+        Args:
+            robot: Namespace.
+        """
         merged: Flat = {}
         for pattern, values in self._sections.items():
             if _matches(pattern, robot):
@@ -114,7 +125,12 @@ def robot_parameter_file(
 
 
 def write_parameter_file(path: Path, tree: Mapping[str, Any]) -> None:
-    """Write a parameter file."""
+    """Write a parameter file.
+
+    Args:
+        path: Of the file, which is replaced.
+        tree: As `robot_parameter_file` returns it.
+    """
     dumper = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # in C: ten times faster
     text = yaml.dump(dict(tree), Dumper=dumper, sort_keys=False)
     path.write_text(text, encoding="utf-8")

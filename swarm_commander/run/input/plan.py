@@ -67,7 +67,14 @@ class RunPlan:
         return bool(self.options.drive or self.overrides.world.values.get("engine"))
 
     def world_config(self, verdict: Path) -> dict[str, Any]:
-        """Return the configuration of the world process."""
+        """Return the configuration of the world process.
+
+        Args:
+            verdict: File that the world is to write at its end.
+
+        Returns:
+            As `swarm_sim.ros.settings` reads it.
+        """
         options, params = self.options, self.overrides.world
         broken = params.broken_map
         return {
@@ -116,6 +123,13 @@ class RunPlan:
     ) -> dict[str, Any]:
         """Return the parameter file of a robot that was spawned while the run goes on.
 
+        Args:
+            name: Of the robot, like `Srobot3`.
+            number: 3 for Srobot3.
+            model: Name or path of its model.
+            initial_pose_map: Where it stands at the start.
+            map_sha256: Digest of the only map that it is to take from /map; empty for any.
+
         Raises:
             SwarmError: If there is no such model.
         """
@@ -151,7 +165,14 @@ class RunPlan:
         return {"with_lidar": False, "costmap.scan_timeout": 0.0} if is_off else {}
 
     def runner_config(self, homes_map: list[Pose]) -> dict[str, Any]:
-        """Return the configuration of the mission process."""
+        """Return the configuration of the mission process.
+
+        Args:
+            homes_map: Where each robot starts, broken ones included.
+
+        Returns:
+            As `mission.runner` reads it.
+        """
         options = self.options
         return {
             "robots": [
@@ -180,6 +201,9 @@ def _triple(pose: Pose | None) -> list[float] | None:
 
 def check_plan(options: UpOptions) -> RunPlan:
     """Return the plan of a run.
+
+    Args:
+        options: Checked each on its own already.
 
     Raises:
         SwarmError: For the first thing that is wrong with the input.

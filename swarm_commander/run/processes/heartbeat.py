@@ -11,21 +11,37 @@ class Heartbeats:
     """Knows when each process was heard last; processes speak at least every few seconds."""
 
     def __init__(self, clock: Callable[[], float]) -> None:
-        """Begin with no process heard; `clock` is wall time [s]."""
+        """Begin with no process heard.
+
+        Args:
+            clock: Wall time [s].
+        """
         self._clock = clock
         self._heard: dict[str, float] = {}
         self._looked = clock()
 
     def hear(self, name: str) -> None:
-        """Note that a process has said something."""
+        """Note that a process has said something.
+
+        Args:
+            name: Of the process.
+        """
         self._heard[name] = self._clock()
 
     def forget(self, name: str) -> None:
-        """Expect nothing of a process until it is heard again."""
+        """Expect nothing of a process until it is heard again.
+
+        Args:
+            name: Of the process.
+        """
         self._heard.pop(name, None)
 
     def silence(self, name: str) -> float:
-        """Return how long [s] a process has been silent; 0 for one that was never heard."""
+        """Return how long [s] a process has been silent; 0 for one that was never heard.
+
+        Args:
+            name: Of the process.
+        """
         return self._clock() - self._heard.get(name, self._clock())
 
     def look(self) -> None:

@@ -52,7 +52,14 @@ class Keeper:
         self._active_since = 0.0
 
     def on_death(self, name: str) -> float | None:
-        """Record a death; return the pause [s] before the restart, None if it stays down."""
+        """Record a death.
+
+        Args:
+            name: Of the robot, like `Srobot3`.
+
+        Returns:
+            Pause [s] before the restart; None if it stays down.
+        """
         self._asked.pop(name, None)
         self._starting.pop(name, None)
         if name in self._wanted:
@@ -65,13 +72,24 @@ class Keeper:
         return pause
 
     def on_fork(self, name: str) -> None:
-        """The fork server has started a navigator."""
+        """Note that the fork server has started a navigator.
+
+        Args:
+            name: Of the robot, like `Srobot3`.
+        """
         self._asked.pop(name, None)
         if name in self.down:
             self._starting[name] = self._clock()
 
     def on_active(self, name: str) -> bool:
-        """A navigator is active; return whether it is one that had died."""
+        """Note that a navigator is active.
+
+        Args:
+            name: Of the robot, like `Srobot3`.
+
+        Returns:
+            Whether it is one that had died.
+        """
         was_down = name in self.down
         self.down.discard(name)
         self._starting.pop(name, None)
@@ -89,13 +107,21 @@ class Keeper:
         return names
 
     def kill(self, name: str) -> None:
-        """End a navigator that hangs."""
+        """End a navigator that hangs.
+
+        Args:
+            name: Of the robot, like `Srobot3`.
+        """
         if name in self.params and name not in self.given_up:
             self._asked[name] = self._clock()
             self._tell(KillNavigator(name))
 
     def renew(self, name: str) -> None:
-        """Restart a navigator at the user's request, in any state."""
+        """Restart a navigator at the user's request, in any state.
+
+        Args:
+            name: Of the robot, like `Srobot3`.
+        """
         if name in self.given_up:
             self.given_up.discard(name)
             self.down.add(name)
@@ -107,7 +133,11 @@ class Keeper:
             self.kill(name)
 
     def remove(self, name: str) -> None:
-        """A robot was taken out of the world."""
+        """Forget a robot that was taken out of the world.
+
+        Args:
+            name: Of the robot, like `Srobot3`.
+        """
         for names in (self.down, self.given_up):
             names.discard(name)
         self.params.pop(name, None)
@@ -116,7 +146,11 @@ class Keeper:
         self._restarts.forget(name)
 
     def turn(self, due: list[str]) -> None:
-        """Start the navigators that are due."""
+        """Start the navigators that are due.
+
+        Args:
+            due: Names of robots and of other processes, which are ignored.
+        """
         for name in due:
             if name in self.down:
                 self._asked[name] = self._clock()

@@ -23,6 +23,16 @@ class ProcessChild:
     """
 
     def __init__(self, spec: ProcessSpec, log: Path, environment: Mapping[str, str]) -> None:
+        """Start the process.
+
+        Args:
+            spec: Its command; the flags of the pipes are appended.
+            log: File that its output is appended to.
+            environment: All that it gets; nothing is inherited.
+
+        Raises:
+            OSError: If it cannot be started, or the log not be written.
+        """
         self.event_fd, child_event = os.pipe()
         child_control, self._control_fd = os.pipe()
         os.set_blocking(self._control_fd, False)
@@ -63,7 +73,11 @@ class ProcessChild:
             os.killpg(self._process.pid, signal.SIGKILL)
 
     def tell(self, command: CommandBase) -> None:
-        """Send it a command; a process that has ended or does not listen misses it."""
+        """Send it a command; a process that has ended or does not listen misses it.
+
+        Args:
+            command: Written at once, or dropped if the pipe is full.
+        """
         with contextlib.suppress(BrokenPipeError, BlockingIOError):
             os.write(self._control_fd, encode(command))
 

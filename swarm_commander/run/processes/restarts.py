@@ -15,7 +15,11 @@ class Restarts:
     """
 
     def __init__(self, *, is_allowed: bool = True) -> None:
-        """Begin with no deaths; without `is_allowed` everything stays down."""
+        """Begin with no deaths.
+
+        Args:
+            is_allowed: Whether anything is restarted at all.
+        """
         self.total = 0
         self._is_allowed = is_allowed
         self._starts: dict[str, list[float]] = {}
@@ -27,11 +31,14 @@ class Restarts:
         return self._is_allowed
 
     def on_death(self, name: str, now: float) -> float | None:
-        """Take a death; return the pause [s] before the restart, None if it stays down.
+        """Take a death.
 
         Args:
             name: Of the process.
             now: Wall time [s].
+
+        Returns:
+            Pause [s] before the restart; None if it stays down.
         """
         starts = [start for start in self._starts.get(name, []) if now - start < WINDOW]
         self._starts[name] = starts
@@ -42,12 +49,21 @@ class Restarts:
         return pause
 
     def on_request(self, name: str, now: float) -> None:
-        """The user wants it: forget its deaths, and start it as soon as it is down."""
+        """Forget the deaths of a process, and start it as soon as it is down: the user wants it.
+
+        Args:
+            name: Of the process.
+            now: Wall time [s].
+        """
         self._starts.pop(name, None)
         self._due[name] = now
 
     def take_due(self, now: float) -> list[str]:
-        """Return the processes to start at wall time `now` [s]; each is returned once."""
+        """Return the processes to start now; each is returned once.
+
+        Args:
+            now: Wall time [s].
+        """
         names = [name for name, due in self._due.items() if now >= due]
         for name in names:
             del self._due[name]
@@ -56,9 +72,17 @@ class Restarts:
         return names
 
     def is_waiting(self, name: str) -> bool:
-        """Whether a process will be started."""
+        """Whether a process will be started.
+
+        Args:
+            name: Of the process.
+        """
         return name in self._due
 
     def forget(self, name: str) -> None:
-        """Do not start a process any more: it is not needed any longer."""
+        """Do not start a process any more: it is not needed any longer.
+
+        Args:
+            name: Of the process.
+        """
         self._due.pop(name, None)

@@ -91,6 +91,11 @@ class _Entry:
     deadline: float = 0.0
 
     def enter(self, event: ChildEvent) -> ChildState:
+        """Change the state by the table, and return the new one.
+
+        Args:
+            event: KeyError if the state does not know it.
+        """
         self.state = TRANSITIONS[self.state][event]
         return self.state
 
@@ -105,6 +110,12 @@ class Supervisor:
     """
 
     def __init__(self, spawn: Callable[[ProcessSpec], Child], clock: Callable[[], float]) -> None:
+        """Begin without processes.
+
+        Args:
+            spawn: Starts one.
+            clock: Wall time [s].
+        """
         self.restarts = 0
         self._spawn = spawn
         self._clock = clock
@@ -112,7 +123,14 @@ class Supervisor:
         self._stop_order: list[str] = []
 
     def start(self, spec: ProcessSpec) -> None:
-        """Start a process, or start it again if it has ended."""
+        """Start a process, or start it again if it has ended.
+
+        Args:
+            spec: Its line of the table.
+
+        Raises:
+            ValueError: If one of that name still runs.
+        """
         before = self._entries.get(spec.name)
         if before is not None and before.state is not ChildState.GONE:
             raise ValueError(f"process {spec.name} has been started before and still runs")
@@ -120,7 +138,11 @@ class Supervisor:
         self._entries[spec.name] = _Entry(spec, self._spawn(spec))
 
     def pid(self, name: str) -> int | None:
-        """Return the id of a process that runs, else None."""
+        """Return the id of a process that runs, else None.
+
+        Args:
+            name: Of the process.
+        """
         entry = self._entries.get(name)
         return entry.child.pid if entry and entry.state is not ChildState.GONE else None
 
@@ -130,7 +152,11 @@ class Supervisor:
         return all(entry.state is ChildState.GONE for entry in self._entries.values())
 
     def stop(self, order: Sequence[str]) -> None:
-        """Begin to stop everything: the named first, each after the one before has ended."""
+        """Begin to stop everything: the named first, each after the one before has ended.
+
+        Args:
+            order: Names to begin with; unknown ones are ignored.
+        """
         rest = [name for name in self._entries if name not in order]
         self._stop_order = [name for name in order if name in self._entries] + rest
 
@@ -143,7 +169,11 @@ class Supervisor:
                 entry.child.kill()
 
     def kill_one(self, name: str) -> None:
-        """End a process that hangs; it counts as one that ended without having been asked to."""
+        """End a process that hangs; it counts as one that ended without having been asked to.
+
+        Args:
+            name: Of the process.
+        """
         entry = self._entries.get(name)
         if entry is not None and entry.state is not ChildState.GONE:
             entry.child.kill()
@@ -180,7 +210,11 @@ class Supervisor:
 
 
 def describe_exit(returncode: int) -> str:
-    """Return a return code in words."""
+    """Return a return code in words.
+
+    Args:
+        returncode: Negative: the signal that killed the process.
+    """
     if returncode == -signal.SIGBUS:  # memory of a file for which there is no room any more
         return "killed by SIGBUS: /dev/shm or the disk is full (see df -h /dev/shm)"
     if returncode < 0:

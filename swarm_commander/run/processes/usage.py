@@ -40,7 +40,11 @@ class Usage:
         return self._count * statistics.mean(shares) if shares else 0.0
 
     def sample(self, processes: Iterable[psutil.Process]) -> None:
-        """Read the present values; of memory at most that of one process."""
+        """Read the present values; of memory at most that of one process.
+
+        Args:
+            processes: All of the group that run; those that end meanwhile are skipped.
+        """
         alive = list(processes)
         rss = 0
         for process in alive:
@@ -71,7 +75,11 @@ class Usage:
 
 
 def process_tree(pid: int | None) -> list[psutil.Process]:
-    """Return a process and all of its descendants; nothing if it is gone."""
+    """Return a process and all of its descendants; nothing if it is gone.
+
+    Args:
+        pid: None for nothing.
+    """
     if pid is None:
         return []
     try:
@@ -86,6 +94,12 @@ def memory_mb(processes: Iterable[psutil.Process]) -> list[tuple[float, float]]:
 
     A page that k processes share counts as 1/k in the second, so that it can be added up. Slow to
     read.
+
+    Args:
+        processes: Those that have ended are skipped.
+
+    Returns:
+        A pair for each process that could be read: private and shared out, in MB of 10^6 bytes.
     """
     sizes = []
     for process in processes:
@@ -105,20 +119,38 @@ class UsageMeter:
         self._memory_mb: dict[str, list[tuple[float, float]]] = {}
 
     def sample(self, group: str, processes: Iterable[psutil.Process]) -> None:
-        """Read the present values of a group."""
+        """Read the present values of a group.
+
+        Args:
+            group: `world`, `navigators`, `operator` or an onlooker's name.
+            processes: Those that have ended are skipped.
+        """
         self._groups.setdefault(group, Usage()).sample(processes)
 
     def sample_memory(self, group: str, processes: Iterable[psutil.Process]) -> None:
-        """Read the memory of a group, once, at the end of a run."""
+        """Read the memory of a group, once, at the end of a run.
+
+        Args:
+            group: `world`, `navigators`, `operator` or an onlooker's name.
+            processes: Those that have ended are skipped.
+        """
         self._memory_mb[group] = memory_mb(processes)
 
     def private_mb(self, group: str) -> float | None:
-        """Return the median private memory of a group's processes [MB]; None if unknown."""
+        """Return the median private memory of a group's processes [MB]; None if unknown.
+
+        Args:
+            group: `world`, `navigators`, `operator` or an onlooker's name.
+        """
         sizes = self._memory_mb.get(group)
         return statistics.median(private for private, _ in sizes) if sizes else None
 
     def memory_mb(self, group: str) -> float | None:
-        """Return the memory of a group [MB], each shared page counted once; None if unknown."""
+        """Return the memory of a group [MB], each shared page counted once; None if unknown.
+
+        Args:
+            group: `world`, `navigators`, `operator` or an onlooker's name.
+        """
         sizes = self._memory_mb.get(group)
         if sizes:
             return sum(share for _, share in sizes)
@@ -136,12 +168,20 @@ class UsageMeter:
         return dict(self._groups)
 
     def cpu(self, group: str) -> float:
-        """Return the CPU seconds of a group since `mark`."""
+        """Return the CPU seconds of a group since `mark`.
+
+        Args:
+            group: `world`, `navigators`, `operator` or an onlooker's name.
+        """
         usage = self._groups.get(group, Usage())
         return usage.cpu - self._baseline.get(group, 0.0)
 
     def rss_mb(self, group: str) -> float:
-        """Return the largest resident memory of a group [MB]; shared pages count in each."""
+        """Return the largest resident memory of a group [MB]; shared pages count in each.
+
+        Args:
+            group: `world`, `navigators`, `operator` or an onlooker's name.
+        """
         return self._groups.get(group, Usage()).rss_mb
 
 
@@ -149,6 +189,11 @@ class UsageLog:
     """CPU time, memory and the real-time factor over the wall clock, for the report."""
 
     def __init__(self, journal: Journal) -> None:
+        """Begin to write.
+
+        Args:
+            journal: Open file, a JSON object per line.
+        """
         self._journal = journal
 
     def write(self, wall: float, sim_time: float, factor: float, meter: UsageMeter) -> None:

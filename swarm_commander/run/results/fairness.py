@@ -27,7 +27,11 @@ class Fairness:
 
 
 def fairness(durations: Sequence[float]) -> Fairness:
-    """Return how evenly goals with these durations [s] were served."""
+    """Return how evenly goals with these durations [s] were served.
+
+    Args:
+        durations: [s] of the goals that were reached; may be none.
+    """
     if not durations:
         return Fairness(None, None, None)
     median, worst = statistics.median(durations), max(durations)

@@ -55,25 +55,44 @@ class Progress:
         self._live.stop()
 
     def phase(self, text: str) -> None:
-        """Set the phase that is shown."""
+        """Set the phase that is shown.
+
+        Args:
+            text: In a word or two.
+        """
         self._phase = text
         if not text.startswith(STARTING):
             self._aside = ""
         self._due = 0.0
 
     def compiling(self, ready: int, known: int) -> None:
-        """Say beside the phase that a first start compiles, and how far it is."""
+        """Say beside the phase that a first start compiles, and how far it is.
+
+        Args:
+            ready: Kernels that are compiled.
+            known: All.
+        """
         if not self._phase.startswith(STARTING):
             return
         self._aside = f" (first start: compiling, {ready} of {known} kernels are ready)"
         self._due = 0.0 if self._console.is_terminal else self._due
 
     def note(self, text: str, style: str = "") -> None:
-        """Print a line that stays."""
+        """Print a line that stays.
+
+        Args:
+            text: Of any length; the terminal wraps it.
+            style: Of rich, like `yellow`; empty for none.
+        """
         self._console.print(Text(text, style=style), soft_wrap=True)
 
     def breach(self, kind: str, text: str) -> None:
-        """Print a failure; after `SHOWN_NOTES` of a kind, only their number."""
+        """Print a failure; after `SHOWN_NOTES` of a kind, only their number.
+
+        Args:
+            kind: In the plural, like `collisions`, for the count.
+            text: About this one.
+        """
         self._breaches[kind] += 1
         if self._breaches[kind] <= SHOWN_NOTES:
             self.note(text, "red")
@@ -116,12 +135,22 @@ class Progress:
 
 
 def summary_line(phase: str, statistics: RunStatistics) -> str:
-    """Return the state of the run in one line."""
+    """Return the state of the run in one line.
+
+    Args:
+        phase: Shown unless the world is paused.
+        statistics: Of the run.
+    """
     return SEPARATOR.join(_parts(phase, statistics))
 
 
 def packed(parts: Sequence[str], width: int) -> list[str]:
-    """Return as few lines of at most `width` characters as hold the parts unbroken."""
+    """Return as few lines of at most `width` characters as hold the parts unbroken.
+
+    Args:
+        parts: At least one; one that is longer than the width has a line of its own.
+        width: Characters.
+    """
     lines = [parts[0]]
     for part in parts[1:]:
         longer = f"{lines[-1]}{SEPARATOR}{part}"
@@ -148,7 +177,11 @@ def _parts(phase: str, statistics: RunStatistics) -> list[str]:
 
 
 def goals_text(goals: Mapping[str, int]) -> str:
-    """Return how many of all goals were reached, and what became of the others."""
+    """Return how many of all goals were reached, and what became of the others.
+
+    Args:
+        goals: Of the report: `sent`, `reached`, `failed`, `pending`.
+    """
     reached, failed, pending = goals["reached"], goals["failed"], goals["pending"]
     under_way = min(pending, max(0, goals["sent"] - reached - failed))
     text = f"{reached} of {reached + failed + pending}, {failed} missed"
@@ -157,7 +190,12 @@ def goals_text(goals: Mapping[str, int]) -> str:
 
 
 def summary_table(report: Mapping[str, Any], code: int) -> Table:
-    """Return the result of a run as a table."""
+    """Return the result of a run as a table.
+
+    Args:
+        report: Of the run.
+        code: Exit code.
+    """
     goals, collisions = report["goals"], report["collisions"]
     cpu, memory = report["cpu_ms_per_robot_second"], report["memory_mb"]
     duration = report["goal_duration"]

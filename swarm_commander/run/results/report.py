@@ -188,7 +188,11 @@ def exit_code(report: Mapping[str, Any], *, is_unfinished: bool, component_faile
 
 
 def load_verdict(path: Path) -> dict[str, Any]:
-    """Return what the world wrote at its end; empty if it could not."""
+    """Return what the world wrote at its end; empty if it could not.
+
+    Args:
+        path: Of the file, which may be missing or damaged.
+    """
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
@@ -197,7 +201,15 @@ def load_verdict(path: Path) -> dict[str, Any]:
 
 
 def write_report(path: Path, report: Mapping[str, Any]) -> str:
-    """Write the report, whole or not at all; return what to say if it cannot be written."""
+    """Write the report, whole or not at all; return what to say if it cannot be written.
+
+    Args:
+        path: Of the file.
+        report: Without infinities and NaN.
+
+    Returns:
+        Empty if it is written.
+    """
     try:
         write_whole(path, json.dumps(report, indent=2, allow_nan=False) + "\n")
     except OSError as error:
@@ -206,7 +218,12 @@ def write_report(path: Path, report: Mapping[str, Any]) -> str:
 
 
 def rounded(value: Any, digits: int = 3) -> float | None:
-    """Return a number for JSON; None for what is unknown or not finite."""
+    """Return a number for JSON; None for what is unknown or not finite.
+
+    Args:
+        value: None, infinities and NaN become None.
+        digits: After the point.
+    """
     if value is None or not math.isfinite(value):
         return None
     return round(float(value), digits)

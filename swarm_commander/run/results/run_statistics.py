@@ -62,7 +62,15 @@ class Meters:
         self._before: dict[str, float] = {}
 
     def count(self, name: str, value: float) -> float:
-        """Take a reading; return the sum over all navigators that the robot has had."""
+        """Take a reading.
+
+        Args:
+            name: Of the figure.
+            value: As the present navigator reports it; less than the last one is a new navigator's.
+
+        Returns:
+            Sum over all navigators that the robot has had.
+        """
         latest = self._latest.get(name, 0.0)
         if value < latest:
             self._before[name] = self._before.get(name, 0.0) + latest
@@ -103,7 +111,15 @@ class GivenGoals:
         now: float,
         reason: str = "",
     ) -> None:
-        """Take what a robot reports: its counts so far, where it is to go, and why it gave up."""
+        """Take what a robot reports.
+
+        Args:
+            reached: Goals reached so far.
+            tries_failed: Tries failed so far.
+            goal_map: (x, y) [m] of where it is to go; None without a goal.
+            now: Simulated time [s].
+            reason: Why it gave up last.
+        """
         is_settled = (reached, tries_failed) != (self.reached, self._tries_failed)
         if tries_failed > self._tries_failed:
             self._failed_map, self._failed_at = self._place_map, now
@@ -139,8 +155,8 @@ class RobotStatistics:
     """Of one robot.
 
     Attributes:
-        restarts: Times that its navigator was restarted. left: Whether it was removed from the
-        world.
+        restarts: Times that its navigator was restarted.
+        left: Whether it was removed from the world.
         goal: Name of the goal under way; empty without one.
         since: Simulated time [s] at which it entered its state.
         durations: [s] that each goal took which was reached, by simulated time.
@@ -214,11 +230,20 @@ class RunStatistics:
 
     @classmethod
     def of(cls, names: Iterable[str], has_mission: bool) -> RunStatistics:
-        """Return the statistics at the start."""
+        """Return the statistics at the start.
+
+        Args:
+            names: Of the robots.
+            has_mission: Whether goals are counted from our mission; else from what robots report.
+        """
         return cls({name: RobotStatistics() for name in names}, has_mission)
 
     def apply(self, event: Event) -> None:
-        """Add an event; kinds that do not count are ignored."""
+        """Add an event; kinds that do not count are ignored.
+
+        Args:
+            event: Of any process.
+        """
         match event:
             case NavigatorActive(robot=name):
                 robot = self.robots[name]

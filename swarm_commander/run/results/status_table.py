@@ -50,7 +50,11 @@ def status_table(statistics: RunStatistics, room: int = ALONE) -> list[Text]:
 
 
 def legend(statistics: RunStatistics) -> Text:
-    """Return the meaning of the letters that are shown now."""
+    """Return the meaning of the letters that are shown now.
+
+    Args:
+        statistics: Of the run; states that no robot is in are left out.
+    """
     seen = {shown_state(robot) or "inactive" for robot in statistics.robots.values()}
     line = Text()
     for state, (letter, style) in MARKS.items():
@@ -61,7 +65,14 @@ def legend(statistics: RunStatistics) -> Text:
 
 
 def shown_state(robot: RobotStatistics) -> str:
-    """Return the state to show: dead and removed robots no longer report one."""
+    """Return the state to show: dead and removed robots no longer report one.
+
+    Args:
+        robot: With what it said last.
+
+    Returns:
+        Empty before the first status.
+    """
     if robot.left:
         return "gone"
     return "dead" if robot.died else robot.state

@@ -15,6 +15,10 @@ def waits_for(state: str, detail: str) -> str:
     """Return the name of the robot that a status says to wait for, empty for none.
 
     Making way for a robot is not waiting for it.
+
+    Args:
+        state: Of the status.
+        detail: Of the status.
     """
     text = detail if state == "waiting" else detail.partition("waits ")[2]
     found = _NAMED.search(text)
@@ -35,7 +39,13 @@ class WaitGraph:
     _since: dict[tuple[str, ...], float] = field(default_factory=dict)
 
     def note(self, robot: str, other: str, sim_time: float) -> None:
-        """Record what a robot says at a time [s]; `other` is empty if it waits for nobody."""
+        """Record for whom a robot says that it waits.
+
+        Args:
+            robot: Its name.
+            other: Name of the robot that it waits for; empty if it waits for nobody.
+            sim_time: Simulated time [s].
+        """
         if self.edges.get(robot, "") == other:
             return
         for circle in [circle for circle in self._since if robot in circle]:
@@ -49,7 +59,11 @@ class WaitGraph:
             self._since[circle] = sim_time
 
     def as_json(self, sim_time: float) -> dict[str, Any]:
-        """Return what `report.json` says at the end [s]."""
+        """Return what `report.json` says; circles that last still are ended.
+
+        Args:
+            sim_time: Simulated time [s] of the end.
+        """
         for circle in list(self._since):
             self._end(circle, sim_time)
         longest = sorted(self.lasting, key=lambda item: -item[2])
