@@ -326,6 +326,7 @@ class RobotCommander:
         Raises:
             NotActiveError: If it does not become so.
             NoSwarmError: If no swarm is running.
+            ConfigError: If one starts that does not come up.
             SwarmEndedError: If the swarm has ended.
         """
         start = time.monotonic()

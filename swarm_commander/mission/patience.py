@@ -12,14 +12,7 @@ TELL_AFTER = 3.0  # [s] of waiting in silence
 
 
 class SwarmPatience:
-    """Waits for a swarm that is not seen yet while one starts, and no longer.
-
-    Args:
-        domain: ROS domain.
-        has_swarm: Says whether somebody has it; None if that cannot be known.
-        tell: Takes a line for the user.
-        limit: [s] of wall time where it cannot be known.
-    """
+    """Waits for a swarm that is not seen yet while one starts, and no longer."""
 
     def __init__(
         self,
@@ -28,6 +21,14 @@ class SwarmPatience:
         tell: Callable[[str], None],
         limit: float = LOOK_LIMIT,
     ) -> None:
+        """Begin with nothing said.
+
+        Args:
+            domain: ROS domain.
+            has_swarm: Says whether somebody has it; None if that cannot be known.
+            tell: Takes a line for the user.
+            limit: [s] of wall time where it cannot be known.
+        """
         self._domain, self._has_swarm, self._tell, self._limit = domain, has_swarm, tell, limit
         self._is_told = False
 

@@ -16,6 +16,10 @@ DISCARD = 9  # port for asking the kernel for a way; nothing is sent to it
 def check_address(host: str, port: int) -> None:
     """Refuse an address that cannot be listened on, before anything is started.
 
+    Args:
+        host: Name or address of this machine.
+        port: TCP; 0 for a free one.
+
     Raises:
         ConfigError: If it is taken, not of this machine, or impossible.
     """
@@ -34,6 +38,9 @@ def check_address(host: str, port: int) -> None:
 
 def check_port(port: int) -> None:
     """Refuse a number that is not a TCP port.
+
+    Args:
+        port: As typed.
 
     Raises:
         ConfigError: If it is none.
@@ -55,6 +62,9 @@ def own_addresses() -> dict[str, str]:
 def own_address(text: str) -> str:
     """Return the address that --bind names: an IPv4 address of this host, or its interface.
 
+    Args:
+        text: As typed.
+
     Raises:
         ConfigError: If this host has neither.
     """
@@ -73,6 +83,9 @@ def own_address(text: str) -> str:
 def address_of(host: str) -> str:
     """Return the IPv4 address of a host by name or address.
 
+    Args:
+        host: Name or address, as typed.
+
     Raises:
         ConfigError: If it has none.
     """
@@ -89,6 +102,9 @@ def address_of(host: str) -> str:
 
 def address_towards(address: str) -> str:
     """Return the own address from which this host reaches another; nothing is sent.
+
+    Args:
+        address: IPv4, of the other host.
 
     Raises:
         ConfigError: If there is no way to it.

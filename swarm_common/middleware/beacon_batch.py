@@ -29,7 +29,11 @@ _HEAD = struct.Struct("<IIII")  # stamp, robots, beacons
 
 
 def topic_of(host: str) -> str:
-    """Return the topic of a host's batches."""
+    """Return the topic of a host's batches.
+
+    Args:
+        host: Name of the start of its swarm-up.
+    """
     return f"/sim/beacons/h{host}"
 
 
@@ -37,6 +41,13 @@ class BatchWriter:
     """Encodes the batches for one host."""
 
     def __init__(self, secret: str, run: str, host: str) -> None:
+        """Begin with batch 1.
+
+        Args:
+            secret: Shared by the hosts; seals the batches.
+            run: Of the swarm.
+            host: Name of the start of its swarm-up.
+        """
         self._secret = secret
         self._for = (KIND.encode(), run.encode(), host.encode())
         self._number = 0
@@ -61,12 +72,22 @@ class BatchReader:
     """Decodes them, each once."""
 
     def __init__(self, secret: str, run: str, host: str) -> None:
+        """Begin before batch 1.
+
+        Args:
+            secret: Shared by the hosts; seals the batches.
+            run: Of the swarm.
+            host: Name of the start of its swarm-up.
+        """
         self._secret = secret
         self._for = (KIND.encode(), run.encode(), host.encode())
         self._newest = 0
 
     def decode(self, message: bytes) -> list[tuple[int, bytes]]:
         """Return the NeighborArray message of each robot, by its number; none of an old batch.
+
+        Args:
+            message: Whole, in CDR, as it came from the topic.
 
         Raises:
             ForgedError: If the seal is not right.

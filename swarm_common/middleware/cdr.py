@@ -45,13 +45,20 @@ COVARIANCE = struct.pack("<36d", *([0.0] * 36))
 
 
 def encode_string(text: str) -> bytes:
-    """Return the CDR string: length with the closing NUL, then the characters."""
+    """Return the CDR string: length with the closing NUL, then the characters.
+
+    Args:
+        text: Without NUL.
+    """
     raw = text.encode() + b"\x00"
     return struct.pack("<I", len(raw)) + raw
 
 
 def read_tick(data: bytes) -> int:
     """Return the control tick in the stamp of a message that starts with one.
+
+    Args:
+        data: CDR message, of either byte order.
 
     Raises:
         RejectedError: If there is no sensible stamp.
@@ -60,7 +67,17 @@ def read_tick(data: bytes) -> int:
 
 
 def yaw_of(qx: float, qy: float, qz: float, qw: float) -> float:
-    """Return the yaw of a unit quaternion."""
+    """Return the yaw of a unit quaternion.
+
+    Args:
+        qx: Of the quaternion.
+        qy: Of the quaternion.
+        qz: Of the quaternion.
+        qw: Of the quaternion.
+
+    Returns:
+        [rad] in [-π, π].
+    """
     return math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
 
 
@@ -73,6 +90,12 @@ class OdometryWriter:
     _VARIANCE = struct.Struct("<d")
 
     def __init__(self, frame: str, child_frame: str) -> None:
+        """Lay out the message; all variances are 0.
+
+        Args:
+            frame: Parent frame, like `odom`.
+            child_frame: Like `base_footprint`.
+        """
         data = bytearray(LITTLE_ENDIAN + STAMP.pack(0, 0) + encode_string(frame))
         data += bytes(aligned(len(data), 4) - len(data)) + encode_string(child_frame)
         data += bytes(aligned(len(data), 8) - len(data))
@@ -82,13 +105,24 @@ class OdometryWriter:
         self._data = data
 
     def set_variances(self, of_pose: Sequence[float], of_twist: Sequence[float]) -> None:
-        """Let the next messages have these variances of x, y and yaw, and of their rates."""
+        """Let the next messages have these variances.
+
+        Args:
+            of_pose: Of x, y [m²] and yaw [rad²].
+            of_twist: Of vx, vy [m²/s²] and wz [rad²/s²].
+        """
         for at, variances in ((self._pose_at + 56, of_pose), (self._twist_at + 48, of_twist)):
             for place, variance in zip(self._DIAGONAL, variances, strict=True):
                 self._VARIANCE.pack_into(self._data, at + 8 * place, variance)
 
     def encode(self, tick: int, pose: Pose, twist: Twist) -> bytes:
-        """Return the message of one tick."""
+        """Return the message of one tick.
+
+        Args:
+            tick: Control tick, for the stamp.
+            pose: Of the child frame in the parent frame.
+            twist: In the child frame.
+        """
         data = self._data
         STAMP.pack_into(data, HEAD, *stamp_from_tick(tick))
         half = 0.5 * pose.yaw
@@ -103,12 +137,19 @@ class OdometryReader:
     """Reads the planar part of nav_msgs/Odometry."""
 
     def __init__(self, reach: float = MOST_DISTANCE) -> None:
-        """Know no message yet; `reach` [m] is how far from its origin odometry may be."""
+        """Know no message yet.
+
+        Args:
+            reach: [m] from its origin at which odometry may be.
+        """
         self._layout = Layout(2, 8, "7d288x6d")
         self._reach = reach
 
     def read(self, data: bytes) -> Odometry:
         """Return what a message says.
+
+        Args:
+            data: CDR message, of either byte order.
 
         Raises:
             RejectedError: If it is not odometry, or has an impossible number.
@@ -132,13 +173,24 @@ class CovariantPoseWriter:
     _DIAGONAL = (0, 7, 35)  # x, y, yaw in the 6 x 6 covariance
 
     def __init__(self, frame: str) -> None:
+        """Lay out the message.
+
+        Args:
+            frame: Frame id of all messages.
+        """
         data = bytearray(LITTLE_ENDIAN + STAMP.pack(0, 0) + encode_string(frame))
         data += bytes(aligned(len(data), 8) - len(data))
         self._pose_at = len(data)
         self._data = data + bytes(self._POSE.size) + COVARIANCE
 
     def encode(self, tick: int, pose: Pose, variances: Sequence[float]) -> bytes:
-        """Return the message of one tick; the variances are those of x, y and yaw."""
+        """Return the message of one tick.
+
+        Args:
+            tick: Control tick, for the stamp.
+            pose: In the frame of the message.
+            variances: Of x, y [m²] and yaw [rad²].
+        """
         data = self._data
         STAMP.pack_into(data, HEAD, *stamp_from_tick(tick))
         half = 0.5 * pose.yaw
@@ -155,6 +207,12 @@ class TransformsWriter:
     """Encodes tf2_msgs/TFMessage: one frame to many others, all in the plane."""
 
     def __init__(self, parent: str, children: Sequence[str]) -> None:
+        """Lay out the message.
+
+        Args:
+            parent: Frame id of all transforms.
+            children: Frame ids of the others.
+        """
         data = bytearray(LITTLE_ENDIAN + struct.pack("<I", len(children)))
         stamps, poses = [], []
         for child in children:
@@ -173,7 +231,12 @@ class TransformsWriter:
         self._body.view(np.uint8)[: self._size] = np.frombuffer(data, np.uint8, offset=HEAD)
 
     def encode(self, tick: int, poses: NDArray[np.float64]) -> bytes:
-        """Return the message of one tick; `poses` is (n, 3): x, y, yaw of each child."""
+        """Return the message of one tick.
+
+        Args:
+            tick: Control tick, for the stamp.
+            poses: x, y, yaw (n, 3) [m, rad] of each child in the parent frame.
+        """
         sec, nanosec = stamp_from_tick(tick)
         words = self._body.view("<u4")
         words[self._stamps_at], words[self._stamps_at + 1] = sec, nanosec
@@ -197,6 +260,9 @@ class TransformsReader:
 
     def read(self, data: bytes) -> tuple[int, list[str], NDArray[np.float64]]:
         """Return (tick, child frames, their x, y, yaw (n, 3)) of a message.
+
+        Args:
+            data: CDR message, little-endian.
 
         Raises:
             RejectedError: If it is not such a message, or big-endian.
@@ -256,7 +322,11 @@ class ScanWriter:
         self._scan_time = scan_time
 
     def encode(self, scan: Scan) -> bytes:
-        """Return the message of one scan."""
+        """Return the message of one scan.
+
+        Args:
+            scan: Ranges and angles are written as they are, rounded to float32.
+        """
         STAMP.pack_into(self._head, HEAD, *stamp_from_tick(scan.tick))
         count = len(scan.ranges)
         numbers = struct.pack(
@@ -279,6 +349,9 @@ def read_scan(data: bytes) -> Scan:
 
     A view would be read-only, for which numba would compile every kernel once more. A range may be
     anything, as in the message's definition: only those within the LiDAR's limits count.
+
+    Args:
+        data: CDR message, of either byte order.
 
     Raises:
         RejectedError: If it is not a scan, or its geometry makes no sense.
@@ -307,13 +380,23 @@ class CommandWriter:
     _TWIST = struct.Struct("<6d")
 
     def __init__(self, frame: str) -> None:
+        """Lay out the message.
+
+        Args:
+            frame: Frame id of all messages.
+        """
         data = bytearray(LITTLE_ENDIAN + STAMP.pack(0, 0) + encode_string(frame))
         data += bytes(aligned(len(data), 8) - len(data))
         self._twist_at = len(data)
         self._data = data + bytes(self._TWIST.size)
 
     def encode(self, tick: int, twist: Twist) -> bytes:
-        """Return the command that answers a tick."""
+        """Return the command that answers a tick.
+
+        Args:
+            tick: That is answered; the stamp of the command.
+            twist: In base_footprint.
+        """
         STAMP.pack_into(self._data, HEAD, *stamp_from_tick(tick))
         self._TWIST.pack_into(
             self._data, self._twist_at, twist.vx, twist.vy, 0.0, 0.0, 0.0, twist.wz
@@ -330,6 +413,9 @@ class CommandReader:
     def read(self, data: bytes) -> tuple[int, Twist]:
         """Return (tick, twist) of a message.
 
+        Args:
+            data: CDR message, of either byte order.
+
         Raises:
             RejectedError: If it is not a command, or asks for more than any robot can do.
         """
@@ -339,6 +425,9 @@ class CommandReader:
 
 def read_plain_command(data: bytes) -> Twist:
     """Return the twist of a geometry_msgs/Twist message.
+
+    Args:
+        data: CDR message, of either byte order.
 
     Raises:
         RejectedError: If it is not a command, or asks for more than any robot can do.

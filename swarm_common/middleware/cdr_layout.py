@@ -22,12 +22,22 @@ SECOND = 1_000_000_000  # [ns]
 
 
 def aligned(offset: int, size: int) -> int:
-    """Return the next offset at which a CDR member of `size` bytes may start."""
+    """Return the next offset at which a CDR member of `size` bytes may start.
+
+    Args:
+        offset: [bytes] from the start of the message, encapsulation included.
+        size: [bytes], a power of 2.
+    """
     return HEAD + -(-(offset - HEAD) // size) * size
 
 
 def after_string(data: bytes, offset: int, order: str = LITTLE) -> int:
     """Return the offset behind the CDR string that starts at `offset` (4-aligned).
+
+    Args:
+        data: Message from its encapsulation on.
+        offset: [bytes] from the start of the message, encapsulation included.
+        order: `LITTLE` or `BIG`.
 
     Raises:
         RejectedError: If the message ends before the string does.
@@ -43,6 +53,9 @@ def after_string(data: bytes, offset: int, order: str = LITTLE) -> int:
 def byte_order(data: bytes) -> str:
     """Return the byte order of a message as `struct` has it.
 
+    Args:
+        data: CDR message, of either byte order.
+
     Raises:
         RejectedError: If it is not plain CDR.
     """
@@ -55,6 +68,10 @@ def byte_order(data: bytes) -> str:
 def check_stamp(sec: int, nanosec: int) -> None:
     """Refuse a stamp that no simulated time has.
 
+    Args:
+        sec: [s]
+        nanosec: [ns]
+
     Raises:
         RejectedError: Saying which it is.
     """
@@ -64,6 +81,9 @@ def check_stamp(sec: int, nanosec: int) -> None:
 
 def read_stamp(data: bytes) -> tuple[int, int]:
     """Return (sec, nanosec) of a message that begins with a stamp.
+
+    Args:
+        data: CDR message, of either byte order.
 
     Raises:
         RejectedError: If it does not, or the stamp makes no sense.
@@ -97,6 +117,9 @@ class Layout:
 
     def unpack(self, data: bytes) -> tuple[Any, ...]:
         """Return seconds and nanoseconds of the stamp, then the numbers.
+
+        Args:
+            data: CDR message, of either byte order.
 
         Raises:
             RejectedError: If the message is not plain CDR, is too short, or has no sensible stamp.

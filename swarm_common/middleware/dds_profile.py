@@ -79,7 +79,12 @@ def _add_locator(known: ElementTree.Element, address: str, port: int | None) -> 
 
 
 def peers_of_tools(own_address: str, world_address: str) -> list[Peers]:
-    """Return the peers of a tool that looks at the graph from one of its hosts."""
+    """Return the peers of a tool that looks at the graph from one of its hosts.
+
+    Args:
+        own_address: IPv4 address of this host.
+        world_address: IPv4 address of the world's host; may be the same.
+    """
     own = Peers(own_address)
     if world_address == own_address:
         return [own]
@@ -90,6 +95,11 @@ def peers_of_robots(own_address: str, world_address: str, processes: int) -> lis
     """Return the peers of navigators: the world's host, and newcomers on their own.
 
     Robots need not know each other in DDS: their beacons go through the world's radio.
+
+    Args:
+        own_address: IPv4 address of this host.
+        world_address: IPv4 address of the world's host; may be the same.
+        processes: That the navigators of this host are in.
     """
     if world_address == own_address:
         return [Peers(own_address)]
@@ -98,7 +108,11 @@ def peers_of_robots(own_address: str, world_address: str, processes: int) -> lis
 
 
 def foreign_setting(environment: Mapping[str, str]) -> str:
-    """Return the variable by which the user replaces our DDS profile; empty if there is none."""
+    """Return the variable by which the user replaces our DDS profile; empty if there is none.
+
+    Args:
+        environment: Usually os.environ.
+    """
     for name in FOREIGN:
         value = environment.get(name, "")
         if value and Path(value) != TEMPLATE:
@@ -108,6 +122,9 @@ def foreign_setting(environment: Mapping[str, str]) -> str:
 
 def check_environment(environment: Mapping[str, str]) -> None:
     """Refuse settings of DDS by the user that a profile of ours would contradict.
+
+    Args:
+        environment: Usually os.environ.
 
     Raises:
         ConfigError: If there are some.

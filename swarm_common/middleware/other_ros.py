@@ -77,13 +77,23 @@ def unusable_packages(environ: Mapping[str, str], version: str) -> list[str]:
 
 
 def without(folders: str, unwanted: Iterable[str]) -> str:
-    """Return a search path without some of its folders."""
+    """Return a search path without some of its folders.
+
+    Args:
+        folders: Separated as in PATH.
+        unwanted: Written as they are there.
+    """
     left_out = set(unwanted)
     return os.pathsep.join(f for f in folders.split(os.pathsep) if f not in left_out)
 
 
 def own_first(folders: str, prefix: Path) -> str:
-    """Return a search path with the folders below a prefix before all others."""
+    """Return a search path with the folders below a prefix before all others.
+
+    Args:
+        folders: Separated as in PATH.
+        prefix: Of our Python environment.
+    """
     parts = [folder for folder in folders.split(os.pathsep) if folder]
     own = [folder for folder in parts if Path(folder).is_relative_to(prefix)]
     return os.pathsep.join([*own, *(folder for folder in parts if folder not in own)])

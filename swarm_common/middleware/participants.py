@@ -65,6 +65,9 @@ class Hubs:
             robots: How many there will be.
             is_large: What `prepare` returned.
             with_gallery: Whether `gallery` is to be a participant of its own, too.
+
+        Raises:
+            ConfigError: If DDS did not take our profile and listens elsewhere.
         """
         self._own = own
         self.gallery = own
@@ -88,11 +91,19 @@ class Hubs:
         return self._nodes
 
     def node_of(self, robot: int) -> Node:
-        """Return the node for the topics of a robot, by its index; late ones share the last."""
+        """Return the node for the topics of a robot, by its index; late ones share the last.
+
+        Args:
+            robot: Its index.
+        """
         return self._nodes[min(robot // HUB_SIZE, len(self._nodes) - 1)]
 
     def ports(self, names: Sequence[str]) -> dict[str, int]:
-        """Return the port of its hub for each robot of an ordered list, none without hubs."""
+        """Return the port of its hub for each robot of an ordered list, none without hubs.
+
+        Args:
+            names: Of the robots, in the order of their indices.
+        """
         last = len(self._ports) - 1
         return {
             name: self._ports[min(robot // HUB_SIZE, last)]

@@ -62,7 +62,11 @@ def _libraries() -> tuple[Any, Any]:
 
 
 def sender_of(gid: Sequence[int]) -> Sender:
-    """Return a publisher's id from the bytes that the graph lists."""
+    """Return a publisher's id from the bytes that the graph lists.
+
+    Args:
+        gid: Bytes of `endpoint_gid`; 16 of them count.
+    """
     raw = bytes(gid)[:GID_SIZE].ljust(GID_SIZE, b"\x00")
     return int.from_bytes(raw[:8], "little"), int.from_bytes(raw[8:], "little")
 

@@ -64,14 +64,27 @@ require("ros-jazzy-rclpy", __name__, PARTS)
 
 
 def subscription(node: Node, kind: Any, name: str, quality: QoSProfile) -> Any:
-    """Return the handle of a subscription; `pointer` is the address of its rcl_subscription_t."""
+    """Return the handle of a subscription; `pointer` is the address of its rcl_subscription_t.
+
+    Args:
+        node: Appears as the subscriber in the graph.
+        kind: Type of the messages.
+        name: Relative to the node's namespace, or absolute.
+        quality: Of service.
+    """
     check_for_type_support(kind)
     with node.handle:
         return _rclpy.Subscription(node.handle, kind, name, quality.get_c_qos_profile())
 
 
 def service(node: Node, kind: Any, name: str) -> Any:
-    """Return the handle of a service."""
+    """Return the handle of a service.
+
+    Args:
+        node: Appears as the server in the graph.
+        kind: Type of the service.
+        name: Relative to the node's namespace, or absolute.
+    """
     check_for_type_support(kind)
     quality = qos_profile_services_default.get_c_qos_profile()
     with node.handle:
@@ -79,7 +92,12 @@ def service(node: Node, kind: Any, name: str) -> Any:
 
 
 def name_in_graph(node: Node, name: str) -> Any:
-    """Return the handle of a node that has only a name, beside another one in its namespace."""
+    """Return the handle of a node that has only a name, beside another one in its namespace.
+
+    Args:
+        node: The real one.
+        name: Without namespace.
+    """
     context = node.context.handle
     with context:
         return _rclpy.Node(name, node.get_namespace(), context, None, False, False)
@@ -114,6 +132,12 @@ def removable_publisher(node: Node, kind: Any, name: str, quality: QoSProfile) -
     It does not report subscribers of another quality or type. rclpy 7.1 ends the process by SIGSEGV
     when such an event comes between the end of a publisher and the executor's next turn: it drops
     its last reference to the wait set of the event's handler without holding Python's lock.
+
+    Args:
+        node: Appears as the publisher in the graph.
+        kind: Type of the messages.
+        name: Relative to the node's namespace, or absolute.
+        quality: Of service.
     """
     silent = PublisherEventCallbacks(use_default_callbacks=False)
     return node.create_publisher(kind, name, quality, event_callbacks=silent)
@@ -122,13 +146,26 @@ def removable_publisher(node: Node, kind: Any, name: str, quality: QoSProfile) -
 def removable_subscription(
     node: Node, kind: Any, name: str, callback: Callable[[Any], object], quality: QoSProfile
 ) -> Subscription:
-    """Return a subscription that may be destroyed while a SafeExecutor has its node."""
+    """Return a subscription that may be destroyed while a SafeExecutor has its node.
+
+    Args:
+        node: Appears as the subscriber in the graph.
+        kind: Type of the messages.
+        name: Relative to the node's namespace, or absolute.
+        callback: Called with each message, by the node's executor.
+        quality: Of service.
+    """
     silent = SubscriptionEventCallbacks(use_default_callbacks=False)
     return node.create_subscription(kind, name, callback, quality, event_callbacks=silent)
 
 
 def wait_set(context: Context, capacity: int) -> Any:
-    """Return a wait set for a number of subscriptions."""
+    """Return a wait set for a number of subscriptions.
+
+    Args:
+        context: Of the nodes that subscribe.
+        capacity: Largest number of subscriptions at a time.
+    """
     with context.handle:
         return _rclpy.WaitSet(capacity, 0, 0, 0, 0, 0, context.handle)
 
@@ -153,7 +190,16 @@ class SafeExecutor(_rclpy.EventsExecutor):  # type: ignore[misc]  # rclpy has no
         self._faults = FaultLog("task")
 
     def create_task(self, callback: Callable[..., Any], *args: Any, **options: Any) -> Any:
-        """Schedule a function or a coroutine function; rclpy does so for completed futures."""
+        """Schedule a function or a coroutine function; rclpy does so for completed futures.
+
+        Args:
+            callback: The function; what it raises is logged.
+            *args: For it.
+            **options: For it, by name.
+
+        Returns:
+            rclpy's task.
+        """
         note = self._faults.note
         if inspect.iscoroutinefunction(callback):
 
@@ -241,6 +287,9 @@ def time_source_without_topic(node: Node) -> TimeSource:
     """Return the time source of a node, which will not subscribe to /clock.
 
     rclpy offers no other way to have `use_sim_time` without the subscription.
+
+    Args:
+        node: That was created without `use_sim_time`.
     """
     source = node._time_source
     source._subscribe_to_clock_topic = lambda: None

@@ -64,7 +64,11 @@ class Rejections:
         self._say(_line(kind, source, reason))
 
     def tell(self, now: float) -> None:
-        """Send new rejections to swarm-up, no more often than it reads them. `now` is wall time."""
+        """Send new rejections to swarm-up, no more often than it reads them.
+
+        Args:
+            now: Wall time [s].
+        """
         if now >= self._due and self.counts != self._told:
             self._due = now + TELL_PERIOD
             self.flush()

@@ -67,7 +67,11 @@ def set_defaults() -> None:
 
 
 def use_profile(path: str) -> None:
-    """Activate one of our DDS profiles, with its settings of participants and endpoints."""
+    """Activate one of our DDS profiles, with its settings of participants and endpoints.
+
+    Args:
+        path: Of the profile's file.
+    """
     os.environ[PROFILES] = path
     os.environ[DISCOVERY_RANGE] = "SYSTEM_DEFAULT"  # leaves the choice to the profile
     os.environ[ENDPOINTS] = "1"
@@ -114,6 +118,9 @@ def is_large(robots: int) -> bool:
 
     Then navigators are told which participants to announce themselves to, and create rarely used
     servers only when a client appears.
+
+    Args:
+        robots: Size of the swarm.
     """
     return robots > FEW_ROBOTS and bool(bound_address())
 
@@ -134,6 +141,9 @@ def newcomer_ids(first_free: int) -> range:
     Never one whose port is in the next domain: Fast DDS connects participants of two domains once
     they know of each other. And at least one, as Fast DDS discards a profile, loopback and all,
     whose list of peers is empty.
+
+    Args:
+        first_free: Participant id that is free, as are all above it.
     """
     last = min(first_free + NEWCOMERS, MOST_PARTICIPANTS)
     return range(min(first_free, last - 1), last)
@@ -173,18 +183,31 @@ def world_port() -> int:
 
 
 def is_discovery_port(port: int) -> bool:
-    """Whether a participant of this domain may listen for announcements on a UDP port."""
+    """Whether a participant of this domain may listen for announcements on a UDP port.
+
+    Args:
+        port: UDP.
+    """
     offset = port - world_port()
     return 0 <= offset < 2 * MOST_PARTICIPANTS and offset % 2 == 0
 
 
 def participant_id(port: int) -> int:
-    """Return the id of the participant that listens for announcements on a port."""
+    """Return the id of the participant that listens for announcements on a port.
+
+    Args:
+        port: For which `is_discovery_port` is true.
+    """
     return (port - world_port()) // 2
 
 
 def unicast_port(domain: int, participant: int) -> int:
-    """Return the port on which a participant listens for announcements (DDSI-RTPS 9.6.1.1)."""
+    """Return the port on which a participant listens for announcements (DDSI-RTPS 9.6.1.1).
+
+    Args:
+        domain: ROS domain.
+        participant: Its id, from 0 on each host.
+    """
     return FIRST_PORT + 10 + DOMAIN_PORTS * domain + 2 * participant
 
 

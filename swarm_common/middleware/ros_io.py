@@ -49,35 +49,63 @@ START, MOST_DIGITS = "start_at_tick ", 12  # of a goal that begins later
 
 
 def time_msg(tick: int) -> Time:
-    """Return the stamp of a control tick."""
+    """Return the stamp of a control tick.
+
+    Args:
+        tick: Control tick.
+    """
     sec, nanosec = stamp_from_tick(tick)
     return Time(sec=sec, nanosec=nanosec)
 
 
 def tick_of(stamp: Time) -> int:
-    """Return the control tick nearest to a stamp."""
+    """Return the control tick nearest to a stamp.
+
+    Args:
+        stamp: Of the simulation.
+    """
     return tick_from_stamp(stamp.sec, stamp.nanosec)
 
 
 def start_text(tick: int) -> str:
-    """Return what a goal's `behavior_tree` holds if it is to begin at a tick, not at once."""
+    """Return what a goal's `behavior_tree` holds if it is to begin at a tick, not at once.
+
+    Args:
+        tick: 0 for at once.
+
+    Returns:
+        Empty for at once.
+    """
     return f"{START}{tick}" if tick else ""
 
 
 def start_in(behavior_tree: str) -> int:
-    """Return the tick at which a goal is to begin, from its `behavior_tree`; 0 for at once."""
+    """Return the tick at which a goal is to begin, from its `behavior_tree`; 0 for at once.
+
+    Args:
+        behavior_tree: From a client; any text that is not ours means at once.
+    """
     digits = behavior_tree.removeprefix(START)
     is_start = digits != behavior_tree and digits.isascii() and digits.isdigit()
     return int(digits[:MOST_DIGITS]) if is_start else 0
 
 
 def header(tick: int, frame: str) -> Header:
-    """Return a header."""
+    """Return a header.
+
+    Args:
+        tick: Control tick, for the stamp.
+        frame: Frame id.
+    """
     return Header(stamp=time_msg(tick), frame_id=frame)
 
 
 def pose_msg(pose: Pose) -> PoseMsg:
-    """Return a planar pose as geometry_msgs/Pose."""
+    """Return a planar pose as geometry_msgs/Pose.
+
+    Args:
+        pose: x, y [m] and yaw [rad].
+    """
     message = PoseMsg()
     message.position.x = float(pose.x)
     message.position.y = float(pose.y)
@@ -88,6 +116,9 @@ def pose_msg(pose: Pose) -> PoseMsg:
 
 def pose_from_msg(message: PoseMsg) -> Pose:
     """Return the planar part of a pose; an all-zero quaternion counts as yaw 0, as in Nav2.
+
+    Args:
+        message: From anybody.
 
     Raises:
         ValueError: If a number is not finite or the quaternion is not of unit length.
@@ -105,12 +136,22 @@ def pose_from_msg(message: PoseMsg) -> Pose:
 
 
 def pose_stamped(pose: Pose, tick: int) -> PoseStamped:
-    """Return geometry_msgs/PoseStamped in map."""
+    """Return geometry_msgs/PoseStamped in map.
+
+    Args:
+        pose: In the map frame.
+        tick: Control tick, for the stamp.
+    """
     return PoseStamped(header=header(tick, "map"), pose=pose_msg(pose))
 
 
 def path_msg(points_map: FloatArray, tick: int) -> Path:
-    """Return nav_msgs/Path of points (n, 2) or (n, 3); without a yaw it follows the path."""
+    """Return nav_msgs/Path of points (n, 2) or (n, 3); without a yaw it follows the path.
+
+    Args:
+        points_map: x, y [m] and perhaps yaw [rad] of each point in the map frame.
+        tick: Control tick, for the stamp.
+    """
     message = Path(header=header(tick, "map"))
     if len(points_map) == 0:
         return message
@@ -124,7 +165,14 @@ def path_msg(points_map: FloatArray, tick: int) -> Path:
 
 
 def path_yaws(points_map: FloatArray) -> FloatArray:
-    """Return the direction at each point of a polyline (n, 2)."""
+    """Return the direction at each point of a polyline (n, 2).
+
+    Args:
+        points_map: In any frame; columns behind x and y do not count.
+
+    Returns:
+        (n,) [rad]; the last point has the direction of the one before, a single point 0.
+    """
     if len(points_map) < 2:
         return np.zeros(len(points_map))
     steps = np.diff(points_map[:, :2], axis=0)
@@ -133,7 +181,12 @@ def path_yaws(points_map: FloatArray) -> FloatArray:
 
 
 def grid_msg(grid: Grid, tick: int) -> OccupancyGrid:
-    """Return the map as nav_msgs/OccupancyGrid."""
+    """Return the map as nav_msgs/OccupancyGrid.
+
+    Args:
+        grid: The map, which may be turned.
+        tick: Control tick, for the stamp.
+    """
     origin = (grid.origin_x, grid.origin_y)
     message = occupancy_msg(grid.cells, grid.resolution, origin, tick, "map")
     message.info.origin = pose_msg(Pose(*origin, grid.origin_yaw))
@@ -143,7 +196,15 @@ def grid_msg(grid: Grid, tick: int) -> OccupancyGrid:
 def occupancy_msg(
     cells: NDArray[np.int8], resolution: float, origin: tuple[float, float], tick: int, frame: str
 ) -> OccupancyGrid:
-    """Return nav_msgs/OccupancyGrid of cells (height, width)."""
+    """Return nav_msgs/OccupancyGrid of cells (height, width).
+
+    Args:
+        cells: Rows from the origin upwards; -1 unknown, else 0 to 100.
+        resolution: [m] per cell.
+        origin: x, y [m] of the lower left corner in the frame.
+        tick: Control tick, for the stamp.
+        frame: Frame id.
+    """
     message = OccupancyGrid(header=header(tick, frame))
     message.info.map_load_time = message.header.stamp
     message.info.resolution = float(resolution)
@@ -155,6 +216,9 @@ def occupancy_msg(
 
 def grid_from_msg(message: OccupancyGrid) -> Grid:
     """Return the map in an OccupancyGrid.
+
+    Args:
+        message: From anybody.
 
     Raises:
         RejectedError: If the sizes disagree, or a number makes no sense.
@@ -183,6 +247,10 @@ def grid_from_msg(message: OccupancyGrid) -> Grid:
 def unpacked(data: bytes, kind: Any) -> Any:
     """Return the message of a type in CDR bytes.
 
+    Args:
+        data: From anybody.
+        kind: Type of the message.
+
     Raises:
         RejectedError: If it is none.
     """
@@ -194,7 +262,11 @@ def unpacked(data: bytes, kind: Any) -> Any:
 
 
 def message_digest(message: OccupancyGrid) -> str:
-    """Return the SHA-256 of what a map says: its geometry and its cells."""
+    """Return the SHA-256 of what a map says: its geometry and its cells.
+
+    Args:
+        message: The map; its stamps do not count.
+    """
     info, origin = message.info, message.info.origin
     q = origin.orientation
     resolution = float(np.float32(info.resolution))  # as on the wire
@@ -205,7 +277,11 @@ def message_digest(message: OccupancyGrid) -> str:
 
 
 def map_digest(grid: Grid) -> str:
-    """Return the digest of the message that brings a map to the robots."""
+    """Return the digest of the message that brings a map to the robots.
+
+    Args:
+        grid: The map, which may be turned.
+    """
     return message_digest(grid_msg(grid, 0))
 
 
@@ -222,7 +298,11 @@ OCCUPANCY_FROM_COST = _nav2_scale()
 
 
 def points32(points: Iterable[Sequence[float]]) -> list[Point32]:
-    """Return points of a polygon."""
+    """Return points of a polygon.
+
+    Args:
+        points: x, y [m] of each; further columns are not taken.
+    """
     return [Point32(x=float(x), y=float(y)) for x, y in points]
 
 
@@ -233,7 +313,15 @@ def transform_msg(
     quaternion: Sequence[float],
     tick: int,
 ) -> TransformStamped:
-    """Return parent ← child as geometry_msgs/TransformStamped; quaternion as x, y, z, w."""
+    """Return parent ← child as geometry_msgs/TransformStamped.
+
+    Args:
+        parent: Frame id.
+        child: Frame id.
+        xyz: [m] of the child's origin in the parent.
+        quaternion: x, y, z, w, of length 1.
+        tick: Control tick, for the stamp.
+    """
     message = TransformStamped(header=header(tick, parent), child_frame_id=child)
     move, turn = message.transform.translation, message.transform.rotation
     move.x, move.y, move.z = (float(value) for value in xyz)
@@ -242,7 +330,14 @@ def transform_msg(
 
 
 def planar_transform(parent: str, child: str, pose: Pose, tick: int) -> TransformStamped:
-    """Return parent ← child for a planar pose."""
+    """Return parent ← child for a planar pose.
+
+    Args:
+        parent: Frame id.
+        child: Frame id.
+        pose: Of the child in the parent.
+        tick: Control tick, for the stamp.
+    """
     half = 0.5 * pose.yaw
     turn = (0.0, 0.0, math.sin(half), math.cos(half))
     return transform_msg(parent, child, (pose.x, pose.y, 0.0), turn, tick)

@@ -173,7 +173,11 @@ class SoleTopic(PolledTopic):
 
 
 def full_name(info: TopicEndpointInfo) -> str:
-    """Return a publisher's node with its namespace."""
+    """Return a publisher's node with its namespace.
+
+    Args:
+        info: Of the graph, which may not know the node yet (`UNKNOWN_NODE`).
+    """
     return f"{info.node_namespace.rstrip('/')}/{info.node_name}"
 
 
@@ -181,7 +185,13 @@ class PolledService:
     """A service of a node that no executor knows; its answers may come later."""
 
     def __init__(self, node: Node, kind: Any, name: str) -> None:
-        """Offer it; requests wait until they are taken."""
+        """Offer it; requests wait until they are taken.
+
+        Args:
+            node: Appears as the server in the graph.
+            kind: Service type.
+            name: Of the service, relative to the node's namespace or absolute.
+        """
         self._kind = kind
         self._handle = rclpy_compat.service(node, kind, name)
 
@@ -197,7 +207,12 @@ class PolledService:
         return None if header is None else (request, header.request_id)
 
     def answer(self, response: Any, request_id: Any) -> None:
-        """Answer a request."""
+        """Answer a request.
+
+        Args:
+            response: Of the service's type.
+            request_id: As `take` returned it with the request.
+        """
         with contextlib.suppress(RuntimeError):  # RCLError: the client is gone
             self._handle.service_send_response(response, request_id)
 
@@ -210,11 +225,21 @@ class Waiter:
     """Waits for a message on any of a few topics."""
 
     def __init__(self, context: Context, capacity: int = 1) -> None:
-        """Prepare to wait for up to `capacity` topics at a time."""
+        """Prepare to wait.
+
+        Args:
+            context: Of the nodes that subscribe.
+            capacity: Largest number of topics at a time.
+        """
         self._set = rclpy_compat.wait_set(context, capacity)
 
     def wait(self, topics: Sequence[PolledTopic], timeout: float) -> None:
-        """Return when a message waits on one of the topics, or after `timeout` [s]."""
+        """Return when a message waits on one of the topics, or after a while.
+
+        Args:
+            topics: As many as the capacity at most.
+            timeout: [s] of wall time.
+        """
         self._set.clear_entities()
         for topic in topics:
             self._set.add_subscription(topic.handle)

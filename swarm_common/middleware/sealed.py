@@ -36,7 +36,12 @@ class Letter:
 
 
 def tag(secret: str, *parts: bytes) -> bytes:
-    """Return the seal (32 bytes) of some parts; where one ends and the next begins counts."""
+    """Return the seal (32 bytes) of some parts; where one ends and the next begins counts.
+
+    Args:
+        secret: Shared by the hosts.
+        *parts: In an order that both sides know.
+    """
     joined = b"".join(struct.pack("<I", len(part)) + part for part in parts)
     return hmac.digest(secret.encode(), joined, hashlib.sha256)
 
@@ -45,13 +50,25 @@ class Sealer:
     """Seals the messages of one kind from one sender."""
 
     def __init__(self, secret: str, kind: str, sender: str) -> None:
+        """Begin with message 1.
+
+        Args:
+            secret: Shared by the hosts.
+            kind: What the messages are; one of another kind is not accepted.
+            sender: Different for each process that ever speaks.
+        """
         self._secret = secret
         self._kind = kind
         self._sender = sender
         self._number = 0
 
     def seal(self, run: str, content: Mapping[str, Any]) -> str:
-        """Return the text of a message."""
+        """Return the text of a message.
+
+        Args:
+            run: Of the swarm.
+            content: As JSON can hold it.
+        """
         self._number += 1
         body = json.dumps(content)
         seal = _seal(self._secret, self._kind, run, self._sender, self._number, body)
@@ -70,12 +87,21 @@ class Opener:
     """Opens the messages of one kind, each once."""
 
     def __init__(self, secret: str, kind: str) -> None:
+        """Begin with nothing heard.
+
+        Args:
+            secret: Shared by the hosts.
+            kind: What the messages are; one of another kind is not accepted.
+        """
         self._secret = secret
         self._kind = kind
         self._newest: dict[tuple[str, str], int] = {}
 
     def open(self, text: str) -> Letter | None:
         """Return what a message says; None for one that was heard already, or is overtaken.
+
+        Args:
+            text: From anybody.
 
         Raises:
             ForgedError: If its seal is not right.

@@ -23,6 +23,9 @@ BYTES = 16  # of one that is made
 def given_secret(environment: MutableMapping[str, str]) -> str:
     """Return the secret that the user gave and take it out of the environment; empty without one.
 
+    Args:
+        environment: Usually os.environ; what it says of the secret is removed.
+
     Raises:
         ConfigError: If it is too short, or its file cannot be read.
     """
@@ -42,6 +45,9 @@ def own_secret(environment: MutableMapping[str, str]) -> str:
 
     It outlives a run, so that hosts that are started again by a script need no new one.
 
+    Args:
+        environment: Usually os.environ; what it says of the secret is removed.
+
     Raises:
         ConfigError: If the one given is unusable.
     """
@@ -56,7 +62,11 @@ def own_secret(environment: MutableMapping[str, str]) -> str:
 
 
 def secret_path(environment: MutableMapping[str, str]) -> Path:
-    """Return where a world's host keeps the secret that it made."""
+    """Return where a world's host keeps the secret that it made.
+
+    Args:
+        environment: XDG_STATE_HOME and HOME count.
+    """
     base = environment.get("XDG_STATE_HOME", "")
     home = environment.get("HOME", "") or "/nonexistent"
     folder = Path(base) if base else Path(home) / ".local" / "state"

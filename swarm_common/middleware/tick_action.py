@@ -50,7 +50,13 @@ class GoalHandle:
     """
 
     def __init__(self, request: Any, info: GoalInfo, accepted_at: int) -> None:
-        """Take it as executing: goals begin when they are accepted."""
+        """Take it as executing: goals begin when they are accepted.
+
+        Args:
+            request: The goal as its client sent it.
+            info: Its id and when it was accepted.
+            accepted_at: [ns] of the node's clock.
+        """
         self.request = request
         self.info = info
         self.status = GoalStatus.STATUS_EXECUTING
@@ -229,13 +235,24 @@ class TickActionServer:
         return bool(self._feedback.get_subscription_count() > 0)
 
     def publish_feedback(self, goal: GoalHandle, feedback: Any) -> None:
-        """Publish the status of a goal."""
+        """Publish feedback on a goal.
+
+        Args:
+            goal: That is under way.
+            feedback: Of the action's feedback type.
+        """
         self._feedback.publish(
             self.kind.Impl.FeedbackMessage(goal_id=goal.info.goal_id, feedback=feedback)
         )
 
     def finish(self, goal: GoalHandle, result: Any, *, succeeded: bool) -> None:
-        """End a goal and send its result."""
+        """End a goal and send its result; one that has ended already stays as it is.
+
+        Args:
+            goal: That was begun.
+            result: Of the action's result type.
+            succeeded: Otherwise it counts as canceled if its client wanted that, else as aborted.
+        """
         if not goal.is_active:
             return
         if succeeded:

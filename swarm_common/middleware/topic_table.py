@@ -83,6 +83,10 @@ ORDERS = (
 def robot_topic(robot: str, name: str) -> Topic:
     """Return a topic of a robot by its relative name, with its full name.
 
+    Args:
+        robot: Namespace.
+        name: Relative, like `odom`.
+
     Raises:
         KeyError: If there is none of that name.
     """
@@ -91,7 +95,11 @@ def robot_topic(robot: str, name: str) -> Topic:
 
 
 def all_topics(robots: Iterable[str]) -> list[Topic]:
-    """Return every topic of a swarm with its full name: the world's, then robot by robot."""
+    """Return every topic of a swarm with its full name: the world's, then robot by robot.
+
+    Args:
+        robots: Namespaces.
+    """
     return [
         *WORLD_TOPICS,
         *(

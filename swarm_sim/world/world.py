@@ -121,6 +121,7 @@ class World:
             RobotModelError: If a model does not drive; the message names cause and cure.
             WorldError: If something loose is deep inside something else, or a mesh cannot be used.
             ConfigError: If a walker or a vehicle has no free place on its path.
+            ValueError: If there are not as many models as poses.
         """
         if len(specs) != len(poses):
             raise ValueError(f"{len(specs)} robot models but {len(poses)} poses")

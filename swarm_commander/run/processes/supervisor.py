@@ -91,11 +91,6 @@ class _Entry:
     deadline: float = 0.0
 
     def enter(self, event: ChildEvent) -> ChildState:
-        """Change the state by the table, and return the new one.
-
-        Args:
-            event: KeyError if the state does not know it.
-        """
         self.state = TRANSITIONS[self.state][event]
         return self.state
 

@@ -23,17 +23,18 @@ SHOWN_NOTES = 8  # of a kind; the report has all
 
 
 class Progress:
-    """Live picture on a terminal, a line from time to time elsewhere.
-
-    Args:
-        console: Where to.
-        statistics: What to show.
-        clock: Wall clock [s].
-    """
+    """Live picture on a terminal, a line from time to time elsewhere."""
 
     def __init__(
         self, console: Console, statistics: RunStatistics, clock: Callable[[], float]
     ) -> None:
+        """Prepare to draw.
+
+        Args:
+            console: Where to.
+            statistics: What to show.
+            clock: Wall clock [s].
+        """
         self._console = console
         self._statistics = statistics
         self._clock = clock
