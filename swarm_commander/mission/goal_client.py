@@ -69,6 +69,9 @@ class GoalClient:
 
         Args:
             goal_id: Chosen by the client, before the goal is sent.
+
+        Returns:
+            Future of the response, a CancelGoal.Response.
         """
         request = CancelGoal.Request()
         request.goal_info.goal_id = goal_id

@@ -173,7 +173,11 @@ class Itinerary:
         return self._advance(tick + stop.pause_ticks if reached else tick + RETRY_TICKS)
 
     def on_taken_over(self) -> None:
-        """Another client sent the robot elsewhere: wait until it is free again."""
+        """Another client sent the robot elsewhere: wait until it is free again.
+
+        Raises:
+            ValueError: If no goal is under way.
+        """
         self._enter(ItineraryEvent.TAKEN_OVER)
 
     def on_free_again(self, tick: int) -> Order | None:

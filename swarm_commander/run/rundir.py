@@ -84,6 +84,9 @@ def create_run_folder(chosen: Path | None, now: datetime) -> RunFolder:
         chosen: --run-dir; None for a new folder in `runs/`, to which `runs/latest` then points.
         now: Names the new folder.
 
+    Returns:
+        The folder, claimed.
+
     Raises:
         ConfigError: If it cannot be written, or has something else in it than a run.
     """

@@ -120,6 +120,9 @@ def compare(
         grid: The map.
         height: [m] above ground of the plane that the map shows.
         reach: Heights between which robots can touch something; the map may show that, too.
+
+    Returns:
+        What agrees and what does not, on these cells.
     """
     own_cell = grid.resolution
     grid = grid.upright().refined()

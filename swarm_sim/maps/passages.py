@@ -92,7 +92,7 @@ class Ways:
         """Lay out the grid.
 
         Args:
-            scene: World with its sites, from which the grid is known.
+            scene: World with its sites; the grid covers these, too.
             height: [m] of the robot.
         """
         from scipy.ndimage import distance_transform_edt  # slow to import

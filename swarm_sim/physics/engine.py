@@ -59,10 +59,10 @@ class Engine(Protocol):
 
         Args:
             targets: Forward, turning and leftward speed [m/s, rad/s, m/s] of base_footprint, one
-                row per robot, within the limits of its model.
+                row per robot.
 
         Returns:
-            The contacts in it; one that lasts is returned again in every period.
+            The contacts in it, also those that have lasted since before.
         """
         ...
 

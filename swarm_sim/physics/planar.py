@@ -79,8 +79,7 @@ class PlanarEngine:
                 row per robot.
 
         Returns:
-            The contacts in it, in order of their steps; one that lasts is returned again in every
-            period.
+            The contacts in it, also those that have lasted since before, in order of their steps.
         """
         self._robot_touches[:] = -1
         self._wall_touches[:] = -1

@@ -94,6 +94,9 @@ def check_trial(spec: RobotSpec, model: RobotModel, period: float) -> Trial:
         model: Its bodies.
         period: [s] of a physics step.
 
+    Returns:
+        What it did; nothing in it is out of bounds.
+
     Raises:
         RobotModelError: If it does not do what it is told; the message names cause and cure.
     """

@@ -88,6 +88,9 @@ def begin_trace(folder: Path, stage: WorldSetup) -> Trace:
         folder: Which is there.
         stage: World at its start.
 
+    Returns:
+        The open time series, with the present tick in it.
+
     Raises:
         ConfigError: If the folder cannot be written.
     """

@@ -93,7 +93,7 @@ def load_actors(path: str | Path) -> Actors:
     """Return the actors in a file with lists `walkers:` and `forklifts:`.
 
     Args:
-        path: Of the YAML file; poses in it are in the map frame.
+        path: Of the YAML file; its paths are in the map frame.
 
     Raises:
         ConfigError: If the file is malformed; the message names file and key.

@@ -220,7 +220,8 @@ def model_file(path: Path) -> Path:
         path: Of the folder; a file is returned as it is.
 
     Raises:
-        WorldError: If the folder names no SDF file that is there.
+        WorldError: If the folder names no SDF file that is there, or its model.config cannot be
+            read.
     """
     if path.is_file():
         return path.resolve()

@@ -118,8 +118,8 @@ class MotionSensors:
             twists: (n, 3) true vx, wz, vy at the end of the period.
 
         Returns:
-            Way (n, 2) [m] forwards and to the left, and heading (n,) [rad], not wrapped. Both
-            arrays are reused by the next call.
+            Way (n, 2) [m] forwards and to the left, and heading (n,) [rad], not wrapped. Without
+            errors these are the arguments; with errors both arrays are reused by the next call.
         """
         self._accelerate(twists)
         if not self._has_errors:

@@ -97,6 +97,9 @@ class RobotRegistry:
             robot: The model.
             pose: Place in the map frame, None for a free one of the world's start area.
 
+        Returns:
+            Its index, name, model and place.
+
         Raises:
             RefusedError: With the reason.
         """

@@ -103,7 +103,7 @@ class BulletEngine:
                 row per robot.
 
         Returns:
-            The contacts in it; one that lasts is returned again in every period.
+            The contacts in it, also those that have lasted since before; one for each physics step.
         """
         touches: list[Touch] = []
         suspects = self._contacts.suspects()

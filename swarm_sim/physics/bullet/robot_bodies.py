@@ -75,6 +75,9 @@ def add_robot(client: int, model: RobotModel, spec: RobotSpec, pose: Pose) -> Ro
         spec: Limits, wheels and footprint.
         pose: In the map frame.
 
+    Returns:
+        Its ids in the engine, and what its motors need.
+
     Raises:
         RobotModelError: If the model lacks one of the wheels that the specification names.
     """
