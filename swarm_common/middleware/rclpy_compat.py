@@ -204,6 +204,12 @@ class SafeExecutor(_rclpy.EventsExecutor):  # type: ignore[misc]  # rclpy has no
         if inspect.iscoroutinefunction(callback):
 
             async def wait_for(*args: Any, **options: Any) -> Any:
+                """Await the callback, and log what it raises.
+
+                Args:
+                    *args: For the callback.
+                    **options: For the callback, by name.
+                """
                 try:
                     return await callback(*args, **options)
                 except Exception as error:
@@ -212,6 +218,12 @@ class SafeExecutor(_rclpy.EventsExecutor):  # type: ignore[misc]  # rclpy has no
             return super().create_task(wait_for, *args, **options)
 
         def call(*args: Any, **options: Any) -> Any:
+            """Call the callback, and log what it raises.
+
+            Args:
+                *args: For the callback.
+                **options: For the callback, by name.
+            """
             try:
                 return callback(*args, **options)
             except Exception as error:

@@ -140,12 +140,24 @@ class TickActionServer:
         send_response = service.send_response
 
         def respond(response: Any, header: Any) -> None:
+            """Send a response.
+
+            Args:
+                response: Of the service's type.
+                header: Of the request that it answers.
+            """
             with contextlib.suppress(
                 RuntimeError
             ):  # RCLError: the client is gone, or not known yet
                 send_response(response, header)
 
         def send(request: Any, header: Any) -> None:
+            """Handle a request, in place of rclpy's sending of a response.
+
+            Args:
+                request: What the callback above returned.
+                header: Of the request.
+            """
             try:
                 response = on_request(request, kind.Response(), header)
                 if response is not None:

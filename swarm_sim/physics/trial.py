@@ -140,6 +140,13 @@ def drive(spec: RobotSpec, model: RobotModel, period: float) -> Trial:
     loads, tilt = [], 0.0
 
     def move(speed: float, rate: float, seconds: float) -> None:
+        """Drive, and note how the robot stands.
+
+        Args:
+            speed: [m/s] forwards.
+            rate: [rad/s] counter-clockwise.
+            seconds: [s] of simulated time.
+        """
         nonlocal tilt
         for _ in range(round(seconds / CONTROL_PERIOD)):
             engine.advance(np.array([[speed, rate, 0.0]]))

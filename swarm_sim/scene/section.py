@@ -182,6 +182,11 @@ def convex_hull(points: FloatArray) -> FloatArray:
         return np.array(ordered).reshape(-1, 2)
 
     def chain(sequence: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
+        """Return one side of the hull, without its last corner.
+
+        Args:
+            sequence: The points from one end to the other, in order of x, then y.
+        """
         hull: list[tuple[float, float]] = []
         for p in sequence:
             while len(hull) >= 2 and _turn(hull[-2], hull[-1], p) <= 1e-12:

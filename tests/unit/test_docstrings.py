@@ -21,11 +21,11 @@ DESCRIBED = (
     "swarm_bench/ablation",
     "swarm_bench/halls",
     "swarm_bench/storm",
-    "swarm_common/files",
-    "swarm_common/model",
-    "swarm_common/process",
-    "swarm_common/robots",
+    "swarm_commander/mission",
+    "swarm_commander/run",
+    "swarm_common",
     "swarm_nav",
+    "swarm_sim",
 )
 ARGS = re.compile(r"^Args:\n((?: {4}.*\n?|\n)+)", re.MULTILINE)
 ENTRY = re.compile(r"^ {4}\*{0,2}(\w+): \S", re.MULTILINE)

@@ -269,6 +269,12 @@ def _set_dynamics(
     spec: RobotSpec,
 ) -> None:
     def change(link: int, **values: Any) -> None:
+        """Change dynamics of the robot.
+
+        Args:
+            link: Index of a wheel or caster; -1 for the base.
+            **values: As changeDynamics names them.
+        """
         pybullet.changeDynamics(body, link, physicsClientId=client, **values)
 
     # Damping concerns the whole robot: in a call with anything else it diverts that to the base.

@@ -114,6 +114,13 @@ class Control:
             response = StepSimulation.Response()
 
             def end(are_done: bool, response: Any = response, request_id: Any = request_id) -> None:
+                """Answer a request.
+
+                Args:
+                    are_done: Whether its steps are done; else they were cancelled.
+                    response: Of this request, not of the loop's last one.
+                    request_id: Likewise.
+                """
                 _fill(response.result, are_done, "the steps were cancelled")
                 self._steps.answer(response, request_id)
 
@@ -133,6 +140,12 @@ class Control:
                 server.publish_feedback(handle, feedback)
 
         def end(are_done: bool, reason: str = "the steps were cancelled") -> None:
+            """End the action.
+
+            Args:
+                are_done: Whether its steps are done.
+                reason: Why not.
+            """
             result = SimulateSteps.Result()
             _fill(result.result, are_done, reason)
             server.finish(handle, result, succeeded=are_done)

@@ -253,6 +253,14 @@ def _named_poses(sites: Sites) -> dict[str, tuple[NamedPose, Bounds]]:
     found: dict[str, tuple[NamedPose, Bounds]] = {}
 
     def add(name: str, pose: Pose, tags: list[str], bounds: Bounds) -> None:
+        """Add a pose.
+
+        Args:
+            name: For clients.
+            pose: In the map frame.
+            tags: The first one is the description, too.
+            bounds: Room around it, in its frame; empty for a mere point.
+        """
         entry = NamedPose(name=name, description=tags[0], tags=tags, pose=ros_io.pose_msg(pose))
         found[name] = entry, bounds
 
