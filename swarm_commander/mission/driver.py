@@ -38,7 +38,7 @@ class Listener(Protocol):
         """A goal was sent.
 
         Args:
-            driver: Of the robot.
+            driver: Of the robot that it is about.
             order: The goal, with the number of the try.
         """
 
@@ -46,7 +46,7 @@ class Listener(Protocol):
         """A stop is settled.
 
         Args:
-            driver: Of the robot.
+            driver: Of the robot that it is about.
             outcome: The stop, reached or missed for good.
         """
 
@@ -54,14 +54,14 @@ class Listener(Protocol):
         """The mission is over; return whether the robot is to be released from lockstep.
 
         Args:
-            driver: Of the robot.
+            driver: Of the robot that it is about.
         """
 
     def on_status(self, driver: RobotDriver, status: RobotStatus) -> None:
         """A status message of the robot arrived.
 
         Args:
-            driver: Of the robot.
+            driver: Of the robot that it is about.
             status: As received, with its own stamp.
         """
 

@@ -162,7 +162,7 @@ class Runner:
         """Count a goal when it is sent first.
 
         Args:
-            driver: Of the robot.
+            driver: Of the robot that it is about.
             order: The goal; a second try of it is not counted again.
         """
         if order.number > self._sent.get(driver.name, 0):
@@ -176,7 +176,7 @@ class Runner:
         """Pass a settled stop on.
 
         Args:
-            driver: Of the robot.
+            driver: Of the robot that it is about.
             outcome: The stop, reached or missed for good.
         """
         if driver.name in self._removed:
@@ -195,7 +195,7 @@ class Runner:
         """Say so when all are done; keep the last from answering so that time stands still.
 
         Args:
-            driver: Of the robot.
+            driver: Of the robot that it is about.
 
         Returns:
             Whether the robot is to be released from lockstep.
@@ -211,7 +211,7 @@ class Runner:
         """Remember to pass it on.
 
         Args:
-            driver: Of the robot.
+            driver: Of the robot that it is about.
             status: As received.
         """
         if self._state_log is not None:

@@ -70,7 +70,7 @@ def subscription(node: Node, kind: Any, name: str, quality: QoSProfile) -> Any:
         node: Appears as the subscriber in the graph.
         kind: Type of the messages.
         name: Relative to the node's namespace, or absolute.
-        quality: Of service.
+        quality: QoS profile of the topic.
     """
     check_for_type_support(kind)
     with node.handle:
@@ -137,7 +137,7 @@ def removable_publisher(node: Node, kind: Any, name: str, quality: QoSProfile) -
         node: Appears as the publisher in the graph.
         kind: Type of the messages.
         name: Relative to the node's namespace, or absolute.
-        quality: Of service.
+        quality: QoS profile of the topic.
     """
     silent = PublisherEventCallbacks(use_default_callbacks=False)
     return node.create_publisher(kind, name, quality, event_callbacks=silent)
@@ -153,7 +153,7 @@ def removable_subscription(
         kind: Type of the messages.
         name: Relative to the node's namespace, or absolute.
         callback: Called with each message, by the node's executor.
-        quality: Of service.
+        quality: QoS profile of the topic.
     """
     silent = SubscriptionEventCallbacks(use_default_callbacks=False)
     return node.create_subscription(kind, name, callback, quality, event_callbacks=silent)

@@ -95,7 +95,7 @@ def header(tick: int, frame: str) -> Header:
 
     Args:
         tick: Control tick, for the stamp.
-        frame: Frame id.
+        frame: Frame id, like `odom`.
     """
     return Header(stamp=time_msg(tick), frame_id=frame)
 
@@ -203,7 +203,7 @@ def occupancy_msg(
         resolution: [m] per cell.
         origin: x, y [m] of the lower left corner in the frame.
         tick: Control tick, for the stamp.
-        frame: Frame id.
+        frame: Frame id, like `odom`.
     """
     message = OccupancyGrid(header=header(tick, frame))
     message.info.map_load_time = message.header.stamp
@@ -316,8 +316,8 @@ def transform_msg(
     """Return parent ← child as geometry_msgs/TransformStamped.
 
     Args:
-        parent: Frame id.
-        child: Frame id.
+        parent: Frame id, like `odom`.
+        child: Frame id, like `odom`.
         xyz: [m] of the child's origin in the parent.
         quaternion: x, y, z, w, of length 1.
         tick: Control tick, for the stamp.
@@ -333,8 +333,8 @@ def planar_transform(parent: str, child: str, pose: Pose, tick: int) -> Transfor
     """Return parent ← child for a planar pose.
 
     Args:
-        parent: Frame id.
-        child: Frame id.
+        parent: Frame id, like `odom`.
+        child: Frame id, like `odom`.
         pose: Of the child in the parent.
         tick: Control tick, for the stamp.
     """
