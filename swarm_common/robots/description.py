@@ -84,7 +84,7 @@ def parse_urdf(
         text: The URDF.
         where: Its file, for messages.
         moving: Joints that move; the others are held at zero. None: all that can.
-        finder: Of the packages of meshes.
+        finder: Of the packages of meshes. None: one that looks where ROS would.
         directory: From which relative paths of meshes start.
         inertia: One of `INERTIA`.
         faults: Takes what is wrong with single links, which are left out then; None: raise it.

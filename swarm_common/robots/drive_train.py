@@ -64,13 +64,13 @@ def find_drive(
     Args:
         model: With every joint that can move.
         where: Its file, for messages.
-        tags: Of its plugin.
-        drive: Asked for in robot.yaml.
-        joints: Left and right ones, asked for there.
-        radius: Of the wheels [m], asked for there.
+        tags: Of its plugin; None without one.
+        drive: Asked for in robot.yaml; None if it is not.
+        joints: Left and right ones, asked for there; None if they are not.
+        radius: Of the wheels [m], asked for there; None if it is not.
 
     Raises:
-        RobotModelError: If there are no wheels to drive on.
+        RobotModelError: If there are no wheels to drive on, or the robot steers like a car.
     """
     wheels = _wheels(model)
     is_asked = joints is not None

@@ -203,8 +203,8 @@ def compose_feedback(
     Args:
         situation: Of the robot.
         goal_id: Of the current or pending goal.
-        task: The current navigation goal, if any.
-        behavior: The current behaviour, if any.
+        task: The current navigation goal; None without one.
+        behavior: The current behaviour; None without one.
     """
     s = situation
     navigation, rest, traveled, angle = 0.0, 0.0, 0.0, 0.0

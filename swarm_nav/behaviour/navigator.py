@@ -373,7 +373,7 @@ class Navigator:
         """Return the twist along the path or instead of it, slowed down near people and walls.
 
         Args:
-            override: Twist that the state asks for instead of following the path.
+            override: Twist that the state asks for; None to follow the path.
         """
         twist = self._behavior_executor.follow_path() if override is None else override
         self._people = people_near(self._s)

@@ -173,7 +173,7 @@ def corner_ahead(tube: Tube, pose: Pose) -> int:
     """Move the robot's index on along the tube; return the next corner, or the path's end.
 
     Args:
-        tube: The path; its index of the robot is moved.
+        tube: Path and held part; its index of the robot is advanced.
         pose: Of the robot, in map.
 
     Returns:

@@ -406,12 +406,12 @@ def choose_twist(
 
     Args:
         pose: (x, y, yaw) [m], [rad] in map.
-        twist: `Velocity`, the present one.
+        twist: Fields of `Velocity`, the present one.
         path: (n, 2) [m] in map from the robot on, n > 1.
-        inside: `Inside`.
-        limits: `Limits`.
-        samples: `Samples`.
-        scales: `Scales`.
+        inside: Fields of `Inside`: where the robot must be able to stop.
+        limits: Fields of `Limits`: those of the drive.
+        samples: Fields of `Samples`: twists that are tried.
+        scales: Fields of `Scales`: weights of the critics.
         arc: Receives the poses (steps, 3) of the best rollout.
 
     Returns:

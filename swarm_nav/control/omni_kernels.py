@@ -87,7 +87,7 @@ def window(now: float, most: float, acceleration: float) -> tuple[float, float]:
 
     Args:
         now: [m/s] or [rad/s].
-        most: Limit of the speed, either way.
+        most: Limit of the speed, either way, in the same unit.
         acceleration: [m/s²] or [rad/s²].
 
     Returns:
@@ -263,12 +263,12 @@ def choose_velocity(
 
     Args:
         pose: (x, y, yaw) [m], [rad] in map.
-        velocity: `PlanarVelocity`, the present one.
+        velocity: Fields of `PlanarVelocity`, the present one.
         path: (n, 2) [m] in map from the robot on, n > 1.
-        inside: `InsideTowards`.
-        limits: `PlanarLimits`.
-        samples: `PlanarSamples`.
-        scales: `PlanarScales`.
+        inside: Fields of `InsideTowards`: where the robot must be able to stop, and its aim.
+        limits: Fields of `PlanarLimits`: those of the drive.
+        samples: Fields of `PlanarSamples`: velocities that are tried.
+        scales: Fields of `PlanarScales`: weights of the critics.
         arc: Receives the poses (steps, 3) of the best rollout.
 
     Returns:

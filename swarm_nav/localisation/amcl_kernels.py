@@ -425,7 +425,7 @@ def is_new_bin(pose: Floats, table: NDArray[np.int64]) -> bool:
     """Enter the histogram cell of a pose into a hash table; return whether it was not there.
 
     Args:
-        pose: (x [m], y [m], yaw [rad]).
+        pose: (3,): x, y [m] and yaw [rad].
         table: (TABLE,) int64 keys, 0 where free.
     """
     column = np.int64(math.floor(pose[0] / BIN))
@@ -459,7 +459,7 @@ def resample(
         sizes: Of the set.
         fresh: Which are drawn around the centre instead.
         center: Of the fresh ones.
-        state: Of the random numbers.
+        state: Of the random numbers, changed; see `uniform`.
         out: Receives poses (k, 3).
     """
     fewest, most, error, z = sizes.fewest, sizes.most, sizes.error, sizes.z

@@ -71,7 +71,7 @@ def wall_distance(cells: NDArray[np.bool_], size: float) -> NDArray[np.float64]:
     zero all through a wall, a robot could slip into it by the wall's thickness unnoticed.
 
     Args:
-        cells: Which are occupied.
+        cells: (h, w), which are occupied.
         size: [m] of a cell.
     """
     if not cells.any():

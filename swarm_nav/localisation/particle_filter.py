@@ -146,7 +146,7 @@ class ParticleFilter:
         """Resample the particles by weight.
 
         Args:
-            weights: Of the present ones.
+            weights: (n,) of the present ones, as `weigh` returned them.
             estimate: Their mean pose.
             fresh: Share of them that is drawn around that instead.
             is_searching: Whether to scatter them, since the right place may be between them.

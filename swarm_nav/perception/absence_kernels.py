@@ -67,7 +67,7 @@ def nearest_and_farthest(
 
     Args:
         words: (words,) of the beacon.
-        floats: The same memory.
+        floats: (words,) the same memory as float32.
         x: [m] in map.
         y: [m] in map.
     """
@@ -87,7 +87,7 @@ def note(known: Sightings, batch: Words, rows: NDArray[np.int64]) -> int:
     Args:
         known: Updated with what is newer.
         batch: (n, words) beacons.
-        rows: Those of them that were heard.
+        rows: (k,) rows of those that were heard.
 
     Returns:
         The number of rows that `known` has to have; if it has fewer, nothing is lost by a second
@@ -149,7 +149,7 @@ def listen(absent: Absentees, batch: Words, rows: NDArray[np.int64]) -> int:
     Args:
         absent: Robots that fell silent; their facts are updated.
         batch: (n, words) beacons.
-        rows: Those of them that were heard.
+        rows: (k,) rows of those that were heard.
     """
     found = 0
     for k in rows:

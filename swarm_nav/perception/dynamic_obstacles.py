@@ -118,7 +118,7 @@ class DynamicObstacles:
             marks: All of them (n, 2).
             old: Those that were kept (m, 2), in order.
             hits: What the new ones come from (k, 2).
-            arrivals: Those of the hits that have come lately.
+            arrivals: (j, 2) those of the hits that have come lately.
             tick: Of the scan.
         """
         births = np.empty(len(marks), np.int64)

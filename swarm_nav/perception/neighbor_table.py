@@ -109,7 +109,7 @@ class NeighborTable:
         """Take beacons for the next `refresh`.
 
         Args:
-            beacons: The radio's batch of a tick.
+            beacons: (n,) the radio's batch of a tick.
             x: [m] own position in map.
             y: [m] own position in map.
         """
@@ -230,8 +230,8 @@ class NeighborTable:
 
         Args:
             ranges: (n,) [m].
-            beam: (angle_min, angle_increment, range_min).
-            pose: (x, y, yaw) of the LiDAR in map.
+            beam: (angle_min [rad], angle_increment [rad], range_min [m]).
+            pose: (x [m], y [m], yaw [rad]) of the LiDAR in map.
             reach: [m] up to which rays tell of free space.
             body: Own footprint as words, and the radius [m] in which a LiDAR of its like is seen.
         """

@@ -88,14 +88,14 @@ def merge(
 
     Args:
         words: (rows, words) the table, changed.
-        floats: The same memory as float32.
+        floats: (rows, words) the same memory as float32.
         notes: (rows, 2): distance [m] of the pose to (x, y) when heard, and the tick since which
             the robot is heard.
         links: (rows, 4): where the points are, at which row there, the acknowledgement of our
             beacon, and which of the points the last scan saw through, as bits.
         count: Rows in use.
         heard: (beacons (k, words), rows of them that were heard).
-        before: Beacons of the last merge.
+        before: (j, words) beacons of the last merge.
         own: (x [m], y [m], id, lost_ticks) of this robot.
     """
     batch, rows = heard
@@ -272,7 +272,7 @@ def refresh(
         columns: (ids, ages, gone, priorities, acks), a row per robot; written.
         tick: Now.
         limits: (lost_ticks, edge [m], dead_ticks, those of `deaf_neighbor`).
-        out: Acknowledgements, written by `acknowledge`.
+        out: (entries,) acknowledgements, written by `acknowledge`.
         left: (words, (1,) number of rows): rows that were taken out are added, except for those
             of robots of which no place is left.
 
@@ -485,13 +485,13 @@ def look(
 
     Args:
         words: (rows, words) the table, changed.
-        floats: The same memory as float32.
+        floats: (rows, words) the same memory as float32.
         links: (rows, 4), see `merge`; changed.
         ages: (n,) [ticks] of the beacons.
         gone: (n,) whether each robot is silent.
         scan: (ranges, beam, pose) as of `is_through`.
         limits: (reach [m], radius [m] in which its LiDAR is seen, dead_ticks).
-        footprint: Our footprint, as the words of a beacon.
+        footprint: (2 * FOOTPRINT_POINTS,) ours, as the words of a beacon.
     """
     ranges, beam, pose = scan
     reach, radius, dead_ticks = limits
@@ -534,7 +534,7 @@ def passed(
 
     Args:
         words: (rows, words) the table, changed.
-        floats: The same memory as float32.
+        floats: (rows, words) the same memory as float32.
         links: (rows, 4), see `merge`; changed.
         ages: (n,) [ticks] of the beacons.
         gone: (n,) whether each robot is silent.
@@ -661,7 +661,7 @@ def earlier_requests(
 
     Args:
         words: (n, words) uint32, the neighbours' beacons.
-        floats: The same memory as float32.
+        floats: (n, words) the same memory as float32.
         gone: (n,) whether each is silent.
         station: (x, y) [m] in map.
         tick: Of the own request.
@@ -706,7 +706,7 @@ def highest_waiting(
 
     Args:
         words: (n, words) uint32, the neighbours' beacons.
-        floats: The same memory as float32.
+        floats: (n, words) the same memory as float32.
         gone: (n,) whether each is silent.
         priorities: (n,) as published.
         station: (x, y) [m] in map.

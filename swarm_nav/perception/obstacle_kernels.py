@@ -119,7 +119,7 @@ def still_there(
         max_range: [m] up to which rays count.
         robots: Centres (k, 2) [m] in map of discs.
         reach: Radii (k,) [m] of these.
-        keep: To clear.
+        keep: (n,) flags, cleared.
     """
     for k in range(points.shape[0]):
         dx = points[k, 0] - pose.x

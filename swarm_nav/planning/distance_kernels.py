@@ -53,7 +53,7 @@ def squared_distance_1d(
         f: (n,) squared distances [cells²] so far; a large number where nothing is occupied.
         out: (n,) receives the result; not the same array as `f`.
         vertices: (n,) int64 scratch: the parabolas of the envelope.
-        bounds: (n + 1,) scratch: where each of them begins.
+        bounds: (n + 1,) scratch: where each of the parabolas begins.
     """
     n = f.shape[0]
     k = 0
@@ -185,7 +185,7 @@ def stamp_discs(
     Cells are taken row by row, from the first to the last one whose centre is inside.
 
     Args:
-        grid: To raise.
+        grid: (h, w), changed.
         frame: Of the grid.
         points: (n, 2) [m] in map.
         count: Of the points that count.

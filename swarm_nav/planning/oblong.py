@@ -163,7 +163,7 @@ class Slots:
         Args:
             oblong: The robot's outline.
             field: Distances to the mapped walls.
-            clearance: The same on the lattice.
+            clearance: (height, width) the same on the lattice.
             frame: Of the lattice.
             room: [m] clearance from which the robot may turn.
         """

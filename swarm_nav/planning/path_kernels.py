@@ -142,7 +142,7 @@ def resample(points: Floats, spacing: float, out: Floats) -> int:
     Args:
         points: (n, 2) [m], n at least 1.
         spacing: [m] along the polyline.
-        out: Receives the points; `capacity_for` says how many there may be.
+        out: (m, 2) receives the points; `capacity_for` says how many there may be.
 
     Returns:
         The number of points written.

@@ -73,8 +73,8 @@ class SearchSpace:
         Args:
             start: Flat index.
             goal: Flat index.
-            extra: What other robots add per metre.
-            heuristic: `cost_to_go` of the goal.
+            extra: (h, w) cost per metre that other robots add; `WALL` closes a node.
+            heuristic: (h, w) `cost_to_go` of the goal.
         """
         count, expansions = kernels.astar(
             self._ground, extra, start, goal, heuristic, self._work, self._path

@@ -265,7 +265,7 @@ def astar(
         goal: Flat index.
         heuristic: (h, w) `cost_to_go` of the goal; admissible, since extra >= 0.
         work: See the top of this file.
-        path: Receives flat indices from start to goal.
+        path: (h * w,) receives flat indices from start to goal.
 
     Returns:
         (number of nodes written to `path`, 0 if there is no path; number of expansions).
@@ -321,9 +321,9 @@ def trace_back(parent: NDArray[np.int32], goal: int, path: NDArray[np.int32]) ->
     """Write the chain of parents that ends at a node.
 
     Args:
-        parent: Flat index of each node's parent, -1 for the first.
+        parent: (h * w,) flat index of each node's parent, -1 for the first.
         goal: Flat index of the last node.
-        path: Receives the chain, first node first.
+        path: (h * w,) receives the chain, first node first.
 
     Returns:
         Its length.
@@ -358,7 +358,7 @@ def nearest_place(
         start: Flat index.
         reach: Cost [m] beyond which the search ends.
         work: See the top of this file.
-        path: Receives flat indices from the start to the node found.
+        path: (h * w,) receives flat indices from the start to the node found.
 
     Returns:
         The number of nodes written, 0 if there is no such node.

@@ -154,7 +154,7 @@ class Terrain:
             planner: Lattice and lane parameters.
             costmap: Clearances.
             radius: [m] circumscribed radius of the robot.
-            oblong: Outline of a long robot.
+            oblong: Outline of a long robot, else None.
         """
         self.grid = grid
         self.radius = radius

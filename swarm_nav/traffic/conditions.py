@@ -94,7 +94,7 @@ class _Floor:
         """Yield a sentence for each condition that a single lane violates.
 
         Args:
-            lane: Its cells.
+            lane: (h, w) its cells.
             nodes: The goals of each robot.
         """
         robots = len(nodes)

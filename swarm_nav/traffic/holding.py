@@ -462,8 +462,8 @@ def parking_path(
 
     Args:
         situation: Of the robot.
-        stations: Places (x, y) to keep away from.
-        closed: Lattice cells that are no places.
+        stations: (x, y) [m] in map, to keep away from.
+        closed: (h, w) lattice cells that are no places; None for none.
         reach: Cost [m] of the longest way; None for `holding.search_distance`.
     """
     lattice = situation.planner.lattice

@@ -253,7 +253,7 @@ def begin(
         grid: Map.
         robot_id: From 1.
         pose_map: Of base_footprint in map.
-        stations: Places (x, y) in map that many robots go to.
+        stations: (x, y) [m] in map that many robots go to.
 
     Raises:
         MapError: If the map has too many cells when it is divided into finer ones.

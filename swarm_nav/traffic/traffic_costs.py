@@ -44,10 +44,10 @@ def stamp_tubes(
     """Stamp what each neighbour holds, and requested if it is gone.
 
     Args:
-        grid: Lattice.
+        grid: (h, w) lattice of costs; changed.
         situation: Of the robot.
         margins: [m] beyond the distance that the robot keeps from each, (n,) or one for all.
-        values: (n,) or one for all.
+        values: Cost per metre, (n,) or one for all.
     """
     neighbors = situation.neighbors
     beacons = neighbors.beacons

@@ -173,7 +173,7 @@ def start_tick(goal: Goal, now: int) -> int:
 
     Args:
         goal: Its `start_tick` is 0 if it is to begin at once.
-        now: The present tick.
+        now: Tick that it is now.
 
     Raises:
         RejectedError: If that is more than a day ahead.
