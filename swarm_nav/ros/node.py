@@ -317,7 +317,7 @@ class NavigatorNode:
         """Return a pose of one of the robot's frames in map, not far off it; there has to be a map.
 
         Args:
-            stamped: In map, odom, base_footprint or base_link; no frame stands for map.
+            stamped: In map, odom, base_footprint or base_link; an empty frame means map.
 
         Raises:
             ValueError: If the frame is unknown, a number makes no sense, or the pose is far off the

@@ -21,7 +21,7 @@ def pose_in_map(brain: Navigator, stamped: PoseStamped) -> Pose:
 
     Args:
         brain: Knows where odom and the robot are in map.
-        stamped: In map, odom, base_footprint or base_link; no frame stands for map.
+        stamped: In map, odom, base_footprint or base_link; an empty frame means map.
 
     Raises:
         UnknownFrameError: If it is in another frame.
