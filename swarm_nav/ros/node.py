@@ -17,6 +17,7 @@ from swarm_common.middleware import cdr, ros_io
 from swarm_common.middleware.radio_door import read_neighbors
 from swarm_common.middleware.rejections import RejectedError, Rejections
 from swarm_common.middleware.ros_poll import PolledTopic, SoleTopic
+from swarm_common.model.errors import MapError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose
 from swarm_common.process.pipes import EventWriter
@@ -107,8 +108,8 @@ class NavigatorNode:
                     f"a map with the digest {found[:12]}; map_sha256 in the robot's parameters"
                     f" begins with {wanted[:12]}"
                 )
-            grid = ros_io.grid_from_msg(message).upright()
-        except RejectedError as error:
+            grid = ros_io.grid_from_msg(message).upright().refined()
+        except (RejectedError, MapError) as error:
             self.rejections.reject("map", "a publisher of /map", error)
             return
         if self._brain is None:

@@ -314,6 +314,10 @@ def test_what_is_wrong_with_a_map_is_told_apart(swarm, tmp_path):
     assert result() == codes.RESULT_INVALID_MAP_METADATA
     file.write_text("image: none.png\nresolution: 0.05\norigin: [0.0, 0.0, 0.0]\n")
     assert result() == codes.RESULT_INVALID_MAP_DATA
+    (tmp_path / "coarse.pgm").write_bytes(b"P5 40 40 255\n" + bytes([254]) * 1600)
+    coarse = "image: coarse.pgm\nresolution: 10.0\norigin: [0.0, 0.0, 0.0]\nnegate: 0\n"
+    file.write_text(coarse + "occupied_thresh: 0.65\nfree_thresh: 0.25\n")
+    assert result() == codes.RESULT_INVALID_MAP_METADATA  # too fine when refined; ended the robot
 
 
 def listen(swarm, kind, name):

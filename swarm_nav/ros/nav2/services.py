@@ -94,7 +94,7 @@ class Services:
                 response.result = LoadMap.Response.RESULT_MAP_DOES_NOT_EXIST
                 return response
             grid = load_map(path)
-            upright = grid.upright()
+            upright = grid.upright().refined()
         except (SwarmError, OSError, ValueError, MemoryError) as error:
             self._body.rejections.reject("load_map", "a client", error)
             is_text = isinstance(error, MapError) and not isinstance(error, MapImageError)
