@@ -6,7 +6,7 @@ matter whether it still stands there. See docs/architecture/safety.md, "Silent r
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,7 +97,7 @@ class Absence:
         return self._told
 
     def listen(
-        self, receptions: Iterable[Reception], position: tuple[float, float], edge: float, tick: int
+        self, receptions: Sequence[Reception], position: tuple[float, float], edge: float, tick: int
     ) -> tuple[Words, list[int]]:
         """Take the beacons of a tick, and find out what became of robots that are not heard.
 
@@ -111,17 +111,17 @@ class Absence:
             Beacons (k, words) of robots found silent where they were; ids of robots that have left
             the place where they were thought to be.
         """
-        changes = 0
-        absent = Absentees(self._words, self._floats, self._facts, self._places)
         for heard in receptions:
             needed = kernels.note(self._known, heard.words, heard.rows)
             if needed > len(self._known.ticks):
                 self._grow(2 * needed)
                 kernels.note(self._known, heard.words, heard.rows)
-            if len(absent.words):
-                changes += kernels.listen(absent, heard.words, heard.rows)
+        if not len(self._words):
+            return NOBODY, []
+        absent = Absentees(self._words, self._floats, self._facts, self._places)
         before = self._facts[:, FATE].copy()
-        if len(absent.words) and (tick + self._own_id) % JUDGED_EVERY == 0:
+        changes = sum([kernels.listen(absent, heard.words, heard.rows) for heard in receptions])
+        if (tick + self._own_id) % JUDGED_EVERY == 0:
             changes += kernels.judge(absent, self._known, Spot(*position), edge, tick)
         if not changes:
             return NOBODY, []
