@@ -436,6 +436,9 @@ class LocalRun(ProcessRun):
         for name in self._keeper.down:
             self._tell(RUNNER, RobotSilent(name))
 
+    def _refuse(self, message: str) -> None:
+        super()._refuse(self._plan.overrides.located(message, self._folder.params))
+
     def _obey(self, request: Request) -> None:
         """Restart a robot's navigator; the answer follows when it is active."""
         name = request.command.robot

@@ -15,6 +15,7 @@ from typing import Any
 from swarm_common.model.errors import ConfigError
 
 MOST = 10_000.0  # of a parameter without a rule: m, s, rad, or any other unit
+ANY = (0.0, MOST)  # of a parameter without a rule
 RANGES: Mapping[str, tuple[float, float]] = {
     "max_vel_x": (0.0, 50.0),
     "max_vel_y": (0.0, 50.0),
@@ -86,6 +87,6 @@ def check(config: Any) -> None:
             if isinstance(value, (bool, str)):
                 continue
             name = prefix + item.name
-            low, high = RANGES.get(name, (-MOST, MOST))
+            low, high = RANGES.get(name, ANY)
             if not low <= value <= high or not math.isfinite(value):
-                raise ConfigError(f"{name} is {value}; it must be from {low:g} to {high:g}")
+                raise ConfigError(f"{name} is {value}; it must be from {low:.10g} to {high:.10g}")

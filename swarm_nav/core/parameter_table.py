@@ -16,7 +16,7 @@ from typing import Any
 
 from swarm_common.model.errors import ConfigError
 from swarm_nav.core.config import FIXED_PARAMETERS, NavConfig
-from swarm_nav.core.limits import MOST, RANGES
+from swarm_nav.core.limits import ANY, RANGES
 
 Value = bool | int | float | str
 
@@ -109,9 +109,7 @@ def _row(group: str, part: Any, field: str, comment: str) -> ParameterRow:
         return dataclasses.replace(row, choices=tuple(choices[0].split(" | ")) if choices else ())
     if not row.is_number:
         return row
-    low, high = RANGES.get(name, (-MOST, MOST))
-    if low < 0 and not _takes(part, field, type(default)(-1)):
-        low = 0.0
+    low, high = RANGES.get(name, ANY)
     is_whole = isinstance(default, int)
     return dataclasses.replace(
         row,

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import fnmatch
+import os
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -34,16 +36,20 @@ class Overrides:
         world: Its section about the world.
     """
 
-    def __init__(self, sections: Mapping[str, Flat], world: WorldParams | None = None) -> None:
+    def __init__(
+        self, sections: Mapping[str, Flat], world: WorldParams | None = None, path: Path = Path()
+    ) -> None:
         """Keep the sections of a file that has been checked.
 
         Args:
             sections: Parameters by dotted name, per pattern of node names, in the order of the
                 file.
             world: None for the defaults.
+            path: The file, for messages.
         """
         self.world = world or WorldParams()
         self._sections = dict(sections)
+        self._path = path
 
     def for_robot(self, robot: str) -> Flat:
         """Return the parameters that the file sets for a robot; later sections win.
@@ -56,6 +62,23 @@ class Overrides:
             if _matches(pattern, robot):
                 merged.update(values)
         return merged
+
+    def located(self, message: str, copies: Path) -> str:
+        """Return a complaint about a robot's parameter file in terms of the user's own file.
+
+        Args:
+            message: `FILE: what is wrong`, as the navigators say it.
+            copies: Folder of the parameter files that are written for them.
+        """
+        begin = f"{copies}{os.sep}"
+        robot, _, problem = message.removeprefix(begin).partition(".yaml: ")
+        if not message.startswith(begin):
+            return message
+        named = set(re.findall(r"[a-z_0-9]+(?:\.[a-z_0-9]+)*", problem))
+        for pattern, values in reversed(self._sections.items()):
+            if _matches(pattern, robot) and named & values.keys():
+                return f"{self._path}: {pattern}: {problem}"
+        return message
 
 
 def load_overrides(path: Path, robots: list[str], known: Mapping[str, Any]) -> Overrides:
@@ -87,7 +110,7 @@ def load_overrides(path: Path, robots: list[str], known: Mapping[str, Any]) -> O
         sections[str(pattern)] = {
             name: typed(name, value, known, where) for name, value in flatten(body[SECTION]).items()
         }
-    return Overrides(sections, world)
+    return Overrides(sections, world, path)
 
 
 def _matches(pattern: str, robot: str) -> bool:

@@ -23,7 +23,7 @@ def say(event: str, **values: object) -> None:
 
 
 if mood == "refuse":
-    say("error", message="max_vel_x is -1; it must be positive")
+    say("error", message=f"{config['robots'][0]['params']}: max_vel_x is -1; it must be positive")
     sys.exit(2)
 for robot in config["robots"]:
     assert Path(robot["params"]).is_file()

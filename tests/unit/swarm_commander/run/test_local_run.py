@@ -125,13 +125,15 @@ def test_a_crash_of_the_world_makes_it_three_and_says_its_last_words(up: Up) -> 
     ("moods", "message"),
     [
         ({"world": "refuse"}, "swarm-up: station loader_3 lies inside a wall\n"),
-        ({"host": "refuse"}, "swarm-up: max_vel_x is -1; it must be positive\n"),
+        ({"host": "refuse"}, "swarm-up: mine.yaml: /**: max_vel_x is -1; it must be positive\n"),
     ],
 )
 def test_input_that_a_process_refuses_is_bad_input(
     up: Up, moods: dict[str, str], message: str
 ) -> None:
-    code, _, errors = up.run(**moods)
+    text = "/**: {ros__parameters: {max_vel_x: -1.0}}\n"
+    (up.folder / "mine.yaml").write_text(text, encoding="utf-8")
+    code, _, errors = up.run("--params", "mine.yaml", **moods)
     assert (code, errors) == (2, message)
     assert not (up.run_dir / "report.json").exists()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import pytest
 
@@ -44,6 +45,18 @@ def test_the_range_is_what_is_accepted(row: ParameterRow) -> None:
         assert accepts(row, row.low + 1e-3)
     if row.excludes_high:
         assert accepts(row, row.high - 1e-3)
+
+
+@pytest.mark.parametrize("row", NUMBERS)
+def test_the_message_names_the_range_of_the_table(row: ParameterRow) -> None:
+    """`holding.gate_density` of 1e308 was told to be from -10000."""
+    value = 2**62 if isinstance(row.default, int) else 1e308
+    with pytest.raises(ConfigError) as caught:
+        config_from_parameters({row.name: value})
+    named = re.search(r"from (\S+) to (\S+)$", str(caught.value))
+    if named is not None:  # some have a limit by another one
+        assert (float(named[1]), float(named[2])) == (row.low, row.high)
+    assert "-" not in str(caught.value)
 
 
 def test_texts_name_their_choices() -> None:

@@ -165,3 +165,27 @@ def test_a_mistake_is_named_with_file_and_key(tmp_path: Path, text: str, message
     with pytest.raises(ConfigError, match="(?s)" + message) as caught:
         overrides_of(tmp_path, text, "Srobot1")
     assert "mine.yaml" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("section", "problem", "is_theirs"),
+    [
+        ("/**", "vx_samples is 1; it must be from 2 to 100", True),
+        ("/Srobot1/navigator", "vx_samples is 1; it must be from 2 to 100", True),
+        ("/Srobot2/navigator", "vx_samples is 1; it must be from 2 to 100", False),
+        ("/**", "max_vel_x is 5.0; a waffle reaches 0.26", False),  # from the robot's model
+    ],
+)
+def test_a_wrong_value_is_named_where_the_user_can_change_it(
+    tmp_path: Path, section: str, problem: str, is_theirs: bool
+) -> None:
+    """The message named the copy in the run's folder, which the next run writes anew."""
+    path = tmp_path / "mine.yaml"
+    path.write_text(f"{section}:\n  ros__parameters: {{vx_samples: 1}}\n", encoding="utf-8")
+    overrides = load_overrides(path, ROBOTS, KNOWN)
+    copies = tmp_path / "run" / "params"
+    told = overrides.located(f"{copies / 'Srobot1.yaml'}: {problem}", copies)
+    assert told == (
+        f"{path}: {section}: {problem}" if is_theirs else f"{copies / 'Srobot1.yaml'}: {problem}"
+    )
+    assert overrides.located("station loader_3 lies inside a wall", copies).startswith("station")
