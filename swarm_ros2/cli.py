@@ -14,6 +14,13 @@ from typing import Any
 from swarm_common.middleware import ros_env
 from swarm_common.middleware.other_ros import set_aside
 from swarm_common.model.errors import SwarmError
+from swarm_common.process.standard_streams import (
+    complain,
+    end_of_output,
+    finish_output,
+    is_of_output,
+    open_standard_streams,
+)
 from swarm_ros2 import launcher
 from swarm_ros2.handover import clean_environment, find_real_ros2
 
@@ -43,8 +50,13 @@ def main() -> None:
     real = find_real_ros2(os.environ)
     if real is not None:
         os.execve(real, [str(real), *sys.argv[1:]], clean_environment(os.environ, Path(sys.prefix)))
+    open_standard_streams()
     set_aside("ros2")
-    sys.exit(run(sys.argv[1:]))
+    try:
+        code = run(sys.argv[1:])
+    except SystemExit as end:  # argparse's
+        code = end.code if isinstance(end.code, int) else 1
+    sys.exit(finish_output("ros2", code, failed=1))
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -64,14 +76,14 @@ def run(arguments: Sequence[str]) -> int:
             return 0
         options.run(options)
     except SwarmError as error:
-        print(error, file=sys.stderr)
+        complain(str(error))
         return 1
     except KeyboardInterrupt:
         return int(signal.SIGINT)
-    except BrokenPipeError:
-        # The reader (head, less) has gone; keep Python from complaining at exit, too.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 1
+    except OSError as error:
+        if is_of_output(error):
+            return end_of_output("ros2", error, failed=1)
+        raise
     return 0
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import errno
-import io
 import os
 import signal
 import sys
@@ -16,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import typer
 
-FULL = (errno.ENOSPC, errno.EDQUOT, errno.EIO)  # not the user's input
 LONGEST_NAME = 200  # letters of a file's name that are shown
 # Commands of swarm-commander that change the swarm.
 FLEET_COMMANDS = ("spawn", "remove", "move", "list", "reset", "restart", "record", "frames")
@@ -86,23 +83,6 @@ def load_app(name: str) -> typer.Typer:
     return app
 
 
-def open_standard_streams() -> None:
-    """Open /dev/null for each of stdin, stdout and stderr that whoever started us has closed.
-
-    Else the next file or pipe gets its number, and prints land there.
-    """
-    number = os.open(os.devnull, os.O_RDWR)
-    while number <= 2:
-        number = os.dup(number)
-    os.close(number)
-    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
-        if getattr(sys, name) is None:
-            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))
-    for stream in (sys.stdout, sys.stderr):  # what the terminal cannot show becomes a "?"
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")
-
-
 def take_usual_signals() -> None:
     """Undo what whoever started us has set of signals; a process inherits that.
 
@@ -164,7 +144,17 @@ def run_app(name: str, load: Callable[[], typer.Typer]) -> int:
 
     SIGINT and SIGTERM end it without a traceback and with 128 + their number, wherever it is.
     """
-    open_standard_streams()
+    from swarm_common.process import standard_streams
+
+    standard_streams.open_standard_streams()
+    try:
+        code = _run_app(name, load)
+    except OSError as error:
+        code = standard_streams.end_of_output(name, error)
+    return standard_streams.finish_output(name, code)
+
+
+def _run_app(name: str, load: Callable[[], typer.Typer]) -> int:
     take_usual_signals()
     if sys.argv[1:] == ["--version"]:
         sys.stdout.write(f"{name} {metadata.version('swarm-workbench')}\n")
@@ -177,7 +167,7 @@ def run_app(name: str, load: Callable[[], typer.Typer]) -> int:
 
     from swarm_commander.run.results.report import BAD_INPUT, COMPONENT_FAILED
     from swarm_common.model.errors import SwarmEndedError, SwarmError
-    from swarm_common.process.last_resort import printable
+    from swarm_common.process.standard_streams import FULL, READER_LEFT, complain, is_of_output
 
     # Some versions of typer bring a click of their own, so the base is reached through typer.
     usage_error: type[Exception] = typer.BadParameter.__bases__[0]
@@ -198,7 +188,7 @@ def run_app(name: str, load: Callable[[], typer.Typer]) -> int:
     except usage_error as error:
         message = _usage_message(error, command)
     except SwarmEndedError as error:  # a component failed, from where the command stands
-        sys.stderr.write(f"{name}: {error}\n")
+        complain(f"{name}: {error}")
         return COMPONENT_FAILED
     except SwarmError as error:
         message = str(error)
@@ -207,13 +197,19 @@ def run_app(name: str, load: Callable[[], typer.Typer]) -> int:
             traceback.print_exc()
             return COMPONENT_FAILED
         return 128 + (ended_by[0] if ended_by else signal.SIGINT)
+    except SystemExit as end_:
+        if isinstance(end_.__context__, BrokenPipeError):  # rich's 1 is that of a missed goal
+            return READER_LEFT
+        raise
     except OSError as error:  # of a file that the user names: too long a name, no permission, ...
+        if is_of_output(error):
+            raise
         if error.errno not in FULL and error.filename is None:
             traceback.print_exc()
             return COMPONENT_FAILED
-        message = f"cannot use {_shown(error.filename or 'a file')}: {error.strerror}"
+        message = f"cannot use {_shown(error.filename)}: {error.strerror}"
         if error.errno in FULL:
-            sys.stderr.write(f"{name}: {message}\n")
+            complain(f"{name}: {message}")
             return COMPONENT_FAILED
     except Exception as error:  # a fault of ours must not look like a missed goal
         if ended_by or type(error).__name__ == "ExternalShutdownException":  # rclpy's, of a signal
@@ -222,7 +218,7 @@ def run_app(name: str, load: Callable[[], typer.Typer]) -> int:
         return COMPONENT_FAILED
     else:
         return code if isinstance(code, int) else 0
-    sys.stderr.write(f"{name}: {printable(message)}\n")
+    complain(f"{name}: {message}")
     return BAD_INPUT
 
 

@@ -11,6 +11,7 @@ What a module imports of its folder stands above it:
     private_parts  Parts of libraries that are private to them: one that moved is told
     quick_start    What a process does before its work begins costs time that its user waits for
     single_thread  Forking is safe only in a process of one thread; this keeps it so
+    standard_streams  stdin, stdout and stderr, whatever those that started us made of them
 
 May import `model` of swarm_common.
 """

@@ -50,7 +50,7 @@ def test_without_a_compiler_nothing_starts(value, code):
 
 def test_letters_that_the_terminal_lacks_are_no_failure():
     code = """
-from swarm_commander.cli.main import open_standard_streams
+from swarm_common.process.standard_streams import open_standard_streams
 open_standard_streams()
 print("h\\u00e4lle", "\\udcff")
 """

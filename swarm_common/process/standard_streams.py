@@ -1,0 +1,110 @@
+"""stdin, stdout and stderr, whatever those that started us made of them: closed, full, gone."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import io
+import os
+import select
+import signal
+import sys
+from typing import TextIO
+
+from swarm_common.process.last_resort import printable
+
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EIO)  # not the user's input
+CANNOT_WRITE = 3  # exit code: not the user's input, and not a result either
+READER_LEFT = 128 + signal.SIGPIPE  # exit code, that of a program which the signal ends
+
+
+def open_standard_streams() -> None:
+    """Open /dev/null for each of stdin, stdout and stderr that whoever started us has closed.
+
+    Else the next file or pipe gets its number, and prints land there.
+    """
+    number = os.open(os.devnull, os.O_RDWR)
+    while number <= 2:
+        number = os.dup(number)
+    os.close(number)
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))
+    for stream in (sys.stdout, sys.stderr):  # what the terminal cannot show becomes a "?"
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
+
+
+def finish_output(name: str, code: int, failed: int = CANNOT_WRITE) -> int:
+    """Write what is still in the buffers of stdout and stderr, before the interpreter would.
+
+    Args:
+        name: Of the command, for its message.
+        code: Exit code of the command so far.
+        failed: Exit code of a command that did well, but whose output cannot be written.
+
+    Returns:
+        The exit code.
+    """
+    failure = _flush(sys.stdout)
+    if failure is not None and code == 0:
+        code = end_of_output(name, failure, failed)
+    _flush(sys.stderr)
+    return code
+
+
+def end_of_output(name: str, error: OSError, failed: int = CANNOT_WRITE) -> int:
+    """Say that the output cannot be written, unless its reader (`head`, `less`) has seen enough.
+
+    Args:
+        name: Of the command, for its message.
+        error: Of the write.
+        failed: Exit code if it is not the reader who left.
+
+    Returns:
+        The exit code.
+    """
+    _forget(sys.stdout)
+    if error.errno == errno.EPIPE:
+        return READER_LEFT
+    complain(f"{name}: cannot write the output: {error.strerror}")
+    return failed
+
+
+def complain(message: str) -> None:
+    """Say on stderr why a command ends; that nobody can read it changes no exit code."""
+    with contextlib.suppress(OSError):
+        sys.stderr.write(f"{printable(message)}\n")
+
+
+def is_of_output(error: OSError) -> bool:
+    """True if an error is that stdout cannot be written, or that the disk of a file is full."""
+    return error.filename is None and (error.errno in FULL or _has_no_reader())
+
+
+def _has_no_reader() -> bool:
+    """True if stdout is a pipe, socket or terminal that nobody reads any more."""
+    poll = select.poll()
+    with contextlib.suppress(OSError, ValueError):
+        poll.register(sys.stdout.fileno(), 0)
+        return any(event & (select.POLLERR | select.POLLHUP) for _, event in poll.poll(0))
+    return False
+
+
+def _flush(stream: TextIO) -> OSError | None:
+    try:
+        stream.flush()
+    except OSError as error:
+        _forget(stream)
+        return error
+    except ValueError:  # it was closed
+        pass
+    return None
+
+
+def _forget(stream: TextIO) -> None:
+    """Redirect a stream to /dev/null, so that its buffered text causes no error later."""
+    with contextlib.suppress(OSError, ValueError):
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, stream.fileno())
+        os.close(nowhere)

@@ -1,0 +1,56 @@
+"""A command says the truth where its output leads nowhere: full, closed, not read any more."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+FOLDER = Path(__file__).resolve().parents[4]
+MAIN = "import sys; from swarm_commander.cli import main; main.{}()"
+COMMANDS = {
+    "ros2": ("-m", "swarm_ros2", "interface", "show", "std_msgs/msg/Header"),
+    "ros2 help": ("-m", "swarm_ros2", "topic", "--help"),
+    "version": ("-c", MAIN.format("swarm_up"), "--version"),
+    "table": ("-c", MAIN.format("swarm_up"), "--list"),
+    "help": ("-c", MAIN.format("report"), "--help"),
+}
+
+
+def ended(name: str, redirection: str, *more: str, unbuffered: str = "") -> tuple[int, str]:
+    """Return exit code and stderr of a command with its streams redirected by a shell."""
+    done = subprocess.run(
+        ["bash", "-c", f'"$@" {redirection}', "bash", sys.executable, *COMMANDS[name], *more],
+        env=os.environ | {"PYTHONPATH": str(FOLDER), "PYTHONUNBUFFERED": unbuffered},
+        capture_output=True, text=True, check=False, timeout=60,
+    )  # fmt: skip
+    return done.returncode, done.stderr
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_output_on_a_full_disk_is_a_failure_told_in_a_line(name: str) -> None:
+    """It was a traceback with exit code 1, or `Exception ignored in` and 120."""
+    code, errors = ended(name, "> /dev/full")
+    command = {"ros2": "ros2", "ros2 help": "ros2", "help": "swarm-report"}.get(name, "swarm-up")
+    assert errors == f"{command}: cannot write the output: No space left on device\n"
+    assert code == (1 if command == "ros2" else 3)
+
+
+@pytest.mark.parametrize("name", ["ros2", "version", "table"])
+def test_a_reader_who_has_left_is_no_missed_goal(name: str) -> None:
+    assert ended(name, '| true; exit "${PIPESTATUS[0]}"') == (141, "")
+
+
+@pytest.mark.parametrize("name", ["ros2", "version", "table"])
+def test_each_write_may_be_the_one_that_fails(name: str) -> None:
+    assert "cannot write the output" in ended(name, "> /dev/full", unbuffered="1")[1]
+
+
+@pytest.mark.parametrize("name", ["ros2", "table"])
+def test_a_message_that_nobody_can_read_changes_no_exit_code(name: str) -> None:
+    for redirection in ("2> /dev/full", "2>&-"):
+        assert ended(name, redirection, "--nonsense")[0] == 2
+        assert ended(name, f"> /dev/null {redirection}")[0] == 0
