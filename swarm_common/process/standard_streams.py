@@ -72,13 +72,21 @@ def end_of_output(name: str, error: OSError, failed: int = CANNOT_WRITE) -> int:
 
 
 def complain(message: str) -> None:
-    """Say on stderr why a command ends; that nobody can read it changes no exit code."""
+    """Say on stderr why a command ends; that nobody can read it changes no exit code.
+
+    Args:
+        message: Without a newline; what a terminal would obey is shown as text.
+    """
     with contextlib.suppress(OSError):
         sys.stderr.write(f"{printable(message)}\n")
 
 
 def is_of_output(error: OSError) -> bool:
-    """True if an error is that stdout cannot be written, or that the disk of a file is full."""
+    """True if an error is that stdout cannot be written, or that the disk of a file is full.
+
+    Args:
+        error: Of a write; one that names a file is not of the output.
+    """
     return error.filename is None and (error.errno in FULL or _has_no_reader())
 
 
