@@ -191,17 +191,19 @@ def serialize_beacon(beacon: np.void) -> bytes:
 
 
 def deserialize_beacon(data: bytes) -> np.void:
-    """Return the beacon in a CDR message.
+    """Return the beacon in a CDR message, without sightings if it was recorded before these were.
 
     Args:
-        data: Message in little-endian CDR; its first 4 bytes, the encapsulation, are not looked at.
+        data: Message, little endian; bytes behind the beacon are ignored.
 
     Raises:
-        ValueError: If the message is shorter than a beacon.
+        ValueError: If the message is too short.
     """
-    if len(data) < 4 + BEACON_SIZE:
+    least = 4 + 4 * word_of("sighted_id")
+    if len(data) < least:
         raise ValueError(f"beacon message of {len(data)} bytes; expected {4 + BEACON_SIZE}")
-    beacon: np.void = np.frombuffer(data, BEACON_DTYPE, 1, 4)[0]
+    body = data[4 : 4 + BEACON_SIZE].ljust(BEACON_SIZE, b"\0")
+    beacon: np.void = np.frombuffer(body, BEACON_DTYPE, 1)[0]
     return beacon
 
 

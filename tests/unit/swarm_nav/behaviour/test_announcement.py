@@ -24,6 +24,7 @@ from swarm_common.model.beacon import (
     record_of,
     serialize_beacon,
     serialize_neighbors,
+    word_of,
     words_of,
 )
 from swarm_common.model.records import Pose
@@ -206,7 +207,16 @@ def test_a_batch_survives_its_encoding(count: int) -> None:
 
 def test_a_beacon_that_is_too_short_is_refused() -> None:
     with pytest.raises(ValueError, match="expected"):
-        deserialize_beacon(serialize_beacon(announce(driving()))[:-1])
+        deserialize_beacon(serialize_beacon(announce(driving()))[: 4 * word_of("sighted_id")])
+
+
+def test_a_beacon_that_was_recorded_before_there_were_sightings_is_read() -> None:
+    record = announce(driving())
+    record["sighted_id"] = 7  # in what is cut off
+    read = deserialize_beacon(serialize_beacon(record)[: 4 + 4 * word_of("sighted_id")])
+    assert not read["sighted_id"].any()
+    record["sighted_id"] = record["sighted_tick"] = 0
+    assert read.tobytes() == record.tobytes()
 
 
 def test_a_beacon_has_no_padding() -> None:
