@@ -86,19 +86,39 @@ def collect(package: InterfacePackage, build: Path, tree: Path) -> None:
 
 
 def install(name: str, key: str, tree: Path, environment: Environment) -> None:
-    """Copy a tree into an environment."""
+    """Copy a tree into an environment.
+
+    Each file is replaced at once, never written into: a swarm that runs has the old libraries
+    mapped, and its processes would end by SIGSEGV.
+    """
     try:
         for part in ("lib", "include", "share"):
-            shutil.copytree(tree / part, environment.prefix / part, dirs_exist_ok=True)
+            _copy(tree / part, environment.prefix / part)
         target = environment.site_packages / name
-        shutil.rmtree(target, ignore_errors=True)
-        shutil.copytree(tree / "python" / name, target)
+        _copy(tree / "python" / name, target)
+        for path in target.rglob("*"):
+            if path.is_file() and not (tree / "python" / name / path.relative_to(target)).exists():
+                path.unlink(missing_ok=True)
         environment.remember(name, key)
     except PermissionError as error:
         raise SwarmError(
             f"no permission to install {name} into {environment.prefix}: {error.filename};"
             " use a virtual environment (python3 -m venv .venv)"
         ) from error
+
+
+def _copy(source: Path, target: Path) -> None:
+    shutil.copytree(source, target, dirs_exist_ok=True, copy_function=_replace)
+
+
+def _replace(source: str, target: str) -> None:
+    draft = f"{target}.{os.getpid()}"
+    try:
+        shutil.copy2(source, draft)
+        os.replace(draft, target)
+    except OSError:
+        Path(draft).unlink(missing_ok=True)
+        raise
 
 
 def _write_ament_index(package: InterfacePackage, index: Path) -> None:

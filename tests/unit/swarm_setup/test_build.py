@@ -12,7 +12,7 @@ import pytest
 from swarm_common.files.resources import share_directory
 from swarm_common.model.errors import ConfigError
 from swarm_setup import build
-from swarm_setup.rosidl import packages
+from swarm_setup.rosidl import install, packages
 
 MANIFEST = """<?xml version="1.0"?>
 <package format="3"><name>{name}</name>{depends}</package>
@@ -132,3 +132,28 @@ def test_a_build_of_another_process_is_waited_for_and_named(tmp_path: Path, capf
     with build._lock(tmp_path):
         pass
     assert capfd.readouterr().err == ""
+
+
+def built_tree(folder: Path, contents: str, *modules: str) -> Path:
+    for part in ("lib", "include", "share", "python/mine_msgs"):
+        (folder / part).mkdir(parents=True)
+    for file in ("lib/libmine_msgs__c.so", *(f"python/mine_msgs/{name}.py" for name in modules)):
+        (folder / file).write_text(contents, encoding="utf-8")
+    return folder
+
+
+def test_an_update_leaves_a_swarm_that_runs_what_it_has_loaded(tmp_path: Path) -> None:
+    """Libraries were written into while processes had them mapped: they ended by SIGSEGV."""
+    environment = install.Environment(tmp_path / "venv", tmp_path / "venv" / "site-packages")
+    first = built_tree(tmp_path / "1", "old", "__init__", "gone")
+    install.install("mine_msgs", "1", first, environment)
+    library = environment.prefix / "lib" / "libmine_msgs__c.so"
+    package = environment.site_packages / "mine_msgs"
+    with library.open("rb") as loaded, (package / "__init__.py").open("rb") as imported:
+        second = built_tree(tmp_path / "2", "new and longer", "__init__", "come")
+        install.install("mine_msgs", "2", second, environment)
+        assert (loaded.read(), imported.read()) == (b"old", b"old")
+    assert library.read_text(encoding="utf-8") == "new and longer"
+    assert sorted(file.name for file in package.iterdir()) == ["__init__.py", "come.py"]
+    assert [file.name for file in library.parent.iterdir()] == [library.name]
+    assert environment.installed() == {"mine_msgs": "2"}
