@@ -1,14 +1,16 @@
-"""When a message was sent, and whether it is to be recorded: its stamp against the wanted rate."""
+"""When a message was sent, whether it is to be recorded at the wanted rate, and what was lost."""
 
 from __future__ import annotations
 
 import struct
 
+from swarm_common.middleware.rcl_take import Sender
 from swarm_common.middleware.topic_table import Topic
 
 NANOSECONDS = 1_000_000_000
 TOLERANCE = 0.01  # of a period: 10 Hz of a 10 Hz topic keeps all of them
 CLOCK = "/clock"
+MOST_SENDERS = 100_000  # whose numbers are remembered, over all topics
 FRAME_AT = slice(16, 40)  # of a tf message: its first frame, by which its senders differ
 
 _STAMP = struct.Struct("<iI")
@@ -62,3 +64,32 @@ class RateFilter:
             return None
         seconds, nanoseconds = _STAMP.unpack_from(data, topic.stamp_at)
         return seconds * NANOSECONDS + nanoseconds if seconds >= 0 else None
+
+
+class Losses:
+    """Counts the messages that were sent and did not arrive, by gaps in their numbers.
+
+    Attributes:
+        count: Of all messages, those that are kept for latecomers excepted.
+    """
+
+    def __init__(self) -> None:
+        self.count = 0
+        self._latest: dict[tuple[str, Sender], int] = {}
+
+    def note(self, topic: Topic, sender: Sender, sequence: int) -> None:
+        """Note a message that has arrived.
+
+        Args:
+            topic: That it was sent on.
+            sender: Of the message.
+            sequence: Its number among those of the sender on the topic.
+        """
+        if topic.is_latched:
+            return
+        key = (topic.name, sender)
+        if key not in self._latest and len(self._latest) >= MOST_SENDERS:
+            self._latest.clear()
+        latest = self._latest.get(key, sequence)
+        self._latest[key] = max(sequence, latest)
+        self.count += max(0, sequence - latest - 1)

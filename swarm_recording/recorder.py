@@ -23,7 +23,7 @@ from swarm_common.middleware.topic_table import Topic
 from swarm_common.model.errors import SwarmError
 from swarm_common.process.messages import RecordingBegun, RecordingEnded, Refused
 from swarm_common.process.pipes import EventWriter, child_options
-from swarm_recording.filter import CLOCK, RateFilter
+from swarm_recording.filter import CLOCK, Losses, RateFilter
 from swarm_recording.ros_types import message_class, quality
 from swarm_recording.selection import select, select_of
 from swarm_recording.tape import Tape
@@ -38,6 +38,9 @@ class Recorder:
     """Writes the messages of all wanted topics to a tape, byte by byte as received.
 
     Robots that come later are recorded from the moment at which `/sim/tf` shows them.
+
+    Attributes:
+        losses: Messages that are not on the tape although they were sent.
     """
 
     def __init__(
@@ -55,6 +58,7 @@ class Recorder:
         Raises:
             ConfigError: If a pattern matches nothing.
         """
+        self.losses = Losses()
         self._node = node
         self._tape = tape
         self._filter = RateFilter(rate)
@@ -78,6 +82,7 @@ class Recorder:
             if topic.is_latched and self._filter.begin is None and not is_last:
                 continue
             while (data := source.take()) is not None:
+                self.losses.note(topic, source.sender, source.sequence)
                 stamp = self._filter.stamp(topic, data)
                 if stamp is not None:
                     self._tape.write(topic.name, stamp, data)
@@ -105,8 +110,16 @@ class Recorder:
         self._robots = robots
 
 
-def record(config: dict[str, Any], events: EventWriter) -> None:
-    """Record until SIGTERM, see `RunPlan.recorder_config`."""
+def record(config: dict[str, Any], events: EventWriter) -> int:
+    """Record until SIGTERM.
+
+    Args:
+        config: See `recorder_config`.
+        events: Told of the beginning and the end.
+
+    Returns:
+        How many messages were lost.
+    """
     path = Path(config["path"])
     path.parent.mkdir(parents=True, exist_ok=True)
     tape = Tape(path, config["about"])
@@ -124,7 +137,9 @@ def record(config: dict[str, Any], events: EventWriter) -> None:
         recorder.take(is_last=True)
         time.sleep(LOOK_PERIOD)
     tape.close()
-    events.write(RecordingEnded(str(path), sum(tape.counts.values())))
+    lost = recorder.losses.count
+    events.write(RecordingEnded(str(path), sum(tape.counts.values()), lost))
+    return lost
 
 
 def main() -> int:

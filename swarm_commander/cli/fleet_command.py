@@ -198,7 +198,9 @@ def record_(
     }
     typer.echo(f"recording {len(names)} robots to {folder}; Ctrl-C ends it", err=True)
     signal.signal(signal.SIGINT, lambda *_: os.kill(os.getpid(), signal.SIGTERM))
-    record(config, EventWriter(None))
+    lost = record(config, EventWriter(None))
+    if lost:
+        typer.echo(f"swarm-commander: the recording lacks {lost} messages", err=True)
     rclpy.try_shutdown()
 
 

@@ -260,8 +260,13 @@ class LocalRun(ProcessRun):
 
     def _on_onlooker_event(self, event: OnlookerEvent) -> None:
         match event:
-            case RecordingEnded(path=path, messages=messages):
+            case RecordingEnded(path=path, messages=messages, lost=lost):
                 self._progress.note(f"recorded {messages} messages in {path}")
+                if lost:
+                    self._note_incident(
+                        f"the recording lacks {lost} messages: the {RECORDER} process or the"
+                        " machine could not keep up, or was stopped for a while"
+                    )
             case ViewerOpened(url=url):
                 self._progress.note(f"viewer: {url}")
             case _:

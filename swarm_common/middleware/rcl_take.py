@@ -77,12 +77,14 @@ class Taker:
     Attributes:
         sender: Of the message taken last.
         received: [ns] of wall time at which that message came.
+        sequence: Number of that message among those of its sender on the topic.
     """
 
     def __init__(self) -> None:
         rcl, rcutils = _libraries()
         self.sender = NOBODY
         self.received = 0
+        self.sequence = 0
         self._take = rcl.rcl_take_serialized_message
         self._rcutils = rcutils
         self._bytes = rcutils.rcutils_get_zero_initialized_uint8_array()
@@ -111,6 +113,7 @@ class Taker:
         values = self._info
         self.sender = values.low, values.high
         self.received = values.received_timestamp
+        self.sequence = values.publication_sequence_number
         return ctypes.string_at(self._bytes.buffer, self._bytes.length)
 
     def __del__(self) -> None:

@@ -66,6 +66,11 @@ class PolledTopic:
             self.sender, self.received = taker.sender, taker.received
         return data
 
+    @property
+    def sequence(self) -> int:
+        """Number of the message taken last among those of its sender on the topic."""
+        return self._taker.sequence
+
     def destroy(self) -> None:
         """Unsubscribe; do it before the node is destroyed."""
         self._pointer = 0  # an index that rcl ignores

@@ -282,10 +282,11 @@ class RecordingBegun(EventBase, frozen=True, tag="recording"):
 
 
 class RecordingEnded(EventBase, frozen=True, tag="recorded"):
-    """The recorder has closed its file."""
+    """The recorder has closed its file; `lost` messages were sent, but did not reach it."""
 
     path: str
     messages: int
+    lost: int = 0
 
 
 class ViewerOpened(EventBase, frozen=True, tag="viewer"):

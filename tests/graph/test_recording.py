@@ -28,6 +28,7 @@ from rclpy.serialization import deserialize_message
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 from rosgraph_msgs.msg import Clock
+from swarm_interfaces.msg import RobotStatus
 
 from swarm_commander.run.domain import DomainLock
 from swarm_commander.viewers.rviz_config import (
@@ -127,6 +128,9 @@ def test_a_bag_holds_what_was_published(swarm: Swarm, recorder: Process, tmp_pat
     expected = {name: list(dict.fromkeys(messages)) for name, messages in heard.items()}
     for subscription in subscriptions:
         swarm.node.destroy_subscription(subscription)
+    recorder.popen.terminate()
+    swarm.spin_until(lambda: recorder.named("recorded"))
+    assert "lost" not in recorder.named("recorded")[0]
     assert recorder.end() == 0
     path = tmp_path / "recording.mcap"
     found = read_with_mcap(path)
@@ -139,6 +143,27 @@ def test_a_bag_holds_what_was_published(swarm: Swarm, recorder: Process, tmp_pat
         missing = Counter(messages) - Counter(found[name])
         assert not missing, f"{sum(missing.values())} of {len(messages)} of {name} are missing"
     assert len(found["/Srobot2/robot_description"]) == len(found["/map"]) == 1
+
+
+def test_messages_that_a_recorder_missed_are_counted(
+    swarm: Swarm, recorder: Process, tmp_path: Path
+) -> None:
+    """One that was stopped for a while had a gap without a word."""
+    flood = swarm.node.create_publisher(RobotStatus, "/Srobot1/status", 10)
+    recorder.wait_for("recording")
+    swarm.spin(2.0)
+    flood.publish(RobotStatus())
+    swarm.spin(0.5)
+    recorder.popen.send_signal(signal.SIGSTOP)
+    for _ in range(5000):  # more than wait for the recorder
+        flood.publish(RobotStatus())
+    recorder.popen.send_signal(signal.SIGCONT)
+    swarm.spin(2.0)
+    swarm.node.destroy_publisher(flood)
+    recorder.popen.terminate()
+    swarm.spin_until(lambda: recorder.named("recorded"))
+    (ended,) = recorder.named("recorded")
+    assert ended["lost"] > 1000
 
 
 def test_a_run_is_recorded_from_the_middle_and_told_of_as_rosbag2_does(

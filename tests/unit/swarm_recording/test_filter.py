@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 
 from swarm_common.middleware.topic_table import all_topics
-from swarm_recording.filter import RateFilter
+from swarm_recording.filter import Losses, RateFilter
 
 TOPICS = {topic.name: topic for topic in all_topics(["Srobot1"])}
 
@@ -24,3 +24,18 @@ def test_what_stays_is_no_older_than_a_recording_from_the_middle() -> None:
         ("/clock", 289, 289), ("/map", 0, 289), ("/clock", 290, 290), ("/map", 300, 300)
     ):  # fmt: skip
         assert times.stamp(TOPICS[name], stamped(name, seconds)) == time * 10**9
+
+
+def test_a_gap_in_the_numbers_of_a_sender_is_what_was_lost() -> None:
+    losses = Losses()
+    status, latched = TOPICS["/Srobot1/status"], TOPICS["/map"]
+    for sender, sequence in (((1, 1), 7), ((1, 1), 8), ((2, 2), 1), ((1, 1), 12), ((2, 2), 2)):
+        losses.note(status, sender, sequence)
+    assert losses.count == 3
+    losses.note(status, (1, 1), 9)  # late
+    losses.note(status, (1, 1), 13)
+    losses.note(TOPICS["/Srobot1/odom"], (1, 1), 20)
+    assert losses.count == 3
+    for sequence in (1, 5):  # only the latest is kept for latecomers
+        losses.note(latched, (1, 1), sequence)
+    assert losses.count == 3
