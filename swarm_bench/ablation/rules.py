@@ -69,7 +69,7 @@ NUMBERS = (
     "traffic.push_ticks", "traffic.moving_patience", "traffic.release_time",
     "traffic.replan_blocked", "traffic.stuck_time", "traffic.retreat_time",
     "holding.request_distance", "holding.hold_distance", "holding.approach_slots",
-    "holding.search_distance", "holding.gate_density",
+    "holding.search_distance", "holding.gate_density", "holding.region_density",
     "planner.lane_weight", "planner.lane_width", "planner.replan_period",
     f"{TRAFFIC}.right_of_way.REFUGE_COST", f"{TRAFFIC}.right_of_way.RETREAT_DISTANCE",
     f"{TRAFFIC}.right_of_way.RETRY_TIME",

@@ -131,6 +131,10 @@ def _pass_gate(situation: Situation) -> None:
     gate_kernels.enters(region, situation.planner.lattice.frame, situation.tube.points)
     gate._ahead(situation, 1)
     gate._area_around(situation)
+    gate._seen_inside(situation)
+    gate_kernels.part_entered(
+        gate._parts[1], situation.planner.lattice.frame, situation.tube.points
+    )
 
 
 def _pass_door(situation: Situation) -> None:

@@ -39,6 +39,9 @@ class Absence:
 
     Every robot tells the others where it knows each robot to have been last, and when. So what one
     of them knows of a robot that is out of hearing reaches all that it meets.
+
+    Attributes:
+        sightings: Where each robot was last; a row per id.
     """
 
     def __init__(self, own_id: int) -> None:
@@ -49,7 +52,7 @@ class Absence:
         """
         self._own_id = own_id
         self._told: Words = np.zeros(4 * SIGHTINGS, np.uint32)
-        self._known = _sightings(INITIAL_IDS)
+        self.sightings = _sightings(INITIAL_IDS)
         self._take(NOBODY, np.zeros((0, 3), np.int64))
 
     def __len__(self) -> int:
@@ -58,9 +61,9 @@ class Absence:
     def _grow(self, ids: int) -> None:
         """Have room for sightings of ids below `ids`."""
         known = _sightings(ids)
-        known.ticks[: len(self._known.ticks)] = self._known.ticks
-        known.places[: len(self._known.places)] = self._known.places
-        self._known = known
+        known.ticks[: len(self.sightings.ticks)] = self.sightings.ticks
+        known.places[: len(self.sightings.places)] = self.sightings.places
+        self.sightings = known
 
     def _take(self, words: Words, facts: NDArray[np.int64]) -> None:
         self._words, self._facts = words, facts
@@ -93,7 +96,7 @@ class Absence:
         Args:
             tick: Of the beacon. The next call overwrites what is returned.
         """
-        kernels.tell(self._known, self._own_id, tick, self._told)
+        kernels.tell(self.sightings, self._own_id, tick, self._told)
         return self._told
 
     def listen(
@@ -112,17 +115,17 @@ class Absence:
             the place where they were thought to be.
         """
         for heard in receptions:
-            needed = kernels.note(self._known, heard.words, heard.rows)
-            if needed > len(self._known.ticks):
+            needed = kernels.note(self.sightings, heard.words, heard.rows)
+            if needed > len(self.sightings.ticks):
                 self._grow(2 * needed)
-                kernels.note(self._known, heard.words, heard.rows)
+                kernels.note(self.sightings, heard.words, heard.rows)
         if not len(self._words):
             return NOBODY, []
         absent = Absentees(self._words, self._floats, self._facts, self._places)
         before = self._facts[:, FATE].copy()
         changes = sum([kernels.listen(absent, heard.words, heard.rows) for heard in receptions])
         if (tick + self._own_id) % JUDGED_EVERY == 0:
-            changes += kernels.judge(absent, self._known, Spot(*position), edge, tick)
+            changes += kernels.judge(absent, self.sightings, Spot(*position), edge, tick)
         if not changes:
             return NOBODY, []
         fates = self._facts[:, FATE]

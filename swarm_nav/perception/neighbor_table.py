@@ -22,6 +22,7 @@ from swarm_nav.core.config import TrafficConfig
 from swarm_nav.perception import absence_kernels
 from swarm_nav.perception import neighbor_table_kernels as kernels
 from swarm_nav.perception.absence import Absence
+from swarm_nav.perception.absence_kernels import Sightings
 
 BODY_REACH = 0.12  # [m] beyond a neighbour's radius within which a beam does not help to localise
 TRAVEL_PER_TICK = 0.03  # [m] that a neighbour may have moved since its beacon
@@ -303,6 +304,11 @@ class NeighborTable:
             tick: Of the beacon. The next call overwrites what is returned.
         """
         return self._absence.tell(tick)
+
+    @property
+    def sightings(self) -> Sightings:
+        """Where each robot was last, as far as this one knows from anybody."""
+        return self._absence.sightings
 
     def radius(self, row: int) -> float:
         """Return the safety radius [m] of a robot.

@@ -4,8 +4,9 @@ Beyond a density the flow through a narrow region falls as more robots enter it 
 diagram of traffic; perimeter control: Daganzo 2007, Keyvan-Ekbatani et al. 2012). A robot in the
 open whose path leads into such a region counts those that it hears inside, those admitted and those
 that ask with a higher priority; it enters while that is less than the part of the region within
-radio range of where it asked has room for, and otherwise waits in the open, wherever a place is
-free. Each robot decides alone.
+radio range of where it asked has room for, and while fewer robots than the whole region has room
+for were seen in it by anybody (`swarm_nav.perception.absence`). Otherwise it waits in the open,
+wherever a place is free. Each robot decides alone.
 
 The gate is subordinate to the priorities. A robot that ranks above all others that are inside,
 admitted or ask, enters however many they are: so the highest robot never waits here, nor does the
@@ -28,12 +29,15 @@ from swarm_nav.core.priority import SENIORITY
 from swarm_nav.planning import distance_kernels, search_kernels
 from swarm_nav.planning.search import SearchSpace
 from swarm_nav.planning.terrain import HALL_DISTANCE, Lattice, Terrain
-from swarm_nav.traffic import gate_kernels
+from swarm_nav.traffic import gate_kernels, single_lane_kernels
 from swarm_nav.traffic.situation import Situation
 
 NONE, ADMITTED = 0, 1  # values of a beacon's gate_tick that are not the tick of asking
 LEAST_AREA = 16.0  # [m²] of a region; fewer robots than that has room for are led by the lease
+SEEN_TICKS = 150  # for which a robot counts as inside since it was seen there
 WAY_POINTS = 60  # path points, 3 m, in which the region's border is looked for
+
+NO_PARTS = np.zeros((0, 0), np.int16)
 
 is_inside = gate_kernels.is_inside.py_func  # for one point cheaper than the call of a kernel
 
@@ -91,6 +95,9 @@ class Gate:
     is_admitted: bool = False  # whether it may enter, or is inside
     first: int = 0  # id of the highest robot that it waits for, 0 for none
     _area: float = 0.0  # [m²] of the region within radio range of where it asked
+    _part: int = 0  # of the region, in which its way leads
+    _part_area: float = 0.0  # [m²]
+    _parts: tuple[NDArray[np.bool_] | None, NDArray[np.int16]] = (None, NO_PARTS)
     # points of a path, from one index to before another, that lie outside a region
     _outside: tuple[FloatArray | None, NDArray[np.bool_] | None, int, int] = (None, None, 0, 0)
 
@@ -137,8 +144,12 @@ class Gate:
                 return
             self.asked_tick = situation.tick
             self._area = self._area_around(situation)
+            self._choose_part(situation)
         ahead, is_highest = self._ahead(situation, priority)
-        self.is_admitted = is_highest or ahead < max(1.0, config.gate_density * self._area)
+        self.is_admitted = is_highest or (
+            ahead < max(1.0, config.gate_density * self._area)
+            and self._seen_inside(situation) < max(1.0, config.region_density * self._part_area)
+        )
 
     def _leads_in(self, situation: Situation) -> bool:
         """Whether the way ahead leads into the region; each of its points is looked at once."""
@@ -153,6 +164,24 @@ class Gate:
                 return True
             self._outside = tube.points, self.region, begin, last
         return False
+
+    def _choose_part(self, situation: Situation) -> None:
+        """Note which part of the region the way ahead leads into, and how large it is."""
+        region, parts = self._parts
+        if self.region is not None and region is not self.region:
+            parts = np.zeros(self.region.shape, np.int16)
+            single_lane_kernels.label(self.region, parts)
+            self._parts = self.region, parts
+        tube, lattice = situation.tube, situation.planner.lattice
+        way = tube.points[tube.near : tube.near + WAY_POINTS]
+        self._part = int(gate_kernels.part_entered(parts, lattice.frame, way))
+        self._part_area = float(np.count_nonzero(parts == self._part)) * lattice.step**2
+
+    def _seen_inside(self, situation: Situation) -> int:
+        """Return how many others were seen in the part of the region not long ago."""
+        frame, since = situation.planner.lattice.frame, situation.tick - SEEN_TICKS
+        known, own_id = situation.neighbors.sightings, situation.robot_id
+        return int(gate_kernels.count_seen(self._parts[1], self._part, frame, known, since, own_id))
 
     def recheck(self, situation: Situation, way: FloatArray) -> None:
         """Ask no more if the way to the goal does not lead through the region any longer.

@@ -11,7 +11,9 @@ from swarm_common.model.records import Mask
 from swarm_common.process.numba_compat import njit
 from swarm_nav.core.order_kernels import outranks
 from swarm_nav.core.priority import SENIORITY
+from swarm_nav.perception.absence_kernels import Sightings
 from swarm_nav.planning.distance_kernels import Floats, Frame
+from swarm_nav.traffic.single_lane_kernels import label_at
 
 BLOCKED = 30  # ticks for which a robot on its way to the mouth has been blocked that no more counts
 
@@ -107,6 +109,44 @@ def count_ahead(
             if theirs > highest:
                 first, highest = np.int64(ids[k]), theirs
     return count, is_highest, first
+
+
+@njit(cache=True)
+def part_entered(parts: NDArray[np.int16], frame: Frame, way: Floats) -> int:
+    """Return the number of the first part of the region on a path, 0 if there is none.
+
+    Args:
+        parts: (height, width) number of the part that each cell belongs to, 0 outside.
+        frame: Of the parts.
+        way: (n, 2) [m] in map.
+    """
+    for k in range(way.shape[0]):
+        part = label_at(parts, frame, way[k, 0], way[k, 1])
+        if part:
+            return part
+    return 0
+
+
+@njit(cache=True)
+def count_seen(
+    parts: NDArray[np.int16], part: int, frame: Frame, known: Sightings, since: int, own_id: int
+) -> int:
+    """Return how many other robots are in a part of the region, as far as anybody told.
+
+    Args:
+        parts: See `part_entered`.
+        part: The one to be looked at.
+        frame: Of the parts.
+        known: Sightings of all robots.
+        since: Tick before which a sighting does not count.
+        own_id: Of this robot.
+    """
+    count = 0
+    for robot in range(known.ticks.shape[0]):
+        if known.ticks[robot] >= since and robot != own_id:
+            place = known.places[robot]
+            count += label_at(parts, frame, place[0], place[1]) == part
+    return count
 
 
 @njit(cache=True)
