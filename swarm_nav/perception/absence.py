@@ -1,7 +1,8 @@
-"""Robots that fell silent where they may have left the radio range: dead there, or gone away?
+"""Robots that fell silent: dead where they were, or gone away?
 
-They are no obstacles while they are far away: only near the place that such a robot held does it
-matter whether it still stands there. See docs/architecture/safety.md, "Silent robots".
+Those that may have left the radio range are no obstacles while they are far away: only near the
+place that such a robot held does it matter whether it still stands there. See
+docs/architecture/safety.md, "Silent robots".
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ NOBODY: Words = np.zeros((0, BEACON_WORDS), np.uint32)
 
 
 class Absence:
-    """The last beacons of robots that may have left, and where all robots were seen last.
+    """The last beacons of robots that fell silent, and where all robots were seen last.
 
     Every robot tells the others where it knows each robot to have been last, and when. So what one
     of them knows of a robot that is out of hearing reaches all that it meets.
@@ -72,17 +73,22 @@ class Absence:
         self._places = np.full(int(ids.max(initial=0)) + 1, -1, np.int64)
         self._places[ids] = np.arange(len(ids))
 
-    def add(self, words: Words, has_parted: NDArray[np.bool_]) -> None:
+    def add(
+        self, words: Words, has_parted: NDArray[np.bool_], *, is_obstacle: bool = False
+    ) -> None:
         """Take the newest beacons of robots that are not heard any more.
 
         Args:
-            words: (n, BEACON_WORDS).
+            words: (n, BEACON_WORDS); those of robots that are known to be silent are left out.
             has_parted: (n,) whether each was driving out of range.
+            is_obstacle: Whether they fell silent well within range, and are obstacles already.
         """
-        facts = np.full((len(words), 3), NEVER, np.int64)
-        facts[:, FATE], facts[:, PARTED] = UNKNOWN, has_parted
-        known = self._places_of(words[:, ID]) < 0  # a robot that was taken back is still here
-        self._take(np.vstack((self._words, words[known])), np.vstack((self._facts, facts[known])))
+        is_new = self._places_of(words[:, ID]) < 0
+        if is_new.any():
+            facts = np.full((np.count_nonzero(is_new), 3), NEVER, np.int64)
+            facts[:, FATE] = SILENT if is_obstacle else UNKNOWN
+            facts[:, PARTED] = has_parted[is_new]
+            self._take(np.vstack((self._words, words[is_new])), np.vstack((self._facts, facts)))
 
     def _places_of(self, ids: NDArray[np.uint32]) -> NDArray[np.int64]:
         places = np.full(len(ids), -1, np.int64)

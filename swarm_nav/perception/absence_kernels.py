@@ -11,9 +11,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.model.beacon import NO_ROBOT, SIGHTINGS, word_of
+from swarm_common.model.beacon import FLAG_LEFT, NO_ROBOT, SIGHTINGS, word_of
 from swarm_common.process.numba_compat import njit
 from swarm_nav.perception.neighbor_table_kernels import (
+    FLAGS,
     HELD,
     HELD_SIZE,
     ID,
@@ -30,6 +31,7 @@ UNKNOWN, HEARD_AGAIN, LEFT, SILENT, MOVED = range(5)  # fates
 DECIDE_TICKS = 40  # within hearing of a place after which its silence counts as a death
 PARTED_TICKS = 600  # the same for one that did not stay there: then it counts as left after all
 ELSEWHERE = 0.2  # [m] from all that a robot claimed, at which it claims something else
+NOWHERE = np.float32(1e6)  # [m] x and y of a robot that was taken out of the world
 OWN_SHIFT = 13  # robots that tell the same sightings begin with different ones
 
 
@@ -107,6 +109,8 @@ def note(known: Sightings, batch: Words, rows: NDArray[np.int64]) -> int:
             if is_known and np.int64(tick) > ticks[robot]:
                 ticks[robot] = tick
                 places[robot, 0], places[robot, 1] = floats[k, at], floats[k, at + 1]
+                if place < 0 and batch[k, FLAGS] & np.uint32(FLAG_LEFT):
+                    places[robot, :] = NOWHERE
     return most
 
 

@@ -80,7 +80,7 @@ class NeighborTable:
         self._count = 0
         self._position = (0.0, 0.0)
         self._left_count = np.zeros(1, np.int64)
-        self._has_dead = False  # whether anybody has been silent for more than `dead_ticks`
+        self._has_silent = False  # whether any row is gone
         self._inbox: list[tuple[Reception, tuple[float, float]]] = []
         self._words: NDArray[np.uint32] = np.zeros((0, BEACON_WORDS), np.uint32)
         self._notes: NDArray[np.float64] = np.zeros((0, 2))
@@ -135,10 +135,10 @@ class NeighborTable:
             tick: Now.
         """
         inbox, self._inbox = self._inbox, []
-        if self._has_dead and tick % PASSED_EVERY == 0:
-            self.passed_by()
         if self._remembers_absent:
             self._ask_for_absent([reception for reception, _ in inbox], tick)
+        if self._has_silent and tick % PASSED_EVERY == 0:
+            self.passed_by()
         most = self._count + sum([len(reception.rows) for reception, _ in inbox])
         if most > len(self._words):
             self._allocate(2 * most)
@@ -154,7 +154,7 @@ class NeighborTable:
             found = kernels.refresh(
                 words, notes, links, self._count, self._air, self._own_id, *rest
             )
-        count, self.deaf_neighbor, self._is_pushed, self._has_dead = found
+        count, self.deaf_neighbor, self._is_pushed, self._has_silent = found
         self._heard_tick = tick
         if count != self._count or self._is_new:
             self._show(count)
@@ -166,6 +166,10 @@ class NeighborTable:
 
     def _ask_for_absent(self, receptions: list[Reception], tick: int) -> None:
         """Take back robots that seem not to have left, with the next batch, until they have."""
+        if self._has_silent:  # before anything of their space is given up
+            self._fetch()
+            words = self._words[: self._count][self.gone]
+            self._absence.add(words, np.zeros(len(words), np.bool_), is_obstacle=True)
         silent, left = self._absence.listen(receptions, self._position, self._hearing[0], tick)
         if len(silent):
             self._inbox.append((Reception(silent, np.arange(len(silent))), self._position))
@@ -236,7 +240,7 @@ class NeighborTable:
             reach: [m] up to which rays tell of free space.
             body: Own footprint as words, and the radius [m] in which a LiDAR of its like is seen.
         """
-        if self._has_dead:
+        if self._has_silent:
             self._fetch()
             footprint, radius = body
             limits = (reach, radius, self._limits[2])

@@ -278,13 +278,13 @@ def refresh(
 
     Returns:
         Number of rows, id as of `deaf_neighbor`, whether any robot says that we block it, and
-        whether any has been silent for more than dead_ticks.
+        whether any is silent.
     """
     ids, ages, gone, priorities, acks = columns
-    lost_ticks, edge, dead_ticks, unheard = limits
+    lost_ticks, edge, _, unheard = limits
     kept = 0
     is_pushed = False
-    has_dead = False
+    has_silent = False
     for row in range(count):
         age = tick - np.int64(words[row, TICK])
         if age > lost_ticks:
@@ -296,7 +296,7 @@ def refresh(
                 left[0][left[1][0]] = words[row]
                 left[1][0] += 1
                 continue
-        has_dead |= age > dead_ticks
+        has_silent |= age > lost_ticks
         if kept < row:
             move_row(words, notes, links, row, kept)
         ids[kept] = words[kept, ID]
@@ -314,7 +314,7 @@ def refresh(
             acks[kept] = tick - ((tick - entry) & 0xFFFF) if entry else UNHEARD
         kept += 1
     acknowledge(words, notes, kept, tick, out)
-    return kept, deaf_neighbor(ids[:kept], acks, notes, tick, unheard), is_pushed, has_dead
+    return kept, deaf_neighbor(ids[:kept], acks, notes, tick, unheard), is_pushed, has_silent
 
 
 @njit(cache=True)

@@ -182,6 +182,82 @@ def test_what_is_known_of_robots_is_passed_on() -> None:
     assert not neighbors().sighted(7).any()
 
 
+def test_who_fell_silent_near_here_and_was_seen_elsewhere_later_has_left() -> None:
+    """A robot hung for some seconds, went on unheard, and was an obstacle where it had hung."""
+    here = neighbors()
+    heard(here, 10, beacon(2, 1.0, 0.0, held=[(1.0, 0.0), (1.2, 0.0)]))
+    listen(here, range(27, 700), 0.0, telling(3, 4.0, 2, 300, (1.3, 0.0)))
+    assert here.ids.tolist() == [2, 3]
+    assert len(here.tubes(0)) == 2  # nobody saw it elsewhere, however long that is ago
+    listen(here, range(700, 710), 0.0, telling(3, 4.0, 2, 400, (9.0, 0.0)))
+    assert here.ids.tolist() == [3]
+    listen(here, range(710, 760), 6.0, beacon(3, 4.0, 0.0))
+    assert here.tubes(0).tolist() == [[9.0, 0.0]]  # it is waited for there
+    listen(here, range(760, 765), 6.0, beacon(2, 9.0, 0.0))
+    assert not here.gone[0]
+
+
+def test_a_place_that_was_given_up_in_part_is_compared_as_a_whole() -> None:
+    """It stopped at the end of its space; that it was at the beginning before shows nothing."""
+    here = neighbors()
+    heard(here, 10, beacon(2, 1.0, 0.0, held=[(1.0, 0.0), (1.35, 0.0)]))
+    listen(here, range(27, 120), 1.0)  # this robot is where the space began
+    assert np.allclose(here.tubes(0), [(1.35, 0.0)])
+    listen(here, range(120, 200), 1.0, telling(3, 4.0, 2, 12, (1.05, 0.0)))
+    assert np.allclose(here.tubes(0), [(1.35, 0.0)])
+
+
+def test_that_a_robot_was_taken_out_of_the_world_is_passed_on_and_shows_no_place() -> None:
+    """The farewell has the pose (0, 0): there it was waited for by who had not heard it."""
+    first, here = NeighborTable(3, TrafficConfig()), neighbors()
+    listen(here, range(10, 11), 0.0, beacon(2, 5.5, 0.0))
+    listen(first, range(30, 31), 0.0, beacon(2, 0.0, 0.0, flags=FLAG_LEFT))
+    for tick in range(31, 200):
+        record = beacon(3, -1.0, 0.0)
+        words = words_of(np.array([record]))
+        words[0, SIGHTED:] = first.sighted(tick)
+        listen(here, range(tick, tick + 1), 2.5, words.view(BEACON_DTYPE)[0, 0])
+    assert here.ids.tolist() == [3]
+
+
+def test_who_was_taken_out_of_the_world_and_came_back_is_known_by_its_new_place() -> None:
+    first, here = NeighborTable(3, TrafficConfig()), neighbors()
+    listen(here, range(10, 11), 0.0, beacon(2, 5.5, 0.0))
+    listen(first, range(30, 80), 0.0, beacon(2, 0.0, 0.0, flags=FLAG_LEFT))
+    listen(first, range(80, 90), 0.0, beacon(2, 3.0, 1.0))
+    for tick in range(90, 160):
+        record = beacon(3, -1.0, 0.0)
+        words = words_of(np.array([record]))
+        words[0, SIGHTED:] = first.sighted(tick)
+        listen(here, range(tick, tick + 1), 2.5, words.view(BEACON_DTYPE)[0, 0])
+    assert here.tubes(0).tolist() == [[3.0, 1.0]]
+
+
+def test_what_is_known_does_not_depend_on_the_order_of_beacons_or_batches() -> None:
+    records = [telling(robot, 4.0, 9, 30 + robot % 3, (robot, 2.0)) for robot in (3, 4, 5, 6)]
+    records.append(telling(7, 4.0, 3, 12, (5.0, 5.0)))
+    seen = []
+    for split, order in ((5, 1), (2, 1), (3, -1), (0, -1)):
+        here = neighbors()
+        heard(here, 10, beacon(9, 5.5, 0.0))
+        here.refresh(27)
+        for part in (records[:split], records[split:]):
+            heard(here, 40, *part[::order])
+        here.refresh(41)
+        listen(here, range(42, 120), 2.5)
+        told = [here.sighted(tick).tobytes() for tick in range(9)]
+        seen.append((told, here.ids.tolist(), [here.tubes(row).tolist() for row in range(6)]))
+    assert all(other == seen[0] for other in seen)
+
+
+@pytest.mark.parametrize("robot", [0x7F, 0x80, 0xFFFF])
+def test_robots_of_any_id_are_passed_on(robot: int) -> None:
+    here = neighbors()
+    listen(here, range(10, 12), 0.0, telling(3, 4.0, robot, 5, (1.0, 2.0)))
+    told = {int(k) for tick in range(2) for k in here.sighted(tick)[:SIGHTINGS]}
+    assert told == {3, robot}
+
+
 def test_who_was_taken_out_of_the_world_is_not_waited_for() -> None:
     here = neighbors()
     heard(here, 10, beacon(2, 5.5, 0.0))
