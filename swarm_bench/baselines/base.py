@@ -68,7 +68,16 @@ class Baseline(ABC):
         robot_id: int,
         initial_pose_map: Pose,
     ) -> None:
-        """Stand at a pose without a goal; a baseline ignores `sites`."""
+        """Stand at a pose without a goal.
+
+        Args:
+            config: All parameters, of which a method uses some.
+            spec: Of the robot.
+            grid: The map, upright.
+            sites: Of the world; not used.
+            robot_id: From 1.
+            initial_pose_map: Of base_footprint, at the first odometry.
+        """
         self.config = config
         self.spec = spec
         self.grid = grid
@@ -117,11 +126,19 @@ class Baseline(ABC):
 
     @abstractmethod
     def begin(self, target: Pose) -> None:
-        """Prepare for a new target."""
+        """Prepare for a new target.
+
+        Args:
+            target: In map; only its position is planned to.
+        """
 
     @abstractmethod
     def drive(self, target: Pose) -> Twist:
-        """Return the twist on the way to the target."""
+        """Return the twist on the way to the target.
+
+        Args:
+            target: In map; its position has not been reached.
+        """
 
     @abstractmethod
     def rest(self) -> Twist:
@@ -130,26 +147,49 @@ class Baseline(ABC):
     # The face of a driver
 
     def on_odom(self, odom: Odometry) -> None:
-        """Take the odometry of this tick."""
+        """Take the odometry of this tick.
+
+        Args:
+            odom: Pose in odom, and twist.
+        """
         self._localiser.on_odom(odom)
         self.twist = odom.twist
 
     def on_scan(self, scan: Scan) -> None:
-        """Take a scan: mark hits that are neither walls nor known robots."""
+        """Take a scan: mark hits that are neither walls nor known robots.
+
+        Args:
+            scan: Ranges of one revolution, also of a LiDAR that is mounted upside down.
+        """
         scan = scan.from_above(self.spec.lidar)
         margin = self.config.traffic.safety_margin
         self.obstacles.update(scan, self.pose, self._planner.terrain, self.neighbors, margin)
 
     def on_reception(self, reception: Reception) -> None:
-        """Take the beacons heard in this tick."""
+        """Take the beacons heard in this tick.
+
+        Args:
+            reception: Beacons as words, and the rows that are heard.
+        """
         self.neighbors.take(reception, self.pose.x, self.pose.y)
 
     def set_goal(self, goal: Goal) -> None:
-        """Take a goal of kind NAVIGATE, for its start tick."""
+        """Take a goal of kind NAVIGATE, for its start tick.
+
+        Args:
+            goal: Of its poses the first counts.
+        """
         self._pending = goal
 
     def tick(self, tick: int) -> Output:
-        """Decide."""
+        """Decide.
+
+        Args:
+            tick: Now.
+
+        Returns:
+            The twist to drive, the beacon to send, and what happened since the last tick.
+        """
         self.tick_now = tick
         self.neighbors.refresh(tick)
         self.others = _others(self.neighbors)
@@ -159,7 +199,12 @@ class Baseline(ABC):
         return Output(twist, self._beacon(), events)
 
     def fail(self, code: ErrorCode, message: str) -> None:
-        """Give the current goal up."""
+        """Give the current goal up.
+
+        Args:
+            code: Why, for programs.
+            message: Why, for people.
+        """
         self._failed += 1
         self._end(Outcome.ABORTED, code, message)
 

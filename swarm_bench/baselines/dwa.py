@@ -49,7 +49,11 @@ class DwaDriver(Baseline):
         self._tries = 0
 
     def begin(self, target: Pose) -> None:
-        """Plan in the next tick."""
+        """Plan in the next tick.
+
+        Args:
+            target: In map; it is given again with each `drive`.
+        """
         self._track = None
         self._recovery = None
         self._is_turning = False
@@ -61,7 +65,11 @@ class DwaDriver(Baseline):
         return Twist()
 
     def drive(self, target: Pose) -> Twist:
-        """Return the twist on the way to the target."""
+        """Return the twist on the way to the target.
+
+        Args:
+            target: In map; its position has not been reached.
+        """
         self._check_progress()
         if self._recovery is not None:
             return self._recover(self._recovery)
@@ -155,11 +163,19 @@ class DwaDriver(Baseline):
         return twist
 
     def turn_to(self, yaw: float) -> Twist:
-        """Return the twist that turns towards `yaw` on the spot."""
+        """Return the twist that turns towards `yaw` on the spot.
+
+        Args:
+            yaw: [rad] in map.
+        """
         return self._turner.turn_to(yaw, self.pose, self.twist)
 
     def can_back_up(self, way: float) -> bool:
-        """Whether there is room to back up by `way` [m]."""
+        """Whether there is room to back up.
+
+        Args:
+            way: [m], positive.
+        """
         pose = self.pose
         place = Place(pose.x, pose.y, pose.yaw)
         return bool(kernels.backing_room(place, way, self.radius + PADDING, self._obstacles()))
@@ -172,6 +188,12 @@ class Recovery:
     """One of Nav2's recovery behaviours."""
 
     def __init__(self, kind: str, robot: DwaDriver) -> None:
+        """Begin where the robot is now.
+
+        Args:
+            kind: One of `RECOVERIES`.
+            robot: That is stuck.
+        """
         behavior = robot.config.behavior
         self._kind = kind
         self._start = robot.pose
@@ -179,7 +201,11 @@ class Recovery:
         self._end_tick = robot.tick_now + round(behavior.wait_duration / CONTROL_PERIOD)
 
     def step(self, robot: DwaDriver) -> Twist | None:
-        """Return the next twist; None when it is over."""
+        """Return the next twist; None when it is over.
+
+        Args:
+            robot: The same, in its present tick.
+        """
         if robot.tick_now >= self._end_tick:
             return None
         if self._kind == "wait":

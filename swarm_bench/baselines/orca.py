@@ -51,7 +51,11 @@ class OrcaDriver(Baseline):
         )
 
     def begin(self, target: Pose) -> None:
-        """Plan in the next tick."""
+        """Plan in the next tick.
+
+        Args:
+            target: In map; it is given again with each `drive`.
+        """
         self._track = None
 
     def rest(self) -> Twist:
@@ -59,7 +63,11 @@ class OrcaDriver(Baseline):
         return self._avoid((0.0, 0.0))
 
     def drive(self, target: Pose) -> Twist:
-        """Return the twist on the way to the target."""
+        """Return the twist on the way to the target.
+
+        Args:
+            target: In map; its position has not been reached.
+        """
         is_due = (self.tick_now + self.robot_id) % REPLAN_TICKS == 0
         if self._track is not None and is_due and self._track.is_lost(self.pose):
             self._track = None
@@ -129,7 +137,12 @@ class OrcaDriver(Baseline):
         return Twist(0.0, 0.0, twist.wz)
 
     def limited(self, v: float, w: float) -> Twist:
-        """Return a twist within the limits that moves the point in the same direction."""
+        """Return a twist within the limits that moves the point in the same direction.
+
+        Args:
+            v: [m/s] ahead.
+            w: [rad/s], counter-clockwise.
+        """
         config = self.config.controller
         excess = max(1.0, abs(v) / config.max_vel_x, abs(w) / config.max_vel_theta)
         return Twist(v / excess, 0.0, w / excess)

@@ -21,6 +21,9 @@ def wall_outlines(grid: Grid) -> tuple[FloatArray, ...]:
     """Return the outlines (n, 2) [m] of the occupied areas: solids to the left of their edges.
 
     Outer outlines are counterclockwise, those of holes (a room inside its walls) clockwise.
+
+    Args:
+        grid: The map, upright; unknown cells count as free.
     """
     shape = (grid.height, grid.width)
     return _outlines(grid.cells.tobytes(), shape, grid.resolution, (grid.origin_x, grid.origin_y))
@@ -36,7 +39,14 @@ def _outlines(
 
 
 def loops(occupied: NDArray[np.bool_]) -> list[list[Corner]]:
-    """Return the closed chains of cell corners around occupied cells, cells on the left."""
+    """Return the closed chains of cell corners around occupied cells, cells on the left.
+
+    Args:
+        occupied: (rows, columns).
+
+    Returns:
+        The corners of each chain, the first not repeated at the end.
+    """
     ahead = _edges(occupied)
     chains: list[list[Corner]] = []
     while ahead:
@@ -83,7 +93,15 @@ def _step(ahead: dict[Corner, list[Corner]], here: Corner, before: Corner | None
 
 
 def simplified(loop: FloatArray, tolerance: float) -> FloatArray:
-    """Return a closed polygon with fewer corners (Douglas, Peucker 1973)."""
+    """Return a closed polygon with fewer corners (Douglas, Peucker 1973).
+
+    Args:
+        loop: Corners (n, 2), the first not repeated at the end.
+        tolerance: By which corners that are left out may be off, in the unit of `loop`.
+
+    Returns:
+        Corners (m, 2) of `loop`, m at most n.
+    """
     far = int(np.hypot(*(loop - loop[0]).T).argmax())
     first = _simplified_chain(loop[: far + 1], tolerance)
     second = _simplified_chain(np.vstack((loop[far:], loop[:1])), tolerance)

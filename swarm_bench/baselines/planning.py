@@ -27,7 +27,13 @@ LOST_PATH = 0.5  # [m] from the path at which it is of no use any more
 
 
 def plain_planner(grid: Grid, config: NavConfig, radius: float) -> Planner:
-    """Return a planner on a terrain that all robots of a process share."""
+    """Return a planner on a terrain that all robots of a process share.
+
+    Args:
+        grid: The map, upright.
+        config: The parameters of planner and costmap count.
+        radius: [m] of the robot's circle, which keeps off walls.
+    """
     origin = (grid.origin_x, grid.origin_y, grid.height, grid.width)
     terrain = _terrain(
         grid.cells.tobytes(), grid.resolution, origin, config.planner, config.costmap, radius
@@ -59,7 +65,17 @@ def _terrain(
 def robot_costs(
     planner: Planner, places: FloatArray, radii: FloatArray, radius: float
 ) -> NDArray[np.float32]:
-    """Return the lattice costs of robots at `places` (k, 2) for a robot of `radius` [m]."""
+    """Return the lattice costs of other robots, for a robot that plans.
+
+    Args:
+        planner: Its lattice is used, not changed.
+        places: Centres (k, 2) [m] in map.
+        radii: (k,) [m] of the others.
+        radius: [m] of the robot that plans.
+
+    Returns:
+        Extra costs (rows, columns) per metre, on the planner's lattice.
+    """
     extra = planner.no_extra()
     frame = planner.lattice.frame
     for place, other in zip(places, radii, strict=True):
@@ -74,23 +90,43 @@ class PathTrack:
     """A path (n, 2) and how far along it the robot is."""
 
     def __init__(self, points: FloatArray) -> None:
+        """Stand at the first point.
+
+        Args:
+            points: (n, 2) [m] in map, `SPACING` apart; n is 1 at least.
+        """
         self.points = points
         self._near = 0
 
     def update(self, pose: Pose) -> None:
-        """Note where the robot is; it may have been pushed back or cut a corner."""
+        """Note where the robot is; it may have been pushed back or cut a corner.
+
+        Args:
+            pose: In map.
+        """
         first = max(0, self._near - round(1.0 / SPACING))
         window = self.points[first : self._near + round(1.5 / SPACING)]
         gaps = np.hypot(window[:, 0] - pose.x, window[:, 1] - pose.y)
         self._near = first + int(gaps.argmin())
 
     def is_lost(self, pose: Pose) -> bool:
-        """Whether the robot is off the path."""
+        """Whether the robot is off the path, as of the last `update`.
+
+        Args:
+            pose: In map.
+        """
         x, y = self.points[self._near]
         return math.hypot(x - pose.x, y - pose.y) > LOST_PATH
 
     def ahead(self, distance: float) -> FloatArray:
-        """Return the points from the robot to `distance` [m] ahead; at least one."""
+        """Return the points from the robot on; at least one.
+
+        Args:
+            distance: [m] along the path.
+
+        Returns:
+            (k, 2) [m] in map, a view; fewer where the path ends.
+        """
         return self.points[self._near : self._near + 1 + round(distance / SPACING)]
 
     @property
@@ -102,9 +138,17 @@ class PathTrack:
 def waypoint(
     track: PathTrack, planner: Planner, pose: Pose, distance: float, clearance: float
 ) -> tuple[float, float]:
-    """Return the point of the path up to `distance` [m] ahead that is farthest and in sight.
+    """Return the farthest point of the path to which a straight line is clear of walls.
 
-    In sight: the straight line to it keeps `clearance` [m] from walls, or as much as its ends do.
+    Args:
+        track: With the robot's place on it.
+        planner: Its terrain has the walls.
+        pose: Of the robot in map.
+        distance: [m] ahead along the path, at most.
+        clearance: [m] that the line of sight keeps from walls, or as much as its ends do.
+
+    Returns:
+        (x, y) [m] in map.
     """
     points = np.ascontiguousarray(track.ahead(distance))
     terrain = planner.terrain

@@ -11,6 +11,11 @@ from swarm_common.model.errors import ConfigError
 def replace_part(path: Path, name: str, text: str) -> None:
     """Put a text between the lines `<!-- NAME -->` and `<!-- /NAME -->` of a file.
 
+    Args:
+        path: The file; it is rewritten as a whole.
+        name: Of the part.
+        text: Markdown; blank lines around it are set anew.
+
     Raises:
         ConfigError: If the file cannot be read or written, or does not have both lines once.
     """
@@ -29,5 +34,9 @@ def replace_part(path: Path, name: str, text: str) -> None:
 
 
 def table_line(cells: Iterable[str]) -> str:
-    """Return a line of a Markdown table."""
+    """Return a line of a Markdown table.
+
+    Args:
+        cells: Markdown; a | in one is not escaped.
+    """
     return "| " + " | ".join(cells) + " |\n"

@@ -227,11 +227,19 @@ def run(options: RunOptions) -> RunResult:
 
 
 def as_received(odom: Odometry) -> Odometry:
-    """Return an odometry as it comes out of a ROS message: the yaw has been a quaternion."""
+    """Return an odometry as it comes out of a ROS message: the yaw has been a quaternion.
+
+    Args:
+        odom: As the world made it.
+    """
     return Odometry(odom.tick, pose_as_received(odom.pose_odom), odom.twist)
 
 
 def pose_as_received(pose: Pose) -> Pose:
-    """Return a pose as it comes out of a ROS message."""
+    """Return a pose as it comes out of a ROS message.
+
+    Args:
+        pose: In any frame.
+    """
     half = 0.5 * pose.yaw
     return Pose(pose.x, pose.y, yaw_of(0.0, 0.0, math.sin(half), math.cos(half)))

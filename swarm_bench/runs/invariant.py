@@ -41,7 +41,12 @@ class Invariant:
         self._bounds = np.zeros((0, 4))
 
     def check(self, tick: int, beacons: BeaconArray) -> None:
-        """Take in the beacons (n,) that were sent at a tick."""
+        """Take in the beacons that were sent at a tick.
+
+        Args:
+            tick: At which they were sent.
+            beacons: (n,) of all robots; n may change from tick to tick.
+        """
         if len(self._bounds) != len(beacons):
             self._bounds = np.zeros((len(beacons), 4))
         best = self._best

@@ -49,6 +49,9 @@ def read_json_lines(path: Path, parse: Callable[[Any], T], command: str) -> list
 def open_to_append(path: Path) -> TextIO:
     """Open a result file; an unfinished last line is cut off.
 
+    Args:
+        path: Of the file, which need not exist; its folder has to.
+
     Raises:
         ConfigError: If it cannot be written.
     """
@@ -63,7 +66,12 @@ def open_to_append(path: Path) -> TextIO:
 
 
 def append_json_line(file: TextIO, data: Mapping[str, Any]) -> None:
-    """Write one result, so that it is there whatever comes next."""
+    """Write one result, so that it is there whatever comes next.
+
+    Args:
+        file: Open for writing.
+        data: Fit for JSON, without NaN and infinity.
+    """
     file.write(json.dumps(data, allow_nan=False) + "\n")
     file.flush()
 
@@ -96,7 +104,13 @@ def collected(
 
 
 def taken_over(count: int, total: int, file: Path | None) -> str:
-    """Return what to say of runs that are not repeated, since a file has their results."""
+    """Return what to say of runs that are not repeated, since a file has their results.
+
+    Args:
+        count: Runs with known results.
+        total: Runs that were asked for.
+        file: Where the results are.
+    """
     return (
         f"{count} of {total} runs are in {file} already; "
         "take another file after a change of code or scenario"
@@ -104,7 +118,11 @@ def taken_over(count: int, total: int, file: Path | None) -> str:
 
 
 def rounded(value: Any) -> Any:
-    """Return data with all numbers fit for JSON: four decimals, None for what is not finite."""
+    """Return data with all numbers fit for JSON: four decimals, None for what is not finite.
+
+    Args:
+        value: A number, a text, None, or mappings of them.
+    """
     if isinstance(value, float):
         return round(value, 4) if math.isfinite(value) else None
     if isinstance(value, Mapping):

@@ -24,19 +24,43 @@ class Driver(Protocol):
     """
 
     def on_odom(self, odom: Odometry) -> None:
-        """Take the odometry of this tick."""
+        """Take the odometry of this tick.
+
+        Args:
+            odom: Pose in odom, and twist.
+        """
 
     def on_scan(self, scan: Scan) -> None:
-        """Take a scan."""
+        """Take a scan.
+
+        Args:
+            scan: Ranges of one revolution.
+        """
 
     def on_reception(self, reception: Reception) -> None:
-        """Take the beacons heard in this tick."""
+        """Take the beacons heard in this tick.
+
+        Args:
+            reception: Beacons as words, and the rows that are heard; it does not change in this
+                tick.
+        """
 
     def set_goal(self, goal: Goal) -> None:
-        """Take a goal of kind NAVIGATE, for its start tick."""
+        """Take a goal of kind NAVIGATE, for its start tick.
+
+        Args:
+            goal: It replaces one that has not ended.
+        """
 
     def tick(self, tick: int) -> Output:
-        """Decide."""
+        """Decide.
+
+        Args:
+            tick: Now, later than at the last call.
+
+        Returns:
+            The twist to drive, the beacon to send, and what happened since the last tick.
+        """
 
     def status(self) -> Status:
         """Return counters for the result."""
@@ -66,6 +90,9 @@ METHODS = {
 
 def load_method(name: str) -> Method:
     """Return a method by name.
+
+    Args:
+        name: One of `METHODS`.
 
     Raises:
         UnknownNameError: If there is none.

@@ -132,13 +132,21 @@ class RunResult:
 def result_from_json(data: Mapping[str, Any]) -> RunResult:
     """Return the result in a dictionary of `RunResult.as_json` without its schema.
 
+    Args:
+        data: Robots under `per_robot` by name.
+
     Raises:
         TypeError: If a field is unknown or missing.
+        KeyError: If `per_robot` is missing.
     """
     robots = {name: RobotResult(**item) for name, item in data["per_robot"].items()}
     return RunResult(**{**data, "per_robot": robots})
 
 
 def finite(value: float) -> float | None:
-    """Return a number, or None for one that is not finite."""
+    """Return a number, or None for one that is not finite.
+
+    Args:
+        value: May be NaN or infinite.
+    """
     return value if math.isfinite(value) else None

@@ -74,7 +74,11 @@ def compose_result(
 
 
 def identity(options: RunOptions) -> dict[str, Any]:
-    """Return the fields that say which run it was."""
+    """Return the fields that say which run it was.
+
+    Args:
+        options: What was run.
+    """
     return {
         "scenario": options.scenario.name,
         "method": options.method,
@@ -123,7 +127,15 @@ def _pace(durations: Sequence[float]) -> dict[str, Any]:
 
 
 def conditions(options: RunOptions) -> dict[str, Any]:
-    """Return what a run depends on beside scenario, size, seed, method and engine."""
+    """Return what a run depends on beside scenario, size, seed, method and engine.
+
+    Args:
+        options: Of the run.
+
+    Returns:
+        By name: what the scenario says of radio, LiDAR and noise, and the parameters that were
+        given.
+    """
     scenario = options.scenario
     return {
         "loss": scenario.loss,

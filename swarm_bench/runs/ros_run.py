@@ -31,6 +31,9 @@ class SwarmUpError(SwarmError):
 def run_on_graph(options: RunOptions) -> RunResult:
     """Run a scenario once with `swarm-up`: processes, DDS, rigid bodies, LiDARs.
 
+    Args:
+        options: What to run; the method has to be ours.
+
     Raises:
         SwarmUpError: If it left no report; the message ends with what it said last.
     """
@@ -57,12 +60,24 @@ def run_on_graph(options: RunOptions) -> RunResult:
 
 
 def last_lines(said: str) -> str:
-    """Return the last lines of a program's output, for an error."""
+    """Return the last lines of a program's output, for an error.
+
+    Args:
+        said: All that it wrote.
+
+    Returns:
+        At most `LAST_LINES` lines.
+    """
     return "\n".join(said.strip().splitlines()[-LAST_LINES:])
 
 
 def up_flags(options: RunOptions, folder: Path) -> list[str]:
-    """Return the flags of `swarm-up` for a run; writes the files that they name to a folder."""
+    """Return the flags of `swarm-up` for a run; writes the files that they name to a folder.
+
+    Args:
+        options: What to run.
+        folder: That exists; the run's own folder is made in it.
+    """
     scenario, count = options.scenario, options.robots
     params = folder / "params.yaml"
     params.write_text(yaml.safe_dump(_parameters(options)), encoding="utf-8")
@@ -121,7 +136,12 @@ def _fleet(models: tuple[str, ...], count: int) -> dict[str, Any]:
 
 
 def result_of_report(options: RunOptions, report: Mapping[str, Any]) -> RunResult:
-    """Return the result in a `report.json`; what only the harness knows is None."""
+    """Return the result in a `report.json`; what only the harness knows is None.
+
+    Args:
+        options: What was run.
+        report: As `swarm-up` wrote it.
+    """
     goals, collisions = report["goals"], report["collisions"]
     total = goals["reached"] + goals["failed"] + goals["pending"]
     is_complete = goals["reached"] == total

@@ -70,24 +70,46 @@ class Scenario:
                 raise ConfigError(f"time_limit of {size} robots is {limit} s; it must be positive")
 
     def limit_of(self, robots: int) -> float:
-        """Return the time limit [s] of a swarm size: that of the next larger size known."""
+        """Return the time limit [s] of a swarm size: that of the next larger size known.
+
+        Args:
+            robots: The swarm size.
+
+        Returns:
+            Without a larger size the longest limit that there is; one hour if there is none.
+        """
         larger = [size for size in sorted(self.time_limit) if size >= robots]
         if larger:
             return self.time_limit[larger[0]]
         return max(self.time_limit.values(), default=3600.0)
 
     def seeds_of(self, robots: int) -> int:
-        """Return the number of seeds of the suite for a swarm size."""
+        """Return the number of seeds of the suite for a swarm size.
+
+        Args:
+            robots: The swarm size.
+        """
         return self.seeds.get(robots, SUITE_SEEDS)
 
     def models(self, robots: int) -> list[str]:
-        """Return the model of each robot."""
+        """Return the model of each robot.
+
+        Args:
+            robots: The swarm size, dead robots included.
+
+        Returns:
+            Names or paths of models, by index of the robot.
+        """
         fleet = self.fleet or (self.robot,)
         return [fleet[index % len(fleet)] for index in range(robots)]
 
 
 def check_size(size: int, what: str) -> int:
     """Return a swarm size.
+
+    Args:
+        size: The swarm size.
+        what: Where it was given, for the error.
 
     Raises:
         ConfigError: If it is out of bounds.

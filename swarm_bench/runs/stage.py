@@ -75,6 +75,9 @@ class Stage:
 def check(options: RunOptions) -> None:
     """Check the inputs of a run without building a world.
 
+    Args:
+        options: What is to be run.
+
     Raises:
         SwarmError: If a file or a value is unusable.
     """
@@ -139,7 +142,16 @@ def make_world(
     actors: Actors | None,
     world_class: type[World] = World,
 ) -> World:
-    """Return the world of a run; without actors there are those of the scene."""
+    """Return the world of a run.
+
+    Args:
+        options: What to run.
+        scene: The world.
+        specs: Models of the robots.
+        homes: Start poses in map, one per robot.
+        actors: People and vehicles; None for those of the scene.
+        world_class: What simulates.
+    """
     scenario = options.scenario
     config = WorldConfig(
         engine=options.engine,
@@ -161,7 +173,15 @@ def make_drivers(
     grid: Grid,
     homes: Sequence[Pose],
 ) -> list[Driver]:
-    """Return what decides for each robot of a run."""
+    """Return what decides for each robot of a run.
+
+    Args:
+        options: What to run.
+        sites: Of the world.
+        specs: Models of the robots.
+        grid: The map.
+        homes: Start poses in map, one per robot.
+    """
     method = load_method(options.method)
     configs = {spec: nav_config(options, spec) for spec in set(specs)}
     return [
@@ -177,7 +197,15 @@ def room_for(
     homes: Sequence[Pose],
     stops: Sequence[Sequence[Stop]],
 ) -> Conditions:
-    """Return what the map of a run has room for; robots without goals stay where they start."""
+    """Return what the map of a run has room for; robots without goals stay where they start.
+
+    Args:
+        options: What to run.
+        specs: Models of the robots.
+        grid: The map.
+        homes: Start poses in map, one per robot.
+        stops: Goals of each robot; none for one that is dead.
+    """
     goals = [
         [(stop.pose_map.x, stop.pose_map.y) for stop in route] or [(home.x, home.y)]
         for home, route in zip(homes, stops, strict=True)
@@ -187,6 +215,12 @@ def room_for(
 
 def ground_of(options: RunOptions) -> tuple[Grid, list[Pose]]:
     """Return the map of a run and where its robots start.
+
+    Args:
+        options: What is to be run.
+
+    Returns:
+        The map, and start poses in it, one per robot; dead robots come last.
 
     Raises:
         SwarmError: If a file or a value is unusable.
@@ -205,7 +239,15 @@ def _cast(options: RunOptions) -> tuple[Scene, Mission, list[Pose], list[RobotSp
 
 
 def nav_config(options: RunOptions, spec: RobotSpec) -> NavConfig:
-    """Return the parameters of a navigator, as `swarm-up` would write them."""
+    """Return the parameters of a navigator, as `swarm-up` would write them.
+
+    Args:
+        options: Its parameters count more than the defaults and what the model says.
+        spec: Of the robot.
+
+    Raises:
+        ConfigError: If a parameter is unknown or wrong.
+    """
     values = {
         **_defaults(),
         **limits_of(spec),
@@ -218,6 +260,12 @@ def nav_config(options: RunOptions, spec: RobotSpec) -> NavConfig:
 
 def parse_parameters(settings: list[str]) -> dict[str, Any]:
     """Return the parameters in texts like traffic.safety_margin=0.06.
+
+    Args:
+        settings: Each NAME=VALUE, with names of the navigator's parameters.
+
+    Returns:
+        Values by dotted name: numbers and booleans where the text is one, else the text.
 
     Raises:
         ConfigError: If one is malformed, unknown, or of a wrong type.

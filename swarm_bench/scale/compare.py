@@ -72,7 +72,12 @@ def compare(
 
 
 def comparison_table(first: Side, second: Side) -> Table:
-    """Return figure by figure what both cost and the ratio of the second to the first."""
+    """Return figure by figure what both cost and the ratio of the second to the first.
+
+    Args:
+        first: Before.
+        second: After; runs that only one side has are left out.
+    """
     table = Table(box=None, header_style="bold")
     for name in ("system", "workload", "robots", "figure", first.name, second.name, "ratio"):
         table.add_column(

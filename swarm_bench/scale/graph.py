@@ -67,7 +67,11 @@ def _last_lines(log: Path) -> str:
 
 
 def environment(code: Path | None) -> dict[str, str]:
-    """Return the environment in which the code of another folder runs instead of this one."""
+    """Return the environment in which the code of another folder runs instead of this one.
+
+    Args:
+        code: Folder that has the packages; None for the code that runs now.
+    """
     values = dict(os.environ)
     if code is not None:
         values["PYTHONPATH"] = os.pathsep.join([str(code), values.get("PYTHONPATH", "")]).strip(":")

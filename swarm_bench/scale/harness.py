@@ -30,9 +30,18 @@ class CpuClock:
         self.seconds = 0.0
 
     def timed(self, function: Callable[..., Any]) -> Callable[..., Any]:
-        """Return the function wrapped so that its CPU time is counted."""
+        """Return the function wrapped so that its CPU time is counted.
+
+        Args:
+            function: Also one that raises.
+        """
 
         def call(*arguments: Any) -> Any:
+            """Return what the function returns.
+
+            Args:
+                arguments: Of the function, passed on.
+            """
             started = time.process_time()
             try:
                 return function(*arguments)
@@ -46,6 +55,12 @@ class TimedDriver:
     """A robot's decisions, timed; a `swarm_bench.runs.methods.Driver`."""
 
     def __init__(self, driver: Any, clock: CpuClock) -> None:
+        """Wrap those methods of a driver that decide.
+
+        Args:
+            driver: What is timed; everything else is passed on to it.
+            clock: Adds up the time of all drivers.
+        """
         self._driver = driver
         for name in TIMED & set(dir(driver)):
             setattr(self, name, clock.timed(getattr(driver, name)))
@@ -55,7 +70,15 @@ class TimedDriver:
 
 
 def measure(job: dict[str, Any]) -> dict[str, Any]:
-    """Run a job; return what it cost."""
+    """Run a job; return what it cost.
+
+    Args:
+        job: `scenario` (its fields), `robots`, `seconds` [s] of simulated time and `engine`.
+
+    Returns:
+        `start_up`, `sim_time`, `wall_time` and `cpu` by part [s], `rss_mb` [MB], `tick_us` [µs],
+        counters, and the hash of the trajectories.
+    """
     from swarm_bench.runs.harness import Harness
     from swarm_bench.runs.scenario import Scenario
     from swarm_bench.runs.stage import RunOptions, build

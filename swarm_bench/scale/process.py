@@ -54,6 +54,14 @@ def run_harness(job: ScaleJob, code: str, machine: str) -> ScaleResult:
 def run_program(command: Sequence[str], env: Mapping[str, str]) -> tuple[dict[str, Any], float]:
     """Run a program; return its last line of JSON, and what others used of the machine.
 
+    Args:
+        command: Program and arguments; the second is a file, by whose name errors call it.
+        env: Its whole environment.
+
+    Returns:
+        The last line that is a JSON object, and the share of the processors, 0 to 1, that others
+        had.
+
     Raises:
         ScaleRunError: If there is none; the message ends with what it said last.
     """
@@ -78,7 +86,15 @@ def run_program(command: Sequence[str], env: Mapping[str, str]) -> tuple[dict[st
 def result_of(
     job: ScaleJob, said: Mapping[str, Any], others: float, code: str, machine: str
 ) -> ScaleResult:
-    """Return the result in what a program printed."""
+    """Return the result in what a program printed.
+
+    Args:
+        job: What was run.
+        said: As of `harness.measure`.
+        others: Share of the processors, 0 to 1, that others had.
+        code: Commit.
+        machine: In one line.
+    """
     seconds = job.robots * said["sim_time"]
     return ScaleResult(
         system=job.system,

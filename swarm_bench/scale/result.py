@@ -65,11 +65,22 @@ class ScaleResult:
 
 
 def read_scale_results(path: Path) -> list[ScaleResult]:
-    """Return the results in a file; see `read_json_lines`."""
+    """Return the results in a file; see `read_json_lines`.
+
+    Args:
+        path: Of JSON lines.
+
+    Raises:
+        ConfigError: If the file cannot be read, or a complete line is not a result.
+    """
     return read_json_lines(path, lambda data: ScaleResult(**data), "swarm-bench scale")
 
 
 def median_of(values: Sequence[float | None]) -> float | None:
-    """Return the median of the known values, None without any."""
+    """Return the median of the known values, None without any.
+
+    Args:
+        values: None where something is not known.
+    """
     known = [value for value in values if value is not None]
     return statistics.median(known) if known else None

@@ -41,11 +41,25 @@ class ScaleRow:
         return (median_of([run.others for run in self.runs]) or 0.0) > NOISY
 
     def median(self, figure: Callable[[ScaleResult], float | None]) -> float | None:
-        """Return the median of a figure over the runs."""
+        """Return the median of a figure over the runs.
+
+        Args:
+            figure: Of one run; None where it has none.
+
+        Returns:
+            None if no run has the figure.
+        """
         return median_of([figure(run) for run in self.runs])
 
     def cpu(self, part: str) -> float | None:
-        """Return CPU time [ms] per robot and simulated second of a part."""
+        """Return CPU time [ms] per robot and simulated second of a part.
+
+        Args:
+            part: `world`, `navigators`, `other` or `dds`.
+
+        Returns:
+            None if it was not measured.
+        """
         return self.median(lambda run: run.cpu_ms.get(part))
 
     @property
@@ -59,11 +73,25 @@ class ScaleRow:
         return self.median(lambda run: run.real_time_factor) or 0.0
 
     def memory(self, kind: str) -> float | None:
-        """Return a figure of memory [MB]."""
+        """Return a figure of memory [MB].
+
+        Args:
+            kind: `total`, `robot` or `rss`.
+
+        Returns:
+            None if it was not measured.
+        """
         return self.median(lambda run: run.memory_mb.get(kind))
 
     def total(self, name: str) -> int | None:
-        """Return the largest value of a counter in any run."""
+        """Return the largest value of a counter in any run.
+
+        Args:
+            name: A field of `ScaleResult`.
+
+        Returns:
+            None if no run has it.
+        """
         values = [getattr(run, name) for run in self.runs]
         known = [value for value in values if value is not None]
         return max(known) if known else None
@@ -105,7 +133,11 @@ HARNESS_COLUMNS: dict[str, Column] = {
 
 
 def rows_of(results: Iterable[ScaleResult]) -> list[ScaleRow]:
-    """Return a row per system, workload, size and setting, by size."""
+    """Return a row per system, workload, size and setting, by size.
+
+    Args:
+        results: In any order.
+    """
     groups: dict[tuple[object, ...], list[ScaleResult]] = {}
     for result in results:
         key = (result.system, result.workload, result.robots, *result.setting.values())
@@ -115,12 +147,24 @@ def rows_of(results: Iterable[ScaleResult]) -> list[ScaleRow]:
 
 
 def columns_of(rows: Sequence[ScaleRow]) -> dict[str, Column]:
-    """Return the columns that rows of one system have."""
+    """Return the columns that rows of one system have.
+
+    Args:
+        rows: The first decides.
+
+    Returns:
+        By name in the table's head, what the cell of a row says.
+    """
     return GRAPH_COLUMNS if rows and rows[0].first.system == "graph" else HARNESS_COLUMNS
 
 
 def scale_table(rows: Sequence[ScaleRow], columns: dict[str, Column]) -> Table:
-    """Return the table for the terminal; rows measured on a busy machine are dim."""
+    """Return the table for the terminal; rows measured on a busy machine are dim.
+
+    Args:
+        rows: Of one system.
+        columns: As of `columns_of`.
+    """
     table = Table(box=None, header_style="bold")
     for name in columns:
         table.add_column(
@@ -133,7 +177,12 @@ def scale_table(rows: Sequence[ScaleRow], columns: dict[str, Column]) -> Table:
 
 
 def markdown(rows: Sequence[ScaleRow], columns: dict[str, Column]) -> str:
-    """Return the table as Markdown."""
+    """Return the table as Markdown.
+
+    Args:
+        rows: Of one system.
+        columns: As of `columns_of`.
+    """
     left = ("workload", "system", "includes")
     lines = [
         table_line(columns),
@@ -144,7 +193,16 @@ def markdown(rows: Sequence[ScaleRow], columns: dict[str, Column]) -> str:
 
 
 def growth(rows: Sequence[ScaleRow], few: int = 20, many: int = 100) -> float | None:
-    """Return by which factor the CPU time of a robot-second grows from few robots to many."""
+    """Return by which factor the CPU time of a robot-second grows from few robots to many.
+
+    Args:
+        rows: Of one workload.
+        few: Swarm size.
+        many: Swarm size.
+
+    Returns:
+        None if a size is missing, or cost nothing.
+    """
     costs = {row.first.robots: row.cpu_total for row in rows}
     if few not in costs or many not in costs or not costs[few]:
         return None

@@ -47,7 +47,15 @@ def run_scale(
 
 
 def run_jobs(jobs: Sequence[ScaleJob], runner: Runner | None = None) -> Iterator[ScaleResult]:
-    """Yield the result of each run as it comes."""
+    """Yield the result of each run as it comes.
+
+    Args:
+        jobs: The runs, in turn.
+        runner: Takes a job, its commit and the machine; None for our own systems.
+
+    Raises:
+        SwarmError: If a run leaves no result.
+    """
     machine = machine_line()
     for job in jobs:
         run = runner or (run_graph if job.system == GRAPH else run_harness)
@@ -55,7 +63,14 @@ def run_jobs(jobs: Sequence[ScaleJob], runner: Runner | None = None) -> Iterator
 
 
 def commit_of(code: Path | None) -> str:
-    """Return the commit of a folder of code, shortened; empty if it is in no repository."""
+    """Return the commit of a folder of code, shortened; empty if it is in no repository.
+
+    Args:
+        code: The folder; None for the one of this file.
+
+    Returns:
+        With -dirty behind it if files were changed.
+    """
     folder = code or Path(__file__).resolve().parents[2]
     command = ("git", "-C", str(folder), "describe", "--always", "--dirty", "--exclude", "*")
     try:
@@ -65,7 +80,11 @@ def commit_of(code: Path | None) -> str:
 
 
 def scale_line(result: ScaleResult) -> str:
-    """Return one line about one run."""
+    """Return one line about one run.
+
+    Args:
+        result: Of the run.
+    """
     cpu = result.cpu_ms
     others = None if result.others is None else 100.0 * result.others
     return (

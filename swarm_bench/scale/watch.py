@@ -23,7 +23,11 @@ class ThreadTimes:
         self._seconds: dict[tuple[str, int, int], tuple[bool, float]] = {}
 
     def sample(self, processes: Iterable[psutil.Process]) -> None:
-        """Read the present values; threads that have ended keep their last ones."""
+        """Read the present values; threads that have ended keep their last ones.
+
+        Args:
+            processes: Those that have ended or may not be read are left out.
+        """
         for process in processes:
             with contextlib.suppress(OSError, psutil.Error, ValueError):
                 group = _group(process.cmdline())
@@ -45,7 +49,15 @@ class ThreadTimes:
 def dds_share(
     before: dict[str, tuple[float, float]], after: dict[str, tuple[float, float]]
 ) -> dict[str, float]:
-    """Return which share of each group's CPU time its DDS threads had between two totals."""
+    """Return which share of each group's CPU time its DDS threads had between two totals.
+
+    Args:
+        before: As of `ThreadTimes.totals`.
+        after: The same later.
+
+    Returns:
+        Shares, 0 to 1, by group; 0 for one that did nothing.
+    """
     shares = {}
     for group, (all_, dds) in after.items():
         all_before, dds_before = before.get(group, (0.0, 0.0))
@@ -59,7 +71,11 @@ def _group(command: list[str]) -> str:
 
 
 def proportional_mb(processes: Iterable[psutil.Process]) -> float:
-    """Return the memory [MB] of processes, pages that are shared divided among their owners."""
+    """Return the memory [MB] of processes, pages that are shared divided among their owners.
+
+    Args:
+        processes: Those that have ended or may not be read count as nothing.
+    """
     total = 0
     for process in processes:
         with contextlib.suppress(psutil.Error):

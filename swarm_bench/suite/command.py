@@ -164,7 +164,14 @@ def _write_report(results: Sequence[RunResult], output: Path, machine: str) -> N
 
 
 def exit_code(results: Sequence[RunResult]) -> None:
-    """Exit with `MISSED` unless all runs are flawless."""
+    """Exit with `MISSED` unless all runs are flawless.
+
+    Args:
+        results: Of all runs; there may be none.
+
+    Raises:
+        typer.Exit: With `MISSED`.
+    """
     if not all(result.is_flawless for result in results):
         raise typer.Exit(MISSED)
 

@@ -24,6 +24,12 @@ NONE = "none"  # seeds
 def parse_seeds(text: str) -> list[int] | None:
     """Return the seeds in a text like 0-19 or 1,5,7-9; None for `suite`.
 
+    Args:
+        text: Numbers and ranges, comma-separated, or `suite`.
+
+    Returns:
+        In the order given, each once.
+
     Raises:
         ConfigError: If it is malformed.
     """
@@ -43,6 +49,9 @@ def parse_seeds(text: str) -> list[int] | None:
 
 def parse_sizes(text: str | None) -> list[int]:
     """Return the swarm sizes in a text like 20,50; none for None.
+
+    Args:
+        text: Numbers, comma-separated.
 
     Raises:
         ConfigError: If one is not a number or out of bounds.
@@ -116,6 +125,11 @@ def select(
 
 def check_jobs(jobs: int, *, ros: bool, method: str) -> None:
     """Refuse a number of processes, or a way to run, that cannot be.
+
+    Args:
+        jobs: Processes.
+        ros: Whether runs are on the ROS graph.
+        method: What drives the robots.
 
     Raises:
         ConfigError: With what to do.

@@ -16,7 +16,11 @@ Key = tuple[Any, ...]
 
 
 def key_of(result: RunResult) -> Key:
-    """Return what tells runs apart."""
+    """Return what tells runs apart.
+
+    Args:
+        result: Of the run.
+    """
     return (
         result.scenario, result.method, result.robots, result.seed, result.engine,
         _flat(result.conditions),
@@ -24,7 +28,12 @@ def key_of(result: RunResult) -> Key:
 
 
 def key_of_options(options: RunOptions, *, ros: bool) -> Key:
-    """Return the key of the result that these options would give."""
+    """Return the key of the result that these options would give.
+
+    Args:
+        options: Of the run.
+        ros: Whether it is on the ROS graph, where the engine is not told apart.
+    """
     engine = ROS if ros else options.engine
     return (
         options.scenario.name, options.method, options.robots, options.seed, engine,
@@ -33,12 +42,28 @@ def key_of_options(options: RunOptions, *, ros: bool) -> Key:
 
 
 def read_results(path: Path) -> list[RunResult]:
-    """Return the results in a file; see `read_json_lines`."""
+    """Return the results in a file; see `read_json_lines`.
+
+    Args:
+        path: Of JSON lines.
+
+    Raises:
+        ConfigError: If the file cannot be read, or a complete line is not a result.
+    """
     return read_json_lines(path, result_from_json, "swarm-bench traffic")
 
 
 def missing(options: Iterable[RunOptions], known: Iterable[RunResult], *, ros: bool) -> list[Any]:
-    """Return the runs whose results are not known yet."""
+    """Return the runs whose results are not known yet.
+
+    Args:
+        options: The runs.
+        known: Results, of these runs or others.
+        ros: Whether they are on the ROS graph.
+
+    Returns:
+        Those of `options`, in their order.
+    """
     keys = {key_of(result) for result in known}
     return [item for item in options if key_of_options(item, ros=ros) not in keys]
 

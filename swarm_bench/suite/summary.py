@@ -87,19 +87,35 @@ class Row:
         return f"{text}, {missing} incomplete" if missing else text
 
     def total(self, name: str) -> int:
-        """Return the sum of a counter over the runs."""
+        """Return the sum of a counter over the runs.
+
+        Args:
+            name: A field of `RunResult`; None counts as 0.
+        """
         return sum(getattr(run, name) or 0 for run in self.runs)
 
     def least(self, name: str) -> float | None:
-        """Return the smallest value of a field in any run, None if no run has one."""
+        """Return the smallest value of a field in any run, None if no run has one.
+
+        Args:
+            name: A field of `RunResult`.
+        """
         return min(self._values(name), default=None)
 
     def most(self, name: str) -> float | None:
-        """Return the largest value of a field in any run, None if no run has one."""
+        """Return the largest value of a field in any run, None if no run has one.
+
+        Args:
+            name: A field of `RunResult`.
+        """
         return max(self._values(name), default=None)
 
     def median(self, name: str) -> float | None:
-        """Return the median over the runs of a field, None if no run has one."""
+        """Return the median over the runs of a field, None if no run has one.
+
+        Args:
+            name: A field of `RunResult`.
+        """
         values = self._values(name)
         return statistics.median(values) if values else None
 
@@ -109,7 +125,11 @@ class Row:
 
 
 def summarise(results: Iterable[RunResult]) -> list[Row]:
-    """Return a row per scenario, method, engine, size and conditions, in order of appearance."""
+    """Return a row per scenario, method, engine, size and conditions, in order of appearance.
+
+    Args:
+        results: In any order.
+    """
     groups: dict[tuple[object, ...], list[RunResult]] = {}
     for result in results:
         key = (

@@ -18,7 +18,11 @@ COLUMNS = (
 
 
 def run_line(result: RunResult) -> str:
-    """Return one line about one run."""
+    """Return one line about one run.
+
+    Args:
+        result: Of the run.
+    """
     text = (
         f"{result.scenario} {result.method} {result.engine} {result.robots} robots "
         f"seed {result.seed}: goals {result.goals_reached}/{result.goals_sent}, "
@@ -43,7 +47,11 @@ def run_line(result: RunResult) -> str:
 
 
 def summary_table(results: Sequence[RunResult]) -> Table:
-    """Return the table of a sweep."""
+    """Return the table of a sweep.
+
+    Args:
+        results: In any order; rows that are not flawless are red.
+    """
     table = Table(box=None, header_style="bold")
     for column in COLUMNS:
         table.add_column(escape(column), justify="left" if column in COLUMNS[:2] else "right")
@@ -72,5 +80,10 @@ def _cells(row: Row) -> tuple[str, ...]:
 
 
 def number(value: float | None, digits: int = 3) -> str:
-    """Return a number for a table, - for None."""
+    """Return a number for a table, - for None.
+
+    Args:
+        value: The number.
+        digits: Behind the point.
+    """
     return "-" if value is None else f"{value:.{digits}f}"

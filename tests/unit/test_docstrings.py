@@ -18,9 +18,7 @@ MAPS = {
 }
 # Packages and modules whose public functions describe all of their parameters.
 DESCRIBED = (
-    "swarm_bench/ablation",
-    "swarm_bench/halls",
-    "swarm_bench/storm",
+    "swarm_bench",
     "swarm_commander/mission",
     "swarm_commander/run",
     "swarm_common",
