@@ -78,3 +78,9 @@ def components(mask: NDArray[np.bool_]) -> list[frozenset[tuple[int, int]]]:
         rest -= group
         found.append(frozenset(group))
     return found
+
+
+def part_of(groups: list[frozenset[tuple[int, int]]], frame: Frame, point: Point) -> int:
+    """Return the number, from 1, of the group of cells in which a point lies, 0 for none."""
+    cell = cell_of(frame, point)
+    return next((k for k, group in enumerate(groups, 1) if cell in group), 0)

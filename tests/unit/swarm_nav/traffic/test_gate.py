@@ -9,8 +9,11 @@ import pytest
 
 from swarm_common.model.records import Pose
 from swarm_nav.core.priority import SENIORITY
+from swarm_nav.perception.absence_kernels import NEVER, Sightings
+from swarm_nav.planning.distance_kernels import Frame
 from swarm_nav.traffic import gate_kernels as kernels
 from swarm_nav.traffic.gate import ADMITTED, NONE, Gate, narrow_region
+from swarm_nav.traffic.single_lane_kernels import label
 from tests.fakes.navigation import beacon, hear, room, situation
 from tests.oracles import narrows as oracle
 
@@ -46,6 +49,16 @@ def test_the_kernels_equal_their_slow_twins(seed: int) -> None:
         region, FRAME, (poses, ticks, blocked), (ids, priorities, gone), (2, 6)
     )
     assert counted == oracle.count_ahead(region, FRAME, robots, (2, -6))
+    parts = np.zeros(region.shape, np.int16)
+    label(region, parts)
+    groups = oracle.components(region)
+    numbers = [oracle.part_of(groups, FRAME, (x, y)) for x, y in places]
+    assert kernels.part_entered(parts, Frame(*FRAME), places) == next((n for n in numbers if n), 0)
+    known = Sightings(np.full(20, NEVER), np.zeros((20, 2), np.float32))
+    known.ticks[3:15], known.places[3:15] = rng.choice((5, 9), 12), places
+    for part in (1, 2):
+        expected = sum(n == part and known.ticks[3 + k] == 9 for k, n in enumerate(numbers[1:], 1))
+        assert kernels.count_seen(parts, part, Frame(*FRAME), known, 9, 3) == expected
     cells = kernels.cells_within(region, FRAME, (1.0, 1.0), 0.83)
     assert cells == oracle.cells_within(region, FRAME, (1.0, 1.0), 0.83)
 
@@ -142,6 +155,44 @@ def test_who_waits_away_from_the_mouth_is_admitted_where_there_is_room() -> None
     s.tick += 1
     s.pose = Pose(0.5, 8.5, 0.0)
     hear(s, *crowd(9)[:2], *(beacon(k, 8.0, 0.6 * k) for k in range(4, 14)))  # the others are out
+    ask(gate, s)
+    assert gate.is_admitted
+
+
+def seen(tick: int, *places: tuple[float, float]) -> list[np.void]:
+    """Return robots before the region that tell where others were at a tick, one each."""
+    told = [beacon(90 + k, 1.0, 0.6 * k + 0.3, blocked_ticks=99) for k in range(len(places))]
+    for k, (x, y) in enumerate(places):
+        told[k]["sighted_id"][0], told[k]["sighted_tick"][0] = 30 + k, tick
+        told[k]["sighted_at"][0] = (x, y)
+    return told
+
+
+@pytest.mark.parametrize(("inside", "is_admitted"), [(7, True), (8, False)])
+def test_who_was_seen_inside_beyond_hearing_takes_a_place(inside: int, is_admitted: bool) -> None:
+    """At the mouth of a long aisle only its beginning is heard: 49 robots were in room for 18."""
+    gate, s = gate_and_robot()
+    assert gate.region is not None
+    gate.region[:, 50:70] = True  # 18 m², room for eight
+    hear(s, *crowd(9, 1), *seen(s.tick, *((6.5, 1.0 + 0.9 * k) for k in range(inside))))
+    ask(gate, s)
+    assert gate.is_admitted is is_admitted
+    s.tick += 149
+    hear(s, *crowd(9, 1))
+    ask(gate, s)
+    assert gate.is_admitted is is_admitted
+    s.tick += 2
+    hear(s, *crowd(9, 1))
+    ask(gate, s)
+    assert gate.is_admitted, "nobody has seen them there for a while"
+
+
+def test_who_was_seen_in_another_region_takes_no_place() -> None:
+    gate, s = gate_and_robot()
+    assert gate.region is not None
+    gate.region[:, 60:80] = True
+    hear(s, *crowd(9, 1), *seen(s.tick, *((6.5, 1.0 + 0.8 * k) for k in range(9))))
+    gate.region[:, 50:54] = True
     ask(gate, s)
     assert gate.is_admitted
 
