@@ -18,12 +18,14 @@ from swarm_common.model.beacon import (
     BEACON_DTYPE,
     BEACON_SIZE,
     FLAG_LEFT,
+    MOST_ID,
     BeaconArray,
     empty_beacons,
     serialize_beacon,
     serialize_neighbors,
 )
 from swarm_common.model.records import Pose, Scan, Twist, stamp_from_tick
+from swarm_nav.perception.absence_kernels import NOWHERE
 
 NOW = 1234
 OWN_ID = 3
@@ -81,6 +83,8 @@ def check_sense(name: str, value: object) -> None:
             assert size <= len(value[part])
             assert np.isfinite(value[part][:size]).all()
         assert np.isfinite([*value["pose"], *value["twist"], value["radius"]]).all()
+        assert np.isfinite(value["sighted_at"]).all()
+        assert max(value["id"], *value["sighted_id"]) <= MOST_ID  # rows are kept for each id
     elif name == "scan":
         assert isinstance(value, Scan)
         assert len(value.ranges)
@@ -208,6 +212,32 @@ def test_a_beacon_with_an_absurd_number_is_rejected(member: str, value: float) -
         with pytest.raises(RejectedError, match="number"):
             read_beacon(serialize_beacon(forged[0]), 10, NOW)
         flat[0, place] = before
+
+
+@pytest.mark.parametrize(
+    ("member", "value", "fault"),
+    [
+        ("sighted_id", MOST_ID + 1, "id"),
+        ("sighted_id", 2**32 - 1, "id"),
+        ("sighted_tick", NOW + 1, "stamp"),
+        ("sighted_tick", 2**32 - 1, "stamp"),
+        ("sighted_at", math.nan, "number"),
+        ("sighted_at", -1.1e6, "number"),
+    ],
+)
+def test_a_beacon_with_an_absurd_sighting_is_rejected(
+    member: str, value: float, fault: str
+) -> None:
+    forged = beacons(1)
+    forged[member].reshape(-1)[-1] = value
+    with pytest.raises(RejectedError, match=fault):
+        read_beacon(serialize_beacon(forged[0]), 10, NOW)
+
+
+def test_what_is_told_of_a_robot_that_was_taken_out_is_heard() -> None:
+    told = beacons(1)
+    told["sighted_id"], told["sighted_tick"], told["sighted_at"] = MOST_ID, NOW, NOWHERE
+    assert read_beacon(serialize_beacon(told[0]), 10, NOW)["sighted_id"][0] == MOST_ID
 
 
 def test_what_the_sizes_leave_out_of_a_beacon_may_be_anything() -> None:
