@@ -26,7 +26,7 @@ from swarm_sim.scene.scene import Scene
 from swarm_sim.sdf.reader import SITES_FILE, load_world
 
 map_app = typer.Typer(no_args_is_help=True, help="Maps and worlds.", rich_markup_mode=None)
-console = Console(highlight=False, soft_wrap=True)
+console = Console(highlight=False, soft_wrap=True, markup=False)
 
 World = Annotated[str, typer.Argument(help="Name of a world, or path of a .sdf or .world file.")]
 Height = Annotated[float, typer.Option(help="Height of the LiDAR's plane above the ground [m].")]

@@ -45,7 +45,7 @@ def report(
     Several: a table is printed, and the page of --output is written with its plots beside it.
     With --serve runs/: a list of the runs there is served on this machine until Ctrl-C.
     """
-    console = Console()
+    console = Console(markup=False)  # brackets in a name are none
     if serve is not None:
         if runs:
             raise ConfigError("--serve takes one folder of runs and no RUN beside it")

@@ -59,7 +59,9 @@ def ablate(
         not in known
     ]
     if results:
-        console.print(taken_over(len(wanted) - len(todo), len(wanted), json_), soft_wrap=True)
+        console.print(
+            taken_over(len(wanted) - len(todo), len(wanted), json_), soft_wrap=True, markup=False
+        )
     results += collected(
         in_processes(todo, jobs, run_job),
         json_,

@@ -41,7 +41,7 @@ def run_scale(
     results = [result for result in known if result.key in keys]
     done = {result.key for result in results}
     if results:
-        console.print(taken_over(len(results), len(jobs), file), soft_wrap=True)
+        console.print(taken_over(len(results), len(jobs), file), soft_wrap=True, markup=False)
     new = run_jobs([job for job in jobs if job.key not in done], runner)
     return results + collected(new, file, console, scale_line, ScaleResult.as_json)
 

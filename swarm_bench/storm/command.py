@@ -61,7 +61,7 @@ def _run(options: list[StormOptions], jobs: int, file: Path | None) -> list[Stor
     done = {(result.world, result.seed) for result in results}
     todo = [item for item in options if (item.world, item.seed) not in done]
     if results:
-        console.print(taken_over(len(results), len(options), file), soft_wrap=True)
+        console.print(taken_over(len(results), len(options), file), soft_wrap=True, markup=False)
     new = in_processes(todo, jobs, run_storm)
     results += collected(new, file, console, storm_line, StormResult.as_json)
     console.print(storm_table(results))

@@ -60,7 +60,9 @@ class Sweep:
         results = [result for result in known if store.key_of(result) in keys]
         todo = store.missing(self.options, known, ros=self.ros)
         if results:
-            console.print(taken_over(len(results), len(self.options), file), soft_wrap=True)
+            console.print(
+                taken_over(len(results), len(self.options), file), soft_wrap=True, markup=False
+            )
         new = in_processes(todo, self.jobs, run_on_graph if self.ros else self.runner)
         return results + collected(new, file, console, run_line, RunResult.as_json)
 

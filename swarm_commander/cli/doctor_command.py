@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from swarm_commander.cli.doctor import Finding, Level, examine, look
 from swarm_commander.run.domain import domain_id
@@ -33,7 +34,7 @@ def doctor(
     if pack < 1:
         raise ConfigError(f"--pack is {pack}; it must be 1 or more")
     findings = examine(look(), swarm_size, domain_id(), pack)
-    console = Console()
+    console = Console(markup=False)  # brackets in a name are none
     console.print(_table(findings, swarm_size))
     if any(finding.level is Level.ERROR for finding in findings):
         raise typer.Exit(UNFIT)
@@ -44,6 +45,6 @@ def _table(findings: list[Finding], swarm_size: int) -> Table:
     for column in ("", "what", "found", "to do"):
         table.add_column(column, overflow="fold")
     for finding in findings:
-        level = f"[{STYLES[finding.level]}]{finding.level.value}[/]"
+        level = Text(finding.level.value, style=STYLES[finding.level])
         table.add_row(level, finding.subject, finding.found, finding.advice)
     return table

@@ -51,7 +51,7 @@ def replay(
     """
     factor = parse_speed(speed, in_real_time=False)
     recording = Bag(bag)
-    console = Console()
+    console = Console(markup=False)  # brackets in a name are none
     if recording.was_cut:
         console.print("this recording has no end: what can be read of it is shown")
     begin = recording.start if start is None else start

@@ -74,8 +74,8 @@ class Outlet(io.TextIOBase):
 
 
 def console() -> Console:
-    """Return a console on stdout that outlives its reader."""
-    return Console(file=cast(IO[str], Outlet(sys.stdout)))
+    """Return a console on stdout that outlives its reader; brackets in a name are no markup."""
+    return Console(file=cast(IO[str], Outlet(sys.stdout)), markup=False)
 
 
 def complain(message: str) -> None:

@@ -138,6 +138,14 @@ def test_input_that_a_process_refuses_is_bad_input(
     assert not (up.run_dir / "report.json").exists()
 
 
+def test_brackets_in_the_name_of_a_folder_are_letters(up: Up) -> None:
+    """They were taken for markup: a wrong path was told, or the run ended with a traceback."""
+    up.run_dir = up.folder / "a[red]" / "b[" / "x]"
+    code, output, errors = up.run("--duration", "12")
+    assert (code, errors) == (0, "")
+    assert f"report: {up.run_dir}/report.html" in output
+
+
 def test_the_end_of_its_duration_is_a_good_end(up: Up) -> None:
     assert up.run("--duration", "12")[0] == 0
     assert up.report()["sim_time"] == 12.0
