@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import typer
 
+CTRL_C = 128 + signal.SIGINT
 LONGEST_NAME = 200  # letters of a file's name that are shown
 # Commands of swarm-commander that change the swarm.
 FLEET_COMMANDS = ("spawn", "remove", "move", "list", "reset", "restart", "record", "frames")
@@ -217,6 +218,8 @@ def _run_app(name: str, load: Callable[[], typer.Typer]) -> int:
         traceback.print_exc()
         return COMPONENT_FAILED
     else:
+        if ended_by and code == CTRL_C:  # what newer versions of typer make of KeyboardInterrupt
+            return 128 + ended_by[0]
         return code if isinstance(code, int) else 0
     complain(f"{name}: {message}")
     return BAD_INPUT

@@ -108,6 +108,18 @@ def test_a_signal_ends_a_command_without_a_traceback(monkeypatch, capsys, number
     assert capsys.readouterr().err == ""
 
 
+def test_a_command_that_is_terminated_was_not_ended_by_ctrl_c(monkeypatch) -> None:
+    """typer makes 130 of both."""
+    app = typer.Typer()
+
+    @app.command()
+    def command() -> None:
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    monkeypatch.setattr(sys, "argv", ["command"])
+    assert main.run_app("command", lambda: app) == 128 + signal.SIGTERM
+
+
 def test_a_swarm_that_starts_is_waited_for_and_named_once() -> None:
     said: list[str] = []
     patience = SwarmPatience(7, lambda: True, said.append)
