@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import json
 import os
 import shutil
@@ -100,7 +102,9 @@ def install(name: str, key: str, tree: Path, environment: Environment) -> None:
             if path.is_file() and not (tree / "python" / name / path.relative_to(target)).exists():
                 path.unlink(missing_ok=True)
         environment.remember(name, key)
-    except PermissionError as error:
+    except OSError as error:
+        if error.errno not in (errno.EACCES, errno.EPERM, errno.EROFS):
+            raise
         raise SwarmError(
             f"no permission to install {name} into {environment.prefix}: {error.filename};"
             " use a virtual environment (python3 -m venv .venv)"
@@ -108,16 +112,22 @@ def install(name: str, key: str, tree: Path, environment: Environment) -> None:
 
 
 def _copy(source: Path, target: Path) -> None:
-    shutil.copytree(source, target, dirs_exist_ok=True, copy_function=_replace)
+    target.mkdir(parents=True, exist_ok=True)
+    for path in source.iterdir():
+        if path.is_dir():
+            _copy(path, target / path.name)
+        else:
+            _replace(path, target / path.name)
 
 
-def _replace(source: str, target: str) -> None:
-    draft = f"{target}.{os.getpid()}"
+def _replace(source: Path, target: Path) -> None:
+    draft = target.with_name(f"{target.name}.{os.getpid()}")
     try:
         shutil.copy2(source, draft)
-        os.replace(draft, target)
+        draft.replace(target)
     except OSError:
-        Path(draft).unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            draft.unlink()
         raise
 
 

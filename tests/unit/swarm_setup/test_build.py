@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import re
 import subprocess
 import sys
@@ -10,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from swarm_common.files.resources import share_directory
-from swarm_common.model.errors import ConfigError
+from swarm_common.model.errors import ConfigError, SwarmError
 from swarm_setup import build
 from swarm_setup.rosidl import install, packages
 
@@ -157,3 +159,19 @@ def test_an_update_leaves_a_swarm_that_runs_what_it_has_loaded(tmp_path: Path) -
     assert sorted(file.name for file in package.iterdir()) == ["__init__.py", "come.py"]
     assert [file.name for file in library.parent.iterdir()] == [library.name]
     assert environment.installed() == {"mine_msgs": "2"}
+
+
+@pytest.mark.parametrize("number", [errno.EACCES, errno.EROFS])
+def test_an_environment_of_somebody_else_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int
+) -> None:
+    """shutil.copytree gathers what fails into an error of its own: it was a traceback."""
+    environment = install.Environment(tmp_path / "venv", tmp_path / "venv" / "site-packages")
+    tree = built_tree(tmp_path / "1", "new", "__init__")
+
+    def refuse(source: Path, target: Path) -> None:
+        raise OSError(number, os.strerror(number), str(target))
+
+    monkeypatch.setattr(install.shutil, "copy2", refuse)
+    with pytest.raises(SwarmError, match=r"no permission to install mine_msgs into .*/venv: "):
+        install.install("mine_msgs", "1", tree, environment)

@@ -192,7 +192,7 @@ def test_read_only_environment_is_explained(
     def refuse(*_: object, **__: object) -> None:
         raise PermissionError(13, "Permission denied", str(environment.prefix))
 
-    monkeypatch.setattr(install.shutil, "copytree", refuse)
+    monkeypatch.setattr(install.shutil, "copy2", refuse)
     with pytest.raises(interfaces_build.SwarmError, match="use a virtual environment"):
         interfaces_build.ensure_interfaces(quiet=True)
 
