@@ -23,6 +23,9 @@ TERMINALS = 5  # participants that are left to the user
 FEW_ROBOTS = 30  # up to here every participant may know everybody
 LOCALHOST_ONLY = "ROS_LOCALHOST_ONLY"  # of older ROS 2; 1 prevails over the range, in Jazzy, too
 SKIP_PROFILES = "SKIP_DEFAULT_XML_FILE"  # whether Fast DDS ignores a profile in the current folder
+SECURITY, STRATEGY, KEYSTORE = (
+    f"ROS_SECURITY_{name}" for name in ("ENABLE", "STRATEGY", "KEYSTORE")
+)
 # What another terminal needs to see the same graph in the same way.
 VARIABLES = ("ROS_DOMAIN_ID", DISCOVERY_RANGE, LOCALHOST_ONLY, PROFILES, ENDPOINTS, SKIP_PROFILES)
 FOREIGN = frozenset({PROFILES, "FASTDDS_DEFAULT_PROFILES_FILE", "ROS_DISCOVERY_SERVER"})
@@ -44,9 +47,10 @@ def set_defaults() -> None:
 
     Raises:
         ConfigError: If the range that the user chose is none, or lets no node find another; if
-            this host cannot be reached from itself.
+            this host cannot be reached from itself; if security is enforced without keys.
     """
     home.set_defaults(os.environ)
+    _check_security()
     is_local = os.environ.get(LOCALHOST_ONLY) == "1"
     chosen = "LOCALHOST" if is_local else os.environ.get(DISCOVERY_RANGE) or "LOCALHOST"
     if chosen not in RANGES:
@@ -77,6 +81,21 @@ def use_profile(path: str) -> None:
     os.environ[ENDPOINTS] = "1"
     os.environ[SKIP_PROFILES] = "1"
     os.environ.pop(LOCALHOST_ONLY, None)
+
+
+def _check_security() -> None:
+    """Refuse what would end every process at its start.
+
+    Raises:
+        ConfigError: If security is enforced, but there are no keys.
+    """
+    is_enforced = os.environ.get(SECURITY) == "true" and os.environ.get(STRATEGY) == "Enforce"
+    keys = os.environ.get(KEYSTORE, "")
+    if is_enforced and not (keys and (Path(keys) / "enclaves").is_dir()):
+        raise ConfigError(
+            f"{SECURITY} is true and {STRATEGY} Enforce, but {KEYSTORE} ('{keys}') is no keystore:"
+            f" unset {SECURITY}"
+        )
 
 
 def _check_loopback() -> None:

@@ -216,3 +216,18 @@ def test_a_range_in_which_nobody_is_found_is_refused(monkeypatch, chosen):
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", chosen)
     with pytest.raises(ConfigError, match=f"ROS_AUTOMATIC_DISCOVERY_RANGE is '{chosen}'"):
         ros_env.set_defaults()
+
+
+def test_security_that_is_enforced_without_keys_is_bad_input(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Every process ended at its start: exit code 3, and a traceback in each log."""
+    monkeypatch.setenv("ROS_SECURITY_ENABLE", "true")
+    ros_env.set_defaults()
+    monkeypatch.setenv("ROS_SECURITY_STRATEGY", "Enforce")
+    for keys in ("", str(tmp_path)):
+        monkeypatch.setenv("ROS_SECURITY_KEYSTORE", keys)
+        with pytest.raises(ConfigError, match=f"'{keys}'. is no keystore: unset ROS_SEC"):
+            ros_env.set_defaults()
+    (tmp_path / "enclaves").mkdir()
+    ros_env.set_defaults()
