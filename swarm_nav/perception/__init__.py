@@ -5,9 +5,9 @@ What a module imports of its folder stands above it:
     dynamic_obstacle_kernels  Bare numba kernels: which marks have moved, and how old they are
     neighbor_table_kernels    Bare numba kernels on the table of neighbours
     obstacle_kernels          Bare numba kernels of the obstacle layer
-    absence_kernels           Bare numba kernels on robots that fell silent near the edge
+    absence_kernels           Bare numba kernels on robots that fell silent, and on sightings
     dynamic_obstacles         Decides which marks of the obstacle layer may be a walking person
-    absence                   Robots that fell silent near the edge: dead there, or gone away?
+    absence                   Robots that fell silent: dead where they were, or gone away?
     neighbor_table            What a robot knows of the others, from their beacons alone
     obstacles                 What the LiDAR sees that neither the map nor a beacon explains
 

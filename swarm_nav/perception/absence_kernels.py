@@ -1,4 +1,4 @@
-"""Bare numba kernels on robots that fell silent where they may have left the radio range.
+"""Bare numba kernels on robots that fell silent, and on where all robots were seen last.
 
 A row is a beacon's words, as in `neighbor_table_kernels`; `facts` has what was learned since.
 """
