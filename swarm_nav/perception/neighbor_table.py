@@ -351,12 +351,12 @@ class NeighborTable:
         return row if row >= 0 else None
 
     def earlier_requests(
-        self, station: tuple[float, float], tick: int, same: float
+        self, stations: NDArray[np.float64], tick: int, same: float
     ) -> tuple[int, int]:
-        """Count the robots that asked for a station before this one.
+        """Count the robots that asked for one of some stations before this one.
 
         Args:
-            station: (x, y) [m] in map.
+            stations: (k, 2) [m] in map.
             tick: Of the own request.
             same: [m] within which two stations are the same.
 
@@ -364,20 +364,20 @@ class NeighborTable:
             Their number, and the id of the first of them, 0 if there is none.
         """
         count, first = kernels.earlier_requests(
-            self._words, self._floats, self.gone, station, tick, self._own_id, same
+            self._words, self._floats, self.gone, stations, tick, self._own_id, same
         )
         return int(count), int(first)
 
-    def highest_waiting(self, station: tuple[float, float], same: float) -> int:
-        """Return the highest priority of the robots that want a station, 0 if there are none.
+    def highest_waiting(self, stations: NDArray[np.float64], same: float) -> int:
+        """Return the highest priority of the robots that want one of some stations, 0 without any.
 
         Args:
-            station: (x, y) [m] in map.
+            stations: (k, 2) [m] in map.
             same: [m] within which two stations are the same.
         """
         return int(
             kernels.highest_waiting(
-                self._words, self._floats, self.gone, self.priorities, station, same
+                self._words, self._floats, self.gone, self.priorities, stations, same
             )
         )
 

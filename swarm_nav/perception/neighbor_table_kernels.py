@@ -648,11 +648,19 @@ def highest_pusher(
 
 
 @njit(cache=True)
+def _is_any(stations: NDArray[np.float64], x: float, y: float, same: float) -> bool:
+    for k in range(stations.shape[0]):
+        if math.hypot(x - stations[k, 0], y - stations[k, 1]) < same:
+            return True
+    return False
+
+
+@njit(cache=True)
 def earlier_requests(
     words: Words,
     floats: Floats,
     gone: Mask,
-    station: tuple[float, float],
+    stations: NDArray[np.float64],
     tick: int,
     own_id: int,
     same: float,
@@ -663,7 +671,7 @@ def earlier_requests(
         words: (n, words) uint32, the neighbours' beacons.
         floats: (n, words) the same memory as float32.
         gone: (n,) whether each is silent.
-        station: (x, y) [m] in map.
+        stations: (k, 2) [m] in map, for any of which the requests count.
         tick: Of the own request.
         own_id: Of this robot.
         same: [m] within which two stations are the same.
@@ -680,9 +688,7 @@ def earlier_requests(
             continue
         if asked == tick and words[row, ID] >= own_id:
             continue
-        dx = floats[row, STATION] - station[0]
-        dy = floats[row, STATION + 1] - station[1]
-        if math.hypot(dx, dy) < same:
+        if _is_any(stations, floats[row, STATION], floats[row, STATION + 1], same):
             count += 1
             robot = np.int64(words[row, ID])
             if count == 1 or asked < first_asked or (asked == first_asked and robot < first):
@@ -696,7 +702,7 @@ def highest_waiting(
     floats: Floats,
     gone: Mask,
     priorities: Ints,
-    station: tuple[float, float],
+    stations: NDArray[np.float64],
     same: float,
 ) -> int:
     """Return the highest priority of the robots that asked for a station, 0 if there are none.
@@ -709,7 +715,7 @@ def highest_waiting(
         floats: (n, words) the same memory as float32.
         gone: (n,) whether each is silent.
         priorities: (n,) as published.
-        station: (x, y) [m] in map.
+        stations: (k, 2) [m] in map.
         same: [m] within which two stations are the same.
     """
     highest = 0
@@ -719,9 +725,7 @@ def highest_waiting(
         owner = ID_MASK - ((priorities[row] >> DEPTH_BITS) & ID_MASK)
         if owner != np.int64(words[row, ID]) % (ID_MASK + 1):
             continue
-        dx = floats[row, STATION] - station[0]
-        dy = floats[row, STATION + 1] - station[1]
-        if math.hypot(dx, dy) < same:
+        if _is_any(stations, floats[row, STATION], floats[row, STATION + 1], same):
             highest = max(highest, priorities[row])
     return highest
 

@@ -9,6 +9,7 @@ dead end around a station belongs to one robot until it is out again.
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from dataclasses import dataclass, field
@@ -21,9 +22,12 @@ from swarm_common.model.records import FloatArray
 from swarm_nav.core.config import HoldingConfig
 from swarm_nav.core.goals import PlanError
 from swarm_nav.core.priority import above
+from swarm_nav.planning import search_kernels
 from swarm_nav.planning.planner import path_length
-from swarm_nav.planning.terrain import HALL_DISTANCE
+from swarm_nav.planning.search import SearchSpace
+from swarm_nav.planning.terrain import HALL_DISTANCE, Terrain
 from swarm_nav.traffic import traffic_costs
+from swarm_nav.traffic.blind_aisle_kernels import blind_floor
 from swarm_nav.traffic.situation import Situation
 
 SAME_STATION = 0.6  # [m] between targets that are one station
@@ -40,10 +44,39 @@ SEARCH_PAUSE = 2.0  # [s] between searches for a parking place
 DETOUR = 2.5  # times the distance: what is farther by way is behind a wall
 QUEUE_AREA = 2.0  # [m²] of floor that each robot before one in the queue needs
 DEAD_END_AREA = 1.5  # [m²] of floor within the hold distance that one robot has to itself
-DEAD_END_ROOM = 2.5  # [m²] that the next one leaves free, so that a robot coming out can pass
+PASSING_AREA = 1.0  # [m²] that the next one leaves free before it: a robot coming out can pass
+ROBOT_AREA = 1.0  # [m²] of a blind aisle's floor for each robot in it
 DEAD_END_GAP = 0.3  # [m] before that room at which the next one waits
 NEXT_GOAL_PATIENCE = 3.0  # [s] without a goal: the next one mostly follows at once
 QUEUE_STEP = 1.5  # [m] beyond its place in the queue from where a parked robot moves up
+
+
+@functools.lru_cache(maxsize=64)
+def blind_aisle(
+    terrain: Terrain, node: int, within: tuple[float, float], farthest: float, widest: float
+) -> float:
+    """Return the floor [m²] around a station that has one narrow mouth; results are kept.
+
+    Args:
+        terrain: Map for one size of robot.
+        node: Flat index of the station.
+        within: (least, most) [m²] of floor.
+        farthest: Distance [m] of the mouth by the way, at most.
+        widest: [m] of the mouth.
+
+    Returns:
+        The largest such floor, 0.0 if there is none.
+    """
+    lattice = terrain.lattice
+    reach = math.ceil(farthest / lattice.step) + 1
+    row, column = divmod(node, lattice.base.shape[1])
+    first = max(0, row - reach), max(0, column - reach)
+    box = slice(first[0], row + reach + 1), slice(first[1], column + reach + 1)
+    is_floor = lattice.base[box] < search_kernels.WALL
+    base = np.where(is_floor, np.float32(1.0), search_kernels.WALL)
+    space = SearchSpace(base, np.zeros_like(base), lattice.heading[box].copy(), lattice.step)
+    distances = space.cost_to_go((row - first[0]) * base.shape[1] + column - first[1])
+    return float(blind_floor(distances, lattice.step, within, farthest, widest))
 
 
 class Approach:
@@ -69,9 +102,29 @@ class Approach:
         except PlanError:
             self.costs = np.full(self.lattice.base.shape, np.inf, np.float32)
             self._in_order = np.zeros(0, np.float32)
-        is_dead_end = self.reach_of(DEAD_END_AREA) > situation.config.holding.hold_distance
-        self.depth = self.reach_of(DEAD_END_ROOM) if is_dead_end else 0.0
+        hold_distance = situation.config.holding.hold_distance
+        area = DEAD_END_AREA
+        if self.reach_of(area) <= hold_distance:
+            area = self._blind_floor(situation, station)
+        self.room = max(1, int(area / ROBOT_AREA))
+        self.depth = self.reach_of(area + PASSING_AREA) if area else 0.0
         self.is_inside = False
+        around = [station, *situation.stations]
+        self.stations = np.array([place for place in around if self._is_in(place)] or [station])
+
+    def _blind_floor(self, situation: Situation, station: tuple[float, float]) -> float:
+        """Return the floor [m²] of a blind aisle for fewer robots than have a turn, 0 without."""
+        node = self.lattice.node_of(*station)
+        if node is None:
+            return 0.0
+        config = situation.config.holding
+        within = DEAD_END_AREA, config.approach_slots * ROBOT_AREA
+        widest, farthest = 4.0 * situation.usual_radius, config.request_distance
+        return blind_aisle(situation.terrain, node, within, farthest, widest)
+
+    def _is_in(self, place: tuple[float, float]) -> bool:
+        node = self.lattice.node_of(*place)
+        return node is not None and float(self.costs.ravel()[node]) <= self.depth
 
     def way(self, situation: Situation) -> float:
         """Return the distance from where the robot stops to the station.
@@ -199,7 +252,8 @@ class Lease:
             approach.is_inside = self._is_inside(situation)
             if not self.place:
                 # never less than before: a priority that comes and goes would delay all requests
-                highest = situation.neighbors.highest_waiting(self.station, SAME_STATION)
+                stations = self._approach_of(situation).stations
+                highest = situation.neighbors.highest_waiting(stations, SAME_STATION)
                 self.inherited = max(self.inherited, above(highest) if highest else 0)
 
     def _leave(self, situation: Situation) -> None:
@@ -210,8 +264,8 @@ class Lease:
             self._take(self._next)
 
     def _earlier(self, situation: Situation, tick: int) -> tuple[int, int]:
-        assert self.station is not None
-        return situation.neighbors.earlier_requests(self.station, tick, SAME_STATION)
+        stations = self._approach_of(situation).stations
+        return situation.neighbors.earlier_requests(stations, tick, SAME_STATION)
 
     def _is_at_tail(self, situation: Situation) -> bool:
         """Whether the robot is near its station, or where the queue for it ends."""
@@ -259,8 +313,10 @@ class Lease:
         if self.station is None or self.tick == 0 or self.is_leaving:
             return False
         config = situation.config.holding
+        if self._is_inside(situation, DEAD_END_GAP + slack):
+            return True
         if self.place < config.approach_slots:
-            return self._is_inside(situation, DEAD_END_GAP + slack)
+            return False
         if self._is_near(situation, config.hold_distance + slack):
             return True
         return self._way(situation) <= self._queue(situation, self.place) + slack
@@ -282,8 +338,10 @@ class Lease:
         Args:
             config: `holding.` parameters.
         """
-        is_dead_end = self._approach is not None and self._approach.depth > 0.0
-        return self.is_leaving or self.place < (1 if is_dead_end else config.approach_slots)
+        slots = config.approach_slots
+        if self._approach is not None and self._approach.depth > 0.0:
+            slots = min(slots, self._approach.room)
+        return self.is_leaving or self.place < slots
 
     def is_barred(self, situation: Situation) -> bool:
         """Whether something that does not move is on the station, and was waited for long enough.

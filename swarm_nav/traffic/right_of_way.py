@@ -291,7 +291,7 @@ def refuge_path(
     in_rooms = anywhere & rooms(situation.terrain, situation.usual_radius)
     for places in (in_rooms, anywhere) if (in_rooms != anywhere).any() else (anywhere,):
         for margin, smooth in tries if places.any() else ():
-            extra = traffic_costs.refuge_costs(situation, priority, margin)
+            extra = traffic_costs.refuge_costs(situation, neighbors.priorities >= priority, margin)
             path = situation.planner.nearest(situation.stop_point, extra, places, most, smooth)
             if path is not None:
                 return path
@@ -308,5 +308,8 @@ def retreat_path(situation: Situation) -> FloatArray | None:
     traffic_costs.stamp(taken, situation, situation.stop_point, RETREAT_DISTANCE, 1.0)
     traffic_costs.stamp_tubes(taken, situation, REFUGE_MARGIN, 1.0)
     places = situation.planner.free_places(taken)
-    extra = traffic_costs.refuge_costs(situation, situation.priority, 0.003)
+    neighbors, own = situation.neighbors, situation.priority
+    # of robots that inherited the same priority the smaller id may push, see `highest_pusher`
+    is_equal = (neighbors.priorities == own) & (neighbors.ids < situation.robot_id)
+    extra = traffic_costs.refuge_costs(situation, (neighbors.priorities > own) | is_equal, 0.003)
     return situation.planner.nearest(situation.stop_point, extra, places, REFUGE_COST, False)

@@ -101,17 +101,19 @@ def congestion(situation: Situation) -> NDArray[np.float32]:
     return extra
 
 
-def refuge_costs(situation: Situation, priority: int, margin: float) -> NDArray[np.float32]:
-    """Return extra costs for making way at `priority`: robots as high, or stuck, are walls.
+def refuge_costs(
+    situation: Situation, is_higher: NDArray[np.bool_], margin: float
+) -> NDArray[np.float32]:
+    """Return extra costs for making way: robots that rank higher, or are stuck, are walls.
 
     Args:
         situation: Of the robot.
-        priority: Robots that rank at least so high are walls.
+        is_higher: (n,) neighbours that cannot be pushed for this.
         margin: [m] to keep from other robots beyond the reach.
     """
     extra = situation.planner.no_extra()
     neighbors = situation.neighbors
-    is_wall = (neighbors.priorities >= priority) | neighbors.stuck
+    is_wall = is_higher | neighbors.stuck
     stamp_tubes(extra, situation, margin, np.where(is_wall, WALL, PUSHABLE))
     stamp_obstacles(extra, situation, float(WALL))
     return extra

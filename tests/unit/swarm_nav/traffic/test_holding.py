@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from swarm_common.model.beacon import FLAG_CIRCUIT
+from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose
 from swarm_nav.core.config import HoldingConfig, NavConfig
 from swarm_nav.traffic.holding import PARKING_DISTANCE, HoldingPattern, Lease, parking_path
@@ -171,6 +172,45 @@ def test_a_dead_end_is_given_back_once_the_robot_is_out(
         s.tube.reset(s.pose)
     lease.update(s)
     assert (lease.station, lease.tick > 0) == (following, following is not None)
+
+
+# aisles 1.2 m wide: a blind one, 5 m deep, and one that is open on both sides
+BLIND = room(12.0, 9.0, (0.0, 0.0, 5.0, 4.0), (0.0, 5.2, 5.0, 9.0))
+OPEN = room(16.0, 9.0, (4.0, 0.0, 9.0, 4.0), (4.0, 5.2, 9.0, 9.0))
+
+
+def in_aisle(grid: Grid, deep: float, *others: np.void) -> tuple[Situation, Lease]:
+    s = situation(grid, Pose(deep + 1.0, 4.6, 0.0), robot_id=5)
+    s.stations = ((deep, 4.6), (deep + 1.5, 4.6))
+    hear(s, *others) if others else None
+    lease = Lease()
+    lease.aim(s.stations[0])
+    lease.update(s)
+    return s, lease
+
+
+@pytest.mark.parametrize(("grid", "deep", "is_blind"), [(BLIND, 0.6, True), (OPEN, 5.8, False)])
+def test_the_stations_of_a_blind_aisle_share_its_room(
+    grid: Grid, deep: float, is_blind: bool
+) -> None:
+    """Three at each of two stations did not get out of each other's way in a blind aisle."""
+    here = waiting(2, 50, (deep, 4.6)), waiting(3, 60, (deep + 1.5, 4.6))
+    s, lease = in_aisle(grid, deep, *here)
+    assert lease.place == (2 if is_blind else 1)
+    assert lease.is_turn(s.config.holding) is not is_blind
+    assert lease.is_too_near(s) is is_blind
+    assert in_aisle(grid, deep, here[1])[1].is_turn(s.config.holding)
+
+
+def test_a_blind_aisle_is_given_back_once_the_robot_is_out() -> None:
+    s, lease = in_aisle(BLIND, 0.6)
+    lease.aim((9.0, 2.0))
+    lease.update(s)
+    assert lease.is_leaving
+    s.pose = Pose(8.0, 4.6, 0.0)
+    s.tube.reset(s.pose)
+    lease.update(s)
+    assert lease.station == (9.0, 2.0)
 
 
 def pattern(with_circuit: bool = True) -> HoldingPattern:

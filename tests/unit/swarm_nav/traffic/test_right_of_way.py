@@ -238,6 +238,19 @@ def test_nobody_steps_back_early_or_from_a_robot_that_can_move(flags: int, block
     assert not blocked_by_a_stuck_one(flags, blocked)[1].is_yielding
 
 
+@pytest.mark.parametrize(("behind", "steps_back"), [(7, True), (2, False)])
+def test_an_equal_with_a_larger_id_does_not_bar_a_retreat(behind: int, steps_back: bool) -> None:
+    """Two that inherited one priority: the retreat of the highest must not be barred by rank."""
+    lane = room(8.0, 4.0, (0.0, 0.0, 6.0, 1.5), (0.0, 2.4, 6.0, 4.0))  # blind to the left
+    s, right = situation(lane, Pose(2.0, 1.95, 0.0), robot_id=5), RightOfWay()
+    s.take_priorities(9, 9)
+    s.blocked_by, s.blocked_ticks = 6, 16
+    stuck = beacon(6, 1.3, 1.95, flags=STUCK)
+    hear(s, stuck, beacon(behind, 2.7, 1.95, priority=9))
+    right.update(s)
+    assert right.is_retreating is steps_back
+
+
 def test_a_retreat_lasts_for_its_time() -> None:
     s, right = blocked_by_a_stuck_one()
     s.blocked_ticks = 0

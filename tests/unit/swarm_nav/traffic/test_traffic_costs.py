@@ -82,7 +82,7 @@ def test_where_somebody_walked_lately_costs(monkeypatch: pytest.MonkeyPatch) -> 
 )
 def test_who_makes_way_pushes_lower_robots_only(priority: int, flags: int, is_wall: bool) -> None:
     s = robot(beacon(7, *THERE, priority=priority, flags=flags))
-    costs = traffic_costs.refuge_costs(s, 9, 0.0)
+    costs = traffic_costs.refuge_costs(s, s.neighbors.priorities >= 9, 0.0)
     assert cost_at(s, costs, *THERE) == pytest.approx(WALL if is_wall else traffic_costs.PUSHABLE)
 
 
