@@ -3,8 +3,9 @@
 The order is (tick of the request, id), as in Lamport's mutual exclusion, known to all contenders
 from their beacons: a request is made within radio range of the station, no centre is asked. The
 lease orders the approach; safety does not depend on it. "Near" is measured along the way, not
-through walls: a robot in the queue waits beyond the floor that the robots before it need, and a
-dead end around a station belongs to one robot until it is out again.
+through walls: a robot in the queue waits beyond the floor that the robots before it need. A dead end
+around a station belongs to one robot until it is out again, a blind aisle to as many as it has room
+for; stations that lie in one share its queue.
 """
 
 from __future__ import annotations

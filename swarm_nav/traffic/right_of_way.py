@@ -295,6 +295,31 @@ def refuge_path(
             path = situation.planner.nearest(situation.stop_point, extra, places, most, smooth)
             if path is not None:
                 return path
+    return _place_of_another(situation, way, reach, priority) if most < math.inf else None
+
+
+def _place_of_another(
+    situation: Situation, way: FloatArray, reach: float, priority: int
+) -> FloatArray | None:
+    """Return the way to a place in a room that a lower robot leaves for this one, if any.
+
+    That robot is pushed in turn, as in PIBT: so a chain of robots moves on into a free place that
+    is too small for a robot as long as they stand where they do.
+    """
+    neighbors = situation.neighbors
+    is_wall = (neighbors.priorities >= priority) | neighbors.stuck
+    taken = situation.planner.no_extra()
+    traffic_costs.stamp(taken, situation, way, reach, 1.0)
+    step = situation.planner.lattice.step
+    traffic_costs.stamp(taken, situation, situation.stop_point, 2.0 * step, 1.0)
+    traffic_costs.stamp_tubes(taken, situation, REFUGE_MARGIN, np.where(is_wall, 1.0, 0.0))
+    traffic_costs.stamp_obstacles(taken, situation, 1.0)
+    places = situation.planner.free_places(taken)
+    for margin in (0.003, 0.0, -0.04):
+        extra = traffic_costs.refuge_costs(situation, neighbors.priorities >= priority, margin)
+        path = situation.planner.nearest(situation.stop_point, extra, places, REFUGE_COST, False)
+        if path is not None and len(path) >= 2:
+            return path
     return None
 
 

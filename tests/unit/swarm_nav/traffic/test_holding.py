@@ -174,14 +174,14 @@ def test_a_dead_end_is_given_back_once_the_robot_is_out(
     assert (lease.station, lease.tick > 0) == (following, following is not None)
 
 
-# aisles 1.2 m wide: a blind one, 5 m deep, and one that is open on both sides
-BLIND = room(12.0, 9.0, (0.0, 0.0, 5.0, 4.0), (0.0, 5.2, 5.0, 9.0))
-OPEN = room(16.0, 9.0, (4.0, 0.0, 9.0, 4.0), (4.0, 5.2, 9.0, 9.0))
+# aisles 1.6 m wide: a blind one, 5 m deep, and one that is open on both sides
+BLIND = room(12.0, 9.0, (0.0, 0.0, 5.0, 4.0), (0.0, 5.6, 5.0, 9.0))
+OPEN = room(16.0, 9.0, (4.0, 0.0, 9.0, 4.0), (4.0, 5.6, 9.0, 9.0))
 
 
 def in_aisle(grid: Grid, deep: float, *others: np.void) -> tuple[Situation, Lease]:
-    s = situation(grid, Pose(deep + 1.0, 4.6, 0.0), robot_id=5)
-    s.stations = ((deep, 4.6), (deep + 1.5, 4.6))
+    s = situation(grid, Pose(deep + 1.0, 4.8, 0.0), robot_id=5)
+    s.stations = ((deep, 4.8), (deep + 1.5, 4.8))
     hear(s, *others) if others else None
     lease = Lease()
     lease.aim(s.stations[0])
@@ -194,7 +194,7 @@ def test_the_stations_of_a_blind_aisle_share_its_room(
     grid: Grid, deep: float, is_blind: bool
 ) -> None:
     """Three at each of two stations did not get out of each other's way in a blind aisle."""
-    here = waiting(2, 50, (deep, 4.6)), waiting(3, 60, (deep + 1.5, 4.6))
+    here = waiting(2, 50, (deep, 4.8)), waiting(3, 60, (deep + 1.5, 4.8))
     s, lease = in_aisle(grid, deep, *here)
     assert lease.place == (2 if is_blind else 1)
     assert lease.is_turn(s.config.holding) is not is_blind
@@ -207,7 +207,7 @@ def test_a_blind_aisle_is_given_back_once_the_robot_is_out() -> None:
     lease.aim((9.0, 2.0))
     lease.update(s)
     assert lease.is_leaving
-    s.pose = Pose(8.0, 4.6, 0.0)
+    s.pose = Pose(8.0, 4.8, 0.0)
     s.tube.reset(s.pose)
     lease.update(s)
     assert lease.station == (9.0, 2.0)

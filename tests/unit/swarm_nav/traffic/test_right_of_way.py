@@ -217,6 +217,26 @@ def test_who_is_blocked_on_the_way_to_its_refuge_for_long_is_stuck() -> None:
     assert not right.is_stuck
 
 
+@pytest.mark.parametrize(
+    ("flags", "priority", "takes"),
+    [(FLAG_ACTIVE, 5, True), (FLAG_ACTIVE, HIGH, False), (STUCK, 5, False)],
+)
+def test_in_a_full_room_the_place_of_a_lower_robot_is_a_refuge(
+    flags: int, priority: int, takes: bool
+) -> None:
+    """No place was free, so nobody moved up, and the pusher came back for ever."""
+    way = [(0.4 + 0.1 * k, 0.7) for k in range(7)]
+    others = [
+        beacon(robot, x, 0.7, flags=flags, priority=priority)
+        for robot, x in ((7, 1.9), (8, 2.7), (9, 3.5))
+    ]
+    pusher = pushing(0.35, 0.7, intent=way, wanted=way[:4])
+    s, right = pushed(Pose(0.95, 0.7, 0.0), pusher, *others, grid=room(4.0, 1.4))
+    assert right.is_stuck is not takes
+    if takes:
+        assert s.tube.points[-1][0] > 1.5
+
+
 def blocked_by_a_stuck_one(flags: int = STUCK, blocked: int = 16) -> tuple[Situation, RightOfWay]:
     s, right = situation(HALL, MIDDLE), RightOfWay()
     s.blocked_by, s.blocked_ticks = 2, blocked
