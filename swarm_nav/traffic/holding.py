@@ -3,9 +3,9 @@
 The order is (tick of the request, id), as in Lamport's mutual exclusion, known to all contenders
 from their beacons: a request is made within radio range of the station, no centre is asked. The
 lease orders the approach; safety does not depend on it. "Near" is measured along the way, not
-through walls: a robot in the queue waits beyond the floor that the robots before it need. A dead end
-around a station belongs to one robot until it is out again, a blind aisle to as many as it has room
-for; stations that lie in one share its queue.
+through walls: a robot in the queue waits beyond the floor that the robots before it need. A dead
+end around a station belongs to one robot until it is out again, a blind aisle to as many as it has
+room for; stations that lie in one share its queue.
 """
 
 from __future__ import annotations
@@ -84,8 +84,10 @@ class Approach:
     """The floor around a station, by the way to it; distances are costs of planned ways [m].
 
     Attributes:
-        depth: Distance out of the dead end that the station lies in, 0 if there is none: the floor
-            there is too small for an arriving and a leaving robot to pass each other.
+        depth: Distance out of the dead end or blind aisle that the station lies in, 0 if there is
+            none: arriving and leaving robots would be in each other's way there.
+        room: Number of robots that it has room for.
+        stations: (k, 2) [m] in map, the station and others that lie in it.
         is_inside: Whether the robot is that near.
     """
 
