@@ -12,7 +12,7 @@ from typing import Any, assert_never
 from swarm_commander.hosts.client_state import names_of
 from swarm_commander.hosts.robots_plan import RobotsPlan
 from swarm_commander.hosts.run_description import SITES, RunDescription, parse
-from swarm_commander.run.input.params import write_parameter_file
+from swarm_commander.run.input.params import ParameterSource, write_parameter_file
 from swarm_commander.run.local_run import HOST, MODULES
 from swarm_commander.run.process_run import ProcessRun
 from swarm_commander.run.processes.supervisor import describe_exit
@@ -88,6 +88,7 @@ class RobotsRun(ProcessRun):
         self._host = secrets.token_hex(8)  # name of this start
         self._robots_profile = robots_profile
         self._description_path = folder.configs / DESCRIPTION_FILE
+        self._source = ParameterSource()
         self._welcomed: float | None = None  # [s] from the start until the world's host answered
 
     def _environment(self, name: str) -> Mapping[str, str]:
@@ -198,6 +199,7 @@ class RobotsRun(ProcessRun):
         self._welcomed = time.monotonic() - self._started
         self._progress.phase("starting navigators")
         description = parse(self._description_path.read_text(encoding="utf-8"))
+        self._source = description.params
         sites = self._sites_file(description)
         numbers = {int(name.removeprefix("Srobot")): name for name in self._plan.robots}
         self._start(DISTRIBUTOR, {"host": self._host, "run": description.run, "robots": numbers})
@@ -236,6 +238,9 @@ class RobotsRun(ProcessRun):
         )
 
     # What the navigators say
+
+    def _refuse(self, message: str) -> None:
+        super()._refuse(self._source.located(message, self._folder.params))
 
     def _on_active(self, robot: str) -> None:
         if self._keeper.on_active(robot):

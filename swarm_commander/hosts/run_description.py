@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from swarm_commander.run.input.flat import Flat, flatten, nest
-from swarm_commander.run.input.params import NODE
+from swarm_commander.run.input.params import NODE, ParameterSource
 from swarm_commander.run.input.world_params import SECTION
 from swarm_common.model.errors import ConfigError
 
@@ -36,6 +36,8 @@ class RunDescription:
     # in a large swarm, the ports of the world's host that each robot announces itself to, see
     # `participants`; else empty
     peers: Mapping[str, Sequence[int]] = field(default_factory=dict)
+    # parameter file of the user
+    params: ParameterSource = field(default_factory=ParameterSource)
 
     def to_text(self) -> str:
         """Return it as the text of a message."""
@@ -80,6 +82,7 @@ def compose(
     trees: Mapping[str, Mapping[str, Any]],
     sites_path: Path | None,
     peers: Mapping[str, Sequence[int]],
+    params: ParameterSource,
 ) -> RunDescription:
     """Return the description of a run.
 
@@ -90,6 +93,7 @@ def compose(
         trees: Parameter file of each robot.
         sites_path: Sites file, if there is one.
         peers: See `RunDescription`.
+        params: Parameter file of the user.
     """
     flats = {robot: flatten(tree[f"/{robot}/{NODE}"][SECTION]) for robot, tree in trees.items()}
     first = next(iter(flats.values()))
@@ -103,7 +107,8 @@ def compose(
         for robot, flat in flats.items()
     }
     sites = sites_path.read_text(encoding="utf-8") if sites_path is not None else ""
-    return RunDescription(run, edition, dict(facts), robots, common, sites, dict(peers))
+    there = replace(params, path=f"{params.path} on the world's host")
+    return RunDescription(run, edition, dict(facts), robots, common, sites, dict(peers), there)
 
 
 def parse(text: str) -> RunDescription:
@@ -113,8 +118,9 @@ def parse(text: str) -> RunDescription:
         ConfigError: If it is none.
     """
     try:
-        return RunDescription(**json.loads(text))
-    except (ValueError, TypeError) as cause:
+        data = json.loads(text)
+        return RunDescription(**{**data, "params": ParameterSource(**data["params"])})
+    except (ValueError, TypeError, KeyError) as cause:
         raise ConfigError(
             f"the world's host sent something else than a run description ({cause});"
             " install the same edition of the software on both"

@@ -112,7 +112,15 @@ class WorldRun(LocalRun):
         options = self._plan.options
         facts = {name: getattr(options, name) for name in ("world", "seed", "robot", "swarm_size")}
         peers = {robot["name"]: robot["peers"] for robot in self._robots if robot["peers"]}
-        return compose(self._run, edition(), facts, self._trees, self._plan.sites_path, peers)
+        return compose(
+            self._run,
+            edition(),
+            facts,
+            self._trees,
+            self._plan.sites_path,
+            peers,
+            self._plan.overrides.source,
+        )
 
     def _release_navigators(self) -> None:
         """Say what the robots' hosts need to start them."""

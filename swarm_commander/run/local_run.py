@@ -442,7 +442,7 @@ class LocalRun(ProcessRun):
             self._tell(RUNNER, RobotSilent(name))
 
     def _refuse(self, message: str) -> None:
-        super()._refuse(self._plan.overrides.located(message, self._folder.params))
+        super()._refuse(self._plan.overrides.source.located(message, self._folder.params))
 
     def _obey(self, request: Request) -> None:
         """Restart a robot's navigator; the answer follows when it is active."""

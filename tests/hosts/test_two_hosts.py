@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
@@ -61,6 +62,25 @@ def test_hosts_that_disagree(start_hosts: StartHosts, flags: tuple[str, ...], wo
     assert words in swarm.said(2)
     swarm.interrupt(1)
     assert swarm.exit_code(1, 30.0) == 0
+    swarm.assert_nothing_is_left()
+
+
+@pytest.mark.long
+@pytest.mark.timeout(1200)
+def test_a_refused_parameter_is_named_in_the_file_of_the_worlds_host(
+    start_hosts: StartHosts, tmp_path: Path
+) -> None:
+    params = tmp_path / "mine.yaml"
+    params.write_text("/**:\n  ros__parameters: {vx_samples: 1}\n", encoding="utf-8")
+    swarm = start_hosts(2)
+    swarm.start_world("--swarm-size", "1", "--params", str(params))
+    swarm.wait_for(1, "the world is up", START)
+    swarm.start_robots(2, "1")
+    assert swarm.exit_code(2, START) == 2
+    said = " ".join(swarm.said(2).split())
+    assert f"{params} on the world's host: /**: vx_samples is 1" in said
+    swarm.interrupt(1)
+    swarm.exit_code(1, 30.0)
     swarm.assert_nothing_is_left()
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import fnmatch
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -29,11 +30,38 @@ def default_parameters() -> Flat:
     return flatten(read_yaml(path)["/**"][SECTION])
 
 
+@dataclass(frozen=True, slots=True)
+class ParameterSource:
+    """Which parameters the user's file sets, to name that file in complaints about its copies."""
+
+    path: str = ""  # of the file, as people know it
+    # names of parameters per pattern of node names, in the order of the file
+    sections: Mapping[str, Sequence[str]] = field(default_factory=dict)
+
+    def located(self, message: str, copies: Path) -> str:
+        """Return a complaint about a robot's parameter file in terms of the user's own file.
+
+        Args:
+            message: `FILE: what is wrong`, as the navigators say it.
+            copies: Folder of the parameter files that are written for them.
+        """
+        begin = f"{copies}{os.sep}"
+        robot, _, problem = message.removeprefix(begin).partition(".yaml: ")
+        if not message.startswith(begin):
+            return message
+        named = set(re.findall(r"[a-z_0-9]+(?:\.[a-z_0-9]+)*", problem))
+        for pattern, names in reversed([*self.sections.items()]):
+            if _matches(pattern, robot) and not named.isdisjoint(names):
+                return f"{self.path}: {pattern}: {problem}"
+        return message
+
+
 class Overrides:
     """The user's --params file: per pattern of node names, some parameters.
 
     Attributes:
         world: Its section about the world.
+        source: The file and what it sets, for messages.
     """
 
     def __init__(
@@ -49,7 +77,8 @@ class Overrides:
         """
         self.world = world or WorldParams()
         self._sections = dict(sections)
-        self._path = path
+        names = {pattern: tuple(values) for pattern, values in sections.items()}
+        self.source = ParameterSource(str(path), names)
 
     def for_robot(self, robot: str) -> Flat:
         """Return the parameters that the file sets for a robot; later sections win.
@@ -62,23 +91,6 @@ class Overrides:
             if _matches(pattern, robot):
                 merged.update(values)
         return merged
-
-    def located(self, message: str, copies: Path) -> str:
-        """Return a complaint about a robot's parameter file in terms of the user's own file.
-
-        Args:
-            message: `FILE: what is wrong`, as the navigators say it.
-            copies: Folder of the parameter files that are written for them.
-        """
-        begin = f"{copies}{os.sep}"
-        robot, _, problem = message.removeprefix(begin).partition(".yaml: ")
-        if not message.startswith(begin):
-            return message
-        named = set(re.findall(r"[a-z_0-9]+(?:\.[a-z_0-9]+)*", problem))
-        for pattern, values in reversed(self._sections.items()):
-            if _matches(pattern, robot) and named & values.keys():
-                return f"{self._path}: {pattern}: {problem}"
-        return message
 
 
 def load_overrides(path: Path, robots: list[str], known: Mapping[str, Any]) -> Overrides:

@@ -80,7 +80,9 @@ def test_a_charter_gives_every_robot_the_parameters_of_a_run_on_one_host() -> No
     plan = check_plan(UpOptions(swarm_size=3, mission="loading_route"))
     trees = {f"Srobot{n}": plan.parameter_file(n, Pose(n, 2.0, 0.5)) for n in (1, 2, 3)}
     facts = {"world": "slim_blockage", "seed": 0, "robot": "turtlebot3_waffle", "swarm_size": 3}
-    description = parse(compose("run", "1", facts, trees, plan.sites_path, {}).to_text())
+    description = parse(
+        compose("run", "1", facts, trees, plan.sites_path, {}, plan.overrides.source).to_text()
+    )
     for name, tree in trees.items():
         assert description.parameter_file(name, str(plan.sites_path)) == tree
         assert len(description.robots[name]) < 5

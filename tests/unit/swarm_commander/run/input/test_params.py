@@ -184,8 +184,10 @@ def test_a_wrong_value_is_named_where_the_user_can_change_it(
     path.write_text(f"{section}:\n  ros__parameters: {{vx_samples: 1}}\n", encoding="utf-8")
     overrides = load_overrides(path, ROBOTS, KNOWN)
     copies = tmp_path / "run" / "params"
-    told = overrides.located(f"{copies / 'Srobot1.yaml'}: {problem}", copies)
+    told = overrides.source.located(f"{copies / 'Srobot1.yaml'}: {problem}", copies)
     assert told == (
         f"{path}: {section}: {problem}" if is_theirs else f"{copies / 'Srobot1.yaml'}: {problem}"
     )
-    assert overrides.located("station loader_3 lies inside a wall", copies).startswith("station")
+    assert overrides.source.located("station loader_3 lies inside a wall", copies).startswith(
+        "station"
+    )
