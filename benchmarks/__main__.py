@@ -1,9 +1,20 @@
 """Entry point of `python -m benchmarks`."""
 
-import sys
+from __future__ import annotations
 
-from benchmarks.app import load
-from swarm_commander.cli.main import run_app
+from typing import TYPE_CHECKING
+
+from swarm_commander.cli.main import run_command
+
+if TYPE_CHECKING:
+    import typer
+
+
+def _load() -> typer.Typer:
+    from benchmarks.app import load
+
+    return load()
+
 
 if __name__ == "__main__":
-    sys.exit(run_app("python -m benchmarks", load))
+    run_command("python -m benchmarks", _load)

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import sys
+from typing import TYPE_CHECKING
 
-import typer
+from swarm_commander.cli.main import prepare_ros, run_command
 
-from swarm_commander.cli.main import prepare_ros, run_app
+if TYPE_CHECKING:
+    import typer
 
 
 def main() -> None:
     """Run `swarm-view`."""
-    sys.exit(run_app("swarm-view", _load))
+    run_command("swarm-view", _load)
 
 
 def _load() -> typer.Typer:

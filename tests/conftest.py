@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from collections.abc import Iterator
 from importlib.util import find_spec
 
@@ -40,8 +41,12 @@ def pytest_runtest_setup() -> Iterator[None]:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call() -> Iterator[None]:
-    """Skip by what the test asks for."""
-    yield from _skipped_without_pybullet()
+    """Skip by what the test asks for; commands that it runs in here leave Ctrl-C as it was."""
+    before = signal.getsignal(signal.SIGINT)
+    try:
+        yield from _skipped_without_pybullet()
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def pytest_unconfigure() -> None:

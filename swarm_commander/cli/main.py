@@ -5,13 +5,13 @@ from __future__ import annotations
 import os
 import signal
 import sys
-import traceback
-from collections.abc import Callable, Sequence
-from importlib import metadata
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-# Slow modules are imported later, when Ctrl-C no longer ends in a traceback.
+# All other modules are imported later, when Ctrl-C no longer ends in a traceback.
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from typing import Any, NoReturn
+
     import typer
 
 CTRL_C = 128 + signal.SIGINT
@@ -57,7 +57,26 @@ def setup() -> None:
 
 
 def _run(name: str) -> None:
-    sys.exit(run_app(name, lambda: load_app(name)))
+    run_command(name, lambda: load_app(name))
+
+
+def run_command(name: str, load: Callable[[], typer.Typer]) -> NoReturn:
+    """Run a command line as this process, and end it.
+
+    Args:
+        name: Of the command.
+        load: Imports its command line.
+    """
+    _end_quietly()
+    code = run_app(name, load)
+    _end_quietly()  # while the interpreter ends
+    sys.exit(code)
+
+
+def _end_quietly() -> None:
+    """Let SIGINT and SIGTERM end this process without a traceback; shells see 130 and 143."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
 
 def load_app(name: str) -> typer.Typer:
@@ -143,7 +162,8 @@ def with_value(words: Sequence[str], flag: str, default: str) -> list[str]:
 def run_app(name: str, load: Callable[[], typer.Typer]) -> int:
     """Run a command line; any mistake in it becomes one message on stderr and exit code 2.
 
-    SIGINT and SIGTERM end it without a traceback and with 128 + their number, wherever it is.
+    SIGINT and SIGTERM end it without a traceback and with 128 + their number, once its modules
+    are imported; before and after, `run_command` sees to them.
     """
     from swarm_common.process import standard_streams
 
@@ -158,9 +178,12 @@ def run_app(name: str, load: Callable[[], typer.Typer]) -> int:
 def _run_app(name: str, load: Callable[[], typer.Typer]) -> int:
     take_usual_signals()
     if sys.argv[1:] == ["--version"]:
+        from importlib import metadata
+
         sys.stdout.write(f"{name} {metadata.version('swarm-workbench')}\n")
         return 0
-    signal.signal(signal.SIGINT, signal.SIG_DFL)  # quietly, while modules are imported
+    import traceback
+
     from swarm_common.middleware.other_ros import set_aside
 
     set_aside(name)

@@ -28,7 +28,7 @@ from swarm_commander.mission.client import RobotCommander
 from swarm_commander.mission.task import TaskResult
 from swarm_common.middleware.ros_io import LATCHED, pose_from_msg, pose_stamped, start_text, tick_of
 from swarm_common.model.records import Pose
-from swarm_ros2 import cli
+from swarm_ros2 import command_line
 from tests.graph.conftest import START_LIMIT
 
 NAMES = ("amcl", "behavior_server", "bt_navigator", "controller_server", "map_server",
@@ -189,7 +189,7 @@ def test_ros2_lifecycle(swarm, capfd, monkeypatch):
 
     def ros2(*words, code=0):
         capfd.readouterr()
-        assert cli.run(words) == code
+        assert command_line.run(words) == code
         return capfd.readouterr()
 
     nodes = {f"/{robot}/{name}" for robot in swarm.names for name in NAMES}
@@ -426,7 +426,7 @@ def test_ros2_param_describe_prints_unit_range_and_effect(swarm, capfd, monkeypa
     monkeypatch.setenv("ROS_DOMAIN_ID", str(swarm.domain))
     capfd.readouterr()
     names = ("costmap.inflation_radius", "traffic.lost_ticks")
-    assert cli.run(["param", "describe", "/Srobot1/navigator", *names]) == 0
+    assert command_line.run(["param", "describe", "/Srobot1/navigator", *names]) == 0
     assert capfd.readouterr().out == (
         "Parameter name: costmap.inflation_radius\n"
         "  Type: double\n"
@@ -442,7 +442,7 @@ def test_ros2_param_describe_prints_unit_range_and_effect(swarm, capfd, monkeypa
         "    Min value: 1\n"
         "    Max value: 10000\n"
     )
-    assert cli.run(["param", "describe", "/sim/world", "speed"]) == 0
+    assert command_line.run(["param", "describe", "/sim/world", "speed"]) == 0
     assert "Description: times real time; 0: as fast" in capfd.readouterr().out
 
 

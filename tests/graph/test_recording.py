@@ -41,7 +41,7 @@ from swarm_common.middleware.topic_table import ORDERS, all_topics, robot_topic
 from swarm_recording.bag import Bag
 from swarm_recording.ros_types import message_class, quality
 from swarm_recording.selection import select
-from swarm_ros2 import cli
+from swarm_ros2 import command_line
 from tests.fakes.ros_domains import reserved_domain
 from tests.graph.conftest import Process, Swarm
 
@@ -193,7 +193,7 @@ def test_a_run_is_recorded_from_the_middle_and_told_of_as_rosbag2_does(
     assert len(found["/Srobot1/odom"]) > 5
     told = yaml.safe_load((folder / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
     assert told["starting_time"]["nanoseconds_since_epoch"] > 0  # the map's stamp is 0
-    assert cli.run(["bag", "info", str(folder)]) == 0
+    assert command_line.run(["bag", "info", str(folder)]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[0] == "Files:             recording.mcap"
     assert f"Messages:          {sum(map(len, found.values()))}" in lines

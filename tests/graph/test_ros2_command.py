@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from swarm_ros2 import cli
+from swarm_ros2 import command_line
 
 SAMPLE = Path(__file__).with_name("sample_node.py")
 NODE = "/Srobot1/sample"
@@ -47,7 +47,7 @@ class Ros2:
 
     def __call__(self, *arguments: str, code: int = 0) -> str:
         self._capture.readouterr()
-        assert cli.run(arguments) == code
+        assert command_line.run(arguments) == code
         out, self.err = self._capture.readouterr()
         return out
 

@@ -17,7 +17,7 @@ from pathlib import Path
 import typer
 
 from swarm_commander.cli.main import load_app
-from swarm_ros2 import cli, interfaces, text
+from swarm_ros2 import command_line, interfaces, text
 from swarm_ros2.launcher import swarm_up_arguments
 from tests.document_blocks import blocks_of
 
@@ -68,11 +68,11 @@ def ros2_commands() -> list[list[str]]:
 
 def verbs_shown() -> set[tuple[str, str]]:
     """Return command and verb of each command of the page; programs have no verb."""
-    return {(w[0], "" if w[0] in cli.LIKE_PROGRAMS else w[1]) for w in ros2_commands()}
+    return {(w[0], "" if w[0] in command_line.LIKE_PROGRAMS else w[1]) for w in ros2_commands()}
 
 
 def parsed(words: list[str]) -> argparse.Namespace:
-    return cli._parser(words).parse_args(words)
+    return command_line._parser(words).parse_args(words)
 
 
 def test_the_words_of_every_command_fit() -> None:
@@ -118,8 +118,8 @@ def choices(parser: argparse.ArgumentParser) -> dict[str, argparse.ArgumentParse
 
 def test_the_page_shows_every_verb_and_its_table_names_it() -> None:
     page = (ROOT / "docs/ros.md").read_text("utf-8")
-    for name in cli.COMMANDS:
-        verbs = choices(choices(cli._parser([name]))[name])
+    for name in command_line.COMMANDS:
+        verbs = choices(choices(command_line._parser([name]))[name])
         shown = {verb for command, verb in verbs_shown() if command == name}
         assert shown == (verbs.keys() or {""})
         assert f"| {name} | {', '.join(sorted(verbs))}" in page

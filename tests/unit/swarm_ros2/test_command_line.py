@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from swarm_ros2 import cli, launcher
+from swarm_ros2 import command_line, launcher
 
 
 def run(capsys: pytest.CaptureFixture[str], *words: str) -> str:
-    assert cli.run(words) == 0
+    assert command_line.run(words) == 0
     return capsys.readouterr().out
 
 
@@ -18,14 +18,14 @@ def test_without_a_command_or_a_verb_there_is_help_as_from_ros2cli(
     assert run(capsys).startswith("usage: ros2 [-h] command ...")
     assert run(capsys, "topic").startswith("usage: ros2 topic [-h] verb ...")
     with pytest.raises(SystemExit, match="2"):
-        cli.run(["topics"])
+        command_line.run(["topics"])
 
 
 def test_a_range_in_which_no_node_is_found_is_told_in_a_line(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF")
-    assert cli.run(["topic", "list"]) == 1
+    assert command_line.run(["topic", "list"]) == 1
     assert capsys.readouterr().err.startswith("ROS_AUTOMATIC_DISCOVERY_RANGE is 'OFF'")
 
 
@@ -46,7 +46,10 @@ def test_comments_of_nested_types_are_shown_if_asked_for(
 def test_options_of_the_doctor_are_passed_on() -> None:
     """They were refused as unknown."""
     for words in (["--swarm-size", "3"], ["--help"], []):
-        assert cli._parser(["doctor", *words]).parse_args(["doctor", *words]).arguments == words
+        assert (
+            command_line._parser(["doctor", *words]).parse_args(["doctor", *words]).arguments
+            == words
+        )
 
 
 def test_the_arguments_of_the_launch_file_are_shown(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -54,6 +57,6 @@ def test_the_arguments_of_the_launch_file_are_shown(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(launcher, "start", lambda *call: started.append(call))
     launch = ("launch", "swarm_commander", "swarm.launch.py")
     for words in (["--show-args"], ["-s"], ["swarm_size:=3", "viewer:=true"]):
-        assert cli.run([*launch, *words]) == 0
+        assert command_line.run([*launch, *words]) == 0
     helped = ("swarm_up", ["--help"])
     assert started == [helped, helped, ("swarm_up", ["--swarm-size", "3", "--viewer"])]
