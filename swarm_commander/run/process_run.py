@@ -404,6 +404,8 @@ class ProcessRun:
     def _on_exit(self, exit_: Exit) -> None:
         self._heartbeats.forget(exit_.name)
         self._selector.unregister(self._children[exit_.name].event_fd)
+        if exit_.killed and self._signals.count < 2:
+            self._on_overdue(exit_.name)
         if exit_.expected or self._is_stopping or self._refusal is not None:
             return
         is_known = self._is_fine(exit_) or exit_.name in self._resigned
@@ -416,6 +418,14 @@ class ProcessRun:
         )
         if exit_.name.split("_")[0] not in self.onlookers:
             self._stop("stopping")
+
+    def _on_overdue(self, name: str) -> None:
+        """Report a process that hung at the end; what an onlooker made may lack its end."""
+        message = f"the {name} process did not end within {GRACE:g} s: it hung and was killed"
+        if name.split("_")[0] in self.onlookers:
+            self._fail(f"{message} (see {self._folder.log(name)})")
+        else:
+            self._note_incident(message)
 
     def _fail(self, message: str) -> None:
         self.failures.append(message)

@@ -76,11 +76,12 @@ TRANSITIONS: dict[ChildState, dict[ChildEvent, ChildState]] = {
 
 @dataclass(frozen=True, slots=True)
 class Exit:
-    """A process has ended; `expected` if it had been asked to."""
+    """A process has ended; `expected` if it had been asked to, `killed` if it then did not."""
 
     name: str
     returncode: int
     expected: bool
+    killed: bool = False
 
 
 @dataclass(slots=True)
@@ -181,9 +182,9 @@ class Supervisor:
                 continue
             returncode = entry.child.poll()
             if returncode is not None:
-                exits.append(
-                    Exit(entry.spec.name, returncode, entry.state is not ChildState.RUNNING)
-                )
+                is_expected = entry.state is not ChildState.RUNNING
+                is_killed = entry.state is ChildState.KILLED
+                exits.append(Exit(entry.spec.name, returncode, is_expected, is_killed))
                 entry.enter(ChildEvent.EXIT)
                 entry.child.kill()  # processes that it may have left behind
         self._continue_stopping()

@@ -63,6 +63,17 @@ def test_a_disk_that_is_full_at_the_start_is_one_clear_failure(up: Up, disk: Pat
     assert "Traceback" not in output + errors
 
 
+def test_a_recorder_that_hangs_at_the_end_is_no_success(up: Up) -> None:
+    """Its recording lacked everything from then on; the report said nothing, the exit code was 0."""
+    code, output, _ = up.run(*MISSION, "--record", recorder="hangs", grace="1.0")
+    assert code == 3, output
+    report = up.report()
+    assert report["goals"]["reached"] == 3
+    (failure,) = report["failures"]
+    assert failure.startswith("the recorder process did not end within 1 s: it hung and was killed")
+    assert " ".join(failure.split()[:8]) in " ".join(output.split())
+
+
 def test_a_recorder_without_room_does_not_end_the_swarm(up: Up) -> None:
     code, output, _ = up.run(*MISSION, "--record")
     assert code == 3

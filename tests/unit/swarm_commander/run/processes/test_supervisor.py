@@ -89,7 +89,7 @@ def test_a_process_that_does_not_end_is_killed_after_its_grace() -> None:
     history.supervisor.poll()
     history.supervisor.poll()
     assert history.calls() == {"world": ["terminate", "kill"]}
-    assert history.end("world", -9) == [Exit("world", -9, expected=True)]
+    assert history.end("world", -9) == [Exit("world", -9, expected=True, killed=True)]
 
 
 def test_a_second_wish_to_stop_does_not_begin_again() -> None:
@@ -110,7 +110,7 @@ def test_killing_spares_only_the_gone() -> None:
     history.supervisor.kill()
     assert history.calls() == {"world": ["kill"], "navigators": ["kill"], "mission": ["kill"]}
     for name in ("world", "navigators"):
-        assert history.end(name, -9) == [Exit(name, -9, expected=True)]
+        assert history.end(name, -9) == [Exit(name, -9, expected=True, killed=True)]
     assert history.supervisor.all_gone
 
 
