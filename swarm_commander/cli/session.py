@@ -35,12 +35,15 @@ from swarm_common.middleware.secret import own_secret
 from swarm_common.model.breaches import breach_lines, broken_lines, shortened
 from swarm_common.model.engines import BULLET, NO_WHEELS, usual_engine
 
+COPIES = "inputs"  # of the user's files
+
 
 def bring_up(plan: RunPlan, lock: DomainLock) -> int:
     """Run a checked plan in the domain of `lock`, which is released; return the exit code."""
     ros_env.set_defaults()
     try:
         folder = create_run_folder(plan.options.run_dir, datetime.now())
+        plan = plan.with_copies(folder.configs / COPIES)
         os.environ.setdefault("ROS_LOG_DIR", str(folder.logs / "ros"))
         if plan.options.bind:
             from swarm_commander.hosts.hosts_command import use_profile

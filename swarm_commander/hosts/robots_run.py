@@ -11,7 +11,7 @@ from typing import Any, assert_never
 
 from swarm_commander.hosts.client_state import names_of
 from swarm_commander.hosts.robots_plan import RobotsPlan
-from swarm_commander.hosts.run_description import SITES, RunDescription, parse
+from swarm_commander.hosts.run_description import RunDescription, parse
 from swarm_commander.run.input.params import ParameterSource, write_parameter_file
 from swarm_commander.run.local_run import HOST, MODULES
 from swarm_commander.run.process_run import ProcessRun
@@ -219,12 +219,9 @@ class RobotsRun(ProcessRun):
         self._tell(HOST, Go())
 
     def _sites_file(self, description: RunDescription) -> str:
-        """Return the path of the sites file: the world's where this host has the same."""
+        """Return the path of a copy of the world's sites file; empty without one."""
         if not description.sites:
             return ""
-        theirs = Path(str(description.common.get(SITES, "")))
-        if theirs.is_file() and theirs.read_text(encoding="utf-8") == description.sites:
-            return str(theirs)
         path = self._folder.configs / "sites.yaml"
         path.write_text(description.sites, encoding="utf-8")
         return str(path)

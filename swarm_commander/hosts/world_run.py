@@ -6,6 +6,7 @@ import os
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any, assert_never
 
 from swarm_commander.hosts.client_state import names_of
@@ -112,12 +113,13 @@ class WorldRun(LocalRun):
         options = self._plan.options
         facts = {name: getattr(options, name) for name in ("world", "seed", "robot", "swarm_size")}
         peers = {robot["name"]: robot["peers"] for robot in self._robots if robot["peers"]}
+        sites = self._plan.sites_path
         return compose(
             self._run,
             edition(),
             facts,
             self._trees,
-            self._plan.sites_path,
+            Path(self._plan.copy_of(str(sites))) if sites is not None else None,
             peers,
             self._plan.overrides.source,
         )

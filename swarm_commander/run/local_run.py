@@ -6,6 +6,7 @@ import os
 import shlex
 import time
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any, assert_never
 
 import psutil
@@ -178,14 +179,15 @@ class LocalRun(ProcessRun):
 
     def _release_navigators(self) -> None:
         self._is_released = True
-        self._configure(HOST, self._host_config(self._robots))
+        drawn = self._folder.trace / MAP_FILE
+        self._configure(HOST, self._host_config(self._robots, self._plan.map or drawn))
         self._tell(HOST, Go())
 
-    def _host_config(self, robots: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    def _host_config(self, robots: Sequence[Mapping[str, Any]], map_file: Path) -> dict[str, Any]:
         return {
             "robots": robots,
             "pack": self._plan.options.pack,
-            "map": str(self._plan.map or self._folder.trace / MAP_FILE),
+            "map": str(map_file),
             "log_dir": str(self._folder.logs),
         }
 
@@ -416,7 +418,8 @@ class LocalRun(ProcessRun):
                 for robot, params in self._keeper.params.items()
                 if robot not in self._keeper.given_up
             ]
-            self._start(HOST, self._host_config(robots))
+            kept = self._folder.trace / MAP_FILE  # the user may have changed the other since
+            self._start(HOST, self._host_config(robots, kept))
         elif name == HOST:
             self._start(HOST, {}, "--wait")
         elif name == RUNNER:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from swarm_commander.mission.mission import Mission, load_mission
+from swarm_commander.mission.mission import Mission, load_mission, mission_path
 from swarm_commander.run.input.options import DRIVES, UpOptions
 from swarm_commander.run.input.params import (
     REALISTIC,
@@ -43,6 +44,8 @@ class RunPlan:
         mission: What the robots are to do, if anything.
         defaults: Parameters of the navigators by dotted name.
         overrides: Of the user.
+        copies: Of files that processes read again when they are restarted, by the file's name as
+            the user gave it; see `with_copies`.
     """
 
     options: UpOptions
@@ -54,6 +57,33 @@ class RunPlan:
     mission: Mission | None
     defaults: dict[str, Any]
     overrides: Overrides
+    copies: Mapping[str, str] = field(default_factory=dict)
+
+    def with_copies(self, folder: Path) -> RunPlan:
+        """Return this plan with copies of sites and missions, which nobody edits during the run.
+
+        Args:
+            folder: For the copies; made.
+        """
+        missions = {member.mission or self.options.mission for member in self.fleet.members}
+        files = {name: mission_path(name) for name in sorted(filter(None, missions))}
+        if self.sites_path is not None:
+            files[str(self.sites_path)] = self.sites_path
+        copies = {}
+        for number, (name, path) in enumerate(files.items(), 1):
+            copy = folder / str(number) / path.name  # a mission has the name of its file
+            copy.parent.mkdir(parents=True)
+            copy.write_bytes(path.read_bytes())
+            copies[name] = str(copy)
+        return replace(self, copies=copies)
+
+    def copy_of(self, name: str) -> str:
+        """Return the path of the copy of a file, or the name if there is none.
+
+        Args:
+            name: Of a mission, or a path.
+        """
+        return self.copies.get(name, name)
 
     @property
     def alive(self) -> list[str]:
@@ -149,7 +179,7 @@ class RunPlan:
             "autostart": self.options.autostart,
             "wait_for_mission": waits,
             "on_demand": self.options.swarm_size > ros_env.FEW_ROBOTS,
-            "sites": str(self.sites_path) if self.sites_path else "",
+            "sites": self.copy_of(str(self.sites_path)) if self.sites_path else "",
             **self.defaults,
             **(REALISTIC if self.options.realistic else {}),
             **self._without_lidar(),
@@ -179,7 +209,9 @@ class RunPlan:
                 {
                     "name": name,
                     "number": number,
-                    "mission": self.fleet.members[number - 1].mission or options.mission,
+                    "mission": self.copy_of(
+                        self.fleet.members[number - 1].mission or options.mission or ""
+                    ),
                 }
                 for number, name in enumerate(options.robot_names, 1)
                 if name in self.alive
@@ -187,7 +219,7 @@ class RunPlan:
             "processes": options.processes,
             "homes": [_triple(home) for home in homes_map],
             "mission": options.mission,
-            "sites": str(self.sites_path) if self.sites_path else None,
+            "sites": self.copy_of(str(self.sites_path)) if self.sites_path else None,
             "seed": options.seed,
             "laps": options.laps,
             "goals_per_robot": options.goals_per_robot,

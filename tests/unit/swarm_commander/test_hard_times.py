@@ -64,7 +64,7 @@ def test_a_disk_that_is_full_at_the_start_is_one_clear_failure(up: Up, disk: Pat
 
 
 def test_a_recorder_that_hangs_at_the_end_is_no_success(up: Up) -> None:
-    """Its recording lacked everything from then on; the report said nothing, the exit code was 0."""
+    """Its recording lacked the rest; the report said nothing, and the exit code was 0."""
     code, output, _ = up.run(*MISSION, "--record", recorder="hangs", grace="1.0")
     assert code == 3, output
     report = up.report()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,8 @@ from swarm_commander.mission.runner import itineraries
 from swarm_commander.run.input.flat import flatten
 from swarm_commander.run.input.options import UpOptions, robot_of, swarm_size_of
 from swarm_commander.run.input.plan import RunPlan, check_plan
+from swarm_common.files.resources import find_resource
+from swarm_common.files.sites_io import load_sites
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
 from swarm_common.robots.fleet import load_fleet
@@ -71,3 +74,26 @@ def test_the_drive_is_the_worlds_engine(tmp_path: Path) -> None:
         assert plan.world_config(tmp_path / "v.json").get("engine", "bullet") == engine
     with pytest.raises(ConfigError, match="planar"):
         UpOptions(drive="wings")
+
+
+def test_what_is_restarted_reads_copies(tmp_path: Path) -> None:
+    """A navigator or mission process that was restarted read the user's files as they were then."""
+    own = tmp_path / "own"
+    shutil.copytree(find_resource("world", "slim_blockage", "world.sdf").parent, own)
+    route = tmp_path / "tour.yaml"
+    route.write_text("route: [{stations: [loader_1]}]", encoding="utf-8")
+    options = UpOptions(swarm_size=2, world=str(own / "world.sdf"), mission=str(route))
+    plan = check_plan(options).with_copies(tmp_path / "copies")
+    homes = [Pose(0.0, 0.0, 0.0)] * 2
+    before = itineraries(plan.runner_config(homes))[0]
+    for path in (route, own / "sites.yaml"):
+        path.write_text("not: [what", encoding="utf-8")
+    config = plan.runner_config(homes)
+    after = itineraries(config)[0]
+    assert before is not None
+    assert after is not None
+    assert vars(before) == vars(after)
+    parameters = plan.parameter_file(1, homes[0])["/Srobot1/navigator"]["ros__parameters"]
+    assert parameters["sites"] == config["sites"]
+    assert load_sites(Path(config["sites"])) == plan.sites
+    assert Path(config["robots"][0]["mission"]).name == route.name
