@@ -89,4 +89,31 @@ def check(config: Any) -> None:
             name = prefix + item.name
             low, high = RANGES.get(name, ANY)
             if not low <= value <= high or not math.isfinite(value):
-                raise ConfigError(f"{name} is {value}; it must be from {low:.10g} to {high:.10g}")
+                between = _between(type(values)(), item.name, low, high)
+                raise ConfigError(f"{name} is {value}; it must be {between}")
+
+
+def takes(group: Any, field: str, value: float) -> bool:
+    """Tell whether a group of parameters takes a value, the others being as they are.
+
+    Args:
+        group: Dataclass that checks itself.
+        field: Name of the parameter in it.
+        value: To try.
+    """
+    try:
+        dataclasses.replace(group, **{field: value})
+    except ConfigError:
+        return False
+    return True
+
+
+def _between(group: Any, field: str, low: float, high: float) -> str:
+    """Return a range in words; an end that the group itself refuses does not belong to it."""
+    is_whole = isinstance(getattr(group, field), int)
+    has_low, has_high = (is_whole or takes(group, field, end) for end in (low, high))
+    if has_low and has_high:
+        return f"from {low:.10g} to {high:.10g}"
+    least = "at least" if has_low else "more than"
+    most = "at most" if has_high else "less than"
+    return f"{least} {low:.10g} and {most} {high:.10g}"

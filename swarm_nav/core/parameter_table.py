@@ -14,9 +14,8 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from swarm_common.model.errors import ConfigError
 from swarm_nav.core.config import FIXED_PARAMETERS, NavConfig
-from swarm_nav.core.limits import ANY, RANGES
+from swarm_nav.core.limits import ANY, RANGES, takes
 
 Value = bool | int | float | str
 
@@ -115,15 +114,6 @@ def _row(group: str, part: Any, field: str, comment: str) -> ParameterRow:
         row,
         low=low,
         high=high,
-        excludes_low=not (is_whole or _takes(part, field, low)),
-        excludes_high=not (is_whole or _takes(part, field, high)),
+        excludes_low=not (is_whole or takes(part, field, low)),
+        excludes_high=not (is_whole or takes(part, field, high)),
     )
-
-
-def _takes(part: Any, field: str, value: Value) -> bool:
-    """Tell whether a group of parameters takes a value, the others being at their defaults."""
-    try:
-        dataclasses.replace(part, **{field: value})
-    except ConfigError:
-        return False
-    return True

@@ -103,7 +103,8 @@ class NeighborTable:
         edge = config.radio_range - parting * config.lost_ticks
         self.hearing_reach = config.radio_range - parting * ACQUAINTING
         unheard = (UNHEARD_PATIENCE, self.hearing_reach, HEARD_ENTRIES)
-        self._limits = (config.lost_ticks, edge, config.dead_ticks, unheard)
+        self._limits = (config.lost_ticks, edge, unheard)
+        self._dead_ticks = config.dead_ticks
         self._hearing = (edge, config.radio_range)
 
     def receive(self, beacons: BeaconArray, x: float, y: float) -> None:
@@ -243,13 +244,13 @@ class NeighborTable:
         if self._has_silent:
             self._fetch()
             footprint, radius = body
-            limits = (reach, radius, self._limits[2])
+            limits = (reach, radius, self._dead_ticks)
             kernels.look(*self._places(), (ranges, beam, pose), limits, footprint)
 
     def passed_by(self) -> None:
         """Give up the places of silent robots on which another robot is now."""
         self._fetch()
-        kernels.passed(*self._places(), self._position, self._limits[2])
+        kernels.passed(*self._places(), self._position, self._dead_ticks)
 
     def _places(self) -> tuple[NDArray[np.generic], ...]:
         return (self._words, self._floats, self._table[3], self.ages, self.gone)

@@ -217,7 +217,7 @@ def take_in(
     own: tuple[float, float, int, int],
     columns: Plain,
     tick: int,
-    limits: tuple[int, float, int, tuple[int, float, int]],
+    limits: tuple[int, float, tuple[int, float, int]],
     out: Words,
     left: tuple[Words, Ints],
 ) -> tuple[int, int, bool, bool]:
@@ -253,7 +253,7 @@ def refresh(
     own_id: int,
     columns: Plain,
     tick: int,
-    limits: tuple[int, float, int, tuple[int, float, int]],
+    limits: tuple[int, float, tuple[int, float, int]],
     out: Words,
     left: tuple[Words, Ints],
 ) -> tuple[int, int, bool, bool]:
@@ -271,7 +271,7 @@ def refresh(
         own_id: Id of this robot.
         columns: (ids, ages, gone, priorities, acks), a row per robot; written.
         tick: Now.
-        limits: (lost_ticks, edge [m], dead_ticks, those of `deaf_neighbor`).
+        limits: (lost_ticks, edge [m], those of `deaf_neighbor`).
         out: (entries,) acknowledgements, written by `acknowledge`.
         left: (words, (1,) number of rows): rows that were taken out are added, except for those
             of robots of which no place is left.
@@ -281,7 +281,7 @@ def refresh(
         whether any is silent.
     """
     ids, ages, gone, priorities, acks = columns
-    lost_ticks, edge, _, unheard = limits
+    lost_ticks, edge, unheard = limits
     kept = 0
     is_pushed = False
     has_silent = False

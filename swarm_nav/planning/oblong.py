@@ -70,15 +70,6 @@ class Oblong:
         """Discs (k, 3) that keep `LEAST_GAP`."""
         return cover(self.corners, LEAST_GAP)
 
-    def slack(self, field: Field, pose_map: Pose) -> float:
-        """Return how much more than `LEAST_GAP` [m] a pose keeps from the walls; below 0: too near.
-
-        Args:
-            field: Distances to the mapped walls.
-            pose_map: Of base_footprint.
-        """
-        return float(kernels.slack(field, self.least, pose_map.x, pose_map.y, pose_map.yaw))
-
     def admitted(
         self,
         field: tuple[FloatArray, Frame],
