@@ -68,7 +68,14 @@ def run_command(name: str, load: Callable[[], typer.Typer]) -> NoReturn:
         load: Imports its command line.
     """
     _end_quietly()
-    code = run_app(name, load)
+    try:
+        code = run_app(name, load)
+    except Exception as error:
+        import traceback
+
+        traceback.print_exc()
+        sys.stderr.write(_hint_of_hidden_modules(error))
+        code = 3  # a fault of ours must not look like a missed goal
     _end_quietly()  # while the interpreter ends
     sys.exit(code)
 
@@ -239,6 +246,7 @@ def _run_app(name: str, load: Callable[[], typer.Typer]) -> int:
         if ended_by or type(error).__name__ == "ExternalShutdownException":  # rclpy's, of a signal
             return 128 + (ended_by[0] if ended_by else signal.SIGTERM)
         traceback.print_exc()
+        sys.stderr.write(_hint_of_hidden_modules(error))
         return COMPONENT_FAILED
     else:
         if ended_by and code == CTRL_C:  # what newer versions of typer make of KeyboardInterrupt
@@ -246,6 +254,28 @@ def _run_app(name: str, load: Callable[[], typer.Typer]) -> int:
         return code if isinstance(code, int) else 0
     complain(f"{name}: {message}")
     return BAD_INPUT
+
+
+def _hint_of_hidden_modules(error: Exception) -> str:
+    """Return a line on a file of PYTHONPATH that has the name of a module which we need."""
+    from importlib.machinery import PathFinder
+    from pathlib import Path
+
+    folders = {
+        Path(each).absolute() for each in os.environ.get("PYTHONPATH", "").split(":") if each
+    }
+    files = [getattr(module, "__file__", None) or "" for module in list(sys.modules.values())]
+    trace = error.__traceback__
+    while trace is not None:
+        files.append(trace.tb_frame.f_code.co_filename)
+        trace = trace.tb_next
+    others = [each for each in sys.path if Path(each or ".").absolute() not in folders]
+    for path in (Path(file).absolute() for file in files if file.endswith(".py")):
+        if path.parent in folders and PathFinder.find_spec(path.stem, others) is not None:
+            return (
+                f"{path}, on PYTHONPATH, hides the {path.stem} that is needed: unset PYTHONPATH\n"
+            )
+    return ""
 
 
 def _version_option() -> Any:

@@ -104,3 +104,18 @@ def test_a_message_has_no_control_characters(tmp_path):
     )  # fmt: skip
     assert done.returncode == 2
     assert "mine.yaml: ?[31mred" in done.stderr
+
+
+@pytest.mark.parametrize("text", ["raise RuntimeError('of another')", "nothing = 0"])
+def test_a_module_of_the_user_that_hides_one_of_ours_is_named(tmp_path, text):
+    """It was a traceback with the exit code of a missed goal."""
+    (tmp_path / "yaml.py").write_text(text, encoding="utf-8")
+    done = subprocess.run(
+        [*COMMAND, "--list"],
+        env=os.environ | {"PYTHONPATH": f"{tmp_path}:{FOLDER}"},
+        capture_output=True, text=True, check=False, timeout=60,
+    )  # fmt: skip
+    assert done.returncode == 3
+    assert done.stderr.splitlines()[-1] == (
+        f"{tmp_path / 'yaml.py'}, on PYTHONPATH, hides the yaml that is needed: unset PYTHONPATH"
+    )
