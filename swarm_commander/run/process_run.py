@@ -420,7 +420,7 @@ class ProcessRun:
             self._stop("stopping")
 
     def _on_overdue(self, name: str) -> None:
-        """Report a process that hung at the end, or still compiled; what an onlooker made may lack its end."""
+        """Report a process that hung, or still compiled; what an onlooker made may lack its end."""
         message = f"the {name} process did not end within {GRACE:g} s and was killed"
         if name.split("_")[0] in self.onlookers:
             self._fail(f"{message} (see {self._folder.log(name)})")
