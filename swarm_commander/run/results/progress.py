@@ -222,8 +222,9 @@ def summary_table(report: Mapping[str, Any], code: int) -> Table:
         "replans, recoveries": f"{report['replans']}, {report['recoveries']}",
         "late ticks": _with_unit(report["late_ticks"], ""),
         "CPU per robot and second": (
-            f"{cpu['total']} ms (world {cpu['world']}, navigators {cpu['navigators']},"
-            f" viewer and recorder {cpu['onlookers']})"
+            f"{_with_unit(cpu['total'], 'ms')} (world {_with_unit(cpu['world'], 'ms')},"
+            f" navigators {_with_unit(cpu['navigators'], 'ms')},"
+            f" viewer and recorder {_with_unit(cpu['onlookers'], 'ms')})"
         ),
         "memory": (
             f"world {_with_unit(memory['world'], 'MB')},"
