@@ -210,7 +210,9 @@ def room_for(
         [(stop.pose_map.x, stop.pose_map.y) for stop in route] or [(home.x, home.y)]
         for home, route in zip(homes, stops, strict=True)
     ]
-    return conditions([(spec, nav_config(options, spec)) for spec in specs], grid, goals)
+    starts = [(home.x, home.y) for home in homes]
+    robots = [(spec, nav_config(options, spec)) for spec in specs]
+    return conditions(robots, grid, starts, goals)
 
 
 def ground_of(options: RunOptions) -> tuple[Grid, list[Pose]]:

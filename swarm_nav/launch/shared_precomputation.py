@@ -46,12 +46,12 @@ def prepare(robots: Sequence[NodeSettings], grid: Grid, processes: int) -> Condi
         single_lanes(situation.terrain, situation.usual_radius)
         if processes >= MANY_PROCESSES:
             _find_ways(situation.planner, robot)
+    starts = [(robot.initial_pose_map.x, robot.initial_pose_map.y) for robot in robots]
     goals = [
-        [(pose.x, pose.y) for pose in robot.sites.stations.values()]
-        or [(robot.initial_pose_map.x, robot.initial_pose_map.y)]
-        for robot in robots
+        [(pose.x, pose.y) for pose in robot.sites.stations.values()] or [start]
+        for robot, start in zip(robots, starts, strict=True)
     ]
-    return conditions([(robot.spec, robot.config) for robot in robots], grid, goals)
+    return conditions([(robot.spec, robot.config) for robot in robots], grid, starts, goals)
 
 
 def _find_ways(planner: Planner, robot: NodeSettings) -> None:

@@ -1,10 +1,11 @@
 """Under which conditions every robot reaches every goal, checked against a map before a run.
 
 The theorem and its proof are in docs/liveness.md. What is looked at: *places*, as many as keep the
-distance of two robots from each other on the floor where two robots can pass; *single lanes*, where
-they cannot; the sides of each single lane that holds parts of the floor together; and the robots
-that have goals on a single lane. The conditions are sufficient, not necessary: a run for which they
-do not hold starts all the same, and says so.
+distance of two robots from each other on the floor where two robots can pass, counted on each
+connected floor that holds a goal or a start; *single lanes*, where they cannot; the sides of each
+single lane that holds parts of the floor together; and the robots that have goals on a single lane.
+The conditions are sufficient, not necessary: a run for which they do not hold starts all the same,
+and says so.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ class Conditions:
     """What a map has room for."""
 
     robots: int  # number asked for
-    places: int  # number of places where two robots can pass
+    places: int  # where two robots can pass, on connected floor with goals or starts
     findings: tuple[str, ...]  # conditions that do not hold, a sentence each; empty if all hold
 
     @property
@@ -51,13 +52,17 @@ class Conditions:
 
 
 def conditions(
-    robots: Sequence[tuple[RobotSpec, NavConfig]], grid: Grid, goals: Sequence[Sequence[Point]]
+    robots: Sequence[tuple[RobotSpec, NavConfig]],
+    grid: Grid,
+    starts: Sequence[Point],
+    goals: Sequence[Sequence[Point]],
 ) -> Conditions:
     """Return what holds on a map for a swarm, as if all robots were as large as the largest.
 
     Args:
         robots: Body and parameters of each.
         grid: The map.
+        starts: Of each robot: (x, y) [m] in map.
         goals: Of each robot: all places (x, y) [m] in map where it may be told to go.
 
     Raises:
@@ -65,7 +70,7 @@ def conditions(
     """
     spec, config = max(robots, key=lambda robot: robot[0].circumscribed_radius)
     radius = spec.circumscribed_radius + config.traffic.safety_margin
-    return _Floor(terrain_of(config, spec, grid), radius).check(goals)
+    return _Floor(terrain_of(config, spec, grid), radius).check(starts, goals)
 
 
 class _Floor:
@@ -78,17 +83,24 @@ class _Floor:
         self._wide: Mask = rooms(terrain, radius)
         self._lanes: Mask = self._open & ~self._wide
 
-    def check(self, goals: Sequence[Sequence[Point]]) -> Conditions:
-        robots = len(goals)
-        nodes = [[node for x, y in each if (node := self._lattice.node_of(x, y)) is not None]
-                 for each in goals]  # fmt: skip
-        places = self._places(self._wide)
+    def check(self, starts: Sequence[Point], goals: Sequence[Sequence[Point]]) -> Conditions:
+        nodes = [self._nodes(each) for each in goals]
+        stays = [[*self._nodes([start]), *each] for start, each in zip(starts, nodes, strict=True)]
+        used = [(part, count) for part in parts(self._open) if (count := _visitors(part, stays))]
+        places = [self._places(part & self._wide) for part, _ in used]
         findings: list[str] = []
-        if self._wide.any() and robots >= places:
-            findings.append(f"room for {max(0, places - 1)} robots; {robots} asked for")
+        for (part, count), room in zip(used, places, strict=True):
+            if 0 < room <= count:
+                here = f" on the floor around {self._spot(part)}" if len(used) > 1 else ""
+                findings.append(f"room for {_robots(room - 1)}{here}; {count} asked for")
         for lane in parts(self._lanes):
             findings += self._check_lane(lane, nodes)
-        return Conditions(robots, places, tuple(findings))
+        return Conditions(len(goals), sum(places), tuple(findings))
+
+    def _nodes(self, points: Sequence[Point]) -> list[int]:
+        """Return the nodes of those points that are on open floor."""
+        found = (self._lattice.node_of(x, y) for x, y in points)
+        return [node for node in found if node is not None]
 
     def _check_lane(self, lane: Mask, nodes: Sequence[Sequence[int]]) -> Iterator[str]:
         """Yield a sentence for each condition that a single lane violates.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from swarm_common.model.grid import Grid
@@ -24,7 +25,9 @@ TEETH = ((0.85, 2.4), (2.85, 2.4), (4.85, 2.4))
 
 
 def of(grid: Grid, *goals: tuple[Point, ...]) -> Conditions:
-    return conditions([(waffle(), NavConfig())] * len(goals), grid, goals)
+    return conditions(
+        [(waffle(), NavConfig())] * len(goals), grid, [each[0] for each in goals], goals
+    )
 
 
 def test_a_hall_has_room() -> None:
@@ -63,6 +66,39 @@ def test_single_lanes_have_room_for_one_robot_less_than_blind_ends(count: int, h
     if not holds:
         assert found.findings[0].startswith("room for 2 robots on the single lanes around")
         assert found.findings[0].endswith("3 have goals there")
+
+
+def test_floor_outside_the_walls_has_no_room() -> None:
+    small = room(2.2, 2.2)
+    framed = Grid(np.pad(small.cells, 40), small.resolution, -2.0, -2.0)  # 2 m of free margin
+    goals = [((1.0, 1.0),)] * 12
+    assert of(framed, *goals) == of(small, *goals)
+    assert not of(framed, *goals).is_guaranteed
+
+
+def test_a_closed_pocket_has_no_room() -> None:
+    pocket = room(9.0, 4.0, (4.0, 0.0, 4.2, 4.0))
+    found = of(pocket, *[(LEFT,)] * 60)
+    assert found.findings == (f"room for {found.places - 1} robots; 60 asked for",)
+    assert found.places == of(room(4.05, 4.0), (LEFT,)).places
+
+
+def test_each_of_two_halls_needs_room_for_its_own_robots() -> None:
+    halls = room(9.0, 4.0, (6.4, 0.0, 6.6, 4.0))  # 6.4 m and 2.4 m long
+    left, right = of(halls, (LEFT,)).places, of(halls, (RIGHT,)).places
+    assert left > right
+    assert of(halls, *[(LEFT,)] * (left - 1), *[(RIGHT,)] * (right - 1)).is_guaranteed
+    found = of(halls, (LEFT,), *[(RIGHT,)] * right)
+    assert found.places == left + right
+    here = "the floor around (7.9, 2.1)"
+    assert found.findings == (f"room for {right - 1} robots on {here}; {right} asked for",)
+
+
+def test_who_only_starts_on_a_floor_takes_room_there() -> None:
+    small = room(2.2, 2.2)
+    robots = [(waffle(), NavConfig())] * 12
+    goals = [((1.0, 1.0),), *[((-50.0, 0.0),)] * 11]
+    assert not conditions(robots, small, [(1.0, 1.0)] * 12, goals).is_guaranteed
 
 
 def test_places_from_where_nothing_is_reached_do_not_count() -> None:
