@@ -47,16 +47,22 @@ def _zero(*_: Any) -> int:
     return 0
 
 
+NO_DEAD_END = {
+    f"{TRAFFIC}.holding.DEAD_END_AREA": 0.0,
+    f"{TRAFFIC}.holding.blind_aisle": _zero,
+}
 RULES: Mapping[str, Mapping[str, Any]] = {
     "push": {"traffic.push_ticks": 10_000},
     "going on": {f"{TRAFFIC}.right_of_way.clears_way": _false},
     "refuges in rooms": {f"{TRAFFIC}.right_of_way.rooms": _everywhere},
+    "place of another": {f"{TRAFFIC}.right_of_way.place_of_another": _nothing},
     "retreat": {f"{TRAFFIC}.right_of_way.retreat_path": _nothing},
     "patience": {f"{TRAFFIC}.patience.MOST": 1.0},
     "single lanes": {f"{TRAFFIC}.single_lanes.single_lanes": _nothing},
-    "lease and queue": {"holding.approach_slots": 1000, f"{TRAFFIC}.holding.DEAD_END_AREA": 0.0},
+    "lease and queue": {"holding.approach_slots": 1000, **NO_DEAD_END},
     "queue": {f"{TRAFFIC}.holding.QUEUE_AREA": 0.0},
-    "dead end": {f"{TRAFFIC}.holding.DEAD_END_AREA": 0.0},
+    "dead end": NO_DEAD_END,
+    "blind aisle": {f"{TRAFFIC}.holding.blind_aisle": _zero},
     "inheritance by a lease": {f"{TRAFFIC}.holding.above": _zero},
     "gate": {"holding.gate_density": 0.0},
     "departure": {f"{TRAFFIC}.departure.NEXT_GOAL_PATIENCE": NEVER},
@@ -79,7 +85,8 @@ NUMBERS = (
     f"{TRAFFIC}.gate.LEAST_AREA", f"{TRAFFIC}.gate.WAY_POINTS",
     f"{TRAFFIC}.holding.SEARCH_PAUSE",
     f"{TRAFFIC}.holding.DETOUR", f"{TRAFFIC}.holding.QUEUE_AREA",
-    f"{TRAFFIC}.holding.DEAD_END_AREA", f"{TRAFFIC}.holding.DEAD_END_ROOM",
+    f"{TRAFFIC}.holding.DEAD_END_AREA", f"{TRAFFIC}.holding.PASSING_AREA",
+    f"{TRAFFIC}.holding.ROBOT_AREA",
     f"{TRAFFIC}.holding.NEXT_GOAL_PATIENCE", f"{TRAFFIC}.holding.QUEUE_STEP",
     f"{TRAFFIC}.traffic_costs.STANDING", f"{TRAFFIC}.traffic_costs.PUSHABLE",
     f"{TRAFFIC}.traffic_costs.STUCK",

@@ -238,7 +238,8 @@ def _queue(lease: Lease, gate: Gate, station: str) -> str:
     if gate.is_closed:
         return f"waits for Srobot{gate.first}: the narrow region ahead is full"
     if lease.first:
-        return f"waits for Srobot{lease.first}, {lease.place} before it at {station}"
+        where = f"{station} or others in its aisle" if lease.is_shared else station
+        return f"waits for Srobot{lease.first}, {lease.place} before it at {where}"
     return f"waits until {station} is free"
 
 

@@ -112,8 +112,12 @@ class Approach:
         self.room = max(1, int(area / ROBOT_AREA))
         self.depth = self.reach_of(area + PASSING_AREA) if area else 0.0
         self.is_inside = False
-        around = [station, *situation.stations]
-        self.stations = np.array([place for place in around if self._is_in(place)] or [station])
+        others = [
+            other
+            for other in situation.stations
+            if self._is_in(other) and math.dist(other, station) > SAME_STATION
+        ]
+        self.stations = np.array([station, *others])
 
     def _blind_floor(self, situation: Situation, station: tuple[float, float]) -> float:
         """Return the floor [m²] of a blind aisle for fewer robots than have a turn, 0 without."""
@@ -345,6 +349,11 @@ class Lease:
         if self._approach is not None and self._approach.depth > 0.0:
             slots = min(slots, self._approach.room)
         return self.is_leaving or self.place < slots
+
+    @property
+    def is_shared(self) -> bool:
+        """Whether the queue is one of several stations in a dead end or blind aisle."""
+        return self._approach is not None and len(self._approach.stations) > 1
 
     def is_barred(self, situation: Situation) -> bool:
         """Whether something that does not move is on the station, and was waited for long enough.

@@ -295,16 +295,22 @@ def refuge_path(
             path = situation.planner.nearest(situation.stop_point, extra, places, most, smooth)
             if path is not None:
                 return path
-    return _place_of_another(situation, way, reach, priority) if most < math.inf else None
+    return place_of_another(situation, way, reach, priority) if most < math.inf else None
 
 
-def _place_of_another(
+def place_of_another(
     situation: Situation, way: FloatArray, reach: float, priority: int
 ) -> FloatArray | None:
-    """Return the way to a place in a room that a lower robot leaves for this one, if any.
+    """Return the way (n, 2) to a place in a room that a lower robot leaves for this one, if any.
 
-    That robot is pushed in turn, as in PIBT: so a chain of robots moves on into a free place that
-    is too small for a robot as long as they stand where they do.
+    That robot is pushed in turn, as in PIBT: so a chain of robots moves up where no place is free
+    as long as they stand as they do.
+
+    Args:
+        situation: Of the robot.
+        way: (n, 2) [m] in map that the pusher needs.
+        reach: [m] to keep from that.
+        priority: That the robot makes way with.
     """
     neighbors = situation.neighbors
     is_wall = (neighbors.priorities >= priority) | neighbors.stuck

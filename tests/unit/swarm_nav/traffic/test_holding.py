@@ -197,6 +197,7 @@ def test_the_stations_of_a_blind_aisle_share_its_room(
     here = waiting(2, 50, (deep, 4.8)), waiting(3, 60, (deep + 1.5, 4.8))
     s, lease = in_aisle(grid, deep, *here)
     assert lease.place == (2 if is_blind else 1)
+    assert lease.is_shared is is_blind
     assert lease.is_turn(s.config.holding) is not is_blind
     assert lease.is_too_near(s) is is_blind
     assert in_aisle(grid, deep, here[1])[1].is_turn(s.config.holding)
