@@ -271,7 +271,9 @@ class Lease:
             self._take(self._next)
 
     def _earlier(self, situation: Situation, tick: int) -> tuple[int, int]:
-        stations = self._approach_of(situation).stations
+        # before the robot is near, the floor around its station is not looked at
+        near = self._approach
+        stations = near.stations if near is not None else np.array([self.station])
         return situation.neighbors.earlier_requests(stations, tick, SAME_STATION)
 
     def _is_at_tail(self, situation: Situation) -> bool:
