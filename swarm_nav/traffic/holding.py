@@ -52,7 +52,7 @@ NEXT_GOAL_PATIENCE = 3.0  # [s] without a goal: the next one mostly follows at o
 QUEUE_STEP = 1.5  # [m] beyond its place in the queue from where a parked robot moves up
 
 
-@functools.lru_cache(maxsize=64)
+@functools.lru_cache(maxsize=16)  # each keeps its map in memory
 def blind_aisle(
     terrain: Terrain, node: int, within: tuple[float, float], farthest: float, widest: float
 ) -> float:
@@ -126,8 +126,9 @@ class Approach:
             return 0.0
         config = situation.config.holding
         within = DEAD_END_AREA, config.approach_slots * ROBOT_AREA
-        widest, farthest = 4.0 * situation.usual_radius, config.request_distance
-        return blind_aisle(situation.terrain, node, within, farthest, widest)
+        two_robots = 4.0 * situation.usual_radius  # side by side
+        farthest = config.request_distance
+        return blind_aisle(situation.terrain, node, within, farthest, two_robots)
 
     def _is_in(self, place: tuple[float, float]) -> bool:
         node = self.lattice.node_of(*place)

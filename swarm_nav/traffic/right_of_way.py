@@ -11,11 +11,13 @@ steps back (PIBT's backtracking).
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from swarm_common.model.beacon import MODE_YIELD
-from swarm_common.model.records import FloatArray
+from swarm_common.model.records import FloatArray, Mask
 from swarm_nav.core.priority import TOP_DEPTH
 from swarm_nav.planning import path_cost_kernels
 from swarm_nav.traffic import traffic_costs
@@ -33,6 +35,8 @@ MOVING_SPEED = 0.08  # [m/s] above which a robot is on its way
 RETRY_TIME = 1.0  # [s] between searches for a refuge
 WAY_AHEAD = 32  # points of the own path, 1.6 m, on which a pushed robot may get out of the way
 GAIN = 8  # points of the pusher's way, about 0.8 m, that it gets ahead instead
+Try = tuple[float, bool]  # margin [m] to other robots beyond the reach, whether the way is smooth
+TIGHTER: tuple[Try, ...] = ((0.0, False), (-0.04, False))
 SLACK = 2  # points by which the way may lead towards the pusher
 GO_ON_PATIENCE = 2.0  # [s] that a pushed robot may be blocked on its own way
 
@@ -285,21 +289,21 @@ def refuge_path(
         target = neighbors.heads["target"][other]
         if int(neighbors.ids[other]) != situation.yields_for and math.isfinite(float(target[0])):
             traffic_costs.stamp(taken, situation, target, situation.reach(int(other)), 1.0)
-    most = REFUGE_COST if is_in_room(situation) else math.inf
-    tries = ((0.003, situation.obstacle_ticks == 0), (0.0, False), (-0.04, False))
+    in_room = is_in_room(situation)
+    most = REFUGE_COST if in_room else math.inf
+    is_higher = neighbors.priorities >= priority
+    tries = ((0.003, situation.obstacle_ticks == 0), *TIGHTER)
     anywhere = situation.planner.free_places(taken)
     in_rooms = anywhere & rooms(situation.terrain, situation.usual_radius)
     for places in (in_rooms, anywhere) if (in_rooms != anywhere).any() else (anywhere,):
-        for margin, smooth in tries if places.any() else ():
-            extra = traffic_costs.refuge_costs(situation, neighbors.priorities >= priority, margin)
-            path = situation.planner.nearest(situation.stop_point, extra, places, most, smooth)
-            if path is not None:
-                return path
-    return place_of_another(situation, way, reach, priority) if most < math.inf else None
+        path = _nearest(situation, places, is_higher, tries, most) if places.any() else None
+        if path is not None:
+            return path
+    return place_of_another(situation, way, reach, is_higher) if in_room else None
 
 
 def place_of_another(
-    situation: Situation, way: FloatArray, reach: float, priority: int
+    situation: Situation, way: FloatArray, reach: float, is_higher: Mask
 ) -> FloatArray | None:
     """Return the way (n, 2) to a place in a room that a lower robot leaves for this one, if any.
 
@@ -310,21 +314,31 @@ def place_of_another(
         situation: Of the robot.
         way: (n, 2) [m] in map that the pusher needs.
         reach: [m] to keep from that.
-        priority: That the robot makes way with.
+        is_higher: (n,) neighbours that cannot be pushed for this.
     """
-    neighbors = situation.neighbors
-    is_wall = (neighbors.priorities >= priority) | neighbors.stuck
+    is_wall = is_higher | situation.neighbors.stuck
     taken = situation.planner.no_extra()
     traffic_costs.stamp(taken, situation, way, reach, 1.0)
-    step = situation.planner.lattice.step
-    traffic_costs.stamp(taken, situation, situation.stop_point, 2.0 * step, 1.0)
+    here, step = situation.stop_point, situation.planner.lattice.step
+    traffic_costs.stamp(taken, situation, here, 2.0 * step, 1.0)
     traffic_costs.stamp_tubes(taken, situation, REFUGE_MARGIN, np.where(is_wall, 1.0, 0.0))
     traffic_costs.stamp_obstacles(taken, situation, 1.0)
     places = situation.planner.free_places(taken)
-    for margin in (0.003, 0.0, -0.04):
-        extra = traffic_costs.refuge_costs(situation, neighbors.priorities >= priority, margin)
-        path = situation.planner.nearest(situation.stop_point, extra, places, REFUGE_COST, False)
-        if path is not None and len(path) >= 2:
+    return _nearest(situation, places, is_higher, ((0.003, False), *TIGHTER), REFUGE_COST)
+
+
+def _nearest(
+    situation: Situation,
+    places: NDArray[np.uint8],
+    is_higher: Mask,
+    tries: Iterable[Try],
+    most: float,
+) -> FloatArray | None:
+    """Return the way to the nearest of some places by the first (margin, smooth) that has one."""
+    for margin, smooth in tries:
+        extra = traffic_costs.refuge_costs(situation, is_higher, margin)
+        path = situation.planner.nearest(situation.stop_point, extra, places, most, smooth)
+        if path is not None:
             return path
     return None
 
