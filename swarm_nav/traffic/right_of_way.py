@@ -81,7 +81,7 @@ class RightOfWay:
         traffic = situation.config.traffic
         # a robot that drives on its own path is not disturbed at once
         is_moving = not self.is_yielding and situation.twist.vx > MOVING_SPEED
-        patience = situation.radio.factor * traffic.push_ticks
+        patience = traffic.push_ticks + situation.radio.extra
         if is_moving:
             patience = situation.patience(traffic.moving_patience)
         return situation.neighbors.highest_pusher(situation.own_priority, patience, LEAST_DEPTH)

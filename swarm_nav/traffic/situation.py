@@ -151,7 +151,7 @@ class Situation:
         Args:
             seconds: [s] over a radio that is not slow.
         """
-        return ticks_of(seconds) * self.radio.factor
+        return ticks_of(seconds) + self.radio.extra
 
     @property
     def usual_radius(self) -> float:

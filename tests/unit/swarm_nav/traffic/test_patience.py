@@ -1,4 +1,4 @@
-"""The radio's measured round trip, and the factor by which times grow with it."""
+"""The radio's measured round trip, and the ticks by which times grow with it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from swarm_nav.perception.neighbor_table_kernels import mean_trip
-from swarm_nav.traffic.patience import LONGEST_TRIP, MOST, USUAL_TRIP, Patience
+from swarm_nav.traffic.patience import LONGEST_TRIP, TRIPS, USUAL_TRIP, Patience
 
 
 def after(trip: int, ticks: int = 600) -> Patience:
@@ -17,21 +17,26 @@ def after(trip: int, ticks: int = 600) -> Patience:
     return radio
 
 
-@pytest.mark.parametrize(("trip", "factor"), [(1, 1), (2, 1), (5, 2), (10, 4), (40, 8)])
-def test_times_grow_with_the_round_trip_up_to_a_limit(trip: int, factor: int) -> None:
-    assert after(trip).factor == factor == min(MOST, max(1, round(trip / USUAL_TRIP)))
+@pytest.mark.parametrize(("trip", "extra"), [(1, 0), (3, 0), (5, 2), (10, 12), (40, 72)])
+def test_times_grow_by_what_the_round_trips_take_longer(trip: int, extra: int) -> None:
+    assert after(trip).extra == extra == max(0, int(TRIPS * (trip - USUAL_TRIP)))
+
+
+def test_over_a_dead_radio_times_have_an_end() -> None:
+    assert after(LONGEST_TRIP).extra < TRIPS * LONGEST_TRIP
+    assert after(LONGEST_TRIP + 1).extra == 0
 
 
 def test_a_lost_beacon_or_two_change_nothing() -> None:
     radio = after(2)
     radio.note(np.array((690,)), 700)
-    assert radio.factor == 1
+    assert radio.extra == 0
 
 
 def test_without_neighbours_the_last_measurement_stays() -> None:
     radio = after(10)
     radio.note(np.zeros(0, np.int64), 800)
-    assert radio.factor == 4
+    assert radio.extra == 12
 
 
 def test_acknowledgements_of_now_or_of_long_ago_do_not_count() -> None:

@@ -33,8 +33,8 @@ def test_a_duration_is_at_least_one_tick(seconds: float, ticks: int) -> None:
 
 def test_robots_wait_longer_over_a_slow_radio() -> None:
     s = standing()
-    s.radio.factor = 3
-    assert s.patience(2.0) == 60
+    s.radio.extra = 7
+    assert s.patience(2.0) == 27
     assert s.ticks(2.0) == 20
 
 
