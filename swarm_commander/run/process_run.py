@@ -24,7 +24,7 @@ from swarm_commander.run.processes.supervisor import Exit, ProcessSpec, Supervis
 from swarm_commander.run.processes.usage import UsageLog, UsageMeter
 from swarm_commander.run.results.progress import Progress
 from swarm_commander.run.results.run_statistics import RunStatistics
-from swarm_commander.run.rundir import RunFolder, last_line
+from swarm_commander.run.rundir import RunFolder, end_of
 from swarm_common.files.journal import Journal
 from swarm_common.model.errors import SwarmError
 from swarm_common.process.messages import (
@@ -411,11 +411,9 @@ class ProcessRun:
         is_known = self._is_fine(exit_) or exit_.name in self._resigned
         if is_known or self._revives(exit_):
             return
-        log = self._folder.log(exit_.name)
-        self._fail(
-            f"the {exit_.name} process ended: {describe_exit(exit_.returncode)};"
-            f" {last_line(log)} (see {log})"
-        )
+        reason = describe_exit(exit_.returncode)
+        log_end = end_of(self._folder.log(exit_.name))
+        self._fail(f"the {exit_.name} process ended: {reason}; {log_end}")
         if exit_.name.split("_")[0] not in self.onlookers:
             self._stop("stopping")
 

@@ -184,8 +184,8 @@ def write_env_sh(folder: RunFolder, environment: Mapping[str, str]) -> None:
     (folder.path / "env.sh").write_text(text, encoding="utf-8")
 
 
-def last_line(log: Path) -> str:
-    """Return the last line that is not empty of a log file.
+def end_of(log: Path) -> str:
+    """Return how a log file ends, which need not be why its process did.
 
     Args:
         log: Of a process.
@@ -197,4 +197,5 @@ def last_line(log: Path) -> str:
         lines = log.read_text(encoding="utf-8", errors="replace").split("\n")
     except OSError as error:
         raise ConfigError(f"cannot read {log}: {error.strerror}") from None
-    return next((line.strip() for line in reversed(lines) if line.strip()), "it said nothing")
+    line = next((line.strip() for line in reversed(lines) if line.strip()), None)
+    return f"its log is empty ({log})" if line is None else f"its log ends with: {line} ({log})"
