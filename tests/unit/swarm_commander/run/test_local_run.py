@@ -118,7 +118,8 @@ def test_a_stopped_run_without_a_verdict_is_not_a_good_one(up: Up) -> None:
 def test_a_crash_of_the_world_makes_it_three_and_says_its_last_words(up: Up) -> None:
     code, output, _ = up.run(*MISSION, world="crash")
     assert code == 3
-    assert "exit code 7; its log ends with: the physics engine fell over" in " ".join(output.split())
+    words = " ".join(output.split())
+    assert "exit code 7; its log ends with: the physics engine fell over" in words
 
 
 @pytest.mark.parametrize(
