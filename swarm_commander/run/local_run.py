@@ -231,7 +231,7 @@ class LocalRun(ProcessRun):
             case CollisionBegan(collision=collision):
                 self._progress.breach("collisions", str(collision))
             case TimeOver():
-                self._stop("time is up, stopping")
+                self._on_time_over()
             case _:
                 assert_never(event)
 
@@ -462,16 +462,27 @@ class LocalRun(ProcessRun):
 
     # Time
 
+    def _inactive(self) -> list[str]:
+        """Return the robots that are not active and are not given up either."""
+        return [
+            name
+            for name in self._plan.alive
+            if not self.statistics.robots[name].active and name not in self._keeper.given_up
+        ]
+
+    def _on_time_over(self) -> None:
+        """End the run; one in which the robots never were active together has failed."""
+        awaited = self._plan.options.autostart and self.active_after_wall is None
+        if awaited and not self._is_stopping and (missing := self._inactive()):
+            self._fail(f"time was up before these were active: {', '.join(missing)}")
+        self._stop("time is up, stopping")
+
     def _check_start(self) -> None:
         waited = time.monotonic() - self._started
         awaited = self._plan.options.autostart and self.active_after_wall is None
         if not awaited or self._is_stopping:
             return
-        missing = [
-            name
-            for name in self._plan.alive
-            if not self.statistics.robots[name].active and name not in self._keeper.given_up
-        ]
+        missing = self._inactive()
         if waited > START_LIMIT:
             self._fail(f"after {waited:.0f} s not active: {', '.join(missing)}")
             self._stop("stopping")

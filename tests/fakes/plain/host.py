@@ -32,7 +32,8 @@ for robot in config["robots"]:
         die_with(fork_server)
         while True:
             time.sleep(1.0)
-    say("active", robot=robot["name"], pid=0)
+    if mood != "mute":
+        say("active", robot=robot["name"], pid=0)
 (Path(config_path).parent / "active").touch()
 if mood in ("death", "deaths"):
     say("died", robot="Srobot2", returncode=-9)

@@ -61,9 +61,10 @@ if mood == "crash":
 if mood == "deaf":
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
 if config["duration"] is not None:
-    while mood == "calm" and not (Path(sys.argv[1]).parent / "begun").exists():
+    mark = Path(sys.argv[1]).parent / ("begun" if mood == "calm" else "active")
+    while not mark.exists():
         time.sleep(0.1)
-    time.sleep(0.5 if mood == "calm" else 0.0)  # what the mission said has arrived by then
+    time.sleep(0.5)  # what the mission or the navigators said has arrived by then
     if mood != "early":
         say("over")
     end()

@@ -152,6 +152,14 @@ def test_the_end_of_its_duration_is_a_good_end(up: Up) -> None:
     assert up.report()["sim_time"] == 12.0
 
 
+def test_a_duration_in_which_no_robot_became_active_is_a_failure(up: Up) -> None:
+    """Where its user may have few processes, no navigator ever lived; the exit code was 0."""
+    code, output, _ = up.run("--duration", "12", host="mute")
+    assert code == 3
+    words = " ".join(output.split())
+    assert "time was up before these were active: Srobot1, Srobot2, Srobot3" in words
+
+
 @pytest.mark.parametrize(("flags", "code"), [(MISSION[:2], 0), (MISSION, 1)])
 def test_only_until_done_has_to_finish_within_the_duration(
     up: Up, flags: tuple[str, ...], code: int
