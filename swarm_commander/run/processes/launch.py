@@ -39,19 +39,24 @@ class ProcessChild:
         self._events = MessageReader(self.event_fd, EVENTS)
         flags = ("--event-fd", str(child_event), "--control-fd", str(child_control))
         parent = os.getpid()
-        with log.open("ab") as output:
-            self._process = subprocess.Popen(
-                (*spec.argv, *flags),
-                stdin=subprocess.DEVNULL,
-                stdout=output,
-                stderr=subprocess.STDOUT,
-                pass_fds=(child_event, child_control),
-                start_new_session=True,
-                env=dict(environment),
-                preexec_fn=lambda: die_with(parent),
-            )
-        os.close(child_event)
-        os.close(child_control)
+        try:
+            with log.open("ab") as output:
+                self._process = subprocess.Popen(
+                    (*spec.argv, *flags),
+                    stdin=subprocess.DEVNULL,
+                    stdout=output,
+                    stderr=subprocess.STDOUT,
+                    pass_fds=(child_event, child_control),
+                    start_new_session=True,
+                    env=dict(environment),
+                    preexec_fn=lambda: die_with(parent),
+                )
+        except BlockingIOError as error:
+            why = "this user may have no more processes (ulimit -u)"
+            raise OSError(error.errno, f"cannot start {spec.name}: {why}") from None
+        finally:
+            os.close(child_event)
+            os.close(child_control)
 
     @property
     def pid(self) -> int:
