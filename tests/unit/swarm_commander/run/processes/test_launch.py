@@ -23,5 +23,5 @@ def test_a_user_who_may_have_no_more_processes_is_told_so(
         raise BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN))
 
     monkeypatch.setattr(subprocess, "Popen", refuse)
-    with pytest.raises(OSError, match="cannot start world: .* no more processes .ulimit -u"):
+    with pytest.raises(OSError, match=r"cannot start world: .* no more processes .ulimit -u"):
         ProcessChild(ProcessSpec("world", ("true",), 1.0), tmp_path / "world.log", {})
