@@ -26,6 +26,7 @@ from swarm_commander.run.results.progress import Progress
 from swarm_commander.run.results.run_statistics import RunStatistics
 from swarm_commander.run.rundir import RunFolder, end_of
 from swarm_common.files.journal import Journal
+from swarm_common.middleware import shared_memory
 from swarm_common.model.errors import SwarmError
 from swarm_common.process.messages import (
     Alive,
@@ -444,3 +445,4 @@ class ProcessRun:
         for child in self._children.values():
             child.close()
         self._selector.close()
+        shared_memory.remove_abandoned()  # also of a swarm that was killed whole
