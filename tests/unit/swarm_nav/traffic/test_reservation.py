@@ -41,17 +41,6 @@ def test_nothing_is_taken_while_the_robot_listens() -> None:
     assert s.tube.stop == 0
 
 
-def test_space_that_is_complete_has_not_grown_any_more() -> None:
-    """A robot that stood at the end of its path said in one tick of ten only that it is stuck."""
-    s, reservation = on_a_path()
-    s.tube.stop = s.tube.span[1] - 1
-    while s.tube.stop < s.tube.span[1]:
-        reservation.extend()
-    assert s.has_grown
-    reservation.extend()
-    assert not s.has_grown
-
-
 def test_a_robot_ahead_blocks_and_is_named() -> None:
     s, reservation = on_a_path()
     for count in (1, 2):
