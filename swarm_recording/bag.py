@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import tempfile
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
 from typing import BinaryIO
 
 from mcap.exceptions import McapError
 from mcap.reader import McapReader, make_reader
-from mcap.records import Channel, Message, Metadata, Schema
-from mcap.stream_reader import StreamReader
+from mcap.records import Channel, Chunk, McapRecord, Message, Metadata, Schema
+from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import Writer
 
 from swarm_common.middleware.topic_table import Topic
@@ -32,39 +32,53 @@ class Bag:
         start: [s] time of the first message, of those that stay for latecomers apart.
         end: [s] time of the last message.
         about: Facts about the run, if swarm-up wrote the file.
-        was_cut: Whether the file had no end and was put in order in memory.
+        was_cut: Whether the file had no end, or is damaged, and was put in order beside it.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, tell: Callable[[str], None] = lambda words: None) -> None:
         """Open a bag.
+
+        A file that has no end, or a damaged part, is read as far as it can be, whenever that is
+        noticed: the parts that are whole are copied to a temporary file.
 
         Args:
             path: The file, or the folder of a recording or of a run.
+            tell: Told that the file is no longer whole.
 
         Raises:
-            ConfigError: If it is no such file.
+            ConfigError: If it is no such file, or nothing in it can be read.
         """
         self.path = _find(path)
         self.was_cut = False
+        self._tell = tell
         self._stream: BinaryIO = self.path.open("rb")
         try:
-            self._reader = self._open()
-        except (McapError, ValueError, OSError) as cause:
+            self._reader = self._indexed()
+        except Exception:  # libraries raise anything over damaged bytes
+            self._put_in_order()
+
+    def _put_in_order(self) -> None:
+        """Read a copy of the parts that are whole from now on.
+
+        Raises:
+            ConfigError: If there are none, or this is the copy.
+        """
+        self.close()
+        try:
+            if self.was_cut:
+                raise McapError("its copy cannot be read, either")
+            self._stream, self.was_cut = mend(self.path), True
+            self._reader = self._indexed()
+        except Exception as cause:  # likewise
             self.close()
             raise ConfigError(f"{self.path} is not a readable MCAP file: {cause}") from cause
+        self._tell(f"{self.path} has no end, or is damaged: what can be read of it is shown")
 
-    def _open(self) -> McapReader:
-        reader = make_reader(self._stream)
-        try:
-            summary = reader.get_summary()
-        except McapError:
-            summary = None
-        if summary is None or summary.statistics is None:
-            self.close()
-            self._stream, self.was_cut = mend(self.path), True
-            reader = make_reader(self._stream)
-            summary = reader.get_summary()
-        if summary is None or summary.statistics is None:
+    def _indexed(self) -> McapReader:
+        """Return a reader, once what the file says of all its messages is known."""
+        reader = make_reader(self._stream, validate_crcs=True)
+        summary = reader.get_summary()
+        if summary is None or summary.statistics is None or not summary.channels:
             raise McapError("it has no messages")
         counts = summary.statistics.channel_message_counts
         self.topics = {
@@ -96,18 +110,38 @@ class Bag:
         Args:
             topics: Only of these.
             after: [ns] only later ones.
+
+        Raises:
+            ConfigError: If nothing more can be read.
         """
         wanted = None if topics is None else sorted(topics)
         if wanted == []:
             return
-        for _, channel, message in self._reader.iter_messages(wanted, starting_after=after):
-            yield channel.topic, message.log_time, message.data
+        is_at_end = False
+        while not is_at_end:
+            try:
+                for _, channel, message in self._reader.iter_messages(wanted, starting_after=after):
+                    yield channel.topic, message.log_time, message.data
+                    after = message.log_time
+                is_at_end = True
+            except Exception:  # a damaged part
+                self._put_in_order()
 
     def latest(self, topics: Collection[str], at: int) -> list[Item]:
         """Return the last message of each topic up to a time [ns], as far as there is one.
 
         Topics that stay for latecomers are looked for from the start, others for a while back.
+
+        Raises:
+            ConfigError: If nothing more can be read.
         """
+        try:
+            return self._latest(topics, at)
+        except Exception:  # a damaged part
+            self._put_in_order()
+            return self._latest(topics, at)
+
+    def _latest(self, topics: Collection[str], at: int) -> list[Item]:
         latched = {name for name in topics if name in self.topics and self.topics[name].is_latched}
         others = set(topics) & (self.topics.keys() - latched)
         found: dict[str, Item] = {}
@@ -129,39 +163,55 @@ class Bag:
 
 
 def mend(path: Path) -> BinaryIO:
-    """Return a complete copy of the readable part of a file that ends in the middle."""
+    """Return a complete copy of what is readable in a file that has no end, or damaged parts."""
     copy = tempfile.TemporaryFile(prefix="swarm-bag-")
     writer = Writer(copy)
     writer.start(profile="ros2", library="swarm-workbench")
     schemas: dict[int, int] = {0: 0}
     channels: dict[int, int] = {}
-    with path.open("rb") as stream, contextlib.suppress(McapError, ValueError, EOFError):
-        for record in StreamReader(stream).records:
-            if isinstance(record, Schema) and record.id not in schemas:
-                schemas[record.id] = writer.register_schema(
-                    record.name, record.encoding, record.data
-                )
-            elif isinstance(record, Channel) and record.id not in channels:
+    for record in _readable(path):
+        if isinstance(record, Schema) and record.id not in schemas:
+            schemas[record.id] = writer.register_schema(record.name, record.encoding, record.data)
+        elif isinstance(record, Channel) and record.schema_id in schemas:
+            if record.id not in channels:
                 channels[record.id] = writer.register_channel(
                     record.topic,
                     record.message_encoding,
                     schemas[record.schema_id],
                     record.metadata,
                 )
-            elif isinstance(record, Metadata):
-                writer.add_metadata(record.name, record.metadata)
-            elif isinstance(record, Message):
-                writer.add_message(
-                    channels[record.channel_id],
-                    record.log_time,
-                    record.data,
-                    record.publish_time,
-                    record.sequence,
-                )
+        elif isinstance(record, Metadata):
+            writer.add_metadata(record.name, record.metadata)
+        elif isinstance(record, Message) and record.channel_id in channels:
+            writer.add_message(
+                channels[record.channel_id],
+                record.log_time,
+                record.data,
+                record.publish_time,
+                record.sequence,
+            )
     writer.finish()  # type: ignore[no-untyped-call]
     copy.flush()
     copy.seek(0)
     return copy
+
+
+def _readable(path: Path) -> Iterator[McapRecord]:
+    """Yield the records of a file but for those in damaged chunks, up to other damage."""
+    with path.open("rb") as stream:
+        with contextlib.suppress(Exception):  # it has no summary
+            summary = make_reader(stream).get_summary()
+            if summary is not None:
+                yield from summary.schemas.values()
+                yield from summary.channels.values()
+        stream.seek(0)
+        with contextlib.suppress(Exception):  # libraries raise anything over damaged bytes
+            for record in StreamReader(stream, emit_chunks=True).records:
+                if not isinstance(record, Chunk):
+                    yield record
+                    continue
+                with contextlib.suppress(Exception):
+                    yield from breakup_chunk(record, validate_crc=True)
 
 
 def _find(path: Path) -> Path:

@@ -25,13 +25,23 @@ class BagFeed:
         is_playing: Whether time goes on.
     """
 
-    def __init__(self, path: Path, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self,
+        path: Path,
+        clock: Callable[[], float] = time.monotonic,
+        tell: Callable[[str], None] = lambda words: None,
+    ) -> None:
         """Open a bag at its start, paused.
+
+        Args:
+            path: As of `Bag`.
+            clock: [s] that the speed refers to.
+            tell: As of `Bag`.
 
         Raises:
             ConfigError: If it cannot be read.
         """
-        self.bag = Bag(path)
+        self.bag = Bag(path, tell)
         self.span = (self.bag.start, self.bag.end)
         self.is_playing = False
         self._clock = clock

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
@@ -50,10 +52,9 @@ def replay(
     Without --ros it opens in the browser, where it can be paused and moved through.
     """
     factor = parse_speed(speed, in_real_time=False)
-    recording = Bag(bag)
     console = Console(markup=False)  # brackets in a name are none
-    if recording.was_cut:
-        console.print("this recording has no end: what can be read of it is shown")
+    tell = functools.cache(lambda words: console.print(words, soft_wrap=True))  # once
+    recording = Bag(bag, tell)
     begin = recording.start if start is None else start
     if not recording.start - 1e-9 <= begin <= recording.end:
         raise ConfigError(f"--start is {begin} s; the recording goes from {_span(recording)}")
@@ -64,7 +65,7 @@ def replay(
     else:
         if loop:
             raise ConfigError("--loop needs --ros; in the viewer, Play at the end starts again")
-        _view(bag, begin, factor, port)
+        _view(bag, begin, factor, port, tell)
 
 
 def _contents(bag: Bag) -> Table:
@@ -107,7 +108,9 @@ def _play(bag: Bag, start: float, speed: float | None, loop: bool, console: Cons
     console.print(f"{count} messages played")
 
 
-def _view(bag: Path, start: float, speed: float | None, port: int) -> None:
+def _view(
+    bag: Path, start: float, speed: float | None, port: int, tell: Callable[[str], None]
+) -> None:
     """Open the viewer on a bag."""
     if speed is None:
         raise ConfigError("--speed max needs --ros; in the viewer give a number like 10")
@@ -115,7 +118,7 @@ def _view(bag: Path, start: float, speed: float | None, port: int) -> None:
     from swarm_recording.bag_feed import BagFeed
     from swarm_view.view_command import show_recording
 
-    feed = BagFeed(bag)
+    feed = BagFeed(bag, tell=tell)
     feed.seek(start)
     feed.speed = speed
     feed.play()

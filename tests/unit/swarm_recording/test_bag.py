@@ -1,5 +1,6 @@
 """Reading bags: whole and cut off, from any time on, and as a feed at any speed."""
 
+import random
 from contextlib import closing
 from pathlib import Path
 
@@ -75,6 +76,44 @@ def test_a_file_that_ends_in_the_middle_is_mended(path: Path) -> None:
         assert 30.0 <= bag.end < 100.0
         stamps = [stamp for _, stamp, _ in bag.messages([ODOM.name])]
         assert stamps == [second * NANOSECONDS for second in range(len(stamps))]
+
+
+def test_a_damaged_chunk_is_left_out_and_told(path: Path) -> None:
+    content = bytearray(path.read_bytes())
+    place = len(content) * 3 // 10
+    content[place : place + 8] = b"\xff" * 8
+    path.write_bytes(content)
+    words: list[str] = []
+    with closing(Bag(path, words.append)) as bag:
+        times = [stamp // NANOSECONDS for _, stamp, _ in bag.messages([ODOM.name])]
+        last = bag.latest([ODOM.name], 100 * NANOSECONDS)
+    assert times == sorted(set(times))
+    assert (times[0], times[-1]) == (0, 100)
+    assert 60 < len(times) < 101
+    assert last == [(ODOM.name, 100 * NANOSECONDS, b"odom 100")]
+    assert bag.was_cut
+    assert [str(path) in line for line in words] == [True]
+
+
+def test_whatever_is_done_to_a_file_it_is_read_as_far_as_it_can_be_or_refused(path: Path) -> None:
+    whole, rng = path.read_bytes(), random.Random(7)
+    read = refused = 0
+    for _ in range(300):
+        content = bytearray(whole)
+        first = rng.randrange(len(content))
+        if rng.random() < 0.5:
+            content[first : first + rng.choice((1, 4, 300))] = rng.randbytes(rng.choice((1, 4, 40)))
+        else:
+            del content[first : first + rng.choice((1, 100, len(content)))]
+        path.write_bytes(content)
+        try:
+            with closing(Bag(path)) as bag:
+                messages = list(bag.messages())
+                bag.latest(bag.topics, messages[-1][1] if messages else 0)
+            read += 1
+        except ConfigError:
+            refused += 1
+    assert read > refused
 
 
 @pytest.mark.parametrize("content", [b"", b"nothing of the kind", None])
