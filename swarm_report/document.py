@@ -174,7 +174,7 @@ def _document(run: RunData, plots: list[Plot]) -> str:
         f" seed {report.get('seed', run.config.get('seed', '?'))}, run {run.name}"
     )
     body = [
-        verdict_html(verdict.kind, verdict.headline, verdict.lines),
+        verdict_html(verdict.kind, verdict.headline, (*verdict.lines, *_left_out(run))),
         *_bottleneck(run),
         cards_html(merits(report) | _shares(run)),
         plots_html(plots, None if run.grid is None else charts.map_image(run.grid)),
@@ -196,6 +196,14 @@ def _bottleneck(run: RunData) -> list[str]:
     """Return where most time was lost, in words; nothing if little was."""
     words = lost_words(run)
     return [f'<p class="bottleneck">{escape(words)}</p>'] if words else []
+
+
+def _left_out(run: RunData) -> list[str]:
+    """Return which files of the trace are damaged, once they have been drawn."""
+    return [
+        f"{name} is damaged: {count} line{'' if count == 1 else 's'} left out"
+        for name, count in run.left_out.items()
+    ]
 
 
 def _shares(run: RunData) -> dict[str, str]:

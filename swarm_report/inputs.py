@@ -11,7 +11,8 @@ from typing import Any
 
 import yaml
 
-from swarm_report.run import RunData, read_json
+from swarm_report.run import RunData
+from swarm_report.run_files import read_json
 
 ABSENT = "not given"
 SEED = "seed"

@@ -3,27 +3,38 @@
 from __future__ import annotations
 
 import functools
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.files.journal import read_journal
 from swarm_common.files.map_io import load_map
 from swarm_common.files.sites_io import load_sites
 from swarm_common.model.errors import ConfigError, SwarmError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import FloatArray
 from swarm_common.model.sites import Sites
+from swarm_report.run_files import (
+    Crew,
+    GoalLine,
+    Report,
+    Sample,
+    StateLine,
+    UsageLine,
+    WaitLine,
+    WorldConfig,
+    read_json,
+    read_trace,
+)
 
 SHORTEST_GAP = 0.2  # [s] of wall time over which a CPU share means something
 FACTOR_SAMPLES = 3  # over which the real-time factor is taken
 
-Line = dict[str, Any]
+MEASURES: tuple[Literal["x", "y", "yaw", "to_robot", "to_world"], ...]
+MEASURES = ("x", "y", "yaw", "to_robot", "to_world")
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,6 +100,7 @@ class RunData:
         folder: Of the run.
         robots: Names in order.
         report: What report.json says; empty if the run did not get that far.
+        left_out: Lines of the trace that are damaged, by file.
     """
 
     def __init__(self, folder: Path, report: Mapping[str, Any] | None = None) -> None:
@@ -99,25 +111,33 @@ class RunData:
             report: Its report, if that is not written yet.
 
         Raises:
-            ConfigError: If the folder is not that of a run.
+            ConfigError: If the folder is not that of a run, or a file in it is damaged.
         """
         self.folder = folder
-        self.report: Mapping[str, Any] = report or read_json(folder / "report.json")
-        self.config = read_json(folder / "config" / "world.json")
+        self.report: Mapping[str, Any] = report or read_json(folder / "report.json", Report)
+        self.config = read_json(folder / "config" / "world.json", WorldConfig)
         if not self.report and not self.config:
             raise ConfigError(
                 f"{folder} is not the folder of a run: neither report.json nor config/world.json"
                 " is in it; expected a folder like runs/latest"
             )
-        lines = read_journal(folder / "trace" / "world.jsonl")
-        self._samples = [line for line in lines if "x" in line]
-        self._near = next((line["near_mm"] for line in lines if "near_mm" in line), 500) / 1000.0
-        crews = [[str(name) for name in line["robots"]] for line in lines if "robots" in line]
-        named = [str(entry["name"]) for entry in self.config.get("robots", [])]
-        if crews and crews[-1][: len(named)] == named:  # others may have come later
-            named = crews[-1]
+        self.left_out: dict[str, int] = {}
+        heads: list[Crew]
+        self._samples: list[Sample]
+        heads, self._samples = self._trace("world.jsonl", Crew, Sample)
+        self._near = next((line["near_mm"] for line in heads if "near_mm" in line), 500) / 1000.0
+        named = [entry["name"] for entry in self.config.get("robots", [])]
+        if heads and heads[-1]["robots"][: len(named)] == named:  # others may have come later
+            named = heads[-1]["robots"]
         self.robots = named or list(self.report.get("robots", {}))
         self._index = {name: index for index, name in enumerate(self.robots)}
+
+    def _trace(self, name: str, *kinds: type[Any]) -> list[list[Any]]:
+        """Return the lines of each kind of a file of the trace; count the damaged ones."""
+        found, damaged = read_trace(self.folder / "trace" / name, *kinds)
+        if damaged:
+            self.left_out[f"trace/{name}"] = damaged
+        return found
 
     @property
     def name(self) -> str:
@@ -128,46 +148,48 @@ class RunData:
     def series(self) -> Series | None:
         """The truth over time; None if there is none."""
         count = len(self.robots)
-        good = [line for line in self._samples if 0 < len(line["x"]) <= count]
+        good = [
+            line
+            for line in self._samples
+            if len({len(line[key]) for key in MEASURES}) == 1 and 0 < len(line["x"]) <= count
+        ]
         if not good:
             return None
-        for line in good:  # an absent robot has no place
-            for key in ("x", "y", "yaw", "to_robot", "to_world"):
-                line[key] += [None] * (count - len(line[key]))
-        poses = np.array([[line["x"], line["y"], line["yaw"]] for line in good], float) / 1000.0
-        return Series(
-            np.array([line["t"] for line in good], float),
-            np.ascontiguousarray(poses.transpose(0, 2, 1)),
-            np.array([line["to_robot"] for line in good], float) / 1000.0,
-            np.array([line["to_world"] for line in good], float) / 1000.0,
-            self._near,
+        absent = [None] * count  # such a robot has no place
+        x, y, yaw, to_robot, to_world = (
+            np.array([(line[key] + absent)[:count] for line in good], float) / 1000.0
+            for key in MEASURES
         )
+        times = np.array([line["t"] for line in good], float)
+        return Series(times, np.stack([x, y, yaw], 2), to_robot, to_world, self._near)
 
     @functools.cached_property
-    def _diary(self) -> list[Line]:
-        lines = read_journal(self.folder / "trace" / "robots.jsonl")
-        return [line for line in lines if line.get("robot") in self._index]
+    def _diary(self) -> tuple[list[StateLine], list[WaitLine], list[GoalLine]]:
+        """What the robots of the run did, by kind."""
+        found = self._trace("robots.jsonl", StateLine, WaitLine, GoalLine)
+        states, waits, goals = ([line for line in k if line["robot"] in self._index] for k in found)
+        return states, waits, goals
 
     @functools.cached_property
     def end(self) -> float:
         """End of the run [s] of simulated time, as far as known."""
-        times = [float(line["t"]) for line in (*self._samples[-1:], *self._diary)]
+        times = [line["t"] for lines in self._diary for line in lines]
+        times += [line["t"] for line in self._samples[-1:]]
         return max([float(self.report.get("sim_time") or 0.0), *times])
 
     @functools.cached_property
     def spans(self) -> list[Span]:
         """What each robot did when, in order of robots and time."""
-        changes: list[list[Line]] = [[] for _ in self.robots]
-        for line in self._diary:
-            if "state" in line:
-                changes[self._index[line["robot"]]].append(line)
+        changes: list[list[StateLine]] = [[] for _ in self.robots]
+        for line in self._diary[0]:
+            changes[self._index[line["robot"]]].append(line)
         spans = []
         for robot, lines in enumerate(changes):
-            starts = [float(line["t"]) for line in lines]
+            starts = [line["t"] for line in lines]
             ends = [*starts[1:], self.end][: len(starts)]
             for line, start, end in zip(lines, starts, ends, strict=True):
                 if end > start:
-                    place = int(line["place"])
+                    place = line["place"]
                     spans.append(Span(robot, start, end, line["state"], line["station"], place))
         return spans
 
@@ -177,30 +199,27 @@ class RunData:
         events = [
             GoalEvent(
                 self._index[line["robot"]],
-                float(line["t"]),
+                line["t"],
                 line["goal"],
                 line["outcome"],
-                float(line["duration"]),
+                line["duration"],
             )
-            for line in self._diary
-            if "outcome" in line
+            for line in self._diary[2]
         ]
         return sorted(events, key=lambda event: event.time)
 
     @functools.cached_property
     def waits(self) -> list[Wait]:
         """Waits of robots for others on their way, in order of time."""
-        lines = [line for line in self._diary if "waited" in line]
         return [
-            Wait(self._index[line["robot"]], float(line["t"]), float(line["waited"]))
-            for line in lines
+            Wait(self._index[line["robot"]], line["t"], line["waited"]) for line in self._diary[1]
         ]
 
     @functools.cached_property
     def usage(self) -> UsageSeries | None:
         """CPU time over the wall clock; None if there is none."""
-        lines: list[Line] = []
-        for line in read_journal(self.folder / "trace" / "usage.jsonl"):
+        lines: list[UsageLine] = []
+        for line in self._trace("usage.jsonl", UsageLine)[0]:
             if not lines or line["wall"] - lines[-1]["wall"] > SHORTEST_GAP:
                 lines.append(line)
         if len(lines) < 2:
@@ -248,22 +267,13 @@ class RunData:
         return states
 
 
-def read_json(path: Path) -> dict[str, Any]:
-    """Return the object in a file; empty if there is none."""
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return {}
-    return content if isinstance(content, dict) else {}
-
-
 def mission_goals(report: Mapping[str, Any]) -> int:
     """Return the number of goals of a report's mission, whatever became of them."""
     goals = report.get("goals", {})
     return sum(goals.get(key, 0) for key in ("reached", "failed", "pending"))
 
 
-def _column(lines: list[Line], key: str, group: str) -> FloatArray:
+def _column(lines: list[UsageLine], key: Literal["cpu", "memory_mb"], group: str) -> FloatArray:
     return np.array([line.get(key, {}).get(group, 0.0) for line in lines], float)
 
 
@@ -273,7 +283,7 @@ def _factor(wall: FloatArray, sim: FloatArray) -> FloatArray:
     return (sim[1:] - sim[first]) / np.maximum(wall[1:] - wall[first], 1e-3)
 
 
-def _rates(lines: list[Line], group: str, gaps: FloatArray) -> FloatArray:
+def _rates(lines: list[UsageLine], group: str, gaps: FloatArray) -> FloatArray:
     """Return CPU seconds per second; a counter that has become less was set to zero."""
     counts = _column(lines, "cpu", group)
     steps = np.diff(counts)

@@ -12,7 +12,8 @@ from swarm_common.model.run_words import makespan
 from swarm_report.document import number
 from swarm_report.judgement import judge
 from swarm_report.page import escape, page_html
-from swarm_report.run import RunData, mission_goals, read_json
+from swarm_report.run import RunData, mission_goals
+from swarm_report.run_files import Report, WorldConfig, read_json
 from swarm_report.tables import percent
 
 HEAD = (
@@ -115,27 +116,25 @@ class RunList:
 
 
 def _read(folder: Path) -> Entry:
-    report = read_json(folder / "report.json")
-    if not report:
-        return Entry(folder, "open", (folder.name, "No verdict", *_facts(_config(folder)), *"––––"))
     try:
+        report = read_json(folder / "report.json", Report)
+        if not report:
+            facts = _facts(_config(folder))
+            return Entry(folder, "open", (folder.name, "No verdict", *facts, *"––––"))
         verdict = judge(RunData(folder, report))
-        return Entry(
-            folder,
-            verdict.kind,
-            (folder.name, verdict.headline.split(":")[0], *_facts(report), *_figures(report)),
-        )
-    except (SwarmError, KeyError, TypeError, AttributeError):
+    except SwarmError:
         return Entry(folder, "open", (folder.name, "unreadable", *"–––––––––"))
+    return Entry(
+        folder,
+        verdict.kind,
+        (folder.name, verdict.headline.split(":")[0], *_facts(report), *_figures(report)),
+    )
 
 
 def _config(folder: Path) -> dict[str, Any]:
-    content = read_json(folder / "config" / "world.json")
-    try:
-        found = {key: content[key] for key in ("world", "seed")}
-        return found | {"swarm_size": len(content["robots"])}
-    except (KeyError, TypeError):
-        return {}
+    content = read_json(folder / "config" / "world.json", WorldConfig)
+    found = {key: content[key] for key in ("world", "seed") if key in content}
+    return found | {"swarm_size": len(content.get("robots", ()))} if content else {}
 
 
 def _facts(report: Mapping[str, Any]) -> list[str]:

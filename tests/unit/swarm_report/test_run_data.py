@@ -99,6 +99,8 @@ def test_the_verdict(folder: Path, change: dict[str, int], kind: str, headline: 
     goals = {"sent": 16, "reached": 16, "failed": 0, "pending": 0}
     crashes = {"robot_robot": 0, "robot_world": 0}
     report = {
+        "swarm_size": 4,
+        "cpu_ms_per_robot_second": {},
         "goals": {key: change.get(key, value) for key, value in goals.items()},
         "collisions": {key: change.get(key, value) for key, value in crashes.items()},
     }
