@@ -14,6 +14,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import IO, cast
 
+import psutil
 import pytest
 from rich.console import Console
 
@@ -118,6 +119,17 @@ def test_files_of_the_current_folder_are_no_modules(up: Up) -> None:
     (up.folder / "json.py").write_text("raise SystemExit('not this one')", encoding="utf-8")
     code, output, errors = up.run(*MISSION, "--no-report")
     assert code == 0, output + errors
+
+
+def test_ros_logs_to_the_folder_of_the_run(up: Up, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It logged to the home folder, without which rclpy did not start."""
+    monkeypatch.delenv("ROS_LOG_DIR", raising=False)
+    process = up.start()
+    wait_for(lambda: len(up.left_running()) >= 4)
+    for child in psutil.Process(process.pid).children():
+        assert child.environ()["ROS_LOG_DIR"] == str(up.run_dir / "logs" / "ros")
+    process.terminate()
+    process.communicate(timeout=60)
 
 
 def test_two_runs_cannot_have_one_folder(up: Up) -> None:

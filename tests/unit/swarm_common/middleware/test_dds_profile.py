@@ -38,6 +38,14 @@ def test_only_the_named_addresses_occur() -> None:
     assert texts(root, "leaseDuration/d:sec") == [str(dds_profile.LEASE)]
 
 
+def test_no_datagram_needs_ip_fragments() -> None:
+    """Beacons of all robots were 5 to 15 fragments: one that was lost cost them all."""
+    own, world = "10.0.0.2", "10.0.0.1"
+    (size,) = texts(profile(own, dds_profile.peers_of_tools(own, world)), "maxMessageSize")
+    heads, mtu_of_a_tunnel = 28, 1400  # of IPv4 and UDP
+    assert int(size) + heads <= mtu_of_a_tunnel
+
+
 def test_robots_look_for_the_world_and_not_for_each_other() -> None:
     own, world = "10.0.0.2", "10.0.0.1"
     root = profile(own, dds_profile.peers_of_robots(own, world, 50))

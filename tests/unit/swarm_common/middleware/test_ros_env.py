@@ -188,6 +188,22 @@ def test_our_own_profile_is_not_taken_for_the_users(
     assert os.environ[ros_env.ENDPOINTS] == "1"
 
 
+def test_with_our_own_profile_given_there_is_no_shared_memory(tmp_path: Path) -> None:
+    """Another terminal had sourced a run's env.sh; `kill -9` left 23 segments."""
+    code = (
+        "from swarm_common.middleware import ros_env; ros_env.set_defaults()\n"
+        "import rclpy; rclpy.init(); node = rclpy.create_node('alone')\n"
+        "print('/dev/shm/fastrtps' in open('/proc/self/maps').read())"
+    )
+    environment = os.environ | {"ROS_DOMAIN_ID": "228", "PYTHONPATH": str(ROOT)}
+    ours = {ros_env.PROFILES: str(dds_profile.TEMPLATE), ros_env.DISCOVERY_RANGE: "LOCALHOST"}
+    done = subprocess.run(
+        (sys.executable, "-c", code),
+        env=environment | ours, cwd=tmp_path, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.stdout == "False\n", done.stderr
+
+
 @pytest.mark.parametrize("home", ["", "/proc/none", "/dev/null"])
 def test_rclpy_starts_without_a_home_folder(home: str, tmp_path: Path) -> None:
     code = (
