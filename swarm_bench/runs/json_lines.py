@@ -36,14 +36,18 @@ def read_json_lines(path: Path, parse: Callable[[Any], T], command: str) -> list
         if not line.strip():
             continue
         try:
-            data = json.loads(line)
+            data = json.loads(line, parse_constant=_refuse)
             data.pop("schema", None)
             results.append(parse(data))
-        except (ValueError, TypeError, KeyError, AttributeError) as cause:
+        except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as cause:
             raise ConfigError(
                 f"{path}, line {number} is no result of {command}: {cause}"
             ) from cause
     return results
+
+
+def _refuse(word: str) -> float:
+    raise ValueError(f"{word} is no number")
 
 
 def open_to_append(path: Path) -> TextIO:

@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import msgspec
+
 from swarm_bench.runs.json_lines import rounded
 
 
@@ -136,11 +138,9 @@ def result_from_json(data: Mapping[str, Any]) -> RunResult:
         data: Robots under `per_robot` by name.
 
     Raises:
-        TypeError: If a field is unknown or missing.
-        KeyError: If `per_robot` is missing.
+        ValueError: If a field is missing, or of another type.
     """
-    robots = {name: RobotResult(**item) for name, item in data["per_robot"].items()}
-    return RunResult(**{**data, "per_robot": robots})
+    return msgspec.convert(data, RunResult)
 
 
 def finite(value: float) -> float | None:

@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from swarm_bench.runs.json_lines import read_json_lines, rounded
 
 SCHEMA = 1
@@ -73,7 +75,9 @@ def read_scale_results(path: Path) -> list[ScaleResult]:
     Raises:
         ConfigError: If the file cannot be read, or a complete line is not a result.
     """
-    return read_json_lines(path, lambda data: ScaleResult(**data), "swarm-bench scale")
+    return read_json_lines(
+        path, lambda data: msgspec.convert(data, ScaleResult), "swarm-bench scale"
+    )
 
 
 def median_of(values: Sequence[float | None]) -> float | None:

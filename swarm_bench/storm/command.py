@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
+import msgspec
 import typer
 from rich.table import Table
 
@@ -55,7 +56,9 @@ def _run(options: list[StormOptions], jobs: int, file: Path | None) -> list[Stor
     console = new_console()
     known: list[StormResult] = []
     if file is not None and file.is_file():
-        known = read_json_lines(file, lambda data: StormResult(**data), "swarm-bench storm")
+        known = read_json_lines(
+            file, lambda data: msgspec.convert(data, StormResult), "swarm-bench storm"
+        )
     wanted = {(item.world, item.seed) for item in options}
     results = [result for result in known if (result.world, result.seed) in wanted]
     done = {(result.world, result.seed) for result in results}
