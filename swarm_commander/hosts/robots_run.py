@@ -15,7 +15,6 @@ from swarm_commander.hosts.run_description import RunDescription, parse
 from swarm_commander.run.input.params import ParameterSource, write_parameter_file
 from swarm_commander.run.local_run import HOST, MODULES
 from swarm_commander.run.process_run import ProcessRun
-from swarm_commander.run.processes.supervisor import describe_exit
 from swarm_commander.run.processes.usage import process_tree
 from swarm_commander.run.results.progress import Progress
 from swarm_commander.run.results.report import rounded
@@ -249,9 +248,8 @@ class RobotsRun(ProcessRun):
     def _on_died(self, event: NavigatorDied) -> None:
         if self._is_stopping:
             return
-        robot, code = event.robot, event.returncode
-        if not self._take_death(robot, f"{robot} died: {describe_exit(code)}"):
-            self._tell(CLIENT, ReportDeath(robot, code))
+        if not self._take_death(event):
+            self._tell(CLIENT, ReportDeath(event.robot, event.returncode))
 
 
 def robots_report(run: RobotsRun, plan: RobotsPlan, code: int) -> dict[str, Any]:

@@ -31,7 +31,7 @@ from swarm_common.model.breaches import MissedGoal
 from swarm_common.model.palette import BUSY_STATES
 from swarm_common.model.records import CONTROL_PERIOD, Pose
 from swarm_common.model.sites import Sites
-from swarm_common.process.lifetime import SleepWatch
+from swarm_common.process.lifetime import LEASE, SleepWatch
 from swarm_common.process.messages import (
     MISSION,
     Alive,
@@ -61,7 +61,6 @@ LOST_TIME = 5.0  # [s] if the wall clock, too, has moved on by this much
 # [s] of wall time after which a silent robot's goals count as failed until it is heard again;
 # longer than swarm-up takes to notice a navigator that hangs and to start another.
 GIVE_UP_TIME = 60.0
-LEASE = 10.0  # [s] of sleep after which DDS forgets this process, and it the robots (fastdds.xml)
 LATE_STATUS = 2.0  # [s] of wall time to wait for the status of an end
 
 

@@ -349,8 +349,7 @@ class LocalRun(ProcessRun):
             return
         name = event.robot
         self._tell(WORLD, RobotDead(name))
-        message = f"{name} died: {describe_exit(event.returncode)}"
-        if self._take_death(name, message):
+        if self._take_death(event):
             self._tell(RUNNER, RobotSilent(name))
         else:
             self._lose_for_good(name)

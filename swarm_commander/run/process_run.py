@@ -28,6 +28,7 @@ from swarm_commander.run.rundir import RunFolder, end_of
 from swarm_common.files.journal import Journal
 from swarm_common.middleware import shared_memory
 from swarm_common.model.errors import SwarmError
+from swarm_common.process.lifetime import BEGINS_ANEW
 from swarm_common.process.messages import (
     Alive,
     CommandBase,
@@ -36,6 +37,7 @@ from swarm_common.process.messages import (
     Event,
     ForeignPublisher,
     InputsRejected,
+    NavigatorDied,
     NavigatorForked,
     Note,
     OwnEvent,
@@ -52,6 +54,7 @@ USAGE_FILE = "usage.jsonl"
 POLL_PERIOD = 0.1  # [s] of wall time
 GRACE = 10.0  # [s] for a process to end when asked to
 SAMPLE_PERIOD = 2.0  # [s] between two readings of CPU time and memory
+FORGOTTEN = "was stopped until the others had forgotten it, and begins anew"
 
 
 class RunRefusedError(SwarmError):
@@ -357,14 +360,16 @@ class ProcessRun:
             self._note_incident(f"{name} did not become active with the others: it hangs")
             self._keeper.kill(name)
 
-    def _take_death(self, name: str, message: str) -> bool:
+    def _take_death(self, event: NavigatorDied) -> bool:
         """Restart a dead navigator if that may help; return whether it will be restarted.
 
         Args:
-            name: Of the robot.
-            message: What happened.
+            event: Whose navigator died, and how.
         """
-        pause = self._keeper.on_death(name)
+        name, begins_anew = event.robot, event.returncode == BEGINS_ANEW
+        how = f"died: {describe_exit(event.returncode)}"
+        message = f"{name} {FORGOTTEN if begins_anew else how}"
+        pause = self._keeper.on_death(name, begins_anew=begins_anew)
         where = f"its log is in {self._folder.logs}"
         if pause is None:
             often = f" more than {MOST} times; it stays down" if self._restarts.is_allowed else ""

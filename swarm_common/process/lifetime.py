@@ -10,6 +10,8 @@ import time
 from collections.abc import Callable
 
 PR_SET_PDEATHSIG = 1
+LEASE = 10.0  # [s] of sleep after which DDS forgets a process, and it the others (fastdds.xml)
+BEGINS_ANEW = 75  # exit code of a process that others have forgotten; EX_TEMPFAIL in sysexits.h
 _LIBC = ctypes.CDLL(None, use_errno=True)
 
 

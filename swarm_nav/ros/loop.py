@@ -78,6 +78,11 @@ class TickLoop:
                 self._try(slot, lambda slot=slot: slot.node.look_around(now))  # type: ignore[misc]
         return self._dismiss()
 
+    @property
+    def ticked_at(self) -> float:
+        """Wall time [s] of the last tick, as far as it has been noticed; 0 before the first."""
+        return self._tick_at
+
     def end(self) -> None:
         """Send the reports that are still waiting."""
         for slot in self._slots:

@@ -48,6 +48,7 @@ def test_a_navigator_that_hangs_is_replaced_and_all_goals_are_reached(start) -> 
 
 @pytest.mark.long
 def test_a_robot_that_comes_back_from_silence_gets_its_goals_again(start) -> None:
+    """Also if only the others have forgotten it: then DDS does not bring them together again."""
     swarm = start(*FEW, *TO_THE_END, "--no-restart")
     swarm.wait_until(lambda: swarm.sim_time() > 5.0)
     assert swarm.send("Srobot1", signal.SIGSTOP)

@@ -51,18 +51,20 @@ class Keeper:
         self._active = -1
         self._active_since = 0.0
 
-    def on_death(self, name: str) -> float | None:
+    def on_death(self, name: str, *, begins_anew: bool = False) -> float | None:
         """Record a death.
 
         Args:
             name: Of the robot, like `Srobot3`.
+            begins_anew: Whether it ended because it was stopped and others had forgotten it; it is
+                restarted even if nobody else is.
 
         Returns:
             Pause [s] before the restart; None if it stays down.
         """
         self._asked.pop(name, None)
         self._starting.pop(name, None)
-        if name in self._wanted:
+        if name in self._wanted or begins_anew:
             self._wanted.discard(name)
             self._restarts.on_request(name, self._clock())
             self.down.add(name)

@@ -33,10 +33,10 @@ class Clock:
 class Case:
     """A keeper of two navigators."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, restarts: bool = True) -> None:
         self.clock = Clock()
         self.told: list[Any] = []
-        self.restarts = Restarts()
+        self.restarts = Restarts(is_allowed=restarts)
         self.keeper = Keeper(self.restarts, self.told.append, self.clock)
         self.keeper.params |= {"Srobot1": "1.yaml", "Srobot2": "2.yaml"}
 
@@ -76,6 +76,14 @@ def test_one_that_is_wanted_anew_is_killed_first_and_its_deaths_do_not_count(cas
     case.turn(0.1)
     assert isinstance(case.told[1], StartNavigator)
     assert case.keeper.on_death("Srobot1") is not None
+
+
+def test_one_that_others_have_forgotten_begins_anew_even_if_nobody_is_restarted() -> None:
+    case = Case(restarts=False)
+    assert case.keeper.on_death("Srobot1") is None
+    assert case.keeper.on_death("Srobot2", begins_anew=True) == 0.0
+    case.turn(0.1)
+    assert case.told == [StartNavigator("Srobot2", "2.yaml")]
 
 
 def test_one_that_stays_down_may_be_wanted_again(case: Case) -> None:
