@@ -30,6 +30,7 @@ from swarm_commander.run.rundir import RunFolder, create_run_folder, write_env_s
 from swarm_commander.run.terminal import complain
 from swarm_commander.viewers.foxglove import write_foxglove
 from swarm_commander.viewers.rviz import write_rviz
+from swarm_common.files.home import log_to
 from swarm_common.middleware import ros_env
 from swarm_common.middleware.secret import own_secret
 from swarm_common.model.breaches import breach_lines, broken_lines, shortened
@@ -44,7 +45,7 @@ def bring_up(plan: RunPlan, lock: DomainLock) -> int:
     try:
         folder = create_run_folder(plan.options.run_dir, datetime.now())
         plan = plan.with_copies(folder.configs / COPIES)
-        os.environ.setdefault("ROS_LOG_DIR", str(folder.logs / "ros"))
+        log_to(folder.logs / "ros", os.environ)
         if plan.options.bind:
             from swarm_commander.hosts.hosts_command import use_profile
 

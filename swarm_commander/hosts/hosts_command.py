@@ -20,6 +20,7 @@ from swarm_commander.run.results.report import COMPONENT_FAILED, OK, write_repor
 from swarm_commander.run.results.run_statistics import RunStatistics
 from swarm_commander.run.rundir import RunFolder, create_run_folder, write_env_sh
 from swarm_commander.run.terminal import complain
+from swarm_common.files.home import log_to
 from swarm_common.middleware import dds_profile, ros_env
 from swarm_common.model.breaches import shortened
 from swarm_setup.build import ensure_interfaces
@@ -51,7 +52,7 @@ def bring_up_robots(plan: RobotsPlan) -> int:
         folder.configs / ROBOTS_PROFILE, plan.own_address, peers, plan.domain
     )
     write_env_sh(folder, os.environ)
-    os.environ.setdefault("ROS_LOG_DIR", str(folder.logs / "ros"))
+    log_to(folder.logs / "ros", os.environ)
     console = terminal.console()
     statistics = RunStatistics.of(plan.robots, has_mission=True)
     progress = Progress(console, statistics, time.monotonic)

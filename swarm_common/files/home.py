@@ -89,6 +89,19 @@ def set_defaults(environment: MutableMapping[str, str]) -> None:
         environment.setdefault("MPLCONFIGDIR", str(temporary_base() / "matplotlib"))
 
 
+def log_to(folder: Path, environment: MutableMapping[str, str]) -> None:
+    """Let ROS log to a folder, unless the user has chosen another one that can be written.
+
+    Args:
+        folder: Of the run.
+        environment: Of this process, after `set_defaults`.
+    """
+    chosen = Path(environment.get("ROS_LOG_DIR", ""))
+    is_makeshift = chosen.name == "ros" and chosen.parent.name.startswith(f"{NAME}-")
+    if is_makeshift or not environment.get("ROS_LOG_DIR"):
+        environment["ROS_LOG_DIR"] = str(folder)
+
+
 def _base(variable: str, usual: str) -> Path:
     """Return a base folder of the XDG specification, which has relative ones ignored."""
     own = Path(os.environ.get(variable, ""))

@@ -121,9 +121,14 @@ def test_files_of_the_current_folder_are_no_modules(up: Up) -> None:
     assert code == 0, output + errors
 
 
-def test_ros_logs_to_the_folder_of_the_run(up: Up, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("home", ["", "/proc"])
+def test_ros_logs_to_the_folder_of_the_run(
+    up: Up, monkeypatch: pytest.MonkeyPatch, home: str
+) -> None:
     """It logged to the home folder, without which rclpy did not start."""
     monkeypatch.delenv("ROS_LOG_DIR", raising=False)
+    if home:
+        monkeypatch.setenv("HOME", home)
     process = up.start()
     wait_for(lambda: len(up.left_running()) >= 4)
     for child in psutil.Process(process.pid).children():
