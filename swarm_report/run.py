@@ -25,7 +25,7 @@ from swarm_report.run_files import (
     StateLine,
     UsageLine,
     WaitLine,
-    WorldConfig,
+    WorldEntry,
     read_json,
     read_trace,
 )
@@ -115,7 +115,7 @@ class RunData:
         """
         self.folder = folder
         self.report: Mapping[str, Any] = report or read_json(folder / "report.json", Report)
-        self.config = read_json(folder / "config" / "world.json", WorldConfig)
+        self.config = read_json(folder / "config" / "world.json", WorldEntry)
         if not self.report and not self.config:
             raise ConfigError(
                 f"{folder} is not the folder of a run: neither report.json nor config/world.json"

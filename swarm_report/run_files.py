@@ -105,19 +105,19 @@ class Report(TypedDict):
     broken: NotRequired[list[str]]
 
 
-class RobotEntry(TypedDict):
+class WorldRobotEntry(TypedDict):
     """A robot of the world's settings."""
 
     name: str
 
 
-class WorldConfig(TypedDict, total=False):
+class WorldEntry(TypedDict, total=False):
     """What is read of config/world.json."""
 
     world: str
     map: str | None
     sites: str | None
-    robots: list[RobotEntry]
+    robots: list[WorldRobotEntry]
     seed: int
 
 

@@ -13,7 +13,7 @@ from swarm_report.document import number
 from swarm_report.judgement import judge
 from swarm_report.page import escape, page_html
 from swarm_report.run import RunData, mission_goals
-from swarm_report.run_files import Report, WorldConfig, read_json
+from swarm_report.run_files import Report, WorldEntry, read_json
 from swarm_report.tables import percent
 
 HEAD = (
@@ -132,7 +132,7 @@ def _read(folder: Path) -> Entry:
 
 
 def _config(folder: Path) -> dict[str, Any]:
-    content = read_json(folder / "config" / "world.json", WorldConfig)
+    content = read_json(folder / "config" / "world.json", WorldEntry)
     found = {key: content[key] for key in ("world", "seed") if key in content}
     return found | {"swarm_size": len(content.get("robots", ()))} if content else {}
 
