@@ -1,9 +1,12 @@
-"""Keeps out of our processes what they cannot use: a sourced ROS 2, warnings that are errors.
+"""Keeps out of our processes what they cannot use: another ROS 2, warnings that are errors.
 
 A shell that has sourced a ROS 2 exports its Python packages, its libraries and, often, another
 middleware. ROS 2 from pip has `rmw_fastrtps_cpp` only and ends every process that is told
 otherwise; packages of a ROS 2 for another Python hide ours and cannot be imported. Libraries warn
 when they are imported; where `PYTHONWARNINGS` makes errors of that, a process of ours cannot start.
+
+ROS 2 from pip has each Python begin anew with its libraries on `LD_LIBRARY_PATH`, once: a command
+that a program of another environment starts inherits the libraries of that one.
 """
 
 from __future__ import annotations
@@ -18,6 +21,7 @@ from pathlib import Path
 
 RMW, OWN_RMW = "RMW_IMPLEMENTATION", "rmw_fastrtps_cpp"
 LIBRARIES, PACKAGES, WARNINGS = "LD_LIBRARY_PATH", "PYTHONPATH", "PYTHONWARNINGS"
+ALREADY_BEGUN_ANEW = "_ROS_WHEELS_BOOTSTRAP_COMPLETE"  # of ros_wheels_bootstrapper
 VERSIONED = re.compile(r"/python(?P<version>\d+\.\d+)/(?:site|dist)-packages/*$")
 
 
@@ -47,8 +51,16 @@ def set_aside(name: str) -> None:
         chosen = os.environ.pop(RMW)
         _say(name, f"not used: {RMW}={chosen}, as the ROS 2 of {sys.prefix} has {OWN_RMW} only")
     libraries = os.environ.get(LIBRARIES, "")
-    ordered = own_first(libraries, Path(sys.prefix))
-    is_reordered = bool(unusable) and ordered != libraries
+    foreign = libraries_of_others(libraries, own_libraries()) if is_own_ros() else []
+    ordered = own_first(without(libraries, foreign), Path(sys.prefix))
+    is_reordered = bool(unusable or foreign) and ordered != libraries
+    if foreign:
+        os.environ.pop(ALREADY_BEGUN_ANEW, None)
+        _say(
+            name,
+            f"not used: the ROS 2 libraries of {Path(foreign[0]).parent} on {LIBRARIES};"
+            f" those of {sys.prefix} are",
+        )
     has_errors = "error" in os.environ.get(WARNINGS, "")
     if has_errors:
         chosen = os.environ.pop(WARNINGS)
@@ -85,6 +97,28 @@ def without(folders: str, unwanted: Iterable[str]) -> str:
     """
     left_out = set(unwanted)
     return os.pathsep.join(f for f in folders.split(os.pathsep) if f not in left_out)
+
+
+def own_libraries() -> set[Path]:
+    """Return the folders of libraries that ROS 2 from pip has in this Python environment."""
+    folders = (Path(entry) for entry in sys.path if entry)
+    return {libraries.resolve() for folder in folders for libraries in folder.glob("ros_*.libs")}
+
+
+def libraries_of_others(folders: str, own: set[Path]) -> list[str]:
+    """Return the folders on a search path that belong to ROS 2 from pip in other environments.
+
+    These are `ros_*.libs` of its packages and `lib` of the environment, where messages that were
+    built for it are.
+
+    Args:
+        folders: Separated as in PATH.
+        own: Folders `ros_*.libs` of this environment, resolved.
+    """
+    parts = {folder: Path(folder).resolve() for folder in folders.split(os.pathsep) if folder}
+    packages = {path for path in parts.values() if path.match("site-packages/ros_*.libs")} - own
+    environments = {path.parents[2] for path in packages} - {path.parents[2] for path in own}
+    return [folder for folder, path in parts.items() if path in packages | environments]
 
 
 def own_first(folders: str, prefix: Path) -> str:

@@ -9,7 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from swarm_common.middleware.other_ros import own_first, set_aside, unusable_packages, without
+from swarm_common.middleware.other_ros import (
+    libraries_of_others,
+    own_first,
+    set_aside,
+    unusable_packages,
+    without,
+)
 
 COMMAND = "import sys; from {module} import {function}; sys.exit({function}())"
 COMMANDS = (
@@ -88,3 +94,39 @@ def test_commands_run_beside_a_foreign_ros(tmp_path, module, function, words):
     assert done.stdout
     assert done.stderr.count(f"not used: {packages} on PYTHONPATH") == 1
     assert done.stderr.count("not used: RMW_IMPLEMENTATION=rmw_cyclonedds_cpp") == 1
+
+
+def test_libraries_of_another_environment_are_told_from_ours(tmp_path):
+    packages = Path("lib", "python3.11", "site-packages", "ros_rclpy.libs")
+    ours, other = tmp_path / "ours" / packages, tmp_path / "other" / packages
+    ours.mkdir(parents=True)
+    (tmp_path / "link").symlink_to(tmp_path / "ours")
+    kept = f"{tmp_path / 'link' / packages}:{tmp_path / 'ours' / 'lib'}:/usr/lib"
+    folders = f"{other}/:{other.parents[2]}::{kept}"
+    assert libraries_of_others(folders, {ours}) == [f"{other}/", str(other.parents[2])]
+    assert libraries_of_others(kept, {ours}) == []
+    assert libraries_of_others("", set()) == []
+
+
+@pytest.mark.parametrize("bootstrapped", [{"_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1"}, {}])
+def test_a_program_of_another_environment_starts_a_command(tmp_path, bootstrapped):
+    """Its libraries were loaded in place of ours: a world ended with an undefined symbol."""
+    libraries = tmp_path / "lib" / "python3.11" / "site-packages" / "ros_rcl_interfaces.libs"
+    libraries.mkdir(parents=True)
+    message = tmp_path / "lib" / "libsimulation_interfaces__rosidl_generator_py.so"
+    for path in (libraries / "librcl.so", message):
+        path.write_text("not a library")
+    environment = {k: v for k, v in os.environ.items() if k != "_ROS_WHEELS_BOOTSTRAP_COMPLETE"}
+    environment |= bootstrapped | {"LD_LIBRARY_PATH": f"{libraries}:{tmp_path / 'lib'}"}
+    code = (
+        "from swarm_common.middleware import other_ros; other_ros.set_aside('swarm-up');"
+        "import rclpy, simulation_interfaces.srv as s;"
+        "s.SpawnEntity.__class__.__import_type_support__(); print('loaded')"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env=environment, capture_output=True, text=True, check=False, timeout=120,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == "loaded\n"
+    assert done.stderr.count(f"not used: the ROS 2 libraries of {libraries.parent}") == 1
