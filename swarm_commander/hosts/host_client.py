@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
+from queue import SimpleQueue
 from typing import Any, assert_never
 
 from rclpy.node import Node
@@ -49,6 +50,7 @@ class HostClient(LinkEnd[ClientCommand]):
         self._due = 0.0
         self._world_address = config["world_address"]
         self._asker = Asker(secret, config["host"])
+        self._answers: SimpleQueue[tuple[bytes, float]] = SimpleQueue()  # heard in a thread; [s]
         self._probe = ProbeSocket(config["own_address"], config["domain"], self._take_answer)
         self._found = ""
         self._reports = node.create_publisher(String, HOSTS, NEWEST)
@@ -73,6 +75,8 @@ class HostClient(LinkEnd[ClientCommand]):
         """Send, receive and check what is due at wall time `now`."""
         events = self.state.look(now)
         self._pass_on(events)
+        while not self._answers.empty():
+            self._asker.take(*self._answers.get())
         if WorldSilent() in events:
             self._asker.restart()
         for question in self._asker.questions(now):
@@ -106,7 +110,7 @@ class HostClient(LinkEnd[ClientCommand]):
         self._events.write(NetworkFigures(self._asker.figures(time.monotonic())))
 
     def _take_answer(self, data: bytes, _: str) -> None:
-        self._asker.take(data, time.monotonic())
+        self._answers.put((data, time.monotonic()))
 
     def _look_at_network(self, now: float) -> None:
         """Say once what is wrong; before the world is there, no answer means nothing."""

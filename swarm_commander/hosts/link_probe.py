@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import hmac
+import math
 import socket
 import struct
 import threading
@@ -26,8 +27,11 @@ PERIOD, REST_PERIOD = 1.0, 5.0  # [s] between two rounds, at first and later
 FIRST_ROUNDS = 30
 MOST = 65536  # bytes of a datagram
 LEAST = 5  # rounds before something is concluded
+LEAST_FOR_SHARE = 20  # before a share is named: the first few say little of how large it is
 REMEMBERED = 200  # questions of each size on which the figures are based
 LOSSY = 0.04  # share of lost packets that is worth a word
+SURE = 0.001  # chance at most that what is said comes of bad luck
+SIGMAS = 3.09  # of the normal distribution, one-sided, for that chance
 NOTHING = "nothing"
 PATIENCE = 2.0  # [s] for an answer
 _HEAD = struct.Struct("<IIH")  # number, answers of the smallest size heard so far, size
@@ -56,6 +60,7 @@ class Asker:
         self._answers = 0
         self._rounds = 0
         self._due = 0.0
+        self._is_answered = False
         self._sizes = {size: _Size() for size in SIZES}
 
     def questions(self, now: float) -> list[bytes]:
@@ -83,10 +88,22 @@ class Asker:
             if known == number and after is None:
                 asked[index] = (known, sent_at, now - sent_at)
                 self._answers += size == SMALL
+                self._begin_with(number)
+                break
+
+    def _begin_with(self, number: int) -> None:
+        """At the first answer, forget the rounds before it: nobody was there to answer them."""
+        if self._is_answered:
+            return
+        self._is_answered = True
+        first = number - (number - 1) % len(SIZES)
+        for each in self._sizes.values():
+            while each.asked[0][0] < first:
+                each.asked.popleft()
 
     def restart(self) -> None:
         """Forget all measurements so far, because something has changed."""
-        self._rounds, self._due = 0, 0.0
+        self._rounds, self._due, self._is_answered = 0, 0.0, False
         for each in self._sizes.values():
             each.asked.clear()
 
@@ -95,26 +112,28 @@ class Asker:
 
         Both are empty if nothing is.
         """
-        small, whole, large = (self._share(size, now) for size in SIZES)
-        if small is None or whole is None or large is None:
+        counts = [self._counts(size, now) for size in SIZES]
+        (small, asked), (whole, _), (large, _) = counts
+        if min(total for _, total in counts) < LEAST:
             return "", ""
-        if small == 0.0:
+        if small == 0:
             return NOTHING, (
                 "not even small packets come back: UDP is blocked, here or there, in one direction"
                 " or both, or that host is gone"
             )
-        if whole == 0.0:
+        lost = 1.0 - small / asked
+        is_luck = lost**asked > SURE  # larger ones may all be among the lost
+        if whole == 0 and not is_luck:
             return "mtu", (
                 f"packets of {SMALL} bytes come back, those of 1,500 never do: the MTU on the way"
                 " is smaller; set it on both hosts (ip link set DEVICE mtu 1400)"
             )
-        if large == 0.0:
+        if large == 0 and not is_luck:
             return "fragments", (
                 "packets of 1,500 bytes come back, but no fragments of larger ones: a firewall on"
                 " the way drops them; let IP fragments of UDP pass"
             )
-        lost = 1.0 - small
-        if lost < LOSSY:
+        if asked < LEAST_FOR_SHARE or lost < LOSSY or least_share(asked - small, asked) < LOSSY / 2:
             return "", ""
         return "loss", f"{lost:.0%} of the packets get lost, to there or back; the swarm is slow"
 
@@ -122,24 +141,34 @@ class Asker:
         """Return the figures of the report: shares of answered packets, and round trips [ms]."""
         found: dict[str, float] = {}
         for size in SIZES:
-            share = self._share(size, now)
-            if share is not None:
-                found[f"share_{size}_bytes"] = round(share, 4)
+            answered, asked = self._counts(size, now)
+            if asked >= LEAST:
+                found[f"share_{size}_bytes"] = round(answered / asked, 4)
         times = sorted(after for _, _, after in self._sizes[SMALL].asked if after is not None)
         if times:
             found["round_trip_ms"] = round(1000.0 * times[len(times) // 2], 3)
         return found
 
-    def _share(self, size: int, now: float) -> float | None:
-        """Return the share of a size's questions that were answered; None if they are too few."""
+    def _counts(self, size: int, now: float) -> tuple[int, int]:
+        """Return how many questions of a size were answered, of how many that could have been."""
         ripe = [
             after
             for _, sent_at, after in self._sizes[size].asked
             if after is not None or now - sent_at > PATIENCE
         ]
-        if len(ripe) < LEAST:
-            return None
-        return sum(after is not None for after in ripe) / len(ripe)
+        return sum(after is not None for after in ripe), len(ripe)
+
+
+def least_share(lost: int, asked: int) -> float:
+    """Return the lower end of Wilson's interval for a share (Wilson 1927, eq. 2 in today's form).
+
+    Args:
+        lost: Packets that were.
+        asked: Packets in all, at least one.
+    """
+    share, wide = lost / asked, SIGMAS**2 / asked
+    spread = SIGMAS * math.sqrt(share * (1.0 - share) / asked + wide / (4 * asked))
+    return (share + wide / 2 - spread) / (1.0 + wide)
 
 
 class Answerer:

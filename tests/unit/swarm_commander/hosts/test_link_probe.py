@@ -73,6 +73,63 @@ def test_losses_are_told_of_from_where_they_hurt() -> None:
     assert asker.finding(now) == ("", "")
 
 
+@pytest.mark.parametrize("silence", [False, True])
+def test_questions_before_the_world_is_there_are_not_lost(silence: bool) -> None:
+    """A host that was started before the world said that 82 % of the packets get lost."""
+    asker, now = Asker(SECRET, "abc"), 0.0
+    answerer = Answerer(SECRET)
+    for number in range(120):
+        if silence and number == 60:
+            asker.restart()
+        is_there = number > 40 and not (silence and 57 <= number < 90)
+        for question in asker.questions(now):
+            answer = answerer.answer(question, "10.0.0.2")
+            if answer is not None and is_there:
+                asker.take(answer, now + 0.004)
+        now += 1.0
+        assert asker.finding(now)[0] in {"", NOTHING}
+    shares = [value for name, value in asker.figures(now).items() if name.startswith("share")]
+    assert shares == [1.0, 1.0, 1.0]
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_few_lost_packets_are_no_bad_link(seed: int) -> None:
+    """One lost answer of five is no loss of 20 %, nor is 1 % in each direction a bad link."""
+    dice = random.Random(seed)
+    asker, answerer = Asker(SECRET, "abc"), Answerer(SECRET)
+    for now in range(400):
+        for question in asker.questions(now):
+            answer = answerer.answer(question, "10.0.0.2")
+            if answer is not None and dice.random() > 0.02:
+                asker.take(answer, now + 0.004)
+        assert asker.finding(now + 0.5) == ("", "")
+
+
+def test_where_most_is_lost_the_size_is_not_blamed() -> None:
+    asker, now = Asker(SECRET, "abc"), 0.0
+    for number in range(24):
+        for size, question in zip(SIZES, asker.questions(now), strict=True):
+            answer = Answerer(SECRET).answer(question, "10.0.0.2")
+            if answer is not None and size == SMALL and number % 3 == 0:
+                asker.take(answer, now + 0.004)
+        now += 1.0
+        assert asker.finding(now)[0] in {"", "loss"} or number > 12
+    assert asker.finding(now + 2.0)[0] == "mtu"
+
+
+def test_a_late_large_packet_is_no_missing_one() -> None:
+    """What was asked within the last seconds may still be answered."""
+    asker, now = Asker(SECRET, "abc"), 0.0
+    for _ in range(5):
+        for size, question in zip(SIZES, asker.questions(now), strict=True):
+            answer = Answerer(SECRET).answer(question, "10.0.0.2")
+            if answer is not None and size == SMALL:
+                asker.take(answer, now + 0.004)
+        now += 1.0
+    assert asker.finding(now) == ("", "")
+    assert asker.finding(now + 2.0)[0] == "mtu"
+
+
 def test_nothing_is_said_before_enough_is_known() -> None:
     asker, _, now = talk(nothing, nothing, rounds=3)
     assert asker.finding(now) == ("", "")
