@@ -21,6 +21,7 @@ from pathlib import Path
 
 RMW, OWN_RMW = "RMW_IMPLEMENTATION", "rmw_fastrtps_cpp"
 LIBRARIES, PACKAGES, WARNINGS = "LD_LIBRARY_PATH", "PYTHONPATH", "PYTHONWARNINGS"
+WHEELS = "lib/python*/site-packages/ros_*.libs"  # of ROS 2 from pip, in an environment
 ALREADY_BEGUN_ANEW = "_ROS_WHEELS_BOOTSTRAP_COMPLETE"  # of ros_wheels_bootstrapper
 VERSIONED = re.compile(r"/python(?P<version>\d+\.\d+)/(?:site|dist)-packages/*$")
 
@@ -56,9 +57,10 @@ def set_aside(name: str) -> None:
     is_reordered = bool(unusable or foreign) and ordered != libraries
     if foreign:
         os.environ.pop(ALREADY_BEGUN_ANEW, None)
+        package = next(Path(folder) for folder in foreign if Path(folder).match(WHEELS))
         _say(
             name,
-            f"not used: the ROS 2 libraries of {Path(foreign[0]).parent} on {LIBRARIES};"
+            f"not used: the ROS 2 libraries of {package.parents[3]} on {LIBRARIES};"
             f" those of {sys.prefix} are",
         )
     has_errors = "error" in os.environ.get(WARNINGS, "")
@@ -116,7 +118,7 @@ def libraries_of_others(folders: str, own: set[Path]) -> list[str]:
         own: Folders `ros_*.libs` of this environment, resolved.
     """
     parts = {folder: Path(folder).resolve() for folder in folders.split(os.pathsep) if folder}
-    packages = {path for path in parts.values() if path.match("site-packages/ros_*.libs")} - own
+    packages = {path for path in parts.values() if path.match(WHEELS)} - own
     environments = {path.parents[2] for path in packages} - {path.parents[2] for path in own}
     return [folder for folder, path in parts.items() if path in packages | environments]
 
