@@ -13,6 +13,7 @@ from swarm_nav.traffic.holding import NEXT_GOAL_PATIENCE, SEARCH_PAUSE, Lease, p
 from swarm_nav.traffic.situation import Situation
 
 EXIT_DISTANCE = 40.0  # [m] of driving to a place outside
+CROWDED = 0.5  # share of the room in a region from which on it is left
 ARRIVED = 0.3  # [m] from the parking place
 
 
@@ -58,7 +59,7 @@ class Departure:
         self._give_up()
         if tick >= self._next_search_tick and self._is_inside(situation):
             highest = _highest_waiting(situation)
-            if highest:
+            if highest or self._gate.is_crowded(situation, CROWDED):
                 self._next_search_tick = tick + situation.ticks(SEARCH_PAUSE)
                 self._leave(situation, highest)
         return self._target is not None
@@ -84,7 +85,7 @@ class Departure:
             situation.tube.adopt(way)
             x, y = situation.tube.points[-1]
             self._target = (x, y)
-            self._lease.inherited = above(highest)
+            self._lease.inherited = above(highest) if highest else 0
 
 
 def _highest_waiting(situation: Situation) -> int:

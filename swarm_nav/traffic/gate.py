@@ -144,7 +144,8 @@ class Gate:
                 return
             self.asked_tick = situation.tick
             self._area = self._area_around(situation)
-            self._choose_part(situation)
+            tube = situation.tube
+            self._choose_part(situation, tube.points[tube.near : tube.near + WAY_POINTS])
         ahead, is_highest = self._ahead(situation, priority)
         self.is_admitted = is_highest or (
             ahead < max(1.0, config.gate_density * self._area)
@@ -165,17 +166,27 @@ class Gate:
             self._outside = tube.points, self.region, begin, last
         return False
 
-    def _choose_part(self, situation: Situation) -> None:
-        """Note which part of the region the way ahead leads into, and how large it is."""
+    def _choose_part(self, situation: Situation, way: FloatArray) -> None:
+        """Note which part of the region a way leads into first, and how large it is."""
         region, parts = self._parts
         if self.region is not None and region is not self.region:
             parts = np.zeros(self.region.shape, np.int16)
             single_lane_kernels.label(self.region, parts)
             self._parts = self.region, parts
-        tube, lattice = situation.tube, situation.planner.lattice
-        way = tube.points[tube.near : tube.near + WAY_POINTS]
+        lattice = situation.planner.lattice
         self._part = int(gate_kernels.part_entered(parts, lattice.frame, way))
         self._part_area = float(np.count_nonzero(parts == self._part)) * lattice.step**2
+
+    def is_crowded(self, situation: Situation, share: float) -> bool:
+        """Whether others take a share of the room in the part of the region where the robot is.
+
+        Args:
+            situation: Of the robot.
+            share: Of the robots that all of the part has room for.
+        """
+        self._choose_part(situation, np.array([[situation.pose.x, situation.pose.y]]))
+        room = share * situation.config.holding.region_density * self._part_area
+        return self._part > 0 and self._seen_inside(situation) >= room
 
     def _seen_inside(self, situation: Situation) -> int:
         """Return how many others were seen in the part of the region not long ago."""
