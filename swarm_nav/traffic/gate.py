@@ -94,7 +94,7 @@ class Gate:
     asked_tick: int = 0  # tick since which it waits or asks, 0 if it does not
     is_admitted: bool = False  # whether it may enter, or is inside
     first: int = 0  # id of the highest robot that it waits for, 0 for none
-    _area: float = 0.0  # [m²] of the region within radio range of where it asked
+    _area: float = 0.0  # [m²] of the region within radio range of where its way enters it
     _part: int = 0  # of the region, in which its way leads
     _part_area: float = 0.0  # [m²]
     _parts: tuple[NDArray[np.bool_] | None, NDArray[np.int16]] = (None, NO_PARTS)
@@ -143,9 +143,7 @@ class Gate:
             if not is_driving or not self._leads_in(situation):
                 return
             self.asked_tick = situation.tick
-            self._area = self._area_around(situation)
-            tube = situation.tube
-            self._choose_part(situation, tube.points[tube.near : tube.near + WAY_POINTS])
+            self._look_at(situation)
         ahead, is_highest = self._ahead(situation, priority)
         self.is_admitted = is_highest or (
             ahead < max(1.0, config.gate_density * self._area)
@@ -161,20 +159,30 @@ class Gate:
             begin = end = first
         if end < last:
             frame = situation.planner.lattice.frame
-            if gate_kernels.enters(self.region, frame, tube.points[end:last]):
+            if gate_kernels.entry(self.region, frame, tube.points[end:last]) >= 0:
                 return True
             self._outside = tube.points, self.region, begin, last
         return False
 
-    def _choose_part(self, situation: Situation, way: FloatArray) -> None:
-        """Note which part of the region a way leads into first, and how large it is."""
+    def _look_at(self, situation: Situation) -> None:
+        """Note how large the region is where the way ahead enters it, and as a whole."""
+        tube, lattice = situation.tube, situation.planner.lattice
+        way = tube.points[tube.near : tube.near + WAY_POINTS]
+        x, y = way[max(0, gate_kernels.entry(self.region, lattice.frame, way))]
+        self._choose_part(situation, x, y)
+        reach = situation.config.traffic.radio_range
+        cells = gate_kernels.cells_within(self.region, lattice.frame, (x, y), reach)
+        self._area = int(cells) * lattice.step**2
+
+    def _choose_part(self, situation: Situation, x: float, y: float) -> None:
+        """Note in which part of the region a point lies, and how large that is."""
         region, parts = self._parts
         if self.region is not None and region is not self.region:
             parts = np.zeros(self.region.shape, np.int16)
             single_lane_kernels.label(self.region, parts)
             self._parts = self.region, parts
         lattice = situation.planner.lattice
-        self._part = int(gate_kernels.part_entered(parts, lattice.frame, way))
+        self._part = int(single_lane_kernels.label_at(parts, lattice.frame, x, y))
         self._part_area = float(np.count_nonzero(parts == self._part)) * lattice.step**2
 
     def is_crowded(self, situation: Situation, share: float) -> bool:
@@ -184,7 +192,7 @@ class Gate:
             situation: Of the robot.
             share: Of the robots that all of the part has room for.
         """
-        self._choose_part(situation, np.array([[situation.pose.x, situation.pose.y]]))
+        self._choose_part(situation, situation.pose.x, situation.pose.y)
         room = share * situation.config.holding.region_density * self._part_area
         return self._part > 0 and self._seen_inside(situation) >= room
 
@@ -202,7 +210,7 @@ class Gate:
             way: (n, 2) [m] in map, from the robot to its goal.
         """
         frame = situation.planner.lattice.frame
-        if self.region is not None and not gate_kernels.enters(self.region, frame, way):
+        if self.region is not None and gate_kernels.entry(self.region, frame, way) < 0:
             self.leave()
 
     def _ahead(self, situation: Situation, priority: int) -> tuple[int, bool]:
@@ -220,11 +228,3 @@ class Gate:
             (priority & SENIORITY, situation.robot_id),
         )
         return int(count), bool(is_highest)
-
-    def _area_around(self, situation: Situation) -> float:
-        """Return the area [m²] of the region within radio range."""
-        assert self.region is not None
-        lattice = situation.planner.lattice
-        centre, reach = (situation.pose.x, situation.pose.y), situation.config.traffic.radio_range
-        cells = gate_kernels.cells_within(self.region, lattice.frame, centre, reach)
-        return int(cells) * lattice.step**2

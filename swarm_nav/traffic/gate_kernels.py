@@ -51,8 +51,8 @@ def is_inside(region: Mask, frame: Frame, x: float, y: float) -> bool:
 
 
 @njit(cache=True)
-def enters(region: Mask, frame: Frame, way: Floats) -> bool:
-    """Return whether any point of a path lies in the region.
+def entry(region: Mask, frame: Frame, way: Floats) -> int:
+    """Return the index of the first point of a path that lies in the region, -1 if none does.
 
     Args:
         region: (height, width).
@@ -61,8 +61,8 @@ def enters(region: Mask, frame: Frame, way: Floats) -> bool:
     """
     for k in range(way.shape[0]):
         if is_inside(region, frame, way[k, 0], way[k, 1]):
-            return True
-    return False
+            return k
+    return -1
 
 
 @njit(cache=True)
@@ -112,29 +112,13 @@ def count_ahead(
 
 
 @njit(cache=True)
-def part_entered(parts: NDArray[np.int16], frame: Frame, way: Floats) -> int:
-    """Return the number of the first part of the region on a path, 0 if there is none.
-
-    Args:
-        parts: (height, width) number of the part that each cell belongs to, 0 outside.
-        frame: Of the parts.
-        way: (n, 2) [m] in map.
-    """
-    for k in range(way.shape[0]):
-        part = label_at(parts, frame, way[k, 0], way[k, 1])
-        if part:
-            return part
-    return 0
-
-
-@njit(cache=True)
 def count_seen(
     parts: NDArray[np.int16], part: int, frame: Frame, known: Sightings, since: int, own_id: int
 ) -> int:
     """Return how many other robots are in a part of the region, as far as anybody told.
 
     Args:
-        parts: See `part_entered`.
+        parts: (height, width) number of the part that each cell belongs to, 0 outside.
         part: The one to be looked at.
         frame: Of the parts.
         known: Sightings of all robots.
