@@ -128,13 +128,10 @@ def _pass_gate(situation: Situation) -> None:
     region = np.ones(situation.planner.lattice.base.shape, np.bool_)
     gate = Gate(region)
     gate.update(situation, has_turn=True, is_driving=True, priority=1)
-    gate_kernels.enters(region, situation.planner.lattice.frame, situation.tube.points)
+    gate_kernels.entry(region, situation.planner.lattice.frame, situation.tube.points)
     gate._ahead(situation, 1)
-    gate._area_around(situation)
+    gate._look_at(situation)
     gate._seen_inside(situation)
-    gate_kernels.part_entered(
-        gate._parts[1], situation.planner.lattice.frame, situation.tube.points
-    )
 
 
 def _pass_door(situation: Situation) -> None:

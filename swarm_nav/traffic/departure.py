@@ -7,9 +7,18 @@ working one, and after a mission that ends at the stations no robot could enter 
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import NDArray
+
 from swarm_nav.core.priority import above
 from swarm_nav.traffic.gate import ADMITTED, Gate, is_inside
-from swarm_nav.traffic.holding import NEXT_GOAL_PATIENCE, SEARCH_PAUSE, Lease, parking_path
+from swarm_nav.traffic.holding import (
+    NEXT_GOAL_PATIENCE,
+    SAME_STATION,
+    SEARCH_PAUSE,
+    Lease,
+    parking_path,
+)
 from swarm_nav.traffic.situation import Situation
 
 EXIT_DISTANCE = 40.0  # [m] of driving to a place outside
@@ -57,11 +66,8 @@ class Departure:
         if self._is_leaving(situation):
             return True
         self._give_up()
-        if tick >= self._next_search_tick and self._is_inside(situation):
-            highest = _highest_waiting(situation)
-            if highest or self._gate.is_crowded(situation, CROWDED):
-                self._next_search_tick = tick + situation.ticks(SEARCH_PAUSE)
-                self._leave(situation, highest)
+        if tick >= self._next_search_tick:
+            self._leave_for_others(situation)
         return self._target is not None
 
     def _give_up(self) -> None:
@@ -73,14 +79,24 @@ class Departure:
         x, y = situation.tube.points[-1]
         return (x, y) == self._target and situation.distance_to(x, y) > ARRIVED
 
-    def _is_inside(self, situation: Situation) -> bool:
+    def _leave_for_others(self, situation: Situation) -> None:
+        """Set off if the robot is where others want to go and have no room."""
         region, pose = self._gate.region, situation.pose
-        frame = situation.planner.lattice.frame
-        return region is not None and bool(is_inside(region, frame, pose.x, pose.y))
+        lattice = situation.planner.lattice
+        if region is not None and is_inside(region, lattice.frame, pose.x, pose.y):
+            highest = _highest_at_gate(situation)
+            if highest or self._gate.is_crowded(situation, CROWDED):
+                self._leave(situation, highest, region)
+                return
+        aisle = self._lease.left
+        if aisle is not None and aisle.lattice is lattice and aisle.contains(situation):
+            highest = situation.neighbors.highest_waiting(aisle.stations, SAME_STATION)
+            if highest:
+                self._leave(situation, highest, aisle.costs <= aisle.depth)
 
-    def _leave(self, situation: Situation, highest: int) -> None:
-        stations = list(situation.stations)
-        way = parking_path(situation, stations, self._gate.region, EXIT_DISTANCE)
+    def _leave(self, situation: Situation, highest: int, closed: NDArray[np.bool_]) -> None:
+        self._next_search_tick = situation.tick + situation.ticks(SEARCH_PAUSE)
+        way = parking_path(situation, list(situation.stations), closed, EXIT_DISTANCE)
         if way is not None and len(way) >= 2:
             situation.tube.adopt(way)
             x, y = situation.tube.points[-1]
@@ -88,7 +104,7 @@ class Departure:
             self._lease.inherited = above(highest) if highest else 0
 
 
-def _highest_waiting(situation: Situation) -> int:
+def _highest_at_gate(situation: Situation) -> int:
     """Return the highest priority of robots that wait to enter a region, 0 if there are none."""
     neighbors = situation.neighbors
     waits = (neighbors.heads["gate_tick"] > ADMITTED) & ~neighbors.gone

@@ -130,6 +130,14 @@ class Approach:
         farthest = config.request_distance
         return blind_aisle(situation.terrain, node, within, farthest, two_robots)
 
+    def contains(self, situation: Situation) -> bool:
+        """Whether the robot stops in the dead end or blind aisle.
+
+        Args:
+            situation: Of the robot.
+        """
+        return self.depth > 0.0 and self.way(situation) <= self.depth
+
     def _is_in(self, place: tuple[float, float]) -> bool:
         node = self.lattice.node_of(*place)
         return node is not None and float(self.costs.ravel()[node]) <= self.depth
@@ -211,6 +219,8 @@ class Lease:
     inherited: int = 0
     # whether the robot was there and keeps the lease until it is out of a dead end
     is_leaving: bool = False
+    # floor around the last station, while there is no other, if it is a dead end or blind aisle
+    left: Approach | None = None
     _next: tuple[float, float] | None = None
     # tick since which the robot leaves without another target, 0 before that is known
     _left_tick: int = 0
@@ -232,6 +242,9 @@ class Lease:
             self._take(station)
 
     def _take(self, station: tuple[float, float] | None) -> None:
+        approach = self._approach
+        is_closed = approach is not None and approach.depth > 0.0
+        self.left = approach if is_closed and station is None else None
         self.station = station
         self.tick = 0
         self.place = self.first = 0
