@@ -104,6 +104,15 @@ def hear(s: Situation, *beacons: np.void, tick: int | None = None) -> None:
     s.neighbors.refresh(s.tick)
 
 
+def seen(tick: int, *places: tuple[float, float]) -> list[np.void]:
+    """Return robots near (1, 1) that tell where others were at a tick, one each."""
+    told = [beacon(90 + k, 1.0, 0.6 * k + 0.3, blocked_ticks=99) for k in range(len(places))]
+    for k, (x, y) in enumerate(places):
+        told[k]["sighted_id"][0], told[k]["sighted_tick"][0] = 30 + k, tick
+        told[k]["sighted_at"][0] = (x, y)
+    return told
+
+
 @dataclass
 class Unicycle:
     """Follows its commands exactly, within the acceleration limits of the drive."""

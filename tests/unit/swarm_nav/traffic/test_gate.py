@@ -13,8 +13,8 @@ from swarm_nav.perception.absence_kernels import NEVER, Sightings
 from swarm_nav.planning.distance_kernels import Frame
 from swarm_nav.traffic import gate_kernels as kernels
 from swarm_nav.traffic.gate import ADMITTED, NONE, Gate, narrow_region
-from swarm_nav.traffic.single_lane_kernels import label
-from tests.fakes.navigation import beacon, hear, room, situation
+from swarm_nav.traffic.single_lane_kernels import label, label_at
+from tests.fakes.navigation import beacon, hear, room, seen, situation
 from tests.oracles import narrows as oracle
 
 FRAME = (-1.0, -0.5, 0.1)
@@ -30,7 +30,7 @@ def test_the_kernels_equal_their_slow_twins(seed: int) -> None:
         expected = oracle.is_inside(region, FRAME, (x, y))
         assert kernels.is_inside(region, FRAME, x, y) == expected
     inside = [oracle.is_inside(region, FRAME, (x, y)) for x, y in places]
-    assert kernels.enters(region, FRAME, places) == any(inside)
+    assert kernels.entry(region, FRAME, places) == (inside.index(True) if any(inside) else -1)
     ticks = rng.choice((0, 1, 50, 60, 70), 12).astype(np.uint32)
     blocked = rng.choice((0, 30, 31), 12).astype(np.uint32)
     gone = rng.random(12) < 0.2
@@ -53,7 +53,7 @@ def test_the_kernels_equal_their_slow_twins(seed: int) -> None:
     label(region, parts)
     groups = oracle.components(region)
     numbers = [oracle.part_of(groups, FRAME, (x, y)) for x, y in places]
-    assert kernels.part_entered(parts, Frame(*FRAME), places) == next((n for n in numbers if n), 0)
+    assert [label_at(parts, Frame(*FRAME), x, y) for x, y in places] == numbers
     known = Sightings(np.full(20, NEVER), np.zeros((20, 2), np.float32))
     known.ticks[3:15], known.places[3:15] = rng.choice((5, 9), 12), places
     for part in (1, 2):
@@ -159,15 +159,6 @@ def test_who_waits_away_from_the_mouth_is_admitted_where_there_is_room() -> None
     assert gate.is_admitted
 
 
-def seen(tick: int, *places: tuple[float, float]) -> list[np.void]:
-    """Return robots before the region that tell where others were at a tick, one each."""
-    told = [beacon(90 + k, 1.0, 0.6 * k + 0.3, blocked_ticks=99) for k in range(len(places))]
-    for k, (x, y) in enumerate(places):
-        told[k]["sighted_id"][0], told[k]["sighted_tick"][0] = 30 + k, tick
-        told[k]["sighted_at"][0] = (x, y)
-    return told
-
-
 @pytest.mark.parametrize(("inside", "is_admitted"), [(7, True), (8, False)])
 def test_who_was_seen_inside_beyond_hearing_takes_a_place(inside: int, is_admitted: bool) -> None:
     """At the mouth of a long aisle only its beginning is heard: 49 robots were in room for 18."""
@@ -210,6 +201,20 @@ def test_without_a_gate_nobody_waits_before_it(change: str) -> None:
         s.configure(dataclasses.replace(s.config, holding=open_gate))
     ask(gate, s)
     assert not gate.is_closed
+
+
+def test_room_at_the_mouth_is_the_same_wherever_the_robot_asks() -> None:
+    """Asked for from 5 m before the mouth, a region had room for one robot, from 1 m for four."""
+    areas = []
+    for x in (1.0, 4.0):
+        gate, s = gate_and_robot(*crowd(9))
+        assert gate.region is not None
+        gate.region[:, 50:70] = True
+        s.pose = Pose(x, 4.5, 0.0)
+        s.tube.adopt(np.column_stack((np.arange(x, 6.0, 0.05), np.full(round((6 - x) * 20), 4.5))))
+        gate._look_at(s)
+        areas.append(gate._area)
+    assert areas[0] == areas[1] > 16.0
 
 
 def test_a_corner_is_no_region() -> None:
