@@ -192,7 +192,7 @@ class HoldingConfig:
     circuit_spacing: float = 6.0  # [m] of circuit per robot below which `auto` parks
     search_distance: float = 8.0  # [m] of driving to a parking place
     gate_density: float = 0.25  # [1/m²] of robots at the mouth of a narrow region; 0: no gate
-    region_density: float = 0.45  # [1/m²] of robots in all of a narrow region with stations
+    region_density: float = 0.38  # [1/m²] of robots in all of a narrow region with stations
     station_patience: float = 120.0  # [s] that something that stands may block a station
 
     def __post_init__(self) -> None:
