@@ -83,7 +83,7 @@ NUMBERS = (
     f"{TRAFFIC}.right_of_way.GO_ON_PATIENCE", f"{TRAFFIC}.right_of_way.INTENT_POINTS_CLEARED",
     f"{TRAFFIC}.patience.TRIPS",
     f"{TRAFFIC}.single_lanes.MOUTH", f"{TRAFFIC}.single_lanes.WAY_POINTS",
-    f"{TRAFFIC}.gate.LEAST_AREA", f"{TRAFFIC}.gate.WAY_POINTS",
+    f"{TRAFFIC}.gate.LEAST_AREA", f"{TRAFFIC}.gate.WAY_POINTS", f"{TRAFFIC}.departure.CROWDED",
     f"{TRAFFIC}.holding.SEARCH_PAUSE",
     f"{TRAFFIC}.holding.DETOUR", f"{TRAFFIC}.holding.QUEUE_AREA",
     f"{TRAFFIC}.holding.DEAD_END_AREA", f"{TRAFFIC}.holding.PASSING_AREA",

@@ -1,8 +1,10 @@
-"""Leaving a narrow region with stations after the last goal there, when others wait to get in.
+"""Leaving a narrow region or a dead end after the last goal there, when it keeps others out.
 
 A robot without a goal stands where its last one ended. In the open it blocks no robot, and where
-robots only pass it is pushed. But in a narrow region each standing robot takes the room of a
-working one, and after a mission that ends at the stations no robot could enter any more.
+robots only pass it is pushed. But in a narrow region with stations each standing robot takes the
+room of a working one; and in a dead end the robot that pushes it stands in its only way out. So it
+leaves: a region when it hears a robot that waits to enter, or when half of the room is taken, since
+deep inside nobody hears who waits; a dead end when another robot asks for its station.
 """
 
 from __future__ import annotations
@@ -22,15 +24,15 @@ from swarm_nav.traffic.holding import (
 from swarm_nav.traffic.situation import Situation
 
 EXIT_DISTANCE = 40.0  # [m] of driving to a place outside
-CROWDED = 0.5  # share of the room in a region from which on it is left
+CROWDED = 0.5  # share of a region's room that is taken when a robot leaves it unasked
 ARRIVED = 0.3  # [m] from the parking place
 
 
 class Departure:
-    """Takes a robot without a goal to a parking place outside, once a robot waits there.
+    """Takes a robot without a goal to a parking place outside, once it keeps others out.
 
-    On its way it has the priority of the waiting robots (inheritance, as with a station's lease),
-    because they stand before the exit.
+    On its way it ranks just above the robots that it hears waiting (inheritance, as with a
+    station's lease), because they stand before the exit.
     """
 
     def __init__(self, gate: Gate, lease: Lease) -> None:
@@ -38,7 +40,8 @@ class Departure:
 
         Args:
             gate: Has the region that is left.
-            lease: Inherits the priority of the waiting robots; it has no station without a goal.
+            lease: Knows the dead end that is left, and inherits the priority of the waiting robots;
+                it has no station without a goal.
         """
         self._gate = gate
         self._lease = lease
@@ -80,7 +83,7 @@ class Departure:
         return (x, y) == self._target and situation.distance_to(x, y) > ARRIVED
 
     def _leave_for_others(self, situation: Situation) -> None:
-        """Set off if the robot is where others want to go and have no room."""
+        """Set off if the robot takes the room of others in a region or a dead end."""
         region, pose = self._gate.region, situation.pose
         lattice = situation.planner.lattice
         if region is not None and is_inside(region, lattice.frame, pose.x, pose.y):

@@ -219,7 +219,7 @@ class Lease:
     inherited: int = 0
     # whether the robot was there and keeps the lease until it is out of a dead end
     is_leaving: bool = False
-    # floor around the last station, while there is no other, if it is a dead end or blind aisle
+    # around the last station, without a new one: its floor, if that is a dead end or blind aisle
     left: Approach | None = None
     _next: tuple[float, float] | None = None
     # tick since which the robot leaves without another target, 0 before that is known

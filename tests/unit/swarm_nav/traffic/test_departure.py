@@ -74,8 +74,8 @@ def test_it_is_over_where_it_wanted_to_go() -> None:
 
 
 def test_a_region_half_full_is_left_by_who_hears_nobody_wait() -> None:
-    """Deep in an aisle of 15 m nobody hears who waits at the mouth: 24 of 60 robots stayed in it."""
-    for others, leaves in ((2, False), (3, True)):  # 9 m² have room for four
+    """Deep in an aisle nobody hears who waits at the mouth: 24 of 60 robots stayed in it."""
+    for others, leaves in ((1, False), (2, True)):  # 9 m² have room for three
         departure, _, s = idle_robot()
         hear(s, *seen(s.tick, *((4.5, 1.0 + k) for k in range(others))))
         assert wait(departure, s, NEXT_GOAL_PATIENCE + 0.5) is leaves
